@@ -94,6 +94,7 @@ from robsim.page.export import open_recording as open_recording
 from robsim.page.export import show as show
 from robsim.page.film import Recording as Recording
 from robsim.plot.film.animate import animate as animate
+from robsim.robot.dh_row import DHRow as DHRow
 from robsim.robot.ik.closed import ClosedIK as ClosedIK
 from robsim.robot.ik.result import IKReason as IKReason
 from robsim.robot.ik.result import IKResult as IKResult
@@ -158,6 +159,11 @@ from robsim.servo.weightings.fade import Fade as Fade
 from robsim.servo.weightings.robust import Cauchy as Cauchy
 from robsim.servo.weightings.robust import Huber as Huber
 from robsim.servo.weightings.robust import Tukey as Tukey
+from robsim.starts.starts import About as About
+from robsim.starts.starts import Anywhere as Anywhere
+from robsim.starts.starts import LookAt as LookAt
+from robsim.starts.starts import Shell as Shell
+from robsim.starts.starts import Within as Within
 from robsim.studies.counts import Counts as Counts
 from robsim.studies.door import open_study as open_study
 from robsim.studies.door import study as study
@@ -171,11 +177,6 @@ from robsim.studies.samplers import Sampler as Sampler
 from robsim.studies.samplers import Sobol as Sobol
 from robsim.studies.samplers import Times as Times
 from robsim.studies.samplers import Uniform as Uniform
-from robsim.studies.starts import About as About
-from robsim.studies.starts import Anywhere as Anywhere
-from robsim.studies.starts import LookAt as LookAt
-from robsim.studies.starts import Shell as Shell
-from robsim.studies.starts import Within as Within
 from robsim.studies.study import Study as Study
 from robsim.suites.bench import bench as bench
 from robsim.suites.benchmark import Benchmark as Benchmark

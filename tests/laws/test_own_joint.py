@@ -82,8 +82,8 @@ class Spherical(rs.JointKind):
     def rest(self):
         return np.array([0.0, 0.0, 0.0, 1.0])
 
-    def sample(self, rng, count, home, limits):
-        q = rng.normal(size=(count, 4))
+    def sample(self, share, home, limits):
+        q = 2 * share - 1
         return q / np.linalg.norm(q, axis=1, keepdims=True)
 
 
@@ -109,7 +109,8 @@ def some_q(robot, runs, seed=0):
     kind = robot.links[2].joint.model
     n = len(kind.coordinates)
     q = rng.uniform(-0.5, 0.5, (runs, robot.nq))
-    q[:, 1 : 1 + n] = kind.sample(rng, runs, robot.home[1 : 1 + n], robot.limits[1 : 1 + n])
+    home, limits = robot.home[1 : 1 + n], robot.limits[1 : 1 + n]
+    q[:, 1 : 1 + n] = kind.sample(rng.random((runs, n)), home, limits)
     return q
 
 
@@ -265,7 +266,9 @@ def test_nothing_follows_it_but_its_coordinate_may_be_followed():
     robot = rs.Robot("gears", links)
     np.testing.assert_allclose(robot.fk([0.3]), rs.Pose.at(rpy=(0, 0, -0.5)).matrix, atol=1e-15)
     np.testing.assert_array_equal(robot.jacobian([0.3])[:, 0], [0, 0, 0, 0, 0, ratio])
-    with pytest.raises(rs.InputError, match="a helical joint cannot follow others; prismatic, rail, revolute can"):
+    with pytest.raises(
+        rs.InputError, match="a helical joint cannot follow others; prismatic, rail, revolute can"
+    ):
         rs.Joint(Helical(0.1), follows=rs.Mimic("screw"))
     several = rs.Link("u", "base", rs.Joint(Universal()))
     gear = rs.Link("gear", "base", rs.Joint("revolute", follows=rs.Mimic("u.bend")))
@@ -295,7 +298,10 @@ def test_a_registered_kind_goes_by_its_name():
 def test_what_is_no_kind_is_refused():
     for given, words in (
         (Universal, "no joint kind <class .*; write Universal"),
-        ("universl", "no joint kind 'universl'; did you mean 'unicycle'\\? joint kinds: car, fixed"),
+        (
+            "universl",
+            "no joint kind 'universl'; did you mean 'unicycle'\\? joint kinds: car, fixed",
+        ),
         (3, "no joint kind 3; joint kinds: car, fixed"),
     ):
         with pytest.raises(rs.InputError, match=words):

@@ -13,12 +13,12 @@ from robsim.base.errors import InputError, suggest
 from robsim.base.room import room
 from robsim.engine.plant import Plant
 from robsim.engine.record import SMALL
-from robsim.kernels import hiding, late
-from robsim.kernels import sensing as kernels
-from robsim.kernels.commanding import copied
-from robsim.kernels.lanes import WIDTH
-from robsim.kernels.program import Blocks, Program
-from robsim.kernels.viewing import EACH, FIRST, MORE
+from robsim.kernels.control.commanding import copied
+from robsim.kernels.images import hiding, late
+from robsim.kernels.images import sensing as kernels
+from robsim.kernels.images.viewing import EACH, FIRST, MORE
+from robsim.kernels.machine.lanes import WIDTH
+from robsim.kernels.machine.program import Blocks, Program
 from robsim.robot.placed import Placed
 from robsim.servo.given import View, view
 from robsim.servo.sight import Key, Sight

@@ -8,10 +8,10 @@ from numpy.typing import NDArray
 from robsim.base.arrays import Array, first_view, shown_view
 from robsim.engine.chunk import Chunk
 from robsim.engine.drives import Drives
-from robsim.kernels import moving
-from robsim.kernels.actuation import follow
-from robsim.kernels.commanding import copied
-from robsim.kernels.program import Program
+from robsim.kernels.bodies import moving
+from robsim.kernels.bodies.actuation import follow
+from robsim.kernels.control.commanding import copied
+from robsim.kernels.machine.program import Program
 from robsim.robot.motion import add_motion, add_rolling
 from robsim.robot.placed import Placed
 from robsim.world.joint_effects import AFTER_IMAGES, Drive, driven

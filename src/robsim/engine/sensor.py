@@ -7,8 +7,8 @@ from numpy.typing import NDArray
 
 from robsim.engine.images import Images
 from robsim.engine.plant import Plant
-from robsim.kernels.actuation import count
-from robsim.kernels.program import Program
+from robsim.kernels.bodies.actuation import count
+from robsim.kernels.machine.program import Program
 from robsim.servo.given import Given, View
 from robsim.servo.sight import Key, Sight
 from robsim.world.sensing import Sensing

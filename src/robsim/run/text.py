@@ -20,7 +20,6 @@ from robsim.engine.record import LONGEST
 from robsim.files.library import expanded
 from robsim.files.toml import write
 from robsim.geometry.pose_table import PoseTable
-from robsim.robot.link_table import DHRow
 from robsim.run.start_table import StartTable
 from robsim.servo.goals.goal import start_of
 from robsim.servo.safety.safety import SAFETY
@@ -255,23 +254,6 @@ def _over(truth: Mapping[str, Raw], rest: Mapping[str, Raw]) -> dict[str, Raw]:
     true = {key: truth[key] for key in SCENE if key in truth}
     merged: dict[str, Raw] = merge_table(Scene, true, rest, False)
     return merged
-
-
-def robot_tables(tables: Mapping[str, Raw], source: str, believed: bool) -> Any:
-    """Return the tables of all robots in full, true or believed, of tables that are valid."""
-    belief = tables.get("belief", {}) if believed else {}
-    scene = belief if belief.get("complete") else _over(tables, belief)
-    return expanded(scene.get("robots", []), Problems(source), Path(source).parent)
-
-
-def dh_row(
-    tables: Mapping[str, Raw], source: str, believed: bool, robot: str, link: str
-) -> tuple[list[float], str]:
-    """Return a link's row (theta, d, a, alpha) in tables that are valid, and the convention."""
-    arm = next(each for each in robot_tables(tables, source, believed) if each["name"] == robot)
-    row = next(each for each in arm["links"] if each["name"] == link)["dh"]
-    read: DHRow = read_table(DHRow, row, Context(Problems(source)))
-    return [read.theta, read.d, read.a, read.alpha], arm.get("convention", "standard")
 
 
 def _tried(believed: Any, raw: Raw, c: Context) -> Any:

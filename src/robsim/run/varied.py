@@ -18,10 +18,9 @@ from robsim.base.arrays import Array, frozen, numbers
 from robsim.base.errors import InputError, said
 from robsim.base.values import unchecked
 from robsim.geometry.pose import Pose
-from robsim.robot.dh import dh_constants, rigid
+from robsim.robot.dh_row import dh_constants, rigid
 from robsim.robot.joint import Joint
 from robsim.robot.robot import Robot
-from robsim.run.text import dh_row
 from robsim.servo.tasks.schemes import Partitioned
 from robsim.servo.tasks.task import ServoTask
 from robsim.world.actuation import Actuation
@@ -192,9 +191,9 @@ class Template:
         belief = first.task.belief
         if belief is not None:
             followed = {name: x for name, x in true.items() if name in self.followed}
-            belief = _Numbers({**followed, **believed}, first, True).of(belief)
+            belief = _Numbers({**followed, **believed}).of(belief)
         task = unchecked(first.task, belief=belief, **_task_numbers(own["task"]))
-        scene = _Numbers(true, first, False).of(first.scene)
+        scene = _Numbers(true).of(first.scene)
         sensing = unchecked(first.sensing, **own["sensing"])
         return Simulated(scene, task, sensing, unchecked(first.actuation, **own["actuation"]))
 
@@ -229,8 +228,6 @@ class _Numbers:
     """Numbers (runs, ...) by name of the scene of an experiment, or of its belief."""
 
     given: Mapping[str, Array]
-    experiment: Any
-    believed: bool
 
     def of(self, scene: Scene) -> Scene:
         """Return a scene with these numbers."""
@@ -252,20 +249,19 @@ class _Numbers:
         at = [link.name for link in links].index(name)
         joint = links[at].joint
         if group == "dh":
-            changed = self._dh(robot.name, name, joint)
+            changed = self._dh(f"robots.{robot.name}.links.{name}.dh", joint)
         else:
             changed = unchecked(joint, **{group: _posed(getattr(joint, group), key, values)})
         links[at] = unchecked(links[at], joint=changed)
         return unchecked(robot, links=tuple(links))
 
-    def _dh(self, robot: str, link: str, joint: Joint) -> Joint:
+    def _dh(self, path: str, joint: Joint) -> Joint:
         """Return a joint with the constants of all numbers of its row."""
-        tables, source = self.experiment.tables, self.experiment.source
-        row, convention = dh_row(tables, source, self.believed, robot, link)
-        names = [f"robots.{robot}.links.{link}.dh.{key}" for key in ROW]
-        full = [self.given.get(*pair) for pair in zip(names, row, strict=True)]
-        rows = np.stack(np.broadcast_arrays(*full), axis=-1)
-        place, tail = dh_constants(rows, convention, joint.model.name)
+        row = joint.dh
+        assert row is not None
+        numbers = [self.given.get(f"{path}.{key}", getattr(row, key)) for key in ROW]
+        rows = np.stack(np.broadcast_arrays(*numbers), axis=-1)
+        place, tail = dh_constants(rows, row.convention, joint.model.turns)
         return unchecked(joint, place=place, tail=tail)
 
 

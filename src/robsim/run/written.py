@@ -163,7 +163,7 @@ class Written(Setup):
         >>> experiment.at(gain.changes(2.0)).task.gain
         2.0
         """
-        return list(experiment_controls(self, self.tables))
+        return list(experiment_controls(self))
 
     def vary(self, numbers: Mapping[str, Any]) -> Self:
         """Return a copy of many runs, in which these names have another value in each run.

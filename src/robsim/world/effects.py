@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from robsim.base.arrays import Array, first_view, last_view, numbers, shown_view
 from robsim.base.errors import InputError
 from robsim.declare import Choice, family
-from robsim.kernels import random
+from robsim.kernels.formulas import random
 
 IMAGE_EFFECTS = family("image effect")
 FIRST_STREAM = 16  # of random numbers; those below are RobSim's own

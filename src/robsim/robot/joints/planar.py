@@ -9,7 +9,7 @@ import numpy as np
 
 from robsim.base.arrays import Array, length
 from robsim.declare import register
-from robsim.kernels import joints as kernels
+from robsim.kernels.formulas import joints as kernels
 from robsim.robot.joints.kind import AROUND, JointKind, turned
 
 
@@ -19,12 +19,11 @@ class InPlane(JointKind):
     straight: ClassVar[bool] = False
     roams: ClassVar[bool] = True
 
-    def sample(self, rng: np.random.Generator, count: int, home: Array, limits: Array) -> Array:
-        """Draw positions uniformly around home, and any heading; other coordinates stay at home."""
-        q = np.repeat(home[:, None], count, axis=1)
-        q[:2] += rng.uniform(-AROUND, AROUND, (2, count))
-        q[2] += rng.uniform(-np.pi, np.pi, count)
-        return q.T
+    def sample(self, share: Array, home: Array, limits: Array) -> Array:
+        """Return random positions around home, at any heading; other coordinates stay at home."""
+        q = np.tile(home, (len(share), 1))
+        q[:, :3] += (2.0 * share[:, :3] - 1.0) * [AROUND, AROUND, np.pi]
+        return q
 
     def distance(self, a: Array, b: Array) -> Array:
         """Return the larger of the distance and the turn between coordinates (..., n)."""

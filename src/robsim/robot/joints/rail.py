@@ -7,7 +7,7 @@ from typing import ClassVar
 
 from robsim.declare import register
 from robsim.geometry.curves import Curve
-from robsim.kernels import joints as kernels
+from robsim.kernels.formulas import joints as kernels
 from robsim.robot.joints.kind import JointKind
 
 

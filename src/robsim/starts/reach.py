@@ -1,0 +1,107 @@
+"""From poses of the frame that moves to coordinates of the robots that bring it there."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robsim.base.arrays import Array, runs_last
+from robsim.base.errors import InputError
+from robsim.geometry.pose import Pose, homogeneous
+from robsim.robot.tree import Tree
+from robsim.run.ends import at_goal, goal_pose, pose_of, regarded
+from robsim.servo.controller import Controller
+from robsim.starts.free_flyer import flies, flown
+from robsim.world.scene import Scene
+
+RESTARTS = 10  # searches of inverse kinematics for a start, which another draw may replace
+
+
+@dataclass(frozen=True, eq=False)
+class Reach:
+    """What a bound task knows of its places: the frame that moves, its goal, and its target."""
+
+    controller: Controller
+
+    @property
+    def scene(self) -> Scene:
+        """The true scene."""
+        return self.controller.scene
+
+    @property
+    def _tree(self) -> Tree:
+        tree: Tree = self.scene.tree
+        return tree
+
+    @cached_property
+    def frame(self) -> str:
+        """The name of the frame that moves: a camera, or the target of one that stands."""
+        return regarded(self.controller).moving
+
+    @cached_property
+    def _home(self) -> Array:
+        return runs_last(self.scene.home, 1)
+
+    @cached_property
+    def goal(self) -> Pose:
+        """The pose of that frame in the world at its goal; at home where none is known."""
+        whose, home = regarded(self.controller), self._home
+        known = at_goal(self.controller) is not None
+        T = goal_pose(whose, home, home.T) if known else None
+        return Pose(homogeneous(pose_of(whose, home) if T is None else T)[0])
+
+    def middle(self, target: str) -> Array:
+        """Return the middle (3,) of the marks of an object in the world, at home."""
+        thing = self.scene.object(target)
+        place = self._tree.frame(self._tree.bodies(self._home), thing.name)
+        middle: Array = Pose(homogeneous(place)[0]) @ thing.marks.mean(axis=0)
+        return middle
+
+    def coordinates(self, T: Array) -> tuple[Array, NDArray[np.bool_]]:
+        """Return coordinates (n, nq) that bring the frame to poses (n, 4, 4), and which do.
+
+        The other coordinates stay at home. InputError: no robot can be told to.
+        """
+        if flies(self.controller, self.frame):
+            return flown(self.scene, self.frame, T), np.ones(len(T), dtype=bool)
+        body = self._carrier()
+        robot = self.scene.robot(body[0])
+        on = Pose(self._tree.find(self.frame)[1])
+        link = Pose(self._tree.find(".".join(body))[1])
+        there = robot.base.inv() @ Pose(T) @ (link.inv() @ on).inv()
+        found = robot.ik(there, link=body[1], restarts=RESTARTS)
+        home = self.scene.home
+        q = np.tile(home, (len(T), 1))
+        names = [name.startswith(f"{robot.name}.") for name in self._names]
+        q[:, np.flatnonzero(names)] = found.q
+        return q, np.asarray(found.success)
+
+    @property
+    def _names(self) -> list[str]:
+        """The names of the coordinates, each with that of its robot in front."""
+        tree = self._tree
+        bodies = [""] * tree.nq
+        for member in tree.members:
+            for i in range(member.q.start, member.q.stop):
+                bodies[i] = self._robot_of(member.body)
+        return [f"{name}." for name in bodies]
+
+    def _robot_of(self, body: int) -> str:
+        names = (name for name, (at, _) in self._tree.where.items() if at == body and "." in name)
+        return next(names, "").partition(".")[0]
+
+    def _carrier(self) -> tuple[str, str]:
+        """Return the robot and the link that carry the frame."""
+        parts: list[Any] = [*self.scene.cameras, *self.scene.objects]
+        on = next((part.on for part in parts if part.name == self.frame), self.frame)
+        robot, dot, link = on.partition(".")
+        if not dot or robot not in [each.name for each in self.scene.robots]:
+            raise InputError(
+                f"start: poses of '{self.frame}' cannot be reached, as no robot carries it; give "
+                "coordinates, as in start=rs.Uniform(low, high)"
+            )
+        return robot, link

@@ -1,0 +1,81 @@
+"""Shares of runs, with the interval in which the true share lies."""
+
+from __future__ import annotations
+
+import math
+from statistics import NormalDist
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robsim.base.arrays import whole
+from robsim.base.errors import InputError, said
+from robsim.statistics.estimate import Estimate
+
+
+def share(
+    count: int, of: int, level: float = 0.95, *, independent: float | None = None
+) -> Estimate:
+    """Return a share with its score interval of Wilson, which holds the truth at about `level`.
+
+    With p = count / of and z the quantile of the normal distribution for the level,
+
+        (p + z^2 / 2n -+ z sqrt(p (1 - p) / n + z^2 / 4n^2)) / (1 + z^2 / n)
+
+    (Wilson 1927, "Probable inference, the law of succession, and statistical inference"). It stays
+    within 0 and 1, and serves also where all runs or none succeed. Of nothing it is 0 to 1. Where
+    not all are independent of each other, n is how many `independent` ones they are worth.
+
+    InputError: count above `of`, or a level beyond 0 and 1.
+
+    >>> str(share(8, 10))
+    '80.0 % [49.0, 94.3]'
+    """
+    of, z = whole(of, "of", 0), normal_quantile(level)
+    count = whole(count, "count", 0, of + 1)
+    if not of:
+        return Estimate(math.nan, 0.0, 1.0, 0, "%")
+    n = float(of) if independent is None else independent
+    p, spread = count / of, z * z / n
+    middle, half = p + spread / 2, z * math.sqrt(p * (1 - p) / n + spread / (4 * n))
+    low, high = (middle - half) / (1 + spread), (middle + half) / (1 + spread)
+    ends = max(low, 0.0) if count else 0.0, high if count < of else 1.0
+    return Estimate(p, *ends, of, "%")
+
+
+def clustered(success: NDArray[np.bool_], draw: NDArray[Any], level: float = 0.95) -> Estimate:
+    """Return the share of runs (n,) that succeed, where runs of one draw are not independent.
+
+    The interval is that of as many independent runs as have the variance of the ratio estimator
+    over draws, sum_d (x_d - p n_d)^2 m / (m - 1) / n^2 with x_d successes of n_d runs in m draws
+    (Kish 1965, "Survey sampling"; Korn and Graubard 1998, "Confidence intervals for proportions
+    with small expected number of positive counts estimated from survey data"): at least one for
+    each draw but one, at most n; and as many as draws where all succeed or none.
+
+    >>> str(clustered(np.array([True, True, False, False]), np.array([0, 0, 1, 1])))
+    '50.0 % [5.5, 94.5]'
+    """
+    n, count = len(success), int(success.sum())
+    _, place = np.unique(draw, return_inverse=True)
+    runs = np.bincount(place)
+    if len(runs) == n or not n:
+        return share(count, n, level)
+    p = count / n
+    away = np.bincount(place, success.astype(float)) - p * runs
+    m = len(runs)
+    variance = float((away * away).sum()) * m / max(m - 1, 1) / n**2
+    worth = p * (1.0 - p) / variance if variance > 0.0 and 0.0 < p < 1.0 else float(m)
+    return share(count, n, level, independent=min(max(worth, 1.0), float(n)))
+
+
+def normal_quantile(level: float) -> float:
+    """Return z with which a normal number is within -z and z at this level, above 0 and below 1."""
+    return NormalDist().inv_cdf(0.5 + check_level(level) / 2)
+
+
+def check_level(level: float) -> float:
+    """Return the level of an interval; InputError unless it is above 0 and below 1."""
+    if isinstance(level, bool) or not isinstance(level, int | float) or not 0 < level < 1:
+        raise InputError(f"level: expected a number above 0 and below 1, got {said(level)}")
+    return level

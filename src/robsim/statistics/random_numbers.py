@@ -1,0 +1,82 @@
+"""Random numbers that depend on a seed, a name and a row alone, from counters (Philox).
+
+Rows may be computed in any order and in any parts. Streams below 16 belong to the sensors of runs.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import warnings
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robsim.base.arrays import Array
+from robsim.base.errors import InputError
+from robsim.kernels.formulas import random
+
+MOST_EVEN = 2**30  # points of Sobol's sequence in SciPy
+WORKSPACE, PROBES, STUDIES, SUITES = 16, 17, 18, 24  # streams of numbers
+
+
+def uniform(seed: int, stream: int, rows: int | NDArray[Any], n: int, attempt: int = 0) -> Array:
+    """Return n uniform numbers in (0, 1) for each row: for so many, or by their numbers.
+
+    >>> some = uniform(1, WORKSPACE, np.array([2, 5]), 3)
+    >>> bool((uniform(1, WORKSPACE, 9, 3)[[2, 5]] == some).all())
+    True
+    """
+    keys = np.arange(rows) if isinstance(rows, int) else rows
+    out = np.empty((n, len(keys)))
+    random.uniforms(np.uint64(seed), keys.astype(np.uint64), attempt, stream, out)
+    return np.ascontiguousarray(out.T)
+
+
+@dataclass(frozen=True)
+class Draws:
+    """The random numbers of one name for some draws, by their numbers.
+
+    `attempt` counts how often a draw was taken again. `evenly` are how many numbers of the study
+    are drawn by Sobol's sequence, and the first of them that is this name's.
+    """
+
+    seed: int
+    name: str
+    numbers: NDArray[np.int64]
+    attempt: int = 0
+    evenly: tuple[int, int] = (0, 0)
+
+    def uniform(self, count: int) -> Array:
+        """Return `count` numbers in (0, 1) for each draw, (draws, count)."""
+        return uniform(self._key, STUDIES, self.numbers, count, self.attempt)
+
+    def normal(self, count: int) -> Array:
+        """Return `count` standard normal numbers for each draw, (draws, count)."""
+        out = np.empty(((count + 1) // 2, 2, len(self.numbers)))
+        keys = np.uint64(self._key), self.numbers.astype(np.uint64)
+        random.normal_pairs(*keys, self.attempt, STUDIES, out)
+        return np.ascontiguousarray(out.reshape(-1, len(self.numbers))[:count].T)
+
+    def even(self, count: int) -> Array:
+        """Return `count` coordinates of each point of Sobol's sequence, scrambled, in (0, 1)."""
+        try:
+            from scipy.stats import qmc
+        except ImportError:
+            raise InputError("Sobol's sequence needs SciPy: pip install 'robsim[store]'") from None
+        dimensions, first = self.evenly
+        engine = qmc.Sobol(dimensions, rng=np.random.default_rng(self.seed))
+        low, high = int(self.numbers.min()), int(self.numbers.max())
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", UserWarning)  # of counts that are no power of two
+            if low:
+                engine.fast_forward(low)
+            points = engine.random(high - low + 1)
+        chosen = points[self.numbers - low, first : first + count]
+        return np.asarray(np.clip(chosen, 2.0**-53, 1.0 - 2.0**-53))
+
+    @property
+    def _key(self) -> int:
+        text = f"{self.seed}:{self.name}".encode()
+        return int.from_bytes(hashlib.blake2b(text, digest_size=8).digest(), "little")
