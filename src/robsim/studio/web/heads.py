@@ -14,11 +14,11 @@ from websockets.server import ServerProtocol
 from robsim.studio.web import limits
 from robsim.studio.web.answers import Refused
 
-_METHOD, _TARGET = re.compile(r"[A-Z]{1,20}"), re.compile(r"/[!-~]*")
+_OURS = re.compile(r"[A-Z]{1,20} /[!-~]*")  # method and target
 
 
 async def read_request(reader: asyncio.StreamReader, protocol: ServerProtocol) -> Request:
-    """Return the next request; what comes behind it stays in the reader.
+    """Return the next request; bytes behind it stay in the reader.
 
     Refused: malformed, too long, or too slow. EOFError: the other side went, or says nothing, as
     browsers do that connect ahead of need.
@@ -26,20 +26,21 @@ async def read_request(reader: asyncio.StreamReader, protocol: ServerProtocol) -
     size = 0
     try:
         async with asyncio.timeout(limits.HEAD_SECONDS):
-            while size <= limits.HEAD:
+            while not (found := protocol.events_received()):
                 data = await _line(reader)
                 size += len(data)
                 protocol.receive_data(data)
-                for request in protocol.events_received():
-                    return _checked(request)
-                if protocol.handshake_exc:
-                    raise _refusal(protocol.handshake_exc)
+                if size > limits.HEAD or protocol.handshake_exc:
+                    raise _refusal(protocol.handshake_exc or TooManyHeaders())
     except TimeoutError:
         if not size:
             raise EOFError from None
         status = HTTPStatus.REQUEST_TIMEOUT
         raise Refused(status, "This request did not come to its end in time.") from None
-    raise _refusal(TooManyHeaders())
+    (request,) = found
+    if isinstance(request, Request) and _OURS.fullmatch(f"{request.method} {request.path}"):
+        return request
+    raise _refusal(None)
 
 
 def header(request: Request, name: str) -> str | None:
@@ -49,8 +50,8 @@ def header(request: Request, name: str) -> str | None:
     """
     try:
         return request.headers.get(name)
-    except MultipleValuesError:
-        raise _malformed() from None
+    except MultipleValuesError as error:
+        raise _refusal(error) from None
 
 
 async def _line(reader: asyncio.StreamReader) -> bytes:
@@ -59,29 +60,14 @@ async def _line(reader: asyncio.StreamReader) -> bytes:
         return await reader.readuntil(b"\n")
     except asyncio.LimitOverrunError:
         return await reader.read(limits.HEAD)
-    except asyncio.IncompleteReadError as end:
-        if not end.partial:
-            raise
-        return end.partial  # after which there is an end
 
 
-def _checked(request: object) -> Request:
-    assert isinstance(request, Request)  # the first event of a connection
-    if _METHOD.fullmatch(request.method) and _TARGET.fullmatch(request.path):
-        return request
-    raise _malformed()
-
-
-def _refusal(error: Exception) -> Refused:
-    """Return the answer to a request that `websockets` refuses."""
+def _refusal(error: Exception | None) -> Refused:
+    """Return the answer to a request that `websockets` does not take."""
     if isinstance(error, RequestLineTooLong):
         status = HTTPStatus.REQUEST_URI_TOO_LONG
         return Refused(status, "The address of this request is too long.")
     if isinstance(error, HeaderLineTooLong | TooManyHeaders):
         status = HTTPStatus.REQUEST_HEADER_FIELDS_TOO_LARGE
         return Refused(status, "The headers of this request are too long.")
-    return _malformed()
-
-
-def _malformed() -> Refused:
     return Refused(HTTPStatus.BAD_REQUEST, "This is not a request of a browser.")
