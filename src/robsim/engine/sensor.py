@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-from itertools import pairwise
-
 import numpy as np
 from numpy.typing import NDArray
 
 from robsim.engine.images import Images
 from robsim.engine.plant import Plant
-from robsim.kernels.bodies.actuation import count
 from robsim.kernels.machine.program import Program
 from robsim.servo.given import Given, View
 from robsim.servo.sight import Key, Sight
@@ -49,15 +46,10 @@ class Sensor:
         """Add the stages that measure, and return what the controller gets."""
         plant, images = self.plant, self.images
         images.deliver()
-        q, counts = plant.q, plant.drives.actuation.counts
-        if counts:
-            q, steps = self.program.rows(plant.scene.nq), self.program.constant(plant.drives.steps)
-            self.program.add(count, steps=steps, q=plant.q, out=q)
+        q = plant.measured()
         views = {
-            sight.key: View(*images.rows(*some), each.T_w_c, each.T_w_o)
-            for sight, each, some in zip(
-                self.sights, self.views, pairwise(images.marks), strict=True
-            )
+            sight.key: View(*images.rows(group), each.T_w_c, each.T_w_o)
+            for sight, each, group in zip(self.sights, self.views, images.groups, strict=True)
         }
-        placed = None if counts else plant.placed
+        placed = plant.placed if q == plant.q else None
         return Given(self.program, plant.dt, plant.seconds, q, views, placed, age=self.images.age)

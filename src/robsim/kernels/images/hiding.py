@@ -10,30 +10,13 @@ AT_ONCE = 1e-9  # seconds: rounding of the time of an image, step * dt - latency
 
 
 @stage
-def hide(
-    w,
-    step,
-    N="count",
-    hidden="N",
-    dt="row",
-    latency="row",
-    occlusions="each: times=2; marks=each: whole",
-):
-    """Compute which marks are hidden when an image is taken: (N, hidden, dt, latency, occlusions).
-
-    Then of each occlusion: rows of its start and end, how many marks it hides, and these.
-    """
+def hide(w, step, dt="row", latency="row", start="row", end="row", marks="each: row"):
+    """Hide marks of an image that is taken within a time: `marks` are 1 for those hidden."""
     seconds = step * get(w, dt) - get(w, latency)
     seconds = where(seconds > 0.0, seconds, 0.0) + AT_ONCE
-    for n in range(N):
-        put(w, hidden + n, 0.0)
-    at = 1
-    for _ in range(occlusions[0]):
-        now = (get(w, occlusions[at]) <= seconds) & (seconds < get(w, occlusions[at] + 1))
-        for i in range(occlusions[at + 1]):
-            mark = hidden + occlusions[at + 2 + i]
-            put(w, mark, where(now, 1.0, get(w, mark)))
-        at += 2 + occlusions[at + 1]
+    now = (get(w, start) <= seconds) & (seconds < get(w, end))
+    for i in range(marks[0]):
+        put(w, marks[1 + i], where(now, 1.0, get(w, marks[1 + i])))
 
 
 @stage

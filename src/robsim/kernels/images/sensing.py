@@ -12,8 +12,6 @@ from robsim.kernels.machine.lanes import WIDTH, get, put
 from robsim.kernels.machine.memory import matrix, unsigned
 from robsim.kernels.machine.stage import stage
 
-NOISE, OUTLIERS, AWAY, DROPPED = 0, 1, 2, 3  # streams of random numbers
-
 
 @stage
 def blur(
@@ -25,13 +23,14 @@ def blur(
     sigma="row",
     seed="whole",
     run="row",
+    stream="whole",
     out="N, 2",
 ):
     """Compute pixels with Gaussian noise: (every, marks, pixels, sigma, seed, run, out)."""
     if step % every:
         return
     normal, sigma = matrix(w, out, N, 2), get(w, sigma)
-    random.normal_pairs(np.uint64(seed), unsigned(w, run), step, NOISE, normal)
+    random.normal_pairs(np.uint64(seed), unsigned(w, run), step, stream, normal)
     for i in range(2 * N):
         put(w, out + i, get(w, pixels + i) + sigma * get(w, out + i))
 
@@ -47,6 +46,7 @@ def displace(
     deviation="row",
     seed="whole",
     run="row",
+    stream="whole",
 ):
     """Add size times a standard normal to both coordinates of a share of the marks, in place.
 
@@ -57,9 +57,9 @@ def displace(
     seed, runs = np.uint64(seed), unsigned(w, run)
     for n in range(N):
         for b in range(WIDTH):
-            if random.uniform(seed, runs[b], step, OUTLIERS, n) < w[share * WIDTH + b]:
+            if random.uniform(seed, runs[b], step, stream, n) < w[share * WIDTH + b]:
                 size, x = w[deviation * WIDTH + b], (pixels + 2 * n) * WIDTH + b
-                column, row = random.normal_pair(seed, runs[b], step, AWAY, n)
+                column, row = random.normal_pair(seed, runs[b], step, stream + 1, n)
                 w[x] += size * column
                 w[x + WIDTH] += size * row
 
@@ -75,11 +75,11 @@ def quantise(w, step, every="whole", n="count", values="n", size="row"):
 
 
 @stage
-def lose(w, step, every="whole", share="row", seed="whole", run="row", out="row"):
-    """Compute whether the image of this step is lost: (every, share, seed, run, out)."""
+def lose(w, step, every="whole", share="row", seed="whole", run="row", stream="whole", out="row"):
+    """Mark the image of this step as lost by chance: (every, share, seed, run, out)."""
     if step % every:
         return
     runs = unsigned(w, run)
     for b in range(WIDTH):
-        chance = random.uniform(np.uint64(seed), runs[b], step, DROPPED, 0)
-        w[out * WIDTH + b] = 1.0 if chance < w[share * WIDTH + b] else 0.0
+        if random.uniform(np.uint64(seed), runs[b], step, stream, 0) < w[share * WIDTH + b]:
+            w[out * WIDTH + b] = 1.0

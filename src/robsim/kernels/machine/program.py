@@ -123,6 +123,7 @@ class Program:
         self._scratch = Rows(0, (0,))
         self.calls: list[tuple[Stage, Sequence[int]] | Own | Rescue] = []
         self.given: list[tuple[int, Array]] = []
+        self.wholes: list[Rows] = []  # rows of whole numbers, by which stages find places in memory
         self.kept: list[Any] = []  # whose addresses stand among the numbers
 
     def rows(self, *shape: int) -> Rows:
@@ -167,7 +168,8 @@ class Program:
 
     def whole(self, values: Any) -> Rows:
         """Return the row of whole numbers (runs,), which stand there bit by bit."""
-        return self.each(np.asarray(values, dtype=np.int64).view(np.float64))
+        self.wholes.append(self.each(np.asarray(values, dtype=np.int64).view(np.float64)))
+        return self.wholes[-1]
 
     def _given(self, values: Array, shape: tuple[int, ...]) -> Rows:
         found = self.rows(*shape)
