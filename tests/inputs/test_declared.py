@@ -53,6 +53,7 @@ BASE = {
 LINK = ("robots", 0, "links", 2)
 FOLLOWED = [["0 deg", "0 deg"], ["10 deg", "20 deg"]]
 LIMITS = {"speed": "1 rad/s", "acceleration": "1 rad/s^2"}
+AVOIDED = {"kind": "avoid_limits"}
 WAY = {"start": {}, "end": {"position": "1, 0, 0 m"}, "duration": "2 s"}
 
 # where a kind of a family stands, and what stands around it
@@ -70,7 +71,7 @@ PLACES = {
     "gain": (("task", "gain"), {"kind": "ibvs"}),
     "law": (("task", "law"), {"kind": "ibvs"}),
     "secondary motion": (("task", "secondary"), {"kind": "ibvs"}),
-    "projection": (("task", "projection"), {"kind": "ibvs"}),
+    "projection": (("task", "projection"), {"kind": "ibvs", "secondary": AVOIDED}),
     "weighting": (("task", "weighting", 0), {"kind": "ibvs"}),
     "condition": (
         ("task", "when"),

@@ -59,10 +59,10 @@ class Choice(Spec):
         if isinstance(value, str):
             if value in self.plain or value == self.none:
                 return value if value in self.plain else None
-            if value in self._known(value) or value in self.family.kinds:
+            if value in self._known(value):
                 return _plain(self.family.find(value), value, what)
         elif not isinstance(value, type):
-            if self.family.holds(value):
+            if self._allows(value):
                 return value
             if self.protocol is not None and isinstance(value, self.protocol):
                 return value
@@ -225,6 +225,11 @@ class Choice(Spec):
             for key, (kind, _) in self.beside_of.items():
                 if over[name] != kind:
                     table.pop(key, None)
+
+    def _allows(self, value: Any) -> bool:
+        """Return whether a value is of one of the kinds that may stand here."""
+        kinds = self.family.kinds
+        return isinstance(value, tuple(kinds[name] for name in self.names))
 
     def _written_other(self, value: Any, c: Context) -> Raw:
         assert self.other is not None
