@@ -67,6 +67,7 @@ OTHERS = {
     "marks": [[1, 2, 3, 0], [1, 2]],
     "rcond": [0.5],
     "secondary": ["none"],
+    "size": [[500, 400]],
     "smooth_start": [5.0],
     "target": ["others"],
     "tolerance": [0.7, 500.0, 1e6],
@@ -214,7 +215,6 @@ RECIPES = {
             **SWITCHED,
             kind="switch",
         )
-        + ({"size": [[500, 400]]},)
     ],
     "trajectory quintic": [
         followed({"kind": "quintic", "start": JOINTS[0], "end": JOINTS[1], "duration": "0.5 s"})

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import fields, replace
 from typing import Any
 
-from robsim.servo import ServoTask, Task
+from robsim.servo.tasks.task import ServoTask, Task
 
 Change = Callable[[ServoTask], ServoTask]
 

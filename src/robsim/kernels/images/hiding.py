@@ -11,21 +11,15 @@ AT_ONCE = 1e-9  # seconds: rounding of the time of an image, step * dt - latency
 
 @stage
 def hide(p, w, step):
-    """Compute which marks are hidden when an image is taken: (N, hidden, dt, latency, occlusions).
+    """Hide marks of an image that is taken within a time: (dt, latency, start, end, n, marks).
 
-    Then of each occlusion: rows of its start and end, how many marks it hides, and these.
+    The marks are n numbers of rows, of whether each is hidden.
     """
-    seconds = step * get(w, p[2]) - get(w, p[3])
+    seconds = step * get(w, p[0]) - get(w, p[1])
     seconds = where(seconds > 0.0, seconds, 0.0) + AT_ONCE
-    for n in range(p[0]):
-        put(w, p[1] + n, 0.0)
-    at = 5
-    for _ in range(p[4]):
-        now = (get(w, p[at]) <= seconds) & (seconds < get(w, p[at] + 1))
-        for i in range(p[at + 1]):
-            mark = p[1] + p[at + 2 + i]
-            put(w, mark, where(now, 1.0, get(w, mark)))
-        at += 2 + p[at + 1]
+    now = (get(w, p[2]) <= seconds) & (seconds < get(w, p[3]))
+    for i in range(p[4]):
+        put(w, p[5 + i], where(now, 1.0, get(w, p[5 + i])))
 
 
 @stage

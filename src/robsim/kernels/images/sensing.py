@@ -12,34 +12,32 @@ from robsim.kernels.machine.lanes import WIDTH, get, put
 from robsim.kernels.machine.memory import matrix, unsigned
 from robsim.kernels.machine.stage import stage
 
-NOISE, OUTLIERS, AWAY, DROPPED = 0, 1, 2, 3  # streams of random numbers
-
 
 @stage
 def blur(p, w, step):
-    """Compute pixels with Gaussian noise: (every, marks, pixels, sigma, seed, run, out)."""
+    """Compute pixels with Gaussian noise: (every, marks, pixels, sigma, seed, run, stream, out)."""
     if step % p[0]:
         return
-    normal, sigma = matrix(w, p[6], p[1], 2), get(w, p[3])
-    random.normal_pairs(np.uint64(p[4]), unsigned(w, p[5]), step, NOISE, normal)
+    normal, sigma = matrix(w, p[7], p[1], 2), get(w, p[3])
+    random.normal_pairs(np.uint64(p[4]), unsigned(w, p[5]), step, p[6], normal)
     for i in range(2 * p[1]):
-        put(w, p[6] + i, get(w, p[2] + i) + sigma * get(w, p[6] + i))
+        put(w, p[7] + i, get(w, p[2] + i) + sigma * get(w, p[7] + i))
 
 
 @stage
 def displace(p, w, step):
     """Add size times a standard normal to both coordinates of a share of the marks, in place.
 
-    (every, marks, pixels, share, size, seed, run)
+    (every, marks, pixels, share, size, seed, run, stream)
     """
     if step % p[0]:
         return
     seed, runs = np.uint64(p[5]), unsigned(w, p[6])
     for n in range(p[1]):
         for b in range(WIDTH):
-            if random.uniform(seed, runs[b], step, OUTLIERS, n) < w[p[3] * WIDTH + b]:
+            if random.uniform(seed, runs[b], step, p[7], n) < w[p[3] * WIDTH + b]:
                 size, x = w[p[4] * WIDTH + b], (p[2] + 2 * n) * WIDTH + b
-                column, row = random.normal_pair(seed, runs[b], step, AWAY, n)
+                column, row = random.normal_pair(seed, runs[b], step, p[7] + 1, n)
                 w[x] += size * column
                 w[x + WIDTH] += size * row
 
@@ -56,10 +54,10 @@ def quantise(p, w, step):
 
 @stage
 def lose(p, w, step):
-    """Compute whether the image of this step is lost: (every, share, seed, run, out)."""
+    """Mark the image of this step as lost by chance: (every, share, seed, run, stream, out)."""
     if step % p[0]:
         return
     runs = unsigned(w, p[3])
     for b in range(WIDTH):
-        chance = random.uniform(np.uint64(p[2]), runs[b], step, DROPPED, 0)
-        w[p[4] * WIDTH + b] = 1.0 if chance < w[p[1] * WIDTH + b] else 0.0
+        if random.uniform(np.uint64(p[2]), runs[b], step, p[4], 0) < w[p[1] * WIDTH + b]:
+            w[p[5] * WIDTH + b] = 1.0

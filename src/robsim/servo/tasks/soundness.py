@@ -11,7 +11,7 @@ from robsim.base.arrays import Array
 from robsim.base.errors import GoalError, InputError, RankWarning
 from robsim.base.warned import callers
 from robsim.declare.problems import under
-from robsim.features import PixelPoints, Points
+from robsim.features.points import PixelPoints, Points
 from robsim.servo.goals.goal import Goal, GoalFeatures
 from robsim.servo.laws.broyden import Broyden
 from robsim.servo.laws.depths import Depths

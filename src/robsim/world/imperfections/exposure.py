@@ -1,20 +1,16 @@
-"""What else may be wrong with an image: effects of a kind that the user brings."""
+"""The exposure of an image, which effects in Python are shown, and its random numbers."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Protocol, runtime_checkable
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from robsim.base.arrays import Array, first_view, last_view, numbers, shown_view
+from robsim.base.arrays import Array, first_view, numbers
 from robsim.base.errors import InputError
-from robsim.declare import Choice, family
 from robsim.kernels.formulas import random
-
-IMAGE_EFFECTS = family("image effect")
-FIRST_STREAM = 16  # of random numbers; those below are RobSim's own
 
 
 class Draws:
@@ -56,27 +52,6 @@ class Exposure(Draws):
         out = np.empty((marks, self.runs.size))
         random.uniforms(self.seed, self.runs, self.step, self.stream + 1, out)
         return first_view(out)
-
-
-@runtime_checkable
-class ImageEffect(Protocol):
-    """What anything must have to be an effect on images: a user's class needs no base class.
-
-    Registered with `register("image effect", "my_effect")`, it has a place in scenario files.
-    """
-
-    def seen(self, pixels: Array, exposure: Exposure) -> Array:
-        """Return where the marks are seen (B, N, 2), from where they would be, in pixels."""
-
-
-EFFECT = Choice(IMAGE_EFFECTS, protocol=ImageEffect)
-
-
-def changed(effect: ImageEffect, pixels: Array, exposure: Exposure) -> Array:
-    """Return pixels (N, 2, B) after an effect; InputError for a result of another shape."""
-    before = shown_view(pixels)
-    found = like(before, effect.seen(before, exposure), f"{type(effect).__name__}.seen", gaps=True)
-    return np.ascontiguousarray(last_view(found))
 
 
 def like(before: Array, given: Any, who: str, *, gaps: bool = False) -> Array:
