@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import KW_ONLY, dataclass
-from typing import Annotated, Any
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,6 +27,7 @@ Columns = NDArray[np.int64]  # indices of velocities of a scene
 class Shaped(Declared):
     """The fields of a task about its command: the joints, and what is done after the law."""
 
+    group: ClassVar[str] = "shaping"
     _: KW_ONLY
     joints: Annotated[
         Any,
@@ -80,6 +81,7 @@ class Shaped(Declared):
 class Redundant(Shaped):
     """The fields of a task that may leave motions free, about what is done with these."""
 
+    group: ClassVar[str] = "shaping"
     _: KW_ONLY
     secondary: Annotated[
         Any,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import KW_ONLY, dataclass
-from typing import Annotated, Any
+from typing import Annotated, Any, ClassVar
 
 from robsim.servo.feature_block import FEATURES
 from robsim.servo.laws.depths import DEPTH, SCALE, Depth
@@ -22,6 +22,7 @@ Gain = Annotated[float | AdaptiveGain, GAIN, "Rate at which e falls: a constant,
 class WithFeatures(ServoTask):
     """The features of a task that lets them be chosen."""
 
+    group: ClassVar[str] = "features"
     features: Annotated[
         Any, FEATURES, "Feature that is regulated, or several, which are stacked."
     ] = "points"
@@ -31,6 +32,7 @@ class WithFeatures(ServoTask):
 class WithDepth(ServoTask):
     """The depth of a task whose features, or their interaction matrix, are made with it."""
 
+    group: ClassVar[str] = "depth"
     _: KW_ONLY
     depth: Annotated[
         Depth, DEPTH, "Depth Z of the marks in L: true, at the goal, constant, or filtered."
@@ -44,6 +46,7 @@ class WithDepth(ServoTask):
 class WithLaw(ServoTask):
     """The law of a task that lets it be chosen, and what goes into it."""
 
+    group: ClassVar[str] = "law"
     _: KW_ONLY
     interaction: Annotated[
         Any,
@@ -66,6 +69,7 @@ class WithLaw(ServoTask):
 class Weighted(ServoTask):
     """The weightings of a task whose marks can count less."""
 
+    group: ClassVar[str] = "weighting"
     _: KW_ONLY
     weighting: Annotated[
         Any,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import KW_ONLY, dataclass
 from functools import cached_property
-from typing import Annotated, Any, Protocol, cast, runtime_checkable
+from typing import Annotated, Any, ClassVar, Protocol, cast, runtime_checkable
 
 import numpy as np
 
@@ -58,6 +58,7 @@ class ServoTask(Shaped):
     task of your own gives `features`, and as far as it wants the other properties.
     """
 
+    group: ClassVar[str] = "goal"
     goal: Annotated[
         Any, GoalSpec(), "Goal: the q at which it is shown (None: home), GoalPose or GoalFeatures."
     ] = None
