@@ -154,7 +154,8 @@ class Choice(Spec):
 
     def _words(self, more: list[str]) -> str:
         names = map(repr, self._bare)
-        table = [f"the table of {self._article}"] if not (self.short and self.names) else []
+        bare = self.only == () or (self.short and self.names)  # so that no table may stand here
+        table = [] if bare else [f"the table of {self._article}"]
         return either_of(*names, *more, *table)
 
     def accepts(self) -> str:

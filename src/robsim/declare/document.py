@@ -9,7 +9,6 @@ from robsim.declare.fields import Field, fields_of
 from robsim.declare.spec import MISSING
 from robsim.declare.tables import form_of
 
-
 GROUPS = ("", "goal", "features", "depth", "law", "weighting", "shaping")
 
 
