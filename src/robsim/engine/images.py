@@ -19,8 +19,7 @@ from robsim.kernels.machine.program import Program
 from robsim.robot.placed import Placed
 from robsim.servo.given import View, view
 from robsim.servo.sight import Key, Sight
-from robsim.world.imperfections.image_effect import Place
-from robsim.world.imperfections.image_rows import ImageRows, MarkGroup
+from robsim.world.imperfections.image_effect import ImageRows, MarkGroup, Place
 from robsim.world.sensing import Sensing
 
 ROUNDING = 1e-9  # of a period: times that differ by less are one

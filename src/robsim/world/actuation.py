@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import reduce
-from typing import Annotated, ClassVar
+from typing import Annotated, Any
 
 from robsim.base.errors import naming
 from robsim.declare import Declared, ListOf, described
-from robsim.world.imperfections.acting import Acting, acting
 from robsim.world.imperfections.encoder import Encoder, Steps
+from robsim.world.imperfections.imperfection import Acting, acting
 from robsim.world.imperfections.joint_effect import (
     AFTER_IMAGES,
     EFFECT,
@@ -43,13 +43,6 @@ class Actuation(Declared):
     array([0.5, 1. ])
     """
 
-    SHORT: ClassVar[Mapping[type[JointEffect], int]] = {  # the first stream of random numbers
-        Lag: 0,
-        VelocityLimit: 0,
-        AccelerationLimit: 0,
-        Encoder: 0,
-    }
-
     lag: Constant = 0.0
     velocity: Velocity = None
     acceleration: Acceleration = None
@@ -62,7 +55,7 @@ class Actuation(Declared):
 
     def acting(self) -> list[Acting[JointEffect]]:
         """Return the imperfections that are on, in the order of the fields."""
-        return acting(self, self.SHORT, joint_effect, AFTER_IMAGES)
+        return acting(self, PARTS, joint_effect)
 
     @property
     def moves(self) -> bool:
@@ -80,3 +73,9 @@ class Actuation(Declared):
             for each in self.acting():
                 each.effect.check(velocities, coordinates)
             self.response(len(velocities))
+
+
+PARTS: dict[Any, int] = {  # with the first of their streams of random numbers
+    **dict.fromkeys((Lag, VelocityLimit, AccelerationLimit, Encoder), 0),
+    "effects": AFTER_IMAGES,
+}

@@ -7,8 +7,7 @@ from typing import Annotated, ClassVar
 
 from robsim.declare import register
 from robsim.kernels.images import sensing as kernels
-from robsim.world.imperfections.image_effect import ImageEffect, ImageTiming, Place
-from robsim.world.imperfections.image_rows import ImageRows
+from robsim.world.imperfections.image_effect import ImageEffect, ImageRows, ImageTiming, Place
 from robsim.world.imperfections.imperfection import RunFacts, Statement
 from robsim.world.imperfections.outliers import SHARE
 

@@ -1,21 +1,165 @@
-"""Kinds of imperfections of the images, and what each of them declares."""
+"""Imperfections of the images: what each kind declares, and the rows to which it adds stages."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from enum import IntEnum
+from functools import partial
 from typing import Any, ClassVar, NamedTuple, Protocol, runtime_checkable
 
-from robsim.base.arrays import Array
+import numpy as np
+from numpy.typing import NDArray
+
+from robsim.base.arrays import Array, first_view, last_view, numbers, shown_view
 from robsim.base.errors import InputError
 from robsim.declare import Choice, family
-from robsim.world.imperfections.exposure import Exposure
-from robsim.world.imperfections.image_rows import ImageRows, MarkGroup
+from robsim.kernels.control.commanding import copied
+from robsim.kernels.formulas import random
+from robsim.kernels.machine.program import Blocks, Program
 from robsim.world.imperfections.imperfection import Imperfection, RunFacts, Statement
 
 IMAGE_EFFECTS = family("image effect")
 FIRST_STREAM = 16  # of random numbers of effects; those below are of the short form
+
+
+@dataclass(frozen=True, eq=False)
+class Draws:
+    """Random numbers, keyed by the seed and the number of each run, and counted by the step.
+
+    So a run has the same ones alone and in any batch. `time` is in seconds since the start.
+    """
+
+    time: float
+    step: int
+    seed: np.uint64
+    runs: NDArray[np.uint64]  # (B,)
+    stream: int
+
+    def normal_pairs(self, count: int) -> Array:
+        """Return independent standard normal numbers (count, 2, B)."""
+        out = np.empty((count, 2, self.runs.size))
+        random.normal_pairs(self.seed, self.runs, self.step, self.stream, out)
+        return out
+
+
+@dataclass(frozen=True, eq=False)
+class Exposure(Draws):
+    """When an image was taken, by which camera of which target, for B runs."""
+
+    camera: str
+    target: str
+
+    def normal(self, marks: int) -> Array:
+        """Return independent standard normal numbers (B, marks, 2)."""
+        return first_view(self.normal_pairs(marks))
+
+    def uniform(self, marks: int) -> Array:
+        """Return independent uniform numbers (B, marks), between 0 and 1."""
+        out = np.empty((marks, self.runs.size))
+        random.uniforms(self.seed, self.runs, self.step, self.stream + 1, out)
+        return first_view(out)
+
+
+class MarkGroup(NamedTuple):
+    """The marks of one target in the image of one camera: the first of all marks, and how many."""
+
+    camera: str
+    target: str
+    first: int
+    size: int
+
+
+@dataclass
+class ImageRows:
+    """The rows of an image to which effects add their stages, one after the other.
+
+    program   the stages of a period; an effect keeps what it remembers in new rows of it
+    groups    the marks of each camera and target
+    every     control periods between images: a stage does nothing in the others
+    pixels    first row of the pixels (N, 2), which are the true ones until `own_pixels`
+    dt        row of the control period, and `seconds` the same number
+    latency   row of the age of the image in seconds, and `age` the same number
+    seed      of random numbers, and `run` the row of the number of each run
+    stream    the first of two streams of random numbers of an effect
+    owned     whether the pixels may be changed in place
+    hidden    first row of whether each mark is hidden (N,), -1 if none can be
+    lost      row of whether the image is lost, -1 if none can be
+    """
+
+    program: Program
+    groups: Sequence[MarkGroup]
+    every: int
+    pixels: int
+    dt: int
+    seconds: float
+    latency: int
+    age: float
+    seed: np.uint64
+    run: int
+    stream: int = 0
+    owned: bool = False
+    hidden: int = -1
+    lost: int = -1
+
+    @property
+    def N(self) -> int:
+        """The number of marks in the image."""
+        return sum(each.size for each in self.groups)
+
+    @property
+    def key(self) -> tuple[int, int, int]:
+        """The seed, the row of the number of the run, and the stream, as stages take them."""
+        return int(self.seed.astype(np.int64)), self.run, self.stream
+
+    def new_pixels(self) -> int:
+        """Return new rows (N, 2), which are the pixels from here on."""
+        self.pixels, self.owned = self.program.rows(2 * self.N), True
+        return self.pixels
+
+    def own_pixels(self) -> int:
+        """Return rows (N, 2) of pixels to change in place; a copy if they are the true ones."""
+        if not self.owned:
+            before = self.pixels
+            self.program.add(copied, 2 * self.N, before, self.new_pixels())
+        return self.pixels
+
+    def hidden_marks(self) -> int:
+        """Return rows (N,) to set to one for marks that do not arrive with this image."""
+        if self.hidden < 0:
+            self.hidden = self._cleared(self.N)
+        return self.hidden
+
+    def lost_images(self) -> int:
+        """Return the row to set to one if this image does not arrive."""
+        if self.lost < 0:
+            self.lost = self._cleared(1)
+        return self.lost
+
+    def call(self, seen: Callable[[Array, Exposure], Array], name: str) -> None:
+        """Add a function in Python from pixels (B, N, 2) of a target to others."""
+        self.program.call(partial(self._called, seen, name, self.own_pixels(), self.stream))
+
+    def _called(
+        self, seen: Any, name: str, first: int, stream: int, blocks: Blocks, step: int
+    ) -> None:
+        if step % self.every:
+            return
+        pixels = blocks.get(first, self.N, 2)
+        runs = blocks.get(self.run, 1)[0].view(np.uint64)
+        time = max(step * self.seconds - self.age, 0.0)
+        for camera, target, start, count in self.groups:
+            shot = Exposure(time, step, self.seed, runs, stream, camera, target)
+            before = shown_view(pixels[start : start + count])
+            found = like(before, seen(before, shot), f"{name}.seen", gaps=True)
+            pixels[start : start + count] = last_view(found)
+        blocks.put(first, pixels)
+
+    def _cleared(self, count: int) -> int:
+        """Return new rows that are zero at the begin of every period."""
+        found = self.program.rows(count)
+        self.program.add(copied, count, self.program.constant(np.zeros(count)), found)
+        return found
 
 
 class Place(IntEnum):
@@ -85,6 +229,8 @@ class ImageEffect(Imperfection):
 
         `normal()` are standard normal numbers of the same shape.
         """
+        if self.place is Place.TAKEN:
+            return pixels
         raise InputError("views have noise and quantisation only; leave it out")
 
 
@@ -120,3 +266,11 @@ class CalledImageEffect(ImageEffect):
 def image_effect(given: Any) -> ImageEffect:
     """Return an effect with our base class, also where it is a user's own object."""
     return given if isinstance(given, ImageEffect) else CalledImageEffect(given)
+
+
+def like(before: Array, given: Any, who: str, *, gaps: bool = False) -> Array:
+    """Return what a user's effect made of an array; InputError unless it is of the same shape."""
+    found = numbers(given, who, before.shape[1:], gaps=gaps)
+    if found.shape != before.shape:
+        raise InputError(f"{who}: expected shape {before.shape}, got {found.shape}")
+    return found
