@@ -5,20 +5,17 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import reduce
-from typing import Annotated, Any
 
 from robsim.base.errors import naming
-from robsim.declare import Declared, ListOf, described
+from robsim.declare import Declared, described
 from robsim.world.imperfections.encoder import Encoder, Steps
 from robsim.world.imperfections.imperfection import Acting, acting
 from robsim.world.imperfections.joint_effect import (
     AFTER_IMAGES,
-    EFFECT,
+    Effects,
     JointEffect,
     JointPlace,
-    OwnJointEffect,
     Response,
-    joint_effect,
 )
 from robsim.world.imperfections.lag import Constant, Lag
 from robsim.world.imperfections.rate_limits import (
@@ -47,15 +44,11 @@ class Actuation(Declared):
     velocity: Velocity = None
     acceleration: Acceleration = None
     encoder: Steps = 0.0
-    effects: Annotated[
-        tuple[JointEffect | OwnJointEffect, ...],
-        ListOf(EFFECT, most=64, alone=True),
-        "Effects of other kinds, or of a kind of your own, one after the other.",
-    ] = ()
+    effects: Effects = ()
 
     def acting(self) -> list[Acting[JointEffect]]:
         """Return the imperfections that are on, in the order of the fields."""
-        return acting(self, PARTS, joint_effect)
+        return acting(self, PARTS, JointEffect, AFTER_IMAGES)
 
     @property
     def moves(self) -> bool:
@@ -75,7 +68,4 @@ class Actuation(Declared):
             self.response(len(velocities))
 
 
-PARTS: dict[Any, int] = {  # with the first of their streams of random numbers
-    **dict.fromkeys((Lag, VelocityLimit, AccelerationLimit, Encoder), 0),
-    "effects": AFTER_IMAGES,
-}
+PARTS = (Lag, VelocityLimit, AccelerationLimit, Encoder, "effects")

@@ -4,18 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import reduce
-from typing import Annotated
 
-from robsim.declare import Declared, ListOf, described
+from robsim.declare import Declared, described
 from robsim.world.imperfections.dropped import Dropped, DroppedImages
-from robsim.world.imperfections.image_effect import (
-    EFFECT,
-    FIRST_STREAM,
-    ImageEffect,
-    ImageTiming,
-    OwnImageEffect,
-    image_effect,
-)
+from robsim.world.imperfections.image_effect import FIRST_STREAM, Effects, ImageEffect, ImageTiming
 from robsim.world.imperfections.imperfection import Acting, acting
 from robsim.world.imperfections.latency import Age, Latency
 from robsim.world.imperfections.noise import Deviation, PixelNoise
@@ -45,15 +37,11 @@ class Sensing(Declared):
     dropped: Dropped = 0.0
     latency: Age = 0.0
     period: Period = None
-    effects: Annotated[
-        tuple[ImageEffect | OwnImageEffect, ...],
-        ListOf(EFFECT, most=64, alone=True),
-        "Effects of other kinds, or of a kind of your own, one after the other.",
-    ] = ()
+    effects: Effects = ()
 
     def acting(self) -> list[Acting[ImageEffect]]:
         """Return the imperfections that are on, in the order of the fields."""
-        return acting(self, PARTS, image_effect)
+        return acting(self, PARTS, ImageEffect, FIRST_STREAM)
 
     def timing(self, dt: float) -> ImageTiming:
         """Return when images are taken and used; InputError if that does not fit the period."""
@@ -61,13 +49,7 @@ class Sensing(Declared):
         return reduce(ImageTiming.and_also, every, ImageTiming())
 
 
-PARTS = {  # with the first of their streams of random numbers
-    PixelNoise: 0,
-    Quantisation: 0,
-    Outliers: 1,
-    "occlusions": 0,
-    DroppedImages: 3,
-    Latency: 0,
-    CameraPeriod: 0,
-    "effects": FIRST_STREAM,
-}
+PARTS = (
+    *(PixelNoise, Quantisation, Outliers, "occlusions", DroppedImages, Latency, CameraPeriod),
+    "effects",
+)

@@ -6,14 +6,14 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from enum import IntEnum
 from functools import partial
-from typing import Any, ClassVar, NamedTuple, Protocol, runtime_checkable
+from typing import Annotated, Any, ClassVar, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
 
 from robsim.base.arrays import Array, first_view, last_view, numbers, shown_view
 from robsim.base.errors import InputError
-from robsim.declare import Choice, family
+from robsim.declare import Choice, ListOf, family
 from robsim.kernels.control.commanding import copied
 from robsim.kernels.formulas import random
 from robsim.kernels.machine.program import Blocks, Program
@@ -74,33 +74,31 @@ class MarkGroup(NamedTuple):
 class ImageRows:
     """The rows of an image to which effects add their stages, one after the other.
 
-    program   the stages of a period; an effect keeps what it remembers in new rows of it
-    groups    the marks of each camera and target
-    every     control periods between images: a stage does nothing in the others
-    pixels    first row of the pixels (N, 2), which are the true ones until `own_pixels`
-    dt        row of the control period, and `seconds` the same number
-    latency   row of the age of the image in seconds, and `age` the same number
-    seed      of random numbers, and `run` the row of the number of each run
-    stream    the first of two streams of random numbers of an effect
-    owned     whether the pixels may be changed in place
-    hidden    first row of whether each mark is hidden (N,), -1 if none can be
-    lost      row of whether the image is lost, -1 if none can be
+    program  the stages of a period; an effect keeps what it remembers in new rows of it
+    groups   the marks of each camera and target
+    every    control periods between images: a stage does nothing in the others
+    pixels   first row of the pixels (N, 2), which are the true ones until `own_pixels`
+    hidden   first row of whether each mark is hidden (N,), to be set to one
+    lost     row of whether the image is lost, to be set to one
+    dt       row of the control period
+    latency  row of the age of the image in seconds
+    seed     of random numbers, and `run` the row of the number of each run
+    stream   the first of two streams of random numbers of an effect
+    owned    whether the pixels may be changed in place
     """
 
     program: Program
     groups: Sequence[MarkGroup]
     every: int
     pixels: int
+    hidden: int
+    lost: int
     dt: int
-    seconds: float
     latency: int
-    age: float
     seed: np.uint64
     run: int
     stream: int = 0
     owned: bool = False
-    hidden: int = -1
-    lost: int = -1
 
     @property
     def N(self) -> int:
@@ -124,18 +122,6 @@ class ImageRows:
             self.program.add(copied, 2 * self.N, before, self.new_pixels())
         return self.pixels
 
-    def hidden_marks(self) -> int:
-        """Return rows (N,) to set to one for marks that do not arrive with this image."""
-        if self.hidden < 0:
-            self.hidden = self._cleared(self.N)
-        return self.hidden
-
-    def lost_images(self) -> int:
-        """Return the row to set to one if this image does not arrive."""
-        if self.lost < 0:
-            self.lost = self._cleared(1)
-        return self.lost
-
     def call(self, seen: Callable[[Array, Exposure], Array], name: str) -> None:
         """Add a function in Python from pixels (B, N, 2) of a target to others."""
         self.program.call(partial(self._called, seen, name, self.own_pixels(), self.stream))
@@ -147,19 +133,14 @@ class ImageRows:
             return
         pixels = blocks.get(first, self.N, 2)
         runs = blocks.get(self.run, 1)[0].view(np.uint64)
-        time = max(step * self.seconds - self.age, 0.0)
+        dt, latency = blocks.first(self.dt, 1)[0], blocks.first(self.latency, 1)[0]
+        when = max(float(step * dt - latency), 0.0), step, self.seed, runs, stream
         for camera, target, start, count in self.groups:
-            shot = Exposure(time, step, self.seed, runs, stream, camera, target)
             before = shown_view(pixels[start : start + count])
-            found = like(before, seen(before, shot), f"{name}.seen", gaps=True)
+            found = seen(before, Exposure(*when, camera, target))
+            found = like(before, found, f"{name}.seen", gaps=True)
             pixels[start : start + count] = last_view(found)
         blocks.put(first, pixels)
-
-    def _cleared(self, count: int) -> int:
-        """Return new rows that are zero at the begin of every period."""
-        found = self.program.rows(count)
-        self.program.add(copied, count, self.program.constant(np.zeros(count)), found)
-        return found
 
 
 class Place(IntEnum):
@@ -168,7 +149,8 @@ class Place(IntEnum):
     TAKEN = 0  # when images are taken and used: a `timing`, but no stages
     MEASURED = 1  # where marks are seen
     ROUNDED = 2  # to the resolution of the image
-    RECEIVED = 3  # which images and marks arrive
+    HIDDEN = 3  # which marks arrive
+    LOST = 4  # which images arrive
 
 
 class ImageTiming(NamedTuple):
@@ -204,7 +186,8 @@ class ImageEffect(Imperfection):
 
     def seen(self, pixels: Array, exposure: Exposure) -> Array:
         """Return where the marks are seen (B, N, 2), from where they would be, in pixels."""
-        raise NotImplementedError(f"{self.label} needs `seen` or `add_stages`")
+        found: Array = self.owner("seen").seen(pixels, exposure)
+        return found
 
     def add_stages(self, image: ImageRows) -> None:
         """Add the stages of the effect to a program; by default `seen` is called."""
@@ -245,27 +228,11 @@ class OwnImageEffect(Protocol):
         """Return where the marks are seen (B, N, 2), from where they would be, in pixels."""
 
 
-EFFECT = Choice(IMAGE_EFFECTS, protocol=OwnImageEffect)
-
-
-@dataclass(frozen=True, eq=False)
-class CalledImageEffect(ImageEffect):
-    """An image effect that is a user's own object without our base class."""
-
-    own: Any
-
-    @property
-    def label(self) -> str:
-        return type(self.own).__name__
-
-    def seen(self, pixels: Array, exposure: Exposure) -> Array:
-        found: Array = self.own.seen(pixels, exposure)
-        return found
-
-
-def image_effect(given: Any) -> ImageEffect:
-    """Return an effect with our base class, also where it is a user's own object."""
-    return given if isinstance(given, ImageEffect) else CalledImageEffect(given)
+Effects = Annotated[
+    tuple[ImageEffect | OwnImageEffect, ...],
+    ListOf(Choice(IMAGE_EFFECTS, protocol=OwnImageEffect), most=64, alone=True),
+    "Effects of other kinds, or of a kind of your own, one after the other.",
+]
 
 
 def like(before: Array, given: Any, who: str, *, gaps: bool = False) -> Array:

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Any, ClassVar, Generic, NamedTuple, TypeVar
+from typing import Any, ClassVar, Generic, NamedTuple, Self, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +15,7 @@ from robsim.base.values import known
 from robsim.declare import Declared, fields_of
 
 Statement = tuple[str, dict[str, float]]  # a sentence and its numbers
-E = TypeVar("E")
+P = TypeVar("P", bound="Imperfection")
 T = TypeVar("T")
 
 
@@ -54,17 +54,36 @@ class RunFacts(NamedTuple):
 class Imperfection(Declared):
     """A kind of imperfection, of the images or of the joints, as far as sentences go.
 
+    own       a user's object without this base class, for which this stands
+    stream    the first of two streams of random numbers, in the short form
     title     its noun, such as "pixel noise"
     left_out  noun for `advise` if it has no part in the linear loop and its noise; "" for none
     """
 
+    own: Any = None
+    stream: ClassVar[int] = 0
     title: ClassVar[str]
     left_out: ClassVar[str] = "effects of your own"
+
+    @classmethod
+    def of(cls, given: Any) -> Self:
+        """Return an imperfection with this base class, also where it is a user's own object."""
+        if isinstance(given, cls):
+            return given
+        made = cls()
+        made.own = given
+        return made
 
     @property
     def label(self) -> str:
         """The name of the class, for sentences and errors."""
-        return type(self).__name__
+        return type(self.own or self).__name__
+
+    def owner(self, method: str) -> Any:
+        """Return the user's object that has a method; NotImplementedError if there is none."""
+        if self.own is None:
+            raise NotImplementedError(f"{self.label} needs `{method}` or `add_stages`")
+        return self.own
 
     def stated(self, facts: RunFacts) -> Statement:
         """Return a sentence on its part in a run, and the numbers."""
@@ -80,14 +99,14 @@ class Imperfection(Declared):
 
 
 @dataclass(frozen=True, eq=False)
-class Acting(Generic[E]):
+class Acting(Generic[P]):
     """An imperfection that acts, and the field of `Sensing` or `Actuation` that holds it.
 
     `stream` is the first of its two streams of random numbers, and `off` returns the value of the
     field without it.
     """
 
-    effect: E
+    effect: P
     stream: int
     field: str
     off: Callable[[Any], Any]
@@ -98,23 +117,24 @@ class Acting(Generic[E]):
         return replace(holder, **{self.field: left})  # type: ignore[type-var]
 
 
-def acting(holder: Any, parts: Mapping[Any, int], own: Callable[[Any], E]) -> list[Acting[E]]:
+def acting(holder: Any, parts: Sequence[Any], base: type[P], first: int) -> list[Acting[P]]:
     """Return the imperfections of a `Sensing` or `Actuation` that act.
 
-    `parts` are kinds whose fields stand in the holder, and names of lists of effects, each with
-    the first of its streams of random numbers; `own` makes a kind of an effect in a list.
+    `parts` are kinds whose fields stand in the holder, and names of lists of effects, of which
+    each has two streams of random numbers, from the first on.
     """
     found = []
-    for part, stream in parts.items():
+    for part in parts:
         if isinstance(part, str):
-            for i, effect in enumerate(getattr(holder, part)):
-                found.append(Acting(own(effect), stream + 2 * i, part, partial(_less, effect)))
+            for i, each in enumerate(getattr(holder, part)):
+                off = partial(_less, each)
+                found.append(Acting(base.of(each), first + 2 * i, part, off))
             continue
         given = {each.name: getattr(holder, each.name) for each in fields_of(part)}
         name = next(iter(given))
         if is_any(given[name]):
-            default = type(holder).__dataclass_fields__[name].default
-            found.append(Acting(known(part, **given), stream, name, partial(_default, default)))
+            off = partial(_default, type(holder).__dataclass_fields__[name].default)
+            found.append(Acting(known(part, **given), part.stream, name, off))
     return found
 
 

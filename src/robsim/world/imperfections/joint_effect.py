@@ -6,14 +6,14 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from enum import IntEnum
 from functools import partial
-from typing import Any, ClassVar, NamedTuple, Protocol, runtime_checkable
+from typing import Annotated, Any, ClassVar, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
 
 from robsim.base.arrays import Array, first_view, frozen, is_any, shown_view
 from robsim.base.errors import InputError
-from robsim.declare import Choice, family
+from robsim.declare import Choice, ListOf, family
 from robsim.kernels.machine.program import Blocks, Program
 from robsim.world.imperfections.image_effect import FIRST_STREAM, Draws, like
 from robsim.world.imperfections.imperfection import Imperfection, RunFacts, Statement
@@ -128,7 +128,8 @@ class JointEffect(Imperfection):
 
     def driven(self, wanted: Array, drive: Drive) -> Array:
         """Return velocities (B, n) for the period that begins, from those that are wanted."""
-        raise NotImplementedError(f"{self.label} needs `driven` or `add_stages`")
+        found: Array = self.owner("driven").driven(wanted, drive)
+        return found
 
     def add_stages(self, joints: JointRows) -> None:
         """Add the stages of the effect to a program; by default `driven` is called."""
@@ -160,24 +161,8 @@ class OwnJointEffect(Protocol):
         """Return velocities (B, n) for the period that begins, from those that are wanted."""
 
 
-EFFECT = Choice(JOINT_EFFECTS, protocol=OwnJointEffect)
-
-
-@dataclass(frozen=True, eq=False)
-class CalledJointEffect(JointEffect):
-    """A joint effect that is a user's own object without our base class."""
-
-    own: Any
-
-    @property
-    def label(self) -> str:
-        return type(self.own).__name__
-
-    def driven(self, wanted: Array, drive: Drive) -> Array:
-        found: Array = self.own.driven(wanted, drive)
-        return found
-
-
-def joint_effect(given: Any) -> JointEffect:
-    """Return an effect with our base class, also where it is a user's own object."""
-    return given if isinstance(given, JointEffect) else CalledJointEffect(given)
+Effects = Annotated[
+    tuple[JointEffect | OwnJointEffect, ...],
+    ListOf(Choice(JOINT_EFFECTS, protocol=OwnJointEffect), most=64, alone=True),
+    "Effects of other kinds, or of a kind of your own, one after the other.",
+]

@@ -63,11 +63,14 @@ class Occlusion(ImageEffect):
     and so does any feature of which nothing is left. With a weighting of the task a pose is
     estimated from those that are left, and where these are too few the run ends.
 
-    >>> Occlusion([0], start=1.0).end
-    inf
+    >>> from robsim import Sensing, examples, load_scenario
+    >>> hidden = Occlusion([0], start=0.1, end=0.2)
+    >>> case = load_scenario(examples.path("holonomic")).with_(sensing=Sensing(occlusions=hidden))
+    >>> float(case.run().end_time) > hidden.end
+    True
     """
 
-    place: ClassVar[Place] = Place.RECEIVED
+    place: ClassVar[Place] = Place.HIDDEN
     title: ClassVar[str] = "hidden marks"
     left_out: ClassVar[str] = "occlusions"
     marks: Annotated[tuple[int, ...], MARKS, "Numbers of the hidden marks."]
@@ -105,9 +108,9 @@ class Occlusion(ImageEffect):
                 )
 
     def add_stages(self, image: ImageRows) -> None:
-        number, first = image.program.number, image.hidden_marks()
+        number = image.program.number
         marks = [
-            first + each.first + mark
+            image.hidden + each.first + mark
             for each in image.groups
             if self.concerns(each.camera, each.target)
             for mark in self.marks

@@ -27,6 +27,7 @@ class Outliers(ImageEffect):
     10.0
     """
 
+    stream: ClassVar[int] = 1
     title: ClassVar[str] = "outliers"
     left_out: ClassVar[str] = ""
     outliers: Share = 0.1
