@@ -113,7 +113,7 @@ NEEDED = {
     "region": {"frame": "eye", "low": "0, 0, 0 m", "high": "1, 1, 1 m"},
     "too_close": {"one": "eye", "other": "world", "distance": "1 m"},
     "filter": {"start": "1 m"},
-    "occlusions": {"occlusions": [{"marks": [0], "start": "1 s"}]},
+    "occlusion": {"marks": [0], "start": "1 s", "end": "2 s"},
     "period": {"period": "80 ms"},
     "velocity": {"velocity": "1 rad/s"},
     "acceleration": {"acceleration": "1 rad/s^2"},
