@@ -43,7 +43,7 @@ class Images:
         sights: tuple[Sight, ...],
         sensing: Sensing,
         steps: int,
-        key: tuple[np.uint64, int],
+        key: tuple[np.uint64, Rows],
         excused: frozenset[Key],
     ) -> None:
         self.program, self.plant, self.sights = program, plant, sights
@@ -146,8 +146,8 @@ class Images:
         """Add the stages of all imperfections, from where they act on the way of the image."""
         program, gone = self.program, self.program.rows(self.N + 1)
         if self._keeps:
-            program.add(copied, self.N + 1, program.constant(np.zeros(self.N + 1)), gone)
-        rows = self.pixels, gone, gone + self.N, self.plant.dt, self.latency
+            program.add(copied, rows=program.constant(np.zeros(self.N + 1)), to=gone)
+        rows = self.pixels, gone[: self.N], gone[self.N], self.plant.dt, self.latency
         image = ImageRows(program, self.groups, self.every, *rows, *self.key)
         for each in self.effects:
             image.stream = each.stream
@@ -163,8 +163,8 @@ class Images:
             every=self.every,
             pixels=image.pixels,
             depth=self.depth,
-            hidden=program.rows(N) if image.hidden is None else image.hidden,
-            lost=program.rows() if image.lost is None else image.lost,
+            hidden=image.hidden,
+            lost=image.lost,
             delay=self.delay,
             taken=taken,
             taken_depth=depth,
@@ -172,7 +172,8 @@ class Images:
             age=age,
         )
         self.pixels, self.depth, self.age = taken, depth, age
-        self.hidden = None if image.hidden is None else hidden
+        if any(each.effect.place is Place.HIDDEN for each in self.effects):
+            self.hidden = hidden
 
 
 def parts(image: Rows) -> tuple[Rows, Rows]:

@@ -7,8 +7,7 @@ from typing import Annotated, ClassVar
 
 from robsim.declare import register
 from robsim.kernels.images import sensing as kernels
-from robsim.world.imperfections.image_effect import ImageEffect, ImageTiming, Place
-from robsim.world.imperfections.image_rows import ImageRows
+from robsim.world.imperfections.image_effect import ImageEffect, ImageRows, ImageTiming, Place
 from robsim.world.imperfections.imperfection import RunFacts, Statement
 from robsim.world.imperfections.outliers import SHARE
 
@@ -26,13 +25,14 @@ class DroppedImages(ImageEffect):
     '10 % of lost images'
     """
 
-    place: ClassVar[Place] = Place.RECEIVED
+    place: ClassVar[Place] = Place.LOST
+    stream: ClassVar[int] = 3
     title: ClassVar[str] = "lost images"
     dropped: Dropped = 0.1
 
     def add_stages(self, image: ImageRows) -> None:
-        share, lost = image.program.number(self.dropped), image.lost_images()
-        image.program.add(kernels.lose, every=image.every, share=share, **image.key, out=lost)
+        given = {"every": image.every, "share": image.program.number(self.dropped)}
+        image.program.add(kernels.lose, **given, **image.key, out=image.lost)
 
     def timing(self, dt: float) -> ImageTiming:
         return ImageTiming(lost=self.dropped)
