@@ -203,9 +203,9 @@ def attempts(
     brake="n",
     duration="row",
     most="n",
-    count="count",
-    velocities="count, n",
-    seconds="count",
+    tries="count",
+    velocities="tries, n",
+    seconds="tries",
 ):
     """Compute velocities that may be commanded, and how long each would go on until its rest.
 
@@ -214,7 +214,7 @@ def attempts(
     """
     for b in range(WIDTH):
         dt, share = w[duration * WIDTH + b], 1.0
-        for k in range(count):
+        for k in range(tries):
             qd = velocities + k * n
             for j in range(n):
                 slow = w[(brake + j) * WIDTH + b]
@@ -247,13 +247,13 @@ def fence(
     w,
     step,
     n="count",
-    attempts="count, n",
+    attempts="tries, n",
     brake="n",
     out="n",
     reason="row",
     box="2, 3",
     now="3, 4",
-    count="count",
+    tries="count",
     places="whole",
     poses="each: 3, 4",
 ):
@@ -264,7 +264,7 @@ def fence(
     """
     for b in range(WIDTH):
         first = brake
-        for k in range(count - 1, -1, -1):
+        for k in range(tries - 1, -1, -1):
             if _stays(w, b, box, now, poses, 1 + places * k, places):
                 first = attempts + k * n
         if first != attempts:
