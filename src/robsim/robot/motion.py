@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 from robsim.kernels.bodies import moving
 from robsim.kernels.formulas import joints as kinds
@@ -19,9 +20,9 @@ def add_motion(
     """Add the stages that move coordinates q (nq,) by velocities, each in a row, for dt.
 
     One without a row, None, is zero. What depends on others moves with them, and wheels that roll
-    (see `add_rolling`) and joints of the user's kinds are not moved here.
+    (see `add_rolling`) and joints of the user's kinds in Python are not moved here.
     """
-    steady = []
+    steady: list[tuple[Any, Any]] = []
     for row in joints.rows[1:]:
         kind, first, at = row[KIND], row[IQ], row[IV]
         rate = rates[at] if at >= 0 else None
@@ -34,6 +35,16 @@ def add_motion(
             program.add(moving.glide, dt=dt, q=q[first : first + 3], v=v)
         else:
             steady.append((q[first], rate))
+    for each in joints.staged:
+        member = each.member
+        own, v = q[member.q], rates[member.v]
+        if v[0] is None:
+            continue
+        if member.kind.moving is not None:
+            given = {"dt": dt, "q": own, "v": Rows(v[0], (len(v),))}
+            program.add(member.kind.moving, **given, numbers=program.constant(each.constants))
+        else:
+            steady += zip(own, v, strict=True)
     if steady:
         program.add(moving.run, dt=dt, moves=steady)
 

@@ -56,6 +56,7 @@ class Placed:
     def add(self) -> None:
         """Add the stages: what depends on others first, then bodies after their parents."""
         self.follow()
+        self._stage()
         bodies = range(1, len(self.joints.rows))
         for stage, some in groupby(bodies, lambda i: STAGES.get(int(self.joints.rows[i, KIND]))):
             for each in [list(some)] if stage else [[i] for i in some]:
@@ -72,6 +73,17 @@ class Placed:
                 steering=self._x(steered) if steered >= 0 else None,
                 ratio=self.ratio[first : first + 2],
                 numbers=self.program.constant(numbers),
+            )
+
+    def _stage(self) -> None:
+        """Add the stages of the motions and twists of joints of the user's compiled kinds."""
+        for each in self.joints.staged:
+            self.program.add(
+                each.member.kind.placing,
+                q=self.q[each.member.q],
+                numbers=self.program.constant(each.constants),
+                motion=self._motion[each.member.body],
+                twists=self._twists(each).reshape(-1, 6),
             )
 
     def take(self, own: OwnMotion, motion: Rows, twists: Rows) -> None:

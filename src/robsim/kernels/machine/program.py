@@ -181,9 +181,9 @@ class Program:
         self.kept.append(array)
         return Address(array.ctypes.data, array.shape)
 
-    def add(self, stage: Stage, *numbers: int, **rows: Any) -> None:
+    def add(self, stage: Stage, /, **rows: Any) -> None:
         """Let a stage come next, with what it takes by name; WrongRows if that does not fit."""
-        self.calls.append((stage, numbers or stage.signature.pack(**rows)))
+        self.calls.append((stage, stage.signature.pack(**rows)))
 
     def call(self, own: Own) -> None:
         """Let a function in Python come next, which is given the chunk and the step."""
