@@ -17,7 +17,7 @@ from robsim.declare import Choice, ListOf, family
 from robsim.kernels.control.commanding import copied
 from robsim.kernels.formulas import random
 from robsim.kernels.machine.program import Blocks, Program
-from robsim.world.imperfections.imperfection import Imperfection, RunFacts, Statement
+from robsim.world.imperfections.imperfection import Imperfection
 
 IMAGE_EFFECTS = family("image effect")
 FIRST_STREAM = 16  # of random numbers of effects; those below are of the short form
@@ -183,6 +183,7 @@ class ImageEffect(Imperfection):
 
     place: ClassVar[Place] = Place.MEASURED
     title: ClassVar[str] = "effects on the images"
+    changed: ClassVar[str] = "The images are"
 
     def seen(self, pixels: Array, exposure: Exposure) -> Array:
         """Return where the marks are seen (B, N, 2), from where they would be, in pixels."""
@@ -203,9 +204,6 @@ class ImageEffect(Imperfection):
     def deviation(self, robust: bool) -> float:
         """Return the standard deviation of a pixel coordinate, maybe under robust weights."""
         return 0.0
-
-    def stated(self, facts: RunFacts) -> Statement:
-        return facts.lasting(f"The images are changed by {self.label}")
 
     def in_views(self, pixels: Array, normal: Callable[[], Array]) -> Array:
         """Return the pixels (V, N, 2) of views by a robot that stands still.
