@@ -9,18 +9,45 @@ import dataclasses
 from dataclasses import dataclass
 from typing import Any, get_type_hints
 
+import numpy as np
+
+from robsim.base.arrays import Array, frozen
 from robsim.base.values import Value
 from robsim.declare.spec import MISSING, Spec
 
 
+@dataclass(frozen=True, init=False)
+class Stacked:
+    """The mark of a field whose number may differ from run to run, in the shapes of one run.
+
+    A stage then takes it as an array with the runs last, of `rows` where it has rows.
+    """
+
+    shapes: tuple[tuple[int | str, ...], ...]
+    rows: bool
+
+    def __init__(self, *shapes: tuple[int | str, ...], rows: bool = False):
+        object.__setattr__(self, "shapes", shapes)
+        object.__setattr__(self, "rows", rows)
+
+    def bound(self, values: Array) -> Array:
+        """Return numbers (runs, ...) as a stage takes them, read-only."""
+        runs_last = np.ascontiguousarray(np.moveaxis(values, 0, -1))
+        return frozen(np.atleast_2d(runs_last) if self.rows else runs_last)
+
+
 @dataclass(frozen=True)
 class Field:
-    """A declared field: what it may hold, what it means, and its default."""
+    """A declared field: what it may hold, what it means, and its default.
+
+    `stacked` says that its number may differ from run to run.
+    """
 
     name: str
     spec: Spec
     meaning: str
     default: Any = MISSING
+    stacked: Stacked | None = None
 
     @property
     def required(self) -> bool:
@@ -46,7 +73,8 @@ def _found(kind: type[Any]) -> tuple[Field, ...]:
         specs = [part for part in said if isinstance(part, Spec)]
         if specs and each.init:
             meaning = next((part for part in said if isinstance(part, str)), "")
-            found.append(Field(each.name, specs[0], meaning, _default(each)))
+            stacked = next((part for part in said if isinstance(part, Stacked)), None)
+            found.append(Field(each.name, specs[0], meaning, _default(each), stacked))
     return tuple(found)
 
 

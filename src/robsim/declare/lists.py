@@ -10,6 +10,7 @@ import numpy as np
 
 from robsim.base.arrays import is_listed
 from robsim.base.errors import InputError, said, suggest
+from robsim.declare.paths import item_part
 from robsim.declare.problems import Broken, under
 from robsim.declare.scalars import Number
 from robsim.declare.spec import Context, Raw, Spec, expected
@@ -88,6 +89,17 @@ class ListOf(Spec):
             key = next(filter(None, map(name_key, kinds)), None)
             for i, each in enumerate(value or ()):
                 yield from self.item.controls(each, place.at(getattr(each, key) if key else i))
+
+    def parts(self, keys: list[str], value: Any, c: Context) -> list[Any]:
+        kinds, first = self.item.inside(), keys[0]
+        if not kinds or not isinstance(value, tuple):
+            return []
+        key = next(filter(None, map(name_key, kinds)), None)
+        names = [getattr(each, key) if key else str(i) for i, each in enumerate(value)]
+        if first not in names:
+            return []
+        del keys[0]
+        return [item_part(self.item, names.index(first), c.at(first))]
 
     def inside(self) -> Sequence[type[Any]]:
         return self.item.inside()

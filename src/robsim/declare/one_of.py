@@ -81,6 +81,13 @@ class OneOf(Spec):
                 return spec.controls(value, place)
         return ()
 
+    def parts(self, keys: list[str], value: Any, c: Context) -> list[Any]:
+        for spec in self.specs:
+            with suppress(InputError, TypeError):
+                spec.check(value, "value")
+                return spec.parts(keys, value, c)
+        return []
+
     def inside(self) -> Sequence[type[Any]]:
         return [kind for spec in self.specs for kind in spec.inside()]
 

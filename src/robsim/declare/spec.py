@@ -151,6 +151,15 @@ class Spec:
         """Return how a person may change a value at its `Place`; nothing where nobody can."""
         return ()
 
+    @property
+    def plain_spec(self) -> Spec:
+        """What a number here must be."""
+        return self
+
+    def parts(self, keys: list[str], value: Any, c: Context) -> list[Any]:
+        """Return the `Part`s of a value to which the first keys lead, which are taken away."""
+        return []
+
     # a field among the keys of its table
 
     def keys(self, name: str) -> tuple[str, ...]:
@@ -160,6 +169,10 @@ class Spec:
     def of_key(self, name: str, key: str) -> Spec:
         """Return what one of its keys may hold."""
         return self
+
+    def inner(self, name: str, key: str) -> tuple[str, ...]:
+        """Return the keys within the value of the field to which one of its keys leads."""
+        return () if key == name else (key,)
 
     def pick(self, table: Mapping[str, Raw], name: str, c: Context) -> Any:
         """Return the value of the field from its table; MISSING if it is not there, or wrong."""

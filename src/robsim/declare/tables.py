@@ -10,6 +10,7 @@ from typing import Any, ClassVar
 from robsim.base.errors import InputError, said, suggest
 from robsim.base.values import hashable
 from robsim.declare.fields import Field, fields_of
+from robsim.declare.paths import field_parts
 from robsim.declare.problems import Broken, under
 from robsim.declare.spec import MISSING, Context, NoText, Raw, Spec, expected, with_article
 
@@ -158,6 +159,11 @@ class Table(Spec):
 
     def merge(self, old: Raw, new: Raw, loose: bool) -> Raw:
         return merge_table(self.says or self.kind, old, new, loose)
+
+    def parts(self, keys: list[str], value: Any, c: Context) -> list[Any]:
+        if self.says is None and not dataclasses.is_dataclass(value):
+            return []
+        return field_parts(self.says or form_of(type(value)), keys, value, c)
 
     def inside(self) -> Sequence[type[Any]]:
         return (self.says or self.kind,)

@@ -4,15 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any, ClassVar
 
 import numpy as np
 
 from robsim.base.errors import InputError, said, suggest
 from robsim.declare import ListOf, Number, Vector
+from robsim.declare.paths import Part
 from robsim.declare.problems import Broken, under
 from robsim.declare.spec import MISSING, Context, NoText, Raw, Spec, expected
 from robsim.geometry.pose import IDENTITY, Pose, one_pose
+from robsim.geometry.rotation import rpy_of
 
 ROTATION = ListOf(ListOf(Number(), 3, 3), 3, 3)
 KEYS: dict[str, Spec] = {
@@ -89,6 +92,14 @@ class PoseTable(Spec):
     def of_key(self, name: str, key: str) -> Spec:
         return KEYS[key] if self.flat else self
 
+    def inner(self, name: str, key: str) -> tuple[str, ...]:
+        return (key,) if self.flat else ()
+
+    def parts(self, keys: list[str], value: Any, c: Context) -> list[Any]:
+        if keys[0] not in KEYS or value is None:
+            return []
+        return [pose_part(keys[0], c.at(keys.pop(0)))]
+
     def pick(self, table: Mapping[str, Raw], name: str, c: Context) -> Any:
         if not self.flat:
             return super().pick(table, name, c)
@@ -151,3 +162,41 @@ def pose_from(values: Mapping[str, Any]) -> Pose:
         T[:3, 3] = values["position"]
     with under("rotation"):
         return Pose(T)
+
+
+SHAPES = {"position": ((3,),), "rpy": ((3,),), "rotvec": ((3,),), "rotation": ((3, 3),)}
+
+
+def pose_part(key: str, c: Context) -> Part:
+    """Return the part of a pose under one of its keys."""
+    return Part(
+        KEYS[key],
+        c,
+        _position if key == "position" else partial(_turn, key),
+        partial(_placed, key),
+        stack=partial(_placed, key),
+        shapes=SHAPES[key],
+        meaning=MEANINGS[key],
+    )
+
+
+def _position(pose: Pose) -> Any:
+    return pose.position
+
+
+def _turn(key: str, pose: Pose) -> Any:
+    if key == "rpy":
+        return np.array(rpy_of(pose.rotation))
+    return pose.rotation if key == "rotation" else pose.rotvec
+
+
+def _placed(key: str, pose: Pose, new: Any) -> Pose:
+    """Return a pose with another position or rotation; poses (runs,) of numbers (runs, ...)."""
+    values = np.asarray(new, dtype=float)
+    lead = values.shape[: values.ndim - len(SHAPES[key][0])]
+    T = np.array(np.broadcast_to(pose.matrix, (*lead, 4, 4) if lead else pose.matrix.shape))
+    if key == "position":
+        T[..., :3, 3] = values
+    else:
+        T[..., :3, :3] = values if key == "rotation" else Pose.at(**{key: values}).rotation
+    return Pose(T)

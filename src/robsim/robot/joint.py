@@ -108,7 +108,7 @@ class Joint:
         """Whether its coordinate depends on others; that of a rolling wheel is its own."""
         return self.follows is not None and self.follows.tied
 
-    @property
+    @cached_property
     def parts(self) -> Parts:
         """The own coordinates and velocities; none if the joint follows others."""
         if self.tied:

@@ -9,7 +9,7 @@ from typing import Annotated, Any, ClassVar
 import numpy as np
 
 from robsim.base.errors import InputError
-from robsim.declare import Angle, Choice, Length, ListOf, Name, Number, Table
+from robsim.declare import Angle, Choice, Length, ListOf, Name, Number, Stacked, Table
 from robsim.declare.joints import OfJoint, unit_of
 from robsim.declare.problems import Broken, under
 from robsim.declare.quantities import coordinate, written
@@ -94,6 +94,13 @@ class Span(Spec):
 class LinkTable:
     """The text form of a link; the constants of its joint are a row `dh`, or `place` and `tail`."""
 
+    stands: ClassVar[Mapping[str, str]] = {
+        "joint": "joint.kind",
+        "joint_name": "joint.name",
+        **{key: f"joint.{key}" for key in ("speed", "effort", "curve", "steering", "follows")},
+        **{key: f"joint.{key}" for key in ("place", "tail", "limits")},
+    }
+
     name: Annotated[str, LABEL, "Name of the link."]
     parent: Annotated[str | None, LABEL, "Link that carries the joint; None: the one before."] = (
         None
@@ -114,9 +121,9 @@ class LinkTable:
         Any, Choice(COUPLINGS, short=False), "Coupling by which the coordinate follows others."
     ] = None
     dh: Annotated[DHRow | None, Table(DHRow), "Row of Denavit-Hartenberg constants."] = None
-    place: Annotated[Pose | None, PoseTable(), "Pose of the joint in the parent."] = None
+    place: Annotated[Pose | None, PoseTable(), Stacked(), "Pose of the joint in the parent."] = None
     tail: Annotated[
-        Pose | None, PoseTable(), "Pose of the link in the moved frame of the joint."
+        Pose | None, PoseTable(), Stacked(), "Pose of the link in the moved frame of the joint."
     ] = None
     limits: Annotated[Any, Span(), "Lowest and highest coordinate."] = None
     shapes: Annotated[

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Annotated, Any
+from typing import Annotated, Any, ClassVar
 
 from robsim.base.errors import InputError
-from robsim.declare import Flag, ListOf, Name, Table, Text, Word
+from robsim.declare import Flag, ListOf, Name, Stacked, Table, Text, Word
 from robsim.declare.joints import Axes, PerJoint
 from robsim.declare.lists import label
 from robsim.declare.problems import under
@@ -76,8 +76,9 @@ class LinkedTable:
 
     name: Annotated[str, Name(), "Name of the robot or tool."]
     links: Annotated[tuple[Link, ...], Links(), "Links, the base first."]
+    stands: ClassVar[Mapping[str, str]] = {"pose": "base", "links": "links", "home": "home"}
     pose: Annotated[
-        Pose | None, PoseTable(flat=True), "Pose of the base in the frame that carries it."
+        Pose | None, PoseTable(flat=True), Stacked(), "Pose of the base in the frame that carries it."
     ] = None
     about: Annotated[str | None, Text(), "Description in one line."] = None
     sources: Annotated[tuple[str, ...], ListOf(Text(), most=64), "Sources of the numbers."] = ()

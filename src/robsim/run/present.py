@@ -13,7 +13,7 @@ from robsim.declare.lookup import NAMED
 from robsim.declare.spec import Raw
 from robsim.files.toml import parse
 from robsim.geometry.pose import Pose
-from robsim.robot.urdf.values import rpy_of
+from robsim.geometry.rotation import rpy_of
 from robsim.run.text import common_belief
 from robsim.run.varied import LENS, POSE
 from robsim.run.written import Written

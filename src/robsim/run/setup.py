@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from robsim.base.arrays import flag, positive, whole
 from robsim.base.errors import GoalError, InputError, naming, said
-from robsim.base.values import Value
+from robsim.base.values import Value, unchanging, unchecked
 from robsim.declare.problems import joined, under
 from robsim.engine.endings import ENDING_LIST, check_endings
 from robsim.engine.loop import Loop
@@ -29,6 +29,7 @@ from robsim.world.scene import Scene
 from robsim.world.sensing import Sensing
 
 PERFECT, EXACT = Sensing(), Actuation()
+PARTS = {"scene", "task", "sensing", "actuation"}  # which are checked when they are made
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,6 +104,27 @@ class Setup(Value):
             if name not in names:
                 raise InputError(f"no field {name!r}; fields: {', '.join(names)}")
         return replace(self, **changes)
+
+    def revised(self, **changes: Any) -> Self:
+        """Return a copy with other fields, in whose scene and parts only numbers differ."""
+        rest = {name: x for name, x in changes.items() if name not in PARTS}
+        made = replace(self, **rest) if rest else self
+        parts = {name: changes[name] for name in changes.keys() & PARTS}
+        if not parts:
+            return made
+        made = unchecked(made, **parts)
+        if made.scene is not self.scene:
+            made._check_scene()
+        return made
+
+    def _check_scene(self) -> None:
+        """Raise InputError for numbers of the scene that do not go with the rest."""
+        if self.start is not None:
+            starts(self.scene, self.start, "start")
+        if self.safety is not None:
+            with naming("safety"):
+                self.safety.check_margin(self.scene)
+        check_endings([each for each in self.endings if not unchanging(each)], self.scene)
 
     def loop(
         self, numbers: NDArray[np.int64] | None = None, template: Template | None = None

@@ -138,6 +138,8 @@ class Aside(Spec):
 class TaskTable:
     """The part of a text that is not its scene."""
 
+    stands: ClassVar[Mapping[str, str]] = {"run": ""}
+
     task: Annotated[Any, TaskChoice(TASKS, whole=True), "Task of the robots."]
     title: Annotated[str | None, Text(), "Description in one line."] = None
     belief: Annotated[
@@ -145,12 +147,12 @@ class TaskTable:
         BeliefTables(),
         "Scene as the controller believes it, where it differs from the true one.",
     ] = None
-    start: Annotated[Any, Table(StartTable), "Start of the run."] = None
+    start: Annotated[Any, Table(StartTable, StartTable), "Start of the run."] = None
     sensing: Annotated[Any, Table(Sensing), "Imperfections of the images."] = None
     actuation: Annotated[Any, Table(Actuation), "Imperfections of the joints."] = None
     safety: Annotated[Any, SAFETY, "Limits that every command is kept within."] = None
     endings: Annotated[Any, ENDING_LIST, "Conditions on which a run ends."] = ()
-    run: Annotated[Any, Table(RunTable), "Periods, duration and record of the run."] = None
+    run: Annotated[Any, Table(RunTable, RunTable), "Periods, duration and record of the run."] = None
     study: Annotated[Any, Aside(), "Study of many runs of it, for `robsim study`."] = None
 
 

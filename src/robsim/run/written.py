@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Self
@@ -13,11 +14,13 @@ import numpy as np
 from robsim.base.arrays import whole
 from robsim.base.errors import FileError, InputError, said
 from robsim.declare.controls import Control
+from robsim.declare.problems import Broken
 from robsim.declare.spec import Live
 from robsim.files.changes import Changes
 from robsim.files.toml import Tables, parse, write
 from robsim.run.by_hand import experiment_controls
 from robsim.run.changed import changed, has_objects
+from robsim.run.paths import NoNumber, with_numbers
 from robsim.run.setup import Setup
 from robsim.run.text import (
     SCENE,
@@ -143,6 +146,17 @@ class Written(Setup):
         if not isinstance(name, str | Mapping):
             raise InputError(f"expected a dotted name such as 'task.gain', got {said(name)}")
         changes = dict(name) if isinstance(name, Mapping) else {name: value}
+        if all(isinstance(each, str) for each in changes):
+            with suppress(NoNumber, InputError, Broken, KeyError, TypeError, ValueError):
+                return self._without(with_numbers(self, changes), changes)
+        return self.by_text(changes)
+
+    def _without(self, made, changes):
+        if not self.varied:
+            return made
+        return made.with_(varied={each: x for each, x in self.varied.items() if each not in changes})
+
+    def by_text(self, changes):
         several = np.ndim(self.start) > 1  # which no table says
         own = {key: x for key, x in self.tables.items() if not (several and key == "start")}
         made = self._of_tables(changed(own, changes, self.source, python=True), self.source, None)

@@ -182,6 +182,9 @@ class Features(Spec):
     def controls(self, value: Any, place: Any) -> Iterable[Any]:
         return () if isinstance(value, tuple) else FEATURE.controls(value, place)
 
+    def parts(self, keys: list[str], value: Any, c: Context) -> list[Any]:
+        return [] if isinstance(value, tuple) else FEATURE.parts(keys, value, c)
+
     def merge(self, old: Raw, new: Raw, loose: bool) -> Raw:
         if isinstance(old, dict) and isinstance(new, dict):
             own = {key: raw for key, raw in old.items() if key in _OWN}

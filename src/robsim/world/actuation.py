@@ -8,7 +8,7 @@ from typing import Annotated
 
 from robsim.base.arrays import Array, is_any
 from robsim.base.errors import naming
-from robsim.declare import Declared, ListOf, Time, described
+from robsim.declare import Declared, ListOf, Stacked, Time, described
 from robsim.declare.joints import (
     OneOrEach,
     accelerations,
@@ -37,7 +37,7 @@ class Actuation(Declared):
     """
 
     lag: Annotated[
-        float, Time(least=0), "Time constant of a first-order response, v' = (command - v)/lag."
+        float, Time(least=0), Stacked(()), "Time constant of a first-order response, v' = (command - v)/lag."
     ] = 0.0
     velocity: Annotated[
         Each | None,

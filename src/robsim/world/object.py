@@ -11,7 +11,7 @@ from robsim.base.arrays import frozen, numbers
 from robsim.base.errors import InputError
 from robsim.base.names import checked_name
 from robsim.base.values import Value
-from robsim.declare import ListOf, Name, Vector, described
+from robsim.declare import ListOf, Name, Stacked, Vector, described
 from robsim.declare.spec import Context, Raw, Spec
 from robsim.declare.words import Reference
 from robsim.geometry.pose import IDENTITY, Pose, one_pose
@@ -60,10 +60,11 @@ class Object(Value):
     marks: Annotated[
         Any,
         MARKS,
+        Stacked(("N", 3)),
         "Points (N, 3) that cameras see, in axes of the object; None: the vertices of its shapes.",
     ] = None
     pose: Annotated[
-        Pose, PoseTable(flat=True), "Pose of the object in the frame that carries it."
+        Pose, PoseTable(flat=True), Stacked(), "Pose of the object in the frame that carries it."
     ] = IDENTITY
     on: Annotated[str, Reference, "Frame that carries the object."] = "world"
 

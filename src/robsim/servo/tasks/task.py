@@ -9,7 +9,7 @@ from typing import Annotated, Any, ClassVar, Protocol, runtime_checkable
 import numpy as np
 
 from robsim.base.arrays import frozen
-from robsim.declare import Number, described
+from robsim.declare import Number, Stacked, described
 from robsim.declare.spec import Context
 from robsim.features import Points
 from robsim.servo.controller import Controller
@@ -81,13 +81,13 @@ class ServoTask(Shaped):
         Depth, DEPTH, "Depth Z of the marks in L: true, at the goal, constant, or filtered."
     ] = "true"
     depth_scale: Annotated[
-        Any, SCALE, "Factor of the depths in L, which makes them wrong on purpose."
+        Any, SCALE, Stacked((), ("N",), rows=True), "Factor of the depths in L, which makes them wrong on purpose."
     ] = 1.0
     law: Annotated[
         Any, LAW, "Law from e to joint velocities: a kind, or an object with command(state)."
     ] = "joint"
     gain: Annotated[
-        float | AdaptiveGain, GAIN, "Rate at which e falls: a constant, or adaptive."
+        float | AdaptiveGain, GAIN, Stacked(()), "Rate at which e falls: a constant, or adaptive."
     ] = 1.0
     inverse: Annotated[Any, INVERSE, "Inverse of L or L J in the law."] = "pseudo_inverse"
     tolerance: Annotated[
