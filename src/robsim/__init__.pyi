@@ -158,6 +158,11 @@ from robsim.servo import Tukey as Tukey
 from robsim.servo.safety.safety import Fence as Fence
 from robsim.servo.safety.safety import Safety as Safety
 from robsim.servo.safety.safety import Watchdog as Watchdog
+from robsim.starts.starts import About as About
+from robsim.starts.starts import Anywhere as Anywhere
+from robsim.starts.starts import LookAt as LookAt
+from robsim.starts.starts import Shell as Shell
+from robsim.starts.starts import Within as Within
 from robsim.studies.counts import Counts as Counts
 from robsim.studies.door import open_study as open_study
 from robsim.studies.door import study as study
@@ -171,11 +176,6 @@ from robsim.studies.samplers import Sampler as Sampler
 from robsim.studies.samplers import Sobol as Sobol
 from robsim.studies.samplers import Times as Times
 from robsim.studies.samplers import Uniform as Uniform
-from robsim.studies.starts import About as About
-from robsim.studies.starts import Anywhere as Anywhere
-from robsim.studies.starts import LookAt as LookAt
-from robsim.studies.starts import Shell as Shell
-from robsim.studies.starts import Within as Within
 from robsim.studies.study import Study as Study
 from robsim.suites.bench import bench as bench
 from robsim.suites.benchmark import Benchmark as Benchmark

@@ -129,7 +129,7 @@ def check_joint(
         return [str(reason)]
     runs = whole(runs, "runs", 1, MOST)
     rng = np.random.default_rng(whole(seed, "seed", 0))
-    q = kind.sample(rng, runs, kind.rest, kind.ranges(None, None))
+    q = kind.sample(rng.random((runs, len(kind.rest))), kind.rest, kind.ranges(None, None))
     nv, name = len(kind.velocities), type(kind).__name__
     T, problems = _call(kind, "motion", q, (runs, 4, 4))
     V, failures = _call(kind, "twists", q, (runs, nv, 6))

@@ -12,7 +12,7 @@ import pytest
 from stopping import stop_at_the_second
 
 import robsim as rs
-from robsim.analysis.shares import share
+from robsim.statistics.proportions import share
 from robsim.suites.poses import flying
 from robsim.suites.published import calibration, cns_150, vit_500
 from robsim.suites.registry import names, suite_of

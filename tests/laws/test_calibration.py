@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import robsim as rs
-from robsim.calibration.fisher import fisher_quantile
 from robsim.calibration.model import Model, pixels_of, rates_of, unknowns
+from robsim.statistics.fisher import fisher_quantile
 from robsim.vision.camera import Visibility
 
 METHODS = "tsai_lenz", "park_martin", "daniilidis"

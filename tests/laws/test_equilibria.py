@@ -388,6 +388,14 @@ def test_starts_of_a_flying_camera_are_where_the_documentation_says(free_scene):
         assert value.mean() == pytest.approx(0.5 * (low + high), abs=mean)
 
 
+def test_a_start_does_not_depend_on_how_many_there_are(free_scene, puma_scene, puma_goal):
+    """Draws that see nothing are repeated alone."""
+    for scene, goal in ((free_scene(CASES["planar"][0]), FACING), (puma_scene, puma_goal)):
+        field = Field.of(scene, rs.IBVS(goal=goal))
+        few, many = (drawn(field, count, 3, (0.6, 1.4), 1.5) for count in (7, 40))
+        np.testing.assert_array_equal(few, many[:, :7])
+
+
 def test_starts_of_an_arm_are_within_its_limits_and_see_the_marks(puma_scene, puma_goal):
     robot = rs.robots.planar_2r()
     field = Field.of(over_a_dot(robot), rs.IBVS())

@@ -82,8 +82,8 @@ class Spherical(rs.JointKind):
     def rest(self):
         return np.array([0.0, 0.0, 0.0, 1.0])
 
-    def sample(self, rng, count, home, limits):
-        q = rng.normal(size=(count, 4))
+    def sample(self, share, home, limits):
+        q = 2 * share - 1
         return q / np.linalg.norm(q, axis=1, keepdims=True)
 
 
@@ -109,7 +109,8 @@ def some_q(robot, runs, seed=0):
     kind = robot.links[2].joint.model
     n = len(kind.coordinates)
     q = rng.uniform(-0.5, 0.5, (runs, robot.nq))
-    q[:, 1 : 1 + n] = kind.sample(rng, runs, robot.home[1 : 1 + n], robot.limits[1 : 1 + n])
+    home, limits = robot.home[1 : 1 + n], robot.limits[1 : 1 + n]
+    q[:, 1 : 1 + n] = kind.sample(rng.random((runs, n)), home, limits)
     return q
 
 

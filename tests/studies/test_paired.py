@@ -9,8 +9,13 @@ import pytest
 from scipy import stats
 
 from robsim import InputError
+from robsim.statistics.paired_tests import (
+    half_binomial,
+    mcnemar,
+    median_interval,
+    paired_difference,
+)
 from robsim.studies.paired import paired
-from robsim.studies.pairs import half_binomial, mcnemar, median_interval, paired_difference
 
 
 def table(rows):
@@ -65,14 +70,15 @@ def test_what_is_rarer_than_any_number_is_zero_not_nan():
 
 def test_the_interval_of_newcombe_gives_published_numbers():
     found = paired_difference(59, 6, 16, 80)  # Cavo et al. 2012, in the R package contingencytables
-    assert found[:3] == pytest.approx((-0.0621, -0.1186, -0.0046), abs=5e-5)
+    assert found.numbers == pytest.approx((-0.0621, -0.1186, -0.0046), abs=5e-5)
 
 
 def test_the_difference_of_shares_changes_sign_with_the_order_and_stays_within_one():
     one, other = paired_difference(30, 9, 4, 7, 0.9), paired_difference(30, 4, 9, 7, 0.9)
     assert (one.value, one.low, one.high) == (-other.value, -other.high, -other.low)
     assert paired_difference(0, 5, 0, 0).high == 1.0
-    assert paired_difference(0, 0, 0, 0)[1:] == (-1.0, 1.0, 0)
+    none = paired_difference(0, 0, 0, 0)
+    assert (none.low, none.high, none.of) == (-1.0, 1.0, 0)
 
 
 @pytest.mark.parametrize("chances", [(0.5, 0.2, 0.1, 0.2), (0.05, 0.25, 0.25, 0.45)])
@@ -90,7 +96,7 @@ def test_the_interval_of_the_median_holds_it_at_its_level_whatever_the_distribut
     held = np.mean([each.low <= np.log(2) <= each.high for each in found])
     assert 0.93 <= held <= 0.97
     assert median_interval(np.arange(5.0)).low == -np.inf  # too few for 95 percent
-    assert median_interval(np.arange(6.0))[:3] == (2.5, 0.0, 5.0)
+    assert median_interval(np.arange(6.0)).numbers == (2.5, 0.0, 5.0)
 
 
 def test_draws_are_counted_by_who_converged_and_those_that_could_not_begin_apart():

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import robsim as rs
-from robsim.studies.draws import Draws
-from robsim.studies.reach import Reach
+from robsim.starts.reach import Reach
+from robsim.statistics.random_numbers import Draws
 from robsim.units import deg
 
 MANY = np.arange(100_000)

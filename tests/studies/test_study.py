@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import robsim as rs
-from robsim.analysis.shares import share
+from robsim.statistics.proportions import share
 from robsim.units import deg
 
 

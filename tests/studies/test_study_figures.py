@@ -9,8 +9,8 @@ from matplotlib.colors import to_hex
 
 import robsim as rs
 from robsim import plot
-from robsim.analysis.shares import share
 from robsim.plot import palette
+from robsim.statistics.proportions import share
 from robsim.studies.sensitivity import sensitivity
 
 matplotlib.use("agg")

@@ -20,6 +20,7 @@ from robsim.robot.joint import LIMIT_SLACK
 from robsim.run.checks import a_task, of_kind, whole_periods
 from robsim.servo.controller import Controller
 from robsim.servo.tasks.task import Task
+from robsim.statistics.random_numbers import Draws
 from robsim.vision.camera import Visibility
 from robsim.world.scene import Scene
 
@@ -135,9 +136,10 @@ def _runs(field: Field, q0: Array, dt: float, steps: int) -> tuple[Array, NDArra
 
 def _between(field: Field, ends: Array, seed: int) -> Array:
     """Return states at random between the ends of runs: a saddle separates two basins."""
-    rng, pairs = np.random.default_rng([seed, 1]), max(PAIRS, ends.shape[1])
-    i, j = rng.integers(ends.shape[1], size=(2, pairs))
-    return field.between(ends[:, i], ends[:, j], rng.uniform(size=pairs))
+    count = ends.shape[1]
+    share = Draws(seed, "between", np.arange(max(PAIRS, count))).uniform(3)
+    i, j = (share[:, :2] * count).astype(int).T
+    return field.between(ends[:, i], ends[:, j], share[:, 2])
 
 
 def _result(

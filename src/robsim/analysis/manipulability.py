@@ -6,10 +6,10 @@ from typing import Any, Literal
 
 import numpy as np
 
-from robsim.analysis.draws import PROBES, uniform
 from robsim.base.arrays import Array, positive
 from robsim.base.errors import InputError, said, suggest
 from robsim.robot.robot import Robot
+from robsim.statistics.random_numbers import PROBES, uniform
 
 Axes = Literal["all", "linear", "angular"]
 ROWS = {"all": slice(0, 6), "linear": slice(0, 3), "angular": slice(3, 6)}  # of (v, omega)

@@ -2,41 +2,51 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from robsim.analysis.field import Field
-from robsim.analysis.flying import flies, flown
 from robsim.base.arrays import Array, numbers, runs_last
 from robsim.base.errors import InputError, said
-from robsim.geometry.looking import facing, in_cone
-from robsim.geometry.pose import Pose, homogeneous
+from robsim.starts.draw_starts import draw_starts
+from robsim.starts.free_flyer import flies
+from robsim.starts.reach import Reach
+from robsim.starts.starts import LookAt, Start
+from robsim.statistics.random_numbers import Draws
 
-ROUNDS = 100  # of draws at most
-Draw = Callable[[np.random.Generator, int], Array]
+ROUNDS = 100  # attempts at a start, at most
 
 
 def drawn(field: Field, count: int, seed: int, distance: Any, cone: Any) -> Array:
     """Return starts (nq, count) with all marks in front of their cameras; see `equilibria`."""
-    around = flies(field.controller, field.controller.sights[0].eye.name)
-    draw = _around_the_goal(field, *_cap(distance, cone)) if around else _anywhere(field)
-    rng, kept, found = np.random.default_rng(seed), [], 0
-    for _ in range(ROUNDS):
-        q = draw(rng, count)
-        kept.append(q[:, field.in_front(q)])
-        found += kept[-1].shape[1]
-        if found >= count:
-            return np.ascontiguousarray(np.concatenate(kept, axis=1)[:, :count])
+    reach = Reach(field.controller)
+    q, tries, found = draw_starts(
+        _around_the_goal(reach, distance, cone) if _is_flying_camera(reach) else _Commanded(),
+        reach,
+        partial(Draws, seed, "start"),
+        np.arange(count),
+        lambda draws, q: field.in_front(runs_last(q, 1)),
+        [1] * ROUNDS,
+    )
+    if found.all():
+        return runs_last(q, 1)
     raise InputError(
-        f"starts: of {ROUNDS * count} that were drawn only {found} have all marks in front of the "
-        "camera; give starts of your own, of shape (B, nq)"
+        f"starts: of {tries.sum()} that were drawn only {found.sum()} have all marks in front of "
+        "the camera; give starts of your own, of shape (B, nq)"
     )
 
 
-def _cap(distance: Any, cone: Any) -> tuple[float, float, float]:
-    """Return the nearest and farthest distance and the half angle of the cone; or InputError."""
+def _is_flying_camera(reach: Reach) -> bool:
+    cameras = [eye.name for eye in reach.scene.cameras]
+    return reach.frame in cameras and flies(reach.controller, reach.frame)
+
+
+def _around_the_goal(reach: Reach, distance: Any, cone: Any) -> LookAt:
+    """Return the sampler of poses whose camera looks at the middle of the marks."""
     pair, angle = numbers(distance, "distance", (2,)), numbers(cone, "cone (radians)", ())
     if pair.ndim != 1 or not 0 < pair[0] <= pair[1]:
         raise InputError(
@@ -45,47 +55,27 @@ def _cap(distance: Any, cone: Any) -> tuple[float, float, float]:
         )
     if angle.ndim or not 0 <= angle <= np.pi:
         raise InputError(f"cone: expected a half angle from 0 to pi radians, got {said(cone)}")
-    return float(pair[0]), float(pair[1]), float(angle)
-
-
-def _around_the_goal(field: Field, near: float, far: float, cone: float) -> Draw:
-    """Return a function that draws poses of a camera that looks at the middle of the marks."""
-    sight = field.controller.sights[0]
-    T_w_o = Pose(homogeneous(sight.project(runs_last(field.scene.home, 1)).T_w_o)[0])
-    middle = T_w_o @ sight.target.marks.mean(axis=0)
-    way = (T_w_o @ field.goal_pose.inv()).position - middle
-    if not way.any():
+    target = reach.controller.sights[0].target.name
+    away = np.linalg.norm(reach.goal.position - reach.middle(target))
+    if not away:
         raise InputError(
             "starts: a goal given as numbers says nothing about where to start, and home is in "
             "the middle of the marks; give starts, of shape (B, nq)"
         )
-
-    def draw(rng: np.random.Generator, count: int) -> Array:
-        scale, roll = rng.uniform(near, far, count), rng.uniform(-np.pi, np.pi, count)
-        along, around = rng.uniform(0.0, 1.0, (2, count))
-        out = in_cone(way / np.linalg.norm(way), cone, along, around)
-        T = np.tile(np.eye(4), (count, 1, 1))
-        T[:, :3, :3] = facing(-out, roll)
-        T[:, :3, 3] = middle + np.linalg.norm(way) * scale[:, None] * out
-        return runs_last(flown(field.scene, sight.eye.name, T), 1)
-
-    return draw
+    return LookAt(target, distance=away * pair, cone=float(angle))
 
 
-def _anywhere(field: Field) -> Draw:
-    """Return a function that draws commanded coordinates uniformly within their limits.
+@dataclass(frozen=True, eq=False)
+class _Commanded(Start):
+    """Commanded coordinates anywhere within their limits, and the others at home."""
 
-    The other coordinates stay at home.
-    """
-    scene, tree = field.scene, field.scene.tree
-    home = runs_last(scene.home, 1)
-    bodies = np.unique(tree.owners[field.controller.columns])
-    moved = [member for member in tree.members if member.body in bodies]
-
-    def draw(rng: np.random.Generator, count: int) -> Array:
-        q = np.repeat(home, count, axis=1)
-        for _, kind, rows, *_ in moved:
-            q[rows] = kind.sample(rng, count, home[rows, 0], scene.limits[rows]).T
-        return q
-
-    return draw
+    def coordinates(self, reach: Reach, draws: Draws) -> tuple[Array, NDArray[np.bool_]]:
+        """Return coordinates (draws, nq), all of which are reached."""
+        scene, tree = reach.scene, reach.scene.tree
+        q, share = np.tile(scene.home, (len(draws.numbers), 1)), draws.uniform(scene.nq)
+        bodies = np.unique(tree.owners[reach.controller.columns])
+        for member in tree.members:
+            if member.body in bodies:
+                at = member.q
+                q[:, at] = member.kind.sample(share[:, at], scene.home[at], scene.limits[at])
+        return q, np.ones(len(q), dtype=bool)

@@ -6,12 +6,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from robsim.analysis.draws import WORKSPACE, uniform
 from robsim.analysis.manipulability import Axes, manipulability
 from robsim.base.arrays import Array, frozen, whole
 from robsim.base.errors import InputError, said
 from robsim.base.values import Value
 from robsim.robot.robot import Robot
+from robsim.statistics.random_numbers import WORKSPACE, uniform
 
 MOST = 1_000_001  # upper bound, exclusive, of the number of configurations
 CHUNK = 8192  # configurations at a time

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from robsim.analysis.shares import Share
 from robsim.base.arrays import Array, frozen, whole
 from robsim.base.errors import InputError
 from robsim.base.values import Value
@@ -16,8 +15,9 @@ from robsim.calibration.model import Model
 from robsim.geometry.rotation import rpy_of
 from robsim.run.checks import of_kind
 from robsim.run.experiment import Experiment
+from robsim.statistics.estimate import Estimate
+from robsim.statistics.random_numbers import Draws
 from robsim.studies.door import study
-from robsim.studies.draws import Draws
 from robsim.studies.plan import MOST_RUNS
 from robsim.studies.samplers import Given
 from robsim.studies.sensitivity import Sensitivity, sensitivity
@@ -46,7 +46,7 @@ class CalibrationCost(Value):
     names: tuple[str, ...]
 
     @property
-    def converged(self) -> Share:
+    def converged(self) -> Estimate:
         """The share of the runs that converged, with its interval."""
         return self.study.converged()
 

@@ -13,7 +13,7 @@ from robsim.calibration.views import CalibrationViews
 from robsim.run.checks import of_kind
 from robsim.run.experiment import Experiment
 from robsim.run.text import common_belief
-from robsim.studies.draws import Draws
+from robsim.statistics.random_numbers import Draws
 from robsim.studies.plan import START, planned
 from robsim.studies.rows import Rows
 from robsim.vision.camera import Visibility

@@ -14,12 +14,12 @@ from robsim.base.errors import InputError, is_one_of, said, suggest
 from robsim.base.html import table
 from robsim.base.tables import aligned
 from robsim.base.values import Value
-from robsim.calibration.fisher import fisher_quantile
 from robsim.calibration.misfit import misfit, rms_of
 from robsim.calibration.model import Model, Unknowns
 from robsim.calibration.views import CalibrationViews
 from robsim.geometry.pose import Pose
 from robsim.run.checks import of_kind
+from robsim.statistics.fisher import fisher_quantile
 from robsim.vision.camera import Camera
 from robsim.world.scene import Scene
 

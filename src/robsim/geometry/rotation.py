@@ -40,6 +40,19 @@ def rpy_of(R: Array) -> tuple[float, float, float]:
     return r + 0.0, p + 0.0, y + 0.0
 
 
+def random_quaternions(share: Array) -> Array:
+    """Return quaternions (B, 4) of rotations uniform over SO(3), of uniform numbers (B, 3).
+
+    Shoemake 1992, "Uniform random rotations", Graphics Gems III.
+
+    >>> random_quaternions(np.array([[0.5, 0.25, 0.0]])).round(3) + 0.0
+    array([[0.707, 0.   , 0.   , 0.707]])
+    """
+    inner, outer = np.sqrt(1.0 - share[:, 0]), np.sqrt(share[:, 0])
+    a, b = 2.0 * np.pi * share[:, 1:].T
+    return np.stack([inner * np.sin(a), inner * np.cos(a), outer * np.sin(b), outer * np.cos(b)], 1)
+
+
 def check_rigid(T: Array) -> None:
     """Raise InputError unless T (..., 4, 4) are rigid transforms."""
     one = T.ndim == 2  # then of plain floats, which take a tenth of the time of small arrays

@@ -15,7 +15,7 @@ from robsim.declare.lookup import unit_at
 from robsim.run.experiment import Experiment
 from robsim.run.present import number_at
 from robsim.run.text import ExperimentTable, beliefs, common_belief
-from robsim.studies.draws import Draws
+from robsim.statistics.random_numbers import Draws
 from robsim.studies.in_turn import Labels, by_label, values_in_turn
 from robsim.studies.samplers import Choice, Plus, Sampler, Times
 

@@ -6,10 +6,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from robsim.analysis.shares import Share, clustered, share
 from robsim.base.errors import InputError, said, suggest
 from robsim.base.tables import Printed
 from robsim.engine.outcome import Outcome
+from robsim.statistics.estimate import Estimate
+from robsim.statistics.proportions import clustered, share
 from robsim.studies.reading import groups_of
 
 if TYPE_CHECKING:
@@ -25,11 +26,11 @@ class Counts(Printed):
     `rows` has for each group the number of runs, how many began, and the share of each outcome
     with its interval of Wilson at 95 %. `tries` are the starts that would do and all that were
     drawn, if they were. `pooled`: whether a group has several runs of a draw, which are not
-    independent of each other (see `robsim.analysis.shares.clustered`).
+    independent of each other (see `robsim.statistics.proportions.clustered`).
     """
 
     by: str | None
-    rows: dict[str, tuple[int, int, dict[str, Share]]]
+    rows: dict[str, tuple[int, int, dict[str, Estimate]]]
     tries: tuple[int, int] | None = None
     pooled: bool = False
     planned: int | None = None
@@ -112,7 +113,7 @@ def _pooled(data: pd.DataFrame) -> bool:
     return bool(data["draw"].duplicated().any())
 
 
-def _row(data: pd.DataFrame) -> tuple[int, int, dict[str, Share]]:
+def _row(data: pd.DataFrame) -> tuple[int, int, dict[str, Estimate]]:
     began = data[data["began"]]
     outcome, draw = began["outcome"].to_numpy(str), began["draw"].to_numpy()
     shares = {name: clustered(outcome == name, draw) for name in dict.fromkeys(outcome.tolist())}

@@ -10,14 +10,14 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from robsim.analysis.shares import normal_quantile
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError
 from robsim.base.tables import Printed
 from robsim.engine.outcome import Outcome
+from robsim.statistics.estimate import Estimate
+from robsim.statistics.paired_tests import mcnemar, median_interval, paired_difference
+from robsim.statistics.proportions import check_level
 from robsim.studies import reading
-from robsim.studies.estimate import Estimate
-from robsim.studies.pairs import mcnemar, median_interval, paired_difference
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -103,10 +103,10 @@ class Paired(Printed):
         difference = ["difference", "difference_low", "difference_high"]
         head = ["first", "second", *Counts._fields, "p", "p_holm", *difference, *median]
         rows = [
-            [pair.first, pair.second, *pair.counts, pair.p, pair.p_holm, *pair.difference[:3]]
+            [pair.first, pair.second, *pair.counts, pair.p, pair.p_holm, *pair.difference.numbers]
             for pair in self.pairs
         ]
-        medians = [pair.median[: len(median)] for pair in self.pairs]
+        medians = [pair.median.numbers[: len(median)] for pair in self.pairs]
         return [head, *([*row, *of] for row, of in zip(rows, medians, strict=True))]
 
     def _notes(self) -> list[str]:
@@ -155,9 +155,9 @@ def paired(
     For each pair of values: in how many draws both, one alone, or neither converged; the exact test
     of McNemar; the difference of the shares with the interval of Newcombe's method 10; and the
     median of the differences of the measure with an interval that holds for any distribution (see
-    `robsim.studies.pairs`). With several pairs the p are also corrected by Holm (1979, "A simple
-    sequentially rejective multiple test procedure"). The same draws tell more than as many others:
-    what makes a draw hard is the same for both.
+    `robsim.statistics.paired_tests`). With several pairs the p are also corrected by Holm (1979, "A
+    simple sequentially rejective multiple test procedure"). The same draws tell more than as many
+    others: what makes a draw hard is the same for both.
 
     InputError: a column that is not there, one value only, several runs of a value in one draw, or
     no draw that has two of the values.
@@ -170,7 +170,7 @@ def paired(
     >>> pair.counts.both, pair.counts.only_first, pair.p, str(pair.difference)
     (2, 6, 0.03125, '+0.75 [+0.28, +0.929]')
     """
-    normal_quantile(level)  # checks it
+    check_level(level)
     table = reading.table_of(study)
     labels, rows = _arranged(table, by)
     values = None if measure is None else reading.numbers_in(table, measure)

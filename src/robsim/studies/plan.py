@@ -17,10 +17,10 @@ from robsim.base.errors import InputError, said
 from robsim.run.checks import of_kind, starts
 from robsim.run.experiment import Experiment
 from robsim.run.staged import Staged
+from robsim.starts.starts import Anywhere, Start
+from robsim.statistics.random_numbers import MOST_EVEN, Draws
 from robsim.studies.axes import Axis, axis_of
-from robsim.studies.draws import MOST_EVEN, Draws
 from robsim.studies.samplers import Uniform, is_even, values_given
-from robsim.studies.starts import Anywhere, Start
 
 MOST_RUNS = 10**12
 LOOK = 200_000  # draws whose numbers are looked at before anything runs; later ones on their way

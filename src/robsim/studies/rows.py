@@ -5,7 +5,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -17,12 +17,12 @@ from robsim.engine.loop import Loop
 from robsim.engine.workers import advance
 from robsim.run.experiment import Experiment
 from robsim.run.varied import Template, may_differ
+from robsim.starts.draw_starts import draw_starts
+from robsim.starts.reach import Reach
 from robsim.studies.axes import Axis
 from robsim.studies.facts import Columns, block, facts, measures, tracks
 from robsim.studies.plan import Codes, Plan
-from robsim.studies.reach import Reach
 
-ROUNDS = (1, 3, 12, 48, 192, 744)  # attempts at a start that are looked at together
 MOST_KEPT = 100  # variants whose templates are kept
 
 
@@ -135,34 +135,8 @@ class Rows:
         if start is None:
             own = experiment.scene.home if experiment.start is None else experiment.start
             return np.tile(own, (len(draws), 1)), tries, tries > 0
-        q0 = np.empty((len(draws), experiment.scene.nq))
-        left, first = np.arange(len(draws)), 0
-        for count in ROUNDS if start.visible else ROUNDS[:1]:
-            q, fits = self._attempts(draws[left], first, count)
-            chosen = np.where(fits.any(axis=1), fits.argmax(axis=1), count - 1)
-            q0[left] = q[np.arange(len(left)), chosen]
-            tries[left] = first + chosen + 1
-            left, first = left[~fits.any(axis=1)], first + count
-            if not left.size:
-                break
-        will_do = np.ones(len(draws), dtype=bool)
-        will_do[left] = False
-        return q0, tries, will_do
-
-    def _attempts(self, draws: Codes, first: int, count: int) -> tuple[Array, Any]:
-        """Return some attempts at starts (draws, count, nq), and which of them will do."""
-        start = self.plan.start
-        assert start is not None
-        tried = [
-            start.coordinates(self.reach, self.plan.source("start", draws, attempt))
-            for attempt in range(first, first + count)
-        ]
-        q = np.stack([each for each, _ in tried], axis=1)
-        fits = np.stack([ok for _, ok in tried], axis=1)
-        if start.visible and fits.any():
-            each = np.repeat(draws, count)[fits.reshape(-1)]
-            fits[fits] = self.begin(each, q[fits])
-        return q, fits
+        source = partial(self.plan.source, "start")
+        return draw_starts(start, self.reach, source, draws, self.begin if start.visible else None)
 
     @cached_property
     def reach(self) -> Reach:

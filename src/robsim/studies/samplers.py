@@ -15,7 +15,7 @@ from robsim.declare import Choice as ChoiceSpec
 from robsim.declare import Declared, register
 from robsim.declare.amounts import Amount
 from robsim.declare.families import family
-from robsim.studies.draws import Draws
+from robsim.statistics.random_numbers import Draws
 from robsim.studies.values import ValuesSpec
 
 SAMPLER = family("sampler")

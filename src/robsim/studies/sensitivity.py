@@ -10,14 +10,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from robsim.analysis.shares import normal_quantile
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError
 from robsim.base.tables import Printed
 from robsim.engine.outcome import Outcome
+from robsim.statistics.association import correlation_ratio, ranks, spearman
+from robsim.statistics.estimate import Estimate
+from robsim.statistics.proportions import check_level
 from robsim.studies import reading
-from robsim.studies.association import correlation_ratio, ranks, spearman
-from robsim.studies.estimate import Estimate
 from robsim.studies.reading import Among
 
 if TYPE_CHECKING:
@@ -74,7 +74,7 @@ class Sensitivity(Printed):
     def _numbers(self) -> list[Sequence[object]]:
         heads = [f"{name}{end}" for name in ("eta", "rho") for end in ("", "_low", "_high")]
         rows = [
-            [each.name, each.kind, each.groups, *each.eta[:3], *each.rho[:3], each.eta.of]
+            [each.name, each.kind, each.groups, *each.eta.numbers, *each.rho.numbers, each.eta.of]
             for each in self.effects
         ]
         return [["varied", "kind", "groups", *heads, "independent_runs"], *rows]
@@ -105,9 +105,10 @@ def sensitivity(
                 converged, as a measure of a failed run says little
 
     Of each column the correlation ratio, which sees dependences of any shape, and of numbers the
-    rank correlation of Spearman, which tells the direction (see `robsim.studies.association`). Each
-    stands for itself alone: what acts only together with another is not seen. Runs of the same draw
-    are not independent: of a column that is the same for all of them, the draws are counted.
+    rank correlation of Spearman, which tells the direction (see
+    `robsim.statistics.association`). Each stands for itself alone: what acts only together with
+    another is not seen. Runs of the same draw are not independent: of a column that is the same for
+    all of them, the draws are counted.
 
     InputError: a column that is not there, one value only, nothing began, or fewer than 20 runs.
 
@@ -119,7 +120,7 @@ def sensitivity(
     >>> effect.name, str(effect.rho)
     ('task.gain', '-0.849 [-0.902, -0.769]')
     """
-    normal_quantile(level)  # checks it
+    check_level(level)
     table = reading.table_of(study)
     values, chosen, among = _judged(table, of, among)
     listed = reading.factors_in(table) if names is None else reading.checked_names(names, "names")

@@ -13,13 +13,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from robsim.analysis.shares import Share, clustered, share
 from robsim.base.arrays import whole
 from robsim.base.errors import InputError, ReplayWarning, said
 from robsim.base.output import write_whole
 from robsim.base.room import room
 from robsim.engine.outcome import Outcome
 from robsim.run.experiment import Experiment
+from robsim.statistics.estimate import Estimate
+from robsim.statistics.proportions import clustered, share
 from robsim.studies.columns import TABLE_BYTES, frame
 from robsim.studies.counts import MOST_GROUPS, Counts, counted
 from robsim.studies.facts import Columns
@@ -105,7 +106,7 @@ class Study:
         return self.counts(self._first)._repr_html_()
 
     @property
-    def visible(self) -> Share | None:
+    def visible(self) -> Estimate | None:
         """The share of the starts that were drawn which would do; None if none were drawn."""
         tries = self._tries()
         return None if tries is None else share(*tries)
@@ -224,7 +225,7 @@ class Study:
             made.update(name.encode() + np.ascontiguousarray(values).tobytes())
         return made.hexdigest()[:16]
 
-    def converged(self) -> Share:
+    def converged(self) -> Estimate:
         """Return the share of the runs that converged, of those that began."""
         runs, facts = self._facts
         began, arrived = facts["began"], facts["outcome"] == Outcome.CONVERGED

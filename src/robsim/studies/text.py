@@ -24,12 +24,11 @@ from robsim.files.toml import parse, write
 from robsim.run.changed import has_objects, names_files
 from robsim.run.experiment import Experiment, load_scenario
 from robsim.run.text import ExperimentTable
-from robsim.studies import starts as _starts  # noqa: F401  likewise
+from robsim.starts.starts import START
 from robsim.studies.axes import Axis, unit_of
 from robsim.studies.in_turn import labelled
 from robsim.studies.plan import MOST_RUNS, Plan, planned
 from robsim.studies.samplers import SAMPLER, Choice
-from robsim.studies.starts import START
 from robsim.studies.values import is_raw
 
 STUDY = "study"  # the key of the table

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from robsim.analysis.shares import share
 from robsim.base.tables import digits
+from robsim.statistics.proportions import share
 from robsim.suites.reproduction import Reproduction
 from robsim.suites.suite import Suite
 

@@ -11,8 +11,10 @@ from robsim.analysis.repeated import Repeated
 from robsim.base.arrays import Array, runs_last
 from robsim.features import Observation
 from robsim.geometry.pose import Pose, homogeneous
+from robsim.geometry.rotation import random_quaternions
 from robsim.kernels import se3
 from robsim.servo.servo_controller import Servo
+from robsim.statistics.random_numbers import Draws
 from robsim.vision.camera import Visibility
 
 STARTS = 300  # all around the target
@@ -60,14 +62,12 @@ def nearest_to_goal(again: Repeated) -> Nearest | None:
 
 def _starts(again: Repeated) -> Array:
     """Return poses T_c_o (3, 4, B): of the start, of the end, and from all around."""
-    sight, rng = again.loop.controller.sights[0], np.random.default_rng(0)
+    sight = again.loop.controller.sights[0]
+    share = Draws(0, "goal search", np.arange(STARTS)).uniform(6)
     ends = [views.pose_at(sight, again.snapshots[i].q[:, 0]).matrix for i in (0, -1)]
-    quaternions = rng.normal(size=(STARTS, 4))
-    quaternions /= np.linalg.norm(quaternions, axis=1, keepdims=True)
-    T = np.array(Pose.from_quaternion(np.zeros(3), quaternions).matrix)
-    share = np.exp(rng.uniform(np.log(NEARER), np.log(FARTHER), STARTS))
-    depth = share * float(views.mean_depths(again)[0])
-    aside = rng.uniform(-ASIDE, ASIDE, (STARTS, 2))
+    T = np.array(Pose.from_quaternion(np.zeros(3), random_quaternions(share[:, :3])).matrix)
+    depth = NEARER * (FARTHER / NEARER) ** share[:, 3] * float(views.mean_depths(again)[0])
+    aside = ASIDE * (2.0 * share[:, 4:] - 1.0)
     middle = np.concatenate([aside, np.ones((STARTS, 1))], axis=1) * depth[:, None]
     T[:, :3, 3] = middle - T[:, :3, :3] @ sight.target.marks.mean(axis=0)
     return runs_last(np.concatenate([ends, T])[:, :3], 2)

@@ -9,7 +9,6 @@ from matplotlib.axes import Axes
 from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
 
-from robsim.analysis.shares import Share, share
 from robsim.base.arrays import Array
 from robsim.base.arrays import whole as whole_number
 from robsim.base.errors import InputError
@@ -17,6 +16,8 @@ from robsim.engine.outcome import Outcome
 from robsim.plot import palette
 from robsim.plot.canvas import new_figure, style
 from robsim.plot.studies.axis import Bins, binned, given, label, mark, said_runs
+from robsim.statistics.estimate import Estimate
+from robsim.statistics.proportions import share
 from robsim.studies import reading
 
 if TYPE_CHECKING:
@@ -85,7 +86,7 @@ def study_map(
     return figure
 
 
-def _cells(table: pd.DataFrame, across: Bins, up: Bins) -> list[list[Share]]:
+def _cells(table: pd.DataFrame, across: Bins, up: Bins) -> list[list[Estimate]]:
     """Return the share that converged in each cell [up][across], of the runs that began."""
     rows = reading.began(table) & (across.which >= 0) & (up.which >= 0)
     place = up.which * across.many + across.which
@@ -117,7 +118,7 @@ def _paint(
     axes.spines[:].set_visible(False)
 
 
-def _write(axes: Axes, across: Bins, up: Bins, cells: list[list[Share]]) -> None:
+def _write(axes: Axes, across: Bins, up: Bins, cells: list[list[Estimate]]) -> None:
     """Write the share, its interval and the number of runs into each cell that has some."""
     middle_x, middle_y = ((each.edges[1:] + each.edges[:-1]) / 2 for each in (across, up))
     for y, row in zip(middle_y, cells, strict=True):

@@ -9,7 +9,6 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from robsim.analysis.shares import Share, clustered
 from robsim.base.arrays import whole as whole_number
 from robsim.engine.outcome import Outcome
 from robsim.plot import palette
@@ -25,6 +24,8 @@ from robsim.plot.studies.axis import (
     split,
     thousands,
 )
+from robsim.statistics.estimate import Estimate
+from robsim.statistics.proportions import clustered
 from robsim.studies import reading
 
 if TYPE_CHECKING:
@@ -118,14 +119,14 @@ def _draw(
         axes.set_xlim(-0.5, found.many - 0.5)
 
 
-def _ends(shares: list[Share]) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any]]:
+def _ends(shares: list[Estimate]) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any]]:
     """Return the shares and the ends of their intervals in percent."""
     numbers = np.array([(each.value, each.low, each.high) for each in shares])
     value, low, high = 100 * numbers.T
     return value, low, high
 
 
-def _marks(axes: Axes, at: NDArray[Any], shares: list[Share], i: int, name: str) -> None:
+def _marks(axes: Axes, at: NDArray[Any], shares: list[Estimate], i: int, name: str) -> None:
     """Draw a mark with a bar for each value of a choice."""
     value, low, high = _ends(shares)
     look: dict[str, Any] = {"color": palette.nth(i), "capsize": 4, "markersize": 6}
@@ -133,7 +134,7 @@ def _marks(axes: Axes, at: NDArray[Any], shares: list[Share], i: int, name: str)
     axes.errorbar(at, value, ends, linestyle="none", marker=MARKERS[i], label=name, **look)
 
 
-def _line(axes: Axes, at: NDArray[Any], shares: list[Share], i: int, name: str) -> None:
+def _line(axes: Axes, at: NDArray[Any], shares: list[Estimate], i: int, name: str) -> None:
     """Draw a line with a band through the bins of a number."""
     value, low, high = _ends(shares)
     color, line = palette.nth(i), palette.LINES[i % len(palette.LINES)]

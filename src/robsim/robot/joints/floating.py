@@ -9,6 +9,7 @@ import numpy as np
 
 from robsim.base.arrays import Array, length
 from robsim.base.errors import InputError
+from robsim.geometry.rotation import random_quaternions
 from robsim.kernels import joints as kernels
 from robsim.robot.joints.kind import AROUND, JointKind
 
@@ -47,11 +48,10 @@ class Floating(JointKind):
             return q
         return np.concatenate([q[..., :3], q[..., 3:] / size], axis=-1)
 
-    def sample(self, rng: np.random.Generator, count: int, home: Array, limits: Array) -> Array:
-        """Draw positions uniformly around home, and rotations uniformly over SO(3)."""
-        place = home[:3, None] + rng.uniform(-AROUND, AROUND, (3, count))
-        turn = rng.standard_normal((4, count))
-        return np.concatenate([place, turn / np.linalg.norm(turn, axis=0)]).T
+    def sample(self, share: Array, home: Array, limits: Array) -> Array:
+        """Return random positions, uniform around home, and rotations, uniform over SO(3)."""
+        place = home[:3] + AROUND * (2.0 * share[:, :3] - 1.0)
+        return np.concatenate([place, random_quaternions(share[:, 3:6])], axis=1)
 
     def between(self, a: Array, b: Array, share: Array) -> Array:
         """Return poses on the way from a to b (B, 7), along the shorter rotation."""

@@ -129,17 +129,15 @@ class JointKind:
         """Return coordinates (..., n) as they are used; raise InputError if they cannot be."""
         return q
 
-    def sample(self, rng: np.random.Generator, count: int, home: Array, limits: Array) -> Array:
-        """Draw coordinates (count, n), uniformly within limits (n, 2).
+    def sample(self, share: Array, home: Array, limits: Array) -> Array:
+        """Return random coordinates (B, n), uniform within limits (n, 2).
 
-        Where there is none, half a metre or half a turn either way of home (n,).
+        A coordinate without a limit stays within half a metre or half a turn of home (n,). `share`
+        (B, n) are uniform numbers in (0, 1).
         """
-        columns = []
-        for unit, centre, span in zip(self.units, home, limits, strict=True):
-            reach = np.pi if unit == "rad" else AROUND
-            ends = np.where(np.isfinite(span), span, centre + reach * np.array([-1, 1]))
-            columns.append(rng.uniform(ends[0], ends[1], count))
-        return np.stack(columns, axis=1)
+        reach = np.where(np.array(self.units) == "rad", np.pi, AROUND)[:, None] * [-1.0, 1.0]
+        low, high = np.where(np.isfinite(limits), limits, home[:, None] + reach).T
+        return np.asarray(low + (high - low) * share)
 
     def wrap(self, q: Array, limits: Array) -> Array:
         """Return coordinates (B, n) of the same pose, within limits (n, 2) where that helps."""

@@ -18,12 +18,11 @@ class InPlane(JointKind):
     straight: ClassVar[bool] = False
     roams: ClassVar[bool] = True
 
-    def sample(self, rng: np.random.Generator, count: int, home: Array, limits: Array) -> Array:
-        """Draw positions uniformly around home, and any heading; other coordinates stay at home."""
-        q = np.repeat(home[:, None], count, axis=1)
-        q[:2] += rng.uniform(-AROUND, AROUND, (2, count))
-        q[2] += rng.uniform(-np.pi, np.pi, count)
-        return q.T
+    def sample(self, share: Array, home: Array, limits: Array) -> Array:
+        """Return random positions around home, at any heading; other coordinates stay at home."""
+        q = np.tile(home, (len(share), 1))
+        q[:, :3] += (2.0 * share[:, :3] - 1.0) * [AROUND, AROUND, np.pi]
+        return q
 
     def distance(self, a: Array, b: Array) -> Array:
         """Return the larger of the distance and the turn between coordinates (..., n)."""

@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from robsim.analysis.draws import SUITES, uniform
 from robsim.geometry.pose import Pose
+from robsim.statistics.random_numbers import SUITES, uniform
 from robsim.suites.poses import flying, in_cap
 from robsim.suites.suite import Suite, square
 

@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from robsim.analysis.draws import SUITES, uniform
 from robsim.base.arrays import Array
 from robsim.geometry.pose import Pose
+from robsim.statistics.random_numbers import SUITES, uniform
 from robsim.suites.poses import between, flying, looking
 from robsim.suites.suite import Suite, square
 

@@ -6,9 +6,9 @@ import math
 
 import numpy as np
 
-from robsim.analysis.shares import normal_quantile, share
 from robsim.base.arrays import Array
-from robsim.studies.estimate import Estimate
+from robsim.statistics.estimate import Estimate
+from robsim.statistics.proportions import check_level, share
 
 
 def half_binomial(n: int) -> Array:
@@ -95,7 +95,7 @@ def median_interval(values: Array, level: float = 0.95) -> Estimate:
     >>> median_interval(np.arange(1.0, 11.0)).text("g")
     '5.5 [2, 9]'
     """
-    normal_quantile(level)  # checks it
+    check_level(level)
     ordered, n = np.sort(values), len(values)
     if not n:
         return Estimate(math.nan, -math.inf, math.inf, 0)

@@ -17,8 +17,8 @@ from robsim.declare.words import Reference
 from robsim.geometry.looking import facing, in_cone
 from robsim.geometry.pose import Pose
 from robsim.geometry.pose_table import PoseTable
-from robsim.studies.draws import Draws
-from robsim.studies.reach import Reach
+from robsim.starts.reach import Reach
+from robsim.statistics.random_numbers import Draws
 
 START = family("start")
 PAIR = Amount(count=2, unit="rad")

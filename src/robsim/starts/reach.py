@@ -9,13 +9,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from robsim.analysis.flying import flies, flown
 from robsim.base.arrays import Array, runs_last
 from robsim.base.errors import InputError
 from robsim.geometry.pose import Pose, homogeneous
 from robsim.robot.tree import Tree
 from robsim.run.ends import at_goal, goal_pose, pose_of, regarded
 from robsim.servo.controller import Controller
+from robsim.starts.free_flyer import flies, flown
 from robsim.world.scene import Scene
 
 RESTARTS = 10  # searches of inverse kinematics for a start, which another draw may replace

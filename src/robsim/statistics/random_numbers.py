@@ -1,10 +1,14 @@
-"""Random numbers of a study: each depends on the seed, the name and the draw, and on no other."""
+"""Random numbers that depend on a seed, a name and a row alone, from counters (Philox).
+
+Rows may be computed in any order and in any parts. Streams below 16 belong to the sensors of runs.
+"""
 
 from __future__ import annotations
 
 import hashlib
 import warnings
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,12 +18,25 @@ from robsim.base.errors import InputError
 from robsim.kernels import random
 
 MOST_EVEN = 2**30  # points of Sobol's sequence in SciPy
-STREAM = 18  # those below 16 are of sensors in a run, 16 and 17 of robsim.analysis.draws
+WORKSPACE, PROBES, STUDIES, SUITES = 16, 17, 18, 24  # streams of numbers
+
+
+def uniform(seed: int, stream: int, rows: int | NDArray[Any], n: int, attempt: int = 0) -> Array:
+    """Return n uniform numbers in (0, 1) for each row: for so many, or by their numbers.
+
+    >>> some = uniform(1, WORKSPACE, np.array([2, 5]), 3)
+    >>> bool((uniform(1, WORKSPACE, 9, 3)[[2, 5]] == some).all())
+    True
+    """
+    keys = np.arange(rows) if isinstance(rows, int) else rows
+    out = np.empty((n, len(keys)))
+    random.uniforms(np.uint64(seed), keys.astype(np.uint64), attempt, stream, out)
+    return np.ascontiguousarray(out.T)
 
 
 @dataclass(frozen=True)
 class Draws:
-    """The random numbers of one varied name for some draws, by their numbers.
+    """The random numbers of one name for some draws, by their numbers.
 
     `attempt` counts how often a draw was taken again. `evenly` are how many numbers of the study
     are drawn by Sobol's sequence, and the first of them that is this name's.
@@ -33,14 +50,13 @@ class Draws:
 
     def uniform(self, count: int) -> Array:
         """Return `count` numbers in (0, 1) for each draw, (draws, count)."""
-        out = np.empty((count, len(self.numbers)))
-        random.uniforms(*self._key, self.attempt, STREAM, out)
-        return np.ascontiguousarray(out.T)
+        return uniform(self._key, STUDIES, self.numbers, count, self.attempt)
 
     def normal(self, count: int) -> Array:
         """Return `count` standard normal numbers for each draw, (draws, count)."""
         out = np.empty(((count + 1) // 2, 2, len(self.numbers)))
-        random.normal_pairs(*self._key, self.attempt, STREAM, out)
+        keys = np.uint64(self._key), self.numbers.astype(np.uint64)
+        random.normal_pairs(*keys, self.attempt, STUDIES, out)
         return np.ascontiguousarray(out.reshape(-1, len(self.numbers))[:count].T)
 
     def even(self, count: int) -> Array:
@@ -61,7 +77,6 @@ class Draws:
         return np.asarray(np.clip(chosen, 2.0**-53, 1.0 - 2.0**-53))
 
     @property
-    def _key(self) -> tuple[np.uint64, NDArray[np.uint64]]:
+    def _key(self) -> int:
         text = f"{self.seed}:{self.name}".encode()
-        seed = int.from_bytes(hashlib.blake2b(text, digest_size=8).digest(), "little")
-        return np.uint64(seed), self.numbers.astype(np.uint64)
+        return int.from_bytes(hashlib.blake2b(text, digest_size=8).digest(), "little")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from robsim.base.errors import InputError, said
+from robsim.statistics.proportions import check_level
 
 MOST_FREEDOM = 1e6  # from which on the variance counts as known: chi-square to 1e-6
 TERMS = 10_000
@@ -20,8 +20,7 @@ def fisher_quantile(level: float, numerator: int, denominator: float) -> float:
     >>> round(fisher_quantile(0.95, 6, 100), 3), round(6 * fisher_quantile(0.95, 6, math.inf), 3)
     (2.191, 12.592)
     """
-    if isinstance(level, bool) or not isinstance(level, int | float) or not 0 < level < 1:
-        raise InputError(f"level: expected a number above 0 and below 1, got {said(level)}")
+    check_level(level)
     m = min(float(denominator), MOST_FREEDOM)
     low, high = 0.0, 1.0
     while high - low > 1e-15 * high:

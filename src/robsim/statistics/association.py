@@ -8,9 +8,9 @@ from statistics import NormalDist
 import numpy as np
 from numpy.typing import NDArray
 
-from robsim.analysis.shares import normal_quantile
 from robsim.base.arrays import Array
-from robsim.studies.estimate import Estimate
+from robsim.statistics.estimate import Estimate
+from robsim.statistics.proportions import check_level, normal_quantile
 
 FEWEST = 5  # independent values that an interval needs
 EXACT = 1e-12  # nearer to 1 than this is 1
@@ -87,7 +87,7 @@ def correlation_ratio(
     1.0
     """
     n, alpha = len(y) if of is None else of, (1 - level) / 2
-    normal_quantile(level)  # checks it
+    check_level(level)
     k, raw, scatter = _between(groups, ranks(y))
     if n - k < FEWEST:
         return Estimate(math.sqrt(raw), 0.0, 1.0, n)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from statistics import NormalDist
 from typing import Any
 
@@ -12,30 +11,12 @@ from numpy.typing import NDArray
 
 from robsim.base.arrays import whole
 from robsim.base.errors import InputError, said
+from robsim.statistics.estimate import Estimate
 
 
-@dataclass(frozen=True)
-class Share:
-    """How many of how many, with the ends of the interval of Wilson."""
-
-    count: int
-    of: int
-    low: float
-    high: float
-
-    @property
-    def value(self) -> float:
-        """The share, 0 to 1; NaN of nothing."""
-        return self.count / self.of if self.of else math.nan
-
-    def __str__(self) -> str:
-        """Return it in percent, as "71.3 % [67.1, 75.2]"; "-" of nothing."""
-        if not self.of:
-            return "-"
-        return f"{100 * self.value:.1f} % [{100 * self.low:.1f}, {100 * self.high:.1f}]"
-
-
-def share(count: int, of: int, level: float = 0.95, *, independent: float | None = None) -> Share:
+def share(
+    count: int, of: int, level: float = 0.95, *, independent: float | None = None
+) -> Estimate:
     """Return a share with its score interval of Wilson, which holds the truth at about `level`.
 
     With p = count / of and z the quantile of the normal distribution for the level,
@@ -54,15 +35,16 @@ def share(count: int, of: int, level: float = 0.95, *, independent: float | None
     of, z = whole(of, "of", 0), normal_quantile(level)
     count = whole(count, "count", 0, of + 1)
     if not of:
-        return Share(0, 0, 0.0, 1.0)
+        return Estimate(math.nan, 0.0, 1.0, 0, "%")
     n = float(of) if independent is None else independent
     p, spread = count / of, z * z / n
     middle, half = p + spread / 2, z * math.sqrt(p * (1 - p) / n + spread / (4 * n))
     low, high = (middle - half) / (1 + spread), (middle + half) / (1 + spread)
-    return Share(count, of, max(low, 0.0) if count else 0.0, high if count < of else 1.0)
+    ends = max(low, 0.0) if count else 0.0, high if count < of else 1.0
+    return Estimate(p, *ends, of, "%")
 
 
-def clustered(success: NDArray[np.bool_], draw: NDArray[Any], level: float = 0.95) -> Share:
+def clustered(success: NDArray[np.bool_], draw: NDArray[Any], level: float = 0.95) -> Estimate:
     """Return the share of runs (n,) that succeed, where runs of one draw are not independent.
 
     The interval is that of as many independent runs as have the variance of the ratio estimator
@@ -89,6 +71,11 @@ def clustered(success: NDArray[np.bool_], draw: NDArray[Any], level: float = 0.9
 
 def normal_quantile(level: float) -> float:
     """Return z with which a normal number is within -z and z at this level, above 0 and below 1."""
+    return NormalDist().inv_cdf(0.5 + check_level(level) / 2)
+
+
+def check_level(level: float) -> float:
+    """Return the level of an interval; InputError unless it is above 0 and below 1."""
     if isinstance(level, bool) or not isinstance(level, int | float) or not 0 < level < 1:
         raise InputError(f"level: expected a number above 0 and below 1, got {said(level)}")
-    return NormalDist().inv_cdf(0.5 + level / 2)
+    return level

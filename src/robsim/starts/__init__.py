@@ -1,0 +1,1 @@
+"""Starts of runs: samplers of poses and coordinates, and the coordinates that reach a pose."""

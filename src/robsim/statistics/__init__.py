@@ -1,0 +1,1 @@
+"""Statistics of runs: shares and intervals, paired tests, association, random numbers."""

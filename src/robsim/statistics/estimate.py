@@ -1,0 +1,46 @@
+"""An estimated number with its interval."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """A number estimated from `of` values, with the ends of its interval.
+
+    The number is NaN if no value determines it; an end is infinite if too few values determine it.
+    A share has the unit "%", in which it is printed.
+
+    >>> print(Estimate(0.8, 0.49, 0.943, 10, "%"))
+    80.0 % [49.0, 94.3]
+    """
+
+    value: float
+    low: float
+    high: float
+    of: int
+    unit: str = ""
+
+    @property
+    def numbers(self) -> tuple[float, float, float]:
+        """The number and the ends of its interval."""
+        return self.value, self.low, self.high
+
+    @property
+    def count(self) -> int:
+        """The count of a share: how many of the `of` values."""
+        return round(self.value * self.of) if self.of else 0
+
+    def text(self, form: str = "+z.3g", scale: float = 1.0) -> str:
+        """Return the number and its interval, as "+0.12 [-0.04, +0.27]"; "-" for no number."""
+        if math.isnan(self.value):
+            return "-"
+        value, low, high = (format(scale * each, form) for each in self.numbers)
+        gap = f" {self.unit}" if self.unit else ""
+        return f"{value}{gap} [{low}, {high}]" if math.isfinite(self.low) else f"{value}{gap} [-]"
+
+    def __str__(self) -> str:
+        """Return the number and its interval, a share in percent."""
+        return self.text(".1f", 100.0) if self.unit == "%" else self.text()
