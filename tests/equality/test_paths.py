@@ -10,7 +10,15 @@ import robsim as rs
 from robsim import examples
 from robsim.run.paths import is_number, owner_of, path_of, with_numbers
 
-FEW = ("adaptive_gain", "car", "chapter_6_2", "inspection_a", "joint_limits", "mobile_arm", "wrong_dh")
+FEW = (
+    "adaptive_gain",
+    "car",
+    "chapter_6_2",
+    "inspection_a",
+    "joint_limits",
+    "mobile_arm",
+    "wrong_dh",
+)
 NAMES = sorted(examples.names())
 EACH = [pytest.param(name, marks=[pytest.mark.full] * (name not in FEW)) for name in NAMES]
 BAD = (0.0, -1.0, 1.0, -1e-9, 1e-12, 0.5, 7.0, 1e10, -1e10, math.nan, math.inf)
@@ -59,7 +67,9 @@ def test_a_number_changed_by_its_path_is_that_of_the_file(name):
             changes = control.changes(value)
             made, said = by_path(experiment, changes), in_file(name, changes)
             assert (made is None) == (said is None), (control.path, value)
-            if made is not None and not (control.path.startswith(ROUNDED) or control.path.endswith(DERIVED)):
+            if made is not None and not (
+                control.path.startswith(ROUNDED) or control.path.endswith(DERIVED)
+            ):
                 assert made == said, control.path
             compared += made is not None
     assert compared > 20

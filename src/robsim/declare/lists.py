@@ -90,6 +90,10 @@ class ListOf(Spec):
             for i, each in enumerate(value or ()):
                 yield from self.item.controls(each, place.at(getattr(each, key) if key else i))
 
+    @property
+    def si_unit(self) -> str:
+        return self.item.si_unit
+
     def parts(self, keys: list[str], value: Any, c: Context) -> list[Any]:
         kinds, first = self.item.inside(), keys[0]
         if not kinds or not isinstance(value, tuple):

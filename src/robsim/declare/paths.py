@@ -171,9 +171,7 @@ def _part(form: type[Any], each: Field, value: Any, c: Context) -> Part:
     if each.stacked is None:
         return part
     shaped = each.stacked
-    return replace(
-        part, shapes=shaped.shapes, stack=lambda owner, x: hold(owner, shaped.bound(x))
-    )
+    return replace(part, shapes=shaped.shapes, stack=lambda owner, x: hold(owner, shaped.bound(x)))
 
 
 def _setter(keys: Sequence[str], way: Callable[..., Any]) -> Callable[[Any, Any], Any]:

@@ -54,6 +54,10 @@ class Quantity(Number):
 
     dimension: units.Dimension = "length"
 
+    @property
+    def si_unit(self) -> str:
+        return SI[self.dimension]
+
     def check(self, value: Any, what: str) -> float:
         number = numbers(value, what, ())
         if isinstance(value, bool) or number.ndim or self._outside(float(number)):
@@ -120,6 +124,10 @@ class Vector(Spec):
 
     dimension: units.Dimension = "length"
     count: int = 3
+
+    @property
+    def si_unit(self) -> str:
+        return SI[self.dimension]
 
     def check(self, value: Any, what: str) -> tuple[float, ...]:
         given = numbers(value, what, (self.count,))

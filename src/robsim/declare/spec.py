@@ -152,6 +152,11 @@ class Spec:
         return ()
 
     @property
+    def si_unit(self) -> str:
+        """The unit in Python of the numbers here; "" where there is none."""
+        return str(getattr(self, "unit", ""))
+
+    @property
     def plain_spec(self) -> Spec:
         """What a number here must be."""
         return self

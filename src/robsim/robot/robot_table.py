@@ -78,7 +78,10 @@ class LinkedTable:
     links: Annotated[tuple[Link, ...], Links(), "Links, the base first."]
     stands: ClassVar[Mapping[str, str]] = {"pose": "base", "links": "links", "home": "home"}
     pose: Annotated[
-        Pose | None, PoseTable(flat=True), Stacked(), "Pose of the base in the frame that carries it."
+        Pose | None,
+        PoseTable(flat=True),
+        Stacked(),
+        "Pose of the base in the frame that carries it.",
     ] = None
     about: Annotated[str | None, Text(), "Description in one line."] = None
     sources: Annotated[tuple[str, ...], ListOf(Text(), most=64), "Sources of the numbers."] = ()

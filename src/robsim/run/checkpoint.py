@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import os
 import platform
 import time
@@ -23,7 +22,6 @@ from robsim.run.secret import secret
 
 if TYPE_CHECKING:
     from robsim.engine.loop import Loop
-    from robsim.run.experiment import Experiment
 
 INTERVAL = 10.0  # seconds between checkpoints
 SHARE = 0.01  # of the time, which writing them takes at most
@@ -39,11 +37,12 @@ class _Begun(NamedTuple):
 class Keeper:
     """Writes checkpoints of a run to a file, and takes up the one that is there.
 
-    A mission has a loop for each phase, which begin one after the other.
+    A mission has a loop for each phase, which begin one after the other. `identity` stands for
+    all that the bits of the runs depend on.
     """
 
-    def __init__(self, path: str | os.PathLike[str], experiment: Experiment, resume: bool):
-        self.path, self.experiment = Path(path), experiment
+    def __init__(self, path: str | os.PathLike[str], identity: str, resume: bool):
+        self.path, self.identity = Path(path), identity
         self._begun: list[_Begun] = []
         self._next = time.monotonic() + INTERVAL
         self._works = True
@@ -69,7 +68,7 @@ class Keeper:
         began = time.monotonic()
         try:
             said, arrays = zip(*(_described(*each) for each in self._begun), strict=True)
-            about = {**_made_with(), "experiment": identity(self.experiment), "loops": said}
+            about = {**_made_with(), "experiment": self.identity, "loops": said}
             flat = [array for each in arrays for array in each]
             write_whole(self.path, sealed(about, flat, secret()))
         except InputError as error:
@@ -91,24 +90,10 @@ class Keeper:
                 raise FileError(
                     f"{self.path} cannot be taken up: {name} was {about[name]}, and here is {here}"
                 )
-        if about["experiment"] != identity(self.experiment):
+        if about["experiment"] != self.identity:
             raise FileError(f"{self.path} is of another experiment, or of other settings")
         rest = iter(arrays)
         return [(said, [next(rest) for _ in range(said["arrays"])]) for said in about["loops"]]
-
-
-def identity(experiment: Experiment) -> str:
-    """Return a hash of all that the bits of an experiment's runs depend on.
-
-    InputError: its text cannot say it.
-    """
-    from robsim.run.origin import one_run
-
-    digest = hashlib.sha256(one_run(experiment).to_toml().encode())
-    for name, values in {"start": experiment.start, **experiment.varied}.items():
-        array = np.ascontiguousarray(np.nan if values is None else values)
-        digest.update(f"{name} {array.dtype} {array.shape}".encode() + array.tobytes())
-    return digest.hexdigest()
 
 
 def _made_with() -> dict[str, str]:

@@ -2,21 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import fields
 from typing import Any
 
 import numpy as np
 
-from robsim.base.errors import InputError
+from robsim.base.arrays import Array
+from robsim.base.errors import InputError, said
 from robsim.base.values import unchecked
 from robsim.declare import Table
+from robsim.declare.controls import Control, Place
 from robsim.declare.paths import Path, resolved
 from robsim.declare.problems import Broken, Problems
-from robsim.declare.spec import Context, NoText
+from robsim.declare.spec import Context, NoText, Spec
+from robsim.declare.tables import controls_of as controls
 from robsim.files.changes import value_of
-from robsim.run.text import SCENE, TaskTable, beliefs, common_belief
+from robsim.run.start_table import StartTable
+from robsim.run.text import RUN, SCENE, RunTable, TaskTable, beliefs, common_belief
+from robsim.servo.goals.goal import started
+from robsim.servo.safety.guard import Guard
+from robsim.servo.safety.safety import Safety
 from robsim.world.scene import Scene
 
 BELIEF = "belief"
@@ -27,17 +34,29 @@ class NoNumber(Exception):
     """The signal that a name or a value is none that a path can replace: a file may have it."""
 
 
+# what a path raises where a file may have the value, or says better why it has not
+NOT_BY_PATH = NoNumber, InputError, Broken, KeyError, TypeError, ValueError
+
+
 def path_of(experiment: Any, name: str) -> Path | None:
     """Return the path of a name, within the true or believed scene, or within the experiment."""
     top, _, rest = name.partition(".")
-    scene = believed_by(experiment) if top == BELIEF else experiment.scene
+    if top == BELIEF:
+        return scene_path(believed_by(experiment), rest)
+    if top in SCENE:
+        return scene_path(experiment.scene, name)
+    return _resolved(TASK_SPEC, experiment, name, experiment.scene)
+
+
+def scene_path(scene: Scene, name: str) -> Path | None:
+    """Return the path of a name within a scene; None if it has none of that name."""
+    return _resolved(SCENE_SPEC, scene, name, scene)
+
+
+def _resolved(spec: Spec, value: Any, name: str, scene: Scene) -> Path | None:
     c = Context(Problems(""), facts={"scene": scene, "by_hand": True})
     with suppress(InputError, NoText, Broken):
-        if top == BELIEF:
-            return resolved(SCENE_SPEC, scene, rest, c)
-        if top in SCENE:
-            return resolved(SCENE_SPEC, scene, name, c)
-        return resolved(TASK_SPEC, experiment, name, c)
+        return resolved(spec, value, name, c)
     return None
 
 
@@ -79,8 +98,8 @@ def with_numbers(experiment: Any, changes: Mapping[str, Any]) -> Any:
 
 
 def _with_number(experiment: Any, name: str, given: Any) -> Any:
-    path = path_of(experiment, name)
-    if path is None:
+    path = path_of(experiment, name) if isinstance(name, str) else None
+    if path is None or given is None:
         raise NoNumber
     owner = owner_of(experiment, name)
     old = path.get(owner)
@@ -96,19 +115,26 @@ def _with_number(experiment: Any, name: str, given: Any) -> Any:
         shared = common_belief(experiment.task)
         task = with_beliefs(experiment.task, lambda one: made if one is shared else one)
         return experiment.revised(task=task)
-    task = with_beliefs(experiment.task, lambda one: _followed(one, path, old, new))
+    task = with_beliefs(experiment.task, lambda one: _followed(one, name, owner, new))
     return experiment.revised(scene=made, **({} if task is experiment.task else {"task": task}))
 
 
-def _followed(belief: Scene | None, path: Path, old: Any, new: Any) -> Scene | None:
+def _followed(belief: Scene | None, name: str, truth: Scene, new: Any) -> Scene | None:
     """Return a belief that has the number of the truth if it had the one before."""
-    if belief is None:
-        return None
-    same = False
-    with suppress(InputError, AttributeError, TypeError):
-        same = np.array_equal(path.get(belief), old)
-    followed: Scene = path.replace(belief, new) if same else belief
-    return followed
+    path = None if belief is None else followed(belief, name, truth)
+    return belief if path is None else path.replace(belief, new)
+
+
+def followed(belief: Scene, name: str, truth: Scene) -> Path | None:
+    """Return the path in a belief of a number that is that of the truth; None if it is not."""
+    here, there = scene_path(belief, name), scene_path(truth, name)
+    same = here and there and np.array_equal(here.get(belief), there.get(truth))
+    return here if same else None
+
+
+def is_true(name: str) -> bool:
+    """Return whether a dotted name is of the true scene."""
+    return name.partition(".")[0] in SCENE
 
 
 def with_beliefs(task: Any, change: Callable[[Scene | None], Scene | None]) -> Any:
@@ -127,3 +153,42 @@ def _within(task: Any, change: Callable[[Scene | None], Scene | None]) -> Any:
         return task
     own = {each.name: getattr(task, each.name) for each in fields(task)}
     return unchecked(task, **{name: _within(value, change) for name, value in own.items()})
+
+
+def number_at(experiment: Any, name: str) -> Array:
+    """Return the numbers in SI that an experiment has at a dotted name; InputError if none."""
+    path = path_of(experiment, name)
+    value = None if path is None else path.get(owner_of(experiment, name))
+    if not is_number(value):
+        raise InputError(f"{name}: the experiment has no number there, but {said(value)}")
+    return np.array(value, dtype=float)
+
+
+def unit_at(experiment: Any, name: str) -> str:
+    """Return the unit in Python of the numbers at a dotted name; "" where there is none."""
+    path = path_of(experiment, name)
+    return "" if path is None else path.leaf.spec.plain_spec.si_unit
+
+
+def controls_of(of: Any) -> Iterator[Control]:
+    """Yield what a person may change of an experiment by hand: all but the scene, and the scenes.
+
+    The believed scene comes before the true one.
+    """
+    place = Place("", Context(Problems(of.source), facts={"scene": of.scene}))
+    start = StartTable(*started(of.start, of.scene))
+    parts = {name: getattr(of, name) for name in ("sensing", "actuation", "safety", "endings")}
+    run = RunTable(**{name: getattr(of, name) for name in RUN})
+    yield from controls(TaskTable(of.task, start=start, **parts, run=run), place)
+    if beliefs(of.task):
+        yield from _controls_of_scene(believed_by(of), place.at(BELIEF))
+    yield from _controls_of_scene(of.scene, place)
+
+
+def _controls_of_scene(scene: Scene, place: Place) -> Iterator[Control]:
+    yield from controls(scene, Place(place.path, place.c.knowing(scene=scene)))
+
+
+def guard_of(made: Any, safety: Safety | None) -> Guard:
+    """Return what keeps commands within a safety, in the scene that the task of `made` believes."""
+    return Guard(safety or Safety(), believed_by(made))

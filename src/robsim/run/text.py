@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, is_dataclass, replace
 from pathlib import Path
 from typing import Annotated, Any, ClassVar
 
@@ -12,15 +12,16 @@ import numpy as np
 
 from robsim.base.errors import InputError, said
 from robsim.declare import Flag, Table, Text, Time, Whole, fields_of
+from robsim.declare.lookup import as_raw, dotted_names, nearest
 from robsim.declare.problems import Broken, Problems
 from robsim.declare.spec import MISSING, Context, Live, NoText, Raw, Spec, expected
 from robsim.declare.tables import keys_of, merge_table, read_table, write_table
 from robsim.engine.endings import ENDING_LIST
 from robsim.engine.record import LONGEST
+from robsim.files.changes import Changes, nested, pairs
 from robsim.files.library import expanded
-from robsim.files.toml import write
+from robsim.files.toml import Tables, parse, write
 from robsim.geometry.pose_table import PoseTable
-from robsim.robot.link_table import DHRow
 from robsim.run import mission as _mission  # noqa: F401  a kind of task that files may name
 from robsim.run.start_table import StartTable
 from robsim.servo.goals.goal import start_of
@@ -152,7 +153,9 @@ class TaskTable:
     actuation: Annotated[Any, Table(Actuation), "Imperfections of the joints."] = None
     safety: Annotated[Any, SAFETY, "Limits that every command is kept within."] = None
     endings: Annotated[Any, ENDING_LIST, "Conditions on which a run ends."] = ()
-    run: Annotated[Any, Table(RunTable, RunTable), "Periods, duration and record of the run."] = None
+    run: Annotated[Any, Table(RunTable, RunTable), "Periods, duration and record of the run."] = (
+        None
+    )
     study: Annotated[Any, Aside(), "Study of many runs of it, for `robsim study`."] = None
 
 
@@ -198,26 +201,24 @@ def read_experiment(tables: Mapping[str, Raw], source: str) -> dict[str, Any]:
     return made
 
 
-def write_experiment(
-    scene: Scene, task: Any, start: Any, settings: Mapping[str, Any], live: bool = False
-) -> dict[str, Raw]:
+def write_experiment(of: Any, live: bool = False) -> dict[str, Raw]:
     """Return the tables of an experiment, exactly; NoText if it holds somebody's Python code.
 
     With `live`, what no text can say stands in the tables as the object that it is.
     """
-    c = Context(Problems("<text>"), facts={"scene": scene, "live": live})
-    belief, own = common_belief(task), {name: settings[name] for name in RUN}
+    c = Context(Problems("<text>"), facts={"scene": of.scene, "live": live})
+    belief, own = common_belief(of.task), {name: getattr(of, name) for name in RUN}
     said = TaskTable(
-        task,
-        settings.get("title"),
-        start=None if start is None else StartTable(start),
-        sensing=None if settings["sensing"] == Sensing() else settings["sensing"],
-        actuation=None if settings["actuation"] == Actuation() else settings["actuation"],
-        safety=settings["safety"],
-        endings=settings["endings"],
+        of.task,
+        of.title,
+        start=None if of.start is None else StartTable(of.start),
+        sensing=None if of.sensing == Sensing() else of.sensing,
+        actuation=None if of.actuation == Actuation() else of.actuation,
+        safety=of.safety,
+        endings=of.endings,
         run=RunTable(**{**own, "first_run": own["first_run"] or None}),
     )
-    tables = {**write_table(scene, c), **write_table(said, c.knowing(apart=belief is None))}
+    tables = {**write_table(of.scene, c), **write_table(said, c.knowing(apart=belief is None))}
     if belief is not None:
         tables["belief"] = {"complete": True, **write_table(belief, c.knowing(scene=belief))}
     return tables
@@ -260,23 +261,6 @@ def _over(truth: Mapping[str, Raw], rest: Mapping[str, Raw]) -> dict[str, Raw]:
     return merged
 
 
-def robot_tables(tables: Mapping[str, Raw], source: str, believed: bool) -> Any:
-    """Return the tables of all robots in full, true or believed, of tables that are valid."""
-    belief = tables.get("belief", {}) if believed else {}
-    scene = belief if belief.get("complete") else _over(tables, belief)
-    return expanded(scene.get("robots", []), Problems(source), Path(source).parent)
-
-
-def dh_row(
-    tables: Mapping[str, Raw], source: str, believed: bool, robot: str, link: str
-) -> tuple[list[float], str]:
-    """Return a link's row (theta, d, a, alpha) in tables that are valid, and the convention."""
-    arm = next(each for each in robot_tables(tables, source, believed) if each["name"] == robot)
-    row = next(each for each in arm["links"] if each["name"] == link)["dh"]
-    read: DHRow = read_table(DHRow, row, Context(Problems(source)))
-    return [read.theta, read.d, read.a, read.alpha], arm.get("convention", "standard")
-
-
 def _tried(believed: Any, raw: Raw, c: Context) -> Any:
     with c.problems.at(*c.path):
         return believed(raw, c)
@@ -308,14 +292,94 @@ def _tables(scene: Scene) -> dict[str, Raw]:
     return write_table(scene, c)
 
 
-def text_of(scene: Scene, task: Any, start: Any, settings: Mapping[str, Any]) -> str:
+def read(text: str, source: str, set: Changes = ()) -> dict[str, Any]:
+    """Return the fields of the experiment of a TOML text, with changes such as ["task.gain=2"]."""
+    tables = _changed(parse(text, source), pairs_of(set, source), source)
+    return {**read_experiment(tables, source), "study": tables.get("study")}
+
+
+def changed(experiment: Any, changes: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the fields of an experiment of whose text dotted names have other values.
+
+    A number is in SI, a text is what a file says, an object stands for itself. FileError: no such
+    name, or no such value.
+    """
+    tables = write_experiment(experiment, live=True)
+    if experiment.study is not None:
+        tables["study"] = experiment.study
+    made = _changed(tables, pairs(changes), experiment.source, python=True)
+    return {**read_experiment(made, experiment.source), "study": made.get("study")}
+
+
+def pairs_of(set: Changes, source: str) -> list[tuple[str, Any]]:
+    """Return the dotted names and values of changes; FileError for what is none."""
+    problems = Problems(source)
+    found: list[tuple[str, Any]] = []
+    with problems.at():
+        found = pairs(set)
+    problems.stop()
+    return found
+
+
+def _changed(
+    tables: Tables, changes: Sequence[tuple[str, Any]], source: str, python: bool = False
+) -> Tables:
+    """Return tables with every change made; values are those of a text or of `python`."""
+    problems = Problems(source)
+    with problems.at():
+        for path, value in changes:
+            if python and _is_of_own_task(tables, path, value):
+                tables = _with_own_task(tables, path, value)
+                continue
+            over = nested(path, as_raw(ExperimentTable, tables, path, value) if python else value)
+            if next(iter(over)) not in _TOP:
+                names = dotted_names(ExperimentTable, tables)
+                raise InputError(f"{path}: there is no such name; {nearest(path, names)}")
+            tables = merge_table(ExperimentTable, tables, over, False)
+    problems.stop()
+    return _without_none(tables) if any(value is None for _, value in changes) else tables
+
+
+def _is_of_own_task(tables: Tables, path: str, value: Any) -> bool:
+    """Return whether a path names a field of a task of a class that no text knows."""
+    task, (top, _, key) = tables.get("task"), path.partition(".")
+    if not isinstance(task, Live) or not is_dataclass(task.value) or top != "task":
+        return False
+    return value is not None and any(each.name == key for each in fields(task.value))
+
+
+def _with_own_task(tables: Tables, path: str, value: Any) -> Tables:
+    """Return tables whose task, of a class that no text knows, has another value in a field."""
+    task, key = tables["task"], path.partition(".")[2]
+    gone = {"belief"} & {key}  # that of the experiment, which is that of its task
+    kept = {name: each for name, each in tables.items() if name not in gone}
+    return {**kept, "task": Live(replace(task.value, **{key: value}))}
+
+
+def _without_none(tables: Any) -> Any:
+    """Return the tables without the keys whose value is None: as if nothing was said."""
+    if isinstance(tables, list):
+        return [_without_none(each) for each in tables]
+    if not isinstance(tables, dict):
+        return tables
+    said = {k: x for k, x in tables.items() if not (isinstance(x, Live) and x.value is None)}
+    return {key: _without_none(x) for key, x in said.items()}
+
+
+_TOP = {each.name for each in fields(ExperimentTable)}
+
+
+def written(experiment: Any) -> str:
     """Return the exact TOML text of an experiment.
 
-    InputError: it is made of Python code that no text can hold, or has several starts.
+    InputError: it is made of Python code that no text can hold, or is of several runs.
     """
-    if np.ndim(start) > 1:
-        raise InputError(f"a text holds one start, not a batch of shape {np.shape(start)}")
+    if experiment.varied:
+        raise InputError("a text is of one run, and numbers differ from run to run: of_run(i)")
+    if np.ndim(experiment.start) > 1:
+        shape = np.shape(experiment.start)
+        raise InputError(f"a text holds one start, not a batch of shape {shape}")
     try:
-        return write(write_experiment(scene, task, start, settings))
+        return write(write_experiment(experiment))
     except NoText as reason:
         raise InputError(f"this experiment has no text: {reason}") from None

@@ -43,7 +43,7 @@ class Focal(ListOf):
 
 
 KEYS: dict[str, Spec] = {
-    "K": ListOf(ListOf(Number(), 3, 3), 3, 3),
+    "K": ListOf(ListOf(Number(unit="px"), 3, 3), 3, 3),
     "focal": Focal(),
     "center": PAIR,
     "skew": Number(unit="px"),

@@ -37,7 +37,10 @@ class Actuation(Declared):
     """
 
     lag: Annotated[
-        float, Time(least=0), Stacked(()), "Time constant of a first-order response, v' = (command - v)/lag."
+        float,
+        Time(least=0),
+        Stacked(()),
+        "Time constant of a first-order response, v' = (command - v)/lag.",
     ] = 0.0
     velocity: Annotated[
         Each | None,

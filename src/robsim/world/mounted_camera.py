@@ -29,12 +29,15 @@ class CameraTable:
     """The text form of a mounted camera."""
 
     stands: ClassVar[Mapping[str, str]] = {
-        "pose": "pose", **{key: f"camera.{key}" for key in ("size", "K", "distortion", "body")}
+        "pose": "pose",
+        **{key: f"camera.{key}" for key in ("size", "K", "distortion", "body")},
     }
 
     name: Annotated[str, Name(), "Name of the camera."]
     on: Annotated[str, Reference, "Frame that carries the camera."] = "world"
-    pose: Annotated[Pose, PoseTable(flat=True), Stacked(), "Pose of the camera in that frame."] = IDENTITY
+    pose: Annotated[Pose, PoseTable(flat=True), Stacked(), "Pose of the camera in that frame."] = (
+        IDENTITY
+    )
     size: Annotated[
         Any, SIZE, "[width, height] of the image in pixels; None: an image without border."
     ] = None

@@ -9,7 +9,17 @@ from typing import Annotated, Any
 from robsim.base.arrays import numbers
 from robsim.base.errors import InputError, said
 from robsim.base.units import Dimension
-from robsim.declare import Declared, ListOf, Number, Quantity, Stacked, Table, Time, Whole, described
+from robsim.declare import (
+    Declared,
+    ListOf,
+    Number,
+    Quantity,
+    Stacked,
+    Table,
+    Time,
+    Whole,
+    described,
+)
 from robsim.declare.spec import Context, Raw, Spec
 from robsim.declare.words import Reference
 from robsim.world.effects import EFFECT, ImageEffect
@@ -107,7 +117,9 @@ class Sensing(Declared):
     quantisation: Annotated[
         float, PIXELS, Stacked(()), "Step to whose multiples pixel coordinates are rounded."
     ] = 0.0
-    outliers: Annotated[float, SHARE, Stacked(()), "Share of the marks that are mismatched in each image."] = 0.0
+    outliers: Annotated[
+        float, SHARE, Stacked(()), "Share of the marks that are mismatched in each image."
+    ] = 0.0
     outlier_size: Annotated[
         float, PIXELS, Stacked(()), "Standard deviation of the displacement of an outlier."
     ] = 50.0
@@ -117,11 +129,14 @@ class Sensing(Declared):
         "Times in which marks are hidden.",
     ] = ()
     dropped: Annotated[
-        float, SHARE, Stacked(()), "Share of the images that are lost; the one before is used again."
+        float,
+        SHARE,
+        Stacked(()),
+        "Share of the images that are lost; the one before is used again.",
     ] = 0.0
-    latency: Annotated[float, Time(least=0), Stacked(()), "Age of an image when it reaches the controller."] = (
-        0.0
-    )
+    latency: Annotated[
+        float, Time(least=0), Stacked(()), "Age of an image when it reaches the controller."
+    ] = 0.0
     period: Annotated[
         float | None,
         Time(above=0),

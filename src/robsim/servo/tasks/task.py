@@ -81,7 +81,10 @@ class ServoTask(Shaped):
         Depth, DEPTH, "Depth Z of the marks in L: true, at the goal, constant, or filtered."
     ] = "true"
     depth_scale: Annotated[
-        Any, SCALE, Stacked((), ("N",), rows=True), "Factor of the depths in L, which makes them wrong on purpose."
+        Any,
+        SCALE,
+        Stacked((), ("N",), rows=True),
+        "Factor of the depths in L, which makes them wrong on purpose.",
     ] = 1.0
     law: Annotated[
         Any, LAW, "Law from e to joint velocities: a kind, or an object with command(state)."
