@@ -25,8 +25,9 @@ GROUPS = {
     "Phase MissionRun examples",
     "Driving a robot": "Controller DriveCommand Health Marks Safety Fence Watchdog RosMessages",
     "Logs": "save_bag open_bag bag_images BagImage read_log",
-    "Robots": "Robot robots Link Joint JointKind Mimic Chord Ackermann Rolling Steering IKResult "
-    "IKReason ClosedIK manipulability condition_number singularity_distance workspace Workspace",
+    "Robots": "Robot robots Link DHRow Joint JointKind Mimic Chord Ackermann Rolling Steering "
+    "IKResult IKReason ClosedIK manipulability condition_number singularity_distance workspace "
+    "Workspace",
     "Shapes, poses, curves": "Pose Block Wheel Ball Capsule TaperedCylinder CameraBody "
     "Mesh Inertia curves units clearance",
     "Scenes and cameras": "Scene Object MountedCamera Camera Visibility Motion",

@@ -2,6 +2,7 @@
 
 import signal
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -20,7 +21,30 @@ PUMA_ROWS = [
     [0, 0, 0, -np.pi / 2],
     [0, 0, 0, 0],
 ]
+FILES = pytest.StashKey[set[str]]()
 SQUARE = np.array([[-0.1, -0.1, 0], [0.1, -0.1, 0], [0.1, 0.1, 0], [-0.1, 0.1, 0]])
+
+
+ROOT = Path(__file__).parents[1]
+
+
+def _entries():
+    """Return the names in the root of the repository that no cache or build has made."""
+    return {path.name for path in ROOT.iterdir() if not path.name.startswith((".", "__", "build"))}
+
+
+def pytest_sessionstart(session):
+    """Note the files that stand there before the first test."""
+    session.config.stash[FILES] = _entries()
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_sessionfinish(session):
+    """Fail if a test has left a file in the root, from where the suite is started."""
+    left = _entries() - session.config.stash[FILES]
+    if left and not hasattr(session.config, "workerinput"):  # which processes of xdist have
+        print(f"\ntests left files in {ROOT}: {', '.join(sorted(left))}", file=sys.stderr)
+        session.exitstatus = pytest.ExitCode.TESTS_FAILED
 
 
 @pytest.hookimpl(tryfirst=True)  # before pytest deselects by marks

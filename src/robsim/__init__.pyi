@@ -94,6 +94,7 @@ from robsim.page.export import open_recording as open_recording
 from robsim.page.export import show as show
 from robsim.page.film import Recording as Recording
 from robsim.plot.film.animate import animate as animate
+from robsim.robot.dh_row import DHRow as DHRow
 from robsim.robot.ik.closed import ClosedIK as ClosedIK
 from robsim.robot.ik.result import IKReason as IKReason
 from robsim.robot.ik.result import IKResult as IKResult

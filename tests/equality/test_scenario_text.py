@@ -15,7 +15,7 @@ from robsim.run.replay import replay
 
 
 def bits(value):
-    """All that a value is made of, comparable bit for bit: -0.0 is not 0.0."""
+    """All that a value is equal by, comparable bit for bit: -0.0 is not 0.0."""
     if isinstance(value, rs.Pose):
         return value.matrix.tobytes()  # names of frames are notes, not numbers
     if isinstance(value, np.ndarray):
@@ -25,8 +25,8 @@ def bits(value):
     if isinstance(value, tuple | list):
         return [bits(item) for item in value]
     if dataclasses.is_dataclass(value):
-        parts = {f.name: bits(getattr(value, f.name)) for f in dataclasses.fields(value) if f.init}
-        return type(value).__name__, parts
+        own = [f.name for f in dataclasses.fields(value) if f.init and f.compare]
+        return type(value).__name__, {name: bits(getattr(value, name)) for name in own}
     return value
 
 

@@ -14,8 +14,9 @@ from robsim.declare.quantities import Quantity
 from robsim.declare.scalars import Number, Whole
 from robsim.declare.tables import form_of
 from robsim.files.toml import write
+from robsim.robot.dh_row import DHRow
 from robsim.robot.joint import Steering
-from robsim.robot.link_table import DHRow, LinkTable
+from robsim.robot.link_table import LinkTable
 from robsim.robot.robot_table import RobotTable, ToolTable
 from robsim.run.experiment import Experiment
 from robsim.run.start_table import StartTable

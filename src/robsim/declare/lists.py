@@ -13,7 +13,7 @@ from robsim.base.errors import InputError, said, suggest
 from robsim.declare.paths import item_part
 from robsim.declare.problems import Broken, under
 from robsim.declare.scalars import Number
-from robsim.declare.spec import Context, Raw, Spec, expected
+from robsim.declare.spec import Context, Live, Raw, Spec, expected
 from robsim.declare.tables import keys_of
 from robsim.declare.words import Text
 
@@ -160,6 +160,12 @@ def label(raw: Raw, number: int) -> str | int:
     return name if isinstance(name, str) and name else number
 
 
+def references(table: Mapping[str, Raw]) -> set[str]:
+    """Return the keys by which a table takes its links from elsewhere, as long as it does."""
+    given = {"model", "urdf"} & table.keys()
+    return {key for key in given if not isinstance(table[key], Live)}
+
+
 def _merge_named(item: Spec, old: list[Raw], new: list[Raw], loose: bool) -> list[Raw]:
     where: dict[Any, int] = {}
     for i, table in enumerate(old):
@@ -174,7 +180,7 @@ def _merge_named(item: Spec, old: list[Raw], new: list[Raw], loose: bool) -> lis
                 raise InputError("there are two tables of this name; give one")
             changed.add(name)
             if name in where:
-                inside = loose or bool({"model", "urdf"} & merged[where[name]].keys())
+                inside = loose or bool(references(merged[where[name]]))
                 merged[where[name]] = item.merge(merged[where[name]], table, inside)
             elif loose:
                 merged.append(table)

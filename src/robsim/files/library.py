@@ -8,12 +8,13 @@ from pathlib import Path
 from typing import Any
 
 from robsim.base.errors import FileError, FrameError, InputError, said
-from robsim.declare.lists import label
+from robsim.declare.lists import label, references
 from robsim.declare.problems import Problems, under
-from robsim.declare.spec import UNREADABLE, Context
+from robsim.declare.spec import UNREADABLE, Context, Live
 from robsim.declare.tables import merge_table, write_table
 from robsim.files import robots
 from robsim.files.toml import Tables, parse, read_text
+from robsim.robot.origin import Origin
 from robsim.robot.robot import Robot
 from robsim.robot.robot_table import MOST, ROBOT, RobotTable
 
@@ -38,15 +39,19 @@ def _expanded(table: Any, folder: Path) -> Any:
     tools = table.get("tools") if isinstance(table, dict) else None
     if isinstance(tools, list) and len(tools) <= MOST:
         table = {**table, "tools": [_tool(tool, i, folder) for i, tool in enumerate(tools)]}
-    if not isinstance(table, dict) or not table.keys() & {"model", "urdf"}:
+    given = references(table) if isinstance(table, dict) else set()
+    if not given:
         return table
-    if {"model", "urdf"} <= table.keys():
+    if len(given) > 1:
         raise InputError("model and urdf: give one of the two only")
     rest = {key: part for key, part in table.items() if key not in ("model", "urdf")}
-    if "model" in table:
+    if "model" in given:
         with under("model"):
-            return merge_table(RobotTable, _library_tables(table["model"]), rest, False)
-    return merge_table(RobotTable, _urdf_tables(table, folder), rest, False)
+            own = {**_library_tables(table["model"]), "model": Live(Origin(table["model"]))}
+    else:
+        own = _urdf_tables(table, folder)
+        own["urdf"] = Live(Origin(urdf=os.path.abspath(folder / table["urdf"])))
+    return merge_table(RobotTable, own, rest, False)
 
 
 def _tool(table: Any, number: int, folder: Path) -> Any:

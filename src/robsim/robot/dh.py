@@ -8,13 +8,12 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robsim.base.arrays import Array, numbers
+from robsim.base.arrays import numbers
 from robsim.base.errors import InputError, is_one_of, said
 from robsim.base.warned import warn_of_degrees
-from robsim.geometry.pose import IDENTITY, Pose
 from robsim.geometry.primitives import Primitive
-from robsim.geometry.rotation import axis_rotation
-from robsim.robot.joint import KINDS, Joint
+from robsim.robot.dh_row import CONVENTIONS, DHRow
+from robsim.robot.joint import Joint
 from robsim.robot.link import Link
 
 
@@ -32,6 +31,8 @@ def dh_links(
     if table.ndim != 2 or n == 0:
         raise InputError(f"DH rows: expected shape (n, 4), got {table.shape}")
     warn_of_degrees(table[:, [0, 3]], "DH rows (theta, d, a, alpha)")
+    if not is_one_of(convention, CONVENTIONS):
+        raise InputError(f"DH convention must be 'standard' or 'modified', got {said(convention)}")
     kinds = _joint_kinds("R" * n if joints is None else joints, n)
     spans: list[Any] = [None] * n
     if limits is not None:
@@ -44,8 +45,9 @@ def dh_links(
         raise InputError(f"{n} DH rows need {n} link names and {n + 1} lists of shapes")
     parts = [Link("base", shapes=drawn[0])]
     for i in range(n):
-        place, tail = dh_constants(table[i], convention, kinds[i])
-        joint = Joint(kinds[i], place, tail, tuple(spans[i]) if spans[i] else None)
+        theta, d, a, alpha = table[i].tolist()
+        row = DHRow(theta, d, a, alpha, convention)
+        joint = Joint(kinds[i], limits=tuple(spans[i]) if spans[i] else None, dh=row)
         parts.append(Link(names[i + 1], names[i], joint, drawn[i + 1]))
     return tuple(parts)
 
@@ -57,26 +59,6 @@ def _shapes(given: Any) -> list[tuple[Primitive, ...]]:
         if not isinstance(row, list | tuple):
             raise InputError(f"shapes: expected a list of shapes for each link, got {said(row)}")
     return [tuple(row) for row in rows]
-
-
-def dh_constants(row: Array, convention: str, kind: str) -> tuple[Pose, Pose]:
-    """Return (place, tail) of a DH row (..., 4), so that the joint is place . motion(q) . tail."""
-    theta, d, a, alpha = np.moveaxis(row, -1, 0)
-    turns = KINDS[kind].turns
-    turn, rise = rigid(axis_rotation("z", theta)), Pose.at(0, 0, d)
-    reach = Pose.at(a, 0, 0) @ rigid(axis_rotation("x", alpha))
-    if not is_one_of(convention, ("standard", "modified")):
-        raise InputError(f"DH convention must be 'standard' or 'modified', got {said(convention)}")
-    if convention == "standard":
-        return (turn, rise @ reach) if turns else (turn @ rise, reach)
-    return (reach @ turn, rise) if turns else (reach @ turn @ rise, IDENTITY)
-
-
-def rigid(R: Array) -> Pose:
-    """Return poses of rotations (..., 3, 3) at the origin; InputError if they are none."""
-    T = np.zeros((*R.shape[:-2], 4, 4))
-    T[..., :3, :3], T[..., 3, 3] = R, 1.0
-    return Pose(T)
 
 
 def _spans(limits: ArrayLike, n: int) -> list[list[float]]:

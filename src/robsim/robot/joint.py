@@ -14,6 +14,7 @@ from robsim.base.warned import warn_of_degrees
 from robsim.geometry.curves import Curve
 from robsim.geometry.pose import IDENTITY, Pose, one_pose
 from robsim.kernels import joints as kernels
+from robsim.robot.dh_row import DHRow
 from robsim.robot.joints.ackermann import Ackermann
 from robsim.robot.joints.car import Steering
 from robsim.robot.joints.chord import Chord
@@ -42,6 +43,7 @@ __all__ = [
 
 Kind = Literal["fixed", "revolute", "prismatic", "floating", "planar", "unicycle", "car", "rail"]
 LIMIT_SLACK = 1e-9  # metres or radians by which rounding may exceed a limit
+ROWED = ("fixed", "revolute", "prismatic")  # kinds whose constants a DH row may give
 _NEEDED: dict[str, type[Any]] = {"curve": Curve, "steering": Steering}  # fields that a kind needs
 
 
@@ -59,6 +61,9 @@ class Joint:
     `name` how it is called where the link's name will not do. `speed` (rad/s or m/s) and `effort`
     (N m or N) are what the drive can do: files keep them, and nothing here is held to them.
 
+    `dh` is a row of a Denavit-Hartenberg table, which gives `place` and `tail` of a fixed, revolute
+    or prismatic joint. To give another row, or poses instead, use `with_constants`.
+
     >>> Joint("prismatic", limits=(0.0, 0.5)).limits
     (0.0, 0.5)
     """
@@ -73,11 +78,14 @@ class Joint:
     curve: Curve | None = field(default=None, kw_only=True)
     steering: Steering | None = field(default=None, kw_only=True)
     follows: Coupling | None = field(default=None, kw_only=True)
+    dh: DHRow | None = field(default=None, kw_only=True)
 
     def __post_init__(self) -> None:
         self._check_kind()
         for part in ("place", "tail"):
             object.__setattr__(self, part, one_pose(getattr(self, part), f"joint {part}"))
+        if self.dh is not None:
+            self._take_row(self.dh)
         if self.name is not None:
             checked_name(self.name, "joint")
         for part in ("speed", "effort"):
@@ -131,6 +139,30 @@ class Joint:
         """Return a copy that follows the coordinate with this name."""
         assert self.follows is not None
         return replace(self, follows=replace(self.follows, of=name))  # type: ignore[type-var]
+
+    def with_constants(
+        self, place: Any = IDENTITY, tail: Any = IDENTITY, dh: DHRow | None = None
+    ) -> Joint:
+        """Return a copy with other constants: two poses, or a row of a Denavit-Hartenberg table.
+
+        >>> joint = Joint("revolute", dh=DHRow(theta=0, d=0, a=0.5, alpha=0))
+        >>> joint.with_constants(dh=replace(joint.dh, a=0.6)).tail.position
+        array([0.6, 0. , 0. ])
+        """
+        return replace(self, place=place, tail=tail, dh=dh)
+
+    def _take_row(self, row: Any) -> None:
+        """Keep the constants of a row; InputError if poses are given that are not these."""
+        if not isinstance(row, DHRow):
+            raise InputError(f"joint dh: expected a DHRow, got {said(row)}")
+        if self.model.name not in ROWED:
+            raise InputError(f"a {self.model.name} joint has place and tail, not dh")
+        given = self.place, self.tail
+        place, tail = row.constants(self.model.turns)
+        if given not in ((IDENTITY, IDENTITY), (place, tail)):
+            raise InputError("dh and place or tail: give one of the two only")
+        object.__setattr__(self, "place", place)
+        object.__setattr__(self, "tail", tail)
 
     def _check_kind(self) -> None:
         if self.model.code != kernels.OWN and KINDS.get(self.model.name) is type(self.model):

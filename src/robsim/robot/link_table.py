@@ -6,10 +6,12 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Annotated, Any, ClassVar
 
-import numpy as np
-
 from robsim.base.errors import InputError
+<<<<<<< HEAD
 from robsim.declare import Angle, Choice, Length, ListOf, Name, Number, Stacked, Table
+=======
+from robsim.declare import Choice, ListOf, Name, Number, Table
+>>>>>>> main
 from robsim.declare.joints import OfJoint, unit_of
 from robsim.declare.problems import Broken, under
 from robsim.declare.quantities import coordinate, written
@@ -19,7 +21,7 @@ from robsim.geometry.inertia import Inertia
 from robsim.geometry.pose import IDENTITY, Pose
 from robsim.geometry.pose_table import PoseTable
 from robsim.geometry.primitives.primitive import SHAPES, Primitive
-from robsim.robot.dh import dh_constants
+from robsim.robot.dh_row import DHRow
 from robsim.robot.joint import Joint, Steering
 from robsim.robot.joints.coupling import COUPLINGS
 from robsim.robot.joints.kind import JointKind
@@ -43,16 +45,6 @@ class JointChoice(Choice):
     def write(self, value: Any, c: Context) -> Raw:
         kind = kind_of(value)
         return super().write(kind, c)
-
-
-@dataclass(frozen=True)
-class DHRow:
-    """A row of a Denavit-Hartenberg table."""
-
-    theta: Annotated[float, Angle(), "Rotation about z."]
-    d: Annotated[float, Length(), "Translation along z."]
-    a: Annotated[float, Length(), "Translation along x."]
-    alpha: Annotated[float, Angle(), "Rotation about x."]
 
 
 @dataclass(frozen=True)
@@ -152,8 +144,9 @@ class LinkTable:
         with under("limits") if limits is not None else under():
             joint = Joint(
                 self.joint,
-                *self._constants(c.facts.get("convention", "standard")),
+                *self._poses(),
                 limits,
+                dh=self.dh,
                 name=self.joint_name,
                 speed=self.speed,
                 effort=self.effort,
@@ -179,25 +172,19 @@ class LinkTable:
             joint.curve,
             joint.steering,
             joint.follows,
-            None,
-            None if joint.place == IDENTITY else joint.place,
-            None if joint.tail == IDENTITY else joint.tail,
+            joint.dh,
+            None if joint.dh or joint.place == IDENTITY else joint.place,
+            None if joint.dh or joint.tail == IDENTITY else joint.tail,
             joint.limits,
             value.shapes,
             value.inertia,
         )
 
-    def _constants(self, convention: str) -> tuple[Pose, Pose]:
-        """Return (place, tail) of the joint."""
-        if self.dh is None:
-            return self.place or IDENTITY, self.tail or IDENTITY
-        if self.place is not None or self.tail is not None:
+    def _poses(self) -> tuple[Pose, Pose]:
+        """Return the poses that are given for the joint, where a row is not."""
+        if self.dh is not None and (self.place is not None or self.tail is not None):
             raise InputError("dh and place or tail: give one of the two only")
-        kind = kind_of(self.joint).name
-        if kind not in ("fixed", "revolute", "prismatic"):
-            raise InputError(f"a {kind} joint has place and tail, not dh")
-        row = np.array([self.dh.theta, self.dh.d, self.dh.a, self.dh.alpha])
-        return dh_constants(row, convention, kind)
+        return self.place or IDENTITY, self.tail or IDENTITY
 
 
 def _bare(kind: type[JointKind]) -> JointKind:

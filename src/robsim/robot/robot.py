@@ -24,6 +24,7 @@ from robsim.robot.joint import Ackermann, Chord, Rolling
 from robsim.robot.kinematics import Kinematics
 from robsim.robot.limits import check_ranges
 from robsim.robot.link import Link
+from robsim.robot.origin import Origin
 from robsim.robot.tool import mounted
 
 # what is the same in robots whose numbers differ
@@ -46,6 +47,9 @@ class Robot(Kinematics):
     the body twist (v, omega) of a floating joint, (vx, vy, omega) of a planar one, (v, omega) of
     a unicycle or car, along x and about z, the speed along a rail. A joint that follows others has
     none of its own; a rolling wheel has its angle as a coordinate, and no velocity.
+
+    `origin` is the library robot or the URDF file that it was read from, also where it was changed
+    since; it has no part in equality.
     """
 
     name: str
@@ -54,6 +58,7 @@ class Robot(Kinematics):
     base: Pose = field(default=IDENTITY, kw_only=True)
     on: str = field(default="world", kw_only=True)
     tip: str = field(default="", kw_only=True)
+    origin: Origin | None = field(default=None, kw_only=True, compare=False)
 
     def __post_init__(self) -> None:
         checked_name(self.name, "robot")
@@ -169,9 +174,10 @@ class Robot(Kinematics):
         robot, found = urdf.read(path, lambda name, links, end: cls(name, links, tip=end))
         if tip is None and found.others:
             warnings.warn(f"{path}: {found.warning}", FileWarning, stacklevel=2)
+        origin = Origin(urdf=os.path.abspath(path))
         if tip is None and home is None:
-            return robot
-        return replace(robot, tip=found.name if tip is None else tip, home=home)
+            return replace(robot, origin=origin)
+        return replace(robot, tip=found.name if tip is None else tip, home=home, origin=origin)
 
     def to_urdf(self, path: str | os.PathLike[str]) -> None:
         """Write a URDF file, from which the same links, poses, limits and inertias can be read.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Annotated, Any, ClassVar
 
@@ -18,6 +18,7 @@ from robsim.geometry.pose_table import PoseTable
 from robsim.robot.joint import units_of
 from robsim.robot.link import Link, coordinate_names
 from robsim.robot.link_table import LinkTable
+from robsim.robot.origin import KEYS, Origin, OriginKeys
 from robsim.robot.robot import Robot
 
 LINK = Table(Link, LinkTable)
@@ -45,21 +46,15 @@ class Links(ListOf):
         return tuple(super().read(raw, c))
 
 
-TAKEN = {
-    "model": {"type": "string", "description": "The name of a robot of the library."},
-    "urdf": {"type": "string", "description": "The path of a URDF file from here."},
-}
-
-
 @dataclass(frozen=True)
 class LinkedSpec(Table):
     """Links of a text: all of them, or those of a library robot or a URDF file with changes."""
 
     def schema(self, define: Any) -> dict[str, Any]:
         form = self.says or self.kind
-        taken = {"oneOf": [{"required": [key]} for key in TAKEN]}
-        changed = {"allOf": [define.changes(form, **TAKEN), taken]}
-        return {"anyOf": [define(form, **TAKEN), changed]}
+        taken = {"oneOf": [{"required": [key]} for key in KEYS]}
+        changed = {"allOf": [define.changes(form), taken]}
+        return {"anyOf": [define(form), changed]}
 
 
 def _own_joints(c: Context) -> Axes | None:
@@ -92,11 +87,19 @@ class LinkedTable:
         Any, PerJoint(_own_joints), "Coordinates at home, where runs start by default."
     ] = None
     tip: Annotated[str | None, Name(), "Link that is taken where none is named."] = None
+    origin: Annotated[
+        Origin | None, OriginKeys(), "Library robot or URDF file whose links these are."
+    ] = None
 
     @classmethod
     def text_facts(cls, raw: Mapping[str, Raw], c: Context) -> Context:
         """Note the convention of the Denavit-Hartenberg rows of the links."""
         return c.knowing(convention=raw.get("convention", "standard"))
+
+    @classmethod
+    def written_facts(cls, value: Robot, c: Context) -> Context:
+        """Note the convention of the rows of a robot that is written."""
+        return c.knowing(convention=convention_of(value.links) or "standard")
 
     def robot(self) -> Robot:
         """Return a robot in the world with these links."""
@@ -110,7 +113,7 @@ class LinkedTable:
             ),
         )
         try:
-            return Robot(self.name, links, self.home, tip=self.tip or "")
+            return Robot(self.name, links, self.home, tip=self.tip or "", origin=self.origin)
         except InputError as error:  # of home, or of links that do not go together
             with under("home" if str(error).startswith(f"{self.name}.home") else "links"):
                 raise
@@ -146,7 +149,14 @@ class RobotTable(LinkedTable):
     def of(cls, value: Robot, c: Context) -> RobotTable:
         """Return the table that describes a robot, link by link."""
         tip = None if value.tip == value.links[-1].name else value.tip
-        return cls(value.name, value.links, value.base, home=value.home, tip=tip, on=value.on)
+        own: Any = {"home": value.home, "tip": tip, "convention": convention_of(value.links)}
+        own["origin"] = value.origin
+        return cls(value.name, value.links, value.base, on=value.on, **own)
+
+
+def convention_of(links: Sequence[Link]) -> str | None:
+    """Return the convention of the first Denavit-Hartenberg row of some links; None: of no row."""
+    return next((link.joint.dh.convention for link in links if link.joint.dh), None)
 
 
 ROBOT = LinkedSpec(Robot, RobotTable)

@@ -11,6 +11,7 @@ import numpy as np
 from robsim.base.arrays import numbers, positive
 from robsim.base.errors import InputError, said, suggest
 from robsim.geometry.pose import Pose, one_pose
+from robsim.robot.dh_row import DHRow
 from robsim.robot.joint import Joint
 from robsim.robot.link import Link
 from robsim.robot.robot import Robot
@@ -73,10 +74,15 @@ def _wrong(link: Link, errors: Any, convention: str) -> Joint:
         )
     theta, d, a, alpha = (_number(errors.get(name, 0.0), f"{link.name}.{name}") for name in ROW)
     joint = link.joint
+    if joint.dh is not None and joint.dh.convention == convention:
+        row = joint.dh
+        return joint.with_constants(
+            dh=DHRow(row.theta + theta, row.d + d, row.a + a, row.alpha + alpha, convention)
+        )
     along, across = Pose.at(0, 0, d, rpy=(0, 0, theta)), Pose.at(a, 0, 0, rpy=(alpha, 0, 0))
     if convention == "standard":
-        return replace(joint, tail=along @ joint.tail @ across)
-    return replace(joint, place=across @ joint.place, tail=along @ joint.tail)
+        return joint.with_constants(joint.place, along @ joint.tail @ across)
+    return joint.with_constants(across @ joint.place, along @ joint.tail)
 
 
 def wrong_target(thing: Object, size: Any, marks: Any, place: Any) -> Object:

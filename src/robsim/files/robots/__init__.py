@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import tomllib
 from collections.abc import Callable
+from dataclasses import replace
 from functools import cache
 from importlib import resources
 from pathlib import Path
@@ -51,8 +52,9 @@ def load(name: str) -> Robot:
 @cache
 def _read(path: Path) -> Robot:
     from robsim.files.library import read_robot
+    from robsim.robot.origin import Origin
 
-    return read_robot(path)
+    return replace(read_robot(path), origin=Origin(model=path.stem))
 
 
 def __getattr__(name: str) -> Callable[[], Robot]:

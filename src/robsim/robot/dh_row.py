@@ -1,0 +1,79 @@
+"""Rows of a Denavit-Hartenberg table, and the constants of a joint that they give."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Annotated, Any
+
+import numpy as np
+
+from robsim.base.arrays import Array
+from robsim.declare import Angle, Declared, Length, Word
+from robsim.declare.spec import Context, Raw
+from robsim.geometry.pose import IDENTITY, Pose
+from robsim.geometry.rotation import axis_rotation
+
+CONVENTIONS = ("standard", "modified")
+
+
+@dataclass(frozen=True)
+class Convention(Word):
+    """The convention of a row, which a text says once for all rows of a robot, or in a row."""
+
+    choices: tuple[str, ...] = CONVENTIONS
+    noun: str = "convention"
+
+    def pick(self, table: Mapping[str, Raw], name: str, c: Context) -> Any:
+        """Return the convention of the row, or that of the robot around it."""
+        if name not in table:
+            return c.facts.get("convention", "standard")
+        return super().pick(table, name, c)
+
+    def put(self, table: dict[str, Raw], name: str, value: Any, c: Context) -> None:
+        """Write the convention where the robot around the row has another one."""
+        if value != c.facts.get("convention", "standard"):
+            super().put(table, name, value, c)
+
+    def controls(self, value: Any, place: Any) -> Iterable[Any]:
+        """Return nothing: another convention is another robot."""
+        return ()
+
+
+@dataclass(frozen=True, eq=False)
+class DHRow(Declared):
+    """A row of a Denavit-Hartenberg table, from which a `Joint` gets its constants.
+
+    >>> DHRow(0.0, 0.1, 0.5, 0.0).constants(turns=True)[1].position
+    array([0.5, 0. , 0.1])
+    """
+
+    theta: Annotated[float, Angle(), "Rotation about z."]
+    d: Annotated[float, Length(), "Translation along z."]
+    a: Annotated[float, Length(), "Translation along x."]
+    alpha: Annotated[float, Angle(), "Rotation about x."]
+    convention: Annotated[str, Convention(), "Order of the four; None: that of the robot."] = (
+        "standard"
+    )
+
+    def constants(self, turns: bool) -> tuple[Pose, Pose]:
+        """Return (place, tail) of a joint that turns about z, or slides along it."""
+        row = np.array([self.theta, self.d, self.a, self.alpha])
+        return dh_constants(row, self.convention, turns)
+
+
+def dh_constants(row: Array, convention: str, turns: bool) -> tuple[Pose, Pose]:
+    """Return (place, tail) of a DH row (..., 4), so that the joint is place . motion(q) . tail."""
+    theta, d, a, alpha = np.moveaxis(row, -1, 0)
+    turn, rise = rigid(axis_rotation("z", theta)), Pose.at(0, 0, d)
+    reach = Pose.at(a, 0, 0) @ rigid(axis_rotation("x", alpha))
+    if convention == "standard":
+        return (turn, rise @ reach) if turns else (turn @ rise, reach)
+    return (reach @ turn, rise) if turns else (reach @ turn @ rise, IDENTITY)
+
+
+def rigid(R: Array) -> Pose:
+    """Return poses of rotations (..., 3, 3) at the origin; InputError if they are none."""
+    T = np.zeros((*R.shape[:-2], 4, 4))
+    T[..., :3, :3], T[..., 3, 3] = R, 1.0
+    return Pose(T)
