@@ -111,7 +111,7 @@ def test_every_number_is_changed_in_a_fifth_of_a_millisecond(name):
 
 
 def least(change, rounds=5):
-    """The least mean time of a hundred changes in some rounds, on a machine that does other things."""
+    """The least mean time of a hundred changes in some rounds: the machine may do other things."""
     means = []
     for _ in range(rounds):
         begun = time.process_time()

@@ -45,6 +45,14 @@ class Part:
     shapes: Shapes = ()
     meaning: str = ""
 
+    def fits(self, shape: tuple[int, ...]) -> bool:
+        """Return whether the number of one run may have a shape, where a word is any size."""
+        return any(
+            len(shape) == len(wanted)
+            and all(isinstance(n, str) or n == m for n, m in zip(wanted, shape, strict=True))
+            for wanted in self.shapes
+        )
+
 
 @dataclass(frozen=True)
 class Path:
@@ -91,7 +99,7 @@ class Path:
             if not np.all(np.abs(np.asarray(given, dtype=float)) <= LARGEST):
                 raise InputError(f"expected numbers of at most {LARGEST:g}, got {said(given)}")
             made = spec.check(given, self.name)
-        if np.shape(made) != np.shape(old) and np.shape(made) not in self.leaf.shapes:
+        if np.shape(made) != np.shape(old) and not self.leaf.fits(np.shape(made)):
             raise InputError(f"{self.name}: another shape than {np.shape(old)}")
         return made
 
@@ -166,7 +174,7 @@ def _part(form: type[Any], each: Field, value: Any, c: Context) -> Part:
     keys = at.split(".") if at else []
     if not keys:
         return Part(spec, c, lambda owner: owner, lambda _, new: new, lambda _, new: new)
-    hold = _setter(keys, unchecked)
+    hold = _setter(keys, held)
     part = Part(spec, c, attrgetter(at), _setter(keys, revised), hold, meaning=each.meaning)
     if each.stacked is None:
         return part
@@ -192,6 +200,15 @@ def revised(value: Any, **changes: Any) -> Any:
     """
     own = getattr(value, "revised", None)
     return own(**changes) if own is not None else replace(value, **changes)
+
+
+def held(value: Any, **changes: Any) -> Any:
+    """Return a copy with other fields, which are known to be right, or numbers of many runs.
+
+    A class of which more follows from these has a method `held`.
+    """
+    own = getattr(value, "held", None)
+    return own(**changes) if own is not None else unchecked(value, **changes)
 
 
 def item_part(spec: Spec, number: int, c: Context) -> Part:

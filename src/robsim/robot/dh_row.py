@@ -9,7 +9,7 @@ from typing import Annotated, Any
 import numpy as np
 
 from robsim.base.arrays import Array
-from robsim.declare import Angle, Declared, Length, Word
+from robsim.declare import Angle, Declared, Length, Stacked, Word
 from robsim.declare.spec import Context, Raw
 from robsim.geometry.pose import IDENTITY, Pose
 from robsim.geometry.rotation import axis_rotation
@@ -48,18 +48,18 @@ class DHRow(Declared):
     array([0.5, 0. , 0.1])
     """
 
-    theta: Annotated[float, Angle(), "Rotation about z."]
-    d: Annotated[float, Length(), "Translation along z."]
-    a: Annotated[float, Length(), "Translation along x."]
-    alpha: Annotated[float, Angle(), "Rotation about x."]
+    theta: Annotated[float, Angle(), Stacked(()), Stacked(()), "Rotation about z."]
+    d: Annotated[float, Length(), Stacked(()), "Translation along z."]
+    a: Annotated[float, Length(), Stacked(()), "Translation along x."]
+    alpha: Annotated[float, Angle(), Stacked(()), "Rotation about x."]
     convention: Annotated[str, Convention(), "Order of the four; None: that of the robot."] = (
         "standard"
     )
 
     def constants(self, turns: bool) -> tuple[Pose, Pose]:
         """Return (place, tail) of a joint that turns about z, or slides along it."""
-        row = np.array([self.theta, self.d, self.a, self.alpha])
-        return dh_constants(row, self.convention, turns)
+        row = np.broadcast_arrays(self.theta, self.d, self.a, self.alpha)
+        return dh_constants(np.stack(row, axis=-1), self.convention, turns)
 
 
 def dh_constants(row: Array, convention: str, turns: bool) -> tuple[Pose, Pose]:

@@ -7,11 +7,7 @@ from dataclasses import dataclass
 from typing import Annotated, Any, ClassVar
 
 from robsim.base.errors import InputError
-<<<<<<< HEAD
-from robsim.declare import Angle, Choice, Length, ListOf, Name, Number, Stacked, Table
-=======
-from robsim.declare import Choice, ListOf, Name, Number, Table
->>>>>>> main
+from robsim.declare import Choice, ListOf, Name, Number, Stacked, Table
 from robsim.declare.joints import OfJoint, unit_of
 from robsim.declare.problems import Broken, under
 from robsim.declare.quantities import coordinate, written
@@ -90,7 +86,7 @@ class LinkTable:
         "joint": "joint.kind",
         "joint_name": "joint.name",
         **{key: f"joint.{key}" for key in ("speed", "effort", "curve", "steering", "follows")},
-        **{key: f"joint.{key}" for key in ("place", "tail", "limits")},
+        **{key: f"joint.{key}" for key in ("dh", "place", "tail", "limits")},
     }
 
     name: Annotated[str, LABEL, "Name of the link."]

@@ -105,7 +105,8 @@ def _with_number(experiment: Any, name: str, given: Any) -> Any:
     old = path.get(owner)
     if isinstance(old, str) and given == old:
         return experiment
-    if not is_number(old) or not (is_text(given) or is_number(given)):
+    fits = is_number(old) or path.leaf.shapes
+    if not fits or not (is_text(given) or is_number(given)):
         raise NoNumber
     new = path.taken(given, old)
     made = path.replace(owner, new)

@@ -7,7 +7,7 @@ place, as the declaration there says that stages take them.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -16,7 +16,7 @@ from robsim.base.arrays import Array, frozen, numbers
 from robsim.base.errors import InputError, said
 from robsim.base.values import unchecked
 from robsim.declare.paths import Path
-from robsim.robot.dh import rigid
+from robsim.robot.dh_row import rigid
 from robsim.run.paths import (
     BELIEF,
     believed_by,
@@ -101,20 +101,23 @@ def _ends(name: str, values: Array) -> list[Array]:
 def _shaped(experiment: Any, name: Any, values: Any) -> Array:
     """Return the numbers (runs, ...) of a name; InputError if it cannot differ from run to run."""
     path = path_of(experiment, str(name))
-    if path is None:
-        experiment.at(str(name), np.asarray(values)[0])  # of which a file says what is wrong
     if path is None or path.leaf.stack is None:
-        raise InputError(f"vary: {said(name)} cannot differ from run to run; what may: {MAY}")
+        why = f"; what may: {MAY}" if path else f": {_refusal(experiment, str(name), values)}"
+        raise InputError(f"vary: {said(name)} cannot differ from run to run{why}")
     array, shapes = numbers(values, str(name), ()), path.leaf.shapes
-    if not (array.ndim and len(array) and any(_fits(array.shape[1:], shape) for shape in shapes)):
+    if not (array.ndim and len(array) and path.leaf.fits(array.shape[1:])):
         wanted = " or ".join(str(("runs", *shape)).replace("'", "") for shape in shapes)
         raise InputError(f"vary: {name}: expected shape {wanted}, got {array.shape}")
     return array
 
 
-def _fits(shape: tuple[int, ...], wanted: Sequence[int | str]) -> bool:
-    pairs = zip(shape, wanted, strict=False)
-    return len(shape) == len(wanted) and all(isinstance(n, str) or n == m for m, n in pairs)
+def _refusal(experiment: Any, name: str, values: Any) -> str:
+    """Return what a file says of a name that has no path."""
+    try:
+        experiment.at(name, np.asarray(values).tolist()[0])
+    except (InputError, TypeError, IndexError, ValueError) as error:
+        return str(error)
+    return "it is no number"
 
 
 class Template:

@@ -21,6 +21,7 @@ from robsim.declare.tables import read_table, write_table
 from robsim.files.changes import Changes
 from robsim.files.toml import parse, write
 from robsim.run.experiment import Experiment, load_scenario
+from robsim.run.paths import path_of, unit_at
 from robsim.starts.starts import START
 from robsim.studies.axes import Axis
 from robsim.studies.in_turn import labelled
