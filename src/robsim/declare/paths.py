@@ -25,6 +25,11 @@ from robsim.declare.spec import Context, Spec
 Shapes = tuple[tuple[int | str, ...], ...]  # of the number of one run
 
 
+def _alone(owner: Any, new: Any) -> Any:
+    """Return what is there instead of an owner that holds nothing else."""
+    return new
+
+
 @dataclass(frozen=True)
 class Part:
     """A part of a value under one key: what it may hold, and how its owner has another.
@@ -40,7 +45,7 @@ class Part:
     c: Context
     get: Callable[[Any], Any]
     put: Callable[[Any, Any], Any]
-    hold: Callable[[Any, Any], Any] = unchecked
+    hold: Callable[[Any, Any], Any] = _alone
     stack: Callable[[Any, Array], Any] | None = None
     shapes: Shapes = ()
     meaning: str = ""
@@ -173,7 +178,7 @@ def _part(form: type[Any], each: Field, value: Any, c: Context) -> Part:
     at = (stands or {}).get(name, name)
     keys = at.split(".") if at else []
     if not keys:
-        return Part(spec, c, lambda owner: owner, lambda _, new: new, lambda _, new: new)
+        return Part(spec, c, lambda owner: owner, _alone)
     hold = _setter(keys, held)
     part = Part(spec, c, attrgetter(at), _setter(keys, revised), hold, meaning=each.meaning)
     if each.stacked is None:

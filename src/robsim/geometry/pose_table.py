@@ -198,5 +198,9 @@ def _placed(key: str, pose: Pose, new: Any) -> Pose:
     if key == "position":
         T[..., :3, 3] = values
     else:
-        T[..., :3, :3] = values if key == "rotation" else Pose.at(**{key: values}).rotation
+        T[..., :3, :3] = values if key == "rotation" else _turned(key, values)
     return Pose(T)
+
+
+def _turned(key: str, values: Any) -> Any:
+    return (Pose.at(rpy=values) if key == "rpy" else Pose.at(rotvec=values)).rotation

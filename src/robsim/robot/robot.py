@@ -28,8 +28,10 @@ from robsim.robot.origin import Origin
 from robsim.robot.tool import mounted
 
 # what is the same in robots whose numbers differ
-NAMED = "coordinate_names", "coordinate_units", "velocity_names", "velocity_units"
-NAMED += "nq", "nv", "_angles", "_floats"
+NAMED = (
+    *("coordinate_names", "coordinate_units", "velocity_names", "velocity_units"),
+    *("nq", "nv", "_angles", "_floats"),
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -269,7 +271,7 @@ class Robot(Kinematics):
 def _spans(links: Sequence[Link]) -> list[Any]:
     """Return what the limits of coordinates follow from."""
     joints = [link.joint for link in links]
-    return [(joint.limits, joint.follows, joint.curve) for joint in joints]
+    return [(joint.limits, joint.follows, joint.needed) for joint in joints]
 
 
 def _standing(links: Sequence[Link]) -> list[Any]:
@@ -284,5 +286,7 @@ def _check_chords(links: Sequence[Link]) -> None:
     """Raise InputError for a chord that does not fit the curve of its rail."""
     curves = {link.label: link.joint.curve for link in links}
     for link in links:
-        if isinstance(link.joint.follows, Chord):
-            link.joint.follows.check(link.name, curves[link.joint.follows.of])
+        follows = link.joint.follows
+        curve = curves.get(follows.of) if isinstance(follows, Chord) else None
+        if isinstance(follows, Chord) and curve is not None:
+            follows.check(link.name, curve)

@@ -35,7 +35,6 @@ from robsim.run.checks import a_task, of_kind, starts, whole_periods
 from robsim.run.mission_run import MissionRun
 from robsim.run.origin import attributes_of, made_with
 from robsim.run.paths import NOT_BY_PATH, controls_of, guard_of, with_numbers
-from robsim.run.result import dataset
 from robsim.run.staged import Staged
 from robsim.run.varied import Template, checked
 from robsim.servo.safety.safety import Safety
@@ -250,7 +249,7 @@ class Experiment(Value):
             raise InputError(f"expected a dotted name such as 'task.gain', got {said(name)}")
         changes = dict(name) if isinstance(name, Mapping) else {name: value}
         try:
-            made = with_numbers(self, changes)
+            made: Self = with_numbers(self, changes)
         except NOT_BY_PATH:  # a file has the last word, and says what is wrong
             made = self._by_text(changes)
         varied = {each: x for each, x in self.varied.items() if each not in changes}
@@ -442,6 +441,8 @@ class Experiment(Value):
 
     def dataset(self, loop: Loop) -> xr.Dataset:
         """Return what a loop of this experiment has recorded."""
+        from robsim.run.result import dataset  # of xarray, which a quick start does without
+
         parts = self.task, self.sensing, self.actuation, self.endings
         if not (self.scene.tree.compiled and all(map(unchanging, parts))):
             _ = self.origin  # written now: later a user's object may be another

@@ -35,7 +35,7 @@ class NoNumber(Exception):
 
 
 # what a path raises where a file may have the value, or says better why it has not
-NOT_BY_PATH = NoNumber, InputError, Broken, KeyError, TypeError, ValueError
+NOT_BY_PATH = NoNumber, InputError, Broken, LookupError, ArithmeticError, TypeError, ValueError
 
 
 def path_of(experiment: Any, name: str) -> Path | None:

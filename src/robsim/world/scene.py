@@ -32,8 +32,10 @@ from robsim.world.parts import KINDS, coordinates_of, pick, put_in_place
 from robsim.world.view import View
 
 # what is the same in scenes whose numbers differ
-NAMED = "nq", "nv", "coordinate_names", "coordinate_units", "velocity_names", "velocity_units"
-NAMED += ("prescribed",)
+NAMED = (
+    *("coordinate_names", "coordinate_units", "velocity_names", "velocity_units"),
+    *("nq", "nv", "prescribed"),
+)
 
 
 @described
@@ -301,5 +303,5 @@ class Scene(Coordinates):
 
 def _placed(scene: Scene) -> list[int]:
     """Return what tells scenes apart whose frames stand elsewhere."""
-    hung = (*scene.objects, *scene.cameras)
+    hung: tuple[Object | MountedCamera, ...] = (*scene.objects, *scene.cameras)
     return [*map(id, scene.robots), *(id(part.pose) for part in hung)]
