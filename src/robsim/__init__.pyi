@@ -195,11 +195,11 @@ from robsim.vision.tags.detector import Detector as Detector
 from robsim.vision.tags.rendering import render as render
 from robsim.vision.tags.tag import Tag as Tag
 from robsim.world.actuation import Actuation as Actuation
+from robsim.world.imperfections.occlusions import Occlusion as Occlusion
 from robsim.world.motion import Motion as Motion
 from robsim.world.mounted_camera import MountedCamera as MountedCamera
 from robsim.world.object import Object as Object
 from robsim.world.scene import Scene as Scene
-from robsim.world.sensing import Occlusion as Occlusion
 from robsim.world.sensing import Sensing as Sensing
 
 __version__: str

@@ -14,7 +14,7 @@ from robsim.base.values import unchecked
 from robsim.base.warned import warn_of_degrees
 from robsim.geometry.curves import Curve
 from robsim.geometry.pose import IDENTITY, Pose, one_pose
-from robsim.kernels import joints as kernels
+from robsim.kernels.formulas import joints as kernels
 from robsim.robot.dh_row import DHRow
 from robsim.robot.joints.ackermann import Ackermann
 from robsim.robot.joints.car import Steering

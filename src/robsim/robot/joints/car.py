@@ -12,7 +12,7 @@ from robsim.base.arrays import Array, numbers
 from robsim.base.errors import InputError
 from robsim.declare import Angle, Length, Quantity, check_fields, described
 from robsim.geometry.pose import common_lead
-from robsim.kernels import joints as kernels
+from robsim.kernels.formulas import joints as kernels
 from robsim.robot.joints.planar import InPlane
 
 STEERED = 3  # the steering angle among the coordinates

@@ -10,7 +10,7 @@ import numpy as np
 from robsim.base.arrays import Array, length
 from robsim.base.errors import InputError
 from robsim.geometry.rotation import random_quaternions
-from robsim.kernels import joints as kernels
+from robsim.kernels.formulas import joints as kernels
 from robsim.robot.joints.kind import AROUND, JointKind
 
 

@@ -8,7 +8,7 @@ from typing import ClassVar
 import numpy as np
 
 from robsim.base.arrays import Array, length
-from robsim.kernels import joints as kernels
+from robsim.kernels.formulas import joints as kernels
 from robsim.robot.joints.kind import AROUND, JointKind, turned
 
 
