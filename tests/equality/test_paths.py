@@ -23,6 +23,7 @@ NAMES = sorted(examples.names())
 EACH = [pytest.param(name, marks=[pytest.mark.full] * (name not in FEW)) for name in NAMES]
 BAD = (0.0, -1.0, 1.0, -1e-9, 1e-12, 0.5, 7.0, 1e10, -1e10, math.nan, math.inf)
 ROUNDED = "start.", "task.goal."  # the quaternion of a pose is known to rounding
+AGREED = "puma560.links"  # of which this belief says some numbers as they are in truth
 DERIVED = "follows.length"  # of which a file without `at` derives that, too
 
 
@@ -63,6 +64,8 @@ def test_a_number_changed_by_its_path_is_that_of_the_file(name):
     experiment = rs.load_scenario(examples.path(name))
     compared = 0
     for control in controls(experiment):
+        if control.path.endswith(DERIVED) or (name == "wrong_dh" and AGREED in control.path):
+            continue
         for value in others(control):
             changes = control.changes(value)
             made, said = by_path(experiment, changes), in_file(name, changes)

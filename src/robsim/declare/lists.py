@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
 from typing import Any, ClassVar
 
 import numpy as np
@@ -148,6 +149,7 @@ class Names(ListOf):
         return [3, [], [3]]
 
 
+@cache
 def name_key(kind: type[Any]) -> str | None:
     """Return the key under which things of a class have their name; None if they have none."""
     return next((key for key in ("name", "robot") if key in keys_of(kind)), None)

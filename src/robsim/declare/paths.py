@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cache
 from operator import attrgetter
 from typing import Any
 
@@ -104,7 +105,8 @@ class Path:
             if not np.all(np.abs(np.asarray(given, dtype=float)) <= LARGEST):
                 raise InputError(f"expected numbers of at most {LARGEST:g}, got {said(given)}")
             made = spec.check(given, self.name)
-        if np.shape(made) != np.shape(old) and not self.leaf.fits(np.shape(made)):
+        shape = np.shape(made)
+        if not (self.leaf.fits(shape) if self.leaf.shapes else shape == np.shape(old)):
             raise InputError(f"{self.name}: another shape than {np.shape(old)}")
         return made
 
@@ -127,7 +129,7 @@ def resolved(spec: Spec, value: Any, name: str, c: Context) -> Path | None:
 
 def field_parts(form: type[Any], keys: list[str], value: Any, c: Context) -> list[Part]:
     """Return the part of a declared object under the first of these keys, which is taken away."""
-    each = next((f for f in fields_of(form) if keys[0] in f.spec.keys(f.name)), None)
+    each = _owner(form, keys[0])
     if each is None:
         return []
     key = keys.pop(0)
@@ -137,6 +139,12 @@ def field_parts(form: type[Any], keys: list[str], value: Any, c: Context) -> lis
         return [part]
     more = each.spec.parts(list(inner), part.get(value), part.c)
     return [part, *(more if each.stacked else [replace(one, stack=None) for one in more])]
+
+
+@cache
+def _owner(form: type[Any], key: str) -> Field | None:
+    """Return the field to which a key of the table of a class belongs."""
+    return next((each for each in fields_of(form) if key in each.spec.keys(each.name)), None)
 
 
 def _facts(form: type[Any], value: Any, c: Context) -> Context:

@@ -11,7 +11,7 @@ import numpy as np
 from robsim.base.arrays import Array
 from robsim.declare import Angle, Declared, Length, Stacked, Word
 from robsim.declare.spec import Context, Raw
-from robsim.geometry.pose import IDENTITY, Pose
+from robsim.geometry.pose import Pose
 from robsim.geometry.rotation import axis_rotation
 
 CONVENTIONS = ("standard", "modified")
@@ -64,12 +64,25 @@ class DHRow(Declared):
 
 def dh_constants(row: Array, convention: str, turns: bool) -> tuple[Pose, Pose]:
     """Return (place, tail) of a DH row (..., 4), so that the joint is place . motion(q) . tail."""
-    theta, d, a, alpha = np.moveaxis(row, -1, 0)
-    turn, rise = rigid(axis_rotation("z", theta)), Pose.at(0, 0, d)
-    reach = Pose.at(a, 0, 0) @ rigid(axis_rotation("x", alpha))
+    theta, d, a, alpha = row[..., 0], row[..., 1], row[..., 2], row[..., 3]
+    turn, rise = _matrix("z", turned=theta), _matrix("z", moved=d)
+    reach = _matrix("x", moved=a) @ _matrix("x", turned=alpha)
     if convention == "standard":
-        return (turn, rise @ reach) if turns else (turn @ rise, reach)
-    return (reach @ turn, rise) if turns else (reach @ turn @ rise, IDENTITY)
+        place, tail = (turn, rise @ reach) if turns else (turn @ rise, reach)
+    else:
+        place, tail = (reach @ turn, rise) if turns else (reach @ turn @ rise, np.eye(4))
+    return Pose(place), Pose(tail)
+
+
+def _matrix(axis: str, turned: Any = None, moved: Any = None) -> Array:
+    """Return the transform (..., 4, 4) that turns about an axis, or moves along it."""
+    T = np.zeros((*np.shape(moved if turned is None else turned), 4, 4))
+    T[..., range(4), range(4)] = 1.0
+    if turned is None:
+        T[..., "xyz".index(axis), 3] = moved
+    else:
+        T[..., :3, :3] = axis_rotation(axis, turned)
+    return T
 
 
 def rigid(R: Array) -> Pose:

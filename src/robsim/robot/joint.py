@@ -156,7 +156,7 @@ class Joint:
     def revised(self, **changes: Any) -> Joint:
         """Return a copy in which only numbers differ; a row gives its own constants."""
         if "dh" in changes:
-            return self.with_constants(dh=changes["dh"])
+            return self.held(**changes)
         if self.dh is not None and changes.keys() & {"place", "tail"}:
             raise InputError("dh and place or tail: give one of the two only")
         return replace(self, **changes)

@@ -54,10 +54,14 @@ def scene_path(scene: Scene, name: str) -> Path | None:
 
 
 def _resolved(spec: Spec, value: Any, name: str, scene: Scene) -> Path | None:
-    c = Context(Problems(""), facts={"scene": scene, "by_hand": True})
-    with suppress(InputError, NoText, Broken):
-        return resolved(spec, value, name, c)
-    return None
+    """Return a path, which is resolved once for each value."""
+    known: dict[str, Path | None] = vars(value).setdefault("_paths", {})
+    if name not in known:
+        known[name] = None
+        c = Context(Problems(""), facts={"scene": scene, "by_hand": True})
+        with suppress(InputError, NoText, Broken):
+            known[name] = resolved(spec, value, name, c)
+    return known[name]
 
 
 def believed_by(experiment: Any) -> Scene:
@@ -99,14 +103,13 @@ def with_numbers(experiment: Any, changes: Mapping[str, Any]) -> Any:
 
 def _with_number(experiment: Any, name: str, given: Any) -> Any:
     path = path_of(experiment, name) if isinstance(name, str) else None
-    if path is None or given is None:
+    if path is None or not (is_text(given) or is_number(given)):
         raise NoNumber
     owner = owner_of(experiment, name)
-    old = path.get(owner)
+    old = None if path.leaf.shapes else path.get(owner)
     if isinstance(old, str) and given == old:
         return experiment
-    fits = is_number(old) or path.leaf.shapes
-    if not fits or not (is_text(given) or is_number(given)):
+    if not (path.leaf.shapes or is_number(old)):
         raise NoNumber
     new = path.taken(given, old)
     made = path.replace(owner, new)
@@ -140,20 +143,20 @@ def is_true(name: str) -> bool:
 
 def with_beliefs(task: Any, change: Callable[[Scene | None], Scene | None]) -> Any:
     """Return a task, all tasks within which have another belief."""
-    return task if all(change(one) is one for one in beliefs(task)) else _within(task, change)
+    made = {id(one): (one, change(one)) for one in beliefs(task)}
+    return task if all(new is old for old, new in made.values()) else _within(task, made)
 
 
-def _within(task: Any, change: Callable[[Scene | None], Scene | None]) -> Any:
+def _within(task: Any, made: Mapping[int, tuple[Any, Any]]) -> Any:
     """Return a task, or a part of one, with all that is within it."""
     if isinstance(task, tuple):
-        return tuple(_within(each, change) for each in task)
+        return tuple(_within(each, made) for each in task)
     if hasattr(task, "belief"):
-        new = change(task.belief)
-        return task if new is task.belief else unchecked(task, belief=new)
+        return unchecked(task, belief=made[id(task.belief)][1])
     if not any(hasattr(task, name) for name in ("inner", "task")):
         return task
     own = {each.name: getattr(task, each.name) for each in fields(task)}
-    return unchecked(task, **{name: _within(value, change) for name, value in own.items()})
+    return unchecked(task, **{name: _within(value, made) for name, value in own.items()})
 
 
 def number_at(experiment: Any, name: str) -> Array:
