@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 import robsim as rs
 from robsim.base.errors import GoalError, InputError
-from robsim.features import ThetaU, Translation
+from robsim.features.pose import ThetaU, Translation
 from robsim.kernels.estimation.pose import fit_pose
 from robsim.kernels.estimation.pose_newton import curvature
 from robsim.kernels.features import pose_features

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import robsim as rs
-from robsim.features import StereoPoints
+from robsim.features.stereo import StereoPoints
 from robsim.kernels.features.stereo import triangulate
 from robsim.testing import check_feature
 

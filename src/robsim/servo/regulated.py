@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from robsim.base.arrays import Array, frozen, positive, runs_first
 from robsim.base.errors import GoalError, InputError, said
 from robsim.base.values import unchecked
-from robsim.features import Observation
+from robsim.features.feature import Observation
 from robsim.kernels.formulas.jacobian import Moves
 from robsim.kernels.formulas.sight import Projection
 from robsim.servo.bound_block import BoundBlock

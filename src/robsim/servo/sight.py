@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from robsim.base.arrays import Array, frozen
 from robsim.base.errors import InputError
-from robsim.features import Observation
+from robsim.features.feature import Observation
 from robsim.geometry.pose import Pose
 from robsim.kernels.formulas import jacobian as jacobians
 from robsim.kernels.formulas.sight import Projection

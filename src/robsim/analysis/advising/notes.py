@@ -13,7 +13,7 @@ from robsim.analysis.explanation.wording import counted, listed, number
 from robsim.analysis.leaves import leaves, weighs_robustly
 from robsim.base.arrays import is_any
 from robsim.run.experiment import Experiment
-from robsim.servo import AdaptiveGain
+from robsim.servo.laws.gain import AdaptiveGain
 from robsim.world.imperfections.image_effect import ImageTiming
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from robsim.analysis.explanation import views
 from robsim.analysis.repeated import Repeated
 from robsim.base.arrays import Array, runs_last
-from robsim.features import Observation
+from robsim.features.feature import Observation
 from robsim.geometry.pose import Pose, homogeneous
 from robsim.geometry.rotation import random_quaternions
 from robsim.kernels.formulas import se3

@@ -13,8 +13,8 @@ from robsim.base.arrays import Array, runs_last
 from robsim.geometry.pose import Pose, homogeneous
 from robsim.run import ends
 from robsim.run.experiment import Experiment
-from robsim.servo import AdaptiveGain
 from robsim.servo.controller import Controller
+from robsim.servo.laws.gain import AdaptiveGain
 from robsim.servo.servo_controller import Servo
 from robsim.servo.sight import Sight, relative
 

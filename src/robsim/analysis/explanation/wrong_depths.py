@@ -15,7 +15,7 @@ from robsim.analysis.explanation.wording import length, number
 from robsim.analysis.leaves import changed, leaves
 from robsim.analysis.repeated import Repeated
 from robsim.run.experiment import Experiment
-from robsim.servo import DepthFilter
+from robsim.servo.laws.depth_filter import DepthFilter
 from robsim.world.imperfections.imperfection import Statement
 
 

@@ -8,7 +8,7 @@ from typing import Annotated, Any, ClassVar
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError
 from robsim.declare import Number, register
-from robsim.features import Translation
+from robsim.features.pose import Translation
 from robsim.geometry.pose import Pose
 from robsim.kernels.control import docking as kernels
 from robsim.kernels.machine.program import Program, evaluated
