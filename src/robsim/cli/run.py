@@ -116,6 +116,6 @@ def _save(result: Any, scenario: Experiment, folder: Path) -> None:
     from robsim.files.netcdf import save_run
 
     save_run(result.run if _staged(result) else result, folder / "run.nc")
-    write_whole(folder / "scenario.toml", scenario.text)
+    write_whole(folder / "scenario.toml", scenario.to_toml(folder=folder))
     for name in (*FIGURES, *VIEWS):
         remove(folder / name)  # of the run that was here before

@@ -6,9 +6,13 @@ A field is declared by its annotation, `Annotated[type, spec, "What it means."]`
 from __future__ import annotations
 
 import dataclasses
+import math
 from dataclasses import dataclass
 from typing import Any, get_type_hints
 
+import numpy as np
+
+from robsim.base.errors import InputError
 from robsim.base.values import Value
 from robsim.declare.spec import MISSING, Spec
 
@@ -73,3 +77,28 @@ def _default(each: dataclasses.Field[Any]) -> Any:
     if each.default_factory is not dataclasses.MISSING:
         return each.default_factory()
     return MISSING
+
+
+def same(a: Any, b: Any) -> bool:
+    """Return whether two values are one to the last bit: -0.0 is not 0.0."""
+    if type(a) is not type(b):
+        return False
+    if isinstance(a, float):
+        return a == b and math.copysign(1.0, a) == math.copysign(1.0, b)
+    if isinstance(a, np.ndarray):
+        return (a.shape, a.dtype, a.tobytes()) == (b.shape, b.dtype, b.tobytes())
+    if isinstance(a, tuple | list):
+        return len(a) == len(b) and all(map(same, a, b))
+    return bool(a == b)
+
+
+def is_default(each: Field, value: Any) -> bool:
+    """Return whether a field has the value that it has where a text says nothing."""
+    if each.required or same(each.default, value):
+        return not each.required
+    if each.default is None and not each.spec.takes_none:
+        return False
+    try:
+        return same(each.spec.check(each.default, each.name), value)
+    except InputError:
+        return False

@@ -104,7 +104,7 @@ def identity(experiment: Experiment) -> str:
     """
     from robsim.run.origin import one_run
 
-    digest = hashlib.sha256(one_run(experiment).to_toml().encode())
+    digest = hashlib.sha256(one_run(experiment).to_toml(complete=True).encode())
     for name, values in {"start": experiment.start, **experiment.varied}.items():
         array = np.ascontiguousarray(np.nan if values is None else values)
         digest.update(f"{name} {array.dtype} {array.shape}".encode() + array.tobytes())

@@ -215,7 +215,7 @@ class Experiment(Written):
         one = one_run(self)
         try:
             exact = names_files(one.__dict__.get("tables"))  # the files may change
-            return {"scenario": one.to_toml() if exact else one.text}
+            return {"scenario": one.to_toml(complete=True) if exact else one.text}
         except InputError as reason:
             return {"scenario": "", "no_scenario": str(reason)}
 

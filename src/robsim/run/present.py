@@ -13,7 +13,7 @@ from robsim.declare.lookup import NAMED
 from robsim.declare.spec import Raw
 from robsim.files.toml import parse
 from robsim.geometry.pose import Pose
-from robsim.robot.urdf.values import rpy_of
+from robsim.geometry.rotation import rpy_of
 from robsim.run.text import common_belief
 from robsim.run.varied import LENS, POSE
 from robsim.run.written import Written
@@ -97,7 +97,7 @@ def _of_pose(pose: Pose, key: str) -> Any:
 def _said(experiment: Written, name: str) -> Any:
     """Return what the exact text says at a name, in SI; None if it says nothing."""
     try:
-        raw = raw_at(parse(experiment.to_toml(), "text"), name)
+        raw = raw_at(parse(experiment.to_toml(complete=True), "text"), name)
         return parsed(raw) if isinstance(raw, str) else raw
     except (KeyError, InputError):
         return None

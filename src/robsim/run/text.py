@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Annotated, Any, ClassVar
 
@@ -24,6 +24,7 @@ from robsim.run import mission as _mission  # noqa: F401  a kind of task that fi
 from robsim.run.start_table import StartTable
 from robsim.servo.goals.goal import start_of
 from robsim.servo.safety.safety import SAFETY
+from robsim.servo.tasks.belief import Belief
 from robsim.servo.tasks.family import TASKS, TaskChoice
 from robsim.world.actuation import Actuation
 from robsim.world.scene import Scene
@@ -195,29 +196,37 @@ def read_experiment(tables: Mapping[str, Raw], source: str) -> dict[str, Any]:
     return made
 
 
-def write_experiment(
-    scene: Scene, task: Any, start: Any, settings: Mapping[str, Any], live: bool = False
-) -> dict[str, Raw]:
+def write_experiment(of: Any, live: bool = False, **facts: Any) -> dict[str, Raw]:
     """Return the tables of an experiment, exactly; NoText if it holds somebody's Python code.
 
-    With `live`, what no text can say stands in the tables as the object that it is.
+    With `live`, what no text can say stands in the tables as the object that it is. With the fact
+    `brief` the tables leave out what need not be said.
     """
-    c = Context(Problems("<text>"), facts={"scene": scene, "live": live})
-    belief, own = common_belief(task), {name: settings[name] for name in RUN}
+    c = Context(Problems("<text>"), facts={"scene": of.scene, "live": live, **facts})
+    belief = common_belief(of.task)
     said = TaskTable(
-        task,
-        settings.get("title"),
-        start=None if start is None else StartTable(start),
-        sensing=None if settings["sensing"] == Sensing() else settings["sensing"],
-        actuation=None if settings["actuation"] == Actuation() else settings["actuation"],
-        safety=settings["safety"],
-        endings=settings["endings"],
-        run=RunTable(**{**own, "first_run": own["first_run"] or None}),
+        of.task,
+        of.title,
+        start=None if of.start is None else StartTable(of.start),
+        sensing=None if of.sensing == Sensing() else of.sensing,
+        actuation=None if of.actuation == Actuation() else of.actuation,
+        safety=of.safety,
+        endings=of.endings,
+        run=_run_table(of, bool(facts.get("brief"))),
     )
-    tables = {**write_table(scene, c), **write_table(said, c.knowing(apart=belief is None))}
+    tables = {**write_table(of.scene, c), **write_table(said, c.knowing(apart=belief is None))}
     if belief is not None:
-        tables["belief"] = {"complete": True, **write_table(belief, c.knowing(scene=belief))}
+        tables["belief"] = Belief().write(belief, c)
     return tables
+
+
+def _run_table(of: Any, brief: bool) -> RunTable | None:
+    """Return the table of the settings; where it is brief, of those that are not the usual ones."""
+    usual = {each.name: each.default for each in fields(of)}
+    own = {name: getattr(of, name) for name in RUN}
+    gone = {name for name in RUN if own[name] == usual[name] and (brief or name == "first_run")}
+    kept = {name: None if name in gone else value for name, value in own.items()}
+    return None if len(gone) == len(RUN) else RunTable(**kept)
 
 
 RUN = tuple(each.name for each in fields_of(RunTable))
@@ -288,14 +297,14 @@ def _tables(scene: Scene) -> dict[str, Raw]:
     return write_table(scene, c)
 
 
-def text_of(scene: Scene, task: Any, start: Any, settings: Mapping[str, Any]) -> str:
+def text_of(of: Any) -> str:
     """Return the exact TOML text of an experiment.
 
     InputError: it is made of Python code that no text can hold, or has several starts.
     """
-    if np.ndim(start) > 1:
-        raise InputError(f"a text holds one start, not a batch of shape {np.shape(start)}")
+    if np.ndim(of.start) > 1:
+        raise InputError(f"a text holds one start, not a batch of shape {np.shape(of.start)}")
     try:
-        return write(write_experiment(scene, task, start, settings))
+        return write(write_experiment(of))
     except NoText as reason:
         raise InputError(f"this experiment has no text: {reason}") from None

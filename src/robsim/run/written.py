@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import hashlib
+import os
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from pathlib import Path
 from typing import Any, Self
 
 import numpy as np
@@ -16,6 +18,7 @@ from robsim.declare.controls import Control
 from robsim.declare.spec import Live
 from robsim.files.changes import Changes
 from robsim.files.toml import Tables, parse, write
+from robsim.run.brief import brief_text
 from robsim.run.by_hand import experiment_controls
 from robsim.run.changed import changed, has_objects
 from robsim.run.setup import Setup
@@ -82,7 +85,7 @@ class Written(Setup):
     @cached_property
     def tables(self) -> Tables:
         """The tables of the text, in which an object that no text can say stands as it is."""
-        own = write_experiment(self.scene, self.task, self.start, self.settings, live=True)
+        own = write_experiment(self, live=True)
         kept = self.__dict__.get("_kept", {})
         groups = {GROUPS.get(key) for key in kept}
         return {**{key: x for key, x in own.items() if GROUPS.get(key) not in groups}, **kept}
@@ -110,17 +113,30 @@ class Written(Setup):
         own = self.__dict__.get("tables")
         return self.to_toml() if own is None or has_objects(own) else write(own)
 
-    def to_toml(self) -> str:
-        """Return all of it as TOML, with robots in full and numbers exact.
+    def to_toml(self, *, complete: bool = False, folder: str | os.PathLike[str] = ".") -> str:
+        """Return it as TOML, as short as a person writes it; reading it gives the same experiment.
 
-        Reading it gives the same experiment.
+        complete  robots link by link and every default, for files that must last: such a text
+                  needs no library and no URDF file, which may change
+        folder    of the file that the text is for: paths of URDF files are relative to it
+
+        A robot of the library or of a URDF file is called by its name there, with what was changed
+        of it, and a belief says where it differs from the scene. Numbers are exact, in the units
+        that make them shortest. Where no short text gives the same experiment, it is complete.
 
         InputError: the experiment is made of Python code, or has several starts or other numbers
         in each run.
+
+        >>> from robsim import examples, load_scenario
+        >>> experiment = load_scenario(examples.path("eye_in_hand")).at("task.gain", 2)
+        >>> text = experiment.to_toml()
+        >>> len(text.splitlines()) < 40 < 400 < len(experiment.to_toml(complete=True).splitlines())
+        True
         """
         if self.varied:
             raise InputError("a text is of one run, and numbers differ from run to run: of_run(i)")
-        return text_of(self.scene, self.task, self.start, self.settings)
+        whole = text_of(self)
+        return whole if complete else brief_text(self, Path(folder)) or whole
 
     @cached_property
     def hash(self) -> str:
@@ -128,7 +144,7 @@ class Written(Setup):
 
         InputError: there is no text.
         """
-        return hashlib.sha256(self.to_toml().encode()).hexdigest()[:16]
+        return hashlib.sha256(self.to_toml(complete=True).encode()).hexdigest()[:16]
 
     def at(self, name: str | Mapping[str, Any], value: Any = None) -> Self:
         """Return a copy in which what has this dotted name has another value.
