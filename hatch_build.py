@@ -1,8 +1,9 @@
 """Kernels compiled in advance, in a wheel that is built with ROBSIM_PREBUILT=1.
 
 For each level of processors that this machine can run, `robsim warm` of the sources compiles what
-users need; the package finds it by `robsim.kernels.prebuilt`. Such a wheel is for one platform
-and version of Python. Without the variable the wheel is of pure Python, and needs nothing here.
+users need; the package finds it by `robsim.kernels.machine.prebuilt`. Such a wheel is for one
+platform and version of Python. Without the variable the wheel is of pure
+Python, and needs nothing here.
 """
 
 import os
@@ -17,8 +18,9 @@ from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 ASKED = os.environ.get("ROBSIM_PREBUILT") == "1"
 TARGET = "robsim/kernels/_prebuilt"
 ABOUT = """
-from robsim.kernels import prebuilt, store
-print(store.KERNEL_HASH, store.VERSIONS, prebuilt.MADE_WITH, *prebuilt.levels(), sep="\\n")
+from robsim.kernels.machine import prebuilt, store
+print(store.CACHE.name, prebuilt.MADE_WITH, store.VERSIONS, store.KERNEL_HASH, sep="\\n")
+print(*prebuilt.levels(), sep="\\n")
 """
 
 
@@ -36,14 +38,14 @@ class PrebuiltKernels(BuildHookInterface):
         if not ASKED or version == "editable":
             return
         self.folder = Path(tempfile.mkdtemp(prefix="robsim-"))
-        name, versions, made_with, *levels = self._python("-c", ABOUT).splitlines()
+        name, made_with, versions, kernels, *levels = self._python("-c", ABOUT).splitlines()
         if not levels:
             raise RuntimeError("no kernels can be compiled in advance for this processor")
         include = build_data["force_include"]
         for level in levels:
             self._warm(level)
-            include[str(self.folder / level / name)] = f"{TARGET}/{name}/{level}"
-        (self.folder / made_with).write_text(versions, encoding="utf-8")
+            include[str(self.folder / level / name)] = f"{TARGET}/{level}"
+        (self.folder / made_with).write_text(f"{versions}\n{kernels}\n", encoding="utf-8")
         include[str(self.folder / made_with)] = f"{TARGET}/{made_with}"
         build_data |= {"pure_python": False, "infer_tag": True}
 

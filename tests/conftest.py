@@ -55,11 +55,12 @@ def pytest_collection_modifyitems(items):
 @pytest.fixture(autouse=True)
 def _kinds_as_before():
     """Forget the kinds that a test registers, so that no other test meets them."""
-    before = {noun: dict(family.kinds) for noun, family in families().items()}
+    before = {noun: dict(family.loaded) for noun, family in families().items()}
     yield
     for noun, family in families().items():
-        family.kinds.clear()
-        family.kinds.update(before.get(noun, {}))
+        for name in family.loaded.keys() - family.shipped.keys():
+            del family.loaded[name]
+        family.loaded.update(before.get(noun, {}))
 
 
 @pytest.fixture(autouse=True)

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 from attack.harness import Lost, Wrong
 
-from robsim.kernels import store
+from robsim.kernels.machine import store
 
 NAME = "cache_files"
 CASES = 1
@@ -23,7 +23,7 @@ DIGEST = 32  # bytes at the start of a file
 
 SIMULATE = """
 import json
-from robsim.kernels import store
+from robsim.kernels.machine import store
 names, load = set(), store.load
 def noted(folder, name, key):
     names.add(store.file_name(name, key))
@@ -69,7 +69,7 @@ def case(seed):
     with tempfile.TemporaryDirectory() as root:
         place = Path(root) / "cache"
         place.mkdir()
-        folder = place / store.KERNEL_HASH
+        folder = place / store.CACHE.name
         folder.mkdir()
         for name, content in files.items():
             (folder / name).write_bytes(content)

@@ -5,7 +5,7 @@ import pytest
 
 import robsim as rs
 from robsim.base.warned import TWO_TURNS
-from robsim.kernels import kinematics
+from robsim.kernels.bodies import kinematics
 
 BATCH = 32 * kinematics.WIDTH + 3  # whole blocks and a part of one
 

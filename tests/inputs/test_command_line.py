@@ -16,7 +16,7 @@ import pytest
 
 import robsim as rs
 from robsim import examples
-from robsim.kernels import store
+from robsim.kernels.machine import store
 
 try:
     import pty
@@ -620,7 +620,7 @@ def test_the_first_start_on_a_machine_compiles_and_the_second_does_not(here):
     runs = ["run", "lift.toml", "--no-figures"]
     first, second = (process(*runs, env=environment) for _ in range(2))
     assert first.status == second.status == 0
-    kept = here / "cache" / store.KERNEL_HASH
+    kept = here / "cache" / store.CACHE.name
     assert first.err == f"robsim: compiling kernels, once: they are kept in {kept}\n"
     assert second.err == "" and first.out.replace("lift-run", "lift-run-2") == second.out
     same(rs.open_run("lift-run/run.nc"), rs.open_run("lift-run-2/run.nc"))

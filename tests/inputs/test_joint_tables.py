@@ -207,7 +207,7 @@ MISTAKES = {
     "a plane that follows": (
         'joint = "revolute"\nfollows = { kind = "chord"',
         'joint = "planar"\nfollows = { kind = "chord"',
-        "body: a planar joint cannot follow others; revolute, prismatic, rail can",
+        "body: a planar joint cannot follow others; prismatic, rail, revolute can",
     ),
 }
 

@@ -9,7 +9,7 @@ import robsim as rs
 from robsim.base.arrays import runs_last
 from robsim.engine.drives import Drives
 from robsim.engine.plant import Plant
-from robsim.kernels.program import Blocks, Program
+from robsim.kernels.machine.program import Blocks, Program
 from robsim.servo.standalone import Standalone
 
 HERE = rs.Pose.at()

@@ -6,8 +6,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import robsim as rs
-from robsim.kernels.actuation import count, follow
-from robsim.kernels.program import evaluated
+from robsim.kernels.bodies.actuation import count, follow
+from robsim.kernels.machine.program import evaluated
 
 INF = np.inf
 

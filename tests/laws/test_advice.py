@@ -100,7 +100,8 @@ def limit_of(experiment):
     """The largest gain and what limits it, as advice has them, without the time for the rest."""
     linear = linear_of(experiment)
     (leaf,) = leaves(linear.task)
-    return leaf.gain * largest(linear.scaled, linear.timing), limited_by(linear, leaf.gain)
+    gain = leaf.gain
+    return gain * largest(linear.scaled, linear.timing), limited_by(experiment, linear, gain)
 
 
 def grows(experiment, linear, gain):

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from robsim.base.errors import InputError
 from robsim.geometry.pose import Pose
 from robsim.geometry.primitives import CameraBody
-from robsim.kernels import camera as kernels
+from robsim.kernels.formulas import camera as kernels
 from robsim.vision.camera import Camera, Visibility
 from robsim.vision.chapter import T_CHAPTER_CAMERA, chapter_intrinsics, intrinsics_from_chapter
 

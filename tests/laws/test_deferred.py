@@ -206,7 +206,7 @@ class Changing(Declared):
 def test_a_run_says_what_a_law_was_that_has_changed_since(monkeypatch):
     from robsim.declare.families import family, register
 
-    monkeypatch.setattr(family("law"), "kinds", dict(family("law").kinds))
+    monkeypatch.setattr(family("law"), "loaded", dict(family("law").loaded))
     law = register("law", "changing")(Changing)(0.5)
     experiment = TUTORIAL.with_(task=rs.IBVS(goal=TUTORIAL.task.goal, law=law))
     run = experiment.run()

@@ -9,8 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from robsim.base.errors import InputError
-from robsim.kernels import depth_filter as kernels
-from robsim.kernels import se3
+from robsim.kernels.estimation import depth_filter as kernels
+from robsim.kernels.formulas import se3
 from robsim.servo.laws.depth_filter import DepthFilter
 
 K = np.array([[800.0, 0, 320], [0, 800, 240], [0, 0, 1]])

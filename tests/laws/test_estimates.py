@@ -5,8 +5,8 @@ import pytest
 
 import robsim as rs
 from robsim.base.arrays import runs_last
-from robsim.kernels.broyden import learn_stage
-from robsim.kernels.depth_filter import filter_stage
+from robsim.kernels.control.broyden import learn_stage
+from robsim.kernels.estimation.depth_filter import filter_stage
 from robsim.servo.standalone import Standalone
 
 quiet = pytest.mark.filterwarnings("ignore::robsim.RankWarning")

@@ -10,7 +10,7 @@ import pytest
 
 import robsim as rs
 from robsim import examples
-from robsim.analysis.explanation.views import delay_limit
+from robsim.world.imperfections.latency import delay_limit
 
 pytestmark = pytest.mark.filterwarnings("ignore::robsim.RankWarning")
 SQUARE = np.array([[-0.1, -0.1, 0], [0.1, -0.1, 0], [0.1, 0.1, 0], [-0.1, 0.1, 0]])

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from robsim.base.errors import InputError
-from robsim.kernels import gain as kernels
+from robsim.kernels.formulas import gain as kernels
 from robsim.servo.laws.gain import GAIN as DECLARED
 from robsim.servo.laws.gain import AdaptiveGain
 

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from numba import njit
 
-from robsim.kernels.block import gather_rows, scatter_rows
-from robsim.kernels.lane_math import cos_sin
-from robsim.kernels.lanes import WIDTH, absolute, get, put, some, sqrt, where
+from robsim.kernels.formulas.lane_math import cos_sin
+from robsim.kernels.machine.block import gather_rows, scatter_rows
+from robsim.kernels.machine.lanes import WIDTH, absolute, get, put, some, sqrt, where
 
 ODD = np.array([0.0, -0.0, 1.0, -2.5, np.inf, -np.inf, np.nan, 1e-310])
 

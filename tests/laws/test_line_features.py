@@ -8,7 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import robsim as rs
-from robsim.features import Lines, Segments, VanishingPoint
+from robsim.features.lines import Lines, VanishingPoint
+from robsim.features.segments import Segments
 from robsim.testing import check_feature
 
 steady = settings(derandomize=True, max_examples=25, deadline=None)

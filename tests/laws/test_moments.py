@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 import robsim as rs
 from robsim.base.errors import InputError
 from robsim.features.moments import DecoupledMoments, PointMoments, RegionMoments
-from robsim.kernels import moments as kernels
+from robsim.kernels.formulas import moments as kernels
 from robsim.testing import check_feature
 
 steady = settings(derandomize=True, max_examples=20, deadline=None)

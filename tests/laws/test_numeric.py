@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 
 import robsim as rs
-from robsim.features import PixelPoints, Points, StereoPoints, ThetaU, Translation
 from robsim.features.numeric import differences, interaction, moved
+from robsim.features.points import PixelPoints, Points
+from robsim.features.pose import ThetaU, Translation
+from robsim.features.stereo import StereoPoints
 from robsim.testing import _Views
 
 BUILT_IN = pytest.mark.parametrize(

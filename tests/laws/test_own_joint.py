@@ -266,7 +266,9 @@ def test_nothing_follows_it_but_its_coordinate_may_be_followed():
     robot = rs.Robot("gears", links)
     np.testing.assert_allclose(robot.fk([0.3]), rs.Pose.at(rpy=(0, 0, -0.5)).matrix, atol=1e-15)
     np.testing.assert_array_equal(robot.jacobian([0.3])[:, 0], [0, 0, 0, 0, 0, ratio])
-    with pytest.raises(rs.InputError, match="a helical joint cannot follow others; revolute"):
+    with pytest.raises(
+        rs.InputError, match="a helical joint cannot follow others; prismatic, rail, revolute can"
+    ):
         rs.Joint(Helical(0.1), follows=rs.Mimic("screw"))
     several = rs.Link("u", "base", rs.Joint(Universal()))
     gear = rs.Link("gear", "base", rs.Joint("revolute", follows=rs.Mimic("u.bend")))
@@ -296,8 +298,11 @@ def test_a_registered_kind_goes_by_its_name():
 def test_what_is_no_kind_is_refused():
     for given, words in (
         (Universal, "no joint kind <class .*; write Universal"),
-        ("universl", "no joint kind 'universl'; did you mean 'unicycle'\\? joint kinds: fixed"),
-        (3, "no joint kind 3; joint kinds: fixed"),
+        (
+            "universl",
+            "no joint kind 'universl'; did you mean 'unicycle'\\? joint kinds: car, fixed",
+        ),
+        (3, "no joint kind 3; joint kinds: car, fixed"),
     ):
         with pytest.raises(rs.InputError, match=words):
             rs.Joint(given)

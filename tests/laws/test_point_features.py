@@ -9,7 +9,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import robsim as rs
-from robsim.features import LogDepth, Points3D, Polar, Spherical
+from robsim.features.depth import LogDepth
+from robsim.features.points_3d import Points3D
+from robsim.features.polar import Polar
+from robsim.features.spherical import Spherical
 from robsim.testing import check_feature
 
 steady = settings(derandomize=True, max_examples=25, deadline=None)

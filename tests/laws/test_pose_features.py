@@ -9,11 +9,12 @@ from hypothesis import strategies as st
 
 import robsim as rs
 from robsim.base.errors import GoalError, InputError
-from robsim.features import ThetaU, Translation
-from robsim.kernels import pose_features, se3
-from robsim.kernels.lanes import WIDTH
-from robsim.kernels.pose import fit_pose
-from robsim.kernels.pose_newton import curvature
+from robsim.features.pose import ThetaU, Translation
+from robsim.kernels.estimation.pose import fit_pose
+from robsim.kernels.estimation.pose_newton import curvature
+from robsim.kernels.features import pose_features
+from robsim.kernels.formulas import se3
+from robsim.kernels.machine.lanes import WIDTH
 from robsim.testing import check_feature
 
 steady = settings(derandomize=True, max_examples=20, deadline=None)

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from robsim.base.errors import InputError
-from robsim.kernels.redundancy import switch
+from robsim.kernels.control.redundancy import switch
 from robsim.servo.shaping.redundancy import (
     AvoidLimits,
     Posture,

@@ -5,7 +5,7 @@ import pytest
 
 import robsim as rs
 from robsim import examples
-from robsim.kernels.guarding import braking
+from robsim.kernels.control.guarding import braking
 
 DT = 0.02
 A, SPEED, MARGIN = 2.0, 0.8, 0.05

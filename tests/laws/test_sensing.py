@@ -6,8 +6,8 @@ import pytest
 import robsim as rs
 from robsim.engine.chunk import Going
 from robsim.engine.images import lateness
-from robsim.kernels.program import evaluated
-from robsim.kernels.sensing import quantise
+from robsim.kernels.images.sensing import quantise
+from robsim.kernels.machine.program import evaluated
 from robsim.servo.sight import Sight
 from robsim.servo.standalone import Standalone
 

@@ -5,8 +5,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from robsim.kernels import commanding, singular, solve
-from robsim.kernels.program import evaluated
+from robsim.kernels.control import commanding
+from robsim.kernels.linear_algebra import singular, solve
+from robsim.kernels.machine.program import evaluated
 
 steady = settings(derandomize=True, max_examples=60, deadline=None)
 seeds, sizes = st.integers(0, 2**32), st.integers(1, 9)

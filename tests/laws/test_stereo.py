@@ -6,8 +6,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import robsim as rs
-from robsim.features import StereoPoints
-from robsim.kernels.stereo import triangulate
+from robsim.features.stereo import StereoPoints
+from robsim.kernels.features.stereo import triangulate
 from robsim.testing import check_feature
 
 steady = settings(derandomize=True, max_examples=20, deadline=None)

@@ -7,7 +7,7 @@ import pytest
 
 import robsim as rs
 from robsim.base.arrays import runs_last
-from robsim.kernels.depth_filter import filter_stage
+from robsim.kernels.estimation.depth_filter import filter_stage
 from robsim.servo.standalone import Standalone
 
 RATE = 0.1  # rad/s

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import robsim as rs
-from robsim.kernels import solve
-from robsim.kernels.program import Program
+from robsim.kernels.linear_algebra import solve
+from robsim.kernels.machine.program import Program
 
 
 def least_squares(A, y):

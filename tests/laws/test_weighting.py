@@ -7,8 +7,8 @@ import pytest
 from poster import BESIDE, CAMERA, GOAL, HIDDEN, LESS, POSTER, SCENE
 
 import robsim as rs
-from robsim.kernels import weighting as kernels
-from robsim.kernels.program import evaluated
+from robsim.kernels.control import weighting as kernels
+from robsim.kernels.machine.program import evaluated
 from robsim.suites.poses import flying
 from robsim.suites.published.vit_500 import FOCAL
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import robsim as rs
-from robsim.kernels import curve
+from robsim.kernels.formulas import curve
 
 STORED = json.loads((Path(__file__).parent / "curves_mpmath.json").read_text())
 

@@ -7,7 +7,9 @@ import numpy as np
 import pytest
 
 import robsim as rs
-from robsim.kernels import pose, random, se3, solve
+from robsim.kernels.estimation import pose
+from robsim.kernels.formulas import random, se3
+from robsim.kernels.linear_algebra import solve
 from robsim.robot.frame import Frame
 from robsim.robot.joint import Joint
 from robsim.robot.tree import Tree

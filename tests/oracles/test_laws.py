@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 
 import robsim as rs
 from robsim.base.arrays import runs_last
-from robsim.kernels.commanding import estimate
-from robsim.kernels.program import Blocks, Program
+from robsim.kernels.control.commanding import estimate
+from robsim.kernels.machine.program import Blocks, Program
 from robsim.servo.given import alone
 from robsim.servo.laws.inverse import DampedInverse, JacobianTranspose, PseudoInverse, product
 from robsim.servo.laws.law import CameraLaw, ControlState, JointLaw

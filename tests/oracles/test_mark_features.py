@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import robsim as rs
-from robsim.features import FEATURES
+from robsim.features.feature import FEATURES
 
 STORED = json.loads((Path(__file__).parent / "mark_features_mpmath.json").read_text())["cases"]
 

@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from robsim.kernels import robust
-from robsim.kernels.lanes import WIDTH
+from robsim.kernels.estimation import robust
+from robsim.kernels.machine.lanes import WIDTH
 
 STORED = json.loads((Path(__file__).parent / "robust_statsmodels.json").read_text())
 KINDS = {"huber": robust.HUBER, "tukey": robust.TUKEY, "cauchy": robust.CAUCHY}

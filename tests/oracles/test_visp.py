@@ -27,7 +27,7 @@ from robsim.features.polar import Polar
 from robsim.features.pose import ThetaU, Translation
 from robsim.features.segments import Segments
 from robsim.features.sphere import Sphere
-from robsim.kernels.pose import fit_pose
+from robsim.kernels.estimation.pose import fit_pose
 from robsim.servo.laws.gain import AdaptiveGain
 from robsim.servo.laws.inverse import PseudoInverse, product
 from robsim.servo.laws.law import ControlState, JointLaw

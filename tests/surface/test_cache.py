@@ -1,8 +1,10 @@
 """Compiled kernels are kept between starts, and never when a source has changed."""
 
+import ast
 import json
 import os
 import shutil
+import statistics
 import subprocess
 import sys
 from pathlib import Path
@@ -11,14 +13,15 @@ import numba
 import pytest
 
 import robsim
-from robsim.kernels import store
+from robsim.kernels.machine import sources, store
 
 KERNELS = Path(robsim.__file__).parent / "kernels"
 CALL = """
 import json, sys
 sys.path.insert(0, sys.argv[1])
 import numpy as np
-from robsim.kernels import line_features, store
+from robsim.kernels.features import line_features
+from robsim.kernels.machine import store
 x, s = np.array([[[0.0], [0.0]], [[3.0], [0.0]]]), np.empty((4, 1))
 line_features.segments(x, s)
 stats = line_features.segments.stats
@@ -29,11 +32,67 @@ SOLVE = """
 import json, sys
 sys.path.insert(0, sys.argv[1])
 import numpy as np
-from robsim.kernels import solve
+from robsim.kernels.linear_algebra import solve
 x, rank = np.empty((2, 1)), np.empty(1, np.int64)
 solve.least_squares(np.ones((2, 2, 1)), np.ones((2, 1)), 0.0, 1e-9, x, rank)
 hits = sum(solve.least_squares.stats.cache_hits.values())
 print(json.dumps([solve.__file__, x[:, 0].round(14).tolist(), int(rank[0]), hits]))
+"""
+OWN = """
+import json, sys
+sys.path.insert(0, sys.argv[1])
+import numpy as np
+from mine import scaling
+from robsim.kernels.machine import store
+x = np.ones(2)
+scaling.scale(x)
+scaling.twice(x)
+hits = [sum(each.stats.cache_hits.values()) for each in (scaling.scale, scaling.twice)]
+print(json.dumps([scaling.__file__, x.tolist(), hits]))
+"""
+FILES = {
+    "__init__": "",
+    "factor": "FACTOR = 3.0\n",
+    "applied": """
+from robsim.kernels.machine.jit import kernel
+def applied(function):
+    @kernel
+    def apply(x):
+        x[0] = function(x[0])
+    return apply
+""",
+    "doubled": """
+from robsim.kernels.machine.jit import part
+@part
+def doubled(x):
+    return 2.0 * x
+""",
+    "scaling": """
+from robsim.kernels.machine.jit import kernel
+from .applied import applied
+from .doubled import doubled
+from . import factor
+@kernel
+def scale(x):
+    x[1] *= factor.FACTOR
+twice = applied(doubled)
+""",
+}
+REACH = """
+import importlib, json, sys
+sys.path.insert(0, sys.argv[1])
+from robsim.kernels.machine import sources
+def digests():
+    importlib.reload(sources)
+    return {module: sources.digest_of(module) for module in sources.SOURCES}
+before, changed = digests(), {}
+for module, path in json.loads(sys.argv[2]).items():
+    with open(path, "ab") as file:
+        file.write(b"# edited\\n")
+    after = digests()
+    changed[module] = [name for name in after if before[name] != after[name]]
+    before = after
+print(json.dumps(changed))
 """
 LENGTH = "math.sqrt(x * x + y * y), math.atan2(y, x)"  # of polar_of
 
@@ -83,15 +142,17 @@ def test_an_edit_in_a_callee_of_another_file_is_seen_and_a_second_start_compiles
     assert before and Path(folder).parent == cache
 
     assert start(copy, cache) == [[3.0, 0.0], 1, 0, folder]
+    edit(copy / "robsim/kernels/control/docking.py", "\n", "\n\n")  # which it does not import
+    assert start(copy, cache) == [[3.0, 0.0], 1, 0, folder]
     assert compiled(cache) == before
 
-    edit(copy / "robsim/kernels/point_features.py", LENGTH, "3.0 * " + LENGTH)
+    edit(copy / "robsim/kernels/features/point_features.py", LENGTH, "3.0 * " + LENGTH)
     found, hits, _, other = start(copy, cache)
-    assert (found, hits) == ([9.0, 0.0], 0)
-    assert other != folder and Path(other).parent == cache
-    assert start(copy, cache) == [[9.0, 0.0], 1, 0, other]
+    assert (found, hits, other) == ([9.0, 0.0], 0, folder)
+    assert compiled(cache).keys() > before.keys()
+    assert start(copy, cache) == [[9.0, 0.0], 1, 0, folder]
 
-    edit(copy / "robsim/kernels/point_features.py", "3.0 * " + LENGTH, LENGTH)
+    edit(copy / "robsim/kernels/features/point_features.py", "3.0 * " + LENGTH, LENGTH)
     assert start(copy, cache) == [[3.0, 0.0], 1, 0, folder]  # the old code is still there
 
 
@@ -110,6 +171,84 @@ def test_a_kept_kernel_finds_the_stages_that_it_calls_by_symbol_kept_or_not(copy
 
 
 @pytest.mark.first_start
+def test_an_edit_of_a_stage_that_is_called_by_symbol_is_seen(copy):
+    cache = copy / "cache"
+    assert start(copy, cache, SOLVE) == [[0.5, 0.5], 1, 0]
+    rank = "    put(block, scratch, rank)\n"
+    edit(
+        copy / "robsim/kernels/linear_algebra/singular.py",
+        rank,
+        rank.replace("rank)", "7.0 + rank)"),
+    )
+    assert start(copy, cache, SOLVE) == [[0.5, 0.5], 8, 0]
+    assert start(copy, cache, SOLVE) == [[0.5, 0.5], 8, 1]
+
+
+@pytest.mark.first_start
+def test_kernels_of_a_user_are_kept_until_something_of_theirs_is_edited(copy):
+    cache, mine = copy / "cache", copy / "mine"
+    mine.mkdir()
+    for name, text in FILES.items():
+        (mine / f"{name}.py").write_text(text, encoding="utf-8")
+    assert start(copy, cache, OWN) == [[2.0, 3.0], [0, 0]]
+    assert start(copy, cache, OWN) == [[2.0, 3.0], [1, 1]]
+    edit(mine / "factor.py", "3.0", "5.0")  # a constant
+    assert start(copy, cache, OWN) == [[2.0, 5.0], [0, 1]]
+    edit(mine / "doubled.py", "2.0", "7.0")  # a free variable of `apply`, which does not import it
+    assert start(copy, cache, OWN) == [[7.0, 5.0], [0, 0]]
+    assert start(copy, cache, OWN) == [[7.0, 5.0], [1, 1]]
+
+
+def kernels_in(path):
+    """The number of kernels and stages that a file defines."""
+    found = ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+    named = (ast.unparse(each) for n in found for each in getattr(n, "decorator_list", ()))
+    return sum(name in {"kernel", "stage"} for name in named)
+
+
+def test_an_edit_of_a_file_compiles_twelve_kernels_anew_in_the_median(copy):
+    """From nothing but the sources: a comment at the end of each file in turn."""
+    paths = {
+        module: copy / "robsim" / path.relative_to(KERNELS.parent)
+        for module, path in files_of_kernels().items()
+    }
+    count = {module: kernels_in(path) for module, path in paths.items()}
+    given = json.dumps({module: str(path) for module, path in paths.items()})
+    done = subprocess.run(
+        [sys.executable, "-c", REACH, str(copy), given], capture_output=True, text=True, check=True
+    )
+    changed = json.loads(done.stdout)
+    assert all(module in changed[module] for module in paths)
+    again = [sum(count[name] for name in each) for each in changed.values()]
+    assert sum(count.values()) > 240 and statistics.median(again) <= 12
+
+
+def files_of_kernels():
+    """The files of kernels, by the names of their modules."""
+    paths = [path for path in KERNELS.rglob("*.py") if path.name != "__init__.py"]
+    parts = [path.relative_to(KERNELS.parent.parent).with_suffix("").parts for path in paths]
+    return {".".join(each): path for each, path in zip(parts, paths, strict=True)}
+
+
+def test_the_imports_of_a_kernel_file_are_those_that_python_reads():
+    for module, path in files_of_kernels().items():
+        tree, expected = list(ast.walk(ast.parse(path.read_text(encoding="utf-8")))), set()
+        for each in tree:
+            if isinstance(each, ast.ImportFrom):
+                assert each.level == 0
+                expected |= {each.module, *(f"{each.module}.{name.name}" for name in each.names)}
+            elif isinstance(each, ast.Import):
+                expected |= {name.name for name in each.names}
+        assert sources.imported(module) == expected & sources.SOURCES.keys(), module
+        assert "import_module" not in path.read_text(encoding="utf-8")
+
+
+def test_a_function_without_a_file_is_not_kept():
+    assert sources.digest_of("no_such_module") == ""
+    assert len(sources.digest_of("robsim.kernels.control.docking")) == 20
+
+
+@pytest.mark.first_start
 def test_without_a_place_to_write_kernels_are_compiled_anew(copy):
     (copy / "file").write_text("mine", encoding="utf-8")
     for _ in range(2):
@@ -121,11 +260,11 @@ def test_without_a_place_to_write_kernels_are_compiled_anew(copy):
 
 @pytest.mark.first_start
 def test_every_kernel_source_and_its_name_count(copy):
-    """The name of the folder, from nothing but the files: no compiling."""
+    """The hash that stands in results, from nothing but the files: no compiling."""
 
     def name():
         code = f"import sys; sys.path.insert(0, {str(copy)!r})\n"
-        code += "from robsim.kernels.store import KERNEL_HASH as name; print(name)"
+        code += "from robsim.kernels.machine.store import KERNEL_HASH as name; print(name)"
         environment = {**os.environ, "ROBSIM_CACHE_DIR": str(copy / "cache")}
         done = subprocess.run(
             [sys.executable, "-c", code],
@@ -139,7 +278,7 @@ def test_every_kernel_source_and_its_name_count(copy):
     names = [name()]
     (copy / "robsim/kernels/more.py").write_text("# more", encoding="utf-8")
     names.append(name())
-    (copy / "robsim/kernels/tree.py").rename(copy / "robsim/kernels/trees.py")
+    (copy / "robsim/kernels/formulas/tree.py").rename(copy / "robsim/kernels/trees.py")
     names.append(name())
     edit(copy / "robsim/kernels/trees.py", "\n", "\n\n")
     names.append(name())
@@ -148,7 +287,7 @@ def test_every_kernel_source_and_its_name_count(copy):
 
 def test_numba_keeps_its_own_cache_for_the_functions_of_a_user():
     assert os.environ.get("NUMBA_CACHE_DIR", "") == numba.config.CACHE_DIR
-    assert store.CACHE.name == store.KERNEL_HASH and len(store.KERNEL_HASH) == 16
+    assert store.CACHE.parent == store.USER_CACHE and len(store.KERNEL_HASH) == 16
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="the usual place is another one there")

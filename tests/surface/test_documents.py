@@ -14,7 +14,7 @@ import tomli_w
 
 import robsim as rs
 from robsim.declare import family
-from robsim.features import FEATURES
+from robsim.features.feature import FEATURES
 
 ROOT = Path(__file__).parents[2]
 DOCUMENTS = sorted([ROOT / "README.md", *(ROOT / "docs").glob("*.md")])

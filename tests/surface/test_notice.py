@@ -9,14 +9,16 @@ import numba
 import pytest
 from numba.core.event import Event, EventStatus
 
-from robsim.kernels import features, gain, notice, saying, store
+from robsim.kernels.formulas import gain, interaction
+from robsim.kernels.machine import notice, saying, store
 
 CODE = """
 import numpy as np
-from robsim.kernels import features, notice
+from robsim.kernels.formulas import interaction
+from robsim.kernels.machine import notice
 notice.PATIENCE = 0.0
 for _ in range(2):
-    features.points_interaction(np.ones((1, 2, 1)), np.ones((1, 1)), np.empty((2, 6, 1)))
+    interaction.points_interaction(np.ones((1, 2, 1)), np.ones((1, 1)), np.empty((2, 6, 1)))
 """
 
 
@@ -54,18 +56,18 @@ class Terminal(io.StringIO):
 
 def test_one_line_says_what_is_done_and_where_it_is_kept(teller, capsys):
     for _ in range(2):
-        start(teller, features.points_interaction)
+        start(teller, interaction.points_interaction)
         wait(teller)
-        end(teller, features.points_interaction)
+        end(teller, interaction.points_interaction)
     line = f"robsim: compiling kernels, once: they are kept in {store.CACHE}\n"
     assert capsys.readouterr() == ("", line)
-    assert teller.compiled == ["features.points_interaction"] * 2
+    assert teller.compiled == ["interaction.points_interaction"] * 2
 
 
 def test_before_a_second_has_passed_nothing_is_said(teller, capsys, monkeypatch):
     monkeypatch.setattr(notice, "PATIENCE", 1000.0)
-    start(teller, features.points_interaction)
-    end(teller, features.points_interaction)
+    start(teller, interaction.points_interaction)
+    end(teller, interaction.points_interaction)
     assert teller._timer.finished.is_set()
     assert capsys.readouterr() == ("", "")
 
@@ -73,13 +75,13 @@ def test_before_a_second_has_passed_nothing_is_said(teller, capsys, monkeypatch)
 def test_a_terminal_shows_what_is_compiled_now_and_keeps_the_first_line_only(teller, monkeypatch):
     screen = Terminal()
     monkeypatch.setattr(sys, "stderr", screen)
-    start(teller, features.points_interaction)
+    start(teller, interaction.points_interaction)
     wait(teller)
     start(teller, gain.adaptive)
     first, now = screen.getvalue().split("\n")
     assert first.startswith("robsim: compiling kernels") and "0 kernels in 0 s" in now
     end(teller, gain.adaptive)
-    end(teller, features.points_interaction)
+    end(teller, interaction.points_interaction)
     last = screen.getvalue().split("\n")[1].rsplit("\r", 2)
     assert last[1].strip() == "" and last[2] == ""
 
@@ -92,10 +94,10 @@ def test_it_can_be_silenced_and_is_silent_in_tests(capsys, monkeypatch, variable
     monkeypatch.delenv("ROBSIM_QUIET", raising=False)
     assert not saying.quiet()
     monkeypatch.setenv(variable, "1")
-    start(teller, features.points_interaction)
+    start(teller, interaction.points_interaction)
     wait(teller)
-    end(teller, features.points_interaction)
-    assert capsys.readouterr() == ("", "") and teller.compiled == ["features.points_interaction"]
+    end(teller, interaction.points_interaction)
+    assert capsys.readouterr() == ("", "") and teller.compiled == ["interaction.points_interaction"]
 
 
 def test_the_functions_of_a_user_are_not_counted(teller, capsys):
@@ -108,9 +110,9 @@ def test_the_functions_of_a_user_are_not_counted(teller, capsys):
 def test_without_a_place_to_write_it_says_so(teller, capsys, monkeypatch, tmp_path):
     (tmp_path / "file").touch()
     monkeypatch.setattr(store, "CACHE", tmp_path / "file" / "below")
-    start(teller, features.points_interaction)
+    start(teller, interaction.points_interaction)
     wait(teller)
-    end(teller, features.points_interaction)
+    end(teller, interaction.points_interaction)
     assert (
         f"in each process anew: {tmp_path / 'file' / 'below'} cannot be" in capsys.readouterr().err
     )
@@ -126,7 +128,7 @@ def test_what_cannot_be_kept_is_told_once_and_by_its_reason(teller, capsys, monk
     monkeypatch.setattr(store, "CACHE", tmp_path)
     monkeypatch.setattr(store, "save", full)
     for _ in range(2):
-        features.points_interaction._cache.save_overload(made.signature.args, made)
+        interaction.points_interaction._cache.save_overload(made.signature.args, made)
     assert capsys.readouterr().err == (
         f"robsim: compiling kernels, in each process anew: {tmp_path} cannot be written "
         "(No space left on device)\n"

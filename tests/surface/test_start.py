@@ -88,7 +88,7 @@ def test_public_names_are_imported_in_any_order_and_once():
     code = "import robsim; names = dir(robsim)\n"
     code += "found = {name: getattr(robsim, name) for name in reversed(names)}\n"
     code += "assert all(vars(robsim)[name] is found[name] for name in names)\n"
-    code += "from robsim.servo import IBVS; assert robsim.IBVS is IBVS\n"
+    code += "from robsim.servo.tasks.schemes import IBVS; assert robsim.IBVS is IBVS\n"
     code += "space = {}; exec('from robsim import *', space); assert set(names) <= set(space)"
     loaded_by(code)
 

@@ -7,7 +7,8 @@ import time
 import pytest
 from numba import types
 
-from robsim.kernels import aged, cache, features, gain, prebuilt, store
+from robsim.kernels.formulas import gain, interaction
+from robsim.kernels.machine import aged, cache, prebuilt, store
 
 KEY = ((types.float64, types.Array(types.float64, 2, "C")), ("x86_64", "cpu", "+avx2"), [])
 ALL = prebuilt.LEVELS["x86_64"]["x86-64-v4"]
@@ -101,49 +102,51 @@ def test_a_full_disk_leaves_no_draft(tmp_path, monkeypatch):
 OLD, YOUNG = 31 * aged.DAY, 29 * aged.DAY
 
 
-def folder(path, *names, age=OLD):
-    """A folder with files that were used last some time ago."""
-    path.mkdir()
+def put(path, age=OLD):
+    """A file that was used last some time ago."""
+    path.write_text("")
     then = time.time() - age
-    for name in names:
-        (path / name).write_text("")
-        os.utime(path / name, (then, then))
     os.utime(path, (then, then))
     return path
 
 
-def test_folders_that_nobody_used_for_a_month_go_and_what_is_not_ours_stays(tmp_path):
-    own = folder(tmp_path / "0123456789abcdef", "a.nbc", "x.tmp", age=10.0)
-    gone = folder(tmp_path / ("1" * 16), "a.nbc", "b.tmp", "used")
-    empty = folder(tmp_path / ("2" * 16))
-    kept = [
-        folder(tmp_path / ("3" * 16), "a.nbc", "used", age=YOUNG),
-        folder(tmp_path / ("4" * 16), "a.nbc", "mine.txt"),
-        folder(tmp_path / ("5" * 15), "a.nbc"),
-        folder(tmp_path / ("G" * 16), "a.nbc"),
-    ]
-    stamped = folder(tmp_path / ("6" * 16), "a.nbc")
-    (stamped / "used").touch()
-    (tmp_path / ("7" * 16)).symlink_to(kept[0])
-    (tmp_path / ("8" * 16)).write_text("a file")
-    assert aged.note_use(own)
-    assert not gone.exists() and not empty.exists()
-    assert all(each.is_dir() for each in (*kept, stamped))
-    assert (tmp_path / ("7" * 16)).is_symlink() and (tmp_path / ("8" * 16)).is_file()
-    assert sorted(each.name for each in own.iterdir()) == ["a.nbc", "used", "x.tmp"]
-    assert (tmp_path / ("4" * 16) / "mine.txt").exists()
+def names(folder):
+    return sorted(each.name for each in folder.iterdir())
+
+
+def test_files_that_nobody_used_for_a_month_go_and_what_is_not_ours_stays(tmp_path):
+    put(tmp_path / "old.nbc")
+    put(tmp_path / "young.nbc", YOUNG)
+    put(tmp_path / "mine.txt")
+    (tmp_path / "folder.nbc").mkdir()
+    (tmp_path / "link.nbc").symlink_to(tmp_path / "mine.txt")
+    aged.clear(tmp_path)
+    assert names(tmp_path) == ["folder.nbc", "link.nbc", "mine.txt", "used", "young.nbc"]
+
+
+def test_a_file_that_is_loaded_is_as_young_as_that_day(tmp_path):
+    used, other = put(tmp_path / "used.nbc"), put(tmp_path / "other.nbc")
+    now, today = time.time(), put(tmp_path / "today.nbc", 100.0).stat().st_mtime
+    for path in (used, tmp_path / "today.nbc", tmp_path / "none.nbc"):
+        aged.note_use(path)
+    assert abs(used.stat().st_mtime - now) < 100.0
+    assert (tmp_path / "today.nbc").stat().st_mtime == today  # written once a day at most
+    aged.clear(tmp_path)
+    assert not other.exists() and names(tmp_path) == ["today.nbc", "used", "used.nbc"]
 
 
 def test_drafts_of_killed_processes_go_and_a_folder_is_looked_at_once_a_day(tmp_path):
-    own = folder(tmp_path / "0123456789abcdef", "x.tmp", "a.nbc")
-    assert aged.note_use(own)
-    assert sorted(each.name for each in own.iterdir()) == ["a.nbc", "used"]
-    again = folder(tmp_path / ("1" * 16), "a.nbc")
-    assert aged.note_use(own) and again.exists()
-    then = time.time() - 2 * aged.DAY
-    os.utime(own / "used", (then, then))
-    assert aged.note_use(own) and not again.exists()
-    assert not aged.note_use(tmp_path / "none") and not (tmp_path / "none").exists()
+    put(tmp_path / "killed.tmp"), put(tmp_path / "writing.tmp", 10.0)
+    aged.clear(tmp_path)
+    assert names(tmp_path) == ["used", "writing.tmp"]
+    again = put(tmp_path / "again.tmp")
+    aged.clear(tmp_path)
+    assert again.exists()
+    put(tmp_path / "used", 2 * aged.DAY)
+    aged.clear(tmp_path)
+    assert not again.exists()
+    aged.clear(tmp_path / "none")
+    assert not (tmp_path / "none").exists()
 
 
 def test_free_variables_of_a_kernel_count_by_what_they_are():
@@ -154,8 +157,8 @@ def test_free_variables_of_a_kernel_count_by_what_they_are():
         return cache.KernelCache(scaled)
 
     assert made(2.0).free == made(2.0).free != made(3.0).free
-    by_kernel = made(features.points_interaction).free
-    assert by_kernel == made(features.points_interaction).free != made(gain.adaptive).free
+    by_kernel = made(interaction.points_interaction).free
+    assert by_kernel == made(interaction.points_interaction).free != made(gain.adaptive).free
     assert "0x" not in by_kernel[0]
 
 
@@ -188,14 +191,16 @@ def test_what_came_for_other_versions_is_told(monkeypatch, tmp_path):
     monkeypatch.setattr(prebuilt, "ROOT", tmp_path)
     monkeypatch.setattr(prebuilt, "FOLDER", None)
     assert prebuilt.why_not() == ""  # nothing came
-    (tmp_path / prebuilt.MADE_WITH).write_text("Numba 0.1, llvmlite 0.2, Python 3.3")
+    made = tmp_path / prebuilt.MADE_WITH
+    made.write_text(f"Numba 0.1, llvmlite 0.2, Python 3.3\n{store.KERNEL_HASH}\n")
+    assert prebuilt._found() == (None, "")
     assert prebuilt.why_not() == (
         "those that came with the package are for Numba 0.1, llvmlite 0.2, Python 3.3, "
         f"this is {store.VERSIONS}"
     )
-    (tmp_path / prebuilt.MADE_WITH).write_text(store.VERSIONS)
+    made.write_text(f"{store.VERSIONS}\n0123456789abcdef\n")
     assert "other sources" in prebuilt.why_not()
-    (tmp_path / store.KERNEL_HASH).mkdir()
+    made.write_text(f"{store.VERSIONS}\n{store.KERNEL_HASH}\n")
     assert "other processors" in prebuilt.why_not()
     monkeypatch.setattr(prebuilt, "FOLDER", tmp_path)
     assert prebuilt.why_not() == ""

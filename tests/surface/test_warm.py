@@ -8,7 +8,7 @@ import robsim as rs
 from robsim import cli
 from robsim.cli import uses, warm
 from robsim.declare import families
-from robsim.kernels import prebuilt, store
+from robsim.kernels.machine import prebuilt, store
 
 
 def test_the_list_has_every_example_feature_and_module():

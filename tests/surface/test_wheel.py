@@ -22,17 +22,19 @@ import robsim
 from robsim import cli
 sys.argv = ["robsim", "demo", "--no-figures", "--force", "-o", "demo"]
 cli.main()
-from robsim.kernels import prebuilt
-from robsim.kernels.notice import NOTICE
+from robsim.kernels.machine import prebuilt
+from robsim.kernels.machine.notice import NOTICE
 q = hashlib.sha256(robsim.open_run("demo/run.nc").q.values.tobytes()).hexdigest()
 print(json.dumps([robsim.__file__, prebuilt.LEVEL, NOTICE.compiled, q]))
 """
 ONE_KERNEL = """
 import numpy as np
-from robsim.kernels import features, notice
+from robsim.kernels.formulas import interaction
+from robsim.kernels.machine import notice
 notice.PATIENCE = 0.0
-features.points_interaction(np.ones((1, 2, 1)), np.ones((1, 1)), np.empty((2, 6, 1)))
+interaction.points_interaction(np.ones((1, 2, 1)), np.ones((1, 1)), np.empty((2, 6, 1)))
 """
+FILE_OF_ONE = "formulas/interaction.py"
 
 
 @pytest.fixture(scope="module")
@@ -84,7 +86,7 @@ def kept(installed):
 
 
 def levels(installed):
-    return sorted((installed / "kernels/_prebuilt").glob("*/*"))
+    return sorted((installed / "kernels/_prebuilt").glob("*/"))
 
 
 def test_the_wheel_is_for_this_platform_and_holds_levels(wheel, installed):
@@ -129,11 +131,17 @@ def test_truncated_files_are_compiled_anew(installed):
 
 
 def test_a_wheel_of_other_sources_or_versions_is_told_in_one_line(installed):
-    (folder,) = {level.parent for level in levels(installed)}
-    folder.rename(folder.with_name("0123456789abcdef"))
-    reasons = ["are of other sources", "are for Numba 0.1, llvmlite 0.2, Python 3.3, this is Numba"]
-    for i, reason in enumerate(reasons):
+    made_with = installed / "kernels/_prebuilt/versions.txt"
+    versions, kernels = made_with.read_text().splitlines()
+    edited = installed / "kernels" / FILE_OF_ONE
+    edited.write_text(edited.read_text() + "\n")
+    for i, (text, reason) in enumerate(
+        (
+            (f"{versions}\n{kernels}\n", "are of other sources"),
+            (f"Numba 0.1, llvmlite 0.2, Python 3.3\n{kernels}\n", "Python 3.3, this is Numba"),
+        )
+    ):
+        made_with.write_text(text)
         out, err = python(installed, ONE_KERNEL, ROBSIM_CACHE_DIR=str(installed / f"cache{i}"))
         assert out == "" and err.count("\n") == 1
         assert err.startswith("robsim: compiling kernels, once") and reason in err
-        (folder.parent / "versions.txt").write_text("Numba 0.1, llvmlite 0.2, Python 3.3")

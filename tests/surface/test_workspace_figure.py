@@ -63,7 +63,7 @@ def test_the_robot_stands_at_home_in_the_axes_of_its_base(puma):
 )
 def test_what_lies_in_a_plane_is_seen_from_one_side(place, view):
     first, *others = robots.planar_2r().links[1:]
-    joint = replace(first.joint, place=rs.Pose.at(0, 0, 0, **place))
+    joint = first.joint.with_constants(rs.Pose.at(0, 0, 0, **place), first.joint.tail)
     arm = rs.Robot("arm", [rs.Link("base"), replace(first, joint=joint), *others])
     figure = plot.workspace(workspace(arm, 50))
     assert [axes.get_title() for axes in figure.axes] == [view, ""]

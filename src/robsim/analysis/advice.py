@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import warnings
 from dataclasses import dataclass
+from functools import reduce
 from typing import Any
 
 import numpy as np
@@ -21,7 +22,6 @@ from robsim.base.arrays import Array
 from robsim.base.errors import InputError, RankWarning
 from robsim.base.html import table
 from robsim.base.values import Value
-from robsim.engine.drives import Drives
 from robsim.run import ends
 from robsim.run.checks import of_kind
 from robsim.run.experiment import Experiment
@@ -169,7 +169,7 @@ def _advice(experiment: Experiment, linear: Linear) -> Advice:
         gain=gain,
         largest_gain=gain * margin,
         margin=margin,
-        limited_by=limited_by(linear, gain),
+        limited_by=limited_by(experiment, linear, gain),
         rate=float(linear.scaled.rates[0].real),
         noise=_noise(experiment, linear),
         q=linear.q[:, 0].copy(),
@@ -183,12 +183,12 @@ def _advice(experiment: Experiment, linear: Linear) -> Advice:
 def _noise(experiment: Experiment, linear: Linear) -> Floor:
     """Return what noise of images and encoders leaves."""
     field = linear.field
-    drives = Drives(experiment.actuation, field.scene, field.controller.columns)
+    each = (one.effect.deviation(field.scene) for one in experiment.actuation.acting())
+    measured = reduce(np.hypot, each, np.zeros(field.scene.nq))
     rows = field.scene.tree.alone(field.controller.columns)
-    steps = np.where(rows >= 0, drives.steps[rows], 0.0)
-    outliers = not weighs_robustly(experiment.task)
-    each = deviation(experiment.sensing, outliers), steps / math.sqrt(12.0)
-    return floor(linear.response, linear.scaled, linear.timing, *each)
+    encoder = np.where(rows >= 0, measured[rows], 0.0)
+    pixel = deviation(experiment.sensing, weighs_robustly(experiment.task))
+    return floor(linear.response, linear.scaled, linear.timing, pixel, encoder)
 
 
 def _end(experiment: Experiment, linear: Linear) -> tuple[float, float]:

@@ -20,7 +20,7 @@ from robsim.run.commanded import is_recorded
 from robsim.run.ends import began
 from robsim.run.experiment import Experiment
 from robsim.run.staged import Staged
-from robsim.servo import Task
+from robsim.servo.tasks.task import Task
 from robsim.world.scene import Scene
 
 

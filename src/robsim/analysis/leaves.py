@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from robsim.servo import ServoTask, Task
+from robsim.servo.tasks.task import ServoTask, Task
 
 Change = Callable[[ServoTask], ServoTask]
 

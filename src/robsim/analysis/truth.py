@@ -9,9 +9,9 @@ import numpy as np
 from robsim.analysis.leaves import leaves
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError
-from robsim.servo import ServoTask, Task
 from robsim.servo.regulated import Regulated
 from robsim.servo.regulated_stages import regulated_at
+from robsim.servo.tasks.task import ServoTask, Task
 from robsim.world.scene import Scene
 
 

@@ -12,7 +12,7 @@ def lens_rates(x: Array, pixels: Array, camera: Camera, coefficients: int) -> Ar
     """Return the rates (..., 2, 4 + n) of pixels with fx, fy, cx, cy and n coefficients.
 
     Of normalised points x (..., 2) with their pixels (..., 2); the coefficients are in the order of
-    OpenCV, k1 k2 p1 p2 k3 k4 k5 k6 (`robsim.kernels.camera.distort`).
+    OpenCV, k1 k2 p1 p2 k3 k4 k5 k6 (`robsim.kernels.formulas.camera.distort`).
     """
     (fx, skew, cx), (_, fy, cy), _ = camera.K
     y_bent = (pixels[..., 1] - cy) / fy

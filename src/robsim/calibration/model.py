@@ -17,7 +17,7 @@ from robsim.calibration.lens_rates import lens_rates
 from robsim.calibration.motions import cross_matrix
 from robsim.calibration.views import CalibrationViews
 from robsim.geometry.pose import Pose
-from robsim.kernels import se3
+from robsim.kernels.formulas import se3
 from robsim.vision.camera import Camera
 from robsim.vision.image import pixel_rates
 
@@ -129,7 +129,7 @@ class Model(Value):
 def twist_of(T: Pose) -> Array:
     """Return the twist (v, omega) whose motion is T: the logarithm.
 
-    v = t - w x t / 2 + c w x (w x t), see `robsim.kernels.se3.log_coefficient`.
+    v = t - w x t / 2 + c w x (w x t), see `robsim.kernels.formulas.se3.log_coefficient`.
 
     >>> twist_of(Pose.exp([1, 2, 3, 0.4, 0.5, 0.6])).round(9)
     array([1. , 2. , 3. , 0.4, 0.5, 0.6])

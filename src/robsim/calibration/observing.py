@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
+from functools import partial
 from typing import Any
 
 import numpy as np
 
 from robsim.base.arrays import Array, frozen, whole
-from robsim.base.errors import InputError
+from robsim.base.errors import InputError, naming
 from robsim.calibration.impossible import off_image
 from robsim.calibration.views import CalibrationViews
 from robsim.run.checks import of_kind
@@ -48,26 +50,16 @@ def observe(
     <CalibrationViews 3 of 'board' by 'camera', 105 marks seen>
     """
     of_kind(experiment, Experiment, "experiment")
-    _check(experiment.sensing)
     scene = experiment.scene
     values = scene.coordinates(q)
     if values.ndim != 2 or not len(values):
         raise InputError(f"q: expected a row for each view, (V, {scene.nq}), got {values.shape}")
     view = _seen(scene, values, camera, target)
     seed = experiment.seed if seed is None else whole(seed, "seed", 0, 2**64)
-    pixels = _spoilt(view, experiment.sensing, seed)
+    pixels = _measured(view, experiment.sensing, seed)
     pixels[off_image(pixels, scene.camera(camera).camera)] = np.nan  # which no image shows
     believed = common_belief(experiment.task) or scene
     return CalibrationViews(believed, values, pixels, camera, target)
-
-
-def _check(sensing: Sensing) -> None:
-    """Raise InputError for errors of images that views are not given."""
-    for name in ("outliers", "dropped", "occlusions", "effects"):
-        if getattr(sensing, name):
-            raise InputError(
-                f"sensing.{name}: views have noise and quantisation only; leave it out"
-            )
 
 
 def _seen(scene: Scene, q: Array, camera: str | None, target: str | None) -> Array:
@@ -77,13 +69,18 @@ def _seen(scene: Scene, q: Array, camera: str | None, target: str | None) -> Arr
     return np.where(inside[..., None], view.pixels, np.nan)
 
 
-def _spoilt(pixels: Array, sensing: Sensing, seed: int) -> Array:
-    """Return pixels with noise, rounded to whole steps."""
-    draws = Draws(seed, PIXELS, np.arange(len(pixels)))
-    noise = draws.normal(2 * pixels.shape[1]).reshape(pixels.shape)
-    noisy = pixels + sensing.noise * noise
-    step = sensing.quantisation
-    return np.asarray(step * np.round(noisy / step) if step else noisy)
+def _measured(pixels: Array, sensing: Sensing, seed: int) -> Array:
+    """Return pixels as the images have them; InputError for what views are not given."""
+    for each in sorted(sensing.acting(), key=lambda one: one.effect.place):
+        with naming(f"sensing.{each.field}"):
+            name = f"{PIXELS}{each.stream or ''}"
+            pixels = each.effect.in_views(pixels, partial(_normal, seed, name, pixels.shape))
+    return pixels
+
+
+def _normal(seed: int, name: str, shape: tuple[int, ...]) -> Array:
+    """Return standard normal numbers (V, ...), keyed by the number of the view."""
+    return Draws(seed, name, np.arange(shape[0])).normal(math.prod(shape[1:])).reshape(shape)
 
 
 def viewpoints(experiment: Experiment, count: int, start: Any, *, seed: int | None = None) -> Array:

@@ -22,7 +22,7 @@ def command(jobs: int | None) -> None:
     They are kept in the folder ROBSIM_CACHE_DIR, or in the user's folder for cache files.
     """
     from robsim.base.threads import processors
-    from robsim.kernels import store
+    from robsim.kernels.machine import store
 
     if not store.writable():
         raise FileError(f"cannot write {store.CACHE}, where kernels are kept")
@@ -78,7 +78,7 @@ def _prepare(folder: str) -> None:
 def compiled_by(use: Use) -> tuple[set[str], str]:
     """Do one thing; return the files of the kernels that were compiled for it, and what failed."""
     from robsim.cli.uses import do
-    from robsim.kernels import store
+    from robsim.kernels.machine import store
 
     before = set(store.SAVED)
     try:
@@ -91,7 +91,7 @@ def compiled_by(use: Use) -> tuple[set[str], str]:
 
 def _told(compiled: set[str], seconds: float) -> str:
     """Return what was done, and where it is."""
-    from robsim.kernels import prebuilt, store
+    from robsim.kernels.machine import prebuilt, store
 
     kept = list(store.CACHE.glob("*.nbc"))
     size = sum(path.stat().st_size for path in kept) / 1e6

@@ -53,13 +53,13 @@ class Choice(Spec):
     @property
     def names(self) -> list[str]:
         """The names of the kinds that may stand here."""
-        return [name for name in self.family.kinds if self.only is None or name in self.only]
+        return [name for name in self.family.names if self.only is None or name in self.only]
 
     def check(self, value: Any, what: str) -> Any:
         if isinstance(value, str):
             if value in self.plain or value == self.none:
                 return value if value in self.plain else None
-            if value in self._known(value) or value in self.family.kinds:
+            if value in self._known(value) or value in self.family.names:
                 return _plain(self.family.find(value), value, what)
         elif not isinstance(value, type):
             if self.family.holds(value):
@@ -116,7 +116,7 @@ class Choice(Spec):
 
     def inside_of(self, raw: Raw) -> Sequence[type[Any]]:
         name = raw.get("kind", self.default) if isinstance(raw, Mapping) else self.default
-        own = self.family.kinds.get(str(name))
+        own = self.family.get(str(name))
         return [own] if own is not None else self.inside()
 
     def pick(self, table: Mapping[str, Raw], name: str, c: Context) -> Any:
@@ -162,9 +162,9 @@ class Choice(Spec):
         return either_of(*map(repr, self._bare), *more, self._article)
 
     def schema(self, define: Any) -> dict[str, Any]:
-        tables = [define(self.family.kinds[name], name) for name in self.names]
+        tables = [define(self.family.find(name), name) for name in self.names]
         if self.default is not None:  # whose table need not say its kind
-            tables.append(define(self.family.kinds[self.default]))
+            tables.append(define(self.family.find(self.default)))
         words = [*self._bare, *([self.none] * bool(self.none))]
         named: list[Any] = [{"enum": words}] if words else []
         more = [self.other.schema(define)] if self.other else []
@@ -191,7 +191,7 @@ class Choice(Spec):
         if not isinstance(old, Mapping) or not isinstance(new, Mapping):
             return new
         names = old.get("kind", self.default), new.get("kind", old.get("kind", self.default))
-        kinds = [self.family.kinds.get(str(name)) for name in names]
+        kinds = [self.family.get(str(name)) for name in names]
         before, after = kinds
         if before is None or after is None:
             return {**old, **new}
@@ -212,13 +212,13 @@ class Choice(Spec):
 
     def _offered(self, name: str | None) -> tuple[str, ...]:
         """Return the words that do without a table, and the one that stands there."""
-        bare = [each for each in self.names if not _needed(self.family.kinds[each])]
+        bare = [each for each in self.names if not _needed(self.family.find(each))]
         none = [self.none] if self.none else []
         words = [*none, *self.plain, *(bare if self.short or not self.plain else [])]
         return tuple(dict.fromkeys([*words, *([name] if name else [])]))
 
     def inside(self) -> Sequence[type[Any]]:
-        return [self.family.kinds[name] for name in self.names]
+        return [self.family.find(name) for name in self.names]
 
     def beside(self, table: dict[str, Raw], name: str, over: Mapping[str, Raw]) -> None:
         if name in over:
@@ -235,7 +235,7 @@ class Choice(Spec):
         return self.other.write(value, c)
 
     def _known(self, name: str) -> list[str]:
-        if name not in self.family.kinds:
+        if name not in self.family.names:
             with suppress(InputError):
                 self.family.find(name)  # which looks for what installed packages bring
         return self.names
@@ -274,7 +274,7 @@ class Choice(Spec):
         return name, write_table(value, c)
 
     def _field(self, kind: str, at: str) -> Any:
-        form = form_of(self.family.kinds[kind])
+        form = form_of(self.family.find(kind))
         return next(each for each in fields_of(form) if each.name == at)
 
     def _check_beside(self, given: list[str], name: str, raw: Raw, c: Context) -> None:

@@ -1,23 +1,35 @@
 """Families: the kinds of one sort of thing, by the names that texts use.
 
-A user's kind joins a family by `register`, or as an entry point of the group "robsim" whose
-object is the class, decorated likewise.
+A kind of RobSim is found in the files that `kinds.toml` lists for its family, and is imported when
+it is needed. A user's kind joins a family by `register`, or as an entry point of the group "robsim"
+whose object is the class, decorated likewise.
 """
 
 from __future__ import annotations
 
+import re
+import tomllib
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from functools import cache
+from functools import cache, cached_property
 from importlib import import_module
-from typing import Any, TypeVar
+from pathlib import Path
+from typing import Any, NamedTuple, TypeVar
 
 from robsim.base.errors import InputError, said, suggest
 from robsim.base.names import checked_name
 from robsim.declare.parameters import described
 
 K = TypeVar("K", bound=type[Any])
-_FAMILIES: dict[str, Family] = {}
+PACKAGE = Path(__file__).parents[1]
+_REGISTERED = re.compile(r'^@register\("([^"]+)", "(\w+)"\)$.*?^class (\w+)', re.M | re.S)
+
+
+class Source(NamedTuple):
+    """The module and the class of a kind."""
+
+    module: str
+    name: str
 
 
 @dataclass
@@ -25,25 +37,68 @@ class Family:
     """The kinds of one sort of thing, such as the "feature" or "law" of its `noun`."""
 
     noun: str
-    kinds: dict[str, type[Any]] = field(default_factory=dict)
+    files: tuple[str, ...] = ()  # patterns of the files with the kinds of RobSim
+    loaded: dict[str, type[Any]] = field(default_factory=dict)
+
+    @cached_property
+    def shipped(self) -> dict[str, Source]:
+        """The sources of RobSim's kinds by name, read from their files without importing them."""
+        paths = [path for pattern in self.files for path in sorted(PACKAGE.glob(pattern))]
+        return {
+            name: Source(_module_of(path), kind)
+            for path in paths
+            for noun, name, kind in _REGISTERED.findall(path.read_text(encoding="utf-8"))
+            if noun == self.noun
+        }
+
+    @property
+    def names(self) -> list[str]:
+        """The names of all kinds: those of RobSim, and the others in order of registration."""
+        return list(dict.fromkeys([*self.shipped, *self.loaded]))
+
+    @property
+    def kinds(self) -> dict[str, type[Any]]:
+        """All kinds by name, which are imported for this."""
+        return {name: self.find(name) for name in self.names}
+
+    def get(self, name: str) -> type[Any] | None:
+        """Return the class of that name; None if there is none so far."""
+        if name not in self.loaded and name in self.shipped:
+            import_module(self.shipped[name].module)
+        return self.loaded.get(name)
 
     def find(self, name: object) -> type[Any]:
         """Return the class of that name; InputError with the nearest, and all there are."""
-        if not isinstance(name, str) or name not in self.kinds:
+        key = name if isinstance(name, str) else ""
+        kind = self.get(key)
+        if kind is None:
             _load_entry_points()
-        if not isinstance(name, str) or name not in self.kinds:
-            hint = suggest(str(name)[:64], self.kinds, plural(self.noun))
+            kind = self.get(key)
+        if kind is None:
+            hint = suggest(str(name)[:64], self.names, plural(self.noun))
             raise InputError(f"no {self.noun} {said(name)}; {hint}")
-        return self.kinds[name]
+        return kind
 
     def name_of(self, value: object) -> str | None:
         """Return the name of the class of a value; None if it does not belong here."""
-        names = (name for name, kind in self.kinds.items() if type(value) is kind)
+        names = (name for name, kind in self.loaded.items() if type(value) is kind)
         return next(names, None)
 
     def holds(self, value: object) -> bool:
         """Return whether a value is of one of these kinds."""
-        return isinstance(value, tuple(self.kinds.values()))
+        return isinstance(value, tuple(self.loaded.values()))
+
+
+def _module_of(path: Path) -> str:
+    return ".".join([PACKAGE.name, *path.relative_to(PACKAGE).with_suffix("").parts])
+
+
+def _shipped_families() -> dict[str, Family]:
+    listed = tomllib.loads((PACKAGE / "kinds.toml").read_text(encoding="utf-8"))
+    return {noun: Family(noun, tuple(files)) for noun, files in listed.items()}
+
+
+_FAMILIES = _shipped_families()
 
 
 def plural(noun: str) -> str:
@@ -64,7 +119,6 @@ def family(noun: str) -> Family:
 
 def families() -> dict[str, Family]:
     """Return all families by their nouns."""
-    _load_shipped()
     return dict(_FAMILIES)
 
 
@@ -81,28 +135,27 @@ def register(noun: str, name: str | None = None) -> Callable[[K], K]:
         if not isinstance(kind, type):
             raise InputError(f"{noun}: expected a class, got {said(kind)}")
         own = checked_name(getattr(kind, "name", None) if name is None else name, noun)
-        if not kind.__module__.startswith("robsim."):
-            _load_shipped()
-        elif noun not in _FAMILIES:
-            family(noun)  # whose own module may be imported after those of its kinds
         if noun not in _FAMILIES:
             raise InputError(f"no family {said(noun)}; {suggest(noun, _FAMILIES, 'families')}")
-        known = _FAMILIES[noun].kinds.get(own)
+        known = _FAMILIES[noun].get(own)
         if known is not None and known.__qualname__ != kind.__qualname__:
             raise InputError(f"there is a {noun} {own!r} already: {known.__qualname__}")
-        _FAMILIES[noun].kinds[own] = kind
+        _FAMILIES[noun].loaded[own] = kind
         return described(kind)
 
     return named
 
 
-@cache
-def _load_shipped() -> None:
-    """Import every kind of RobSim, once, so that a user's meets the families and their names.
+def kinds_by_class(noun: str) -> Callable[[str], type[Any]]:
+    """Return the `__getattr__` of a package that has the kinds of a family by their classes."""
 
-    The module of what a file may say imports them all; it lies above this one, as users' do.
-    """
-    import_module("robsim.studies.text")
+    def named(attribute: str) -> type[Any]:
+        for name, source in family(noun).shipped.items():
+            if source.name == attribute:
+                return family(noun).find(name)
+        raise AttributeError(f"no {noun} {attribute!r}")
+
+    return named
 
 
 @cache

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robsim.base.errors import InputError, said
-from robsim.kernels.program import Blocks, Program
+from robsim.kernels.machine.program import Blocks, Program
 
 
 class Chunk(Blocks):

@@ -1,4 +1,4 @@
-"""The drives: how the joints of a scene follow commands, and in which steps encoders count."""
+"""The drives: how the joints of a scene follow commands."""
 
 from __future__ import annotations
 
@@ -8,8 +8,10 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from robsim.base.arrays import Array, frozen
+from robsim.base.arrays import frozen
 from robsim.world.actuation import Actuation
+from robsim.world.imperfections.acting import Acting
+from robsim.world.imperfections.joint_effect import JointEffect, JointPlace, Response
 from robsim.world.scene import Scene
 
 
@@ -27,20 +29,12 @@ class Drives:
         return self.actuation.moves or bool(self.scene.tree.cars)
 
     @cached_property
-    def limits(self) -> tuple[Array, Array]:
-        """The limits of velocity and acceleration of the commanded velocities."""
-        velocity, acceleration = (
-            frozen(self.actuation.limits(which, self.scene.nv)[self.columns])
-            for which in ("velocity", "acceleration")
-        )
-        return velocity, acceleration
+    def response(self) -> Response:
+        """How the commanded velocities follow."""
+        lag, *limits = self.actuation.response(self.scene.nv)
+        each = (frozen(np.full(self.scene.nv, limit)[self.columns]) for limit in limits)
+        return Response(lag, *each)
 
-    @cached_property
-    def steps(self) -> Array:
-        """The encoder step of each coordinate (nq,); zero where a joint has no encoder."""
-        steps = np.zeros(self.scene.nq)
-        given = np.full(self.scene.nq, self.actuation.encoder, dtype=float)
-        counted = self.scene.tree.alone(np.arange(self.scene.nv))
-        counted = counted[counted >= 0]
-        steps[counted] = given[counted]
-        return frozen(steps)
+    def effects(self, place: JointPlace) -> list[Acting[JointEffect]]:
+        """Return the imperfections that act at a place."""
+        return [each for each in self.actuation.acting() if each.effect.place is place]

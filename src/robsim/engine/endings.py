@@ -15,7 +15,7 @@ from robsim.base.errors import FrameError, InputError, said
 from robsim.declare import Choice, Declared, Flag, Length, ListOf, family, register
 from robsim.declare.words import Reference
 from robsim.geometry.pose import homogeneous
-from robsim.kernels.tree import Bodies
+from robsim.kernels.formulas.tree import Bodies
 from robsim.world.frame_box import FrameBox
 from robsim.world.scene import Scene
 

@@ -3,26 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import partial
-from itertools import pairwise
 
 import numpy as np
 
 from robsim.base.arrays import Array, is_any
-from robsim.base.errors import InputError, suggest
+from robsim.base.errors import InputError
 from robsim.base.room import room
 from robsim.engine.plant import Plant
 from robsim.engine.record import SMALL
-from robsim.kernels import hiding, late
-from robsim.kernels import sensing as kernels
-from robsim.kernels.commanding import copied
-from robsim.kernels.lanes import WIDTH
-from robsim.kernels.program import Blocks, Program
-from robsim.kernels.viewing import EACH, FIRST, MORE
+from robsim.kernels.control.commanding import copied
+from robsim.kernels.images import hiding, late
+from robsim.kernels.images.viewing import EACH, FIRST, MORE
+from robsim.kernels.machine.lanes import WIDTH
+from robsim.kernels.machine.program import Program
 from robsim.robot.placed import Placed
 from robsim.servo.given import View, view
 from robsim.servo.sight import Key, Sight
-from robsim.world.effects import FIRST_STREAM, Exposure, changed
+from robsim.world.imperfections.image_effect import Place
+from robsim.world.imperfections.image_rows import ImageRows, MarkGroup
 from robsim.world.sensing import Sensing
 
 ROUNDING = 1e-9  # of a period: times that differ by less are one
@@ -48,18 +46,19 @@ class Images:
         key: tuple[np.uint64, int],
         excused: frozenset[Key],
     ) -> None:
-        self.program, self.plant, self.sights, self.sensing = program, plant, sights, sensing
-        self.seed, self.run = key
-        self._key = int(self.seed.astype(np.int64)), self.run  # as stages take it
-        counts = [len(sight.target.marks) for sight in sights]
-        self.marks = np.cumsum([0, *counts]).tolist()  # number of the first of each sight
-        self.N, self.every = self.marks[-1], sensing.periods(plant.seconds)
+        self.program, self.plant, self.sights = program, plant, sights
+        self.key, self.groups = key, mark_groups(sights)
+        self.N = sum(group.size for group in self.groups)
+        self.marks = [group.first for group in self.groups]
+        acting = [each for each in sensing.acting() if each.effect.place > Place.TAKEN]
+        self.effects = sorted(acting, key=lambda each: each.effect.place)
+        self.every, self.lateness, _ = sensing.timing(plant.seconds)
+        self.latency = program.number(self.lateness)
         self.excused, self.true = excused, program.rows(3 * self.N)
         self.pixels = self.seen = program.rows(3 * self.N) if excused else self.true
         self.depth = self.pixels + 2 * self.N
         self.hidden, self.age = -1, program.constant(0.0)
-        self.latency = program.number(sensing.latency)
-        self.delays, shares = lateness(sensing.latency, plant.seconds, steps)
+        self.delays, shares = lateness(self.lateness, plant.seconds, steps)
         self.length = _ring_length(self.delays, steps)
         self.delay, self._passes = program.number(self.delays), bool(shares.any())
         self.share, self.ahead = program.number(shares), program.number(shares * plant.seconds)
@@ -77,8 +76,7 @@ class Images:
     @property
     def _keeps(self) -> bool:
         """Whether an image, or some of its marks, may be used again."""
-        s = self.sensing
-        return bool(self.every > 1 or is_any(s.dropped) or s.occlusions)
+        return self.every > 1 or any(each.effect.place is Place.RECEIVED for each in self.effects)
 
     def remember(self) -> None:
         """Add the stages that keep the image of the period that ends, before the joints move."""
@@ -123,9 +121,10 @@ class Images:
         """Add the stages from the true image to the one that is used."""
         if self.late:
             self._recall()
-        self._spoil()
+        image = self._affected()
+        self.pixels = image.pixels
         if self._keeps:
-            self._receive()
+            self._receive(image)
 
     def _recall(self) -> None:
         """Let the image be one that was taken some time ago."""
@@ -135,70 +134,36 @@ class Images:
         program.add(late.recall, self.every, count, *rows)
         self.pixels, self.depth, self.age = out, out + 2 * self.N, self.delay
 
-    def _spoil(self) -> None:
-        """Add noise, displace outliers, let the user's effects change marks, and round, in turn."""
-        s, number, add = self.sensing, self.program.number, self.program.add
-        count, found = 2 * self.N, self.program.rows(2 * self.N)
-        rounds, strays = is_any(s.quantisation), is_any(s.outliers)
-        if is_any(s.noise):
-            rows = self.pixels, number(s.noise), *self._key, found
-            add(kernels.blur, self.every, self.N, *rows)
-        elif strays or s.effects or rounds:
-            add(copied, count, self.pixels, found)
-        else:
-            return
-        self.pixels = found
-        if strays:
-            rows = found, number(s.outliers), number(s.outlier_size), *self._key
-            add(kernels.displace, self.every, self.N, *rows)
-        if s.effects:
-            self.program.call(partial(self._change, found))
-        if rounds:
-            add(kernels.quantise, self.every, count, found, number(s.quantisation))
+    def _affected(self) -> ImageRows:
+        """Add the stages of all imperfections, from where they act on the way of the image."""
+        plant = self.plant
+        times = plant.dt, plant.seconds, self.latency, self.lateness
+        image = ImageRows(self.program, self.groups, self.every, self.pixels, *times, *self.key)
+        for each in self.effects:
+            image.stream = each.stream
+            each.effect.add_stages(image)
+        return image
 
-    def _change(self, first: int, blocks: Blocks, step: int) -> None:
-        """Let the user's effects change the marks of each sight."""
-        if step % self.every:
-            return
-        pixels = blocks.get(first, self.N, 2)
-        runs = blocks.get(self.run, 1)[0].view(np.uint64)
-        seconds = max(step * self.plant.seconds - self.sensing.latency, 0.0)
-        for sight, pair in zip(self.sights, pairwise(self.marks), strict=True):
-            rows = slice(*pair)
-            for i, effect in enumerate(self.sensing.effects):
-                stream = FIRST_STREAM + 2 * i
-                shot = Exposure(seconds, *sight.key, step, self.seed, runs, stream)
-                pixels[rows] = changed(effect, pixels[rows], shot)
-        blocks.put(first, pixels)
-
-    def _receive(self) -> None:
+    def _receive(self, image: ImageRows) -> None:
         """Let lost images, hidden marks and the time between images leave what was there before."""
-        program, N, hides, lost = self.program, self.N, self._hides(), self.program.rows()
-        if is_any(self.sensing.dropped):
-            share = program.number(self.sensing.dropped)
-            program.add(kernels.lose, self.every, share, *self._key, lost)
+        program, N = self.program, self.N
         taken, hidden, age = program.rows(3 * N), program.rows(N), program.rows()
-        given = self.pixels, self.depth, hides, lost, self.delay
+        hides = image.hidden >= 0
+        gone = image.hidden if hides else program.rows(N), max(image.lost, 0) or program.rows()
+        given = image.pixels, self.depth, *gone, self.delay
         program.add(late.receive, self.every, N, *given, taken, taken + 2 * N, hidden, age)
         self.pixels, self.depth, self.age = taken, taken + 2 * N, age
-        self.hidden = hidden if self.sensing.occlusions else -1
+        self.hidden = hidden if hides else -1
 
-    def _hides(self) -> int:
-        """Return the rows of whether each mark is hidden in an image that arrives now."""
-        program, occlusions = self.program, self.sensing.occlusions
-        found, numbers = program.rows(self.N), []
-        for each in occlusions:
-            marks = [
-                first + mark
-                for sight, first in zip(self.sights, self.marks, strict=False)
-                if each.concerns(*sight.key)
-                for mark in each.marks
-            ]
-            numbers += [program.constant([each.start, each.end]), len(marks), *marks]
-        if occlusions:
-            rows = found, self.plant.dt, self.latency, len(occlusions)
-            program.add(hiding.hide, self.N, *rows, *numbers)
-        return found
+
+def mark_groups(sights: Sequence[Sight]) -> list[MarkGroup]:
+    """Return the marks of each camera and target, as they stand in the rows of an image."""
+    counts = [len(sight.target.marks) for sight in sights]
+    firsts = np.cumsum([0, *counts]).tolist()
+    return [
+        MarkGroup(*sight.key, first, count)
+        for sight, first, count in zip(sights, firsts, counts, strict=False)
+    ]
 
 
 def lateness(latency: float | Array, dt: float, steps: int) -> tuple[Array, Array]:
@@ -217,23 +182,12 @@ def lateness(latency: float | Array, dt: float, steps: int) -> tuple[Array, Arra
 def check_sensing(
     sensing: Sensing, sights: Sequence[Sight], dt: float, steps: int, runs: int
 ) -> None:
-    """Raise InputError if an occlusion hides what does not exist, or times do not fit."""
-    sensing.periods(dt)
-    delays, _ = lateness(sensing.latency, dt, steps)
-    _check_memory(sensing, sights, _ring_length(delays, steps), runs)
-    for occlusion in sensing.occlusions:
-        for i, kind in enumerate(("camera", "target")):
-            name, known = getattr(occlusion, kind), sorted({sight.key[i] for sight in sights})
-            if name is not None and name not in known:
-                hint = suggest(name, known, f"{kind}s of the task")
-                raise InputError(f"occlusion: the task has no {kind} {name!r}; {hint}")
-        for sight in sights:
-            mine = occlusion.concerns(*sight.key)
-            if mine and max(occlusion.marks) >= len(sight.target.marks):
-                raise InputError(
-                    f"occlusion: '{sight.target.name}' has {len(sight.target.marks)} marks, "
-                    f"numbered from 0; there is no {max(occlusion.marks)}"
-                )
+    """Raise InputError if an imperfection fits neither marks nor times, or takes much memory."""
+    latency = sensing.timing(dt).latency
+    _check_memory(latency, sights, _ring_length(lateness(latency, dt, steps)[0], steps), runs)
+    groups = mark_groups(sights)
+    for each in sensing.acting():
+        each.effect.check(groups)
 
 
 def _ring_length(delays: Array, steps: int) -> int:
@@ -241,12 +195,12 @@ def _ring_length(delays: Array, steps: int) -> int:
     return int(np.where(delays > steps, 0.0, delays).max(initial=1.0))
 
 
-def _check_memory(sensing: Sensing, sights: Sequence[Sight], length: int, runs: int) -> None:
+def _check_memory(latency: float | Array, sights: Sequence[Sight], length: int, runs: int) -> None:
     """Raise InputError if the images that are on their way would be too many."""
     marks = sum(len(sight.target.marks) for sight in sights)
     estimate = 24.0 * marks * length * min(max(runs, WIDTH), TOGETHER)
     if estimate > SMALL and estimate > (free := room()):
         raise InputError(
             f"latency: {length} images on their way at once need about {estimate / 1e9:.1f} GB, "
-            f"and {free / 1e9:.1f} GB are free; the latency is {np.max(sensing.latency):g} s"
+            f"and {free / 1e9:.1f} GB are free; the latency is {np.max(latency):g} s"
         )

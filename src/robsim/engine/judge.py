@@ -11,11 +11,11 @@ from robsim.engine.endings import Ending, Moment, which
 from robsim.engine.plant import Plant
 from robsim.engine.record import Judged
 from robsim.engine.sensor import Sensor
-from robsim.kernels import endings as kernels
-from robsim.kernels import judging
-from robsim.kernels.program import Blocks, Program
-from robsim.kernels.singular import scratch_of
-from robsim.kernels.weighting import worst
+from robsim.kernels.control.weighting import worst
+from robsim.kernels.linear_algebra.singular import scratch_of
+from robsim.kernels.machine.program import Blocks, Program
+from robsim.kernels.outcomes import endings as kernels
+from robsim.kernels.outcomes import judging
 from robsim.robot.joint import LIMIT_SLACK
 from robsim.servo.controller import Controller
 from robsim.servo.given import Commanded

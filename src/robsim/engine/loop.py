@@ -21,8 +21,8 @@ from robsim.engine.plant import Plant
 from robsim.engine.record import Record, Recorder
 from robsim.engine.sensor import Sensor
 from robsim.engine.snapshot import Snapshot
-from robsim.kernels.program import Compiled, Own, Program
-from robsim.kernels.stage import advance
+from robsim.kernels.machine.program import Compiled, Own, Program
+from robsim.kernels.machine.stage import advance
 from robsim.servo.controller import Controller, Decision
 from robsim.servo.safety.guard import Guard
 from robsim.world.actuation import Actuation

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from enum import IntEnum
 
-from robsim.kernels import endings
+from robsim.kernels.outcomes import endings
 
 
 class Outcome(IntEnum):

@@ -2,19 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
-from robsim.base.arrays import Array, first_view, shown_view
+from robsim.base.arrays import Array
 from robsim.engine.chunk import Chunk
 from robsim.engine.drives import Drives
-from robsim.kernels import moving
-from robsim.kernels.actuation import follow
-from robsim.kernels.commanding import copied
-from robsim.kernels.program import Program
+from robsim.kernels.bodies import moving
+from robsim.kernels.bodies.actuation import follow
+from robsim.kernels.control.commanding import copied
+from robsim.kernels.machine.program import Program
 from robsim.robot.motion import add_motion, add_rolling
 from robsim.robot.placed import Placed
-from robsim.world.joint_effects import AFTER_IMAGES, Drive, driven
+from robsim.world.imperfections.acting import Acting
+from robsim.world.imperfections.joint_effect import JointEffect, JointPlace
+from robsim.world.imperfections.joint_rows import JointRows
 
 
 class Plant:
@@ -37,7 +41,7 @@ class Plant:
         self.seconds, self.seed, self.numbers = dt, np.uint64(seed), numbers
         self.q = program.each(q0.T)
         self.qd, self.drift = program.rows(self.scene.nv), program.constant(self.scene.drift(0.0))
-        effects = self.effects = drives.actuation.effects
+        effects = self.effects = drives.effects(JointPlace.COMMANDED)
         self.wanted = program.rows(self.scene.nv) if effects else self.qd
         self.speed = program.rows(self.scene.nv)  # of joints that lag
         self.rates = program.rows(self.scene.nv if drives.moves else 0)
@@ -107,9 +111,9 @@ class Plant:
                 program.add(copied, 1, self.wanted + i, speed + i)
         if not rows:
             return mean
-        lag = program.number(self.drives.actuation.lag)
-        limits = [program.constant(limit) for limit in self.drives.limits]
-        program.add(follow, len(rows) // 3, dt, lag, *limits, *rows)
+        lag, *limits = self.drives.response
+        numbers = program.number(lag), *map(program.constant, limits)
+        program.add(follow, len(rows) // 3, dt, *numbers, *rows)
         return mean
 
     def place(self) -> None:
@@ -131,7 +135,8 @@ class Plant:
             self.program.call(self._prescribe)
         self.program.add(moving.spread, scene.nv, self.qd, self.drift, *rows)
         if self.effects:
-            self.program.call(self._respond)
+            self.program.add(copied, scene.nv, self.qd, self.wanted)
+        self._add_effects(self.effects)
         if not self.drives.moves:
             return
         for i, prescribed in enumerate(scene.prescribed):
@@ -141,18 +146,19 @@ class Plant:
             length = self.program.constant(steering.wheelbase)
             self.program.add(moving.obey, self.q + row, self.rates + velocity, length)
 
-    def _respond(self, chunk: Chunk, step: int) -> None:
-        """Write what the user's effects make of the velocities that are commanded."""
-        columns, nv, get = self.drives.columns, self.scene.nv, chunk.get
-        qd, q, speed = get(self.qd, nv), get(self.q, self.scene.nq), get(self.speed, nv)
-        wanted, moved = first_view(qd[columns]).copy(), shown_view(speed[columns])
-        runs = self.numbers[chunk.rows].view(np.uint64)
-        for i, effect in enumerate(self.effects):
-            key = step, self.seed, runs, AFTER_IMAGES + i
-            drive = Drive(step * self.seconds, shown_view(q), moved, *key)
-            wanted = driven(effect, wanted, drive)
-        qd[columns] = wanted.T
-        chunk.put(self.wanted, qd)
+    def measured(self) -> int:
+        """Add the stages of the coordinates as they are measured; return their rows."""
+        return self._add_effects(self.drives.effects(JointPlace.MEASURED)).measured
+
+    def _add_effects(self, effects: Sequence[Acting[JointEffect]]) -> JointRows:
+        """Add the stages of imperfections of the joints, one after the other."""
+        rows = self.wanted, self.speed, self.q, self.q
+        key = self.seconds, self.seed, self.numbers
+        joints = JointRows(self.program, self.scene, self.drives.columns, *rows, *key)
+        for each in effects:
+            joints.stream = each.stream
+            each.effect.add_stages(joints)
+        return joints
 
     def _prescribe(self, chunk: Chunk, step: int) -> None:
         drift = self.scene.drift(step * self.seconds)[:, None]

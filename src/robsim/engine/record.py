@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError, said
 from robsim.base.room import room
-from robsim.kernels import keeping
-from robsim.kernels.program import Blocks, Program
+from robsim.kernels.machine.program import Blocks, Program
+from robsim.kernels.outcomes import keeping
 
 Record = Literal["all", "summary"] | int
 

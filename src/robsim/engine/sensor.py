@@ -7,8 +7,7 @@ from numpy.typing import NDArray
 
 from robsim.engine.images import Images
 from robsim.engine.plant import Plant
-from robsim.kernels.actuation import count
-from robsim.kernels.program import Program
+from robsim.kernels.machine.program import Program
 from robsim.servo.given import Given, View
 from robsim.servo.sight import Key, Sight
 from robsim.world.sensing import Sensing
@@ -47,13 +46,10 @@ class Sensor:
         """Add the stages that measure, and return what the controller gets."""
         plant, images = self.plant, self.images
         images.deliver()
-        q, counts = plant.q, plant.drives.actuation.counts
-        if counts:
-            q, steps = self.program.rows(plant.scene.nq), self.program.constant(plant.drives.steps)
-            self.program.add(count, plant.scene.nq, steps, plant.q, q)
+        q = plant.measured()
         views = {
             sight.key: View(each.T_w_c, each.T_w_o, *images.rows(first))
             for sight, each, first in zip(self.sights, self.views, images.marks, strict=False)
         }
-        placed = None if counts else plant.placed
+        placed = plant.placed if q == plant.q else None
         return Given(self.program, plant.dt, plant.seconds, q, views, placed, age=self.images.age)

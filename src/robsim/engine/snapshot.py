@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robsim.base.arrays import Array
-from robsim.kernels.sight import Projection
+from robsim.kernels.formulas.sight import Projection
 from robsim.servo.command import Command
 from robsim.servo.sight import Key
 

@@ -12,7 +12,7 @@ from robsim.base.arrays import Array, first_view
 from robsim.base.errors import InputError, said
 from robsim.features.feature import Observation, each_run
 from robsim.features.rows import FeatureRows, Seen
-from robsim.kernels.program import Program, evaluated
+from robsim.kernels.machine.program import Program, evaluated
 
 
 class Compiled(ABC):

@@ -13,7 +13,7 @@ from robsim.declare import Declared, register
 from robsim.features.compiled import Compiled
 from robsim.features.feature import Observation, Tolerance, at_goal
 from robsim.features.rows import FeatureRows, Seen
-from robsim.kernels import point_features as kernels
+from robsim.kernels.features import point_features as kernels
 
 
 @register("feature", "log_depth")

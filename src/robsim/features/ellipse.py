@@ -9,8 +9,8 @@ from robsim.declare import Declared, register
 from robsim.features.compiled import Compiled
 from robsim.features.feature import Tolerance
 from robsim.features.rows import FeatureRows, Seen
-from robsim.kernels import conics as kernels
-from robsim.kernels.moments import ORDER_3
+from robsim.kernels.features import conics as kernels
+from robsim.kernels.formulas.moments import ORDER_3
 
 
 @register("feature", "ellipse")

@@ -16,7 +16,7 @@ from robsim.base.values import known, unchecked
 from robsim.declare import Number, family
 from robsim.features.checked import checked_parts, image_of_marks, poses_last
 from robsim.geometry.pose import homogeneous
-from robsim.kernels.pose import fit_pose
+from robsim.kernels.estimation.pose import fit_pose
 from robsim.vision.camera import Camera
 from robsim.vision.pose_estimation import estimate_pose
 

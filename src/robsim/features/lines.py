@@ -12,7 +12,7 @@ from robsim.features.compiled import Compiled
 from robsim.features.feature import Observation, Tolerance
 from robsim.features.groups import check_groups
 from robsim.features.rows import FeatureRows, Seen
-from robsim.kernels import line_features as kernels
+from robsim.kernels.features import line_features as kernels
 
 
 @register("feature", "lines")

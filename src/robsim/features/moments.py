@@ -13,9 +13,9 @@ from robsim.declare import Declared, Word, check_fields, register
 from robsim.features.compiled import Compiled
 from robsim.features.feature import Observation, Tolerance, at_goal
 from robsim.features.rows import FeatureRows, Seen
-from robsim.kernels import moment_features as features
-from robsim.kernels import moments as kernels
-from robsim.kernels.moments import ORDER_3, ORDER_4
+from robsim.kernels.features import moment_features as features
+from robsim.kernels.formulas import moments as kernels
+from robsim.kernels.formulas.moments import ORDER_3, ORDER_4
 
 KINDS = ("points", "region")
 SKEWED = 0.1  # rho from which third moments determine the head; a tilt of 0.6 rad makes up to 0.05

@@ -9,8 +9,8 @@ import numpy as np
 from robsim.base.arrays import Array, frozen
 from robsim.base.values import unchecked
 from robsim.features.feature import Feature, Observation
-from robsim.kernels import se3
-from robsim.kernels.motion import carry
+from robsim.kernels.formulas import se3
+from robsim.kernels.formulas.motion import carry
 from robsim.vision.camera import Camera
 
 STEP = 1e-5  # metres and radians: rounding and truncation both near 1e-10 of L

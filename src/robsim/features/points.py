@@ -8,7 +8,7 @@ from robsim.declare import Declared, register
 from robsim.features.compiled import Compiled
 from robsim.features.feature import Tolerance
 from robsim.features.rows import FeatureRows, Seen
-from robsim.kernels import features as kernels
+from robsim.kernels.features import points as kernels
 
 
 @register("feature", "points")

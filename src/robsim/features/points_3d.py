@@ -9,7 +9,7 @@ from robsim.declare import Declared, register
 from robsim.features.compiled import Compiled
 from robsim.features.feature import Tolerance
 from robsim.features.rows import FeatureRows, Seen
-from robsim.kernels import point_features as kernels
+from robsim.kernels.features import point_features as kernels
 
 
 @register("feature", "points_3d")

@@ -16,7 +16,7 @@ from robsim.features.compiled import Compiled
 from robsim.features.feature import Observation, Tolerance, at_goal
 from robsim.features.rows import FeatureRows, Seen
 from robsim.geometry.pose import IDENTITY, Pose, one_pose
-from robsim.kernels import pose_features as kernels
+from robsim.kernels.features import pose_features as kernels
 
 Form = Literal["goal", "camera"]
 
@@ -58,7 +58,7 @@ class ThetaU(_PoseFeature):
     """The rotation vector of the camera in the goal camera, s = theta u of R_goal_c, in radians.
 
     `T_goal_o` is the pose of the target in the goal camera; `towards` takes it from the view at
-    the goal. L = [0, L_w], see `robsim.kernels.pose_features.theta_u_interaction` (Malis,
+    the goal. L = [0, L_w], see `robsim.kernels.features.pose_features.theta_u_interaction` (Malis,
     Chaumette and Boudet 1999). theta is in [0, pi]; beyond, u turns round.
 
     >>> from robsim.vision.camera import Camera

@@ -14,10 +14,10 @@ from robsim.base.arrays import Array, frozen, runs_last
 from robsim.base.errors import InputError
 from robsim.base.values import known, unchecked
 from robsim.features.feature import Observation, without_guess
-from robsim.kernels import commanding
-from robsim.kernels.pose import fit, room_of
-from robsim.kernels.pose_features import lost_stage
-from robsim.kernels.program import Blocks, Program
+from robsim.kernels.control import commanding
+from robsim.kernels.estimation.pose import fit, room_of
+from robsim.kernels.features.pose_features import lost_stage
+from robsim.kernels.machine.program import Blocks, Program
 from robsim.vision.camera import Camera
 
 
@@ -38,7 +38,7 @@ class Seen:
     pixels: int  # 2 for each mark
     points: int  # 2 for each mark, normalised
     depth: int
-    camera: int  # in the order of `robsim.kernels.viewing`
+    camera: int  # in the order of `robsim.kernels.images.viewing`
     model: int  # 3 for each mark
     guess: int  # 12, the pose from which an estimate of T_c_o starts
     other: Seen | None = None  # the same marks, as the second camera of a pair sees them

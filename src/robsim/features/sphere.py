@@ -9,7 +9,7 @@ from robsim.declare import Declared, Length, register
 from robsim.features.compiled import Compiled
 from robsim.features.feature import Tolerance
 from robsim.features.rows import FeatureRows, Seen
-from robsim.kernels import conics as kernels
+from robsim.kernels.features import conics as kernels
 
 
 @register("feature", "sphere")

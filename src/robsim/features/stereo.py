@@ -10,7 +10,7 @@ from robsim.declare import Declared, register
 from robsim.features.compiled import Compiled
 from robsim.features.feature import Tolerance
 from robsim.features.rows import FeatureRows, Seen
-from robsim.kernels import stereo as kernels
+from robsim.kernels.features import stereo as kernels
 
 
 @register("feature", "stereo_points")

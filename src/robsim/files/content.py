@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from robsim.base.errors import said
-from robsim.kernels import endings
+from robsim.kernels.outcomes import endings
 
 if TYPE_CHECKING:
     import xarray as xr

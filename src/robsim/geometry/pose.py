@@ -13,7 +13,7 @@ from robsim.base.errors import InputError
 from robsim.base.warned import warn_of_degrees
 from robsim.geometry.frame_names import checked_names, joined_names
 from robsim.geometry.rotation import ROTATION_TOLERANCE, axis_rotation, check_rigid
-from robsim.kernels import se3
+from robsim.kernels.formulas import se3
 
 
 class Pose:

@@ -11,7 +11,8 @@ from robsim.base.errors import InputError
 from robsim.geometry.pose import Pose, is_pose_like, one_pose
 from robsim.plot import wireframe
 from robsim.plot.wireframe import Wire
-from robsim.servo import GoalFeatures, GoalPose, Task, TaughtGoal
+from robsim.servo.goals.goal import GoalFeatures, GoalPose, TaughtGoal
+from robsim.servo.tasks.task import Task
 from robsim.world.scene import Scene
 
 if TYPE_CHECKING:

@@ -12,10 +12,10 @@ from robsim.base.arrays import Array, frozen
 from robsim.base.errors import InputError
 from robsim.geometry.curves import Curve
 from robsim.geometry.pose import IDENTITY
-from robsim.kernels import curve as curve_kernels
-from robsim.kernels import joints as motions
-from robsim.kernels import ties
-from robsim.kernels import tree as kernels
+from robsim.kernels.formulas import curve as curve_kernels
+from robsim.kernels.formulas import joints as motions
+from robsim.kernels.formulas import ties
+from robsim.kernels.formulas import tree as kernels
 from robsim.robot.frame import (
     Frame,
     check_source,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any, Literal
+from typing import Any
 
 from robsim.base.arrays import numbers, positive
 from robsim.base.errors import InputError, said
@@ -13,7 +13,7 @@ from robsim.base.names import checked_name
 from robsim.base.warned import warn_of_degrees
 from robsim.geometry.curves import Curve
 from robsim.geometry.pose import IDENTITY, Pose, one_pose
-from robsim.kernels import joints as kernels
+from robsim.kernels.formulas import joints as kernels
 from robsim.robot.dh_row import DHRow
 from robsim.robot.joints.ackermann import Ackermann
 from robsim.robot.joints.car import Steering
@@ -21,27 +21,23 @@ from robsim.robot.joints.chord import Chord
 from robsim.robot.joints.coupling import Coupling
 from robsim.robot.joints.kind import JointKind, Parts, check_kind
 from robsim.robot.joints.mimic import Mimic
-from robsim.robot.joints.registry import KINDS, SINGLE, kind_of
+from robsim.robot.joints.registry import JOINTS, kind_of, single_kinds
 from robsim.robot.joints.rolling import Rolling
 
 __all__ = [
     "FIXED",
-    "KINDS",
     "LIMIT_SLACK",
-    "SINGLE",
     "Ackermann",
     "Chord",
     "Coupling",
     "Joint",
     "JointKind",
-    "Kind",
     "Mimic",
     "Rolling",
     "Steering",
     "units_of",
 ]
 
-Kind = Literal["fixed", "revolute", "prismatic", "floating", "planar", "unicycle", "car", "rail"]
 LIMIT_SLACK = 1e-9  # metres or radians by which rounding may exceed a limit
 ROWED = ("fixed", "revolute", "prismatic")  # kinds whose constants a DH row may give
 _NEEDED: dict[str, type[Any]] = {"curve": Curve, "steering": Steering}  # fields that a kind needs
@@ -93,8 +89,7 @@ class Joint:
                 object.__setattr__(self, part, positive(getattr(self, part), f"joint {part}"))
                 if not self.model.single:
                     raise InputError(
-                        f"a {self.model.name} joint has no {part} of its own; "
-                        f"{', '.join(SINGLE)} have"
+                        f"a {self.model.name} joint has no {part} of its own; {single_kinds()} have"
                     )
         for part, expected in _NEEDED.items():
             self._check(part, expected)
@@ -165,7 +160,7 @@ class Joint:
         object.__setattr__(self, "tail", tail)
 
     def _check_kind(self) -> None:
-        if self.model.code != kernels.OWN and KINDS.get(self.model.name) is type(self.model):
+        if self.model.code != kernels.OWN and JOINTS.get(self.model.name) is type(self.model):
             object.__setattr__(self, "kind", self.model.name)  # built-in kinds are stored by name
         else:
             check_kind(self.model)
@@ -176,7 +171,7 @@ class Joint:
         if value is None and needs:
             raise InputError(f"a {self.model.name} joint needs a {part}")
         if value is not None and not needs:
-            kind = next(name for name, kind in KINDS.items() if kind.needs == part)
+            kind = next(name for name, kind in JOINTS.kinds.items() if kind.needs == part)
             raise InputError(f"a {self.model.name} joint has no {part}: that is for a {kind}")
         if value is not None and not isinstance(value, expected):
             raise InputError(f"{part}: expected a {expected.__name__}, got {said(value)}")
@@ -187,8 +182,9 @@ class Joint:
         if not isinstance(self.follows, Coupling):
             raise InputError(f"follows: expected Mimic, Chord, ..., got {said(self.follows)}")
         if not self.model.follower:
-            can = ", ".join(SINGLE)
-            raise InputError(f"a {self.model.name} joint cannot follow others; {can} can")
+            raise InputError(
+                f"a {self.model.name} joint cannot follow others; {single_kinds()} can"
+            )
         yields = self.follows.yields
         if yields and (yields == "an angle") != self.model.turns:
             what = f"{type(self.follows).__name__} gives {yields}"

@@ -20,8 +20,7 @@ from robsim.geometry.primitives.primitive import SHAPES, Primitive
 from robsim.robot.dh_row import DHRow
 from robsim.robot.joint import Joint, Steering
 from robsim.robot.joints.coupling import COUPLINGS
-from robsim.robot.joints.kind import JointKind
-from robsim.robot.joints.registry import JOINTS, KINDS, kind_of
+from robsim.robot.joints.registry import JOINTS, kind_of, without_parameters
 from robsim.robot.link import Link
 
 SHAPE = Choice(SHAPES, short=False)
@@ -119,8 +118,8 @@ class LinkTable:
         """Note the kind of joint, which determines the units of other values of the table."""
         joint = raw.get("joint", "fixed")
         name = joint.get("kind") if isinstance(joint, Mapping) else joint
-        kind = KINDS.get(name) if isinstance(name, str) else None
-        return c.knowing(joint=kind and _bare(kind))
+        kind = JOINTS.get(name) if isinstance(name, str) else None
+        return c.knowing(joint=kind and without_parameters(kind))
 
     @classmethod
     def written_facts(cls, value: Link, c: Context) -> Context:
@@ -174,8 +173,3 @@ class LinkTable:
         if self.dh is not None and (self.place is not None or self.tail is not None):
             raise InputError("dh and place or tail: give one of the two only")
         return self.place or IDENTITY, self.tail or IDENTITY
-
-
-def _bare(kind: type[JointKind]) -> JointKind:
-    """Return an instance of a kind without parameters, which is enough to know its units."""
-    return kind.__new__(kind)

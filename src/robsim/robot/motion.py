@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robsim.kernels import joints as kinds
-from robsim.kernels import moving
-from robsim.kernels.program import Program
-from robsim.kernels.tree import IQ, IV, KIND, Joints
+from robsim.kernels.bodies import moving
+from robsim.kernels.formulas import joints as kinds
+from robsim.kernels.formulas.tree import IQ, IV, KIND, Joints
+from robsim.kernels.machine.program import Program
 
 IN_PLANE = {kinds.PLANAR: 3, kinds.UNICYCLE: 2, kinds.CAR: 2}  # velocities
 

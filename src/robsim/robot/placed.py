@@ -8,14 +8,14 @@ from itertools import groupby
 import numpy as np
 
 from robsim.base.arrays import Array, runs_last
-from robsim.kernels import joints as kinds
-from robsim.kernels import placing
-from robsim.kernels.commanding import copied, jacobian
-from robsim.kernels.jacobian import Moves
-from robsim.kernels.program import Blocks, Program, evaluated
-from robsim.kernels.stage import Stage
-from robsim.kernels.ties import ACKERMANN, MIMIC
-from robsim.kernels.tree import BEND, CURVE, IX, KIND, PARENT, Bodies, Joints
+from robsim.kernels.bodies import placing
+from robsim.kernels.control.commanding import copied, jacobian
+from robsim.kernels.formulas import joints as kinds
+from robsim.kernels.formulas.jacobian import Moves
+from robsim.kernels.formulas.ties import ACKERMANN, MIMIC
+from robsim.kernels.formulas.tree import BEND, CURVE, IX, KIND, PARENT, Bodies, Joints
+from robsim.kernels.machine.program import Blocks, Program, evaluated
+from robsim.kernels.machine.stage import Stage
 from robsim.robot.member import OwnMotion
 
 STAGES: dict[int, Stage] = {

@@ -10,8 +10,8 @@ import numpy as np
 
 from robsim.base.arrays import Array, runs_first, runs_last
 from robsim.geometry.pose import homogeneous
-from robsim.kernels import kinematics as kernels
-from robsim.kernels.program import Program
+from robsim.kernels.bodies import kinematics as kernels
+from robsim.kernels.machine.program import Program
 from robsim.robot.placed import Placed, add_base_jacobian
 from robsim.robot.tree import Tree
 

@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 
 from robsim.base.arrays import Array, frozen, runs_last
 from robsim.base.errors import FrameError, is_one_of, said, suggest
-from robsim.kernels import jacobian as jacobians
-from robsim.kernels import joints as motions
-from robsim.kernels import tree as kernels
-from robsim.kernels.commanding import along, copied
-from robsim.kernels.program import Function, Program
+from robsim.kernels.control.commanding import along, copied
+from robsim.kernels.formulas import jacobian as jacobians
+from robsim.kernels.formulas import joints as motions
+from robsim.kernels.formulas import tree as kernels
+from robsim.kernels.machine.program import Function, Program
 from robsim.robot.assembly import Assembly, integers
 from robsim.robot.frame import Frame
 from robsim.robot.joint import FIXED, Steering

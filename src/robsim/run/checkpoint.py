@@ -17,7 +17,7 @@ from robsim import __version__
 from robsim.base.errors import FileError, FileWarning, InputError, said
 from robsim.base.output import refused, write_whole
 from robsim.engine.chunk import Chunk, Going
-from robsim.kernels.store import KERNEL_HASH, VERSIONS
+from robsim.kernels.machine.store import KERNEL_HASH, VERSIONS
 from robsim.run.sealed import sealed, unsealed
 from robsim.run.secret import secret
 

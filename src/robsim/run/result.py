@@ -17,12 +17,13 @@ from robsim.engine.record import Recorder, Track
 from robsim.files.content import RUN, dimensions
 from robsim.files.table import Run
 from robsim.geometry.pose import homogeneous
-from robsim.kernels.store import KERNEL_HASH
+from robsim.kernels.machine.store import KERNEL_HASH
 from robsim.run import ends
 from robsim.run.error import error_variables
-from robsim.servo import GoalFeatures, GoalPose, ServoTask
 from robsim.servo.controller import Controller
+from robsim.servo.goals.goal import GoalFeatures, GoalPose
 from robsim.servo.sight import Sight
+from robsim.servo.tasks.task import ServoTask
 from robsim.world.scene import Scene
 
 if TYPE_CHECKING:

@@ -9,7 +9,7 @@ from contextlib import suppress
 from pathlib import Path
 
 from robsim.base.output import refused
-from robsim.kernels.store import USER_CACHE
+from robsim.kernels.machine.store import USER_CACHE
 
 NAME = "checkpoint.key"
 SIZE = 32  # bytes

@@ -20,7 +20,6 @@ from robsim.engine.record import LONGEST
 from robsim.files.library import expanded
 from robsim.files.toml import write
 from robsim.geometry.pose_table import PoseTable
-from robsim.run import mission as _mission  # noqa: F401  a kind of task that files may name
 from robsim.run.start_table import StartTable
 from robsim.servo.goals.goal import start_of
 from robsim.servo.safety.safety import SAFETY

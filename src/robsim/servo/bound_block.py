@@ -11,13 +11,13 @@ from numpy.typing import NDArray
 from robsim.base.arrays import Array, last_view
 from robsim.base.errors import InputError, said
 from robsim.base.values import unchecked
-from robsim.features import Feature, Observation
 from robsim.features.compiled import Compiled
+from robsim.features.feature import Feature, Observation
 from robsim.features.numeric import interaction
 from robsim.features.rows import FeatureRows, Seen
-from robsim.kernels import commanding
-from robsim.kernels.program import Blocks
-from robsim.kernels.sight import Projection
+from robsim.kernels.control import commanding
+from robsim.kernels.formulas.sight import Projection
+from robsim.kernels.machine.program import Blocks
 from robsim.servo.returned import returned
 from robsim.servo.sight import Key, Sight, relative
 

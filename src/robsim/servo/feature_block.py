@@ -23,8 +23,8 @@ from robsim.declare import (
 )
 from robsim.declare.problems import Broken
 from robsim.declare.spec import MISSING, Context, NoText, Raw, Spec, expected, with_article
-from robsim.features import FEATURES as KINDS
-from robsim.features import Feature
+from robsim.features.feature import FEATURES as KINDS
+from robsim.features.feature import Feature
 
 FEATURE = Choice(KINDS, protocol=Feature)
 
@@ -234,7 +234,7 @@ class _Block(Spec):
         own: dict[str, Any] = {}
         for each in _FIELDS:
             own |= each.spec.properties(each.name, define)
-        tables = [define(FEATURE.family.kinds[name], name, **own) for name in FEATURE.names]
+        tables = [define(FEATURE.family.find(name), name, **own) for name in FEATURE.names]
         return {"anyOf": [{"enum": FEATURE.names}, *tables]}
 
 

@@ -6,8 +6,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from robsim.kernels import viewing
-from robsim.kernels.program import Blocks, Program
+from robsim.kernels.images import viewing
+from robsim.kernels.machine.program import Blocks, Program
 from robsim.robot.placed import Placed
 from robsim.servo.sight import Key, Sight
 

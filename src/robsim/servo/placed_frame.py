@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robsim.base.arrays import Array
-from robsim.kernels import commanding
-from robsim.kernels.program import Blocks, Program
+from robsim.kernels.control import commanding
+from robsim.kernels.machine.program import Blocks, Program
 from robsim.robot.placed import Placed, add_jacobian
 from robsim.robot.tree import Tree
 from robsim.servo.given import Given

@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from robsim.base.arrays import Array, frozen, positive, runs_first
 from robsim.base.errors import GoalError, InputError, said
 from robsim.base.values import unchecked
-from robsim.features import Observation
-from robsim.kernels.jacobian import Moves
-from robsim.kernels.sight import Projection
+from robsim.features.feature import Observation
+from robsim.kernels.formulas.jacobian import Moves
+from robsim.kernels.formulas.sight import Projection
 from robsim.servo.bound_block import BoundBlock
 from robsim.servo.feature_state import FeatureState
 from robsim.servo.laws.depths import Depths

@@ -10,9 +10,10 @@ import numpy as np
 
 from robsim.base.arrays import Array
 from robsim.features.rows import FeatureRows, Seen
-from robsim.kernels import commanding, hiding, viewing, weighting
-from robsim.kernels.jacobian import Moves
-from robsim.kernels.program import Blocks, Own, Program
+from robsim.kernels.control import commanding, weighting
+from robsim.kernels.formulas.jacobian import Moves
+from robsim.kernels.images import hiding, viewing
+from robsim.kernels.machine.program import Blocks, Own, Program
 from robsim.robot.placed import Placed, add_jacobian
 from robsim.servo.bound_block import BoundBlock
 from robsim.servo.given import Given, alone

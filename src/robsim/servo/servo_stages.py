@@ -10,10 +10,10 @@ import numpy as np
 
 from robsim.base.arrays import Array, frozen
 from robsim.base.values import known
-from robsim.kernels import broyden, commanding, weighting
-from robsim.kernels.program import Blocks
-from robsim.kernels.solve import scratch_of
-from robsim.kernels.stage import Stage
+from robsim.kernels.control import broyden, commanding, weighting
+from robsim.kernels.linear_algebra.solve import scratch_of
+from robsim.kernels.machine.program import Blocks
+from robsim.kernels.machine.stage import Stage
 from robsim.servo.basis import Basis
 from robsim.servo.command import Command
 from robsim.servo.controller import Decision

@@ -10,12 +10,12 @@ from numpy.typing import NDArray
 
 from robsim.base.arrays import Array, frozen
 from robsim.base.errors import InputError
-from robsim.features import Observation
+from robsim.features.feature import Observation
 from robsim.geometry.pose import Pose
-from robsim.kernels import jacobian as jacobians
-from robsim.kernels import viewing
-from robsim.kernels.program import Function, Program
-from robsim.kernels.sight import Projection
+from robsim.kernels.formulas import jacobian as jacobians
+from robsim.kernels.formulas.sight import Projection
+from robsim.kernels.images import viewing
+from robsim.kernels.machine.program import Function, Program
 from robsim.robot.placed import frame_jacobian
 from robsim.robot.tree import Runs
 from robsim.world.mounted_camera import MountedCamera

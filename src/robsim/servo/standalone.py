@@ -9,8 +9,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from robsim.base.arrays import Array
-from robsim.kernels.guarding import left
-from robsim.kernels.program import Blocks, Program
+from robsim.kernels.control.guarding import left
+from robsim.kernels.machine.program import Blocks, Program
 from robsim.servo.controller import Controller, Decision
 from robsim.servo.given import alone
 from robsim.servo.safety.guard import Guard

@@ -9,9 +9,9 @@ import numpy as np
 
 from robsim.base.arrays import Array, frozen
 from robsim.base.errors import InputError, said
-from robsim.kernels import commanding
-from robsim.kernels import weighting as kernels
-from robsim.kernels.program import Blocks, Program
+from robsim.kernels.control import commanding
+from robsim.kernels.control import weighting as kernels
+from robsim.kernels.machine.program import Blocks, Program
 from robsim.servo.returned import returned
 from robsim.servo.sight import Key
 from robsim.servo.weightings.made_of import MadeOf

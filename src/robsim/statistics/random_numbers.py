@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError
-from robsim.kernels import random
+from robsim.kernels.formulas import random
 
 MOST_EVEN = 2**30  # points of Sobol's sequence in SciPy
 WORKSPACE, PROBES, STUDIES, SUITES = 16, 17, 18, 24  # streams of numbers

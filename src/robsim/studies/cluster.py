@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 from robsim.base import interrupt
 from robsim.base.errors import InputError, RobSimError, said
-from robsim.kernels.store import KERNEL_HASH
+from robsim.kernels.machine.store import KERNEL_HASH
 from robsim.run.result import VERSION
 from robsim.studies.plan import Plan
 from robsim.studies.rows import Done, Rows

@@ -17,7 +17,7 @@ from robsim.base.errors import FileError, InputError
 from robsim.base.output import refused, write_whole
 from robsim.engine.outcome import Outcome
 from robsim.files.toml import read_text
-from robsim.kernels.store import KERNEL_HASH
+from robsim.kernels.machine.store import KERNEL_HASH
 from robsim.run.experiment import Experiment
 from robsim.run.result import VERSION
 from robsim.studies.columns import frame, nothing

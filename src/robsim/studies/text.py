@@ -75,7 +75,7 @@ def _table(axis: Any, c: Context) -> dict[str, Raw]:
 def is_drawn(raw: Raw) -> bool:
     """Return whether a raw value is the table of a sampler."""
     kind = raw.get("kind") if isinstance(raw, Mapping) else None
-    return isinstance(kind, str) and kind in SAMPLER.kinds
+    return isinstance(kind, str) and kind in SAMPLER.names
 
 
 def _by_name(raw: Raw, c: Context) -> dict[str, Raw]:

@@ -14,7 +14,7 @@ from robsim.declare.controls import Control
 from robsim.geometry.pose import Pose
 from robsim.page.bodies import numbers_of
 from robsim.run.experiment import Experiment
-from robsim.servo import GoalPose
+from robsim.servo.goals.goal import GoalPose
 from robsim.studio.values import is_number
 from robsim.world.scene import Scene
 

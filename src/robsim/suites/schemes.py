@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import Any
 
 from robsim.base.errors import InputError, RobSimError, naming, said
-from robsim.servo import IBVS, PBVS, Hybrid, Partitioned, ServoTask
-from robsim.servo.tasks.task import Task
+from robsim.servo.tasks.schemes import IBVS, PBVS, Hybrid, Partitioned
+from robsim.servo.tasks.task import ServoTask, Task
 
 BUILT_IN: Mapping[str, ServoTask] = {
     "IBVS, L current": IBVS(),

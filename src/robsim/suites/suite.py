@@ -15,7 +15,8 @@ from robsim.geometry.pose import Pose
 from robsim.run.checks import of_kind, starts
 from robsim.run.ends import between
 from robsim.run.experiment import Experiment
-from robsim.servo import GoalPose, ServoTask, TaughtGoal
+from robsim.servo.goals.goal import GoalPose, TaughtGoal
+from robsim.servo.tasks.task import ServoTask
 from robsim.suites.schemes import BUILT_IN
 from robsim.world.scene import Scene
 from robsim.world.sensing import Sensing

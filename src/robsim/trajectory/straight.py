@@ -14,7 +14,7 @@ from robsim.base.values import Value
 from robsim.declare.spec import Context
 from robsim.geometry.pose import Pose, as_pose, common_lead, homogeneous
 from robsim.geometry.pose_table import PoseTable
-from robsim.kernels import straight as kernels
+from robsim.kernels.formulas import straight as kernels
 from robsim.trajectory.pace import Acceleration, Duration, Pace, Speed, Turn, TurnAcceleration
 from robsim.trajectory.timing import Shares, Timing, checked_times
 

@@ -10,7 +10,7 @@ import numpy as np
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError, said
 from robsim.declare import family
-from robsim.kernels import timing as kernels
+from robsim.kernels.formulas import timing as kernels
 
 TRAJECTORIES = family("trajectory")
 ALIKE = -1.0  # stands for the ramp of a polynomial of order five

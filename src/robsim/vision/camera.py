@@ -22,9 +22,9 @@ from robsim.base.errors import InputError, said
 from robsim.base.values import Value, unchecked
 from robsim.geometry.pose import Pose, as_pose, common_lead
 from robsim.geometry.primitives import CameraBody
-from robsim.kernels import camera as kernels
-from robsim.kernels import viewing
-from robsim.kernels.program import Function, Program
+from robsim.kernels.formulas import camera as kernels
+from robsim.kernels.images import viewing
+from robsim.kernels.machine.program import Function, Program
 from robsim.vision.camera_checks import check_focal, checked_distortion, checked_intrinsics
 from robsim.vision.chapter import T_CHAPTER_CAMERA, chapter_intrinsics, intrinsics_from_chapter
 from robsim.vision.image_size import SIZE

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from robsim.base.arrays import Array, numbers, positive, runs_first, runs_last
 from robsim.base.errors import InputError, said
-from robsim.kernels import camera as kernels
+from robsim.kernels.formulas import camera as kernels
 from robsim.vision.camera import Camera
 
 LARGEST = 1e100  # metres or pixels: its square must be finite

@@ -12,8 +12,8 @@ from robsim.base.arrays import Array, frozen, numbers, runs_first, runs_last
 from robsim.base.errors import InputError, is_one_of, said, suggest
 from robsim.base.values import Value
 from robsim.geometry.pose import homogeneous
-from robsim.kernels import se3
-from robsim.kernels.features import points_interaction
+from robsim.kernels.formulas import se3
+from robsim.kernels.formulas.interaction import points_interaction
 from robsim.vision.camera import Camera
 from robsim.vision.image import deviation, measured, pixel_rates
 from robsim.vision.pose_minima import CHUNK, EXACT, all_minima, in_camera, in_image
@@ -102,18 +102,18 @@ def estimate_pose(
     Three marks or more, not on one line; in a plane or not. Starts are both scaled-orthography
     poses of the marks' plane (`orthographic_poses`), the best pose of the largest triangle of marks
     (`three_marks_poses`) and its mirror image; each is refined by servoing a virtual camera
-    (`robsim.kernels.pose.fit_pose`: Comport, Marchand, Pressigout and Chaumette 2006), which
-    minimises the distances at unit depth. The best has all marks in front of the camera and the
-    least error in the image. Three marks have up to four poses: all are in `candidates`.
+    (`robsim.kernels.estimation.pose.fit_pose`: Comport, Marchand, Pressigout and Chaumette 2006),
+    which minimises the distances at unit depth. The best has all marks in front of the camera and
+    the least error in the image. Three marks have up to four poses: all are in `candidates`.
 
     `noise` is the standard deviation of a pixel coordinate; without it, it is estimated from what
     the fit leaves over, which takes four marks.
 
     `robust` is "huber", "tukey" or "cauchy" for images in which some marks are seen at a wrong
     place: squares are weighed by how far a mark is from where the others let it be (iteratively
-    reweighted least squares, `robsim.kernels.robust`), beginning also with the pose of three marks
-    that is nearest to a majority (least median of squares: Rousseeuw 1984). It takes five marks, as
-    any three of four have a pose that fits them; of many, almost half may lie.
+    reweighted least squares, `robsim.kernels.estimation.robust`), beginning also with the pose of
+    three marks that is nearest to a majority (least median of squares: Rousseeuw 1984). It takes
+    five marks, as any three of four have a pose that fits them; of many, almost half may lie.
 
     A run with a NaN among its pixels, or whose image is a single point, has no pose and is flagged
     as ambiguous. InputError for anything else.

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robsim.base.arrays import Array, runs_first, runs_last
-from robsim.kernels.pose import fit_pose
+from robsim.kernels.estimation.pose import fit_pose
 from robsim.vision.camera import Camera
 from robsim.vision.image import normalised
 from robsim.vision.orthography import mirrored, orthographic_poses

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robsim.base.arrays import Array, runs_first, runs_last
-from robsim.kernels import robust
-from robsim.kernels.robust_pose import fit_pose_robustly
+from robsim.kernels.estimation import robust
+from robsim.kernels.estimation.robust_pose import fit_pose_robustly
 from robsim.vision.camera import Camera
 from robsim.vision.image import normalised
 from robsim.vision.pose_minima import (

@@ -12,7 +12,7 @@ from robsim.base.arrays import Array, frozen, runs_first, runs_last
 from robsim.base.errors import InputError
 from robsim.base.values import Value
 from robsim.geometry.pose import as_pose, common_lead
-from robsim.kernels import stereo as kernels
+from robsim.kernels.features import stereo as kernels
 from robsim.vision.camera import Camera
 from robsim.vision.image import deviation, measured, normalised, pixel_rates
 
@@ -55,8 +55,8 @@ def triangulate(
     The points of least squared distances in both images, which is the likeliest where every pixel
     coordinate has independent noise of the standard deviation `noise`. Gauss-Newton in (x, y, 1/Z),
     in which the left image is linear and far points do no harm, from the midpoint of the rays
-    (`robsim.kernels.stereo.triangulate`). The covariance is noise^2 (J' J)^-1, to first order
-    (Hartley and Zisserman 2004, section 5.2); in a parallel rig of two equal cameras with
+    (`robsim.kernels.features.stereo.triangulate`). The covariance is noise^2 (J' J)^-1, to first
+    order (Hartley and Zisserman 2004, section 5.2); in a parallel rig of two equal cameras with
     baseline b its last entry is sigma_Z^2 = 2 (Z^2 noise / (f b))^2.
 
     >>> camera = Camera([[800, 0, 320], [0, 800, 240], [0, 0, 1]])

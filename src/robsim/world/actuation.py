@@ -2,24 +2,31 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Annotated
+from functools import reduce
+from typing import Annotated, ClassVar
 
-from robsim.base.arrays import Array, is_any
 from robsim.base.errors import naming
-from robsim.declare import Declared, ListOf, Time, described
-from robsim.declare.joints import (
-    OneOrEach,
-    accelerations,
-    check_count,
-    coordinates,
-    limits_of,
-    velocities,
+from robsim.declare import Declared, ListOf, described
+from robsim.world.imperfections.acting import Acting, acting
+from robsim.world.imperfections.encoder import Encoder, Steps
+from robsim.world.imperfections.joint_effect import (
+    AFTER_IMAGES,
+    EFFECT,
+    JointEffect,
+    JointPlace,
+    OwnJointEffect,
+    Response,
+    joint_effect,
 )
-from robsim.world.joint_effects import EFFECT, JointEffect
-
-Each = float | Sequence[float]  # one number for all, or one for each
+from robsim.world.imperfections.lag import Constant, Lag
+from robsim.world.imperfections.rate_limits import (
+    Acceleration,
+    AccelerationLimit,
+    Velocity,
+    VelocityLimit,
+)
 
 
 @described
@@ -32,53 +39,44 @@ class Actuation(Declared):
     commanded velocities lag and are limited; every joint starts at rest. A floating or planar
     joint and a unicycle are moved by their mean velocity over each period, all others exactly.
 
-    >>> Actuation(lag=0.1, velocity=[0.5, 1.0]).limits("velocity", 2)
+    >>> Actuation(lag=0.1, velocity=[0.5, 1.0]).response(2).velocity
     array([0.5, 1. ])
     """
 
-    lag: Annotated[
-        float, Time(least=0), "Time constant of a first-order response, v' = (command - v)/lag."
-    ] = 0.0
-    velocity: Annotated[
-        Each | None,
-        OneOrEach(velocities, "numbers", ("turn rate", "speed")),
-        "Limit of |v|, at which commands are cut off joint by joint; None: none.",
-    ] = None
-    acceleration: Annotated[
-        Each | None,
-        OneOrEach(accelerations, "numbers", ("turn acceleration", "acceleration")),
-        "Limit of |v'|; None: none.",
-    ] = None
-    encoder: Annotated[
-        Each,
-        OneOrEach(coordinates, "numbers", zero=True),
-        "Step in which revolute and prismatic coordinates are measured.",
-    ] = 0.0
+    SHORT: ClassVar[Mapping[type[JointEffect], int]] = {  # the first stream of random numbers
+        Lag: 0,
+        VelocityLimit: 0,
+        AccelerationLimit: 0,
+        Encoder: 0,
+    }
 
+    lag: Constant = 0.0
+    velocity: Velocity = None
+    acceleration: Acceleration = None
+    encoder: Steps = 0.0
     effects: Annotated[
-        tuple[JointEffect, ...],
+        tuple[JointEffect | OwnJointEffect, ...],
         ListOf(EFFECT, most=64, alone=True),
-        "Effects of a kind of your own on what is commanded, one after the other.",
+        "Effects of other kinds, or of a kind of your own, one after the other.",
     ] = ()
+
+    def acting(self) -> list[Acting[JointEffect]]:
+        """Return the imperfections that are on, in the order of the fields."""
+        return acting(self, self.SHORT, joint_effect, AFTER_IMAGES)
 
     @property
     def moves(self) -> bool:
         """Whether joints respond otherwise than commanded."""
-        limited = self.velocity is not None or self.acceleration is not None
-        return bool(is_any(self.lag) or self.effects or limited)
+        return any(each.effect.place < JointPlace.MEASURED for each in self.acting())
 
-    @property
-    def counts(self) -> bool:
-        """Whether coordinates are measured in steps."""
-        return is_any(self.encoder)
+    def response(self, count: int) -> Response:
+        """Return how joints follow, of so many velocities of a scene."""
+        each = (each.effect.response(count) for each in self.acting())
+        return reduce(Response.and_also, each, Response())
 
     def check(self, velocities: Sequence[str], coordinates: Sequence[str]) -> None:
-        """Raise InputError unless there is one number for all, or one for each of these names."""
+        """Raise InputError if an imperfection does not fit the joints, by their names."""
         with naming("actuation"):
-            check_count(self.velocity, "velocity", velocities)
-            check_count(self.acceleration, "acceleration", velocities)
-            check_count(self.encoder, "encoder", coordinates)
-
-    def limits(self, which: str, count: int) -> Array:
-        """Return the limits (count,) of the velocity or the acceleration, or infinity."""
-        return limits_of(getattr(self, which), count)
+            for each in self.acting():
+                each.effect.check(velocities, coordinates)
+            self.response(len(velocities))

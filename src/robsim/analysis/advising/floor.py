@@ -37,13 +37,9 @@ class Floor:
     radians: float
 
 
-def deviation(sensing: Sensing, outliers: bool) -> float:
-    """Return the standard deviation of a pixel coordinate, of noise, rounding and maybe outliers.
-
-    Rounding to steps of h has the variance h^2/12 of a uniform distribution.
-    """
-    strays = math.sqrt(sensing.outliers) * sensing.outlier_size if outliers else 0.0
-    return math.hypot(sensing.noise, sensing.quantisation / math.sqrt(12.0), strays)
+def deviation(sensing: Sensing, robust: bool) -> float:
+    """Return the standard deviation of a pixel coordinate, as robust weights leave it or not."""
+    return math.hypot(*(each.effect.deviation(robust) for each in sensing.acting()))
 
 
 def floor(

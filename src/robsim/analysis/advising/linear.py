@@ -15,7 +15,7 @@ from robsim.analysis.leaves import leaves
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError
 from robsim.run.experiment import Experiment
-from robsim.servo import Task
+from robsim.servo.tasks.task import Task
 
 WHO = "advise"  # of errors
 

@@ -13,8 +13,8 @@ import numpy as np
 from robsim.analysis.leaves import changed
 from robsim.geometry.pose import Pose
 from robsim.robot.robot import Robot
-from robsim.servo import ServoTask, Task
 from robsim.servo.sight import Sight
+from robsim.servo.tasks.task import ServoTask, Task
 from robsim.world.belief import ROW, wrong_camera, wrong_robot, wrong_target
 from robsim.world.mounted_camera import MountedCamera
 from robsim.world.object import Object

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 
 import numpy as np
@@ -10,10 +11,10 @@ from robsim.analysis.advising.linear import Linear
 from robsim.analysis.equilibria import inside
 from robsim.analysis.explanation.wording import counted, listed, number
 from robsim.analysis.leaves import leaves, weighs_robustly
+from robsim.base.arrays import is_any
 from robsim.run.experiment import Experiment
-from robsim.servo import AdaptiveGain
-
-COARSE = 0.5  # noise over a step of rounding, below which rounding is no noise
+from robsim.servo.laws.gain import AdaptiveGain
+from robsim.world.imperfections.image_effect import ImageTiming
 
 
 def notes(experiment: Experiment, linear: Linear) -> Iterator[str]:
@@ -44,19 +45,24 @@ def _left(linear: Linear) -> str:
 
 
 def _imperfections(experiment: Experiment) -> Iterator[str]:
-    s, a = experiment.sensing, experiment.actuation
-    if s.quantisation and s.noise < COARSE * s.quantisation:
-        yield "rounded pixels count as noise, and with less noise than this the loop may stick"
-    if s.outliers and weighs_robustly(experiment.task):
-        yield "outliers have no part in the noise, as if robust weights left out all of them"
-    left = [
-        name
-        for name, there in (
-            ("occlusions", s.occlusions),
-            ("effects of your own", s.effects or a.effects),
-            ("limits of velocity and acceleration", a.velocity or a.acceleration),
-        )
-        if there
-    ]
+    images = experiment.sensing.acting()
+    robust = weighs_robustly(experiment.task)
+    for one in images:
+        beside = [each.effect.deviation(True) for each in images if each is not one]
+        yield from one.effect.caveats(robust, math.hypot(*beside))
+    left = dict.fromkeys(_left_out(experiment))
     if left:
-        yield f"{listed(left)} have no part in it"
+        yield f"{listed(list(left))} have no part in it"
+
+
+def _left_out(experiment: Experiment) -> Iterator[str]:
+    """Yield the nouns of the imperfections that the linear loop does not have."""
+    scene = experiment.scene
+    for effect in (each.effect for each in experiment.sensing.acting()):
+        timed = effect.timing(experiment.dt) != ImageTiming()
+        if effect.left_out and not (timed or effect.deviation(robust=False)):
+            yield effect.left_out
+    for other in (each.effect for each in experiment.actuation.acting()):
+        lags = is_any(other.response(scene.nv).lag)
+        if other.left_out and not (lags or other.deviation(scene).any()):
+            yield other.left_out

@@ -14,7 +14,8 @@ from robsim.analysis.newton import refined
 from robsim.base.arrays import Array, runs_last
 from robsim.base.errors import InputError
 from robsim.run.experiment import Experiment
-from robsim.servo import AdaptiveGain, ServoTask, Task
+from robsim.servo.laws.gain import AdaptiveGain
+from robsim.servo.tasks.task import ServoTask, Task
 
 STILL = 1e-9  # of the pace: a command below it is none
 

@@ -33,18 +33,16 @@ class Timing:
     @classmethod
     def of(cls, experiment: Experiment) -> Self:
         """Return the times of an experiment; InputError if images are too rare, late or lossy."""
-        sensing, dt = experiment.sensing, experiment.dt
-        every = sensing.periods(dt)
-        if max(every, sensing.latency / dt) > LONGEST:
+        dt, scene = experiment.dt, experiment.scene
+        every, latency, lost = experiment.sensing.timing(dt)
+        if max(every, latency / dt) > LONGEST:
             raise InputError(
                 f"advise: images are used up to {LONGEST} control periods long or late, and these "
-                f"are {max(every, sensing.latency / dt):g}"
+                f"are {max(every, latency / dt):g}"
             )
-        if sensing.dropped > LOST:
-            raise InputError(
-                f"advise: up to {LOST:g} of the images are lost, not {sensing.dropped:g}"
-            )
-        return cls(dt, every, sensing.latency, experiment.actuation.lag, sensing.dropped)
+        if lost > LOST:
+            raise InputError(f"advise: up to {LOST:g} of the images are lost, not {lost:g}")
+        return cls(dt, every, latency, experiment.actuation.response(scene.nv).lag, lost)
 
     @property
     def period(self) -> float:

@@ -8,7 +8,8 @@ from typing import Any
 from robsim.analysis.leaves import changed, leaves
 from robsim.robot.robot import Robot
 from robsim.run.experiment import Experiment
-from robsim.servo import AdaptiveGain, ServoTask
+from robsim.servo.laws.gain import AdaptiveGain
+from robsim.servo.tasks.task import ServoTask
 
 
 def without_border(case: Experiment) -> Experiment:

@@ -9,7 +9,7 @@ from robsim.analysis.explanation.goal_search import STARTS
 from robsim.analysis.explanation.inquiry import Inquiry
 from robsim.analysis.explanation.wording import length
 from robsim.analysis.leaves import leaves
-from robsim.servo import GoalFeatures
+from robsim.servo.goals.goal import GoalFeatures
 
 
 def unreachable_goal(inquiry: Inquiry) -> Finding | None:

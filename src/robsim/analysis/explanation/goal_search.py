@@ -9,10 +9,10 @@ import numpy as np
 from robsim.analysis.explanation import views
 from robsim.analysis.repeated import Repeated
 from robsim.base.arrays import Array, runs_last
-from robsim.features import Observation
+from robsim.features.feature import Observation
 from robsim.geometry.pose import Pose, homogeneous
 from robsim.geometry.rotation import random_quaternions
-from robsim.kernels import se3
+from robsim.kernels.formulas import se3
 from robsim.servo.servo_controller import Servo
 from robsim.statistics.random_numbers import Draws
 from robsim.vision.camera import Visibility

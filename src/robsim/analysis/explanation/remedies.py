@@ -16,9 +16,12 @@ from robsim.analysis.explanation.wording import number
 from robsim.analysis.leaves import leaves
 from robsim.engine.outcome import Outcome
 from robsim.run.experiment import Experiment
-from robsim.servo import IBVS, PBVS, AvoidLimits, Docking, ServoTask
 from robsim.servo.laws.inverse import INVERSES
 from robsim.servo.laws.law import LAWS
+from robsim.servo.shaping.redundancy import AvoidLimits
+from robsim.servo.tasks.docking import Docking
+from robsim.servo.tasks.schemes import IBVS, PBVS
+from robsim.servo.tasks.task import ServoTask
 
 ENOUGH = 3  # pieces of advice
 BRISK = 1.0  # gain times period above which the loop overshoots

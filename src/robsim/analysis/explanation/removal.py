@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
-from typing import Any
 
 from robsim.analysis.explanation.wording import number
 from robsim.analysis.repeated import See, advanced
@@ -18,7 +17,6 @@ PATIENCE = 3.0  # times the duration that a changed run may take
 LONGEST = 20.0  # times the duration, if the run is known to need as much
 
 Change = Callable[[Experiment], Experiment]
-Statement = tuple[str, dict[str, float]]  # a sentence and its numbers
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,8 +103,3 @@ def patient(case: Experiment, needed: float = 0.0) -> Experiment:
         return case
     times = max(PATIENCE, 1.2 * needed) if needed < LONGEST else PATIENCE
     return case.with_(duration=times * case.duration)
-
-
-def put(part: str, **values: Any) -> Change:
-    """Return the change of some fields of Sensing or Actuation."""
-    return lambda case: case.at({f"{part}.{name}": value for name, value in values.items()})

@@ -49,7 +49,9 @@ def robustly(inquiry: Inquiry) -> Iterator[Finding]:
 
 def _lie(case: Experiment) -> bool:
     """Return whether marks lie that nothing weighs robustly."""
-    return bool(np.any(case.sensing.outliers)) and not weighs_robustly(case.task)
+    effects = [each.effect for each in case.sensing.acting()]
+    strays = any(effect.deviation(True) < effect.deviation(False) for effect in effects)
+    return strays and not weighs_robustly(case.task)
 
 
 def _distance(loop: Loop, q: Sequence[Array]) -> float:

@@ -8,13 +8,14 @@ from typing import Any
 
 import numpy as np
 
-from robsim.analysis.explanation.removal import Change, Removal, Statement
+from robsim.analysis.explanation.removal import Change, Removal
 from robsim.analysis.explanation.wording import degrees, length, number
 from robsim.analysis.repeated import Repeated
 from robsim.base.arrays import Array
 from robsim.run.experiment import Experiment
 from robsim.servo.safety.safety import Safety
 from robsim.servo.shaping.shaping import coordinates_of
+from robsim.world.imperfections.imperfection import Statement
 
 AT_LIMIT = 1.0 - 1e-9  # of a limit, from which on it acts
 NEAR = 1e-3  # rad or metres

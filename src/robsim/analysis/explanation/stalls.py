@@ -11,7 +11,7 @@ from robsim.analysis.explanation.finding import Finding
 from robsim.analysis.explanation.inquiry import Inquiry
 from robsim.analysis.explanation.wording import listed, number
 from robsim.base.arrays import Array
-from robsim.servo import CameraLaw, JointLaw
+from robsim.servo.laws.law import CameraLaw, JointLaw
 
 SHARE = 0.35  # least component of a unit direction for its joint to be named
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import cmath
 import math
 
 import numpy as np
@@ -14,8 +13,8 @@ from robsim.base.arrays import Array, runs_last
 from robsim.geometry.pose import Pose, homogeneous
 from robsim.run import ends
 from robsim.run.experiment import Experiment
-from robsim.servo import AdaptiveGain
 from robsim.servo.controller import Controller
+from robsim.servo.laws.gain import AdaptiveGain
 from robsim.servo.servo_controller import Servo
 from robsim.servo.sight import Sight, relative
 
@@ -49,23 +48,6 @@ def gain_of(case: Experiment) -> float:
     """Return the largest gain of the task, per second; NaN for a user's own kind of task."""
     gains = [leaf.gain for leaf in leaves(case.task)]
     return max((g.at_zero if isinstance(g, AdaptiveGain) else g for g in gains), default=math.nan)
-
-
-def delay_limit(periods: float) -> float:
-    """Return the largest stable gain times period for an error delayed by some periods.
-
-    With m whole periods and a part f, roots of z^(m+2) - z^(m+1) + gain dt ((1 - f) z + f) = 0
-    reach the unit circle at an angle w; without a part this is 2 sin(pi / (2 (2 m + 1))).
-
-    >>> [round(delay_limit(d), 3) for d in (0, 1, 2, 2.5, 3)]
-    [2.0, 1.0, 0.618, 0.536, 0.445]
-    """
-    m, w = math.floor(periods + 1e-9), math.pi
-    f = max(periods - m, 0.0)
-    for _ in range(100):  # contracts by less than 2/3 each time
-        between = (1.0 - f) * cmath.exp(1j * w) + f
-        w = (math.pi / 2 + cmath.phase(between)) / (m + 1.5)
-    return 2.0 * math.sin(w / 2) / abs(between)
 
 
 def pose_at(sight: Sight, q: Array) -> Pose:

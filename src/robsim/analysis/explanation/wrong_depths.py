@@ -10,12 +10,13 @@ import numpy as np
 
 from robsim.analysis.diagnosis import diagnosed
 from robsim.analysis.explanation import views
-from robsim.analysis.explanation.removal import Removal, Statement
+from robsim.analysis.explanation.removal import Removal
 from robsim.analysis.explanation.wording import length, number
 from robsim.analysis.leaves import changed, leaves
 from robsim.analysis.repeated import Repeated
 from robsim.run.experiment import Experiment
-from robsim.servo import DepthFilter
+from robsim.servo.laws.depth_filter import DepthFilter
+from robsim.world.imperfections.imperfection import Statement
 
 
 def wrong_depths(again: Repeated) -> Iterator[Removal]:

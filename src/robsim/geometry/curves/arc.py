@@ -40,5 +40,5 @@ class Arc(Curve):
 
     @cached_property
     def pieces(self) -> Array:
-        """The single piece (1, 7) of the arc, see `robsim.kernels.curve.Curves`."""
+        """The single piece (1, 7) of the arc, see `robsim.kernels.formulas.curve.Curves`."""
         return frozen(np.array([[0, 0, 0, 0, math.copysign(1 / self.radius, self.angle), 0, 0.0]]))

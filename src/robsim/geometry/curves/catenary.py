@@ -66,7 +66,7 @@ class Catenary(Curve):
 
     @cached_property
     def pieces(self) -> Array:
-        """The single piece (1, 7) of the catenary, see `robsim.kernels.curve.Curves`."""
+        """The single piece (1, 7) of the catenary, see `robsim.kernels.formulas.curve.Curves`."""
         h, v, a = self.end[0] - self.start[0], self.end[1] - self.start[1], self.parameter
         middle = a * math.atanh(v / self.length)  # of the span, from the lowest point
         u = a * math.sinh((middle - 0.5 * h) / a)

@@ -12,7 +12,7 @@ from robsim.base.arrays import Array, frozen, numbers
 from robsim.base.errors import InputError, said
 from robsim.declare import Length, family
 from robsim.geometry.pose import Pose
-from robsim.kernels import curve as kernels
+from robsim.kernels.formulas import curve as kernels
 
 HUGE = 1e150  # its square is a number
 CURVES = family("curve")
@@ -25,7 +25,7 @@ class Curve:
 
     @cached_property
     def pieces(self) -> Array:
-        """The pieces (P, 7) of the curve, see `robsim.kernels.curve.Curves`."""
+        """The pieces (P, 7) of the curve, see `robsim.kernels.formulas.curve.Curves`."""
         raise NotImplementedError
 
     if TYPE_CHECKING:

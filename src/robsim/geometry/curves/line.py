@@ -28,5 +28,5 @@ class Line(Curve):
 
     @cached_property
     def pieces(self) -> Array:
-        """The single piece (1, 7) of the line, see `robsim.kernels.curve.Curves`."""
+        """The single piece (1, 7) of the line, see `robsim.kernels.formulas.curve.Curves`."""
         return frozen(np.zeros((1, 7)))

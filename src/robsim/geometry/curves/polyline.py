@@ -38,7 +38,7 @@ class Polyline(Curve):
 
     @cached_property
     def pieces(self) -> Array:
-        """The pieces (P, 7), lines and arcs, see `robsim.kernels.curve.Curves`."""
+        """The pieces (P, 7), lines and arcs, see `robsim.kernels.formulas.curve.Curves`."""
         return frozen(self._built[0])
 
     @cached_property

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robsim.base.arrays import Array, frozen
-from robsim.kernels import random
+from robsim.kernels.formulas import random
 from robsim.robot.assembly import integers
 from robsim.robot.placement import Placement
 from robsim.robot.tree import Tree

@@ -20,9 +20,9 @@ from robsim.base.arrays import Array, frozen, positive
 from robsim.base.errors import InputError
 from robsim.base.values import Value
 from robsim.geometry.pose import as_pose, homogeneous
-from robsim.kernels import closed_ik as kernels
-from robsim.kernels.closed_ik import TRUE
-from robsim.kernels.program import Program
+from robsim.kernels.inverse_kinematics import closed_ik as kernels
+from robsim.kernels.inverse_kinematics.closed_ik import TRUE
+from robsim.kernels.machine.program import Program
 from robsim.robot.ik.arm import Arm
 from robsim.robot.joint import LIMIT_SLACK
 from robsim.robot.placed import Placed

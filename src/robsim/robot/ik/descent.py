@@ -9,10 +9,11 @@ from typing import Any
 import numpy as np
 
 from robsim.base.arrays import Array, frozen
-from robsim.kernels import ik_step, normal
-from robsim.kernels import ik_turns as turns
-from robsim.kernels.commanding import transpose, weigh
-from robsim.kernels.program import Blocks, Program
+from robsim.kernels.control.commanding import transpose, weigh
+from robsim.kernels.inverse_kinematics import ik_step
+from robsim.kernels.inverse_kinematics import ik_turns as turns
+from robsim.kernels.linear_algebra import normal
+from robsim.kernels.machine.program import Blocks, Program
 from robsim.robot.assembly import integers
 from robsim.robot.ik.arm import Arm
 from robsim.robot.motion import add_motion

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from robsim.base.arrays import Array, frozen, numbers
 from robsim.base.errors import InputError, said, suggest
 from robsim.geometry.pose import as_pose, common_lead
-from robsim.kernels import ik as kernels
+from robsim.kernels.inverse_kinematics import ik as kernels
 from robsim.robot.ik.arm import FARTHEST, Arm
 from robsim.robot.ik.descent import Descent
 from robsim.robot.ik.effort import Effort

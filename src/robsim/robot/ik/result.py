@@ -8,7 +8,7 @@ from typing import Any
 
 from robsim.base.arrays import Array
 from robsim.base.values import Value
-from robsim.kernels import ik as kernels
+from robsim.kernels.inverse_kinematics import ik as kernels
 
 
 class IKReason(IntEnum):

@@ -9,9 +9,9 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 
 from robsim.base.arrays import Array
-from robsim.kernels import ik as kernels
-from robsim.kernels.lanes import WIDTH
-from robsim.kernels.program import Blocks
+from robsim.kernels.inverse_kinematics import ik as kernels
+from robsim.kernels.machine.lanes import WIDTH
+from robsim.kernels.machine.program import Blocks
 from robsim.robot.ik.descent import Descent
 from robsim.robot.ik.effort import Effort
 

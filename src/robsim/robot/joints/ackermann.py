@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import ClassVar, Literal
 
 from robsim.declare import check_fields, register
-from robsim.kernels import ties as kernels
+from robsim.kernels.formulas import ties as kernels
 from robsim.robot.joints.coupling import Coupling, Of, Source, Stand
 
 

@@ -10,14 +10,15 @@ from numpy.typing import ArrayLike
 
 from robsim.base.arrays import Array, numbers
 from robsim.base.errors import InputError
-from robsim.declare import Angle, Length, Quantity, check_fields, described
+from robsim.declare import Angle, Length, Quantity, check_fields, described, register
 from robsim.geometry.pose import common_lead
-from robsim.kernels import joints as kernels
+from robsim.kernels.formulas import joints as kernels
 from robsim.robot.joints.planar import InPlane
 
 STEERED = 3  # the steering angle among the coordinates
 
 
+@register("joint kind", "car")
 @dataclass(frozen=True)
 class Car(InPlane):
     """A vehicle with steered wheels: x, y, theta, the steering angle; v along x, omega about z."""

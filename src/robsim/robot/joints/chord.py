@@ -10,7 +10,7 @@ import numpy as np
 from robsim.base.errors import InputError
 from robsim.declare import Length, Word, check_fields, register
 from robsim.geometry.curves import Curve
-from robsim.kernels import ties as kernels
+from robsim.kernels.formulas import ties as kernels
 from robsim.robot.joints.coupling import Coupling, Of, Source, Stand
 
 GIVEN = ("angle", "arc", "height", "tilt")  # in the order of the kernel's numbers

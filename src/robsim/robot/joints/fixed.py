@@ -5,9 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
+from robsim.declare import register
 from robsim.robot.joints.kind import JointKind
 
 
+@register("joint kind", "fixed")
 @dataclass(frozen=True)
 class Fixed(JointKind):
     """A joint that does not move."""

@@ -9,11 +9,13 @@ import numpy as np
 
 from robsim.base.arrays import Array, length
 from robsim.base.errors import InputError
+from robsim.declare import register
 from robsim.geometry.rotation import random_quaternions
-from robsim.kernels import joints as kernels
+from robsim.kernels.formulas import joints as kernels
 from robsim.robot.joints.kind import AROUND, JointKind
 
 
+@register("joint kind", "floating")
 @dataclass(frozen=True)
 class Floating(JointKind):
     """A joint that moves freely, by a position and a unit quaternion (x, y, z, w).

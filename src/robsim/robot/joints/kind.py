@@ -8,7 +8,7 @@ import numpy as np
 
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError, said
-from robsim.kernels import joints as kernels
+from robsim.kernels.formulas import joints as kernels
 
 AROUND = 0.5  # metres either way of home, for joints without limits; angles have a full turn
 UNITS = "rad", "m", "1"

@@ -9,7 +9,7 @@ import numpy as np
 
 from robsim.declare import Number, check_fields, register
 from robsim.declare.joints import OfJoint
-from robsim.kernels import ties as kernels
+from robsim.kernels.formulas import ties as kernels
 from robsim.robot.joints.coupling import Coupling, Of, Source, Stand
 
 

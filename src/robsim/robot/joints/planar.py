@@ -8,7 +8,8 @@ from typing import ClassVar
 import numpy as np
 
 from robsim.base.arrays import Array, length
-from robsim.kernels import joints as kernels
+from robsim.declare import register
+from robsim.kernels.formulas import joints as kernels
 from robsim.robot.joints.kind import AROUND, JointKind, turned
 
 
@@ -30,6 +31,7 @@ class InPlane(JointKind):
         return np.maximum(way, turned(a[..., 2] - b[..., 2]))
 
 
+@register("joint kind", "planar")
 @dataclass(frozen=True)
 class Planar(InPlane):
     """A joint that moves in the plane z = 0; q is x, y, theta, and v is (vx, vy, omega)."""

@@ -5,10 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-from robsim.kernels import joints as kernels
+from robsim.declare import register
+from robsim.kernels.formulas import joints as kernels
 from robsim.robot.joints.kind import JointKind
 
 
+@register("joint kind", "prismatic")
 @dataclass(frozen=True)
 class Prismatic(JointKind):
     """A joint that slides along z, by a distance in metres."""

@@ -5,11 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
+from robsim.declare import register
 from robsim.geometry.curves import Curve
-from robsim.kernels import joints as kernels
+from robsim.kernels.formulas import joints as kernels
 from robsim.robot.joints.kind import JointKind
 
 
+@register("joint kind", "rail")
 @dataclass(frozen=True)
 class Rail(JointKind):
     """A joint that follows the `curve` of its `Joint`, x along it, by an arc length in metres."""

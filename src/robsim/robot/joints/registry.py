@@ -1,24 +1,22 @@
-"""The registry of kinds of joint by name: those of RobSim, and those that the user adds."""
+"""The kinds of joint by name: those of RobSim, and those that the user adds."""
 
 from __future__ import annotations
 
 from robsim.base.errors import InputError, suggest
-from robsim.declare import family, register
-from robsim.robot.joints.car import Car
-from robsim.robot.joints.fixed import Fixed
-from robsim.robot.joints.floating import Floating
+from robsim.declare import family
 from robsim.robot.joints.kind import JointKind
-from robsim.robot.joints.planar import Planar
-from robsim.robot.joints.prismatic import Prismatic
-from robsim.robot.joints.rail import Rail
-from robsim.robot.joints.revolute import Revolute
-from robsim.robot.joints.unicycle import Unicycle
 
 JOINTS = family("joint kind")
-for _kind in (Fixed, Revolute, Prismatic, Floating, Planar, Unicycle, Car, Rail):
-    register("joint kind")(_kind)
-KINDS = JOINTS.kinds
-SINGLE = tuple(name for name, kind in KINDS.items() if kind().single)  # kinds with one coordinate
+
+
+def single_kinds() -> str:
+    """Return the names of the kinds with one coordinate, for messages."""
+    return ", ".join(name for name, kind in JOINTS.kinds.items() if without_parameters(kind).single)
+
+
+def without_parameters(kind: type[JointKind]) -> JointKind:
+    """Return an instance of a kind without its parameters, which is enough to know its units."""
+    return kind.__new__(kind)
 
 
 def kind_of(given: object) -> JointKind:
@@ -28,7 +26,7 @@ def kind_of(given: object) -> JointKind:
     if not isinstance(given, str):
         made = f"; write {given.__name__}(...)" if isinstance(given, type) else ""
         raise InputError(
-            f"no joint kind {given!r}{made or '; ' + suggest(given, KINDS, 'joint kinds')}"
+            f"no joint kind {given!r}{made or '; ' + suggest(given, JOINTS.names, 'joint kinds')}"
         )
     kind: type[JointKind] = JOINTS.find(given)
     try:

@@ -5,10 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-from robsim.kernels import joints as kernels
+from robsim.declare import register
+from robsim.kernels.formulas import joints as kernels
 from robsim.robot.joints.kind import JointKind
 
 
+@register("joint kind", "revolute")
 @dataclass(frozen=True)
 class Revolute(JointKind):
     """A joint that turns about z, by an angle in radians."""

@@ -5,10 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-from robsim.kernels import joints as kernels
+from robsim.declare import register
+from robsim.kernels.formulas import joints as kernels
 from robsim.robot.joints.planar import InPlane
 
 
+@register("joint kind", "unicycle")
 @dataclass(frozen=True)
 class Unicycle(InPlane):
     """A vehicle that cannot move sideways; q is x, y, theta, v is (v along x, omega about z)."""

@@ -10,12 +10,13 @@ import numpy as np
 from robsim.base.elements import Element
 from robsim.base.errors import said, suggest
 from robsim.geometry.pose import IDENTITY, Pose
-from robsim.robot.joint import SINGLE, Joint, Kind, Mimic
+from robsim.robot.joint import Joint, Mimic
+from robsim.robot.joints.registry import kind_of
 from robsim.robot.urdf.findings import Findings
 from robsim.robot.urdf.values import LARGEST, frame_of, number, origin, vector
 from robsim.robot.urdf.words import TAIL, child, named, needed, needed_child, safe
 
-KINDS: dict[str, Kind] = {
+KINDS: dict[str, str] = {
     "fixed": "fixed",
     "revolute": "revolute",
     "continuous": "revolute",
@@ -184,7 +185,7 @@ def _mimic(element: Element, kind: str | None, findings: Findings) -> Mimic | No
     of = needed(mimic, "joint", findings)
     ratio = number(mimic, "multiplier", findings, 1.0)
     offset = number(mimic, "offset", findings, 0.0)
-    if kind is not None and KINDS[kind] not in SINGLE:
+    if kind is not None and not kind_of(KINDS[kind]).single:
         findings.error(mimic, f"a {kind} joint cannot follow another; it has not one coordinate")
         return None
     if of is None or ratio is None or offset is None:

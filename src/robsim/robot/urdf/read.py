@@ -11,7 +11,7 @@ from typing import TypeVar
 from robsim.base.elements import LARGEST_FILE, Element, parsed
 from robsim.base.errors import FileError, InputError, said
 from robsim.base.input import read_bytes
-from robsim.robot.joint import SINGLE, Joint, Mimic
+from robsim.robot.joint import Joint, Mimic
 from robsim.robot.link import Link
 from robsim.robot.tip import Tip, find_tip
 from robsim.robot.urdf.findings import Findings
@@ -277,6 +277,6 @@ def _check_chain(h: Hinge, joints: Mapping[str, Hinge], findings: Findings) -> N
 def _check_source(h: Hinge, of: str, joints: dict[str, Hinge], findings: Findings) -> None:
     if of not in joints:
         findings.error(h.element, f"mimic: no joint {said(of)}; {hint(of, joints)}")
-    elif joints[of].joint.kind not in SINGLE:
+    elif not joints[of].joint.model.single:
         kind = joints[of].joint.kind
         findings.error(h.element, f"mimic: '{of}' is {kind}, and has not one coordinate to follow")

@@ -10,7 +10,7 @@ import numpy as np
 from robsim.base.arrays import Array, flag, frozen
 from robsim.base.errors import InputError, said
 from robsim.files.changes import Changes
-from robsim.kernels import guarding
+from robsim.kernels.control import guarding
 from robsim.run.control.clock import Clock
 from robsim.run.control.drive_command import Doing, DriveCommand, Health, doing, limits_of
 from robsim.run.control.images import Images

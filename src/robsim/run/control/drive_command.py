@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import Literal, NamedTuple
 
 from robsim.base.arrays import Array
-from robsim.kernels import guarding
+from robsim.kernels.control import guarding
 
 Doing = Literal["waiting", "moving", "holding", "stopped", "converged"]
 

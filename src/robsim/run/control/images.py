@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from robsim.base.arrays import Array
-from robsim.kernels.program import Blocks, Program
+from robsim.kernels.machine.program import Blocks, Program
 from robsim.run.control.marks import Found, Reader
 from robsim.servo.given import view
 from robsim.servo.placed_frame import placed_at

@@ -16,15 +16,15 @@ from robsim.declare.joints import PerJoint, coordinates
 from robsim.declare.problems import under
 from robsim.declare.spec import Context, NoText, Raw, Spec
 from robsim.declare.tables import controls_of, merge_table, read_table, write_table
-from robsim.features import Observation
+from robsim.features.feature import Observation
 from robsim.geometry.pose import Pose, homogeneous, one_pose
 from robsim.geometry.pose_table import KEYS, PoseTable
-from robsim.robot.joint import KINDS
+from robsim.robot.joints.floating import Floating
 from robsim.servo.sight import Sight, relative
 from robsim.vision.camera import Visibility
 from robsim.world.scene import Scene
 
-FLOATING = KINDS["floating"].units
+FLOATING = Floating.units
 
 
 def _kept(q: Any) -> Any:

@@ -12,7 +12,7 @@ from robsim.base.errors import InputError
 from robsim.base.values import Value
 from robsim.declare import family, register
 from robsim.declare.arrays import Matrix
-from robsim.kernels import broyden as kernels
+from robsim.kernels.control import broyden as kernels
 from robsim.servo.laws.inverse import rank
 
 RULES = family("interaction matrix")

@@ -10,7 +10,7 @@ import numpy as np
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError
 from robsim.declare import Declared, Length, Number, family, register
-from robsim.kernels import depth_filter as kernels
+from robsim.kernels.estimation import depth_filter as kernels
 from robsim.servo.given import Given
 
 DEPTHS = family("depth")

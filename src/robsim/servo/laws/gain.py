@@ -10,7 +10,7 @@ import numpy as np
 from robsim.base.arrays import Array, numbers
 from robsim.base.errors import InputError
 from robsim.declare import Choice, Declared, Number, Word, family, register
-from robsim.kernels import gain as kernels
+from robsim.kernels.formulas import gain as kernels
 
 PER_SECOND = Number(above=0, unit="per second")
 GAINS = family("gain")

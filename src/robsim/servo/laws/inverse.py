@@ -9,9 +9,9 @@ import numpy as np
 
 from robsim.base.arrays import Array
 from robsim.declare import Choice, Declared, Number, family, register
-from robsim.kernels import commanding
-from robsim.kernels.program import Program, evaluated
-from robsim.kernels.solve import scratch_of
+from robsim.kernels.control import commanding
+from robsim.kernels.linear_algebra.solve import scratch_of
+from robsim.kernels.machine.program import Program, evaluated
 
 RCOND = 1e-6
 

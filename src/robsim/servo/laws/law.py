@@ -16,8 +16,8 @@ from numpy.typing import ArrayLike
 from robsim.base.arrays import Array, shown_view
 from robsim.base.errors import InputError
 from robsim.declare import Choice, Declared, Length, family, register
-from robsim.kernels import commanding
-from robsim.kernels.solve import product_scratch_of
+from robsim.kernels.control import commanding
+from robsim.kernels.linear_algebra.solve import product_scratch_of
 from robsim.servo.laws.checked import checked_state, last_of
 from robsim.servo.laws.inverse import ANY, TWIST, Inverse, PseudoInverse, inverted, product
 from robsim.servo.laws.staged_law import AtGain, LawRows, StagedLaw, realised, times_gain

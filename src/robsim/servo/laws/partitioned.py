@@ -7,8 +7,8 @@ from typing import Annotated, ClassVar
 
 from robsim.base.errors import InputError
 from robsim.declare import Declared, Quantity, described
-from robsim.kernels import commanding
-from robsim.kernels import partitioned as kernels
+from robsim.kernels.control import commanding
+from robsim.kernels.control import partitioned as kernels
 from robsim.servo.laws.gain import PER_SECOND
 from robsim.servo.laws.inverse import ACROSS, inverted
 from robsim.servo.laws.law import UnitOfLength

@@ -11,8 +11,8 @@ import numpy as np
 
 from robsim.base.arrays import Array, first_view
 from robsim.base.errors import InputError, said
-from robsim.kernels import commanding
-from robsim.kernels.program import Function, Program
+from robsim.kernels.control import commanding
+from robsim.kernels.machine.program import Function, Program
 from robsim.servo.laws.inverse import Inverse, solved
 
 if TYPE_CHECKING:

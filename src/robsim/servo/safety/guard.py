@@ -8,10 +8,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from robsim.base.arrays import Array
-from robsim.kernels import commanding, guarding
-from robsim.kernels.camera import IN_IMAGE
-from robsim.kernels.limit import scale_stage
-from robsim.kernels.program import Blocks
+from robsim.kernels.control import commanding, guarding
+from robsim.kernels.control.limit import scale_stage
+from robsim.kernels.formulas.camera import IN_IMAGE
+from robsim.kernels.machine.program import Blocks
 from robsim.robot.motion import add_motion
 from robsim.servo.controller import Controller, Decision
 from robsim.servo.given import Commanded, Given
@@ -32,7 +32,7 @@ class Guarded:
     last: int  # (n,) what was commanded last
     seconds: int  # for which a command has grown
     most: int  # (n,) accelerations
-    why: int  # which limits act, bits as `robsim.kernels.guarding` names them
+    why: int  # which limits act, bits as `robsim.kernels.control.guarding` names them
     at_limit: int  # (n,) 1 where a joint is kept from its limit
 
 

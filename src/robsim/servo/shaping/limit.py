@@ -13,8 +13,8 @@ from robsim.base.arrays import Array
 from robsim.base.errors import InputError
 from robsim.declare import Declared, Quantity, Table, described
 from robsim.declare.joints import OneOrEach, commanded
-from robsim.kernels import limit as kernels
-from robsim.kernels.program import Program, evaluated
+from robsim.kernels.control import limit as kernels
+from robsim.kernels.machine.program import Program, evaluated
 
 JOINT = OneOrEach(commanded, "speeds", ("turn rate", "speed"), later=True)
 

@@ -13,9 +13,9 @@ from robsim.base.arrays import Array, numbers
 from robsim.base.errors import InputError, said
 from robsim.declare import Choice, Declared, Number, family, register
 from robsim.declare.joints import PerJoint, commanded, per
-from robsim.kernels import redundancy as kernels
-from robsim.kernels.descent import descend, scratch_of
-from robsim.kernels.program import Program, evaluated
+from robsim.kernels.control import redundancy as kernels
+from robsim.kernels.control.descent import descend, scratch_of
+from robsim.kernels.machine.program import Program, evaluated
 from robsim.servo.laws.gain import PER_SECOND
 
 

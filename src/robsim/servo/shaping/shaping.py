@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from robsim.base.arrays import Array, frozen, numbers, shown_view
 from robsim.base.errors import InputError
 from robsim.declare import Choice, Declared, Number, family, register
-from robsim.kernels import redundancy as kernels
-from robsim.kernels.program import Program
+from robsim.kernels.control import redundancy as kernels
+from robsim.kernels.machine.program import Program
 from robsim.servo.given import Given
 from robsim.servo.laws.inverse import RCOND
 from robsim.servo.shaping.limit import SpeedLimit

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from robsim.base.arrays import Array, shown_view
 from robsim.declare import Choice, Declared, Number, Word, family, register
-from robsim.kernels import switching as kernels
-from robsim.kernels.program import Program, evaluated
+from robsim.kernels.control import switching as kernels
+from robsim.kernels.machine.program import Program, evaluated
 from robsim.vision.image_size import SIZE
 
 

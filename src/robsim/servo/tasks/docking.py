@@ -8,10 +8,10 @@ from typing import Annotated, Any, ClassVar
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError
 from robsim.declare import Number, register
-from robsim.features import Translation
+from robsim.features.pose import Translation
 from robsim.geometry.pose import Pose
-from robsim.kernels import docking as kernels
-from robsim.kernels.program import Program, evaluated
+from robsim.kernels.control import docking as kernels
+from robsim.kernels.machine.program import Program, evaluated
 from robsim.servo.laws.gain import PER_SECOND
 from robsim.servo.laws.staged_law import AtGain, LawRows, StagedLaw
 from robsim.servo.regulated import Regulated

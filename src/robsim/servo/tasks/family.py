@@ -34,9 +34,9 @@ class TaskChoice(Choice):
     @property
     def names(self) -> list[str]:
         """The names of the kinds that may stand here."""
-        kinds = self.family.kinds
+        find = self.family.find
         return [
-            name for name in super().names if self.whole or not hasattr(kinds[name], "outermost")
+            name for name in super().names if self.whole or not hasattr(find(name), "outermost")
         ]
 
     def check(self, value: Any, what: str) -> Any:

@@ -8,8 +8,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from robsim.base.arrays import Array
-from robsim.kernels import following
-from robsim.kernels.program import Blocks
+from robsim.kernels.control import following
+from robsim.kernels.machine.program import Blocks
 from robsim.servo.given import Given
 from robsim.trajectory import Blends, Path, Quintic, Straight, Trapezoid
 

@@ -8,7 +8,7 @@ from typing import Any
 
 from robsim.base.arrays import not_negative
 from robsim.base.errors import InputError, said
-from robsim.kernels import following
+from robsim.kernels.control import following
 from robsim.servo.controller import Controller
 from robsim.servo.given import Given
 from robsim.servo.tasks.followed import Followed

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from robsim.base.arrays import Array, numbers
 from robsim.base.errors import InputError
-from robsim.kernels import commanding, following
-from robsim.kernels.program import Blocks
+from robsim.kernels.control import commanding, following
+from robsim.kernels.machine.program import Blocks
 from robsim.robot.joint import LIMIT_SLACK
 from robsim.servo.command import Command
 from robsim.servo.controller import Decision

@@ -10,7 +10,7 @@ import numpy as np
 from robsim.base.arrays import frozen
 from robsim.base.errors import InputError
 from robsim.declare import ListOf, register
-from robsim.kernels import commanding
+from robsim.kernels.control import commanding
 from robsim.servo.controller import Controller
 from robsim.servo.given import Commanded, Given
 from robsim.servo.shaping.shaped import Columns

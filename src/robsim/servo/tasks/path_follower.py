@@ -8,9 +8,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from robsim.base.arrays import Array, numbers
-from robsim.kernels import commanding, following
-from robsim.kernels import path_following as kernels
-from robsim.kernels.program import Blocks
+from robsim.kernels.control import commanding, following
+from robsim.kernels.control import path_following as kernels
+from robsim.kernels.machine.program import Blocks
 from robsim.robot.placed import Placed
 from robsim.servo.command import Command
 from robsim.servo.controller import Decision

@@ -8,8 +8,8 @@ from typing import Annotated, Any, ClassVar, Literal, get_args
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError
 from robsim.declare import Word, register
-from robsim.kernels import triangles as kernels
-from robsim.kernels.program import Program, evaluated
+from robsim.kernels.control import triangles as kernels
+from robsim.kernels.machine.program import Program, evaluated
 from robsim.servo.feature_block import FeatureBlock, Indices
 from robsim.servo.laws.gain import PER_SECOND
 from robsim.servo.laws.inverse import PseudoInverse

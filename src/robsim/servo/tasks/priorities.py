@@ -8,7 +8,7 @@ from typing import Annotated, Any
 
 from robsim.base.errors import InputError, said
 from robsim.declare import ListOf, register
-from robsim.kernels.program import Blocks
+from robsim.kernels.machine.program import Blocks
 from robsim.servo.command import Command
 from robsim.servo.controller import Controller, Decision
 from robsim.servo.given import Commanded, Given

@@ -9,7 +9,7 @@ import numpy as np
 
 from robsim.base.errors import InputError
 from robsim.declare import Whole, Word, register
-from robsim.features import Translation
+from robsim.features.pose import Translation
 from robsim.servo.feature_block import FeatureBlock, Indices
 from robsim.servo.laws.law import UnitOfLength
 from robsim.servo.laws.partitioned import Advance, PartitionedLaw, Roll

@@ -14,9 +14,9 @@ from robsim.base.arrays import Array, frozen
 from robsim.base.errors import InputError
 from robsim.declare import Declared
 from robsim.declare.problems import under
-from robsim.kernels import commanding
-from robsim.kernels.program import Blocks, Program
-from robsim.kernels.weighting import worst
+from robsim.kernels.control import commanding
+from robsim.kernels.control.weighting import worst
+from robsim.kernels.machine.program import Blocks, Program
 from robsim.servo.command import Command
 from robsim.servo.controller import Controller, Decision
 from robsim.servo.given import Commanded, Given

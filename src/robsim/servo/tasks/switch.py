@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from robsim.base.arrays import frozen
 from robsim.base.errors import InputError, said
 from robsim.declare import Flag, register
-from robsim.kernels import commanding
-from robsim.kernels import switching as kernels
-from robsim.kernels.program import Blocks, Program
+from robsim.kernels.control import commanding
+from robsim.kernels.control import switching as kernels
+from robsim.kernels.machine.program import Blocks, Program
 from robsim.servo.controller import Controller
 from robsim.servo.given import Commanded, Given
 from robsim.servo.shaping.shaped import Columns

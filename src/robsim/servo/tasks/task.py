@@ -11,7 +11,7 @@ import numpy as np
 from robsim.base.arrays import frozen
 from robsim.declare import Number, described
 from robsim.declare.spec import Context
-from robsim.features import Points
+from robsim.features.points import Points
 from robsim.servo.controller import Controller
 from robsim.servo.feature_block import CAMERAS, FEATURES, TARGET, FeatureBlock, blocks_of
 from robsim.servo.goals.goal import GoalSpec

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Annotated, ClassVar
 
 from robsim.declare import Declared, Number, Whole, register
-from robsim.kernels import weighting as kernels
+from robsim.kernels.control import weighting as kernels
 from robsim.servo.weightings.weighting import MarksSeen, WeightsOfMarks
 
 

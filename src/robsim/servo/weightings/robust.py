@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from typing import Annotated, ClassVar
 
 from robsim.declare import Declared, Number, register
-from robsim.kernels import robust as kernels
+from robsim.kernels.estimation import robust as kernels
 from robsim.servo.weightings.weighting import MarksSeen, WeightsOfMarks
 
 NOISE = Number(above=0, unit="px")

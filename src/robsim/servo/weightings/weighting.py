@@ -25,7 +25,7 @@ class MarksSeen(NamedTuple):
     sight: Sight
     N: int
     view: View  # pixels as measured, NaN where none are; a hidden mark is where it was seen last
-    camera: int  # as `robsim.kernels.viewing` has it
+    camera: int  # as `robsim.kernels.images.viewing` has it
     there: int  # (N,) 1 where a mark is measured in this image, else 0
     goal: Array  # (N, 2, runs) pixels at the goal, or (N, 2, 1) of all runs
 

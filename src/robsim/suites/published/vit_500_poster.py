@@ -13,7 +13,8 @@ from dataclasses import replace
 import numpy as np
 
 from robsim.base.arrays import Array, frozen
-from robsim.servo import IBVS, Border
+from robsim.servo.tasks.schemes import IBVS
+from robsim.servo.weightings.border import Border
 from robsim.suites.poses import flying
 from robsim.suites.published import vit_500
 from robsim.suites.schemes import BUILT_IN

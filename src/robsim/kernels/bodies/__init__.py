@@ -1,0 +1,1 @@
+"""Bodies of kinematic trees: where they are, and how coordinates move."""

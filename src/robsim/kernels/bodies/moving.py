@@ -1,0 +1,93 @@
+"""Stages that move coordinates by velocities that are held for a period, exactly."""
+
+from robsim.kernels.formulas import joints, se3
+from robsim.kernels.formulas.lane_math import cos_sin
+from robsim.kernels.machine.jit import part
+from robsim.kernels.machine.lanes import WIDTH, get, put, some, sqrt, where
+from robsim.kernels.machine.memory import vector
+from robsim.kernels.machine.stage import stage
+
+
+@stage
+def run(p, w, step):
+    """Compute q + dt v: (dt, n), and (q, v) of each."""
+    dt = get(w, p[0])
+    for i in range(p[1]):
+        q, v = p[2 + 2 * i], p[3 + 2 * i]
+        put(w, q, get(w, q) + dt * get(w, v))
+
+
+@part
+def screw(theta):
+    """Return the coefficients b and c of exp, sin(theta/2)/(theta/2), and cos(theta/2)."""
+    half, turns = 0.5 * theta, theta > 0.0
+    cosine, sine = cos_sin(half)
+    sinc = where(turns, sine / where(turns, half, 1.0), 1.0)
+    c, far = se3.cubic_coefficient(theta), theta > 1.0
+    if some(far):
+        _, whole = cos_sin(theta)
+        c = where(far, (theta - whole) / (theta * theta * theta), c)
+    return 0.5 * sinc * sinc, c, sinc, cosine
+
+
+@stage
+def fly(p, w, step):
+    """Replace q of a floating body at T by that of T exp(V dt), for its twist V: (dt, q, v)."""
+    dt, q, v = get(w, p[0]), p[1], p[2]
+    vx, vy, vz = dt * get(w, v), dt * get(w, v + 1), dt * get(w, v + 2)
+    wx, wy, wz = dt * get(w, v + 3), dt * get(w, v + 4), dt * get(w, v + 5)
+    b, c, sinc, cosine = screw(sqrt(wx * wx + wy * wy + wz * wz))
+    way = se3.along_screw(vx, vy, vz, wx, wy, wz, b, c)
+    x, y, z, u = get(w, q + 3), get(w, q + 4), get(w, q + 5), get(w, q + 6)
+    R, s = se3.quaternion_to_rotation(x, y, z, u), 0.5 * sinc
+    for r in range(3):
+        put(w, q + r, get(w, q + r) + (R[r][0] * way[0] + R[r][1] * way[1] + R[r][2] * way[2]))
+    x, y, z, u = se3.quaternion_product(x, y, z, u, s * wx, s * wy, s * wz, cosine)
+    norm = sqrt(x * x + y * y + z * z + u * u)
+    put(w, q + 3, x / norm)
+    put(w, q + 4, y / norm)
+    put(w, q + 5, z / norm)
+    put(w, q + 6, u / norm)
+
+
+@stage
+def glide(p, w, step):
+    """Move a body in its plane: (dt, q, v, velocities)."""
+    v, q = vector(w, p[2], p[3]), vector(w, p[1], 3)
+    for b in range(WIDTH):
+        joints.integrate_in_plane(v[:, b : b + 1], w[p[0] * WIDTH + b], q[:, b : b + 1])
+
+
+@stage
+def steer(p, w, step):
+    """Steer a car for a velocity: (dt, angle, v and omega, wheelbase, limit and rate)."""
+    angle, v, car = vector(w, p[1], 1), vector(w, p[2], 2), p[3] * WIDTH
+    for b in range(WIDTH):
+        numbers = w[car + b], w[car + WIDTH + b], w[car + 2 * WIDTH + b], w[p[0] * WIDTH + b]
+        joints.steer(0, 0, *numbers, angle[:, b : b + 1], v[:, b : b + 1])
+
+
+@stage
+def obey(p, w, step):
+    """Replace omega by that of a car's steering angle: (angle, v and omega, wheelbase)."""
+    angle, v = vector(w, p[0], 1), vector(w, p[1], 2)
+    for b in range(WIDTH):
+        joints.obey(0, 0, w[p[2] * WIDTH + b], angle[:, b : b + 1], v[:, b : b + 1])
+
+
+@stage
+def roll(p, w, step):
+    """Add the rolling of a wheel to its angle: (dt, angle, v of the vehicle, ratio)."""
+    speed = get(w, p[3]) * get(w, p[2]) + get(w, p[3] + 1) * get(w, p[2] + 1)
+    put(w, p[1], get(w, p[1]) + get(w, p[0]) * speed)
+
+
+@stage
+def spread(p, w, step):
+    """Compute all velocities: those that are commanded, else those prescribed.
+
+    (n, v, prescribed), and of each the row of its command, or -1
+    """
+    for i in range(p[0]):
+        command = p[3 + i]
+        put(w, p[1] + i, get(w, command if command >= 0 else p[2] + i))

@@ -1,0 +1,197 @@
+"""Stages that place the bodies of a kinematic tree, by kind of joint, and frames on them.
+
+A joint is `place . motion(x) . tail`; tails are folded into constants (see `robsim.robot.tree`).
+A pose has twelve rows, [R | t] row by row.
+"""
+
+from robsim.kernels.formulas import curve, se3, ties
+from robsim.kernels.formulas.lane_math import cos_sin, is_large, near_cos_sin
+from robsim.kernels.formulas.lane_poses import compose, pose_row, times_column
+from robsim.kernels.machine.jit import kernel, part
+from robsim.kernels.machine.lanes import WIDTH, align_stack, get, put, some
+from robsim.kernels.machine.memory import reals, wholes
+from robsim.kernels.machine.stage import stage
+
+
+@stage
+def frames(p, w, step):
+    """Compute T = A B for p[0] triples (A, B, T)."""
+    for i in range(p[0]):
+        compose(w, p[3 * i + 1], p[3 * i + 2], p[3 * i + 3])
+
+
+@part
+def _turn(w, T, c, s):
+    """Replace T by T Rz of an angle with this cosine and sine."""
+    for r in range(3):
+        x, y = get(w, T + 4 * r), get(w, T + 4 * r + 1)
+        put(w, T + 4 * r, c * x + s * y)
+        put(w, T + 4 * r + 1, c * y - s * x)
+
+
+@part
+def _put_two(w, row, pair):
+    put(w, row, pair[0])
+    put(w, row + 1, pair[1])
+
+
+@stage
+def turn(p, w, step):
+    """Place p[0] bodies on revolute joints: (parent, place, x, T) of each.
+
+    All cosines and sines come first, and wait in T: none of them waits for a parent, and no call
+    of a library is in their way.
+    """
+    align_stack()
+    far = is_large(get(w, p[3]))
+    for i in range(p[0]):
+        x = get(w, p[4 * i + 3])
+        _put_two(w, p[4 * i + 4], near_cos_sin(x))
+        far = far | is_large(x)
+    if some(far):
+        for i in range(p[0]):
+            _put_two(w, p[4 * i + 4], cos_sin(get(w, p[4 * i + 3])))
+    for i in range(p[0]):
+        A, B, T = p[4 * i + 1], p[4 * i + 2], p[4 * i + 4]
+        c, s = get(w, T), get(w, T + 1)
+        for r in range(3):
+            a = pose_row(w, A, r)
+            X, Y = times_column(a, w, B, 0), times_column(a, w, B, 1)
+            put(w, T + 4 * r, c * X + s * Y)
+            put(w, T + 4 * r + 1, c * Y - s * X)
+            put(w, T + 4 * r + 2, times_column(a, w, B, 2))
+            put(w, T + 4 * r + 3, times_column(a, w, B, 3) + a[3])
+
+
+@stage
+def slide(p, w, step):
+    """Place p[0] bodies on prismatic joints, along z."""
+    for i in range(p[0]):
+        A, B, x, T = p[4 * i + 1], p[4 * i + 2], p[4 * i + 3], p[4 * i + 4]
+        compose(w, A, B, T)
+        for r in range(0, 12, 4):
+            put(w, T + r + 3, get(w, T + r + 3) + get(w, T + r + 2) * get(w, x))
+
+
+@stage
+def fly(p, w, step):
+    """Place p[0] bodies on floating joints, of coordinates p and the unit quaternion x y z w."""
+    for i in range(p[0]):
+        A, B, q, T = p[4 * i + 1], p[4 * i + 2], p[4 * i + 3], p[4 * i + 4]
+        compose(w, A, B, T)
+        R = se3.quaternion_to_rotation(get(w, q + 3), get(w, q + 4), get(w, q + 5), get(w, q + 6))
+        x, y, z = get(w, q), get(w, q + 1), get(w, q + 2)
+        for r in range(3):
+            a, b, c, t = pose_row(w, T, r)
+            put(w, T + 4 * r + 3, t + (a * x + b * y + c * z))
+            for j in range(3):
+                put(w, T + 4 * r + j, a * R[0][j] + b * R[1][j] + c * R[2][j])
+
+
+@stage
+def glide(p, w, step):
+    """Place p[0] bodies that move in a plane, of coordinates x, y, theta."""
+    for i in range(p[0]):
+        A, B, q, T = p[4 * i + 1], p[4 * i + 2], p[4 * i + 3], p[4 * i + 4]
+        compose(w, A, B, T)
+        for r in range(3):
+            a, b, _, t = pose_row(w, T, r)
+            put(w, T + 4 * r + 3, t + (a * get(w, q) + b * get(w, q + 1)))
+        c, s = cos_sin(get(w, q + 2))
+        _turn(w, T, c, s)
+
+
+@kernel
+def _curves(p, at):
+    """Return the curves whose addresses and sizes stand at p[at:]."""
+    first, length, pieces = wholes(p[at], p[at + 3] + 1), reals(p[at + 1], p[at + 3]), p[at + 2]
+    return curve.Curves(first, length, reals(pieces, 7 * p[at + 4]).reshape((-1, 7)))
+
+
+@stage
+def ride(p, w, step):
+    """Place a body on a rail: (curves, which, parent, place, s, T, curvature)."""
+    curves, which = _curves(p, 0), p[5]
+    A, B, s, T, bend = p[6], p[7], p[8], p[9], p[10]
+    compose(w, A, B, T)
+    for i in range(WIDTH):
+        x, y, c, d, w[bend * WIDTH + i] = curve.point(curves, which, w[s * WIDTH + i])
+        for r in range(0, 12, 4):
+            at = (T + r) * WIDTH + i
+            X, Y = w[at], w[at + WIDTH]
+            w[at + 3 * WIDTH] += X * x + Y * y
+            w[at], w[at + WIDTH] = c * X + d * Y, c * Y - d * X
+
+
+@stage
+def carry(p, w, step):
+    """Place p[0] bodies of the user's kinds, whose motion stands in the rows of the third."""
+    for i in range(p[0]):
+        A, B, motion, T = p[4 * i + 1], p[4 * i + 2], p[4 * i + 3], p[4 * i + 4]
+        compose(w, A, B, T)
+        compose(w, T, motion, T)
+
+
+@stage
+def mimic(p, w, step):
+    """Compute p[0] coordinates x = u source + v: (source, x, ratio, ratio above, numbers) of each.
+
+    Its ratio is its derivative by the velocity that moves the first of those that follow.
+    """
+    for i in range(p[0]):
+        at = 5 * i + 1
+        source, x, ratio, above, number = p[at], p[at + 1], p[at + 2], p[at + 3], p[at + 4]
+        u = get(w, number)
+        put(w, x, u * get(w, source) + get(w, number + 1))
+        put(w, ratio, u * get(w, above))
+
+
+@part
+def _numbers(w, row, i):
+    """Return three numbers of a run."""
+    at = row * WIDTH + i
+    return w[at], w[at + WIDTH], w[at + 2 * WIDTH]
+
+
+@stage
+def steer(p, w, step):
+    """Compute the angle of a wheel of a car: (source, x, ratio, ratio above, numbers)."""
+    source, x, ratio, above, number = p[0], p[1], p[2], p[3], p[4]
+    for i in range(WIDTH):
+        base, X, Y = _numbers(w, number, i)
+        w[x * WIDTH + i], slope = ties.steered(w[source * WIDTH + i], base, X, Y)
+        w[ratio * WIDTH + i] = slope * w[above * WIDTH + i]
+
+
+@stage
+def hang(p, w, step):
+    """Compute what a chord gives: (curves, source, x, ratio, ratio above, numbers, which, what)."""
+    curves = _curves(p, 0)
+    source, x, ratio, above, number = p[5], p[6], p[7], p[8], p[9]
+    for i in range(WIDTH):
+        length, radius, at = _numbers(w, number, i)
+        s = w[source * WIDTH + i]
+        w[x * WIDTH + i], slope = curve.chord(curves, p[10], s, length, radius, at, p[11])
+        w[ratio * WIDTH + i] = slope * w[above * WIDTH + i]
+
+
+@stage
+def scale(p, w, step):
+    """Multiply row p[0] by row p[1]: the curvature of a rail that follows another coordinate."""
+    put(w, p[0], get(w, p[0]) * get(w, p[1]))
+
+
+@stage
+def spin(p, w, step):
+    """Compute the factors of v and omega of a vehicle in the speed of a wheel, in rad/s.
+
+    (steering angle or -1, ratio, numbers). The hub at (x, y) moves at (v - omega y, omega x); a
+    wheel of radius R, turned by the angle h, rolls at (cos(h) (v - omega y) + sin(h) omega x)/R.
+    """
+    steering, ratio, number = p[0], p[1], p[2]
+    R, X, Y = get(w, number), get(w, number + 1), get(w, number + 2)
+    c, s = 1.0 + 0.0 * X, 0.0 * X
+    if steering >= 0:
+        c, s = cos_sin(get(w, steering))
+    put(w, ratio, c / R)
+    put(w, ratio + 1, (s * X - c * Y) / R)

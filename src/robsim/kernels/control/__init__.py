@@ -1,0 +1,1 @@
+"""From features to commands: laws, weights, limits, trajectories."""

@@ -1,0 +1,55 @@
+"""Broyden's update of an estimated Jacobian, in the layout with the run last."""
+
+import numpy as np
+
+from robsim.kernels.machine.jit import kernel
+from robsim.kernels.machine.lanes import get, put
+from robsim.kernels.machine.memory import matrix, vector
+from robsim.kernels.machine.stage import stage
+
+STILL = 1e-9  # rad or m: next to the rounding of q and s, a shorter step says nothing
+
+
+@kernel
+def update(A, ds, dq, out):
+    """Compute out = A + (ds - A dq) dq'/(dq' dq) of A[k, n, b], ds[k, b] and dq[n, b].
+
+    It is A where dq is zero. Broyden 1965, "A class of methods for solving nonlinear simultaneous
+    equations".
+    """
+    runs = dq.shape[1]
+    square, rest = np.zeros(runs), np.empty(runs)
+    for j in range(dq.shape[0]):
+        for b in range(runs):
+            square[b] += dq[j, b] * dq[j, b]
+    for i in range(A.shape[0]):
+        for b in range(runs):
+            rest[b] = ds[i, b]
+        for j in range(A.shape[1]):
+            for b in range(runs):
+                rest[b] -= A[i, j, b] * dq[j, b]
+        for j in range(A.shape[1]):
+            for b in range(runs):
+                still = square[b] < STILL * STILL
+                out[i, j, b] = A[i, j, b] + (0.0 if still else rest[b] * dq[j, b] / square[b])
+
+
+@stage
+def learn_stage(p, w, step):
+    """Learn A from the last step: (k, n, dt, s, s without it, qd, start, A, room).
+
+    At the start A is the start.
+    """
+    k, n, A = p[0], p[1], matrix(w, p[7], p[0], p[1])
+    if step == 0:
+        for i in range(k * n):
+            put(w, p[7] + i, get(w, p[6] + i))
+        return
+    ds, dq, out = p[8] + k * n, p[8] + k * n + k, matrix(w, p[8], k, n)
+    for i in range(k):
+        put(w, ds + i, get(w, p[3] + i) - get(w, p[4] + i))
+    for j in range(n):
+        put(w, dq + j, get(w, p[5] + j) * get(w, p[2]))
+    update(A, vector(w, ds, k), vector(w, dq, n), out)
+    for i in range(k * n):
+        put(w, p[7] + i, get(w, p[8] + i))

@@ -1,0 +1,127 @@
+"""Stages of a frame that follows a path: straight motions, what is missed, and the twist on.
+
+Poses have twelve rows, [R | t] row by row, in the world.
+"""
+
+from robsim.kernels.features.pose_features import theta_u_interaction
+from robsim.kernels.formulas.lane_poses import compose
+from robsim.kernels.formulas.se3 import exp
+from robsim.kernels.formulas.straight import part_way, turn_between, turn_from
+from robsim.kernels.formulas.timing import share
+from robsim.kernels.machine.jit import kernel
+from robsim.kernels.machine.lanes import WIDTH, get, put, some, sqrt, where
+from robsim.kernels.machine.memory import matrix, vector
+from robsim.kernels.machine.stage import stage
+
+ROOM = 46  # rows in which these stages work
+
+
+@kernel
+def _turn(w, A, B, room, out, fixed):
+    """Compute the turn from A to B, in axes of A or in `fixed` ones."""
+    back, turned = matrix(w, room, 3, 4), matrix(w, room + 12, 3, 4)
+    quaternion, turn = vector(w, room + 24, 4), vector(w, out, 3)
+    if fixed:
+        turn_between(matrix(w, A, 3, 4), matrix(w, B, 3, 4), back, turned, quaternion, turn)
+    else:
+        turn_from(matrix(w, A, 3, 4), matrix(w, B, 3, 4), back, turned, quaternion, turn)
+
+
+@kernel
+def _length(w, v):
+    x, y, z = get(w, v), get(w, v + 1), get(w, v + 2)
+    return sqrt(x * x + y * y + z * z)
+
+
+@stage
+def apart(p, w, step):
+    """Compute way and turn of a straight motion at the start: (start, goal, room, way).
+
+    The rows of the turn, in axes of the start, follow those of the way, and then their lengths.
+    """
+    if step > 0:
+        return
+    start, goal, way = p[0], p[1], p[3]
+    for i in range(3):
+        put(w, way + i, get(w, goal + 4 * i + 3) - get(w, start + 4 * i + 3))
+    _turn(w, start, goal, p[2], way + 3, False)
+    put(w, way + 6, _length(w, way))
+    put(w, way + 7, _length(w, way + 3))
+
+
+@kernel
+def _straight(p, w, step):
+    """Fill the rows of `ahead` of `straight`, with the time of a step."""
+    dt, seconds, ramps, start, way, goal, room, out = p[0], p[1], p[2], p[3], p[4], p[5], p[6], p[7]
+    for i in range(2):
+        for b in range(WIDTH):
+            t, ramp = step * w[dt * WIDTH + b], w[(ramps + i) * WIDTH + b]
+            w[(room + i) * WIDTH + b], _, _ = share(t, w[seconds * WIDTH + b], ramp)
+    T, end, there = matrix(w, start, 3, 4), matrix(w, goal, 3, 4), matrix(w, out + 12, 3, 4)
+    twist, turned = vector(w, room + 2, 6), matrix(w, room + 8, 3, 4)
+    given = vector(w, way, 3), vector(w, way + 3, 3), vector(w, room, 2)
+    part_way(T, *given, end, twist, turned, there)
+
+
+@stage
+def straight(p, w, step):
+    """Compute where a straight motion is: (dt, seconds, ramps, start, way, goal, room, here)."""
+    here = p[7]
+    if step == 0:
+        _straight(p, w, 0)
+    for i in range(12):
+        put(w, here + i, get(w, here + 12 + i))
+    _straight(p, w, step + 1)
+
+
+@stage
+def missed(p, w, step):
+    """Compute s, position and turn from the end, and L of the turn: (T, end, room, s, L).
+
+    d(theta u)/dt = L(-theta u) omega in fixed axes.
+    """
+    T, room, s = p[0], p[2], p[3]
+    for i in range(3):
+        put(w, s + i, get(w, T + 4 * i + 3))
+    _turn(w, p[1], T, room, s + 3, True)
+    for i in range(3):
+        put(w, room + i, -get(w, s + 3 + i))
+    theta_u_interaction(vector(w, room, 3), matrix(w, p[4], 3, 6))
+
+
+@kernel
+def _back(w, T, here, ahead, left, room, wanted):
+    """Compute `ahead`, and as much of what T is beside `here` as is left."""
+    off, back, more = room + 28, room, room + 34
+    _turn(w, here, T, room, off + 3, True)
+    for i in range(3):
+        put(w, off + i, 0.0)
+        put(w, off + 3 + i, left * get(w, off + 3 + i))
+    exp(vector(w, off, 6), matrix(w, back, 3, 4))
+    compose(w, back, ahead, more)
+    for i in range(3):
+        away = get(w, T + 4 * i + 3) - get(w, here + 4 * i + 3)
+        put(w, more + 4 * i + 3, get(w, ahead + 4 * i + 3) + left * away)
+    for i in range(12):
+        put(w, wanted + i, where(left > 0.0, get(w, more + i), get(w, ahead + i)))
+
+
+@stage
+def twist(p, w, step):
+    """Compute the twist (v, omega) that takes a frame on: (T, here, gain, dt, room, wanted, V).
+
+    In axes of the world. A period later as much is left of what is missed as the gain leaves.
+    """
+    T, ahead, dt, wanted, V = p[0], p[1] + 12, get(w, p[3]), p[5], p[6]
+    rate = get(w, p[2])
+    left = 1.0 - where(rate < 1.0 / dt, rate, 1.0 / dt) * dt
+    if some(left > 0.0):
+        _back(w, T, p[1], ahead, left, p[4], wanted)
+    else:
+        for i in range(12):
+            put(w, wanted + i, get(w, ahead + i))
+    _turn(w, T, wanted, p[4], V + 3, True)
+    for i in range(3):
+        put(w, V + i, get(w, wanted + 4 * i + 3) - get(w, T + 4 * i + 3))
+    for i in range(6):
+        put(w, V + i, get(w, V + i) / dt)

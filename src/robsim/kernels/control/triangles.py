@@ -1,0 +1,86 @@
+"""Stages of a law that turns three marks a, b, c to where they are to go.
+
+Points have three rows each, and a twist (v, omega) six; v is that of the origin of the world.
+"""
+
+from robsim.kernels.machine.jit import part
+from robsim.kernels.machine.lanes import get, put, sqrt
+from robsim.kernels.machine.stage import stage
+
+
+@part
+def _point(w, row):
+    return get(w, row), get(w, row + 1), get(w, row + 2)
+
+
+@part
+def _cross(a, b):
+    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
+
+
+@part
+def _unit(a, b):
+    """Return the unit vector of a - b."""
+    x, y, z = a[0] - b[0], a[1] - b[1], a[2] - b[2]
+    size = sqrt(x * x + y * y + z * z)
+    return x / size, y / size, z / size
+
+
+@part
+def _normal(w, abc):
+    """Return P_ab x P_ac, normal to the plane of a, b, c, as long as the sine at a."""
+    a = _point(w, abc)
+    return _cross(_unit(_point(w, abc + 3), a), _unit(_point(w, abc + 6), a))
+
+
+@part
+def _edges(w, abc):
+    """Return unit vectors along ab, across ab in the plane of a, b, c, and normal to it."""
+    ab, normal = _unit(_point(w, abc + 3), _point(w, abc)), _normal(w, abc)
+    size = sqrt(normal[0] * normal[0] + normal[1] * normal[1] + normal[2] * normal[2])
+    normal = normal[0] / size, normal[1] / size, normal[2] / size
+    return ab, _cross(normal, ab), normal
+
+
+@stage
+def in_world(p, w, step):
+    """Compute three points in the world: (T, points, out)."""
+    T = p[0]
+    for i in range(0, 9, 3):
+        x, y, z = _point(w, p[1] + i)
+        for r in range(3):
+            turned = get(w, T + 4 * r) * x + get(w, T + 4 * r + 1) * y + get(w, T + 4 * r + 2) * z
+            put(w, p[2] + i + r, turned + get(w, T + 4 * r + 3))
+
+
+@stage
+def turning(p, w, step):
+    """Compute omega of the twist: (now, goal, gain, completed, twist)."""
+    now, goal, gain, omega = p[0], p[1], get(w, p[2]), p[4] + 3
+    if p[3]:
+        a, b = _edges(w, now), _edges(w, goal)
+        one, two, three = _cross(a[0], b[0]), _cross(a[1], b[1]), _cross(a[2], b[2])
+        for r in range(3):
+            put(w, omega + r, 0.5 * gain * (one[r] + two[r] + three[r]))
+    else:
+        turn = _cross(_normal(w, now), _normal(w, goal))
+        for r in range(3):
+            put(w, omega + r, gain * turn[r])
+
+
+@stage
+def moving(p, w, step):
+    """Compute v of the twist: (now, goal, gain, sign, twist)."""
+    a, goal, gain, sign = _point(w, p[0]), _point(w, p[1]), get(w, p[2]), 1.0 * p[3]
+    lever = _cross(_point(w, p[4] + 3), a)
+    for r in range(3):
+        put(w, p[4] + r, gain * (goal[r] - a[r]) + sign * lever[r])
+
+
+@stage
+def carried(p, w, step):
+    """Replace v of a twist by the velocity of a frame at T, v + omega x t: (T, twist)."""
+    at = get(w, p[0] + 3), get(w, p[0] + 7), get(w, p[0] + 11)
+    lever = _cross(_point(w, p[1] + 3), at)
+    for r in range(3):
+        put(w, p[1] + r, get(w, p[1] + r) + lever[r])

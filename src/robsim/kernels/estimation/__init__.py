@@ -1,0 +1,1 @@
+"""Estimates from images: poses, depths, robust weights."""

@@ -1,0 +1,153 @@
+"""Depth from known motion, by an extended Kalman filter of each mark, with the run last.
+
+The state of a mark is (x, y, chi): its normalised image point and its inverse depth 1/Z, which is
+nearly linear in what the image shows (Matthies, Kanade and Szeliski 1989).
+"""
+
+import math
+
+import numpy as np
+
+from robsim.kernels.formulas import se3
+from robsim.kernels.machine.jit import kernel, part
+from robsim.kernels.machine.lanes import WIDTH, get, put
+from robsim.kernels.machine.memory import matrix, tensor, vector
+from robsim.kernels.machine.stage import stage
+
+NEAREST, FARTHEST = 0.01, 100.0  # metres: an estimate stays between them
+# Standard deviations that a second adds to what the motion predicts, for twists that are not quite
+# as believed: of x and y, and of chi relative to itself.
+POINT_DRIFT, DEPTH_DRIFT = 1e-4, 1e-2
+
+
+@kernel
+def _bounded(chi):
+    return min(max(chi, 1.0 / FARTHEST), 1.0 / NEAREST)
+
+
+@kernel
+def move(x, y, chi, T, b):
+    """Return (x', y', chi') and its Jacobian (three rows) of a mark seen after X' = T[3, 4, b] X.
+
+    Y = R (x, y, 1) + chi p is X' over the old depth: x' = Y1/Y3, y' = Y2/Y3, chi' = chi/Y3. A
+    mark that would come nearer than NEAREST stays there.
+    """
+    Y1 = T[0, 0, b] * x + T[0, 1, b] * y + T[0, 2, b] + chi * T[0, 3, b]
+    Y2 = T[1, 0, b] * x + T[1, 1, b] * y + T[1, 2, b] + chi * T[1, 3, b]
+    Y3 = T[2, 0, b] * x + T[2, 1, b] * y + T[2, 2, b] + chi * T[2, 3, b]
+    i = 1.0 / max(Y3, chi * NEAREST)
+    u, v, w = Y1 * i, Y2 * i, chi * i
+    a, c, d = T[2, 0, b], T[2, 1, b], T[2, 3, b]  # the derivative of Y3
+    return (
+        (u, v, w),
+        ((T[0, 0, b] - u * a) * i, (T[0, 1, b] - u * c) * i, (T[0, 3, b] - u * d) * i),
+        ((T[1, 0, b] - v * a) * i, (T[1, 1, b] - v * c) * i, (T[1, 3, b] - v * d) * i),
+        (-w * a * i, -w * c * i, (1.0 - w * d) * i),
+    )
+
+
+@part
+def _quadratic(f, g, P, n, b):
+    """Return F P g' for rows f, g of a Jacobian."""
+    total = 0.0
+    for r in range(3):
+        total += f[r] * (P[n, r, 0, b] * g[0] + P[n, r, 1, b] * g[1] + P[n, r, 2, b] * g[2])
+    return total
+
+
+@kernel
+def predict(state, P, V, dt, state_out, P_out):
+    """Compute state[n, 3, b] and covariance P[n, 3, 3, b] after a camera motion exp(V[6, b] dt).
+
+    Exact in the state; the covariance follows its Jacobian, and grows by the drift.
+    """
+    back, T = np.empty(V.shape), np.empty((3, 4, V.shape[1]))
+    for c in range(6):
+        for b in range(V.shape[1]):
+            back[c, b] = -V[c, b] * dt
+    se3.exp(back, T)
+    for n in range(state.shape[0]):
+        for b in range(state.shape[2]):
+            new, f, g, h = move(state[n, 0, b], state[n, 1, b], state[n, 2, b], T, b)
+            chi = _bounded(new[2])
+            state_out[n, 0, b], state_out[n, 1, b], state_out[n, 2, b] = new[0], new[1], chi
+            drift, drift_chi = POINT_DRIFT**2 * dt, (DEPTH_DRIFT * chi) ** 2 * dt
+            xy, xw, yw = (
+                _quadratic(f, g, P, n, b),
+                _quadratic(f, h, P, n, b),
+                _quadratic(g, h, P, n, b),
+            )
+            P_out[n, 0, 0, b] = _quadratic(f, f, P, n, b) + drift
+            P_out[n, 1, 1, b] = _quadratic(g, g, P, n, b) + drift
+            P_out[n, 2, 2, b] = _quadratic(h, h, P, n, b) + drift_chi
+            P_out[n, 0, 1, b], P_out[n, 1, 0, b] = xy, xy
+            P_out[n, 0, 2, b], P_out[n, 2, 0, b] = xw, xw
+            P_out[n, 1, 2, b], P_out[n, 2, 1, b] = yw, yw
+
+
+@part
+def _correct(r, measured, variance, n, b, state, P):
+    """Update by one coordinate r of the point (Kalman), in place."""
+    a0, a1, a2 = P[n, 0, r, b], P[n, 1, r, b], P[n, 2, r, b]
+    s = P[n, r, r, b] + variance
+    k0, k1, k2, off = a0 / s, a1 / s, a2 / s, measured - state[n, r, b]
+    state[n, 0, b] += k0 * off
+    state[n, 1, b] += k1 * off
+    state[n, 2, b] = _bounded(state[n, 2, b] + k2 * off)
+    xy, xw, yw = P[n, 0, 1, b] - k0 * a1, P[n, 0, 2, b] - k0 * a2, P[n, 1, 2, b] - k1 * a2
+    P[n, 0, 0, b] -= k0 * a0
+    P[n, 1, 1, b] -= k1 * a1
+    P[n, 2, 2, b] -= k2 * a2
+    P[n, 0, 1, b], P[n, 1, 0, b] = xy, xy
+    P[n, 0, 2, b], P[n, 2, 0, b] = xw, xw
+    P[n, 1, 2, b], P[n, 2, 1, b] = yw, yw
+
+
+@kernel
+def update(state, P, x, sigma):
+    """Correct state[n, 3, b] and P[n, 3, 3, b] in place by points x[n, 2, b] measured to sigma[2].
+
+    The two coordinates err independently and are taken one after the other. A point that is not
+    finite was not measured, and leaves the prediction as it is.
+    """
+    for n in range(x.shape[0]):
+        for b in range(x.shape[2]):
+            if math.isfinite(x[n, 0, b] + x[n, 1, b]):
+                _correct(0, x[n, 0, b], sigma[0] * sigma[0], n, b, state, P)
+                _correct(1, x[n, 1, b], sigma[1] * sigma[1], n, b, state, P)
+
+
+@stage
+def filter_stage(p, w, step):
+    """Filter depths: (N, points, dt, twist, numbers, state, covariance, room, depth).
+
+    The numbers are 1/Z at the start and its standard deviation, and those of both coordinates.
+    """
+    N, numbers, dt = p[0], vector(w, p[4], 4), w[p[2] * WIDTH]
+    x, state = matrix(w, p[1], N, 2), matrix(w, p[5], N, 3)
+    P, new = tensor(w, p[6], N, 3, 3), matrix(w, p[7], N, 3)
+    if step == 0:
+        begin(x, numbers, state, P)
+    else:
+        predict(state, P, vector(w, p[3], 6), dt, new, tensor(w, p[7] + 3 * N, N, 3, 3))
+        for i in range(3 * N):
+            put(w, p[5] + i, get(w, p[7] + i))
+        for i in range(9 * N):
+            put(w, p[6] + i, get(w, p[7] + 3 * N + i))
+        update(state, P, x, numbers[2:, 0])
+    for n in range(N):
+        put(w, p[8] + n, 1.0 / get(w, p[5] + 3 * n + 2))
+
+
+@kernel
+def begin(x, numbers, state, P):
+    """Compute state[n, 3, b] and P[n, 3, 3, b] at the first points x[n, 2, b].
+
+    The numbers[4, b] are 1/Z and its standard deviation, and those of both coordinates.
+    """
+    P[:] = 0.0
+    for n in range(x.shape[0]):
+        for b in range(x.shape[2]):
+            state[n, 0, b], state[n, 1, b], state[n, 2, b] = x[n, 0, b], x[n, 1, b], numbers[0, b]
+            P[n, 0, 0, b], P[n, 1, 1, b] = numbers[2, b] ** 2, numbers[3, b] ** 2
+            P[n, 2, 2, b] = numbers[1, b] ** 2

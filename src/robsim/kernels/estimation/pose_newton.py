@@ -1,0 +1,155 @@
+"""Newton's update of a pose that brings marks to where they are seen in the image.
+
+For a small motion u = (v, omega) of the target, P' = exp(u) P, half the sum f of squared distances
+e in the image has the gradient -L' e, and its second derivatives are, mark by mark,
+
+    sum_r b_r b_r' - |e|^2 z z' + the quadratic form of v.(c x omega) + (c.omega)(P.omega),
+
+with b_r = L_r + e_r z, z = (0, 0, 1/Z, y, -x, 0), c = (e_x, e_y, -(x e_x + y e_y)) / Z. Without e
+they are L' L, of the Gauss-Newton method, which takes some 30 updates where noise of a pixel bends
+f as much as the perspective of a small target does; with them five or six are usual.
+"""
+
+from robsim.kernels.machine.jit import kernel, part
+from robsim.kernels.machine.lanes import absolute, get, put, some, where
+
+PIVOT = 1e-11  # of the diagonal: a smaller one says that f does not bend upwards, or too little
+
+
+@kernel
+def _rows_of_curvature(w, N, now, inverse, error, L, B):
+    """Compute B, the rows b_r of all marks."""
+    for n in range(N):
+        x, y, s = get(w, now + 2 * n), get(w, now + 2 * n + 1), get(w, inverse + n)
+        for r in range(2):
+            e, row = get(w, error + 2 * n + r), 12 * n + 6 * r
+            for i in (0, 1, 5):
+                put(w, B + row + i, get(w, L + row + i))
+            put(w, B + row + 2, get(w, L + row + 2) + e * s)
+            put(w, B + row + 3, get(w, L + row + 3) + e * y)
+            put(w, B + row + 4, get(w, L + row + 4) - e * x)
+
+
+@kernel
+def _lower_products(w, B, rows, H):
+    """Compute the lower half of H = B' B."""
+    for i in range(6):
+        for j in range(i + 1):
+            total = get(w, B + i) * get(w, B + j)
+            for r in range(1, rows):
+                total = total + get(w, B + 6 * r + i) * get(w, B + 6 * r + j)
+            put(w, H + 6 * i + j, total)
+
+
+@kernel
+def _add_rest(w, N, now, inverse, error, weights, H):
+    """Add what is no product of rows b_r to the lower half of H.
+
+    Errors and rows are weighted once, and these products are to be twice.
+    """
+    H2, H3, H4, H5 = H + 12, H + 18, H + 24, H + 30
+    for n in range(N):
+        x, y, s = get(w, now + 2 * n), get(w, now + 2 * n + 1), get(w, inverse + n)
+        e, f, weight = get(w, error + 2 * n), get(w, error + 2 * n + 1), get(w, weights + n)
+        size = e * e + f * f
+        e, f = weight * e, weight * f
+        c = -(e * x + f * y)
+        put(w, H2 + 2, get(w, H2 + 2) - size * s * s)
+        put(w, H3 + 1, get(w, H3 + 1) + 0.5 * c * s)
+        put(w, H3 + 2, get(w, H3 + 2) - size * s * y - 0.5 * f * s)
+        put(w, H3 + 3, get(w, H3 + 3) + (e * x - size * y * y))
+        put(w, H4, get(w, H4) - 0.5 * c * s)
+        put(w, H4 + 2, get(w, H4 + 2) + size * s * x + 0.5 * e * s)
+        put(w, H4 + 3, get(w, H4 + 3) + (0.5 * (e * y + f * x) + size * x * y))
+        put(w, H4 + 4, get(w, H4 + 4) + (f * y - size * x * x))
+        put(w, H5, get(w, H5) + 0.5 * f * s)
+        put(w, H5 + 1, get(w, H5 + 1) - 0.5 * e * s)
+        put(w, H5 + 3, get(w, H5 + 3) + 0.5 * (e + c * x))
+        put(w, H5 + 4, get(w, H5 + 4) + 0.5 * (f + c * y))
+        put(w, H5 + 5, get(w, H5 + 5) + c)
+
+
+@kernel
+def _factorise(w, H):
+    """Replace H by L and D^-1 with H = L D L', in place; return where a pivot is too small.
+
+    Above the diagonal stand the numbers of L D.
+    """
+    small = get(w, H) <= 0.0
+    for j in range(6):
+        whole = get(w, H + 7 * j)
+        pivot = whole
+        for k in range(j):
+            pivot = pivot - get(w, H + 6 * j + k) * get(w, H + 6 * k + j)
+        small = small | (pivot <= PIVOT * absolute(whole))
+        inverse = 1.0 / pivot
+        put(w, H + 7 * j, inverse)
+        for i in range(j + 1, 6):
+            total = get(w, H + 6 * i + j)
+            for k in range(j):
+                total = total - get(w, H + 6 * j + k) * get(w, H + 6 * k + i)
+            put(w, H + 6 * j + i, total)
+            put(w, H + 6 * i + j, total * inverse)
+    return small
+
+
+@part
+def _substitute(w, H, u):
+    """Replace u by (L D L')^-1 u, in place."""
+    for i in range(1, 6):
+        total = get(w, u + i)
+        for k in range(i):
+            total = total - get(w, H + 6 * i + k) * get(w, u + k)
+        put(w, u + i, total)
+    for i in range(5, -1, -1):
+        total = get(w, u + i) * get(w, H + 7 * i)
+        for k in range(i + 1, 6):
+            total = total - get(w, H + 6 * k + i) * get(w, u + k)
+        put(w, u + i, total)
+
+
+@part
+def _downhill(w, L, error, rows, u):
+    """Compute u = L' e, which is minus the gradient."""
+    for i in range(6):
+        total = get(w, L + i) * get(w, error)
+        for r in range(1, rows):
+            total = total + get(w, L + 6 * r + i) * get(w, error + r)
+        put(w, u + i, total)
+
+
+@part
+def curvature(w, N, now, inverse, error, weights, L, room):
+    """Compute the lower half of the second derivatives H (6, 6), below 12 N rows of room."""
+    H = room + 12 * N
+    _rows_of_curvature(w, N, now, inverse, error, L, room)
+    _lower_products(w, room, 2 * N, H)
+    _add_rest(w, N, now, inverse, error, weights, H)
+
+
+@part
+def update(w, N, image, weights, L, slow, moving, u, room):
+    """Compute the update u of moving runs, from N marks; return where L' L has no sound inverse.
+
+    It is Newton's in slow runs where f bends upwards, and else that of Gauss and Newton. The image
+    has points, inverse depths and errors; errors and L are weighted. `room` has 14 N + 42 rows.
+    """
+    now, inverse, error = image
+    H, found, bending = room + 12 * N, room + 12 * N + 36, room + 12 * N + 42
+    for i in range(2 * N):
+        put(w, bending + i, where(slow, get(w, error + i), 0.0))
+    flat = moving
+    for attempt in range(2):  # a loop, so that what follows is compiled once
+        if attempt == 0:
+            curvature(w, N, now, inverse, bending, weights, L, room)
+        else:
+            _lower_products(w, L, 2 * N, H)
+        unsound = _factorise(w, H)
+        _downhill(w, L, error, 2 * N, found)
+        _substitute(w, H, found)
+        for i in range(6):
+            put(w, u + i, where(flat, get(w, found + i), get(w, u + i)))
+        flat = flat & unsound
+        if not some(flat):
+            break
+    return flat

@@ -1,0 +1,74 @@
+"""The pose of a target whose marks may lie, by reweighted fits."""
+
+from typing import Any
+
+import numpy as np
+
+from robsim.kernels.estimation.pose import fit, reproject
+from robsim.kernels.estimation.pose import room_of as room_of_fit
+from robsim.kernels.estimation.robust import put_distances, put_weights
+from robsim.kernels.machine.jit import part
+from robsim.kernels.machine.lanes import get, put, some, sqrt
+from robsim.kernels.machine.linked import linked
+from robsim.kernels.machine.program import Function, Program
+from robsim.kernels.machine.stage import stage
+
+ROUNDS = 10  # reweighted fits, each from the last one
+
+_fit = linked(fit)
+
+
+def room_of(N: int) -> int:
+    """Return how many rows `fit_robustly` needs to work in, for N marks."""
+    return 7 * N + 12 + room_of_fit(N)
+
+
+@part
+def _moved(w, T, before):
+    """Return in which runs a pose is no longer what it was before; keep what it is."""
+    moved = get(w, T) < get(w, T)
+    for i in range(12):
+        now = get(w, T + i)
+        moved = moved | ~(now == get(w, before + i))
+        put(w, before + i, now)
+    return moved
+
+
+@stage
+def fit_robustly(p, w, step):
+    """Refit a pose T to the image x of N marks: (N, marks, x, T, weights, room, kind, least).
+
+    Each fit weighs the squares by how far the marks are from where the last one sees them, in units
+    of their scale (see `robsim.kernels.estimation.robust`). After ten fits, or when T does not
+    change any more; T and weights are then of one another. It is the minimum to which T leads.
+    """
+    N, marks, x, T, weights, room, kind = p[0], p[1], p[2], p[3], p[4], p[5], p[6]
+    distances, roots, before = room + 5 * N, room + 6 * N, room + 7 * N
+    _moved(w, T, before)
+    for _ in range(ROUNDS):
+        for n in range(N):
+            put(w, roots + n, 1.0)
+        reproject(w, marks, N, T, x, roots, room)
+        put_distances(w, N, room + 3 * N, distances)
+        put_weights(w, kind, N, distances, p[7], weights)
+        for n in range(N):
+            put(w, roots + n, sqrt(get(w, weights + n)))
+        _fit(w, (N, marks, x, T, T, roots, before + 12))
+        if not some(_moved(w, T, before)):
+            return
+
+
+def fit_pose_robustly(marks: Any, x: Any, T: Any, kind: int, least: float) -> Any:
+    """Refit the poses T[3, 4, b] to images x[n, 2, b] of marks[n, 3, b], in place.
+
+    Return the weights [n, b] of the squares.
+    """
+    N, runs, program = len(x), x.shape[2], Program()
+    first = program.rows(5 * N + 12)
+    pose, found, scale = first + 5 * N, program.rows(N), program.constant(least)
+    room = program.rows(room_of(N))
+    program.add(fit_robustly, N, first, first + 3 * N, pose, found, room, kind, scale)
+    given = np.concatenate([rows.reshape(-1, runs) for rows in (marks, x, T)])
+    made = Function(program, first, pose, 12 + N)(given)
+    T[:] = made[:12].reshape(T.shape)
+    return made[12:]

@@ -1,0 +1,127 @@
+"""Features of marks taken together: segments, straight lines and vanishing points.
+
+As everywhere sdot = L V_c, with V_c = (v, omega) the camera's twist in its own axes.
+"""
+
+import math
+
+import numpy as np
+
+from robsim.kernels.features.point_features import polar_of, polar_rates, turn_towards
+from robsim.kernels.formulas.interaction import points_interaction
+from robsim.kernels.machine.jit import kernel
+from robsim.kernels.machine.lanes import WIDTH
+from robsim.kernels.machine.memory import matrix, vector
+from robsim.kernels.machine.stage import stage
+
+
+@kernel
+def segments(x, s):
+    """Compute s[2n, b] = (xc, yc, length, angle) of segments from x[0] to x[1], and so on."""
+    for n in range(0, x.shape[0], 2):
+        i = 2 * n
+        for b in range(x.shape[2]):
+            x0, y0, x1, y1 = x[n, 0, b], x[n, 1, b], x[n + 1, 0, b], x[n + 1, 1, b]
+            s[i, b], s[i + 1, b] = 0.5 * (x0 + x1), 0.5 * (y0 + y1)
+            s[i + 2, b], s[i + 3, b] = polar_of(x1 - x0, y1 - y0)
+
+
+@kernel
+def to_segment_rates(x, L):
+    """Convert L of the end points x[n, 2, b] to L of `segments`, in place."""
+    for n in range(0, x.shape[0], 2):
+        i = 2 * n
+        for c in range(6):
+            for b in range(x.shape[2]):
+                dx0, dy0, dx1, dy1 = L[i, c, b], L[i + 1, c, b], L[i + 2, c, b], L[i + 3, c, b]
+                along, down = x[n + 1, 0, b] - x[n, 0, b], x[n + 1, 1, b] - x[n, 1, b]
+                L[i, c, b], L[i + 1, c, b] = 0.5 * (dx0 + dx1), 0.5 * (dy0 + dy1)
+                L[i + 2, c, b], L[i + 3, c, b] = polar_rates(along, down, dx1 - dx0, dy1 - dy0)
+
+
+@kernel
+def normal_of(x0, y0, x1, y1):
+    """Return (cos theta, sin theta, distance) of the line from one point to the other.
+
+    It is x cos theta + y sin theta = rho, and runs in the direction (-sin theta, cos theta).
+    """
+    distance, _ = polar_of(x1 - x0, y1 - y0)
+    return (y1 - y0) / distance, (x0 - x1) / distance, distance
+
+
+@kernel
+def lines(x, s):
+    """Compute s[n, b] = (rho, theta) of lines from x[0] to x[1], from x[2] to x[3] ..."""
+    for n in range(0, x.shape[0], 2):
+        for b in range(x.shape[2]):
+            x0, y0 = x[n, 0, b], x[n, 1, b]
+            c, s_, _ = normal_of(x0, y0, x[n + 1, 0, b], x[n + 1, 1, b])
+            s[n, b], s[n + 1, b] = x0 * c + y0 * s_, math.atan2(s_, c)
+
+
+@kernel
+def lines_interaction(x, Z, L):
+    """Compute L[n, 6, b] of `lines` through marks x[n, 2, b] at depths Z[n, b].
+
+    Its lambdas come from a plane through the line in space; along the line's image that makes 1/Z
+    linear. So lambda_theta is the slope of 1/Z, and -lambda_rho is 1/Z at the foot of the
+    perpendicular from the centre.
+    """
+    for n in range(0, x.shape[0], 2):
+        for b in range(x.shape[2]):
+            x0, y0 = x[n, 0, b], x[n, 1, b]
+            c, s, distance = normal_of(x0, y0, x[n + 1, 0, b], x[n + 1, 1, b])
+            rho = x0 * c + y0 * s
+            slope = (1.0 / Z[n + 1, b] - 1.0 / Z[n, b]) / distance
+            foot = 1.0 / Z[n, b] - slope * (y0 * c - x0 * s)
+            L[n, 0, b], L[n, 1, b], L[n, 2, b] = -foot * c, -foot * s, foot * rho
+            L[n, 3, b], L[n, 4, b] = (1.0 + rho * rho) * s, -(1.0 + rho * rho) * c
+            L[n, 5, b] = 0.0
+            L[n + 1, 0, b], L[n + 1, 1, b], L[n + 1, 2, b] = slope * c, slope * s, -slope * rho
+            L[n + 1, 3, b], L[n + 1, 4, b], L[n + 1, 5, b] = -rho * c, -rho * s, -1.0
+
+
+@kernel
+def intersections(x, p):
+    """Compute p[m, 2, b], where the lines through x[4m], x[4m + 1] and the next two meet."""
+    for m in range(p.shape[0]):
+        n = 4 * m
+        for b in range(x.shape[2]):
+            x0, y0 = x[n, 0, b], x[n, 1, b]
+            ux, uy = x[n + 1, 0, b] - x0, x[n + 1, 1, b] - y0
+            vx, vy = x[n + 3, 0, b] - x[n + 2, 0, b], x[n + 3, 1, b] - x[n + 2, 1, b]
+            dx, dy = x[n + 2, 0, b] - x0, x[n + 2, 1, b] - y0
+            t = (dx * vy - dy * vx) / (ux * vy - uy * vx)
+            p[m, 0, b], p[m, 1, b] = x0 + t * ux, y0 + t * uy
+
+
+@stage
+def segments_stage(p, w, step):
+    """Compute s and L of segments: (N, points, depth, goal or -1, s, L)."""
+    N = p[0]
+    x, s, L = matrix(w, p[1], N, 2), vector(w, p[4], 2 * N), matrix(w, p[5], 2 * N, 6)
+    segments(x, s)
+    if p[3] >= 0:
+        turn_towards(vector(w, p[3], 2 * N), 4, s)
+    points_interaction(x, vector(w, p[2], N), L)
+    to_segment_rates(x, L)
+
+
+@stage
+def lines_stage(p, w, step):
+    """Compute s and L of straight lines: (N, points, depth, goal or -1, s, L)."""
+    N = p[0]
+    x, s = matrix(w, p[1], N, 2), vector(w, p[4], N)
+    lines(x, s)
+    if p[3] >= 0:
+        turn_towards(vector(w, p[3], N), 2, s)
+    lines_interaction(x, vector(w, p[2], N), matrix(w, p[5], N, 6))
+
+
+@stage
+def intersections_stage(p, w, step):
+    """Compute s and L of vanishing points: (N, points, s, L)."""
+    M = p[0] // 4
+    s = matrix(w, p[2], M, 2)
+    intersections(matrix(w, p[1], p[0], 2), s)
+    points_interaction(s, np.full((M, WIDTH), np.inf), matrix(w, p[3], 2 * M, 6))

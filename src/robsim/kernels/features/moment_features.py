@@ -1,0 +1,196 @@
+"""Features of image moments: area, centre, orientation, and six decoupled ones.
+
+Centres centre[2, b], moments mu[k, b] and their rates R[k, 6, b] are those of
+`robsim.kernels.formulas.moments`.
+"""
+
+import math
+
+import numpy as np
+
+from robsim.kernels.formulas.moments import (
+    ORDER_3,
+    ORDER_4,
+    marks,
+    marks_rates,
+    plane,
+    region,
+    region_rates,
+)
+from robsim.kernels.machine.jit import kernel, part
+from robsim.kernels.machine.memory import matrix, vector
+from robsim.kernels.machine.stage import stage
+
+NEAR = 0.8  # what a small turn is worth against third moments that contradict it
+
+
+@part
+def _size(of_marks, m, b):
+    """Return the size: mu00 of a region, mu20 + mu02 of a set of marks."""
+    return m[3, b] + m[5, b] if of_marks else m[0, b]
+
+
+@part
+def _size_rate(of_marks, R, c, b):
+    """Return the rate of the size by component c of the twist."""
+    return R[3, c, b] + R[5, c, b] if of_marks else R[0, c, b]
+
+
+@part
+def _orientation(mu, b):
+    return 0.5 * math.atan2(2.0 * mu[4, b], mu[3, b] - mu[5, b])
+
+
+@part
+def _orientation_rate(mu, R, c, b):
+    across, twice = mu[3, b] - mu[5, b], 2.0 * mu[4, b]
+    turn = across * 2.0 * R[4, c, b] - twice * (R[3, c, b] - R[5, c, b])
+    return 0.5 * turn / (across * across + twice * twice)
+
+
+@part
+def within_quarter_turn(goal, alpha):
+    """Add n pi to alpha[b], so that it is within a quarter turn of the goal, in place."""
+    for b in range(alpha.shape[0]):
+        turns = (alpha[b] - goal[b]) / math.pi
+        alpha[b] -= math.pi * math.floor(turns + 0.5)
+
+
+@kernel
+def head(mu, alpha, out):
+    """Compute out[2, b], third moments along and across the axis alpha[b], dimensionless.
+
+    p = (mu30 + mu12, mu21 + mu03), and its length is the rho of `decoupled`. An axis has no head,
+    and p has: with alpha + pi it changes its sign.
+    """
+    for b in range(alpha.shape[0]):
+        px, py, spread = mu[6, b] + mu[8, b], mu[7, b] + mu[9, b], mu[3, b] + mu[5, b]
+        scale = math.sqrt(mu[0, b] / spread) / spread
+        c, s = math.cos(alpha[b]), math.sin(alpha[b])
+        out[0, b], out[1, b] = scale * (c * px + s * py), scale * (c * py - s * px)
+
+
+@kernel
+def upright(goal, head_goal, mu, alpha):
+    """Add n pi to alpha[b], so that the head is where it is at the goal, in place.
+
+    h is `head`, h* at the goal. In pictures that differ by a turn h = h*, or -h* where the axis
+    points the other way; a tilt bends h, and the nearer of both angles gets NEAR of a vote: alpha
+    is kept where h.h* / max(|h|, |h*|)^2 + NEAR cos(alpha - goal) is not below zero. Both change
+    their signs with alpha + pi, so there is no jump at a quarter turn.
+    """
+    h = np.empty((2, alpha.shape[0]))
+    head(mu, alpha, h)
+    for b in range(alpha.shape[0]):
+        x, y = head_goal[0, b], head_goal[1, b]
+        square, along = x * x + y * y, h[0, b] * x + h[1, b] * y
+        share = along / max(square, h[0, b] * h[0, b] + h[1, b] * h[1, b])
+        if share + NEAR * math.cos(alpha[b] - goal[b]) < 0.0:
+            alpha[b] += math.pi if alpha[b] < goal[b] else -math.pi
+
+
+@part
+def basic(of_marks, centre, mu, s):
+    """Compute s[4, b] = (a, xg, yg, alpha), alpha = atan2(2 mu11, mu20 - mu02) / 2."""
+    for b in range(mu.shape[1]):
+        s[0, b], s[1, b], s[2, b] = _size(of_marks, mu, b), centre[0, b], centre[1, b]
+        s[3, b] = _orientation(mu, b)
+
+
+@part
+def basic_rates(of_marks, mu, R, L):
+    """Compute L[4, 6, b] of (a, xg, yg, alpha), from the rates R[k, 6, b] of the moments."""
+    for c in range(6):
+        for b in range(mu.shape[1]):
+            L[0, c, b], L[1, c, b] = _size_rate(of_marks, R, c, b), R[1, c, b]
+            L[2, c, b], L[3, c, b] = R[2, c, b], _orientation_rate(mu, R, c, b)
+
+
+@part
+def _skewness(mu, b):
+    """Return (rho, px, py, spread): p = sum of r^2 (x, y), and rho, |p| without dimension."""
+    px, py, spread = mu[6, b] + mu[8, b], mu[7, b] + mu[9, b], mu[3, b] + mu[5, b]
+    rho = math.sqrt(mu[0, b] * (px * px + py * py) / spread) / spread
+    return rho, px, py, spread
+
+
+@kernel
+def decoupled(of_marks, size_goal, Z_goal, centre, mu, s):
+    """Compute s[6, b] = (xn, yn, an, Px, Py, alpha), an = Z* sqrt(a* / a), xn = an xg, yn = an yg.
+
+    (Px, Py) = rho (cos 2 phi, sin 2 phi): the size without unit and the direction from the
+    principal axis of p = (mu30 + mu12, mu21 + mu03), twice because an axis has no head.
+    """
+    for b in range(mu.shape[1]):
+        an = Z_goal[b] * math.sqrt(size_goal[b] / _size(of_marks, mu, b))
+        rho, px, py, _spread = _skewness(mu, b)
+        alpha = _orientation(mu, b)
+        twice = 2.0 * (math.atan2(py, px) - alpha)
+        s[0, b], s[1, b], s[2, b] = an * centre[0, b], an * centre[1, b], an
+        s[3, b], s[4, b], s[5, b] = rho * math.cos(twice), rho * math.sin(twice), alpha
+
+
+@kernel
+def decoupled_rates(of_marks, centre, mu, R, s, L):
+    """Compute L[6, 6, b] of the decoupled s[6, b], from the rates R[k, 6, b] of the moments."""
+    for c in range(6):
+        for b in range(mu.shape[1]):
+            an = s[2, b]
+            an_rate = -0.5 * an * _size_rate(of_marks, R, c, b) / _size(of_marks, mu, b)
+            _rho, px, py, spread = _skewness(mu, b)
+            dx, dy, square = R[6, c, b] + R[8, c, b], R[7, c, b] + R[9, c, b], px * px + py * py
+            alpha_rate = _orientation_rate(mu, R, c, b)
+            growth = (px * dx + py * dy) / square + 0.5 * R[0, c, b] / mu[0, b]
+            growth -= 1.5 * (R[3, c, b] + R[5, c, b]) / spread
+            turn = 2.0 * ((px * dy - py * dx) / square - alpha_rate)
+            L[0, c, b] = an_rate * centre[0, b] + an * R[1, c, b]
+            L[1, c, b] = an_rate * centre[1, b] + an * R[2, c, b]
+            L[2, c, b] = an_rate
+            L[3, c, b] = growth * s[3, b] - turn * s[4, b]
+            L[4, c, b] = growth * s[4, b] + turn * s[3, b]
+            L[5, c, b] = alpha_rate
+
+
+@stage
+def marks_stage(p, w, step):
+    """Compute the moments of marks and their rates: (N, points, depth, centre, mu, R)."""
+    x, Z, centre = matrix(w, p[1], p[0], 2), vector(w, p[2], p[0]), vector(w, p[3], 2)
+    marks(x, centre, vector(w, p[4], ORDER_3))
+    marks_rates(x, Z, centre, matrix(w, p[5], ORDER_3, 6))
+
+
+@stage
+def region_stage(p, w, step):
+    """Compute the moments of a region and their rates: (N, points, depth, centre, mu, R, plane)."""
+    x, Z, centre = matrix(w, p[1], p[0], 2), vector(w, p[2], p[0]), vector(w, p[3], 2)
+    mu, ABC = vector(w, p[4], ORDER_4), vector(w, p[6], 3)
+    region(x, centre, mu)
+    plane(x, Z, ABC)
+    region_rates(ABC, centre, mu, matrix(w, p[5], ORDER_3, 6))
+
+
+@stage
+def basic_stage(p, w, step):
+    """Compute s and L of size, centre and angle: (of marks, centre, mu, R, goal or -1, s, L)."""
+    of_marks, mu, s = p[0] != 0, vector(w, p[2], ORDER_3), vector(w, p[5], 4)
+    basic(of_marks, vector(w, p[1], 2), mu, s)
+    if p[4] >= 0:
+        within_quarter_turn(vector(w, p[4], 1)[0], s[3])
+    basic_rates(of_marks, mu, matrix(w, p[3], ORDER_3, 6), matrix(w, p[6], 4, 6))
+
+
+@stage
+def decoupled_stage(p, w, step):
+    """Compute s and L of the decoupled moments.
+
+    (of marks, centre, mu, R, goal, whether it has an angle, a head, s, L): of the goal
+    size, depth, angle, and the two numbers of the head.
+    """
+    of_marks, centre, mu = p[0] != 0, vector(w, p[1], 2), vector(w, p[2], ORDER_3)
+    goal, s = vector(w, p[4], 5), vector(w, p[7], 6)
+    decoupled(of_marks, goal[0], goal[1], centre, mu, s)
+    if p[5]:
+        within_quarter_turn(goal[2], s[5])
+    if p[6]:
+        upright(goal[2], goal[3:], mu, s[5])
+    decoupled_rates(of_marks, centre, mu, matrix(w, p[3], ORDER_3, 6), s, matrix(w, p[8], 6, 6))

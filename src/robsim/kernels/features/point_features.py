@@ -1,0 +1,167 @@
+"""Features of single marks: polar coordinates, bearings, depth, points in space.
+
+As everywhere sdot = L V_c, with V_c = (v, omega) the camera's twist in its own axes.
+"""
+
+import math
+
+import numpy as np
+
+from robsim.kernels.formulas.interaction import points_interaction
+from robsim.kernels.machine.jit import kernel, part
+from robsim.kernels.machine.memory import matrix, vector
+from robsim.kernels.machine.stage import stage
+
+
+@kernel
+def polar_of(x, y):
+    """Return (rho, theta) of the vector (x, y)."""
+    return math.sqrt(x * x + y * y), math.atan2(y, x)
+
+
+@kernel
+def polar_rates(x, y, dx, dy):
+    """Return (rho', theta') of the vector (x, y) that changes at the rate (dx, dy)."""
+    rho = math.sqrt(x * x + y * y)
+    c, s = x / rho, y / rho
+    return c * dx + s * dy, (c * dy - s * dx) / rho
+
+
+@kernel
+def polar(x, s):
+    """Compute s[2n, b] = (rho, theta) of image points x[n, 2, b] about the principal point."""
+    for n in range(x.shape[0]):
+        for b in range(x.shape[2]):
+            s[2 * n, b], s[2 * n + 1, b] = polar_of(x[n, 0, b], x[n, 1, b])
+
+
+@kernel
+def to_polar_rates(x, L):
+    """Convert L of the points x[n, 2, b] to L of `polar`, in place."""
+    for n in range(x.shape[0]):
+        i, j = 2 * n, 2 * n + 1
+        for c in range(6):
+            for b in range(x.shape[2]):
+                L[i, c, b], L[j, c, b] = polar_rates(x[n, 0, b], x[n, 1, b], L[i, c, b], L[j, c, b])
+
+
+@kernel
+def turn_towards(goal, group, s):
+    """Shift angles of s[k, b], the last of each `group` rows, to within half a turn of the goal.
+
+    Only whole turns are taken off, so an angle that is near already keeps its bits.
+    """
+    for i in range(group - 1, s.shape[0], group):
+        for b in range(s.shape[1]):
+            half_turn_less = s[i, b] - goal[i, b] - math.pi
+            s[i, b] -= 2.0 * math.pi * np.ceil(half_turn_less / (2.0 * math.pi))
+
+
+@kernel
+def bearings(x, s):
+    """Compute s[3n, b], unit vectors towards image points x[n, 2, b], in camera axes."""
+    for n in range(x.shape[0]):
+        for b in range(x.shape[2]):
+            u, v = x[n, 0, b], x[n, 1, b]
+            z = 1.0 / math.sqrt(1.0 + u * u + v * v)
+            s[3 * n, b], s[3 * n + 1, b], s[3 * n + 2, b] = u * z, v * z, z
+
+
+@kernel
+def bearings_interaction(s, Z, L):
+    """Compute L[3n, 6, b] = [-(I - s s') / |P|, [s]x] of bearings s at depths Z."""
+    for i in range(s.shape[0]):
+        first = i - i % 3
+        for c in range(3):
+            one = 1.0 if i == first + c else 0.0
+            for b in range(s.shape[1]):
+                distance = Z[i // 3, b] / s[first + 2, b]
+                L[i, c, b] = (s[i, b] * s[first + c, b] - one) / distance
+    cross_columns(s, L)
+
+
+@part
+def cross_columns(s, L):
+    """Compute L[3n:3n+3, 3:6, b] = [s]x, for vectors s[3n, b] under a camera's rotation."""
+    for i in range(0, s.shape[0], 3):
+        for b in range(s.shape[1]):
+            x, y, z = s[i, b], s[i + 1, b], s[i + 2, b]
+            L[i, 3, b], L[i, 4, b], L[i, 5, b] = 0.0, -z, y
+            L[i + 1, 3, b], L[i + 1, 4, b], L[i + 1, 5, b] = z, 0.0, -x
+            L[i + 2, 3, b], L[i + 2, 4, b], L[i + 2, 5, b] = -y, x, 0.0
+
+
+@kernel
+def points_3d(x, Z, X):
+    """Compute X[3n, b] = (x Z, y Z, Z) of image points x[n, 2, b] at depths Z[n, b]."""
+    for n in range(x.shape[0]):
+        for b in range(x.shape[2]):
+            X[3 * n, b], X[3 * n + 1, b] = x[n, 0, b] * Z[n, b], x[n, 1, b] * Z[n, b]
+            X[3 * n + 2, b] = Z[n, b]
+
+
+@part
+def points_3d_interaction(X, L):
+    """Compute L[3n, 6, b] = [-I, [X]x] of points X[3n, b] in camera axes."""
+    for i in range(X.shape[0]):
+        for c in range(3):
+            minus_one = -1.0 if c == i % 3 else 0.0
+            for b in range(X.shape[1]):
+                L[i, c, b] = minus_one
+    cross_columns(X, L)
+
+
+@kernel
+def log_depth(Z, Z_goal, s):
+    """Compute s[n, b] = log(Z / Z_goal) of depths Z[n, b] and Z_goal[n, b]."""
+    for n in range(Z.shape[0]):
+        for b in range(Z.shape[1]):
+            s[n, b] = math.log(Z[n, b] / Z_goal[n, b])
+
+
+@kernel
+def log_depth_interaction(x, Z, L):
+    """Compute L[n, 6, b] = [0, 0, -1/Z, -y, x, 0] of image points x at depths Z[n, b]."""
+    for n in range(x.shape[0]):
+        for b in range(x.shape[2]):
+            L[n, 0, b], L[n, 1, b], L[n, 2, b] = 0.0, 0.0, -1.0 / Z[n, b]
+            L[n, 3, b], L[n, 4, b], L[n, 5, b] = -x[n, 1, b], x[n, 0, b], 0.0
+
+
+@stage
+def polar_stage(p, w, step):
+    """Compute s and L of polar coordinates: (N, points, depth, goal or -1, s, L)."""
+    N = p[0]
+    x, s, L = matrix(w, p[1], N, 2), vector(w, p[4], 2 * N), matrix(w, p[5], 2 * N, 6)
+    polar(x, s)
+    if p[3] >= 0:
+        turn_towards(vector(w, p[3], 2 * N), 2, s)
+    points_interaction(x, vector(w, p[2], N), L)
+    to_polar_rates(x, L)
+
+
+@stage
+def bearings_stage(p, w, step):
+    """Compute s and L of unit vectors to the marks: (N, points, depth, s, L)."""
+    N = p[0]
+    s = vector(w, p[3], 3 * N)
+    bearings(matrix(w, p[1], N, 2), s)
+    bearings_interaction(s, vector(w, p[2], N), matrix(w, p[4], 3 * N, 6))
+
+
+@stage
+def points_3d_stage(p, w, step):
+    """Compute s and L of points in camera axes: (N, points, depth, s, L)."""
+    N = p[0]
+    s = vector(w, p[3], 3 * N)
+    points_3d(matrix(w, p[1], N, 2), vector(w, p[2], N), s)
+    points_3d_interaction(s, matrix(w, p[4], 3 * N, 6))
+
+
+@stage
+def log_depth_stage(p, w, step):
+    """Compute s and L of the logarithm of depths: (N, points, depth, goal, s, L)."""
+    N = p[0]
+    x, Z = matrix(w, p[1], N, 2), vector(w, p[2], N)
+    log_depth(Z, vector(w, p[3], N), vector(w, p[4], N))
+    log_depth_interaction(x, Z, matrix(w, p[5], N, 6))

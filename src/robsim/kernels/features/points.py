@@ -1,0 +1,33 @@
+"""Stages of image points: s and L, normalised or in pixels."""
+
+from robsim.kernels.formulas.camera import pinhole_of
+from robsim.kernels.formulas.interaction import put_point_rates
+from robsim.kernels.machine.lanes import get, put
+from robsim.kernels.machine.stage import stage
+
+
+@stage
+def points_stage(p, w, step):
+    """Compute s and L of image points: (N, points, depth, s, L)."""
+    for n in range(p[0]):
+        x, y, inverse = get(w, p[1] + 2 * n), get(w, p[1] + 2 * n + 1), 1.0 / get(w, p[2] + n)
+        put(w, p[3] + 2 * n, x)
+        put(w, p[3] + 2 * n + 1, y)
+        put_point_rates(w, p[4] + 12 * n, x, y, inverse)
+
+
+@stage
+def pixels_stage(p, w, step):
+    """Replace s and L of image points by those of their pixels: (N, camera, s, L)."""
+    K, s, L = p[1], p[2], p[3]
+    for n in range(p[0]):
+        x, y, row = get(w, s + 2 * n), get(w, s + 2 * n + 1), L + 12 * n
+        u, v = pinhole_of(
+            x, y, get(w, K), get(w, K + 1), get(w, K + 2), get(w, K + 4), get(w, K + 5)
+        )
+        put(w, s + 2 * n, u)
+        put(w, s + 2 * n + 1, v)
+        for c in range(6):
+            below = get(w, row + 6 + c)
+            put(w, row + c, get(w, K) * get(w, row + c) + get(w, K + 1) * below)
+            put(w, row + 6 + c, get(w, K + 4) * below)

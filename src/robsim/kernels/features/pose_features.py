@@ -1,0 +1,95 @@
+"""Interaction matrices L of a pose, for position-based servoing: sdot = L V_c."""
+
+import math
+
+import numpy as np
+
+from robsim.kernels.features.point_features import points_3d_interaction
+from robsim.kernels.formulas.lane_poses import compose
+from robsim.kernels.formulas.se3 import (
+    inverse,
+    log_coefficient,
+    rotation_to_quaternion,
+    rotation_vector,
+)
+from robsim.kernels.machine.jit import part
+from robsim.kernels.machine.lanes import absolute, get, put, where
+from robsim.kernels.machine.memory import matrix, vector
+from robsim.kernels.machine.stage import stage
+
+
+@part
+def theta_u_interaction(w, L):
+    """Compute L[3, 6, b] of w[3, b] = theta u of R, for Rdot = R [omega]x of the camera.
+
+    L = [0, I + [w]x / 2 + c [w]x^2], c = (1 - (theta/2) cot(theta/2)) / theta^2: the inverse of
+    the right Jacobian of SO(3) (Malis, Chaumette and Boudet 1999; Chaumette and Hutchinson 2006,
+    the section on position-based servoing). The sign of [w]x belongs to this rotation: for its
+    inverse, w' = -w, it is L' = -(I - [w']x / 2 + c [w']x^2).
+    """
+    for b in range(w.shape[1]):
+        x, y, z = w[0, b], w[1, b], w[2, b]
+        square = x * x + y * y + z * z
+        c = log_coefficient(math.sqrt(square))
+        for r in range(3):
+            L[r, 0, b], L[r, 1, b], L[r, 2, b] = 0.0, 0.0, 0.0
+        L[0, 3, b], L[1, 4, b], L[2, 5, b] = (
+            1.0 + c * (x * x - square),
+            1.0 + c * (y * y - square),
+            1.0 + c * (z * z - square),
+        )
+        L[0, 4, b], L[1, 3, b] = c * x * y - 0.5 * z, c * x * y + 0.5 * z
+        L[0, 5, b], L[2, 3, b] = c * x * z + 0.5 * y, c * x * z - 0.5 * y
+        L[1, 5, b], L[2, 4, b] = c * y * z - 0.5 * x, c * y * z + 0.5 * x
+
+
+@part
+def camera_origin_interaction(T, L):
+    """Compute L[3, 6, b] = [R, 0] of the camera's origin, from its pose T[3, 4, b].
+
+    Chaumette and Hutchinson 2006, the section on position-based servoing.
+    """
+    for r in range(3):
+        for c in range(3):
+            for b in range(T.shape[2]):
+                L[r, c, b], L[r, 3 + c, b] = T[r, c, b], 0.0
+
+
+@stage
+def lost_stage(p, w, step):
+    """Note runs whose guess was behind the camera: (N, points, pose, lost), which stays noted.
+
+    Their pose is NaN although all marks are seen.
+    """
+    seen = absolute(get(w, p[1]))
+    for i in range(1, 2 * p[0]):
+        seen = seen + absolute(get(w, p[1] + i))
+    gone = (seen < np.inf) & ~(absolute(get(w, p[2])) < np.inf)
+    put(w, p[3], where(gone, 1.0, get(w, p[3])))
+
+
+@stage
+def from_goal_stage(p, w, step):
+    """Compute the pose of the camera in the goal camera: (pose, target in it, room, out)."""
+    compose(w, p[0], p[1], p[2])
+    inverse(matrix(w, p[2], 3, 4), matrix(w, p[3], 3, 4))
+
+
+@stage
+def theta_u_stage(p, w, step):
+    """Compute s and L of a rotation vector: (pose, room of 4, s, L)."""
+    quaternion, s = vector(w, p[1], 4), vector(w, p[2], 3)
+    rotation_to_quaternion(matrix(w, p[0], 3, 4), quaternion)
+    rotation_vector(quaternion, s)
+    theta_u_interaction(s, matrix(w, p[3], 3, 6))
+
+
+@stage
+def translation_stage(p, w, step):
+    """Compute s and L of a translation: (pose, whether of the camera in the goal camera, s, L)."""
+    for r in range(3):
+        put(w, p[2] + r, get(w, p[0] + 4 * r + 3))
+    if p[1]:
+        camera_origin_interaction(matrix(w, p[0], 3, 4), matrix(w, p[3], 3, 6))
+    else:
+        points_3d_interaction(vector(w, p[2], 3), matrix(w, p[3], 3, 6))

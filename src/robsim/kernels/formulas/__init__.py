@@ -1,0 +1,1 @@
+"""Formulas without stages: rigid motions, joints, cameras, curves, time laws, random numbers."""

@@ -1,0 +1,15 @@
+"""The largest of several numbers of each run."""
+
+from robsim.kernels.machine.jit import kernel
+
+
+@kernel
+def largest(x, out):
+    """Compute out[b] = max_i |x[i, b]|; NaN or infinite if any of them is."""
+    out[:] = 0.0
+    for i in range(x.shape[0]):
+        for b in range(out.size):
+            out[b] = max(out[b], abs(x[i, b]))
+    for i in range(x.shape[0]):
+        for b in range(out.size):
+            out[b] += x[i, b] * 0.0

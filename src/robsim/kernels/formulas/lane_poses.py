@@ -1,0 +1,26 @@
+"""Poses on lanes: twelve rows, [R | t] row by row."""
+
+from robsim.kernels.machine.jit import kernel, part
+from robsim.kernels.machine.lanes import get, put
+
+
+@part
+def pose_row(w, T, r):
+    """Return a row of a pose."""
+    return get(w, T + 4 * r), get(w, T + 4 * r + 1), get(w, T + 4 * r + 2), get(w, T + 4 * r + 3)
+
+
+@part
+def times_column(a, w, B, c):
+    """Return a row of A times a column of B, without the translation of A."""
+    return a[0] * get(w, B + c) + a[1] * get(w, B + 4 + c) + a[2] * get(w, B + 8 + c)
+
+
+@kernel
+def compose(w, A, B, T):
+    """Compute T = A B, which may stand in the place of A."""
+    for r in range(3):
+        a = pose_row(w, A, r)
+        for c in range(3):
+            put(w, T + 4 * r + c, times_column(a, w, B, c))
+        put(w, T + 4 * r + 3, times_column(a, w, B, 3) + a[3])

@@ -1,0 +1,68 @@
+"""Counter-based random numbers with the same bits for any order, chunk or number of threads.
+
+Philox4x32-10 (Salmon, Moraes, Dror, Shaw, "Parallel random numbers: as easy as 1, 2, 3", SC11),
+checked with the known answers published with Random123.
+"""
+
+import math
+
+import numpy as np
+
+from robsim.kernels.machine.jit import kernel
+
+_MASK, _HIGH = np.uint64(0xFFFFFFFF), np.uint64(32)
+_M0, _M1 = np.uint64(0xD2511F53), np.uint64(0xCD9E8D57)
+_W0, _W1 = np.uint64(0x9E3779B9), np.uint64(0xBB67AE85)
+
+
+@kernel
+def philox(c0, c1, c2, c3, k0, k1):
+    """Return four 32-bit words (held in uint64) from a counter of four and a key of two."""
+    for _ in range(10):
+        p0, p1 = _M0 * c0, _M1 * c2
+        c0, c1, c2, c3 = (p1 >> _HIGH) ^ c1 ^ k0, p1 & _MASK, (p0 >> _HIGH) ^ c3 ^ k1, p0 & _MASK
+        k0, k1 = (k0 + _W0) & _MASK, (k1 + _W1) & _MASK
+    return c0, c1, c2, c3
+
+
+@kernel
+def _uniform(high, low):
+    """Return a double in (0, 1): 53 bits of two words, half a step away from 0 and 1."""
+    return (float(((high << _HIGH) | low) >> np.uint64(11)) + 0.5) * 2.0**-53
+
+
+@kernel
+def normal_pair(seed, run, step, stream, n):
+    """Return two independent standard normals, the n-th of a run at this step.
+
+    Key (seed low, run), counter (step, n, seed high, stream); Box-Muller makes two of each block.
+    """
+    low, high = seed & _MASK, seed >> _HIGH
+    w = philox(np.uint64(step), np.uint64(n), high, np.uint64(stream), low, run)
+    radius = math.sqrt(-2.0 * math.log(_uniform(w[0], w[1])))
+    angle = 2.0 * math.pi * _uniform(w[2], w[3])
+    return radius * math.cos(angle), radius * math.sin(angle)
+
+
+@kernel
+def uniform(seed, run, step, stream, n):
+    """Return a number in (0, 1), the n-th of a run, from another stream of the same counter."""
+    low, high = seed & _MASK, seed >> _HIGH
+    w = philox(np.uint64(step), np.uint64(n), high, np.uint64(stream), low, run)
+    return _uniform(w[0], w[1])
+
+
+@kernel
+def normal_pairs(seed, runs, step, stream, out):
+    """Compute independent standard normals out[n, 2, b] for run runs[b] at this step."""
+    for n in range(out.shape[0]):
+        for b in range(out.shape[2]):
+            out[n, 0, b], out[n, 1, b] = normal_pair(seed, runs[b], step, stream, n)
+
+
+@kernel
+def uniforms(seed, runs, step, stream, out):
+    """Compute out[n, b] in (0, 1) for run runs[b] at this step."""
+    for n in range(out.shape[0]):
+        for b in range(out.shape[1]):
+            out[n, b] = uniform(seed, runs[b], step, stream, n)

@@ -1,0 +1,1 @@
+"""Images: what a camera sees, and how that is disturbed, hidden and delayed."""

@@ -1,0 +1,1 @@
+"""Inverse kinematics, by search and in closed form."""

@@ -1,0 +1,1 @@
+"""Linear algebra of many small matrices at once: least squares, singular values, reflections."""

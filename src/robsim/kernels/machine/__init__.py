@@ -1,0 +1,1 @@
+"""The machine: compiled stages and programs of them, lanes, memory, and kept machine code."""

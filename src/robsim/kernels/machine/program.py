@@ -1,0 +1,298 @@
+"""Programs: stages in their order, and the rows of the block on which they work."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from itertools import groupby
+from typing import Any, NamedTuple, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robsim.kernels.machine import stage as kernels
+from robsim.kernels.machine.lanes import WIDTH
+from robsim.kernels.machine.stage import Stage
+
+Array = NDArray[np.float64]
+
+
+class Blocks:
+    """The numbers of some runs that go in lockstep: blocks of a few runs, and rows in each.
+
+    Where fewer runs than lanes are left for the last block, the last run fills it.
+    """
+
+    def __init__(self, program: Program, runs: NDArray[np.int64]) -> None:
+        self.runs, self.rows = len(runs), runs
+        self.memory: dict[str, Any] = {}  # what stages in Python keep, arrays with the run first
+        self.made: dict[Any, Any] = {}  # what stages in Python made at this step
+        each = np.append(runs, np.repeat(runs[-1:], -len(runs) % WIDTH))
+        self.numbers = _aligned(each.size // WIDTH, program.size)
+        same = np.zeros(program.size)  # at once, as a row at a time takes ten times as long
+        for first, values in program.given:
+            same[first : first + len(values)] = values[:, 0]
+        self.flat[:] = np.repeat(same, WIDTH)
+        for first, values in program.given:
+            if values.shape[1] > 1:
+                self._into(first, values[:, each])
+
+    @property
+    def flat(self) -> Array:
+        """The blocks (n, rows * lanes)."""
+        count, rows, _ = self.numbers.shape
+        return self.numbers.reshape(count, rows * WIDTH)
+
+    def get(self, row: int, *shape: int) -> Array:
+        """Return a copy (*shape, runs) of rows from the first."""
+        count = math.prod(shape)
+        lanes = self.numbers[:, row : row + count].transpose(1, 0, 2)
+        rows = lanes.reshape(count, self.numbers.shape[0] * WIDTH)[:, : self.runs]
+        return np.ascontiguousarray(rows).reshape(*shape, self.runs)
+
+    def put(self, row: int, values: Array) -> None:
+        """Write values (..., runs) to rows from the first."""
+        rows = values.reshape(math.prod(values.shape[:-1]), values.shape[-1])
+        left = self.numbers.shape[0] * WIDTH - self.runs
+        if left:
+            rows = np.concatenate([rows, np.repeat(rows[:, -1:], left, axis=1)], axis=1)
+        self._into(row, rows)
+
+    def first(self, row: int, count: int) -> Array:
+        """Return a copy (count,) of rows from the first, of the first run."""
+        return self.numbers[0, row : row + count, 0].copy()
+
+    def fill(self, row: int, values: Array) -> None:
+        """Write numbers (n,), the same for all runs, to rows from the first."""
+        self.numbers[:, row : row + len(values)] = values[:, None]
+
+    def keep(self, going: NDArray[np.bool_]) -> None:
+        """Go on with some of the runs (runs,)."""
+        rows = self.numbers.shape[1]
+        left, self.runs = self.get(0, rows) if going.any() else None, int(going.sum())
+        self.rows = self.rows[going]
+        self.numbers = _aligned(-(-self.runs // WIDTH), rows)
+        if left is not None:
+            self.put(0, left[:, going])
+
+    def _into(self, row: int, lanes: Array) -> None:
+        into = self.numbers[:, row : row + len(lanes)]
+        into[:] = lanes.reshape(len(lanes), len(into), WIDTH).transpose(1, 0, 2)
+
+
+Own = Callable[[Any, int], None]  # a stage in Python, of blocks and the number of the step
+
+
+class Rescue(NamedTuple):
+    """A stage in Python that has nothing to do but where a row says so, of any run."""
+
+    own: Own
+    row: int
+
+    def __call__(self, blocks: Blocks, step: int) -> None:
+        """Perform the stage in Python."""
+        self.own(blocks, step)
+
+
+class Compiled:
+    """Stages that follow one another, as the kernels take them."""
+
+    def __init__(self, calls: list[tuple[Stage, tuple[int, ...]]]) -> None:
+        self.addresses = np.array([stage.address for stage, _ in calls], dtype=np.int64)
+        sizes = [len(numbers) for _, numbers in calls]
+        self.at = np.cumsum([0, *sizes], dtype=np.int64)[: len(calls)]
+        flat = [n for _, numbers in calls for n in numbers]
+        self.numbers = np.array(flat or [0], dtype=np.int64)
+
+    def __call__(self, blocks: Blocks, step: int) -> None:
+        """Perform the stages on all blocks."""
+        kernels.perform(self.addresses, self.at, self.numbers, blocks.flat, step)
+
+
+class Program:
+    """Stages in their order, and the rows that they read and write.
+
+    A row holds one number of each run. It begins as zero, or as `constant` or `each` say.
+    """
+
+    def __init__(self) -> None:
+        self.size = 0
+        self._scratch = 0, 0  # the first row, and how many there are
+        self.calls: list[tuple[Stage, tuple[int, ...]] | Own | Rescue] = []
+        self.given: list[tuple[int, Array]] = []
+        self.kept: list[Any] = []  # whose addresses stand among the numbers
+
+    def rows(self, count: int = 1) -> int:
+        """Return the first of so many new rows."""
+        first = self.size
+        self.size += count
+        return first
+
+    def scratch(self, count: int) -> int:
+        """Return the first of so many rows in which any stage may work, but where none keeps."""
+        if count > self._scratch[1]:
+            self._scratch = self.rows(count), count
+        return self._scratch[0]
+
+    def constant(self, values: Any) -> int:
+        """Return the first of the rows of numbers that are the same in all runs."""
+        return self._given(np.array(values, dtype=np.float64).reshape(-1, 1))
+
+    def numbers(self, values: Any, axes: int) -> int:
+        """Return the first of the rows of numbers with so many axes, and one of runs if they vary.
+
+        That is the last one.
+        """
+        array = np.asarray(values, dtype=np.float64)
+        if array.ndim == axes:
+            return self.constant(array)
+        return self.each(array.reshape(-1, array.shape[-1]))
+
+    def each(self, values: Any) -> int:
+        """Return the first of the rows of numbers (n, runs), of each run its own.
+
+        One column stands for all runs.
+        """
+        return self._given(np.asarray(values, dtype=np.float64))
+
+    def number(self, value: Any) -> int:
+        """Return the row of a number, the same in all runs or (runs,) of each its own."""
+        is_one = isinstance(value, float | int | np.integer)
+        return self.constant(value) if is_one else self.each(np.reshape(value, (1, -1)))
+
+    @property
+    def runs(self) -> int:
+        """The number of runs of which each has numbers of its own, or 1."""
+        return max((values.shape[1] for _, values in self.given), default=1)
+
+    def whole(self, values: Any) -> int:
+        """Return the row of whole numbers (runs,), which stand there bit by bit."""
+        return self.each(np.asarray(values, dtype=np.int64).view(np.float64)[None])
+
+    def _given(self, values: Array) -> int:
+        first = self.rows(len(values))
+        self.given.append((first, values))
+        return first
+
+    def address(self, array: NDArray[Any]) -> int:
+        """Return the address of the first number of an array, which is kept as long as this."""
+        self.kept.append(array)
+        return int(array.ctypes.data)
+
+    def add(self, stage: Stage, *numbers: int) -> None:
+        """Let a stage come next, with its whole numbers."""
+        self.calls.append((stage, tuple(int(n) for n in numbers)))
+
+    def call(self, own: Own) -> None:
+        """Let a function in Python come next, which is given the chunk and the step."""
+        self.calls.append(own)
+
+    def rescue(self, own: Own, row: int) -> None:
+        """Let a function in Python come next, which is needed where a row is not zero only.
+
+        A stage writes that row: who performs the others alone looks at it afterwards.
+        """
+        self.calls.append(Rescue(own, row))
+
+    @property
+    def stages(self) -> list[tuple[Stage, tuple[int, ...]]] | None:
+        """The stages, without what may be needed in Python; None if some always is."""
+        rest = [each for each in self.calls if not isinstance(each, Rescue)]
+        return rest if all(_is_stage(each) for each in rest) else None  # type: ignore[return-value]
+
+    @property
+    def rescues(self) -> list[int]:
+        """The rows that say where Python is needed."""
+        return [each.row for each in self.calls if isinstance(each, Rescue)]
+
+    @property
+    def compiled(self) -> bool:
+        """Whether all stages are compiled."""
+        return all(map(_is_stage, self.calls))
+
+    def segments(self, start: int = 0, end: int | None = None) -> list[Own]:
+        """Return some of the calls, with stages that follow one another put together."""
+        found: list[Own] = []
+        for compiled, group in groupby(self.calls[start:end], _is_stage):
+            calls: list[Any] = list(group)
+            found += [Compiled(calls)] if compiled else calls
+        return found or [Compiled([])]
+
+    def prepared(self) -> tuple[Any, ...]:
+        """Return what a kernel needs to perform all stages, and a block to begin with."""
+        made = cast(Compiled, self.segments()[0])
+        block = Blocks(self, np.zeros(1, dtype=np.int64)).flat[0]
+        return made.addresses, made.at, made.numbers, block
+
+
+class Function:
+    """A program of compiled stages as a function from some rows to others.
+
+    It holds addresses of machine code, so it cannot leave its process.
+    """
+
+    def __init__(self, program: Program, first: int, found: int, count: int) -> None:
+        self.program, self.first, self.found, self.count = program, first, found, count
+        self._prepared = program.prepared()
+
+    def __reduce__(self) -> Any:
+        raise TypeError("machine code of this process cannot be copied or pickled")
+
+    def __call__(self, x: Array, runs: NDArray[np.int64] | None = None) -> Array:
+        """Return rows (count, B) with rows x (n, B) from the first.
+
+        Where each run has numbers of its own, `runs` (B,) says whose each column is; by default
+        the columns are those of the runs, or one column serves them all.
+        """
+        if self.program.runs > 1:
+            return self._of_each(x, np.arange(self.program.runs) if runs is None else runs)
+        out, (*stages, block) = np.empty((self.count, x.shape[1])), self._prepared
+        own = _aligned(1, self.program.size).reshape(-1)
+        own[:] = block
+        kernels.evaluate(*stages, own, self.first, x, self.found, out)
+        return out
+
+    def _of_each(self, x: Array, runs: NDArray[np.int64]) -> Array:
+        blocks = Blocks(self.program, runs)
+        blocks.put(self.first, np.broadcast_to(x, (len(x), len(runs))))
+        for part in self.program.segments():
+            part(blocks, 0)
+        return blocks.get(self.found, self.count)
+
+
+def _is_stage(call: Any) -> bool:
+    return type(call) is tuple
+
+
+def evaluated(
+    add: Callable[..., Sequence[int]],
+    arrays: Sequence[Array],
+    shapes: Sequence[tuple[int, ...]],
+    runs: NDArray[np.int64] | None = None,
+) -> list[Array]:
+    """Return arrays (*shape, B) that stages compute from others, all with the run last.
+
+    `add(program, *rows)` adds the stages, given the first rows of the arrays, and returns the
+    first rows of the results. Where each run has numbers of its own, `runs` (B,) says whose the
+    arrays are; by default all come in order.
+    """
+    program = Program()
+    rows = [program.rows(math.prod(array.shape[:-1])) for array in arrays]
+    found = add(program, *rows)
+    count = arrays[0].shape[-1]
+    if runs is None:
+        runs = np.arange(count) if program.runs > 1 else np.zeros(count, dtype=np.int64)
+    blocks = Blocks(program, runs)
+    for row, array in zip(rows, arrays, strict=True):
+        blocks.put(row, array)
+    for part in program.segments():
+        part(blocks, 0)
+    return [blocks.get(row, *shape) for row, shape in zip(found, shapes, strict=True)]
+
+
+def _aligned(count: int, rows: int) -> Array:
+    """Return an array (count, rows, lanes) at an address that whole registers can be read from."""
+    size, register = count * rows * WIDTH, 8 * WIDTH
+    memory = np.empty(size + WIDTH)
+    start = -memory.ctypes.data % register // 8
+    return memory[start : start + size].reshape(count, rows, WIDTH)

@@ -1,0 +1,80 @@
+"""Digests of sources: what a kernel is compiled from is its own file and all that it imports."""
+
+import hashlib
+import re
+import sys
+from functools import cache
+from importlib.util import resolve_name
+from pathlib import Path
+
+PACKAGE = "robsim.kernels"
+_ROOT = Path(__file__).parents[1]
+_IMPORT = re.compile(r"^\s*(?:from\s+([\w.]+)\s+)?import\s+(\([^)]*\)|[^\n]*)", re.MULTILINE)
+_NAME = re.compile(r"[\w.]+")
+_ELSEWHERE = {*sys.stdlib_module_names, "llvmlite", "numba", "numpy", "robsim"}
+
+
+def _module(path: Path) -> str:
+    parts = path.relative_to(_ROOT).with_suffix("").parts
+    return ".".join([PACKAGE, *parts]).removesuffix(".__init__")
+
+
+SOURCES = {_module(path): path.read_bytes() for path in sorted(_ROOT.rglob("*.py"))}
+
+
+def digest_of_all() -> str:
+    """Return a digest of the names and sources of all modules of kernels."""
+    return _digest(sorted(SOURCES))
+
+
+@cache
+def digest_of(module: str) -> str:
+    """Return a digest of the sources of a module and of all that it imports; "" without a source.
+
+    Libraries do not count: their versions stand beside the digest.
+    """
+    return _digest(sorted(closure(module))) if _source(module) is not None else ""
+
+
+def closure(module: str) -> set[str]:
+    """Return a module and all that it imports, by itself or through others, and has a source."""
+    found, waiting = set(), {module}
+    while waiting:
+        found |= waiting
+        waiting = {name for each in waiting for name in imported(each)} - found
+    return found
+
+
+@cache
+def imported(module: str) -> frozenset[str]:
+    """Return the modules with a source that a module imports itself."""
+    text = (_source(module) or b"").decode().replace("\\\n", " ")
+    names = {name for origin, what in _IMPORT.findall(text) for name in _named(origin, what)}
+    package = getattr(sys.modules.get(module), "__package__", None) or PACKAGE
+    absolute = {resolve_name(name, package) if name[0] == "." else name for name in names}
+    return frozenset(name for name in absolute if _source(name) is not None)
+
+
+def _named(origin: str, what: str) -> list[str]:
+    """Return the modules that an import may be of: "from a import b" is of a, and perhaps a.b."""
+    names = _NAME.findall(what)
+    if not origin:
+        return names
+    parent = origin if origin.endswith(".") else f"{origin}."
+    return [origin, *(parent + name for name in names)]
+
+
+@cache
+def _source(module: str) -> bytes | None:
+    """Return the source of a module of kernels, or of a user; None for all others."""
+    if module in SOURCES or module.partition(".")[0] in _ELSEWHERE:
+        return SOURCES.get(module)
+    path = Path(getattr(sys.modules.get(module), "__file__", None) or "")
+    return path.read_bytes() if path.suffix == ".py" and path.is_file() else None
+
+
+def _digest(modules: list[str]) -> str:
+    digest = hashlib.sha256()
+    for module in modules:
+        digest.update(module.encode() + hashlib.sha256(_source(module) or b"").digest())
+    return digest.hexdigest()[:20]

@@ -1,0 +1,1 @@
+"""Outcomes of runs, and the tables in which what happened is kept."""

@@ -1,0 +1,1 @@
+"""The imperfections of images and joints: declared kinds, one file each."""

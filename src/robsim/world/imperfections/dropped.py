@@ -1,0 +1,45 @@
+"""Dropped images: a share of the images never arrives."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, ClassVar
+
+from robsim.declare import register
+from robsim.kernels.images import sensing as kernels
+from robsim.world.imperfections.image_effect import ImageEffect, ImageTiming, Place
+from robsim.world.imperfections.image_rows import ImageRows
+from robsim.world.imperfections.imperfection import RunFacts, Statement
+from robsim.world.imperfections.outliers import SHARE
+
+Dropped = Annotated[
+    float, SHARE, "Share of the images that are lost; the one before is used again."
+]
+
+
+@register("image effect", "dropped")
+@dataclass(frozen=True)
+class DroppedImages(ImageEffect):
+    """A share of the images that are lost on their way; the one before is used again.
+
+    >>> DroppedImages(0.1).cause(0.04)
+    '10 % of lost images'
+    """
+
+    place: ClassVar[Place] = Place.RECEIVED
+    title: ClassVar[str] = "lost images"
+    dropped: Dropped = 0.1
+
+    def add_stages(self, image: ImageRows) -> None:
+        rows = image.program.number(self.dropped), *image.key, image.lost_images()
+        image.program.add(kernels.lose, image.every, *rows)
+
+    def timing(self, dt: float) -> ImageTiming:
+        return ImageTiming(lost=self.dropped)
+
+    def cause(self, dt: float) -> str:
+        return f"{100 * self.dropped:.3g} % of lost images"
+
+    def stated(self, facts: RunFacts) -> Statement:
+        sentence = f"{100 * self.dropped:.3g} percent of the images are lost."
+        return sentence, {"share": self.dropped}

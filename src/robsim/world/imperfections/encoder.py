@@ -1,0 +1,67 @@
+"""Encoders that measure the coordinates of joints in whole steps."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Annotated, ClassVar
+
+import numpy as np
+
+from robsim.base.arrays import Array, frozen
+from robsim.declare import register
+from robsim.declare.joints import OneOrEach, check_count, coordinates
+from robsim.kernels.bodies.actuation import count
+from robsim.world.imperfections.imperfection import RunFacts, Statement
+from robsim.world.imperfections.joint_effect import JointEffect, JointPlace
+from robsim.world.imperfections.joint_rows import JointRows
+from robsim.world.imperfections.rate_limits import Each
+from robsim.world.scene import Scene
+
+Steps = Annotated[
+    Each,
+    OneOrEach(coordinates, "numbers", zero=True),
+    "Step in which revolute and prismatic coordinates are measured.",
+]
+
+
+@register("joint effect", "encoder")
+@dataclass(frozen=True)
+class Encoder(JointEffect):
+    """Encoders with a finite step, of one size or one for each coordinate.
+
+    >>> Encoder(0.001).encoder
+    0.001
+    """
+
+    place: ClassVar[JointPlace] = JointPlace.MEASURED
+    title: ClassVar[str] = "coarse encoders"
+    left_out: ClassVar[str] = ""
+    encoder: Steps = 0.001
+
+    def check(self, velocities: Sequence[str], coordinates: Sequence[str]) -> None:
+        check_count(self.encoder, "encoder", coordinates)
+
+    def add_stages(self, joints: JointRows) -> None:
+        steps = joints.program.constant(self.steps(joints.scene))
+        before = joints.measured
+        joints.program.add(count, joints.scene.nq, steps, before, joints.new_measured())
+
+    def steps(self, scene: Scene) -> Array:
+        """Return the step of each coordinate (nq,); zero for joints without an encoder."""
+        steps = np.zeros(scene.nq)
+        given = np.full(scene.nq, self.encoder, dtype=float)
+        counted = scene.tree.alone(np.arange(scene.nv))
+        counted = counted[counted >= 0]
+        steps[counted] = given[counted]
+        return frozen(steps)
+
+    def deviation(self, scene: Scene) -> Array:
+        return self.steps(scene) / math.sqrt(12.0)
+
+    def stated(self, facts: RunFacts) -> Statement:
+        step = float(np.max(self.encoder))
+        what = f"The encoders count in steps of {step:.3g} (rad or m)"
+        sentence, evidence = facts.lasting(what)
+        return sentence, {"step": step, **evidence}

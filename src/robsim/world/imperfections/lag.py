@@ -1,0 +1,47 @@
+"""The lag of joints that follow their command."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, ClassVar
+
+import numpy as np
+
+from robsim.declare import Time, register
+from robsim.world.imperfections.imperfection import RunFacts, Statement
+from robsim.world.imperfections.joint_effect import JointEffect, JointPlace, Response
+
+Constant = Annotated[
+    float, Time(least=0), "Time constant of a first-order response, v' = (command - v)/lag."
+]
+
+
+@register("joint effect", "lag")
+@dataclass(frozen=True)
+class Lag(JointEffect):
+    """A first-order response of the joints to their command.
+
+    >>> Lag(0.1).cause(0.04)
+    'a lag of 100 ms'
+    """
+
+    place: ClassVar[JointPlace] = JointPlace.FOLLOWED
+    title: ClassVar[str] = "the lag of the joints"
+    lag: Constant = 0.1
+
+    def response(self, count: int) -> Response:
+        return Response(lag=self.lag)
+
+    def cause(self, dt: float) -> str:
+        return f"a lag of {1000 * self.lag:.3g} ms"
+
+    def stated(self, facts: RunFacts) -> Statement:
+        damping = 0.5 / np.sqrt(self.lag * facts.gain)
+        sentence = f"The joints follow their command with a lag of {self.lag:.3g} s"
+        if np.isfinite(damping):
+            sentence += (
+                f": at a gain of {facts.gain:.3g} per second the damping ratio of the loop is "
+                f"{damping:.3g}, and below 1 it oscillates"
+            )
+        numbers = {"lag_s": self.lag, "gain": facts.gain, "damping": float(damping)}
+        return f"{sentence}.", numbers

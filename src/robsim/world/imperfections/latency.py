@@ -1,0 +1,70 @@
+"""Latency: images that are used some time after they were taken."""
+
+from __future__ import annotations
+
+import cmath
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Annotated, ClassVar
+
+from robsim.base.arrays import Array
+from robsim.declare import Time, register
+from robsim.world.imperfections.image_effect import ImageEffect, ImageTiming, Place
+from robsim.world.imperfections.imperfection import RunFacts, Statement, in_periods
+
+Age = Annotated[float, Time(least=0), "Age of an image when it reaches the controller."]
+
+
+@register("image effect", "latency")
+@dataclass(frozen=True)
+class Latency(ImageEffect):
+    """A delay of the images, from when they are taken until they are used.
+
+    >>> Latency(0.04).cause(0.02)
+    '40 ms of latency'
+    """
+
+    place: ClassVar[Place] = Place.TAKEN
+    title: ClassVar[str] = "latency"
+    latency: Age = 0.06
+
+    def timing(self, dt: float) -> ImageTiming:
+        return ImageTiming(latency=self.latency)
+
+    def cause(self, dt: float) -> str:
+        return f"{1000 * self.latency:.3g} ms of latency"
+
+    def stated(self, facts: RunFacts) -> Statement:
+        periods = self.latency / facts.dt
+        limit, product = delay_limit(periods), facts.gain * facts.dt
+        sentence = f"The images are {self.latency:.3g} s old, {in_periods(periods)}"
+        if product > limit:
+            sentence += (
+                f": with such a delay the loop is unstable where gain times period exceeds "
+                f"{limit:.3g}, and it is {product:.3g}"
+            )
+        elif product <= limit:
+            sentence += f"; gain times period is {product:.3g}, and {limit:.3g} is the limit"
+        numbers = {"periods": periods, "gain_dt": product, "limit": limit, "gain": facts.gain}
+        return f"{sentence}.", numbers
+
+    def in_views(self, pixels: Array, normal: Callable[[], Array]) -> Array:
+        return pixels
+
+
+def delay_limit(periods: float) -> float:
+    """Return the largest stable gain times period for an error delayed by some periods.
+
+    With m whole periods and a part f, roots of z^(m+2) - z^(m+1) + gain dt ((1 - f) z + f) = 0
+    reach the unit circle at an angle w; without a part this is 2 sin(pi / (2 (2 m + 1))).
+
+    >>> [round(delay_limit(d), 3) for d in (0, 1, 2, 2.5, 3)]
+    [2.0, 1.0, 0.618, 0.536, 0.445]
+    """
+    m, w = math.floor(periods + 1e-9), math.pi
+    f = max(periods - m, 0.0)
+    for _ in range(100):  # contracts by less than 2/3 each time
+        between = (1.0 - f) * cmath.exp(1j * w) + f
+        w = (math.pi / 2 + cmath.phase(between)) / (m + 1.5)
+    return 2.0 * math.sin(w / 2) / abs(between)

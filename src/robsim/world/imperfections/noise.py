@@ -1,0 +1,47 @@
+"""Gaussian noise of pixel coordinates."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Annotated, ClassVar
+
+from robsim.base.arrays import Array
+from robsim.declare import Number, register
+from robsim.kernels.images import sensing as kernels
+from robsim.world.imperfections.image_effect import ImageEffect
+from robsim.world.imperfections.image_rows import ImageRows
+from robsim.world.imperfections.imperfection import RunFacts, Statement
+
+PIXELS = Number(least=0, unit="px")
+Deviation = Annotated[
+    float, PIXELS, "Standard deviation of Gaussian noise on each pixel coordinate."
+]
+
+
+@register("image effect", "noise")
+@dataclass(frozen=True)
+class PixelNoise(ImageEffect):
+    """Gaussian noise on both pixel coordinates of each mark.
+
+    >>> PixelNoise(0.5).deviation(robust=False)
+    0.5
+    """
+
+    title: ClassVar[str] = "pixel noise"
+    noise: Deviation = 1.0
+
+    def add_stages(self, image: ImageRows) -> None:
+        program, before = image.program, image.pixels
+        rows = before, program.number(self.noise), *image.key, image.new_pixels()
+        program.add(kernels.blur, image.every, image.N, *rows)
+
+    def deviation(self, robust: bool) -> float:
+        return self.noise
+
+    def stated(self, facts: RunFacts) -> Statement:
+        sentence, evidence = facts.lasting(f"There is pixel noise of {self.noise:.3g} px")
+        return sentence, {"noise_px": self.noise, **evidence}
+
+    def in_views(self, pixels: Array, normal: Callable[[], Array]) -> Array:
+        return pixels + self.noise * normal()

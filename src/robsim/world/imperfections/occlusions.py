@@ -1,0 +1,158 @@
+"""Occlusions: marks that are hidden for a while."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Annotated, Any, ClassVar
+
+import numpy as np
+
+from robsim.base.arrays import numbers
+from robsim.base.errors import InputError, said, suggest
+from robsim.base.units import Dimension
+from robsim.declare import Declared, ListOf, Quantity, Table, Time, Whole, described, register
+from robsim.declare.spec import Context, Raw, Spec
+from robsim.declare.words import Reference
+from robsim.kernels.images.hiding import hide
+from robsim.world.imperfections.image_effect import ImageEffect, Place
+from robsim.world.imperfections.image_rows import ImageRows, MarkGroup
+from robsim.world.imperfections.imperfection import RunFacts, Statement
+
+MARK = Whole(0, 10_000)
+
+
+@dataclass(frozen=True)
+class Forever(Quantity):
+    """The declaration of a time that may be infinite, which a text leaves out."""
+
+    dimension: Dimension = "time"
+
+    def check(self, value: Any, what: str) -> float:
+        forever = isinstance(value, float) and value == math.inf
+        return math.inf if forever else super().check(value, what)
+
+    def put(self, table: dict[str, Raw], name: str, value: Any, c: Context) -> None:
+        if value != math.inf:
+            super().put(table, name, value, c)
+
+
+@dataclass(frozen=True)
+class Marks(ListOf):
+    """The declaration of the numbers of marks; in Python also a single number."""
+
+    item: Spec = MARK
+    least: int = 1
+
+    def check(self, value: Any, what: str) -> tuple[int, ...]:
+        flat = numbers(value, what, ())
+        if flat.ndim > 1 or not flat.size or (flat != flat.round()).any() or (flat < 0).any():
+            raise InputError(f"{what}: expected numbers from 0 on, got {said(value)}")
+        return tuple(int(n) for n in flat.reshape(-1))
+
+
+MARKS = Marks()
+
+
+@described
+@dataclass(frozen=True)
+class Occlusion(Declared):
+    """Marks that are hidden from `start` until `end`, in seconds.
+
+    `target` and `camera` restrict it to one object and to one camera; None stands for all. A
+    feature that has numbers for each mark is servoed on those that are left; a feature that is
+    made of all marks at once, such as a moment or a pose, keeps the last place of the hidden ones,
+    and so does any feature of which nothing is left. With a weighting of the task a pose is
+    estimated from those that are left, and where these are too few the run ends.
+
+    >>> Occlusion([0], start=1.0).end
+    inf
+    """
+
+    marks: Annotated[tuple[int, ...], MARKS, "Numbers of the hidden marks."]
+    start: Annotated[
+        float, Time(above=0), "Time from which the marks are hidden; they must be seen once before."
+    ]
+    end: Annotated[float, Forever(above=0), "Time until which the marks are hidden."] = math.inf
+    target: Annotated[
+        str | None, Reference, "Object whose marks are hidden; None: all objects."
+    ] = None
+    camera: Annotated[
+        str | None, Reference, "Camera for which the marks are hidden; None: all cameras."
+    ] = None
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if not self.end > self.start:
+            raise InputError(f"an occlusion from {self.start:g} s must end later, not {self.end:g}")
+
+    def concerns(self, camera: str, target: str) -> bool:
+        """Return whether it hides marks of a target from a camera."""
+        return self.camera in (None, camera) and self.target in (None, target)
+
+    def check(self, groups: Sequence[MarkGroup]) -> None:
+        """Raise InputError if it hides what does not exist."""
+        for kind in ("camera", "target"):
+            name, known = getattr(self, kind), sorted({getattr(each, kind) for each in groups})
+            if name is not None and name not in known:
+                hint = suggest(name, known, f"{kind}s of the task")
+                raise InputError(f"occlusion: the task has no {kind} {name!r}; {hint}")
+        for each in groups:
+            if self.concerns(each.camera, each.target) and max(self.marks) >= each.size:
+                raise InputError(
+                    f"occlusion: '{each.target}' has {each.size} marks, numbered from 0; there "
+                    f"is no {max(self.marks)}"
+                )
+
+    def add_stages(self, image: ImageRows) -> None:
+        """Add the stage that hides its marks."""
+        number, first = image.program.number, image.hidden_marks()
+        marks = [
+            first + each.first + mark
+            for each in image.groups
+            if self.concerns(each.camera, each.target)
+            for mark in self.marks
+        ]
+        rows = image.dt, image.latency, number(self.start), number(self.end)
+        image.program.add(hide, *rows, len(marks), *marks)
+
+
+Hidden = Annotated[
+    tuple[Occlusion, ...], ListOf(Table(Occlusion), alone=True), "Times in which marks are hidden."
+]
+
+
+@register("image effect", "occlusions")
+@dataclass(frozen=True)
+class Occlusions(ImageEffect):
+    """Marks that are hidden for a while.
+
+    >>> Occlusions(Occlusion([0, 2], start=1.0)).occlusions[0].marks
+    (0, 2)
+    """
+
+    place: ClassVar[Place] = Place.RECEIVED
+    title: ClassVar[str] = "hidden marks"
+    left_out: ClassVar[str] = "occlusions"
+    occlusions: Hidden
+
+    def check(self, groups: Sequence[MarkGroup]) -> None:
+        for occlusion in self.occlusions:
+            occlusion.check(groups)
+
+    def add_stages(self, image: ImageRows) -> None:
+        for occlusion in self.occlusions:
+            occlusion.add_stages(image)
+
+    def stated(self, facts: RunFacts) -> Statement:
+        marks = sorted({mark for occlusion in self.occlusions for mark in occlusion.marks})
+        first = min(occlusion.start for occlusion in self.occlusions)
+        last = max(occlusion.end for occlusion in self.occlusions)
+        until = f"until {last:.3g} s" if np.isfinite(last) else "on"
+        several = len(marks) > 1
+        sentence = (
+            f"Mark{'s' * several} {', '.join(map(str, marks))} {'are' if several else 'is'} hidden "
+            f"from {first:.3g} s {until}, and the law goes on without."
+        )
+        return sentence, {"marks": float(len(marks)), "start_s": first, "end_s": last}

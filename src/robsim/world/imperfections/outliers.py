@@ -1,0 +1,54 @@
+"""Outliers: marks that are mismatched, and so seen far from where they are."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Annotated, ClassVar
+
+from robsim.declare import Number, register
+from robsim.kernels.images import sensing as kernels
+from robsim.world.imperfections.image_effect import ImageEffect
+from robsim.world.imperfections.image_rows import ImageRows
+from robsim.world.imperfections.imperfection import RunFacts, Statement
+from robsim.world.imperfections.noise import PIXELS
+
+SHARE = Number(least=0, below=1)
+Share = Annotated[float, SHARE, "Share of the marks that are mismatched in each image."]
+Size = Annotated[float, PIXELS, "Standard deviation of the displacement of an outlier."]
+
+
+@register("image effect", "outliers")
+@dataclass(frozen=True)
+class Outliers(ImageEffect):
+    """A share of the marks that are seen elsewhere, others in each image.
+
+    >>> round(Outliers(0.04, 50.0).deviation(robust=False), 3)
+    10.0
+    """
+
+    title: ClassVar[str] = "outliers"
+    left_out: ClassVar[str] = ""
+    outliers: Share = 0.1
+    outlier_size: Size = 50.0
+
+    def add_stages(self, image: ImageRows) -> None:
+        size = image.program.number(self.outlier_size)
+        rows = image.own_pixels(), image.program.number(self.outliers), size, *image.key
+        image.program.add(kernels.displace, image.every, image.N, *rows)
+
+    def deviation(self, robust: bool) -> float:
+        return 0.0 if robust else math.sqrt(self.outliers) * self.outlier_size
+
+    def caveats(self, robust: bool, noise: float) -> Iterator[str]:
+        if robust:
+            yield "outliers have no part in the noise, as if robust weights left out all of them"
+
+    def stated(self, facts: RunFacts) -> Statement:
+        sentence = (
+            f"Outliers: {100 * self.outliers:.3g} percent of the marks are seen about "
+            f"{self.outlier_size:.3g} px from where they are"
+        )
+        sentence += ", though robust weights are in use." if facts.robust else "."
+        return sentence, {"share": self.outliers, "outlier_px": self.outlier_size}

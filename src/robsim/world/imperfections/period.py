@@ -1,0 +1,68 @@
+"""The period of a camera that is slower than the controller."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Annotated, ClassVar
+
+import numpy as np
+
+from robsim.base.arrays import Array
+from robsim.base.errors import InputError
+from robsim.declare import Time, register
+from robsim.world.imperfections.image_effect import ImageEffect, ImageTiming, Place
+from robsim.world.imperfections.imperfection import RunFacts, Statement, in_periods
+
+MOST = 1e15  # control periods: so long that no other image follows
+Period = Annotated[
+    float | None,
+    Time(above=0),
+    "Time from one image to the next, a multiple of the control period; None: one period.",
+]
+
+
+@register("image effect", "period")
+@dataclass(frozen=True)
+class CameraPeriod(ImageEffect):
+    """Images that come every few control periods; the command goes on meanwhile.
+
+    >>> CameraPeriod(0.08).timing(0.04).every
+    2
+    """
+
+    place: ClassVar[Place] = Place.TAKEN
+    title: ClassVar[str] = "rare images"
+    left_out: ClassVar[str] = ""
+    period: Period
+
+    def timing(self, dt: float) -> ImageTiming:
+        """Return how often images come; InputError unless after whole control periods."""
+        if self.period is None:
+            return ImageTiming()
+        ratio = min(self.period / dt, MOST)
+        if not round(ratio) >= 1 or abs(ratio - round(ratio)) > 1e-6:
+            raise InputError(
+                f"the period of the camera, {self.period:g} s, must be a multiple of the control "
+                f"period, {dt:g} s"
+            )
+        return ImageTiming(every=round(ratio))
+
+    def cause(self, dt: float) -> str:
+        return f"images every {1000 * dt * self.timing(dt).every:.3g} ms"
+
+    def stated(self, facts: RunFacts) -> Statement:
+        seconds = self.period or facts.dt
+        product = facts.gain * seconds
+        sentence = (
+            f"A new image comes every {seconds:.3g} s only, {in_periods(seconds / facts.dt)}, "
+            "and the command goes on meanwhile"
+        )
+        if np.isfinite(product):
+            sentence += (
+                f": gain times {seconds:.3g} s is {product:.3g}, and from 2 on the loop is unstable"
+            )
+        return f"{sentence}.", {"period_s": seconds, "gain_period": product, "limit": 2.0}
+
+    def in_views(self, pixels: Array, normal: Callable[[], Array]) -> Array:
+        return pixels

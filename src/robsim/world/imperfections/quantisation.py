@@ -1,0 +1,56 @@
+"""The resolution of an image: pixel coordinates in whole steps."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import Annotated, ClassVar
+
+import numpy as np
+
+from robsim.base.arrays import Array
+from robsim.declare import register
+from robsim.kernels.images import sensing as kernels
+from robsim.world.imperfections.image_effect import ImageEffect, Place
+from robsim.world.imperfections.image_rows import ImageRows
+from robsim.world.imperfections.imperfection import RunFacts, Statement
+from robsim.world.imperfections.noise import PIXELS
+
+Step = Annotated[float, PIXELS, "Step to whose multiples pixel coordinates are rounded."]
+COARSE = 0.5  # noise over a step of rounding, below which rounding is no noise
+
+
+@register("image effect", "quantisation")
+@dataclass(frozen=True)
+class Quantisation(ImageEffect):
+    """Pixel coordinates that are rounded to multiples of a step.
+
+    Rounding to steps of h has the variance h^2/12 of a uniform distribution.
+
+    >>> round(Quantisation(1.0).deviation(robust=False), 3)
+    0.289
+    """
+
+    place: ClassVar[Place] = Place.ROUNDED
+    title: ClassVar[str] = "rounded pixels"
+    quantisation: Step = 1.0
+
+    def add_stages(self, image: ImageRows) -> None:
+        rows = image.own_pixels(), image.program.number(self.quantisation)
+        image.program.add(kernels.quantise, image.every, 2 * image.N, *rows)
+
+    def deviation(self, robust: bool) -> float:
+        return self.quantisation / math.sqrt(12.0)
+
+    def caveats(self, robust: bool, noise: float) -> Iterator[str]:
+        if noise < COARSE * self.quantisation:
+            yield "rounded pixels count as noise, and with less noise than this the loop may stick"
+
+    def stated(self, facts: RunFacts) -> Statement:
+        sentence, evidence = facts.lasting(f"Pixels are rounded to {self.quantisation:.3g} px")
+        return sentence, {"quantisation_px": self.quantisation, **evidence}
+
+    def in_views(self, pixels: Array, normal: Callable[[], Array]) -> Array:
+        step = self.quantisation
+        return np.asarray(step * np.round(pixels / step) if step else pixels)
