@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterator, Mapping
 from decimal import Decimal
 from typing import Any
@@ -11,6 +12,7 @@ from robsim.base import units
 from robsim.declare.fields import same
 from robsim.declare.quantities import DIMENSIONS, Exact
 
+LESS = re.compile(r"\b0\.")  # how a number below one begins
 WHOLE = 1e15  # up to which a number without a fraction may be said as a whole one
 
 
@@ -21,10 +23,15 @@ def shortest(raw: Any) -> Any:
     if isinstance(raw, list):
         return [shortest(each) for each in raw]
     if isinstance(raw, Exact):
-        return min(_texts(raw.numbers, raw.unit), key=lambda text: (len(text), "." in text))
+        return min(_texts(raw.numbers, raw.unit), key=_plainness)
     if isinstance(raw, float) and raw.is_integer() and abs(raw) < WHOLE:
         return raw if math.copysign(1.0, raw) < 0 and raw == 0 else int(raw)
     return raw
+
+
+def _plainness(text: str) -> tuple[int, int, int]:
+    """Return by what one text of numbers is better than another: shorter, then whole."""
+    return len(text), len(LESS.findall(text)), text.count(".")
 
 
 def _texts(numbers: tuple[float, ...], unit: str) -> Iterator[str]:

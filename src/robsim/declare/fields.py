@@ -85,11 +85,15 @@ def same(a: Any, b: Any) -> bool:
         return False
     if isinstance(a, float):
         return a == b and math.copysign(1.0, a) == math.copysign(1.0, b)
-    if isinstance(a, np.ndarray):
+    if hasattr(a, "__array__"):  # an array, or a pose
+        a, b = np.asarray(a), np.asarray(b)
         return (a.shape, a.dtype, a.tobytes()) == (b.shape, b.dtype, b.tobytes())
     if isinstance(a, tuple | list):
         return len(a) == len(b) and all(map(same, a, b))
-    return bool(a == b)
+    if dataclasses.is_dataclass(a) and a is not b:
+        own = [each.name for each in dataclasses.fields(a) if each.compare]
+        return all(same(getattr(a, name), getattr(b, name)) for name in own)
+    return a is b or bool(a == b)
 
 
 def is_default(each: Field, value: Any) -> bool:

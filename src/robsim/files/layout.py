@@ -57,9 +57,11 @@ def _lines(start: str, raw: Any) -> Iterator[str]:
     if len(whole) <= WIDTH or not isinstance(raw, list):
         yield whole
         return
-    line = f"{start}["
-    for part in ["", *(f" {_inline(each)}," for each in raw)]:
-        if not part or len(line) + len(part) > WIDTH:
+    yield f"{start}["
+    line = "   "
+    for each in raw:
+        part = f" {_inline(each)},"
+        if line.strip() and (isinstance(each, Mapping) or len(line) + len(part) > WIDTH):
             yield line
             line = "   "
         line += part
