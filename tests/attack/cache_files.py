@@ -1,6 +1,5 @@
 """Damaged files of compiled kernels, places where none can be written, and full disks."""
 
-import hashlib
 import json
 import os
 import pickle
@@ -9,17 +8,18 @@ import subprocess
 import sys
 import tempfile
 from functools import cache
+from io import BytesIO
 from pathlib import Path
 
 import numpy as np
 from attack.harness import Lost, Wrong
 
+from robsim.container import pack, unpack
 from robsim.kernels.machine import store
 
 NAME = "cache_files"
 CASES = 1
 PATIENCE = 120.0  # seconds: what is damaged is compiled anew
-DIGEST = 32  # bytes at the start of a file
 
 SIMULATE = """
 import json
@@ -120,11 +120,11 @@ def swapped(rng, place, folder, names):
 def pickled(rng, place, folder, names):
     """The digest is right, but what is in it is no kernel."""
     for name in some(rng, names):
-        *key, data = pickle.loads((folder / name).read_bytes()[DIGEST:])
+        key, _ = unpack(BytesIO((folder / name).read_bytes()))
         wrong = [None, ([], ()), (["robsim.none"], ()), ([], (1, 2, 3)), "text", b"\0"]
-        data = pickle.dumps(wrong[rng.integers(len(wrong))])
-        rest = [pickle.dumps((*key, data)), data, b"", pickle.dumps(0)][rng.integers(4)]
-        (folder / name).write_bytes(hashlib.sha256(rest).digest() + rest)
+        data = np.frombuffer(pickle.dumps(wrong[rng.integers(len(wrong))]), np.uint8)
+        odd = [(key, [data]), (key, []), (key[:1], [data]), (None, [data, data])]
+        (folder / name).write_bytes(pack(*odd[rng.integers(4)]).getbuffer())
 
 
 def folders(rng, place, folder, names):

@@ -1,6 +1,5 @@
 """A run that was stopped and taken up again has the bits of one that was not."""
 
-import os
 import signal
 import subprocess
 import sys
@@ -13,9 +12,10 @@ import numpy as np
 import pytest
 
 import robsim as rs
+from robsim.container import pack, unpack
 from robsim.declare import register
 from robsim.files import examples
-from robsim.run import checkpoint, secret
+from robsim.run import checkpoint
 
 VISP = rs.load_scenario(examples.path("visp_tutorial"))
 NOISY = VISP.with_(sensing=rs.Sensing(noise=0.5, latency=0.1), duration=80.0)
@@ -174,27 +174,76 @@ def test_a_checkpoint_that_does_not_serve_is_refused_by_its_reason(monkeypatch):
     assert refused(NOISY.with_(seed=1)) == "point is of another experiment, or of other settings"
     assert refused(cases()["batch"]) == "point is of another experiment, or of other settings"
     assert refused(path="none") == "no checkpoint none: run without resume"
-    for wrong in (
-        content[:-1],
-        content[:60],
-        bytes([*content[:-9], 1, *content[-8:]]),
-        content + b"x",
-    ):
+    for at in (0, 9, len(content) // 2, len(content) - 60):
+        Path("wrong").write_bytes(content[:at] + bytes([content[at] ^ 1]) + content[at + 1 :])
+        assert refused(path="wrong").startswith("wrong is damaged: it was changed")
+    Path("wrong").write_bytes(content[1:])
+    assert refused(path="wrong").startswith("wrong is damaged: it was changed")
+    rs.save_run(NOISY.run(duration=0.4), "run.nc")
+    for wrong in (b"", b"mine", content[:-1], content[:60], content + b"x"):
         Path("wrong").write_bytes(wrong)
-        assert refused(path="wrong").startswith("wrong is damaged, or was written by another user")
-    for wrong in (b"", b"mine", content[1:]):
-        Path("wrong").write_bytes(wrong)
-        assert refused(path="wrong") == "wrong is no checkpoint of this version of RobSim"
+        assert refused(path="wrong").startswith("wrong is no checkpoint of this version of RobSim")
+    assert refused(path="run.nc").startswith("run.nc is no checkpoint")
     monkeypatch.setattr(checkpoint, "KERNEL_HASH", "0" * 16)
     assert "cannot be taken up: RobSim was" in refused()
 
 
-def test_the_checkpoint_of_another_machine_is_refused(monkeypatch, tmp_path):
+def test_a_checkpoint_is_taken_up_on_another_machine_which_is_told(monkeypatch):
+    """The processor is another; here the bits are the same, as the machine code is."""
     stopped(NOISY, 3, monkeypatch)
     monkeypatch.setattr(checkpoint.llvm, "get_host_cpu_name", lambda: "abacus")
-    assert "the machine was" in refused() and "abacus" in refused()
-    monkeypatch.setattr(checkpoint, "secret", lambda: secret.secret(tmp_path / "other"))
-    assert "on another machine" in refused()
+    with pytest.warns(rs.FileWarning, match=r"point: the processor was .*, and here is .* abacus"):
+        run = NOISY.run(checkpoint="point", resume=True)
+    assert run.identical(whole("single"))
+
+
+def forged(change):
+    """Write a checkpoint with a right checksum, changed by `change(chunk, arrays)`."""
+    with open("point", "rb") as file:
+        header, arrays = unpack(file)
+    change(header["loops"][0]["chunks"][0], arrays)
+    Path("forged").write_bytes(pack(header, arrays).getbuffer())
+
+
+def put(chunk, **values):
+    chunk.update(values)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda chunk, arrays: put(chunk, step=10**9),
+        lambda chunk, arrays: put(chunk, step=-1),
+        lambda chunk, arrays: put(chunk, step=1.5),
+        lambda chunk, arrays: put(chunk, runs=4),
+        lambda chunk, arrays: put(chunk, runs=10**12),
+        lambda chunk, arrays: put(chunk, done="no"),
+        lambda chunk, arrays: put(chunk, memory=[["a"]]),
+        lambda chunk, arrays: put(chunk, memory=[[]]),
+        lambda chunk, arrays: chunk.clear(),
+        lambda chunk, arrays: arrays.pop(),
+        lambda chunk, arrays: arrays.__setitem__(0, arrays[0][:, :, :-1]),
+        lambda chunk, arrays: arrays.__setitem__(1, arrays[1][:, :-1]),
+        lambda chunk, arrays: arrays.__setitem__(2, ~arrays[2]),
+        lambda chunk, arrays: arrays.__setitem__(2, np.arange(13)),
+        lambda chunk, arrays: arrays.__setitem__(3, arrays[3][:, :-1]),
+        lambda chunk, arrays: arrays.__setitem__(3, arrays[3].view(np.int64)),
+    ],
+)
+def test_a_forged_checkpoint_is_refused_whatever_its_checksum(monkeypatch, change):
+    stopped(cases()["batch"], 3, monkeypatch)
+    forged(change)
+    assert "forged does not fit its experiment: " in refused(cases()["batch"], "forged")
+
+
+def test_numbers_of_a_forged_checkpoint_reach_no_memory_of_others(monkeypatch):
+    """All numbers of the runs are odd; the rows where they are stored stay their own."""
+    batch = cases()["batch"]
+    stopped(batch, 3, monkeypatch)
+    for odd in (-1e18, 1e18, np.nan, 7.0, 5e-324):
+        forged(lambda chunk, arrays, odd=odd: arrays[3].fill(odd))
+        run = batch.run(checkpoint="forged", resume=True)
+        assert run.sizes == whole("batch").sizes
 
 
 def test_resume_needs_a_file():
@@ -220,21 +269,3 @@ def test_where_no_checkpoint_can_be_written_that_is_said_once_and_the_run_goes_o
     assert [each.category for each in said] == [rs.FileWarning]
     assert str(said[0].message).startswith("no checkpoint: cannot write file/point")
     assert run.identical(long.run())
-
-
-def test_the_secret_is_the_users_own_and_made_anew_where_it_is_not(tmp_path):
-    folder = tmp_path / "deep" / "cache"
-    first = secret.secret(folder)
-    path = folder / secret.NAME
-    assert len(first) == 32 and first == secret.secret(folder) == path.read_bytes()
-    assert [each.name for each in folder.iterdir()] == [secret.NAME]
-    if os.name != "nt":
-        assert path.stat().st_mode & 0o777 == 0o600
-        path.chmod(0o644)
-        assert secret.secret(folder) != first
-    path.write_bytes(b"short")
-    path.chmod(0o600)
-    assert len(secret.secret(folder)) == 32
-    (tmp_path / "file").touch()
-    with pytest.raises(rs.FileError, match="cannot keep"):
-        secret.secret(tmp_path / "file")

@@ -14,7 +14,7 @@ import pytest
 import xarray as xr
 
 import robsim as rs
-from robsim.files.seal import MAGIC
+from robsim.container import MAGIC
 
 TAIL = 8 + 32 + len(MAGIC)  # bytes after the index
 SECRET = b"of another file"

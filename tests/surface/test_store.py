@@ -44,7 +44,7 @@ def mask(folder):
 def test_a_truncated_file_is_refused(tmp_path, left):
     path = saved(tmp_path)
     path.write_bytes(path.read_bytes()[:left])
-    with pytest.raises(ValueError, match="not as it was written"):
+    with pytest.raises(ValueError, match=r"cut short|was changed"):
         store.load(tmp_path, "loop.stride-7", KEY)
     saved_again = saved(tmp_path)
     assert saved_again == path and store.load(tmp_path, "loop.stride-7", KEY)["number"] == 3
@@ -55,7 +55,7 @@ def test_a_file_in_which_one_bit_is_wrong_is_refused(tmp_path):
     content = bytearray(path.read_bytes())
     content[len(content) // 2] ^= 1
     path.write_bytes(content)
-    with pytest.raises(ValueError, match="not as it was written"):
+    with pytest.raises(ValueError, match=r"cut short|was changed"):
         store.load(tmp_path, "loop.stride-7", KEY)
 
 

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from robsim.base.arrays import Array, frozen, whole
 from robsim.base.errors import InputError
 from robsim.base.values import Value
+from robsim.calibration.fit import CalibrationFit
 from robsim.calibration.model import Model
 from robsim.geometry.rotation import rpy_of
 from robsim.run.checks import of_kind
@@ -23,9 +24,6 @@ from robsim.studies.samplers import Given
 from robsim.studies.sensitivity import Sensitivity, sensitivity
 from robsim.studies.study import Study
 from robsim.world.mounted_camera import MountedCamera
-
-if TYPE_CHECKING:
-    from robsim.calibration.result import Calibration
 
 DRAWN = "calibration"  # the name of the random numbers of errors
 PARTS = ("mount", "lens")  # of a calibration, which a belief has
@@ -86,7 +84,7 @@ def _median(of: Study, column: str) -> float:
 
 
 def cost(
-    found: Calibration, experiment: Any, runs: int = 200, *, seed: int = 0, **how: Any
+    found: CalibrationFit, experiment: Any, runs: int = 200, *, seed: int = 0, **how: Any
 ) -> CalibrationCost:
     """Return how an experiment ends if its controller believes what a calibration may have found.
 
@@ -120,7 +118,7 @@ def cost(
 
 
 def _beliefs(
-    found: Calibration, eye: MountedCamera, steps: Array
+    found: CalibrationFit, eye: MountedCamera, steps: Array
 ) -> tuple[dict[str, Array], dict[str, Given]]:
     """Return the true numbers of a camera by their names as a belief, and those with errors."""
     if len(eye.camera.distortion) != len(found.camera.distortion):

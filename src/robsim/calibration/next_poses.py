@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,11 +11,9 @@ from numpy.typing import NDArray
 from robsim.base.arrays import Array, frozen, whole
 from robsim.base.errors import InputError
 from robsim.base.values import Value
+from robsim.calibration.fit import CalibrationFit
 from robsim.calibration.model import rates_of
 from robsim.vision.camera import Visibility
-
-if TYPE_CHECKING:
-    from robsim.calibration.result import Calibration
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -40,7 +38,7 @@ class NextPoses(Value):
         )
 
 
-def next_poses(found: Calibration, candidates: Any, count: int) -> NextPoses:
+def next_poses(found: CalibrationFit, candidates: Any, count: int) -> NextPoses:
     """Return coordinates from which to look next, one after the other the most telling.
 
     candidates  (n, nq) coordinates, as from `viewpoints`; those beyond the limits of the joints,
@@ -78,7 +76,7 @@ def next_poses(found: Calibration, candidates: Any, count: int) -> NextPoses:
     return NextPoses(frozen(q[number]), frozen(number), frozen(spread[0]), frozen(spread[1]))
 
 
-def _will_do(found: Calibration, q: Array) -> NDArray[np.bool_]:
+def _will_do(found: CalibrationFit, q: Array) -> NDArray[np.bool_]:
     """Return which coordinates are within limits and see the whole target."""
     low, high = found.views.scene.limits.T
     view = found.scene.view(q, found.views.camera, found.views.target)
@@ -86,7 +84,7 @@ def _will_do(found: Calibration, q: Array) -> NDArray[np.bool_]:
     return np.asarray(within & (view.visibility == Visibility.IN_IMAGE).all(axis=1))
 
 
-def _information(found: Calibration, q: Array) -> Array:
+def _information(found: CalibrationFit, q: Array) -> Array:
     """Return what a view from each of some coordinates tells, J'J / sigma^2 (n, P, P)."""
     views = found.views
     J = rates_of(found.model, views.thing.marks, views.chain, q, found.free)

@@ -4,30 +4,31 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
-from typing import Any
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from robsim.base.arrays import Array, frozen
+from robsim.base.arrays import Array
 from robsim.base.errors import InputError, is_one_of, said, suggest
 from robsim.base.html import table
 from robsim.base.tables import aligned
-from robsim.base.values import Value
+from robsim.calibration.fit import CalibrationFit
 from robsim.calibration.misfit import misfit, rms_of
-from robsim.calibration.model import Model, Unknowns
-from robsim.calibration.views import CalibrationViews
-from robsim.geometry.pose import Pose
+from robsim.calibration.model import Model
+from robsim.calibration.next_poses import NextPoses, next_poses
 from robsim.run.checks import of_kind
 from robsim.statistics.fisher import fisher_quantile
-from robsim.vision.camera import Camera
 from robsim.world.scene import Scene
+
+if TYPE_CHECKING:
+    from robsim.calibration.cost import CalibrationCost
 
 SHOWN = {"m": (1e3, "mm"), "rad": (180 / math.pi, "deg"), "px": (1.0, "px"), "1": (1.0, "")}
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Calibration(Value):
+class Calibration(CalibrationFit):
     """What `calibrate` found: the mount of a camera, the place of its target, and its lens.
 
     covariance  (P, P) of the numbers `names`, in m, rad and px: the twist (v, omega) in camera axes
@@ -46,39 +47,6 @@ class Calibration(Value):
     ((16, 16), ('fx', 'fy', 'cx', 'cy'), True)
     """
 
-    views: CalibrationViews
-    model: Model
-    free: Unknowns
-    covariance: Array
-    sigma: float
-    freedom: float
-    residuals: Array
-
-    @property
-    def mount(self) -> Pose:
-        """The pose T_m_c of the camera on the frame that carries it."""
-        return self.model.mount
-
-    @property
-    def place(self) -> Pose:
-        """The pose T_f_o of the target on the frame that carries it."""
-        return self.model.place
-
-    @property
-    def camera(self) -> Camera:
-        """The lens, with the numbers that were estimated."""
-        return self.model.camera
-
-    @property
-    def offsets(self) -> Array:
-        """What is added (nq,) to the coordinates that the encoders tell; zero if not estimated."""
-        return frozen(self.model.offsets.copy())
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """The names of the numbers that were estimated, in the order of `covariance`."""
-        return self.free.names
-
     @property
     def rms(self) -> float:
         """The root mean square of all residuals, in pixels."""
@@ -93,17 +61,6 @@ class Calibration(Value):
     def deviations(self) -> dict[str, float]:
         """The standard deviation of each number by its name, in m, rad and px."""
         return dict(zip(self.names, np.sqrt(np.diag(self.covariance)).tolist(), strict=True))
-
-    @property
-    def scene(self) -> Scene:
-        """The scene of the views with this camera and this place of the target.
-
-        It is what a controller may believe: `experiment.with_(task=replace(task, belief=...))`.
-        """
-        eye = replace(self.views.eye, pose=Pose(self.mount.matrix), camera=self.camera)
-        return self.views.scene.replacing(
-            eye, replace(self.views.thing, pose=Pose(self.place.matrix))
-        )
 
     def errors(self, truth: Scene) -> Array:
         """Return what leads from the estimate to the truth (P,), in the order of `names`.
@@ -130,13 +87,11 @@ class Calibration(Value):
         bound = len(d) * fisher_quantile(level, len(d), self.freedom)
         return bool(d @ np.linalg.solve(C, d) <= bound)
 
-    def next_poses(self, candidates: Any, count: int) -> Any:
+    def next_poses(self, candidates: Any, count: int) -> NextPoses:
         """Return which of some coordinates (n, nq) to look from next; see `NextPoses`."""
-        from robsim.calibration.next_poses import next_poses
-
         return next_poses(self, candidates, count)
 
-    def cost(self, experiment: Any, runs: int = 200, **how: Any) -> Any:
+    def cost(self, experiment: Any, runs: int = 200, **how: Any) -> CalibrationCost:
         """Return what the remaining error costs an experiment; see `CalibrationCost`."""
         from robsim.calibration.cost import cost
 

@@ -113,15 +113,16 @@ def _staged(result: Any) -> bool:
     return isinstance(result, MissionRun)
 
 
-def text_of(scenario: Experiment) -> str:
+def text_of(scenario: Experiment, folder: Path) -> str:
     """Return the text of the file of a scenario, with its remarks, if it says the same; or new."""
     from robsim.run.experiment import Experiment
 
+    source = folder / "scenario.toml"
     with suppress(FileError):
         text = read_text(scenario.source)
-        if Experiment.from_text(text, scenario.source) == scenario:
+        if Experiment.from_text(text, str(source)) == scenario:
             return text
-    return scenario.to_toml()
+    return scenario.to_toml(folder=folder)
 
 
 def _save(result: Any, scenario: Experiment, folder: Path) -> None:
@@ -129,6 +130,6 @@ def _save(result: Any, scenario: Experiment, folder: Path) -> None:
     from robsim.files.netcdf import save_run
 
     save_run(result.run if _staged(result) else result, folder / "run.nc")
-    write_whole(folder / "scenario.toml", text_of(scenario))
+    write_whole(folder / "scenario.toml", text_of(scenario, folder))
     for name in (*FIGURES, *VIEWS):
         remove(folder / name)  # of the run that was here before

@@ -11,11 +11,12 @@ import numpy as np
 
 from robsim.base.arrays import is_listed
 from robsim.base.errors import InputError, said, suggest
+from robsim.declare.fields import same
 from robsim.declare.paths import item_part
 from robsim.declare.problems import Broken, under
 from robsim.declare.scalars import Number
-from robsim.declare.spec import Context, Live, Raw, Spec, expected
-from robsim.declare.tables import keys_of
+from robsim.declare.spec import Context, Live, Raw, Spec, Unsayable, expected
+from robsim.declare.tables import Table, keys_of
 from robsim.declare.words import Text
 
 
@@ -57,6 +58,19 @@ class ListOf(Spec):
     def put(self, table: dict[str, Raw], name: str, value: Any, c: Context) -> None:
         if value is not None and len(value):
             table[name] = self.write(value, c.at(name))
+
+    def put_change(self, table: dict[str, Raw], name: str, old: Any, new: Any, c: Context) -> None:
+        if not self.named or not isinstance(self.item, Table):
+            self.put(table, name, new, c)
+            return
+        key = next(filter(None, map(name_key, self.item.inside())))
+        if [getattr(each, key) for each in old] != [getattr(each, key) for each in new]:
+            raise Unsayable
+        table[name] = [
+            self.item.change(a, b, c.at(name, getattr(b, key)), key)
+            for a, b in zip(old, new, strict=True)
+            if not same(a, b)
+        ]
 
     def words(self) -> str:
         if self.least == self.most:

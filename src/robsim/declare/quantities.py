@@ -198,14 +198,28 @@ def either(raw: Raw, *dimensions: units.Dimension) -> float:
     raise UnitError(f"{said(raw)}: expected one number with its unit, as in {examples}")
 
 
+class Exact(str):
+    """The text of numbers in SI, such as '0.1, 0.2 m', which knows them."""
+
+    numbers: tuple[float, ...]
+    unit: str
+
+    def __new__(cls, numbers: Iterable[Any], unit: str) -> Exact:
+        """Return the text of some numbers; bare where their unit is "1"."""
+        own = tuple(map(float, numbers))
+        made = super().__new__(cls, f"{', '.join(map(repr, own))} {unit}".removesuffix(" 1"))
+        made.numbers, made.unit = own, unit
+        return made
+
+
 def written(number: float, unit: str) -> str:
     """Return the text of a number with its unit, such as '0.1 m'; bare where the unit is "1"."""
-    return f"{float(number)!r} {unit}" if unit != "1" else repr(float(number))
+    return Exact([number], unit)
 
 
 def listed(values: Any, unit: str) -> str:
     """Return the text of several numbers with their unit, such as '0.1, 0.2 kg m^2'."""
-    return f"{', '.join(repr(float(x)) for x in values)} {unit}"
+    return Exact(values, unit)
 
 
 class _TooLarge(UnitError):

@@ -92,6 +92,10 @@ class Context:
         return MISSING
 
 
+class Unsayable(Exception):
+    """The signal that no table says how one value differs from another."""
+
+
 class Spec:
     """The specification of what a declared field may hold.
 
@@ -187,6 +191,13 @@ class Spec:
         """Write the field into its table, and nothing for None."""
         if value is not None:
             table[name] = self.saved(value, c.at(name))
+
+    def put_change(self, table: dict[str, Raw], name: str, old: Any, new: Any, c: Context) -> None:
+        """Write what makes `new` of `old` where both tables are merged; Unsayable if nothing can.
+
+        `new` is not None.
+        """
+        self.put(table, name, new, c)
 
     def saved(self, value: Any, c: Context) -> Raw:
         """Return how a text says a value; the value itself where none can, if that is allowed."""

@@ -2,45 +2,41 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from itertools import groupby
-from typing import Any, Self
+from typing import Any, BinaryIO, ClassVar, Self
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
 from robsim.base.errors import said
+from robsim.container import NUMBERS, Block, check_fit, is_count
 
-NUMBERS = {"<f8", "<f4", "<i8", "<i4", "<i2", "|i1", "<u8", "<u4", "<u2", "|u1", "|b1"}
 TEXTS = "text"
-MOST_DIMENSIONS = 16
 LONGEST_NAME = 250
 SPREAD = 64  # times the size of the file that texts may take in memory: each may be as wide as one
 
 
 @dataclass(frozen=True)
-class Entry:
-    """A variable in a file: numbers in one piece from `offset` on, or texts with their counts."""
+class Entry(Block):
+    """A variable in a file: numbers in one piece, or texts with their counts."""
+
+    kinds: ClassVar[set[str]] = {*NUMBERS, TEXTS}
 
     name: str
     dims: list[str]
-    shape: list[int]
-    dtype: str
-    offset: int
     texts: list[tuple[str, int]]
     attributes: dict[str, Any]
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         for name in (self.name, *_list(self.dims), *_dict(self.attributes)):
             _check_name(name)
-        if not len(_list(self.shape)) == len(self.dims) <= MOST_DIMENSIONS:
+        if len(self.shape) != len(self.dims):
             raise ValueError(f"{self.name}: no shape: {said(self.shape)}")
-        if self.dtype not in (*NUMBERS, TEXTS) or not all(map(_counts, [*self.shape, self.offset])):
-            raise ValueError(f"{self.name}: no type and place of numbers: {said(self.dtype)}")
-        if not all(len(p) == 2 and isinstance(p[0], str) and _counts(p[1]) for p in self.texts):
+        if not all(len(p) == 2 and isinstance(p[0], str) and is_count(p[1]) for p in self.texts):
             raise ValueError(f"{self.name}: no texts")
         if sum(count for _, count in self.texts) != (self.size if self.dtype == TEXTS else 0):
             raise ValueError(f"{self.name}: not as many texts as its shape says")
@@ -51,37 +47,37 @@ class Entry:
         values = variable.values
         is_text = holds_texts(values)
         return cls(
+            TEXTS if is_text else values.dtype.newbyteorder("<").str,
+            list(values.shape),
+            0,
             name,
             list(map(_text, variable.dims)),
-            list(values.shape),
-            TEXTS if is_text else values.dtype.newbyteorder("<").str,
-            0,
             _counted(values) if is_text else [],
             {key: _written(value) for key, value in variable.attrs.items()},
         )
 
     @property
-    def size(self) -> int:
-        """How many values there are."""
-        return math.prod(self.shape)
-
-    @property
     def bytes(self) -> int:
-        """How many bytes of the file the numbers take."""
-        return 0 if self.dtype == TEXTS else self.size * np.dtype(self.dtype).itemsize
+        """The bytes of the file that the numbers take."""
+        return 0 if self.dtype == TEXTS else super().bytes
 
     @property
     def width(self) -> int:
         """How many bytes the texts take in memory, where each is as wide as the longest."""
         return 4 * self.size * max((len(text) or 1 for text, _ in self.texts), default=0)
 
-    def variable(self, numbers: NDArray[Any] | None) -> xr.Variable:
-        """Return the variable, of numbers that were read or of the texts."""
-        if numbers is None:
-            words = np.array([text for text, _ in self.texts], dtype=str)
-            numbers = np.repeat(words, np.array([count for _, count in self.texts], dtype=int))
+    def read(self, file: BinaryIO) -> NDArray[Any]:
+        """Return the numbers, or the texts."""
+        if self.dtype != TEXTS:
+            return super().read(file)
+        words = np.array([text for text, _ in self.texts], dtype=str)
+        counts = np.array([count for _, count in self.texts], dtype=int)
+        return np.repeat(words, counts).reshape(self.shape)
+
+    def variable(self, file: BinaryIO) -> xr.Variable:
+        """Return the variable from an open file."""
         attributes = {key: _value(value) for key, value in self.attributes.items()}
-        return xr.Variable(self.dims, numbers.reshape(self.shape), attributes)
+        return xr.Variable(self.dims, self.read(file), attributes)
 
 
 def _counted(texts: NDArray[Any]) -> list[tuple[str, int]]:
@@ -135,10 +131,7 @@ def check_sizes(entries: list[Entry], size: int) -> None:
     """Raise ValueError unless all variables fit into a content of so many bytes."""
     if len({entry.name for entry in entries}) < len(entries):
         raise ValueError("a variable occurs twice")
-    if any(entry.offset + entry.bytes > size for entry in entries):
-        raise ValueError("a variable goes beyond the end")
-    if sum(entry.bytes for entry in entries) > size:
-        raise ValueError("the variables are larger than the file")
+    check_fit(entries, size)
     if sum(entry.width for entry in entries) > SPREAD * size:
         raise ValueError("texts are too long to stand in one array")
     if any(each > size for entry in entries for each in entry.shape):
@@ -176,10 +169,6 @@ def _check_name(name: Any) -> None:
     short = 0 < len(_text(name)) <= LONGEST_NAME
     if not (short and name.isprintable() and "/" not in name):
         raise ValueError(f"no name of a variable, a dimension or an attribute: {said(name)}")
-
-
-def _counts(value: Any) -> bool:
-    return type(value) is int and 0 <= value < 1 << 62
 
 
 def _is_number(value: Any) -> bool:

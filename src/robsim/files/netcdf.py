@@ -7,16 +7,15 @@ from collections.abc import Iterator
 from dataclasses import replace
 from io import BytesIO
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import BinaryIO
 
-import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
 from robsim.base.arrays import flag
 from robsim.base.errors import FileError, InputError, said
 from robsim.base.output import refused, write_whole
-from robsim.files import index, seal
+from robsim.container import ContainerError, read_header, seal
+from robsim.files import index
 from robsim.files.content import TITLES, check_content
 from robsim.files.table import Run
 from robsim.files.unsealed import sealed_copy
@@ -81,7 +80,7 @@ def sealed(run: xr.Dataset) -> BytesIO:
     _put_netcdf(run, content)
     entries = list(_placed(entries, content))
     index.check_sizes(entries, content.getbuffer().nbytes)
-    seal.put_seal(content, index.written(entries, run))
+    seal(content, index.written(entries, run))
     return content
 
 
@@ -111,22 +110,22 @@ def _read(path: str | os.PathLike[str]) -> Run:
     with refused(path, "read"), open(path, "rb") as file:
         try:
             return _of(file)
-        except seal.SealError as error:
+        except ContainerError as error:
             if error.lacking and not _is_netcdf(file):
                 raise _no_netcdf(path) from None
             raise FileError(f"{path} {error}; {TRUST}") from None
 
 
 def _of(file: BinaryIO) -> Run:
-    """Return the Dataset of an open file. SealError: it is not sealed."""
-    size, told = seal.checked(file)
+    """Return the Dataset of an open file. ContainerError: it is not sealed."""
+    size, told = read_header(file)
     try:
         entries, coordinates, attributes = index.read(told, size)
-        variables = {each.name: each.variable(_numbers(file, each)) for each in entries}
+        variables = {each.name: each.variable(file) for each in entries}
         own = {name: variables.pop(name) for name in coordinates}
         return Run(variables, own, attributes)
     except (ValueError, TypeError, KeyError, OverflowError) as error:
-        raise seal.SealError(
+        raise ContainerError(
             f"has a seal that says of no run what is in it: {error!s:.200}"
         ) from None
 
@@ -152,15 +151,3 @@ def _no_netcdf(path: str | os.PathLike[str]) -> FileError:
 def _is_netcdf(file: BinaryIO) -> bool:
     file.seek(0)
     return file.read(len(SIGNATURE)) == SIGNATURE
-
-
-def _numbers(file: BinaryIO, entry: index.Entry) -> NDArray[Any] | None:
-    """Return the numbers of a variable; None of texts."""
-    if entry.dtype == index.TEXTS:
-        return None
-    is_truth = entry.dtype == "|b1"  # of which other bytes than 0 and 1 are none
-    found = np.empty(entry.size, "|i1" if is_truth else entry.dtype)
-    file.seek(entry.offset)
-    if file.readinto(found) != found.nbytes:  # type: ignore[attr-defined]
-        raise ValueError("it was changed while it was read")
-    return found != 0 if is_truth else found

@@ -11,9 +11,12 @@ import numpy as np
 
 from robsim.base.errors import InputError, said, suggest
 from robsim.declare import ListOf, Number, Vector
+from robsim.declare.fields import same
 from robsim.declare.paths import Part
 from robsim.declare.problems import Broken, under
+from robsim.declare.quantities import listed
 from robsim.declare.spec import MISSING, Context, NoText, Raw, Spec, expected
+from robsim.geometry.angles import angles_of
 from robsim.geometry.pose import IDENTITY, Pose, one_pose
 from robsim.geometry.rotation import rpy_of
 
@@ -60,8 +63,20 @@ class PoseTable(Spec):
         if value.position.tobytes() != np.zeros(3).tobytes():  # bit for bit: -0.0 is not 0.0
             table["position"] = KEYS["position"].write(value.position, c)
         if value.rotation.tobytes() != np.eye(3).tobytes():
-            table["rotation"] = value.rotation.tolist()
+            brief = _brief_rotation(value) if c.facts.get("brief") else None
+            table |= brief or {"rotation": value.rotation.tolist()}
         return table
+
+    def put_change(self, table: dict[str, Raw], name: str, old: Any, new: Any, c: Context) -> None:
+        raw: dict[str, Raw] = {}
+        if not same(old.position, new.position):
+            raw["position"] = KEYS["position"].write(new.position, c)
+        if not same(old.rotation, new.rotation):
+            raw |= _brief_rotation(new) or {"rotation": new.rotation.tolist()}
+        if self.flat:
+            table |= raw
+        else:
+            table[name] = raw
 
     def words(self) -> str:
         return "a pose: position, and one of rpy, rotvec and rotation"
@@ -144,6 +159,12 @@ class PoseTable(Spec):
         if over.keys() & {"rpy", "rotvec", "rotation"}:
             for key in ("rpy", "rotvec", "rotation"):
                 table.pop(key, None)
+
+
+def _brief_rotation(pose: Pose) -> dict[str, Raw] | None:
+    """Return the angles of a pose as a text says them; None if no angles give its rotation."""
+    found = angles_of(pose)
+    return {found[0]: listed(found[1], "rad")} if found else None
 
 
 def pose_from(values: Mapping[str, Any]) -> Pose:

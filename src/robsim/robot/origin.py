@@ -33,7 +33,9 @@ class OriginKeys(Spec):
         return given[0].value if given and isinstance(given[0], Live) else MISSING
 
     def put(self, table: dict[str, Raw], name: str, value: Any, c: Context) -> None:
-        """Write nothing: the links are written in full."""
+        """Keep the origin beside the links, which are written in full; no text can say both."""
+        if value is not None and c.facts.get("live"):
+            table["model"] = Live(value)
 
     def keys(self, name: str) -> tuple[str, ...]:
         """Return the two keys, of which a table has at most one."""

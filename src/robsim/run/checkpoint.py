@@ -1,4 +1,8 @@
-"""Checkpoints: from what a run that was stopped goes on, with the same bits as one that was not."""
+"""Checkpoints: from what a run that was stopped goes on, with the same bits as one that was not.
+
+A checkpoint is data: a header and arrays of numbers, with a checksum. Nothing in it can run, and
+what does not fit its experiment is refused.
+"""
 
 from __future__ import annotations
 
@@ -6,23 +10,28 @@ import os
 import platform
 import time
 import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, BinaryIO, NamedTuple
 
 import numpy as np
 from llvmlite import binding as llvm
 
 from robsim import __version__
+from robsim.base.arrays import flag, whole
 from robsim.base.errors import FileError, FileWarning, InputError, said
 from robsim.base.output import refused, write_whole
+from robsim.container import Block, ContainerError, pack, unpack
 from robsim.engine.chunk import Chunk, Going
+from robsim.kernels.machine.program import Program
 from robsim.kernels.machine.store import KERNEL_HASH, VERSIONS
-from robsim.run.sealed import sealed, unsealed
-from robsim.run.secret import secret
 
 if TYPE_CHECKING:
     from robsim.engine.loop import Loop
 
+FORMAT = "RobSim checkpoint 2"
+MACHINE = "the processor"
 INTERVAL = 10.0  # seconds between checkpoints
 SHARE = 0.01  # of the time, which writing them takes at most
 
@@ -51,7 +60,8 @@ class Keeper:
     def begin(self, loop: Loop, chunks: list[Going]) -> list[Going]:
         """Return the chunks of the next loop as they were left, or as given at their start."""
         if self._left:
-            chunks = _restored(loop, *self._left.pop(0))
+            with _fitting(self.path):
+                chunks = _restored(loop, *self._left.pop(0))
         self._begun.append(_Begun(loop, chunks))
         return chunks
 
@@ -67,10 +77,10 @@ class Keeper:
         """
         began = time.monotonic()
         try:
-            said, arrays = zip(*(_described(*each) for each in self._begun), strict=True)
-            about = {**_made_with(), "experiment": self.identity, "loops": said}
+            loops, arrays = zip(*(_described(*each) for each in self._begun), strict=True)
+            own = {"format": FORMAT, "experiment": self.identity, "loops": loops}
             flat = [array for each in arrays for array in each]
-            write_whole(self.path, sealed(about, flat, secret()))
+            write_whole(self.path, pack({**own, **_made_with()}, flat).getbuffer())
         except InputError as error:
             if self._works:
                 warnings.warn(f"no checkpoint: {error}", FileWarning, stacklevel=2)
@@ -79,28 +89,56 @@ class Keeper:
         self._next = now + max(INTERVAL, (now - began) / SHARE)
 
     def _read(self) -> list[tuple[Any, list[Any]]]:
-        """Return what is said of each loop, with its arrays; FileError if it does not serve."""
+        """Return the description of each loop, with its arrays; FileError if it does not serve."""
         with refused(self.path, "read"):
-            content = self.path.read_bytes() if self.path.exists() else None
-        if content is None:
-            raise FileError(f"no checkpoint {self.path}: run without resume")
-        about, arrays = unsealed(content, secret(), str(self.path))
+            if not self.path.exists():
+                raise FileError(f"no checkpoint {self.path}: run without resume")
+            with open(self.path, "rb") as file:
+                header, arrays = _unpacked(file, self.path)
         for name, here in _made_with().items():
-            if about[name] != here:
-                raise FileError(
-                    f"{self.path} cannot be taken up: {name} was {about[name]}, and here is {here}"
-                )
-        if about["experiment"] != self.identity:
+            if (was := header.get(name)) == here:
+                continue
+            differs = f"{name} was {was!s:.300}, and here is {here}"
+            if name != MACHINE:
+                raise FileError(f"{self.path} cannot be taken up: {differs}")
+            told = f"{self.path}: {differs}: the last bits may differ from those of one machine"
+            warnings.warn(told, FileWarning, stacklevel=2)
+        if header.get("experiment") != self.identity:
             raise FileError(f"{self.path} is of another experiment, or of other settings")
         rest = iter(arrays)
-        return [(said, [next(rest) for _ in range(said["arrays"])]) for said in about["loops"]]
+        with _fitting(self.path):
+            return [(each, [next(rest) for _ in range(each["arrays"])]) for each in header["loops"]]
+
+
+def _unpacked(file: BinaryIO, path: Path) -> tuple[dict[str, Any], list[Any]]:
+    """Return the header and the arrays of a checkpoint; FileError if it is none, or damaged."""
+    try:
+        header, arrays = unpack(file)
+    except ContainerError as error:
+        if not error.lacking:
+            raise FileError(f"{path} is damaged: it {error}") from None
+        header, arrays = None, []
+    if not isinstance(header, dict) or header.get("format") != FORMAT:
+        raise FileError(f"{path} is no checkpoint of this version of RobSim, or is cut short")
+    return header, arrays
+
+
+@contextmanager
+def _fitting(path: Path) -> Iterator[None]:
+    """Raise FileError where a checkpoint is not as the loops of its experiment need it."""
+    try:
+        yield
+    except (ValueError, TypeError, LookupError, OverflowError, StopIteration) as error:
+        if isinstance(error, FileError):
+            raise
+        raise FileError(f"{path} does not fit its experiment: {error!s:.200}") from None
 
 
 def _made_with() -> dict[str, str]:
     return {
         "RobSim": f"{__version__}, kernels {KERNEL_HASH}",
         "software": f"{VERSIONS}, NumPy {np.__version__}",
-        "the machine": f"{platform.machine()} {llvm.get_host_cpu_name()}",
+        MACHINE: f"{platform.machine()} {llvm.get_host_cpu_name()}",
     }
 
 
@@ -109,36 +147,56 @@ def _described(loop: Loop, chunks: list[Going]) -> tuple[dict[str, Any], list[An
     arrays: list[Any] = []
     said = []
     for going in chunks:
-        recorder, own = loop.recorder, slice(going.rows[0], going.rows[-1] + 1)
+        recorder, rows = loop.recorder, slice(going.rows[0], going.rows[-1] + 1)
         last = -(-going.step // recorder.every) if recorder.every else 0
-        arrays += [going.rows, recorder.table[own, :last], recorder.ends[own]]
+        arrays += [recorder.table[rows, :last], recorder.ends[rows]]
         paths: list[list[str]] = []
         if going.chunk:
             remembered = _flat(going.chunk.memory)
             paths = [list(path) for path, _ in remembered]
-            arrays += [going.chunk.rows, going.chunk.numbers, *(array for _, array in remembered)]
-        said.append(
-            {"step": going.step, "done": going.done, "on": bool(going.chunk), "memory": paths}
-        )
+            on = np.isin(going.rows, going.chunk.rows)
+            arrays += [on, going.chunk.numbers, *(array for _, array in remembered)]
+        own = {"runs": len(going.rows), "on": bool(going.chunk), "memory": paths}
+        said.append({"step": going.step, "done": going.done, **own})
     return {"chunks": said, "arrays": len(arrays)}, arrays
 
 
 def _restored(loop: Loop, said: Any, arrays: list[Any]) -> list[Going]:
-    """Return chunks as they were described, and fill the record of their loop in place."""
-    rest = iter(arrays)
-    chunks = []
+    """Return chunks as they were described, and fill the record of their loop in place.
+
+    ValueError, TypeError, LookupError: they do not fit the loop.
+    """
+    rest, chunks, first = iter(arrays), [], 0
     for each in said["chunks"]:
-        rows, table, ends = next(rest), next(rest), next(rest)
+        count, table, ends = each["runs"], next(rest), next(rest)
+        rows = np.arange(first, first + whole(count, "runs", 1, len(loop.q0) - first + 1))
+        first += count
         loop.recorder.table[rows, : table.shape[1]] = table
         loop.recorder.ends[rows] = ends
-        going = Going(rows, None, each["step"], each["done"])
+        step = whole(each["step"], "step", 0, loop.steps + 2)
+        going = Going(rows, None, step, flag(each["done"], "done"))
         if each["on"]:
-            going.chunk = Chunk(loop.sequence.program, next(rest))
-            going.chunk.numbers[:] = next(rest)
-            for path in each["memory"]:
-                _put(going.chunk.memory, path, next(rest))
+            going.chunk = _chunk(loop.sequence.program, rows, each["memory"], rest)
         chunks.append(going)
+    if first != len(loop.q0):
+        raise ValueError(f"{first} runs of {len(loop.q0)}")
     return chunks
+
+
+def _chunk(program: Program, rows: Any, paths: list[list[str]], rest: Iterator[Any]) -> Chunk:
+    """Return the runs of a chunk that go on."""
+    going, numbers = next(rest), next(rest)
+    if going.shape != rows.shape or going.dtype != bool or not going.any():
+        raise ValueError("no runs that go on")
+    chunk = Chunk(program, rows[going])
+    if numbers.shape != chunk.numbers.shape or numbers.dtype != chunk.numbers.dtype:
+        raise ValueError(f"{numbers.shape} numbers, and not {chunk.numbers.shape}")
+    for row in program.wholes:  # where stages find places in memory, in this process
+        numbers[:, row] = chunk.numbers[:, row]
+    chunk.numbers[:] = numbers
+    for path in paths:
+        _put(chunk.memory, path, next(rest))
+    return chunk
 
 
 def _flat(memory: dict[str, Any]) -> list[tuple[tuple[str, ...], Any]]:
@@ -149,7 +207,7 @@ def _flat(memory: dict[str, Any]) -> list[tuple[tuple[str, ...], Any]]:
             found += [((name, *path), array) for path, array in _flat(value)]
             continue
         array = np.asarray(value)
-        if array.dtype.hasobject or not isinstance(name, str):
+        if array.dtype.newbyteorder("<").str not in Block.kinds or not isinstance(name, str):
             raise InputError(f"what is remembered as {said(name)} is no array of numbers")
         found.append(((name,), array))
     return found

@@ -8,6 +8,7 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import KW_ONLY, dataclass, field, fields, replace
 from functools import cached_property
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self, cast
 
 import numpy as np
@@ -29,13 +30,15 @@ from robsim.engine.workers import Progress, advance
 from robsim.files.changes import Changes
 from robsim.files.toml import read_text
 from robsim.run import overview
-from robsim.run import text as codec
+from robsim.run.brief import brief_text
+from robsim.run.changed import changed, read
 from robsim.run.checkpoint import Keeper
 from robsim.run.checks import a_task, of_kind, starts, whole_periods
 from robsim.run.mission_run import MissionRun
 from robsim.run.origin import attributes_of, made_with
 from robsim.run.paths import NOT_BY_PATH, controls_of, guard_of, with_numbers
 from robsim.run.staged import Staged
+from robsim.run.text import complete_text
 from robsim.run.varied import Template, checked
 from robsim.servo.safety.safety import Safety
 from robsim.servo.tasks.task import Task
@@ -158,7 +161,7 @@ class Experiment(Value):
             raise InputError(f"source: expected a text, got {said(source)}")
         if not isinstance(text, str):
             raise FileError(f"{source}: expected TOML text, got {said(text)}")
-        return cls._read(codec.read(text, source, set), source)
+        return cls._read(read(text, source, set), source)
 
     @classmethod
     def _read(cls, parts: Mapping[str, Any], source: str) -> Self:
@@ -259,7 +262,7 @@ class Experiment(Value):
         """Return a copy of which a text says these changes."""
         several = np.ndim(self.start) > 1  # which no text says
         one = replace(self, start=None, varied={}) if several else replace(self, varied={})
-        made = self._read(codec.changed(one, changes), self.source)
+        made = self._read(changed(one, changes), self.source)
         made = replace(made, start=self.start) if several else made
         return made.with_(varied=self.varied) if self.varied else made
 
@@ -317,15 +320,28 @@ class Experiment(Value):
         """The TOML text of this experiment, as `to_toml` returns it."""
         return self.to_toml()
 
-    def to_toml(self) -> str:
-        """Return all of it as TOML, with robots in full and numbers exact.
+    def to_toml(self, *, complete: bool = False, folder: str | os.PathLike[str] = ".") -> str:
+        """Return it as TOML, as short as a person writes it; reading it gives the same experiment.
 
-        Reading it gives the same experiment.
+        complete  robots link by link and every default, for files that must last: such a text
+                  needs no library and no URDF file, which may change
+        folder    of the file that the text is for: paths of URDF files are relative to it
+
+        A robot of the library or of a URDF file is called by its name there, with what was changed
+        of it, and a belief says where it differs from the scene. Numbers are exact, in the units
+        that make them shortest. Where no short text gives the same experiment, it is complete.
 
         InputError: the experiment is made of Python code, or has several starts or other numbers
         in each run.
+
+        >>> from robsim import examples, load_scenario
+        >>> experiment = load_scenario(examples.path("eye_in_hand")).at("task.gain", 2)
+        >>> text = experiment.to_toml()
+        >>> len(text.splitlines()) < 40 < 400 < len(experiment.to_toml(complete=True).splitlines())
+        True
         """
-        return codec.written(self)
+        whole = complete_text(self)
+        return whole if complete else brief_text(self, Path(folder)) or whole
 
     @cached_property
     def hash(self) -> str:
@@ -333,7 +349,7 @@ class Experiment(Value):
 
         InputError: there is no text.
         """
-        return hashlib.sha256(self.to_toml().encode()).hexdigest()[:16]
+        return hashlib.sha256(self.to_toml(complete=True).encode()).hexdigest()[:16]
 
     def check(self, *, view: bool = True) -> None:
         """Check task, start and settings as a run would, without running.
@@ -502,7 +518,7 @@ class Experiment(Value):
     def origin(self) -> dict[str, str]:
         """What a run says of its experiment: the text, or why there is none."""
         try:
-            return {"scenario": self._one.to_toml()}
+            return {"scenario": self._one.to_toml(complete=True)}
         except InputError as reason:
             return {"scenario": "", "no_scenario": str(reason)}
 
@@ -515,7 +531,7 @@ class Experiment(Value):
     @property
     def identity(self) -> str:
         """The hash of all that the bits of its runs depend on; InputError: it has no text."""
-        digest = hashlib.sha256(self._one.to_toml().encode())
+        digest = hashlib.sha256(self._one.to_toml(complete=True).encode())
         for name, values in {"start": self.start, **self.varied}.items():
             array = np.ascontiguousarray(np.nan if values is None else values)
             digest.update(f"{name} {array.dtype} {array.shape}".encode() + array.tobytes())

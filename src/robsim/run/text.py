@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, fields, is_dataclass, replace
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Annotated, Any, ClassVar
 
@@ -12,19 +12,18 @@ import numpy as np
 
 from robsim.base.errors import InputError, said
 from robsim.declare import Flag, Table, Text, Time, Whole, fields_of
-from robsim.declare.lookup import as_raw, dotted_names, nearest
 from robsim.declare.problems import Broken, Problems
 from robsim.declare.spec import MISSING, Context, Live, NoText, Raw, Spec, expected
 from robsim.declare.tables import keys_of, merge_table, read_table, write_table
 from robsim.engine.endings import ENDING_LIST
 from robsim.engine.record import LONGEST
-from robsim.files.changes import Changes, nested, pairs
 from robsim.files.library import expanded
-from robsim.files.toml import Tables, parse, write
+from robsim.files.toml import write
 from robsim.geometry.pose_table import PoseTable
 from robsim.run.start_table import StartTable
 from robsim.servo.goals.goal import start_of
 from robsim.servo.safety.safety import SAFETY
+from robsim.servo.tasks.belief import Belief
 from robsim.servo.tasks.family import TASKS, TaskChoice
 from robsim.world.actuation import Actuation
 from robsim.world.scene import Scene
@@ -200,13 +199,14 @@ def read_experiment(tables: Mapping[str, Raw], source: str) -> dict[str, Any]:
     return made
 
 
-def write_experiment(of: Any, live: bool = False) -> dict[str, Raw]:
+def write_experiment(of: Any, live: bool = False, **facts: Any) -> dict[str, Raw]:
     """Return the tables of an experiment, exactly; NoText if it holds somebody's Python code.
 
-    With `live`, what no text can say stands in the tables as the object that it is.
+    With `live`, what no text can say stands in the tables as the object that it is. With the fact
+    `brief` the tables leave out what need not be said.
     """
-    c = Context(Problems("<text>"), facts={"scene": of.scene, "live": live})
-    belief, own = common_belief(of.task), {name: getattr(of, name) for name in RUN}
+    c = Context(Problems("<text>"), facts={"scene": of.scene, "live": live, **facts})
+    belief = common_belief(of.task)
     said = TaskTable(
         of.task,
         of.title,
@@ -215,12 +215,21 @@ def write_experiment(of: Any, live: bool = False) -> dict[str, Raw]:
         actuation=None if of.actuation == Actuation() else of.actuation,
         safety=of.safety,
         endings=of.endings,
-        run=RunTable(**{**own, "first_run": own["first_run"] or None}),
+        run=_run_table(of, bool(facts.get("brief"))),
     )
     tables = {**write_table(of.scene, c), **write_table(said, c.knowing(apart=belief is None))}
     if belief is not None:
-        tables["belief"] = {"complete": True, **write_table(belief, c.knowing(scene=belief))}
+        tables["belief"] = Belief().write(belief, c)
     return tables
+
+
+def _run_table(of: Any, brief: bool) -> RunTable | None:
+    """Return the table of the settings; where it is brief, of those that are not the usual ones."""
+    usual = {each.name: each.default for each in fields(of)}
+    own = {name: getattr(of, name) for name in RUN}
+    gone = {name for name in RUN if own[name] == usual[name] and (brief or name == "first_run")}
+    kept = {name: None if name in gone else value for name, value in own.items()}
+    return None if len(gone) == len(RUN) else RunTable(**kept)
 
 
 RUN = tuple(each.name for each in fields_of(RunTable))
@@ -291,94 +300,16 @@ def _tables(scene: Scene) -> dict[str, Raw]:
     return write_table(scene, c)
 
 
-def read(text: str, source: str, set: Changes = ()) -> dict[str, Any]:
-    """Return the fields of the experiment of a TOML text, with changes such as ["task.gain=2"]."""
-    tables = _changed(parse(text, source), pairs_of(set, source), source)
-    return {**read_experiment(tables, source), "study": tables.get("study")}
-
-
-def changed(experiment: Any, changes: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the fields of an experiment of whose text dotted names have other values.
-
-    A number is in SI, a text is what a file says, an object stands for itself. FileError: no such
-    name, or no such value.
-    """
-    tables = write_experiment(experiment, live=True)
-    if experiment.study is not None:
-        tables["study"] = experiment.study
-    made = _changed(tables, pairs(changes), experiment.source, python=True)
-    return {**read_experiment(made, experiment.source), "study": made.get("study")}
-
-
-def pairs_of(set: Changes, source: str) -> list[tuple[str, Any]]:
-    """Return the dotted names and values of changes; FileError for what is none."""
-    problems = Problems(source)
-    found: list[tuple[str, Any]] = []
-    with problems.at():
-        found = pairs(set)
-    problems.stop()
-    return found
-
-
-def _changed(
-    tables: Tables, changes: Sequence[tuple[str, Any]], source: str, python: bool = False
-) -> Tables:
-    """Return tables with every change made; values are those of a text or of `python`."""
-    problems = Problems(source)
-    with problems.at():
-        for path, value in changes:
-            if python and _is_of_own_task(tables, path, value):
-                tables = _with_own_task(tables, path, value)
-                continue
-            over = nested(path, as_raw(ExperimentTable, tables, path, value) if python else value)
-            if next(iter(over)) not in _TOP:
-                names = dotted_names(ExperimentTable, tables)
-                raise InputError(f"{path}: there is no such name; {nearest(path, names)}")
-            tables = merge_table(ExperimentTable, tables, over, False)
-    problems.stop()
-    return _without_none(tables) if any(value is None for _, value in changes) else tables
-
-
-def _is_of_own_task(tables: Tables, path: str, value: Any) -> bool:
-    """Return whether a path names a field of a task of a class that no text knows."""
-    task, (top, _, key) = tables.get("task"), path.partition(".")
-    if not isinstance(task, Live) or not is_dataclass(task.value) or top != "task":
-        return False
-    return value is not None and any(each.name == key for each in fields(task.value))
-
-
-def _with_own_task(tables: Tables, path: str, value: Any) -> Tables:
-    """Return tables whose task, of a class that no text knows, has another value in a field."""
-    task, key = tables["task"], path.partition(".")[2]
-    gone = {"belief"} & {key}  # that of the experiment, which is that of its task
-    kept = {name: each for name, each in tables.items() if name not in gone}
-    return {**kept, "task": Live(replace(task.value, **{key: value}))}
-
-
-def _without_none(tables: Any) -> Any:
-    """Return the tables without the keys whose value is None: as if nothing was said."""
-    if isinstance(tables, list):
-        return [_without_none(each) for each in tables]
-    if not isinstance(tables, dict):
-        return tables
-    said = {k: x for k, x in tables.items() if not (isinstance(x, Live) and x.value is None)}
-    return {key: _without_none(x) for key, x in said.items()}
-
-
-_TOP = {each.name for each in fields(ExperimentTable)}
-
-
-def written(experiment: Any) -> str:
+def complete_text(of: Any) -> str:
     """Return the exact TOML text of an experiment.
 
     InputError: it is made of Python code that no text can hold, or is of several runs.
     """
-    if experiment.varied:
+    if of.varied:
         raise InputError("a text is of one run, and numbers differ from run to run: of_run(i)")
-    if np.ndim(experiment.start) > 1:
-        shape = np.shape(experiment.start)
-        raise InputError(f"a text holds one start, not a batch of shape {shape}")
+    if np.ndim(of.start) > 1:
+        raise InputError(f"a text holds one start, not a batch of shape {np.shape(of.start)}")
     try:
-        return write(write_experiment(experiment))
+        return write(write_experiment(of))
     except NoText as reason:
         raise InputError(f"this experiment has no text: {reason}") from None

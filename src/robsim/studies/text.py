@@ -191,7 +191,7 @@ def text_of(plan: Plan) -> str:
 
     InputError: it is made of Python code that no text can hold.
     """
-    tables = parse(plan.experiment.to_toml(), "text")
+    tables = parse(plan.experiment.to_toml(complete=True), "text")
     vary = {axis.name: _said(plan, axis) for axis in plan.axes}
     kept = plan.trajectories, plan.measures
     own = StudyTable(plan.draws, plan.seed, plan.start, plan.q0, vary or None, *kept)

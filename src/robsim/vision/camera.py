@@ -26,6 +26,9 @@ from robsim.kernels.formulas import camera as kernels
 from robsim.kernels.images import viewing
 from robsim.kernels.machine.program import Function, Program
 from robsim.vision.camera_checks import check_focal, checked_distortion, checked_intrinsics
+from robsim.vision.camera_files import ros
+from robsim.vision.camera_files.files import camera_of
+from robsim.vision.camera_files.written import write
 from robsim.vision.chapter import T_CHAPTER_CAMERA, chapter_intrinsics, intrinsics_from_chapter
 from robsim.vision.image_size import SIZE
 from robsim.vision.lens_range import valid_radius
@@ -109,9 +112,8 @@ class Camera(Value):
         >>> Camera.from_file("eye.xml").size
         (640, 480)
         """
-        from robsim.vision.camera_files.files import camera_of
-
-        return camera_of(path, name)
+        found: Camera = camera_of(path, name, cls)
+        return found
 
     def to_file(self, path: str | os.PathLike[str]) -> Path:
         """Write a calibration file, which `from_file` reads to the last digit; return its path.
@@ -123,8 +125,6 @@ class Camera(Value):
         >>> Camera([[800, 0, 320], [0, 800, 240], [0, 0, 1]], (640, 480)).to_file("eye.yaml").name
         'eye.yaml'
         """
-        from robsim.vision.camera_files.written import write
-
         return write(self, path)
 
     @classmethod
@@ -139,9 +139,8 @@ class Camera(Value):
         >>> Camera.from_ros(info).size
         (640, 480)
         """
-        from robsim.vision.camera_files.ros import camera_of
-
-        return camera_of(message, rectified)
+        found: Camera = ros.camera_of(message, rectified, cls)
+        return found
 
     def resized(self, width: int, height: int, *, stretch: bool = False) -> Camera:
         """Return the camera of the whole image scaled to another size in pixels.

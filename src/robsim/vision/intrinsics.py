@@ -12,8 +12,9 @@ import numpy as np
 from robsim.base.arrays import frozen
 from robsim.base.errors import InputError
 from robsim.declare import ListOf, Number
+from robsim.declare.fields import same
 from robsim.declare.paths import Part, Shapes
-from robsim.declare.spec import MISSING, Context, Raw, Spec
+from robsim.declare.spec import MISSING, Context, Raw, Spec, Unsayable
 from robsim.vision.camera_checks import check_focal
 
 FOCAL_LENGTH = Number(above=0, unit="px")
@@ -91,7 +92,25 @@ class Intrinsics(Spec):
             return MISSING
 
     def put(self, table: dict[str, Raw], name: str, value: Any, c: Context) -> None:
-        table["K"] = value.tolist()
+        table |= self._brief(value, c.facts["own"]["size"]) if c.facts.get("brief") else {}
+        if "focal" not in table:
+            table["K"] = value.tolist()
+
+    def put_change(self, table: dict[str, Raw], name: str, old: Any, new: Any, c: Context) -> None:
+        table |= {key: x for key, x in _parts(new).items() if not same(x, _parts(old)[key])}
+        if not same(new, _whole(_parts(new))):
+            raise Unsayable
+
+    @staticmethod
+    def _brief(K: Any, size: Any) -> dict[str, Raw]:
+        """Return focal and its companions, as far as they must be said; nothing if K must."""
+        parts = _parts(K)
+        if not same(K, _whole(parts)):
+            return {}
+        usual = {"center": [(n - 1) / 2 for n in size or ()], "skew": 0.0}
+        made = {key: x for key, x in parts.items() if not same(x, usual.get(key))}
+        fx, fy = parts["focal"]
+        return {**made, "focal": fx if same(fx, fy) else [fx, fy]}
 
     def words(self) -> str:
         return "K, or focal and its companions"
@@ -128,6 +147,15 @@ class Intrinsics(Spec):
 
     def rows(self, name: str) -> list[tuple[str, str]]:
         return [(key, f"{spec.words()}: {MEANINGS[key]}") for key, spec in KEYS.items()]
+
+
+def _parts(K: Any) -> dict[str, Any]:
+    (fx, skew, cx), (_, fy, cy), _ = K.tolist()
+    return {"focal": [fx, fy], "center": [cx, cy], "skew": skew}
+
+
+def _whole(parts: dict[str, Any]) -> Any:
+    return np.array(_matrix(parts, None))
 
 
 def _matrix(values: Mapping[str, Any], size: Any) -> list[list[float]]:

@@ -99,5 +99,5 @@ class MountedCamera:
         first = one_pose(pose, "pose of cam0")
         return tuple(
             cls(name, camera, on, first @ T_first_camera)
-            for name, (camera, T_first_camera) in rig_of(path).items()
+            for name, (camera, T_first_camera) in rig_of(path, Camera).items()
         )

@@ -120,6 +120,7 @@ class Program:
         self._scratch = 0, 0  # the first row, and how many there are
         self.calls: list[tuple[Stage, tuple[int, ...]] | Own | Rescue] = []
         self.given: list[tuple[int, Array]] = []
+        self.wholes: list[int] = []  # rows of whole numbers, by which stages find places in memory
         self.kept: list[Any] = []  # whose addresses stand among the numbers
 
     def rows(self, count: int = 1) -> int:
@@ -167,7 +168,8 @@ class Program:
 
     def whole(self, values: Any) -> int:
         """Return the row of whole numbers (runs,), which stand there bit by bit."""
-        return self.each(np.asarray(values, dtype=np.int64).view(np.float64)[None])
+        self.wholes.append(self.each(np.asarray(values, dtype=np.int64).view(np.float64)[None]))
+        return self.wholes[-1]
 
     def _given(self, values: Array) -> int:
         first = self.rows(len(values))

@@ -1,7 +1,7 @@
 """The files of machine code, whose names hash all that shapes it.
 
-A file holds a digest of the rest, the name of the kernel, the key for which it was compiled, and
-the code. It appears whole or not at all, under a name of its own: any number of processes may
+A file is a container of the code, with the name of the kernel and the key for which it was
+compiled. It appears whole or not at all, under a name of its own: any number of processes may
 write here. Files of old sources and versions stay beside the others until they are aged.
 """
 
@@ -11,13 +11,16 @@ import pickle
 import sys
 import uuid
 from contextlib import suppress
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
 import llvmlite
 import numba
+import numpy as np
 from numba.core.serialize import dumps
 
+from robsim.container import MAGIC, pack, unpack
 from robsim.kernels.machine.sources import digest_of_all
 
 VERSIONS = (
@@ -25,7 +28,6 @@ VERSIONS = (
     f"Python {sys.version_info.major}.{sys.version_info.minor}"
 )
 _BOUNDS: Any = vars(numba.config)["BOUNDSCHECK"]  # indices may be looked at, for a test
-_DIGEST = 32  # bytes of SHA-256
 
 
 def _user_cache() -> Path:
@@ -45,7 +47,7 @@ SAVED: set[str] = set()  # the names of files that this process has written
 
 def file_name(name: str, key: tuple[Any, ...]) -> str:
     """Return the name of the file for a kernel and its key."""
-    digest = hashlib.sha256(f"{VERSIONS} {_BOUNDS} {key}".encode()).hexdigest()[:20]
+    digest = hashlib.sha256(f"{VERSIONS} {_BOUNDS} {MAGIC!r} {key}".encode()).hexdigest()[:20]
     return f"{name}.{digest}.nbc"
 
 
@@ -58,19 +60,16 @@ def load(folder: Path, name: str, key: tuple[Any, ...]) -> Any:
         content = (folder / file_name(name, key)).read_bytes()
     except OSError:
         return None
-    rest = content[_DIGEST:]
-    if hashlib.sha256(rest).digest() != content[:_DIGEST]:
-        raise ValueError("not as it was written")
-    (*saved, data) = pickle.loads(rest)
-    if saved != [name, key]:
+    header, (code,) = unpack(BytesIO(content))
+    if header != [name, str(key)]:
         raise ValueError("of another kernel")
-    return pickle.loads(data)
+    return pickle.loads(code.data)
 
 
 def save(folder: Path, name: str, key: tuple[Any, ...], data: Any) -> None:
     """Write a file at once; OSError where that cannot be."""
-    rest: bytes = dumps((name, key, dumps(data)))
-    path = _draft(folder, hashlib.sha256(rest).digest() + rest)
+    code = np.frombuffer(dumps(data), np.uint8)
+    path = _draft(folder, pack([name, str(key)], [code]).getbuffer())
     try:
         path.replace(folder / file_name(name, key))
         SAVED.add(file_name(name, key))
@@ -94,7 +93,7 @@ def writable() -> bool:
     return True
 
 
-def _draft(folder: Path, content: bytes) -> Path:
+def _draft(folder: Path, content: bytes | memoryview) -> Path:
     """Write a file that is not yet one of ours; OSError leaves nothing."""
     folder.mkdir(parents=True, exist_ok=True)
     path = folder / f"{uuid.uuid4().hex}.tmp"

@@ -9,10 +9,11 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from decimal import Context, Decimal
+from typing import Any
 
 from robsim.base.arrays import number
 from robsim.base.errors import FileError, InputError, said
-from robsim.vision.camera import Camera
+from robsim.vision.camera_files.content import Intrinsics, Make
 from robsim.vision.camera_files.tables import PERSPECTIVE
 
 # the places of (fx, fy, cx, cy), and of the lens as in OpenCV; None: zero
@@ -41,24 +42,24 @@ def is_list(text: str) -> bool:
     return any(map(_LINE.match, [line for _, line in _lines(text)][:1]))
 
 
-def cameras_of(text: str, source: str) -> dict[str, Camera]:
+def cameras_of(text: str, source: str, make: Make) -> dict[str, Any]:
     """Return the cameras by their number.
 
     FileError: a line that is none, a number twice, a model that is not modelled here.
     """
-    found: dict[str, Camera] = {}
+    found: dict[str, Any] = {}
     for at, line in _lines(text):
         try:
             name, model, *rest = line.split()
             if name in found:
                 raise InputError(f"camera {said(name)} occurs twice")
-            found[name] = _camera(model, rest)
+            found[name] = _camera(model, rest, make)
         except (InputError, ValueError) as error:
             raise FileError(f"{source}:{at}: {error}") from None
     return found
 
 
-def written(camera: Camera) -> str:
+def written(camera: Intrinsics) -> str:
     """Return the text of cameras.txt with one camera, number 1, whose lens is told in full."""
     if camera.size is None:
         raise InputError("COLMAP needs the size of the image: give size=(width, height)")
@@ -77,7 +78,7 @@ def _lines(text: str) -> list[tuple[int, str]]:
     return [(i, line) for i, line in stripped if line and not line.startswith("#")]
 
 
-def _camera(model: str, words: Sequence[str]) -> Camera:
+def _camera(model: str, words: Sequence[str], make: Make) -> Any:
     """Return the camera of a model from the words behind it."""
     if model not in MODELS:
         raise InputError(f"{said(model)} is not modelled: {', '.join(MODELS)} are; {PERSPECTIVE}")
@@ -90,7 +91,7 @@ def _camera(model: str, words: Sequence[str]) -> Camera:
     cx, cy = (float(_moved(words[2 + i], -HALF)) for i in places[2:])
     K = [[fx, 0, cx], [0, fy, cy], [0, 0, 1]]
     bent = tuple(0.0 if i is None else values[i] for i in lens)
-    return Camera(K, (int(size[0]), int(size[1])), distortion=bent)
+    return make(K, (int(size[0]), int(size[1])), distortion=bent)
 
 
 def _moved(word: str, by: Decimal) -> Decimal:

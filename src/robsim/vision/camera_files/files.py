@@ -8,16 +8,16 @@ from typing import Any
 from robsim.base.errors import FileError, InputError, said, suggest
 from robsim.base.input import read_bytes
 from robsim.geometry.pose import Pose
-from robsim.vision.camera import Camera
 from robsim.vision.camera_files import colmap, kalibr, tables, xml_text, yaml_text
+from robsim.vision.camera_files.content import Make
 
 LARGEST_FILE = 1_000_000  # bytes
 EXPECTED = "a calibration of OpenCV, ROS, Kalibr or COLMAP"
 
 
-def camera_of(path: str | os.PathLike[str], name: str | None) -> Camera:
+def camera_of(path: str | os.PathLike[str], name: str | None, make: Make) -> Any:
     """Return the camera of a file, or the one of a name; see `Camera.from_file`."""
-    cameras, _ = _read(path)
+    cameras, _ = _read(path, make)
     if name is None and len(cameras) == 1:
         return next(iter(cameras.values()))
     if name is None:
@@ -27,12 +27,12 @@ def camera_of(path: str | os.PathLike[str], name: str | None) -> Camera:
     return cameras[name]
 
 
-def rig_of(path: str | os.PathLike[str]) -> dict[str, tuple[Camera, Pose]]:
+def rig_of(path: str | os.PathLike[str], make: Make) -> dict[str, tuple[Any, Pose]]:
     """Return the cameras of Kalibr's chain with their poses in the axes of the first.
 
     FileError: a file of another program, which does not tell such poses.
     """
-    cameras, content = _read(path)
+    cameras, content = _read(path, make)
     if not kalibr.is_chain(content):
         raise FileError(f"{path}: no poses of cameras, as in Kalibr's camchain.yaml")
     try:
@@ -42,7 +42,7 @@ def rig_of(path: str | os.PathLike[str]) -> dict[str, tuple[Camera, Pose]]:
     return {name: (camera, poses[name]) for name, camera in cameras.items()}
 
 
-def _read(path: str | os.PathLike[str]) -> tuple[dict[str, Camera], Any]:
+def _read(path: str | os.PathLike[str], make: Make) -> tuple[dict[str, Any], Any]:
     """Return the cameras of a file by name, and its content as plain tables."""
     data, source = read_bytes(path, EXPECTED, LARGEST_FILE), str(path)
     if data.lstrip().startswith(b"<"):
@@ -50,11 +50,11 @@ def _read(path: str | os.PathLike[str]) -> tuple[dict[str, Camera], Any]:
     else:
         text = _text(data, source)
         if colmap.is_list(text):
-            return colmap.cameras_of(text, source), None
+            return colmap.cameras_of(text, source, make), None
         content = yaml_text.tables_of(text, source)
     try:
-        chain = kalibr.is_chain(content)
-        return (kalibr.cameras_of(content) if chain else tables.cameras_of(content)), content
+        program = kalibr if kalibr.is_chain(content) else tables
+        return program.cameras_of(content, make), content
     except InputError as error:
         raise FileError(f"{path}: {error}") from None
 

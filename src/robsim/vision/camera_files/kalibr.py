@@ -10,7 +10,7 @@ import numpy as np
 from robsim.base.arrays import numbers
 from robsim.base.errors import InputError, naming, said
 from robsim.geometry.pose import IDENTITY, Pose
-from robsim.vision.camera import Camera
+from robsim.vision.camera_files.content import Make
 from robsim.vision.camera_files.tables import check_model
 
 KEYS = "camera_model", "intrinsics", "distortion_model", "distortion_coeffs", "resolution"
@@ -21,9 +21,9 @@ def is_chain(table: Any) -> TypeGuard[Mapping[str, Mapping[str, Any]]]:
     return isinstance(table, Mapping) and isinstance(table.get("cam0"), Mapping)
 
 
-def cameras_of(chain: Mapping[str, Mapping[str, Any]]) -> dict[str, Camera]:
+def cameras_of(chain: Mapping[str, Mapping[str, Any]], make: Make) -> dict[str, Any]:
     """Return the cameras of a chain by name; InputError: one that is not modelled, or not told."""
-    return {name: _camera(name, chain[name]) for name in _names(chain)}
+    return {name: _camera(name, chain[name], make) for name in _names(chain)}
 
 
 def poses_of(chain: Mapping[str, Mapping[str, Any]]) -> dict[str, Pose]:
@@ -47,7 +47,7 @@ def _names(chain: Mapping[str, Any]) -> list[str]:
     return [name for name in names if name in chain]
 
 
-def _camera(name: str, table: Any) -> Camera:
+def _camera(name: str, table: Any, make: Make) -> Any:
     if not isinstance(table, Mapping):
         raise InputError(f"{name}: expected {', '.join(KEYS)}, got {said(table)}")
     with naming(name):
@@ -57,7 +57,7 @@ def _camera(name: str, table: Any) -> Camera:
         fx, fy, cx, cy = numbers(table["intrinsics"], "intrinsics", (4,))
         lens = numbers(table["distortion_coeffs"], "distortion_coeffs", ())
         K = [[fx, 0, cx], [0, fy, cy], [0, 0, 1]]
-        return Camera(K, table["resolution"], distortion=lens)  # type: ignore[arg-type]
+        return make(K, table["resolution"], distortion=lens)
 
 
 def _step(name: str, table: Mapping[str, Any]) -> Pose:

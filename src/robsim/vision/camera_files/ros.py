@@ -7,14 +7,14 @@ from typing import Any
 
 from robsim.base.arrays import flag, numbers, whole
 from robsim.base.errors import InputError, naming, said
-from robsim.vision.camera import Camera
+from robsim.vision.camera_files.content import Make
 from robsim.vision.camera_files.tables import cameras_of
 
 FIELDS = "width", "height", "distortion_model"
 MATRICES = "k", "d", "p"  # in ROS 1 with capital letters
 
 
-def camera_of(message: Any, rectified: bool) -> Camera:
+def camera_of(message: Any, rectified: bool, make: Make) -> Any:
     """Return the camera of the image that comes with a message; see `Camera.from_ros`."""
     with naming("camera_info"):
         table = _table(message)
@@ -22,7 +22,8 @@ def camera_of(message: Any, rectified: bool) -> Camera:
             raise InputError("k is zero: this camera is not calibrated")
         if flag(rectified, "rectified"):
             table.update(k=_left(table.pop("p", None)), d=[], distortion_model="")
-        camera = cameras_of({key: value for key, value in table.items() if key != "p"})["camera"]
+        own = {key: value for key, value in table.items() if key != "p"}
+        camera = cameras_of(own, make)["camera"]
         return _binned(_cut(camera, message), message)
 
 
@@ -52,7 +53,7 @@ def _field(message: Any, *names: str) -> Any:
     return next((getattr(message, name) for name in names if hasattr(message, name)), None)
 
 
-def _cut(camera: Camera, message: Any) -> Camera:
+def _cut(camera: Any, message: Any) -> Any:
     """Return the camera of the region of interest, where there is one; zeros mean all."""
     region = _field(message, "roi")
     fields = ("x_offset", "y_offset", "width", "height")
@@ -63,7 +64,7 @@ def _cut(camera: Camera, message: Any) -> Camera:
     return camera.cropped(left, top, width or size[0] - left, height or size[1] - top)
 
 
-def _binned(camera: Camera, message: Any) -> Camera:
+def _binned(camera: Any, message: Any) -> Any:
     """Return the camera of an image whose pixels are sums of several; 0 means one, as in ROS."""
     across, down = (whole(_field(message, f"binning_{axis}") or 1, "binning", 1) for axis in "xy")
     if across == down == 1 or camera.size is None:

@@ -8,7 +8,7 @@ from typing import Any
 
 from robsim.base.arrays import Array, is_listed, numbers
 from robsim.base.errors import InputError, said
-from robsim.vision.camera import Camera
+from robsim.vision.camera_files.content import Make
 
 # what programs call a part, in small letters alone; a number behind it counts cameras
 WORDS = {
@@ -29,7 +29,7 @@ PERSPECTIVE = (
 )
 
 
-def cameras_of(table: Any) -> dict[str, Camera]:
+def cameras_of(table: Any, make: Make) -> dict[str, Any]:
     """Return the cameras of a table, by the number behind their keys; one has the name "camera".
 
     InputError: no camera matrix, two of one name, a lens that is not modelled.
@@ -47,7 +47,9 @@ def cameras_of(table: Any) -> dict[str, Camera]:
     if not with_matrix:
         raise InputError(f"no camera matrix: expected {EXPECTED}; keys: {_listed(table)}")
     every = with_matrix.items()
-    return {number or "camera": _camera(table, {**_sizes(shared), **k}) for number, k in every}
+    return {
+        number or "camera": _camera(table, {**_sizes(shared), **k}, make) for number, k in every
+    }
 
 
 def check_model(table: Mapping[str, Any]) -> None:
@@ -83,7 +85,7 @@ def matrix(value: Any, what: str) -> Array:
     return data.reshape([int(n) for n in shape])
 
 
-def _camera(table: Mapping[str, Any], keys: Mapping[str, str]) -> Camera:
+def _camera(table: Mapping[str, Any], keys: Mapping[str, str], make: Make) -> Any:
     """Return the camera of a table from the keys of its parts."""
     K = matrix(table[keys["K"]], keys["K"])
     if K.shape == (9,):
@@ -91,7 +93,7 @@ def _camera(table: Mapping[str, Any], keys: Mapping[str, str]) -> Camera:
     if K.shape != (3, 3):
         raise InputError(f"{keys['K']}: expected 3 x 3 numbers, got shape {K.shape}")
     lens = matrix(table[keys["distortion"]], keys["distortion"]) if "distortion" in keys else ()
-    return Camera(K, _size(table, keys), distortion=lens)  # type: ignore[arg-type]
+    return make(K, _size(table, keys), distortion=lens)
 
 
 def _size(table: Mapping[str, Any], keys: Mapping[str, str]) -> Any:

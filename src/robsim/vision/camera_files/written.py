@@ -11,11 +11,11 @@ import numpy as np
 from robsim.base.arrays import Array
 from robsim.base.errors import FileError, InputError
 from robsim.base.output import write_whole
-from robsim.vision.camera import Camera
 from robsim.vision.camera_files import colmap
+from robsim.vision.camera_files.content import Intrinsics
 
 
-def write(camera: Camera, path: str | os.PathLike[str]) -> Path:
+def write(camera: Intrinsics, path: str | os.PathLike[str]) -> Path:
     """Write the file that the ending of its name tells; see `Camera.to_file`."""
     ending = Path(path).suffix.lower() if isinstance(path, str | os.PathLike) else ""
     if ending not in ENDINGS:
@@ -29,7 +29,7 @@ def write(camera: Camera, path: str | os.PathLike[str]) -> Path:
     return write_whole(path, text)
 
 
-def _yaml(camera: Camera) -> str:
+def _yaml(camera: Intrinsics) -> str:
     """Return a text for OpenCV, whose tags ROS does not mind, with all that ROS asks for."""
     lines = ["%YAML 1.0", "---", *(f"{key}: {value}" for key, value in _plain(camera))]
     for key, values in _matrices(camera):
@@ -39,7 +39,7 @@ def _yaml(camera: Camera) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _xml(camera: Camera) -> str:
+def _xml(camera: Intrinsics) -> str:
     """Return a text for OpenCV."""
     lines = ['<?xml version="1.0"?>', "<opencv_storage>"]
     lines += [f"<{key}>{value}</{key}>" for key, value in _plain(camera)]
@@ -51,7 +51,7 @@ def _xml(camera: Camera) -> str:
     return "\n".join([*lines, "</opencv_storage>"]) + "\n"
 
 
-def _plain(camera: Camera) -> Iterator[tuple[str, object]]:
+def _plain(camera: Intrinsics) -> Iterator[tuple[str, object]]:
     """Yield the keys that are no matrices."""
     if camera.size is not None:
         yield from zip(("image_width", "image_height"), camera.size, strict=True)
@@ -59,7 +59,7 @@ def _plain(camera: Camera) -> Iterator[tuple[str, object]]:
     yield "distortion_model", "rational_polynomial" if len(camera.distortion) > 5 else "plumb_bob"
 
 
-def _matrices(camera: Camera) -> Iterator[tuple[str, Array]]:
+def _matrices(camera: Intrinsics) -> Iterator[tuple[str, Array]]:
     """Yield the matrices; those of a rectified image are those of this one without its lens."""
     lens = np.array(camera.distortion)
     yield "camera_matrix", camera.K
@@ -69,7 +69,7 @@ def _matrices(camera: Camera) -> Iterator[tuple[str, Array]]:
 
 
 NONE = np.empty((0, 0))
-ENDINGS: dict[str, Callable[[Camera], str]] = {
+ENDINGS: dict[str, Callable[[Intrinsics], str]] = {
     ".yaml": _yaml,
     ".yml": _yaml,
     ".xml": _xml,
