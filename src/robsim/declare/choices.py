@@ -184,10 +184,6 @@ class Choice(Spec):
         ]
         return [(name, self.words()), *beside]
 
-    def wrong(self) -> Sequence[Raw]:
-        kindless: list[Raw] = [{}] if self.default is None else []
-        return [3, "none of them", {"kind": "none of them"}, [[]], *kindless]
-
     def merge(self, old: Raw, new: Raw, loose: bool) -> Raw:
         if not isinstance(old, Mapping) or not isinstance(new, Mapping):
             return new

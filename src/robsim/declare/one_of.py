@@ -64,9 +64,6 @@ class OneOf(Spec):
     def schema(self, define: Any) -> dict[str, Any]:
         return {"anyOf": [spec.schema(define) for spec in self.specs]}
 
-    def wrong(self) -> Sequence[Raw]:
-        return [raw for raw in (True, "none of them", [[True]]) if _form(raw) in self.forms]
-
     def merge(self, old: Raw, new: Raw, loose: bool) -> Raw:
         for spec in self.specs:
             forms = spec.forms or (spec.form,)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
@@ -94,12 +94,6 @@ class Quantity(Number):
         _, low, high, _ = super()._slide()
         return SI[self.dimension], low, high, True
 
-    def wrong(self) -> Sequence[Raw]:
-        unit = SI[self.dimension]
-        outside = [bound for bound in (self.above, self.below) if bound is not None]
-        other = "3 kg" if self.dimension != "mass" else "3 m"
-        return [1.0, "fast", other, True, f"nan {unit}", *(f"{x} {unit}" for x in outside)]
-
 
 def Length(**bounds: Any) -> Quantity:
     """Return a length in metres."""
@@ -150,9 +144,6 @@ class Vector(Spec):
     def schema(self, define: Any) -> dict[str, Any]:
         pattern = units.pattern(self.dimension)
         return {"type": "string", "pattern": pattern, "examples": [self._example]}
-
-    def wrong(self) -> Sequence[Raw]:
-        return [3, "1 kg", "1, 2, 3, 4, 5 m", ["1 m"]]
 
     def controls(self, value: Any, place: Any) -> Iterable[Any]:
         return [] if value is None else [place.several(value, "xyz", SI[self.dimension])]

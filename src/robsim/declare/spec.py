@@ -135,10 +135,6 @@ class Spec:
         """Return a JSON Schema; `define` gives the reference to that of a declared class."""
         raise NotImplementedError
 
-    def wrong(self) -> Sequence[Raw]:
-        """Return some values that are refused, for tests."""
-        return ()
-
     def merge(self, old: Raw, new: Raw, loose: bool) -> Raw:
         """Return the text in which `new` changes `old`; `loose` where `old` is changes itself."""
         return new

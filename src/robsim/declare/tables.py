@@ -205,9 +205,6 @@ class Table(Spec):
         reference: dict[str, Any] = define(self.says or self.kind)
         return reference
 
-    def wrong(self) -> Sequence[Raw]:
-        return [3, "x", [1]]
-
     def merge(self, old: Raw, new: Raw, loose: bool) -> Raw:
         return merge_table(self.says or self.kind, old, new, loose)
 

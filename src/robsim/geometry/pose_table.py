@@ -88,9 +88,6 @@ class PoseTable(Spec):
         properties = {key: spec.schema(define) for key, spec in KEYS.items()}
         return {"type": "object", "properties": properties, "additionalProperties": False}
 
-    def wrong(self) -> list[Raw]:
-        return [3, {"position": "1 m"}, {"rpy": "0, 0, 0 deg", "rotvec": "0, 0, 0 deg"}]
-
     def controls(self, value: Any, place: Any) -> Iterable[Any]:
         if value is None:
             return ()

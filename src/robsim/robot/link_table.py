@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Annotated, Any, ClassVar
 
@@ -72,9 +72,6 @@ class Span(Spec):
 
     def schema(self, define: Any) -> dict[str, Any]:
         return {"type": "array", "items": {"type": "string"}, "minItems": 2, "maxItems": 2}
-
-    def wrong(self) -> Sequence[Raw]:
-        return [3, [], ["1 kg", "2 kg"]]
 
 
 @dataclass(frozen=True)

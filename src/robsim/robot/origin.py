@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -52,7 +52,3 @@ class OriginKeys(Spec):
     def rows(self, name: str) -> list[tuple[str, str]]:
         """Return nothing: the documentation speaks of both keys above the table."""
         return []
-
-    def wrong(self) -> Sequence[Raw]:
-        """Return no values: whoever replaces the keys by links refuses what is wrong."""
-        return ()

@@ -68,7 +68,8 @@ class LinkedSpec(Table):
         if "read_origin" in c.facts:
             with suppress(InputError, Unsayable):
                 keys, plain = c.facts["read_origin"](value)
-                return {**keys, **self.change(plain, value, c)}
+                own = replace(value, origin=plain.origin)
+                return {**keys, **self.change(plain, own, c)}
         return super().write(value, c)
 
     def schema(self, define: Any) -> dict[str, Any]:

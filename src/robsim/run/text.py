@@ -53,9 +53,6 @@ class RecordSpec(Spec):
     def schema(self, define: Any) -> dict[str, Any]:
         return {"anyOf": [{"enum": ["all", "summary"]}, {"type": "integer", "minimum": 1}]}
 
-    def wrong(self) -> Sequence[Raw]:
-        return [0, "some", True]
-
 
 @dataclass(frozen=True)
 class RunTable:
@@ -128,9 +125,6 @@ class Aside(Spec):
         if not isinstance(old, Mapping) or not isinstance(new, Mapping):
             return new
         return {**old, **{key: self.merge(old.get(key), raw, loose) for key, raw in new.items()}}
-
-    def wrong(self) -> Sequence[Raw]:
-        return [3, "x"]
 
 
 @dataclass(frozen=True)

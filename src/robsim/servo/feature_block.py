@@ -176,9 +176,6 @@ class Features(Spec):
         one = _Block().schema(define)
         return {"anyOf": [*one["anyOf"], {"type": "array", "items": one, "minItems": 1}]}
 
-    def wrong(self) -> list[Raw]:
-        return [3, "none of them", [], {}]
-
     def controls(self, value: Any, place: Any) -> Iterable[Any]:
         return () if isinstance(value, tuple) else FEATURE.controls(value, place)
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from itertools import islice
 from typing import Annotated, Any, ClassVar
@@ -57,9 +57,6 @@ class VarySpec(Spec):
     def schema(self, define: Any) -> dict[str, Any]:
         listed: list[Any] = [{"type": "array"}, {"type": "object"}]
         return {"type": "object", "additionalProperties": {"anyOf": listed}}
-
-    def wrong(self) -> Sequence[Raw]:
-        return [3, ["x"]]
 
 
 def _table(axis: Any, c: Context) -> dict[str, Raw]:

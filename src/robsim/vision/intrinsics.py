@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
@@ -38,9 +38,6 @@ class Focal(ListOf):
 
     def schema(self, define: Any) -> dict[str, Any]:
         return {"anyOf": [{"type": "number"}, super().schema(define)]}
-
-    def wrong(self) -> Sequence[Raw]:
-        return ["800 px", [800.0], [], True]
 
 
 KEYS: dict[str, Spec] = {

@@ -172,9 +172,6 @@ class GoalSpec(Spec):
         reference: dict[str, Any] = define(GoalTable)
         return reference
 
-    def wrong(self) -> list[Raw]:
-        return [3, "home", {"s": []}, {"s": [1.0], "computed": {}}]
-
     def controls(self, value: Any, place: Any) -> Iterable[Any]:
         if isinstance(value, TaughtGoal):
             return controls_of(GoalTable(*started(value.q, place.c.facts["scene"])), place)

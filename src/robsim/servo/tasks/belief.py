@@ -55,6 +55,3 @@ class Belief(Spec):
     def schema(self, define: Any) -> dict[str, Any]:
         reference: dict[str, Any] = define.changes(Scene, complete={"type": "boolean"})
         return reference
-
-    def wrong(self) -> list[Raw]:
-        return [3, "x", []]
