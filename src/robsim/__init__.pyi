@@ -8,15 +8,14 @@ from robsim import trajectory as trajectory
 from robsim import units as units
 from robsim.analysis.advice import Advice as Advice
 from robsim.analysis.advice import advise as advise
-from robsim.analysis.clearance import clearance as clearance
 from robsim.analysis.compare import compare as compare
 from robsim.analysis.comparison import Comparison as Comparison
 from robsim.analysis.diagnosis import diagnose as diagnose
 from robsim.analysis.equilibria import equilibria as equilibria
 from robsim.analysis.equilibrium import Equilibria as Equilibria
 from robsim.analysis.equilibrium import Equilibrium as Equilibrium
-from robsim.analysis.explain import Explanation as Explanation
-from robsim.analysis.explain import explain as explain
+from robsim.analysis.explanation.explain import Explanation as Explanation
+from robsim.analysis.explanation.explain import explain as explain
 from robsim.analysis.manipulability import condition_number as condition_number
 from robsim.analysis.manipulability import manipulability as manipulability
 from robsim.analysis.manipulability import singularity_distance as singularity_distance
@@ -195,6 +194,7 @@ from robsim.vision.tags.detector import Detector as Detector
 from robsim.vision.tags.rendering import render as render
 from robsim.vision.tags.tag import Tag as Tag
 from robsim.world.actuation import Actuation as Actuation
+from robsim.world.clearance import clearance as clearance
 from robsim.world.imperfections.occlusions import Occlusion as Occlusion
 from robsim.world.motion import Motion as Motion
 from robsim.world.mounted_camera import MountedCamera as MountedCamera

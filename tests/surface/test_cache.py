@@ -99,11 +99,12 @@ LENGTH = "math.sqrt(x * x + y * y), math.atan2(y, x)"  # of polar_of
 
 @pytest.fixture
 def copy(tmp_path):
-    """A copy of the kernels, as a package robsim that has nothing else."""
+    """A copy of the kernels and the container of their code, as a package that has no more."""
     shutil.copytree(
         KERNELS, tmp_path / "robsim" / "kernels", ignore=shutil.ignore_patterns("__py*")
     )
     (tmp_path / "robsim" / "__init__.py").touch()
+    shutil.copy(KERNELS.parent / "container.py", tmp_path / "robsim")
     return tmp_path
 
 

@@ -42,7 +42,7 @@ def command(
     changes: tuple[str, ...],
 ) -> None:
     """Simulate the scenarios in FILE... and measure them beside each other."""
-    from robsim.analysis.variants import variants
+    from robsim.cli.variants import variants
 
     if len(varied) > 1:
         raise InputError(f"--vary: one key at a time, got {' and '.join(map(repr, varied))}")

@@ -17,7 +17,7 @@ from robsim.cli.tell import tell
 @click.option("--unsealed", is_flag=True, help="Take a RUN without a right seal for what it says.")
 def command(run: Path, no_trials: bool, unsealed: bool) -> None:
     """Explain why RUN, a run.nc or the folder of one, ended as it did, and what to try."""
-    from robsim.analysis.explain import explain as explained
+    from robsim.analysis.explanation.explain import explain as explained
     from robsim.files.netcdf import open_run
 
     path = run_file(run)

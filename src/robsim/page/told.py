@@ -100,7 +100,7 @@ def events(run: xr.Dataset) -> list[Entry]:
 
 def texts(run: xr.Dataset, experiment: Experiment, trials: bool) -> dict[str, str]:
     """Return the explanation and the text of the experiment, where there are such."""
-    from robsim.analysis.explain import explain
+    from robsim.analysis.explanation.explain import explain
 
     found = {}
     try:
