@@ -2,6 +2,7 @@
 
 import math
 import time
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,19 +11,16 @@ import robsim as rs
 from robsim import examples
 from robsim.run.paths import is_number, owner_of, path_of, with_numbers
 
-FEW = (
-    "adaptive_gain",
-    "car",
-    "chapter_6_2",
-    "inspection_a",
-    "joint_limits",
-    "mobile_arm",
-    "wrong_dh",
-)
+FEW = {"adaptive_gain": 9, "calibration_errors": 11, "car": 17, "wrong_dh": 23}  # every so many
 NAMES = sorted(examples.names())
-EACH = [pytest.param(name, marks=[pytest.mark.full] * (name not in FEW)) for name in NAMES]
+EACH = [
+    *[pytest.param(name, every, id=f"some of {name}") for name, every in FEW.items()],
+    *[pytest.param(name, 1, id=name, marks=pytest.mark.full) for name in NAMES],
+]
 BAD = (0.0, -1.0, 1.0, -1e-9, 1e-12, 0.5, 7.0, 1e10, -1e10, math.nan, math.inf)
 ROUNDED = "start.", "task.goal."  # the quaternion of a pose is known to rounding
+TIMED = "eye_in_hand", "wrong_calibration"
+CONSTRUCTED = 2.3e-5  # seconds to make a task where nothing else runs
 AGREED = "puma560.links"  # of which this belief says some numbers as they are in truth
 DERIVED = "follows.length"  # of which a file without `at` derives that, too
 
@@ -59,11 +57,11 @@ def others(control):
 
 
 @pytest.mark.filterwarnings("ignore::robsim.UnitWarning")
-@pytest.mark.parametrize("name", EACH)
-def test_a_number_changed_by_its_path_is_that_of_the_file(name):
+@pytest.mark.parametrize(("name", "every"), EACH)
+def test_a_number_changed_by_its_path_is_that_of_the_file(name, every):
     experiment = rs.load_scenario(examples.path(name))
     compared = 0
-    for control in controls(experiment):
+    for control in list(controls(experiment))[::every]:
         if control.path.endswith(DERIVED) or (name == "wrong_dh" and AGREED in control.path):
             continue
         for value in others(control):
@@ -75,15 +73,15 @@ def test_a_number_changed_by_its_path_is_that_of_the_file(name):
             ):
                 assert made == said, control.path
             compared += made is not None
-    assert compared > 20
+    assert compared > 5
 
 
 @pytest.mark.filterwarnings("ignore::robsim.UnitWarning")
-@pytest.mark.parametrize("name", EACH)
-def test_what_a_file_refuses_is_refused_by_a_path(name):
+@pytest.mark.parametrize(("name", "every"), EACH)
+def test_what_a_file_refuses_is_refused_by_a_path(name, every):
     experiment = rs.load_scenario(examples.path(name))
     refused = 0
-    for control in controls(experiment):
+    for control in list(controls(experiment))[::every]:
         size = np.shape(control.value)
         for value in BAD:
             given = np.full(size, value).tolist() if size else value
@@ -97,10 +95,12 @@ def test_what_a_file_refuses_is_refused_by_a_path(name):
                     experiment.at(changes)
             if math.isfinite(value) and by_path(experiment, {control.path: given}) is not None:
                 assert in_file(name, changes) is not None, (control.path, value)
-    assert refused > 20
+    assert refused > 5
 
 
-@pytest.mark.parametrize("name", ["eye_in_hand", "visp_tutorial", "wrong_calibration"])
+@pytest.mark.parametrize(
+    "name", ["visp_tutorial", *(pytest.param(x, marks=pytest.mark.full) for x in TIMED)]
+)
 def test_every_number_is_changed_in_a_fifth_of_a_millisecond(name):
     experiment = rs.load_scenario(examples.path(name))
     slow = {}
@@ -110,7 +110,8 @@ def test_every_number_is_changed_in_a_fifth_of_a_millisecond(name):
                 slow[control.path] = least(lambda v=value, p=control.path: experiment.at(p, v))
                 break
     assert len(slow) > 20
-    assert {path: seconds for path, seconds in slow.items() if seconds > 2e-4} == {}
+    allowed = 2e-4 * max(1.0, least(lambda: replace(experiment.task, gain=0.5)) / CONSTRUCTED)
+    assert {path: seconds for path, seconds in slow.items() if seconds > allowed} == {}
 
 
 def least(change, rounds=5):

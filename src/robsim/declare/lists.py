@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cache
 from typing import Any, ClassVar
 
 import numpy as np
@@ -157,7 +156,6 @@ class Names(ListOf):
         return {"anyOf": [{"type": "string"}, super().schema(define)]}
 
 
-@cache
 def name_key(kind: type[Any]) -> str | None:
     """Return the key under which things of a class have their name; None if they have none."""
     return next((key for key in ("name", "robot") if key in keys_of(kind)), None)

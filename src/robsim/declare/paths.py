@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cache
 from operator import attrgetter
 from typing import Any
 
@@ -141,10 +140,14 @@ def field_parts(form: type[Any], keys: list[str], value: Any, c: Context) -> lis
     return [part, *(more if each.stacked else [replace(one, stack=None) for one in more])]
 
 
-@cache
 def _owner(form: type[Any], key: str) -> Field | None:
     """Return the field to which a key of the table of a class belongs."""
-    return next((each for each in fields_of(form) if key in each.spec.keys(each.name)), None)
+    if form not in _OWNERS:
+        _OWNERS[form] = {key: f for f in fields_of(form) for key in f.spec.keys(f.name)}
+    return _OWNERS[form].get(key)
+
+
+_OWNERS: dict[type[Any], dict[str, Field]] = {}
 
 
 def _facts(form: type[Any], value: Any, c: Context) -> Context:
@@ -176,11 +179,12 @@ def _part(form: type[Any], each: Field, value: Any, c: Context) -> Part:
     stands: Mapping[str, str] | None = getattr(form, "stands", None)
     name, spec = each.name, each.spec
     if form is not type(value) and hasattr(form, "of") and name not in (stands or {}):
+        said = _Said(form, c)
         return Part(
             spec,
             c,
-            lambda owner: getattr(form.of(owner, c), name),
-            lambda owner, new: replace(form.of(owner, c), **{name: new}).made(c),
+            lambda owner: getattr(said.of(owner), name),
+            lambda owner, new: replace(said.of(owner), **{name: new}).made(c),
             meaning=each.meaning,
         )
     at = (stands or {}).get(name, name)
@@ -193,6 +197,19 @@ def _part(form: type[Any], each: Field, value: Any, c: Context) -> Part:
         return part
     shaped = each.stacked
     return replace(part, shapes=shaped.shapes, stack=lambda owner, x: hold(owner, shaped.bound(x)))
+
+
+class _Said:
+    """The form that says the last object that was asked for: a part is got before it is put."""
+
+    def __init__(self, form: type[Any], c: Context):
+        self.form, self.c, self.last, self.made = form, c, None, None
+
+    def of(self, owner: Any) -> Any:
+        """Return the form of an object."""
+        if self.made is None or self.last is not owner:
+            self.last, self.made = owner, self.form.of(owner, self.c)  # type: ignore[attr-defined]
+        return self.made
 
 
 def _setter(keys: Sequence[str], way: Callable[..., Any]) -> Callable[[Any, Any], Any]:

@@ -39,7 +39,17 @@ NOT_BY_PATH = NoNumber, InputError, Broken, LookupError, ArithmeticError, TypeEr
 
 
 def path_of(experiment: Any, name: str) -> Path | None:
-    """Return the path of a name, within the true or believed scene, or within the experiment."""
+    """Return the path of a name, within the true or believed scene, or within the experiment.
+
+    It is resolved once for each experiment.
+    """
+    known: dict[str, Path | None] = vars(experiment).setdefault("_paths", {})
+    if name not in known:
+        known[name] = _path_of(experiment, name)
+    return known[name]
+
+
+def _path_of(experiment: Any, name: str) -> Path | None:
     top, _, rest = name.partition(".")
     if top == BELIEF:
         return scene_path(believed_by(experiment), rest)
@@ -54,14 +64,10 @@ def scene_path(scene: Scene, name: str) -> Path | None:
 
 
 def _resolved(spec: Spec, value: Any, name: str, scene: Scene) -> Path | None:
-    """Return a path, which is resolved once for each value."""
-    known: dict[str, Path | None] = vars(value).setdefault("_paths", {})
-    if name not in known:
-        known[name] = None
-        c = Context(Problems(""), facts={"scene": scene, "by_hand": True})
-        with suppress(InputError, NoText, Broken):
-            known[name] = resolved(spec, value, name, c)
-    return known[name]
+    c = Context(Problems(""), facts={"scene": scene, "by_hand": True})
+    with suppress(InputError, NoText, Broken):
+        return resolved(spec, value, name, c)
+    return None
 
 
 def believed_by(experiment: Any) -> Scene:
@@ -119,21 +125,21 @@ def _with_number(experiment: Any, name: str, given: Any) -> Any:
         shared = common_belief(experiment.task)
         task = with_beliefs(experiment.task, lambda one: made if one is shared else one)
         return experiment.revised(task=task)
-    task = with_beliefs(experiment.task, lambda one: _followed(one, name, owner, new))
+    truth = path.get(owner) if any(beliefs(experiment.task)) else None
+    task = with_beliefs(experiment.task, lambda one: _followed(one, name, truth, new))
     return experiment.revised(scene=made, **({} if task is experiment.task else {"task": task}))
 
 
-def _followed(belief: Scene | None, name: str, truth: Scene, new: Any) -> Scene | None:
+def _followed(belief: Scene | None, name: str, truth: Any, new: Any) -> Scene | None:
     """Return a belief that has the number of the truth if it had the one before."""
     path = None if belief is None else followed(belief, name, truth)
     return belief if path is None else path.replace(belief, new)
 
 
-def followed(belief: Scene, name: str, truth: Scene) -> Path | None:
+def followed(belief: Scene, name: str, truth: Any) -> Path | None:
     """Return the path in a belief of a number that is that of the truth; None if it is not."""
-    here, there = scene_path(belief, name), scene_path(truth, name)
-    same = here and there and np.array_equal(here.get(belief), there.get(truth))
-    return here if same else None
+    path = scene_path(belief, name)
+    return path if path and np.array_equal(path.get(belief), truth) else None
 
 
 def is_true(name: str) -> bool:

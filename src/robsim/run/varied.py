@@ -127,10 +127,11 @@ class Template:
         varied: dict[str, Array] = experiment.varied
         self.first = experiment.at({name: values[0] for name, values in varied.items()})
         self.paths: dict[str, Path] = {name: path_of(self.first, name) for name in varied}  # type: ignore[misc]
-        belief = experiment.task.belief
+        belief, scene = experiment.task.belief, experiment.scene
         self.followed: dict[str, Path] = {}  # the paths in the belief, of what is true
         for name in filter(is_true, varied if belief is not None else ()):
-            if followed(belief, name, experiment.scene):
+            truth = self.paths[name].get(scene)
+            if followed(belief, name, truth):
                 self.followed[name] = scene_path(self.first.task.belief, name)  # type: ignore[assignment]
 
     def of(self, varied: Mapping[str, Array]) -> Any:
