@@ -1,16 +1,28 @@
 """The declared fields of frozen dataclasses, and the checks that follow from them.
 
-A field is declared by its annotation, `Annotated[type, spec, "What it means."]`.
+A field is declared by its annotation, `Annotated[type, spec, "What it means."]`. One that no run
+depends on has a `Role` beside these.
 """
 
 from __future__ import annotations
 
 import dataclasses
 from dataclasses import dataclass
+from enum import Enum
 from typing import Any, get_type_hints
 
 from robsim.base.values import Value
 from robsim.declare.spec import MISSING, Spec
+
+
+class Role(Enum):
+    """The purpose of a declared field: what changes with it."""
+
+    RUN = "run"
+    LABEL = "label"  # what people read: titles, sources, colours
+    FIGURE = "figure"  # what figures show: housings, solids of links
+    ROBOT = "robot"  # what the controller of a robot does, and no simulation
+    FILE = "file"  # what files of other simulators hold: masses, limits of drives
 
 
 @dataclass(frozen=True)
@@ -21,6 +33,7 @@ class Field:
     spec: Spec
     meaning: str
     default: Any = MISSING
+    role: Role = Role.RUN
 
     @property
     def required(self) -> bool:
@@ -46,7 +59,8 @@ def _found(kind: type[Any]) -> tuple[Field, ...]:
         specs = [part for part in said if isinstance(part, Spec)]
         if specs and each.init:
             meaning = next((part for part in said if isinstance(part, str)), "")
-            found.append(Field(each.name, specs[0], meaning, _default(each)))
+            role = next((part for part in said if isinstance(part, Role)), Role.RUN)
+            found.append(Field(each.name, specs[0], meaning, _default(each), role))
     return tuple(found)
 
 
