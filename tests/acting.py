@@ -45,7 +45,8 @@ class Case:
         """Return whether a field "acts", is "refused" or is "dead", and the values tried."""
         tried, probe = [], PROBES[each.role]
         before = self._before(probe)
-        for key in each.spec.keys(each.name):
+        keys = self.others.get("keys", {})  # of fields that a text says otherwise
+        for key in keys.get(each.name, each.spec.keys(each.name)):
             for value, given in self._values(each, key):
                 tables = self._with(key, value)
                 try:
@@ -85,7 +86,8 @@ class Case:
 
     def _values(self, each, key) -> Iterator[tuple[Any, bool]]:
         """Yield other values of a key, and whether they are given, not guessed from its own."""
-        spec, own = each.spec.of_key(each.name, key), self.own().get(key, MISSING)
+        spec, own = each.spec, self.own().get(key, MISSING)
+        spec = spec.of_key(each.name, key) if key in spec.keys(each.name) else spec
         plain = own if own is not MISSING else written(spec, each.default)
         words = words_in(each.spec.properties(each.name, Definitions()).get(key, {}), plain)
         yield from ((value, True) for value in (*self.others.get(key, ()), *words))

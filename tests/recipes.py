@@ -345,6 +345,7 @@ BESIDE = world(
         ],
     },
 )
+OF_BLOCK = {"keys": {"feature": ["kind"]}, "kind": ["pixels"]}
 BLOCK = {"kind": "points", "marks": [0, 1, 2, 3], "weight": 2.0}
 PLACED = started({"kind": "anywhere"})[0]
 del PLACED["study"]
@@ -615,7 +616,7 @@ RECIPES = {
             "acceleration": {"acceleration": "0.5 rad/s^2"},
         }.items()
     },
-    "FeatureBlock": [part("features", [BLOCK, "log_depth"], camera="eye", index=0)],
+    "FeatureBlock": [(*part("features", [BLOCK, "log_depth"], index=0), OF_BLOCK)],
     "GoalTable": [
         part("goal", {"q": [f"{x:.9f} rad" for x in HOME]}, ARM),
         (PLACED, ("task", "goal")),
