@@ -18,7 +18,7 @@ from robsim.kernels.control.commanding import copied
 from robsim.kernels.formulas import random
 from robsim.kernels.machine.program import Blocks, Program
 from robsim.kernels.machine.rows import Rows
-from robsim.world.imperfections.imperfection import Imperfection, RunFacts, Statement
+from robsim.world.imperfections.imperfection import Imperfection
 
 IMAGE_EFFECTS = family("image effect")
 FIRST_STREAM = 16  # of random numbers of effects; those below are of the short form
@@ -137,15 +137,16 @@ class ImageRows:
     ) -> None:
         if step % self.every:
             return
-        pixels = blocks.get(own)
-        runs = blocks.get(self.run).view(np.uint64)
-        dt, latency = blocks.first(self.dt), blocks.first(self.latency)
-        when = max(float(step * dt - latency), 0.0), step, self.seed, runs, stream
-        for camera, target, start, count in self.groups:
-            before = shown_view(pixels[start : start + count])
-            found = seen(before, Exposure(*when, camera, target))
-            found = like(before, found, f"{name}.seen", gaps=True)
-            pixels[start : start + count] = last_view(found)
+        pixels, runs = blocks.get(own), blocks.get(self.run).view(np.uint64)
+        times = np.maximum(step * blocks.get(self.dt) - blocks.get(self.latency), 0.0)
+        for time in np.unique(times):  # of runs whose images are of the same age
+            some = times == time
+            when = float(time), step, self.seed, runs[some], stream
+            for group in self.groups:
+                marks = pixels[group.rows]
+                before = shown_view(marks[..., some])
+                found = seen(before, Exposure(*when, group.camera, group.target))
+                marks[..., some] = last_view(like(before, found, f"{name}.seen", gaps=True))
         blocks.put(own, pixels)
 
 
@@ -189,6 +190,7 @@ class ImageEffect(Imperfection):
 
     place: ClassVar[Place] = Place.MEASURED
     title: ClassVar[str] = "effects on the images"
+    changed: ClassVar[str] = "The images are"
 
     def seen(self, pixels: Array, exposure: Exposure) -> Array:
         """Return where the marks are seen (B, N, 2), from where they would be, in pixels."""
@@ -209,9 +211,6 @@ class ImageEffect(Imperfection):
     def deviation(self, robust: bool) -> float:
         """Return the standard deviation of a pixel coordinate, maybe under robust weights."""
         return 0.0
-
-    def stated(self, facts: RunFacts) -> Statement:
-        return facts.lasting(f"The images are changed by {self.label}")
 
     def in_views(self, pixels: Array, normal: Callable[[], Array]) -> Array:
         """Return the pixels (V, N, 2) of views by a robot that stands still.

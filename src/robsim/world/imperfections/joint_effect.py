@@ -17,7 +17,7 @@ from robsim.declare import Choice, ListOf, family
 from robsim.kernels.machine.program import Blocks, Program
 from robsim.kernels.machine.rows import Rows
 from robsim.world.imperfections.image_effect import FIRST_STREAM, Draws, like
-from robsim.world.imperfections.imperfection import Imperfection, RunFacts, Statement
+from robsim.world.imperfections.imperfection import Imperfection
 from robsim.world.scene import Scene
 
 JOINT_EFFECTS = family("joint effect")
@@ -125,6 +125,7 @@ class JointEffect(Imperfection):
 
     place: ClassVar[JointPlace] = JointPlace.COMMANDED
     title: ClassVar[str] = "effects on the joints"
+    changed: ClassVar[str] = "What is commanded is"
 
     def driven(self, wanted: Array, drive: Drive) -> Array:
         """Return velocities (B, n) for the period that begins, from those that are wanted."""
@@ -145,9 +146,6 @@ class JointEffect(Imperfection):
     def deviation(self, scene: Scene) -> Array:
         """Return the standard deviation of each measured coordinate (nq,)."""
         return np.zeros(scene.nq)
-
-    def stated(self, facts: RunFacts) -> Statement:
-        return facts.lasting(f"What is commanded is changed by {self.label}")
 
 
 @runtime_checkable
