@@ -36,9 +36,6 @@ class PhaseName(Text):
     def words(self) -> str:
         return f"a name without dots of 1 to {self.most} characters"
 
-    def wrong(self) -> Sequence[Raw]:
-        return [3, "", "  ", "a.b"]
-
 
 @dataclass(frozen=True)
 class Hangings(Spec):
@@ -71,9 +68,6 @@ class Hangings(Spec):
 
     def schema(self, define: Any) -> dict[str, Any]:
         return {"type": "object", "additionalProperties": {"type": "string"}}
-
-    def wrong(self) -> Sequence[Raw]:
-        return [3, "cup", ["cup"], {"cup": 1}]
 
 
 @dataclass(frozen=True)

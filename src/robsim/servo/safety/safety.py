@@ -113,11 +113,11 @@ class Safety(Declared):
             ("margin", scene.coordinate_names),
         ):
             check_count(getattr(self, name), name, owners)
-        self._check_margin(scene)
+        self.check_margin(scene)
         if self.fence is not None:
             self._check_fence(self.fence, scene)
 
-    def _check_margin(self, scene: Scene) -> None:
+    def check_margin(self, scene: Scene) -> None:
         """Raise InputError unless margins leave joints some room between their limits."""
         if self.margin is None:
             return
