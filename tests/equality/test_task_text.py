@@ -356,7 +356,8 @@ def test_a_shared_belief_is_said_once():
     text = Experiment(scene, both).to_toml()
     assert text.count("complete = true") == 1 and "[belief]" in text
     one = rs.Parallel([rs.PBVS(belief=scene), rs.PBVS()])
-    text = Experiment(scene, one).to_toml()
+    assert "belief = {}" in Experiment(scene, one).to_toml()
+    text = Experiment(scene, one).to_toml(complete=True)
     assert text.count("complete = true") == 1 and "[task.tasks.belief]" in text
     assert again(scene, one) == one
 

@@ -10,8 +10,9 @@ from hypothesis import strategies as st
 
 import robsim as rs
 from robsim import robots
+from robsim.geometry.rotation import rpy_of
 from robsim.robot.urdf.solids import plain
-from robsim.robot.urdf.values import frame_of, rpy_of
+from robsim.robot.urdf.values import frame_of
 
 KINDS = {"fixed", "revolute", "prismatic", "floating", "planar"}
 

@@ -170,9 +170,18 @@ def refusal(text=RHINO, old="", new="", **changes):
 # what the keys mean
 
 
+def read_again(scenario):
+    """The experiment of its own text, which is short, and of the complete one."""
+    short, whole = scenario.text, scenario.to_toml(complete=True)
+    assert 'model = "rhino_xr4"' in short and len(short.splitlines()) < 40
+    made = Experiment.from_text(short)
+    assert made == Experiment.from_text(whole)
+    return made
+
+
 def test_a_plain_scenario_has_the_values_of_its_file():
     scenario = read()
-    assert scenario.title == "Rhino over a cube" and scenario.text == RHINO
+    assert scenario.title == "Rhino over a cube" and read_again(scenario) == scenario
     assert scenario.task.gain == 1.5 and scenario.task == rs.IBVS(gain=1.5)
     np.testing.assert_array_equal(scenario.start, np.array([1, -92, 92, 1, -90]) * DEG)
     cube = scenario.scene.object("cube")

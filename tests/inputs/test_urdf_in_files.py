@@ -132,4 +132,4 @@ def test_an_arm_with_meshes_is_used_like_any_other(tmp_path):
     experiment = rs.load_scenario(tmp_path / "arm.toml")
     run = experiment.run()
     assert run["q"].values[0, 0] == np.deg2rad(5) and abs(float(run["q_end"][0])) < 1e-4
-    assert rs.Experiment.of(run) == experiment and "hand.stl" in experiment.to_toml()
+    assert rs.Experiment.of(run) == experiment and "hand.stl" in experiment.to_toml(complete=True)

@@ -86,6 +86,15 @@ def parse(
     return numbers if count else numbers[0]
 
 
+def names(dimension: Dimension) -> tuple[str, ...]:
+    """Return the units of a dimension.
+
+    >>> names("time")
+    ('s', 'ms')
+    """
+    return tuple(_UNITS[dimension])
+
+
 def factor(unit: object, dimension: Dimension) -> float:
     """Return how many SI units a unit is; UnitError if it is none of a dimension.
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import fields
 from functools import cached_property
 from typing import Any, TypeVar
@@ -45,6 +46,11 @@ def unchecked(value: T, **changes: Any) -> T:
     kept = {each.name: getattr(value, each.name) for each in fields(value)}  # type: ignore[arg-type]
     made.__dict__.update({**kept, **changes})
     return made
+
+
+def keep(old: Any, new: Any, names: Iterable[str]) -> None:
+    """Let a new value have what an old one has derived, under the names of cached properties."""
+    vars(new).update({name: vars(old)[name] for name in names if name in vars(old)})
 
 
 def known(kind: type[T], **values: Any) -> T:

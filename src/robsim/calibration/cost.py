@@ -13,7 +13,7 @@ from robsim.base.errors import InputError
 from robsim.base.values import Value
 from robsim.calibration.fit import CalibrationFit
 from robsim.calibration.model import Model
-from robsim.robot.urdf.values import rpy_of
+from robsim.geometry.rotation import rpy_of
 from robsim.run.checks import of_kind
 from robsim.run.experiment import Experiment
 from robsim.statistics.estimate import Estimate

@@ -37,7 +37,7 @@ def command(file: Path, changes: tuple[str, ...]) -> None:
 
 def _study(scenario: Experiment) -> str:
     """Return the line of a study in the file, once it is found to be valid; "" for none."""
-    if "study" not in scenario.tables:
+    if scenario.study is None:
         return ""
     from robsim.studies.running import check
     from robsim.studies.text import plan_of

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -19,6 +20,7 @@ from robsim.cli.report import report, report_mission
 from robsim.cli.scenarios import check_colors, load
 from robsim.cli.tell import tell
 from robsim.cli.views import VIEWS, check_views, chosen, write_views
+from robsim.files.toml import read_text
 
 if TYPE_CHECKING:
     from robsim.run.experiment import Experiment
@@ -111,11 +113,23 @@ def _staged(result: Any) -> bool:
     return isinstance(result, MissionRun)
 
 
+def text_of(scenario: Experiment, folder: Path) -> str:
+    """Return the text of the file of a scenario, with its remarks, if it says the same; or new."""
+    from robsim.run.experiment import Experiment
+
+    source = folder / "scenario.toml"
+    with suppress(FileError):
+        text = read_text(scenario.source)
+        if Experiment.from_text(text, str(source)) == scenario:
+            return text
+    return scenario.to_toml(folder=folder)
+
+
 def _save(result: Any, scenario: Experiment, folder: Path) -> None:
     """Write run and scenario; the run of a mission is the joint motion of all its phases."""
     from robsim.files.netcdf import save_run
 
     save_run(result.run if _staged(result) else result, folder / "run.nc")
-    write_whole(folder / "scenario.toml", scenario.text)
+    write_whole(folder / "scenario.toml", text_of(scenario, folder))
     for name in (*FIGURES, *VIEWS):
         remove(folder / name)  # of the run that was here before

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any, cast, get_args
@@ -51,9 +50,6 @@ class Amount(Spec):
     def schema(self, define: Any) -> dict[str, Any]:
         one: list[Any] = [{"type": "number"}, {"type": "string"}]
         return {"anyOf": [*one, {"type": "array", "items": {}}]}
-
-    def wrong(self) -> Sequence[Raw]:
-        return ["fast", "5 parsecs", True, ["x"], [[1.0], [1.0, 2.0]]]
 
     def _outside(self, array: Any) -> bool:
         low = self.above is not None and bool((array <= self.above).any())

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
@@ -39,9 +38,6 @@ class Row(Spec):
     def schema(self, define: Any) -> dict[str, Any]:
         return {"type": "array", "items": {"type": "number"}, "minItems": 1}
 
-    def wrong(self) -> Sequence[Raw]:
-        return [3, [], ["x"], [True]]
-
 
 @dataclass(frozen=True)
 class Matrix(Spec):
@@ -71,6 +67,3 @@ class Matrix(Spec):
 
     def schema(self, define: Any) -> dict[str, Any]:
         return {"type": "array", "items": {"type": "array", "items": {"type": "number"}}}
-
-    def wrong(self) -> Sequence[Raw]:
-        return [3, [[1.0], [1.0, 2.0]], [["x"]], []]

@@ -11,6 +11,7 @@ from typing import Any, ClassVar
 from robsim.base.errors import InputError, said, suggest
 from robsim.declare.families import Family, plural
 from robsim.declare.fields import fields_of
+from robsim.declare.paths import Part, field_parts
 from robsim.declare.phrases import either_of, methods_of
 from robsim.declare.problems import Broken
 from robsim.declare.spec import MISSING, Context, Live, NoText, Raw, Spec, expected, with_article
@@ -184,10 +185,6 @@ class Choice(Spec):
         ]
         return [(name, self.words()), *beside]
 
-    def wrong(self) -> Sequence[Raw]:
-        kindless: list[Raw] = [{}] if self.default is None else []
-        return [3, "none of them", {"kind": "none of them"}, [[]], *kindless]
-
     def merge(self, old: Raw, new: Raw, loose: bool) -> Raw:
         if not isinstance(old, Mapping) or not isinstance(new, Mapping):
             return new
@@ -210,6 +207,21 @@ class Choice(Spec):
             yield key.control("choice", name or self.none, options=offered)
         if name is not None and not isinstance(value, str):
             yield from controls_of(value, place.with_(f"{place.path}.kind", name))
+
+    @property
+    def plain_spec(self) -> Spec:
+        return self.other or self
+
+    def parts(self, keys: list[str], value: Any, c: Context) -> list[Any]:
+        if keys == ["kind"]:
+            keys.clear()
+            return [Part(self, c, self.family.name_of, _other_kind)]
+        if self._allows(value):
+            return field_parts(form_of(type(value)), keys, value, c)
+        return [] if self.other is None else self.other.parts(keys, value, c)
+
+    def inner(self, name: str, key: str) -> tuple[str, ...]:
+        return () if key == name else (self.beside_of[key][1],)
 
     def _offered(self, name: str | None) -> tuple[str, ...]:
         """Return the words that do without a table, and the one that stands there."""
@@ -331,3 +343,7 @@ def _plain(kind: type[Any], name: str, what: str) -> Any:
     if needed := _needed(kind):
         raise InputError(f"{what}: {name!r} needs {', '.join(needed)}: give a {kind.__name__}(...)")
     return kind()
+
+
+def _other_kind(owner: Any, name: str) -> Any:
+    raise InputError(f"{name}: what is of another kind has other parameters")

@@ -139,9 +139,6 @@ class PerJoint(Spec):
     def schema(self, define: Any) -> dict[str, Any]:
         return {"type": "array", "items": {"type": ["string", "number"]}}
 
-    def wrong(self) -> Sequence[Raw]:
-        return [3, [True], [["x"]]]
-
     def _check_plain(self, raw: list[Raw], c: Context) -> None:
         """Raise Broken unless each value is a text or a number."""
         before = c.problems.seen
@@ -260,9 +257,6 @@ class OfJoint(Spec):
 
     def schema(self, define: Any) -> dict[str, Any]:
         return {"type": "string"}
-
-    def wrong(self) -> Sequence[Raw]:
-        return [True, "fast", "3 kg"]
 
 
 def unit_of(c: Context) -> str:

@@ -10,10 +10,12 @@ import numpy as np
 
 from robsim.base.arrays import is_listed
 from robsim.base.errors import InputError, said, suggest
+from robsim.declare.fields import same
+from robsim.declare.paths import item_part
 from robsim.declare.problems import Broken, under
 from robsim.declare.scalars import Number
-from robsim.declare.spec import Context, Live, Raw, Spec, expected
-from robsim.declare.tables import keys_of
+from robsim.declare.spec import Context, Live, Raw, Spec, Unsayable, expected
+from robsim.declare.tables import Table, keys_of
 from robsim.declare.words import Text
 
 
@@ -56,6 +58,19 @@ class ListOf(Spec):
         if value is not None and len(value):
             table[name] = self.write(value, c.at(name))
 
+    def put_change(self, table: dict[str, Raw], name: str, old: Any, new: Any, c: Context) -> None:
+        if not self.named or not isinstance(self.item, Table):
+            self.put(table, name, new, c)
+            return
+        key = next(filter(None, map(name_key, self.item.inside())))
+        if [getattr(each, key) for each in old] != [getattr(each, key) for each in new]:
+            raise Unsayable
+        table[name] = [
+            self.item.change(a, b, c.at(name, getattr(b, key)), key)
+            for a, b in zip(old, new, strict=True)
+            if not same(a, b)
+        ]
+
     def words(self) -> str:
         if self.least == self.most:
             return f"a list of {self.least}: {self.item.words()}"
@@ -68,9 +83,6 @@ class ListOf(Spec):
     def schema(self, define: Any) -> dict[str, Any]:
         counts = {"minItems": self.least, "maxItems": self.most}
         return {"type": "array", "items": self.item.schema(define), **counts}
-
-    def wrong(self) -> Sequence[Raw]:
-        return [3, "x", *([[]] if self.least else [])]
 
     def merge(self, old: Raw, new: Raw, loose: bool) -> Raw:
         if isinstance(old, list) and isinstance(new, list) and self.named:
@@ -88,6 +100,21 @@ class ListOf(Spec):
             key = next(filter(None, map(name_key, kinds)), None)
             for i, each in enumerate(value or ()):
                 yield from self.item.controls(each, place.at(getattr(each, key) if key else i))
+
+    @property
+    def si_unit(self) -> str:
+        return self.item.si_unit
+
+    def parts(self, keys: list[str], value: Any, c: Context) -> list[Any]:
+        kinds, first = self.item.inside(), keys[0]
+        if not kinds or not isinstance(value, tuple):
+            return []
+        key = next(filter(None, map(name_key, kinds)), None)
+        names = [getattr(each, key) if key else str(i) for i, each in enumerate(value)]
+        if first not in names:
+            return []
+        del keys[0]
+        return [item_part(self.item, names.index(first), c.at(first))]
 
     def inside(self) -> Sequence[type[Any]]:
         return self.item.inside()
@@ -127,9 +154,6 @@ class Names(ListOf):
 
     def schema(self, define: Any) -> dict[str, Any]:
         return {"anyOf": [{"type": "string"}, super().schema(define)]}
-
-    def wrong(self) -> Sequence[Raw]:
-        return [3, [], [3]]
 
 
 def name_key(kind: type[Any]) -> str | None:

@@ -64,9 +64,6 @@ class OneOf(Spec):
     def schema(self, define: Any) -> dict[str, Any]:
         return {"anyOf": [spec.schema(define) for spec in self.specs]}
 
-    def wrong(self) -> Sequence[Raw]:
-        return [raw for raw in (True, "none of them", [[True]]) if _form(raw) in self.forms]
-
     def merge(self, old: Raw, new: Raw, loose: bool) -> Raw:
         for spec in self.specs:
             forms = spec.forms or (spec.form,)
@@ -80,6 +77,13 @@ class OneOf(Spec):
                 spec.check(value, "value")
                 return spec.controls(value, place)
         return ()
+
+    def parts(self, keys: list[str], value: Any, c: Context) -> list[Any]:
+        for spec in self.specs:
+            with suppress(InputError, TypeError):
+                spec.check(value, "value")
+                return spec.parts(keys, value, c)
+        return []
 
     def inside(self) -> Sequence[type[Any]]:
         return [kind for spec in self.specs for kind in spec.inside()]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
@@ -54,6 +54,10 @@ class Quantity(Number):
 
     dimension: units.Dimension = "length"
 
+    @property
+    def si_unit(self) -> str:
+        return SI[self.dimension]
+
     def check(self, value: Any, what: str) -> float:
         number = numbers(value, what, ())
         if isinstance(value, bool) or number.ndim or self._outside(float(number)):
@@ -90,12 +94,6 @@ class Quantity(Number):
         _, low, high, _ = super()._slide()
         return SI[self.dimension], low, high, True
 
-    def wrong(self) -> Sequence[Raw]:
-        unit = SI[self.dimension]
-        outside = [bound for bound in (self.above, self.below) if bound is not None]
-        other = "3 kg" if self.dimension != "mass" else "3 m"
-        return [1.0, "fast", other, True, f"nan {unit}", *(f"{x} {unit}" for x in outside)]
-
 
 def Length(**bounds: Any) -> Quantity:
     """Return a length in metres."""
@@ -121,6 +119,10 @@ class Vector(Spec):
     dimension: units.Dimension = "length"
     count: int = 3
 
+    @property
+    def si_unit(self) -> str:
+        return SI[self.dimension]
+
     def check(self, value: Any, what: str) -> tuple[float, ...]:
         given = numbers(value, what, (self.count,))
         if given.ndim != 1:
@@ -142,9 +144,6 @@ class Vector(Spec):
     def schema(self, define: Any) -> dict[str, Any]:
         pattern = units.pattern(self.dimension)
         return {"type": "string", "pattern": pattern, "examples": [self._example]}
-
-    def wrong(self) -> Sequence[Raw]:
-        return [3, "1 kg", "1, 2, 3, 4, 5 m", ["1 m"]]
 
     def controls(self, value: Any, place: Any) -> Iterable[Any]:
         return [] if value is None else [place.several(value, "xyz", SI[self.dimension])]
@@ -190,14 +189,28 @@ def either(raw: Raw, *dimensions: units.Dimension) -> float:
     raise UnitError(f"{said(raw)}: expected one number with its unit, as in {examples}")
 
 
+class Exact(str):
+    """The text of numbers in SI, such as '0.1, 0.2 m', which knows them."""
+
+    numbers: tuple[float, ...]
+    unit: str
+
+    def __new__(cls, numbers: Iterable[Any], unit: str) -> Exact:
+        """Return the text of some numbers; bare where their unit is "1"."""
+        own = tuple(map(float, numbers))
+        made = super().__new__(cls, f"{', '.join(map(repr, own))} {unit}".removesuffix(" 1"))
+        made.numbers, made.unit = own, unit
+        return made
+
+
 def written(number: float, unit: str) -> str:
     """Return the text of a number with its unit, such as '0.1 m'; bare where the unit is "1"."""
-    return f"{float(number)!r} {unit}" if unit != "1" else repr(float(number))
+    return Exact([number], unit)
 
 
 def listed(values: Any, unit: str) -> str:
     """Return the text of several numbers with their unit, such as '0.1, 0.2 kg m^2'."""
-    return f"{', '.join(repr(float(x)) for x in values)} {unit}"
+    return Exact(values, unit)
 
 
 class _TooLarge(UnitError):

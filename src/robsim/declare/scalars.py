@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
@@ -54,12 +54,6 @@ class Number(Spec):
 
     def schema(self, define: Any) -> dict[str, Any]:
         return {"type": "number", **self._limits()}
-
-    def wrong(self) -> Sequence[Raw]:
-        outside = [bound for bound in (self.above, self.below) if bound is not None]
-        outside += [self.least - 1.0] if self.least is not None else []
-        outside += [self.most + 1.0] if self.most is not None else []
-        return ["fast", True, math.nan, math.inf, [1.0, [2.0]], *outside]
 
     def controls(self, value: Any, place: Any) -> Iterable[Any]:
         if not isinstance(value, float | int) or not math.isfinite(value):
@@ -154,9 +148,6 @@ class Whole(Spec):
             return ()
         return [place.control("whole", value, low=self.least, high=self.most)]
 
-    def wrong(self) -> Sequence[Raw]:
-        return ["one", 1.5, True, self.least - 1, self.most + 1]
-
 
 @dataclass(frozen=True)
 class Flag(Spec):
@@ -181,9 +172,6 @@ class Flag(Spec):
 
     def controls(self, value: Any, place: Any) -> Iterable[Any]:
         return [place.control("flag", value)] if isinstance(value, bool) else ()
-
-    def wrong(self) -> Sequence[Raw]:
-        return [1, "yes"]
 
 
 # texts with units

@@ -92,6 +92,10 @@ class Context:
         return MISSING
 
 
+class Unsayable(Exception):
+    """The signal that no table says how one value differs from another."""
+
+
 class Spec:
     """The specification of what a declared field may hold.
 
@@ -131,10 +135,6 @@ class Spec:
         """Return a JSON Schema; `define` gives the reference to that of a declared class."""
         raise NotImplementedError
 
-    def wrong(self) -> Sequence[Raw]:
-        """Return some values that are refused, for tests."""
-        return ()
-
     def merge(self, old: Raw, new: Raw, loose: bool) -> Raw:
         """Return the text in which `new` changes `old`; `loose` where `old` is changes itself."""
         return new
@@ -151,6 +151,20 @@ class Spec:
         """Return how a person may change a value at its `Place`; nothing where nobody can."""
         return ()
 
+    @property
+    def si_unit(self) -> str:
+        """The unit in Python of the numbers here; "" where there is none."""
+        return str(getattr(self, "unit", ""))
+
+    @property
+    def plain_spec(self) -> Spec:
+        """What a number here must be."""
+        return self
+
+    def parts(self, keys: list[str], value: Any, c: Context) -> list[Any]:
+        """Return the `Part`s of a value to which the first keys lead, which are taken away."""
+        return []
+
     # a field among the keys of its table
 
     def keys(self, name: str) -> tuple[str, ...]:
@@ -161,6 +175,10 @@ class Spec:
         """Return what one of its keys may hold."""
         return self
 
+    def inner(self, name: str, key: str) -> tuple[str, ...]:
+        """Return the keys within the value of the field to which one of its keys leads."""
+        return () if key == name else (key,)
+
     def pick(self, table: Mapping[str, Raw], name: str, c: Context) -> Any:
         """Return the value of the field from its table; MISSING if it is not there, or wrong."""
         return c.at(name).tried(self, table[name]) if name in table else MISSING
@@ -169,6 +187,13 @@ class Spec:
         """Write the field into its table, and nothing for None."""
         if value is not None:
             table[name] = self.saved(value, c.at(name))
+
+    def put_change(self, table: dict[str, Raw], name: str, old: Any, new: Any, c: Context) -> None:
+        """Write what makes `new` of `old` where both tables are merged; Unsayable if nothing can.
+
+        `new` is not None.
+        """
+        self.put(table, name, new, c)
 
     def saved(self, value: Any, c: Context) -> Raw:
         """Return how a text says a value; the value itself where none can, if that is allowed."""

@@ -9,9 +9,19 @@ from typing import Any, ClassVar
 
 from robsim.base.errors import InputError, said, suggest
 from robsim.base.values import hashable
-from robsim.declare.fields import Field, fields_of
+from robsim.declare.fields import Field, fields_of, is_default, same
+from robsim.declare.paths import field_parts
 from robsim.declare.problems import Broken, under
-from robsim.declare.spec import MISSING, Context, NoText, Raw, Spec, expected, with_article
+from robsim.declare.spec import (
+    MISSING,
+    Context,
+    NoText,
+    Raw,
+    Spec,
+    Unsayable,
+    expected,
+    with_article,
+)
 
 LACKING = "missing, and it must be given"
 
@@ -63,15 +73,47 @@ def pick(each: Field, raw: Mapping[str, Raw], c: Context) -> Any:
 def write_table(value: Any, c: Context, form: type[Any] | None = None) -> dict[str, Raw]:
     """Return the table that says an object, exactly; NoText if a text cannot."""
     form = form or form_of(type(value))
-    source = value if form is type(value) else form.of(value, c)
-    own = {each.name: getattr(source, each.name) for each in fields_of(form)}
-    inner = c.knowing(own=own, owner=value)
-    if prepare := getattr(form, "written_facts", None):
-        inner = prepare(value, inner)
-    _check_plain(source, own)
+    own, inner = said_of(value, c, form)
     table: dict[str, Raw] = {}
     for each in fields_of(form):
-        each.spec.put(table, each.name, own[each.name], inner)
+        if not (c.facts.get("brief") and is_default(each, own[each.name])):
+            each.spec.put(table, each.name, own[each.name], inner)
+    return table
+
+
+def said_of(value: Any, c: Context, form: type[Any]) -> tuple[dict[str, Any], Context]:
+    """Return the declared fields of an object as its table says them, and what is known there."""
+    source = value if form is type(value) else form.of(value, c)
+    own = {each.name: getattr(source, each.name) for each in fields_of(form)}
+    _check_plain(source, own)
+    inner = c.knowing(own=own, owner=value)
+    prepare = getattr(form, "written_facts", None)
+    return own, prepare(value, inner) if prepare else inner
+
+
+def difference(
+    old: Any, new: Any, c: Context, form: type[Any] | None = None, key: str | None = None
+) -> dict[str, Raw]:
+    """Return the table that makes `new` of `old` where it is merged with that one's.
+
+    The value of a `key` is there in any case. Unsayable: there is no such table.
+    """
+    form = form or form_of(type(new))
+    if type(old) is not type(new):
+        raise Unsayable
+    before, _ = said_of(old, c.knowing(brief=False), form)
+    after, inner = said_of(new, c.knowing(brief=False), form)
+    table: dict[str, Raw] = {}
+    for each in fields_of(form):
+        a, b = before[each.name], after[each.name]
+        if each.name == key:
+            table[key] = b
+        elif not same(a, b):
+            if b is None:
+                raise Unsayable
+            each.spec.put_change(table, each.name, a, b, inner)
+            if not table.keys() & set(each.spec.keys(each.name)):
+                raise Unsayable
     return table
 
 
@@ -146,6 +188,16 @@ class Table(Spec):
             raise NoText(f"{type(value).__name__} is Python code")
         return write_table(value, c, self.says)
 
+    def put_change(self, table: dict[str, Raw], name: str, old: Any, new: Any, c: Context) -> None:
+        if old is None or form_of(type(new)) is not form_of(self.kind):
+            self.put(table, name, new, c)
+        else:
+            table[name] = self.change(old, new, c.at(name))
+
+    def change(self, old: Any, new: Any, c: Context, key: str | None = None) -> dict[str, Raw]:
+        """Return the table that makes `new` of `old`, with the value of a `key` in any case."""
+        return difference(old, new, c, self.says, key)
+
     def words(self) -> str:
         return with_article(self.kind.__name__)
 
@@ -153,11 +205,13 @@ class Table(Spec):
         reference: dict[str, Any] = define(self.says or self.kind)
         return reference
 
-    def wrong(self) -> Sequence[Raw]:
-        return [3, "x", [1]]
-
     def merge(self, old: Raw, new: Raw, loose: bool) -> Raw:
         return merge_table(self.says or self.kind, old, new, loose)
+
+    def parts(self, keys: list[str], value: Any, c: Context) -> list[Any]:
+        if self.says is None and not dataclasses.is_dataclass(value):
+            return []
+        return field_parts(self.says or form_of(type(value)), keys, value, c)
 
     def inside(self) -> Sequence[type[Any]]:
         return (self.says or self.kind,)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
@@ -47,9 +47,6 @@ class Text(Spec):
         pattern = {"pattern": f"^{self.pattern}$"} if self.pattern else {}
         return {"type": "string", "minLength": self.least, "maxLength": self.most, **pattern}
 
-    def wrong(self) -> Sequence[Raw]:
-        return [3, "x" * (self.most + 1)]
-
 
 @dataclass(frozen=True)
 class Name(Text):
@@ -67,9 +64,6 @@ class Name(Text):
 
     def schema(self, define: Any) -> dict[str, Any]:
         return {"type": "string", "pattern": f"^{NAME_PATTERN}$"}
-
-    def wrong(self) -> Sequence[Raw]:
-        return [3, "two words", "1st", ""]
 
 
 @dataclass(frozen=True)
@@ -121,9 +115,6 @@ class Word(Spec):
 
     def controls(self, value: Any, place: Any) -> Iterable[Any]:
         return [] if value is None else [place.control("choice", value, options=self.choices)]
-
-    def wrong(self) -> Sequence[Raw]:
-        return [3, "none of them", ["x"]]
 
 
 Reference = Text(most=129)  # robot.link

@@ -10,7 +10,7 @@ from typing import Any
 from robsim.base.errors import FileError, FrameError, InputError, said
 from robsim.declare.lists import label, references
 from robsim.declare.problems import Problems, under
-from robsim.declare.spec import UNREADABLE, Context, Live
+from robsim.declare.spec import UNREADABLE, Context, Live, Unsayable
 from robsim.declare.tables import merge_table, write_table
 from robsim.files import robots
 from robsim.files.toml import Tables, parse, read_text
@@ -85,6 +85,27 @@ def _urdf_tables(table: Tables, folder: Path) -> Tables:
     made = write_table(robot, Context(Problems("urdf")), RobotTable)
     del made["on"]  # where it stands, or on which link as a tool, is not for the file to say
     return made
+
+
+def read_origin(robot: Robot, folder: Path) -> tuple[Tables, Robot]:
+    """Return the keys that name the origin of a robot in a file of a folder, and it as it is there.
+
+    A robot that was read from a complete text may be that of the library with its name.
+    Unsayable: there is no origin, or it cannot be read any more.
+    """
+    origin = robot.origin or Origin(robot.name)
+    if origin.urdf is None:
+        if origin.model not in robots.names():
+            raise Unsayable
+        return {"model": origin.model}, robots.load(str(origin.model))
+    path = Path(origin.urdf)
+    inside = path.is_relative_to(folder.absolute())
+    named = path.relative_to(folder.absolute()).as_posix() if inside else path.as_posix()
+    try:
+        plain = Robot.from_urdf(path, tip=robot.tip)
+    except (InputError, OSError):
+        raise Unsayable from None
+    return {"urdf": named, "name": robot.name, "tip": robot.tip}, plain
 
 
 def read_robot(path: str | os.PathLike[str]) -> Robot:

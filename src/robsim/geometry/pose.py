@@ -97,7 +97,7 @@ class Pose:
         array([0., 0., 1.])
         """
         p, c = numbers(position, "position", (3,)), numbers(quaternion, "quaternion", (4,))
-        if not np.allclose(np.linalg.norm(c, axis=-1), 1.0, rtol=0, atol=ROTATION_TOLERANCE):
+        if (np.abs(np.linalg.norm(c, axis=-1) - 1.0) > ROTATION_TOLERANCE).any():
             raise InputError(f"quaternion (x, y, z, w) must have length 1, got {c.tolist()}")
         lead = common_lead(p.shape[:-1], c.shape[:-1], "position and quaternion")
         c = c / np.linalg.norm(c, axis=-1, keepdims=True)

@@ -4,15 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any, ClassVar
 
 import numpy as np
 
 from robsim.base.errors import InputError, said, suggest
 from robsim.declare import ListOf, Number, Vector
+from robsim.declare.fields import same
+from robsim.declare.paths import Part
 from robsim.declare.problems import Broken, under
+from robsim.declare.quantities import listed
 from robsim.declare.spec import MISSING, Context, NoText, Raw, Spec, expected
+from robsim.geometry.angles import angles_of
 from robsim.geometry.pose import IDENTITY, Pose, one_pose
+from robsim.geometry.rotation import rpy_of
 
 ROTATION = ListOf(ListOf(Number(), 3, 3), 3, 3)
 KEYS: dict[str, Spec] = {
@@ -57,8 +63,20 @@ class PoseTable(Spec):
         if value.position.tobytes() != np.zeros(3).tobytes():  # bit for bit: -0.0 is not 0.0
             table["position"] = KEYS["position"].write(value.position, c)
         if value.rotation.tobytes() != np.eye(3).tobytes():
-            table["rotation"] = value.rotation.tolist()
+            brief = _brief_rotation(value) if c.facts.get("brief") else None
+            table |= brief or {"rotation": value.rotation.tolist()}
         return table
+
+    def put_change(self, table: dict[str, Raw], name: str, old: Any, new: Any, c: Context) -> None:
+        raw: dict[str, Raw] = {}
+        if not same(old.position, new.position):
+            raw["position"] = KEYS["position"].write(new.position, c)
+        if not same(old.rotation, new.rotation):
+            raw |= _brief_rotation(new) or {"rotation": new.rotation.tolist()}
+        if self.flat:
+            table |= raw
+        else:
+            table[name] = raw
 
     def words(self) -> str:
         return "a pose: position, and one of rpy, rotvec and rotation"
@@ -69,9 +87,6 @@ class PoseTable(Spec):
     def schema(self, define: Any) -> dict[str, Any]:
         properties = {key: spec.schema(define) for key, spec in KEYS.items()}
         return {"type": "object", "properties": properties, "additionalProperties": False}
-
-    def wrong(self) -> list[Raw]:
-        return [3, {"position": "1 m"}, {"rpy": "0, 0, 0 deg", "rotvec": "0, 0, 0 deg"}]
 
     def controls(self, value: Any, place: Any) -> Iterable[Any]:
         if value is None:
@@ -88,6 +103,14 @@ class PoseTable(Spec):
 
     def of_key(self, name: str, key: str) -> Spec:
         return KEYS[key] if self.flat else self
+
+    def inner(self, name: str, key: str) -> tuple[str, ...]:
+        return (key,) if self.flat else ()
+
+    def parts(self, keys: list[str], value: Any, c: Context) -> list[Any]:
+        if keys[0] not in KEYS or value is None:
+            return []
+        return [pose_part(keys[0], c.at(keys.pop(0)))]
 
     def pick(self, table: Mapping[str, Raw], name: str, c: Context) -> Any:
         if not self.flat:
@@ -135,6 +158,12 @@ class PoseTable(Spec):
                 table.pop(key, None)
 
 
+def _brief_rotation(pose: Pose) -> dict[str, Raw] | None:
+    """Return the angles of a pose as a text says them; None if no angles give its rotation."""
+    found = angles_of(pose)
+    return {found[0]: listed(found[1], "rad")} if found else None
+
+
 def pose_from(values: Mapping[str, Any]) -> Pose:
     """Return the pose with these keys; raise InputError if there are two rotations."""
     given = [key for key in ("rpy", "rotvec", "rotation") if key in values]
@@ -151,3 +180,45 @@ def pose_from(values: Mapping[str, Any]) -> Pose:
         T[:3, 3] = values["position"]
     with under("rotation"):
         return Pose(T)
+
+
+SHAPES = {"position": ((3,),), "rpy": ((3,),), "rotvec": ((3,),), "rotation": ((3, 3),)}
+
+
+def pose_part(key: str, c: Context) -> Part:
+    """Return the part of a pose under one of its keys."""
+    return Part(
+        KEYS[key],
+        c,
+        _position if key == "position" else partial(_turn, key),
+        partial(_placed, key),
+        stack=partial(_placed, key),
+        shapes=SHAPES[key],
+        meaning=MEANINGS[key],
+    )
+
+
+def _position(pose: Pose) -> Any:
+    return pose.position
+
+
+def _turn(key: str, pose: Pose) -> Any:
+    if key == "rpy":
+        return np.array(rpy_of(pose.rotation))
+    return pose.rotation if key == "rotation" else pose.rotvec
+
+
+def _placed(key: str, pose: Pose, new: Any) -> Pose:
+    """Return a pose with another position or rotation; poses (runs,) of numbers (runs, ...)."""
+    values = np.asarray(new, dtype=float)
+    lead = values.shape[: values.ndim - len(SHAPES[key][0])]
+    T = np.array(np.broadcast_to(pose.matrix, (*lead, 4, 4) if lead else pose.matrix.shape))
+    if key == "position":
+        T[..., :3, 3] = values
+    else:
+        T[..., :3, :3] = values if key == "rotation" else _turned(key, values)
+    return Pose(T)
+
+
+def _turned(key: str, values: Any) -> Any:
+    return (Pose.at(rpy=values) if key == "rpy" else Pose.at(rotvec=values)).rotation

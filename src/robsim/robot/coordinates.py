@@ -31,15 +31,15 @@ class Coordinates(Value):
         frames = [Frame(base.name, "world", FIXED)]  # the scene places the base
         return Tree([*frames, *(Frame(k.name, k.parent or "world", k.joint) for k in others)])
 
-    @property
+    @cached_property
     def nq(self) -> int:
         """The number of coordinates."""
-        return self.tree.nq
+        return len(self.coordinate_names)
 
-    @property
+    @cached_property
     def nv(self) -> int:
         """The number of velocities."""
-        return self.tree.nv
+        return len(self.velocity_names)
 
     @property
     def rest(self) -> Array:

@@ -9,9 +9,9 @@ from typing import Annotated, Any
 import numpy as np
 
 from robsim.base.arrays import Array
-from robsim.declare import Angle, Declared, Length, Word
+from robsim.declare import Angle, Declared, Length, Stacked, Word
 from robsim.declare.spec import Context, Raw
-from robsim.geometry.pose import IDENTITY, Pose
+from robsim.geometry.pose import Pose
 from robsim.geometry.rotation import axis_rotation
 
 CONVENTIONS = ("standard", "modified")
@@ -48,28 +48,41 @@ class DHRow(Declared):
     array([0.5, 0. , 0.1])
     """
 
-    theta: Annotated[float, Angle(), "Rotation about z."]
-    d: Annotated[float, Length(), "Translation along z."]
-    a: Annotated[float, Length(), "Translation along x."]
-    alpha: Annotated[float, Angle(), "Rotation about x."]
+    theta: Annotated[float, Angle(), Stacked(()), Stacked(()), "Rotation about z."]
+    d: Annotated[float, Length(), Stacked(()), "Translation along z."]
+    a: Annotated[float, Length(), Stacked(()), "Translation along x."]
+    alpha: Annotated[float, Angle(), Stacked(()), "Rotation about x."]
     convention: Annotated[str, Convention(), "Order of the four; None: that of the robot."] = (
         "standard"
     )
 
     def constants(self, turns: bool) -> tuple[Pose, Pose]:
         """Return (place, tail) of a joint that turns about z, or slides along it."""
-        row = np.array([self.theta, self.d, self.a, self.alpha])
-        return dh_constants(row, self.convention, turns)
+        row = np.broadcast_arrays(self.theta, self.d, self.a, self.alpha)
+        return dh_constants(np.stack(row, axis=-1), self.convention, turns)
 
 
 def dh_constants(row: Array, convention: str, turns: bool) -> tuple[Pose, Pose]:
     """Return (place, tail) of a DH row (..., 4), so that the joint is place . motion(q) . tail."""
-    theta, d, a, alpha = np.moveaxis(row, -1, 0)
-    turn, rise = rigid(axis_rotation("z", theta)), Pose.at(0, 0, d)
-    reach = Pose.at(a, 0, 0) @ rigid(axis_rotation("x", alpha))
+    theta, d, a, alpha = row[..., 0], row[..., 1], row[..., 2], row[..., 3]
+    turn, rise = _matrix("z", turned=theta), _matrix("z", moved=d)
+    reach = _matrix("x", moved=a) @ _matrix("x", turned=alpha)
     if convention == "standard":
-        return (turn, rise @ reach) if turns else (turn @ rise, reach)
-    return (reach @ turn, rise) if turns else (reach @ turn @ rise, IDENTITY)
+        place, tail = (turn, rise @ reach) if turns else (turn @ rise, reach)
+    else:
+        place, tail = (reach @ turn, rise) if turns else (reach @ turn @ rise, np.eye(4))
+    return Pose(place), Pose(tail)
+
+
+def _matrix(axis: str, turned: Any = None, moved: Any = None) -> Array:
+    """Return the transform (..., 4, 4) that turns about an axis, or moves along it."""
+    T = np.zeros((*np.shape(moved if turned is None else turned), 4, 4))
+    T[..., range(4), range(4)] = 1.0
+    if turned is None:
+        T[..., "xyz".index(axis), 3] = moved
+    else:
+        T[..., :3, :3] = axis_rotation(axis, turned)
+    return T
 
 
 def rigid(R: Array) -> Pose:

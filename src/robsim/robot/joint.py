@@ -10,6 +10,7 @@ from typing import Any
 from robsim.base.arrays import numbers, positive
 from robsim.base.errors import InputError, said
 from robsim.base.names import checked_name
+from robsim.base.values import unchecked
 from robsim.base.warned import warn_of_degrees
 from robsim.geometry.curves import Curve
 from robsim.geometry.pose import IDENTITY, Pose, one_pose
@@ -39,6 +40,7 @@ __all__ = [
 ]
 
 LIMIT_SLACK = 1e-9  # metres or radians by which rounding may exceed a limit
+POSES = ("place", "tail")  # that a row gives
 ROWED = ("fixed", "revolute", "prismatic")  # kinds whose constants a DH row may give
 _NEEDED: dict[str, type[Any]] = {"curve": Curve, "steering": Steering}  # fields that a kind needs
 
@@ -111,7 +113,7 @@ class Joint:
         """Whether its coordinate depends on others; that of a rolling wheel is its own."""
         return self.follows is not None and self.follows.tied
 
-    @property
+    @cached_property
     def parts(self) -> Parts:
         """The own coordinates and velocities; none if the joint follows others."""
         if self.tied:
@@ -145,6 +147,22 @@ class Joint:
         array([0.6, 0. , 0. ])
         """
         return replace(self, place=place, tail=tail, dh=dh)
+
+    def revised(self, **changes: Any) -> Joint:
+        """Return a copy in which only numbers differ; a row gives its own constants."""
+        if "dh" in changes:
+            return self.held(**changes)
+        if self.dh is not None and changes.keys() & {"place", "tail"}:
+            raise InputError("dh and place or tail: give one of the two only")
+        return replace(self, **changes)
+
+    def held(self, **changes: Any) -> Joint:
+        """Return a copy with numbers that may differ from run to run."""
+        row = changes.get("dh")
+        constants = (
+            {} if row is None else dict(zip(POSES, row.constants(self.model.turns), strict=True))
+        )
+        return unchecked(self, **changes, **constants)
 
     def _take_row(self, row: Any) -> None:
         """Keep the constants of a row; InputError if poses are given that are not these."""

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Annotated, Any, ClassVar
 
 from robsim.base.errors import InputError
-from robsim.declare import Choice, ListOf, Name, Number, Table
+from robsim.declare import Choice, ListOf, Name, Number, Role, Stacked, Table
 from robsim.declare.joints import OfJoint, unit_of
 from robsim.declare.problems import Broken, under
 from robsim.declare.quantities import coordinate, written
@@ -73,13 +73,17 @@ class Span(Spec):
     def schema(self, define: Any) -> dict[str, Any]:
         return {"type": "array", "items": {"type": "string"}, "minItems": 2, "maxItems": 2}
 
-    def wrong(self) -> Sequence[Raw]:
-        return [3, [], ["1 kg", "2 kg"]]
-
 
 @dataclass(frozen=True)
 class LinkTable:
     """The text form of a link; the constants of its joint are a row `dh`, or `place` and `tail`."""
+
+    stands: ClassVar[Mapping[str, str]] = {
+        "joint": "joint.kind",
+        "joint_name": "joint.name",
+        **{key: f"joint.{key}" for key in ("speed", "effort", "curve", "steering", "follows")},
+        **{key: f"joint.{key}" for key in ("dh", "place", "tail", "limits")},
+    }
 
     name: Annotated[str, LABEL, "Name of the link."]
     parent: Annotated[str | None, LABEL, "Link that carries the joint; None: the one before."] = (
@@ -89,9 +93,14 @@ class LinkTable:
     joint_name: Annotated[
         str | None, LABEL, "Name of the joint and its coordinates; None: that of the link."
     ] = None
-    speed: Annotated[float | None, OfJoint("/s", above=0), "Largest speed of the drive."] = None
+    speed: Annotated[
+        float | None, OfJoint("/s", above=0), Role.FILE, "Largest speed of the drive."
+    ] = None
     effort: Annotated[
-        float | None, Number(above=0), "Largest torque or force of the drive, in N m or N."
+        float | None,
+        Number(above=0),
+        Role.FILE,
+        "Largest torque or force of the drive, in N m or N.",
     ] = None
     curve: Annotated[Any, Choice(CURVES, short=False), "Curve that a joint on a rail follows."] = (
         None
@@ -101,16 +110,16 @@ class LinkTable:
         Any, Choice(COUPLINGS, short=False), "Coupling by which the coordinate follows others."
     ] = None
     dh: Annotated[DHRow | None, Table(DHRow), "Row of Denavit-Hartenberg constants."] = None
-    place: Annotated[Pose | None, PoseTable(), "Pose of the joint in the parent."] = None
+    place: Annotated[Pose | None, PoseTable(), Stacked(), "Pose of the joint in the parent."] = None
     tail: Annotated[
-        Pose | None, PoseTable(), "Pose of the link in the moved frame of the joint."
+        Pose | None, PoseTable(), Stacked(), "Pose of the link in the moved frame of the joint."
     ] = None
     limits: Annotated[Any, Span(), "Lowest and highest coordinate."] = None
     shapes: Annotated[
-        tuple[Primitive, ...], SHAPE_LIST, "Solids that figures show of the link."
+        tuple[Primitive, ...], SHAPE_LIST, Role.FIGURE, "Solids that figures show of the link."
     ] = ()
     inertia: Annotated[
-        Inertia | None, Table(Inertia), "Mass, centre of mass and moments of inertia."
+        Inertia | None, Table(Inertia), Role.FILE, "Mass, centre of mass and moments of inertia."
     ] = None
 
     @classmethod

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -33,7 +33,9 @@ class OriginKeys(Spec):
         return given[0].value if given and isinstance(given[0], Live) else MISSING
 
     def put(self, table: dict[str, Raw], name: str, value: Any, c: Context) -> None:
-        """Write nothing: the links are written in full."""
+        """Keep the origin beside the links, which are written in full; no text can say both."""
+        if value is not None and c.facts.get("live"):
+            table["model"] = Live(value)
 
     def keys(self, name: str) -> tuple[str, ...]:
         """Return the two keys, of which a table has at most one."""
@@ -50,7 +52,3 @@ class OriginKeys(Spec):
     def rows(self, name: str) -> list[tuple[str, str]]:
         """Return nothing: the documentation speaks of both keys above the table."""
         return []
-
-    def wrong(self) -> Sequence[Raw]:
-        """Return no values: whoever replaces the keys by links refuses what is wrong."""
-        return ()

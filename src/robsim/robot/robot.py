@@ -14,16 +14,24 @@ from numpy.typing import ArrayLike
 from robsim.base.arrays import Array, flag, frozen
 from robsim.base.errors import FileWarning, InputError, said, suggest
 from robsim.base.names import checked_name
+from robsim.base.values import keep, unchecked
 from robsim.base.warned import warn_of_degrees
 from robsim.geometry.pose import IDENTITY, Pose, one_pose
 from robsim.geometry.primitives import Primitive
 from robsim.robot import overview
 from robsim.robot.dh import dh_links
+from robsim.robot.joint import Ackermann, Chord, Rolling
 from robsim.robot.kinematics import Kinematics
 from robsim.robot.limits import check_ranges
 from robsim.robot.link import Link
 from robsim.robot.origin import Origin
 from robsim.robot.tool import mounted
+
+# what is the same in robots whose numbers differ
+NAMED = (
+    *("coordinate_names", "coordinate_units", "velocity_names", "velocity_units"),
+    *("nq", "nv", "_angles", "_floats"),
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,6 +90,24 @@ class Robot(Kinematics):
         if home.ndim != 1:
             raise InputError(f"{self.name}.home: expected shape ({self.nq},), got {home.shape}")
         object.__setattr__(self, "home", frozen(home))
+
+    def revised(self, **changes: Any) -> Robot:
+        """Return a copy in which only numbers differ; what they do not touch is as it was."""
+        made = unchecked(self, **changes)
+        keep(self, made, NAMED)
+        if made.links is self.links:
+            keep(self, made, ("tree",))
+        elif _standing(made.links) != _standing(self.links):
+            _ = made.tree  # whether what follows others still fits together
+        same = _spans(made.links) == _spans(self.links)
+        if same:
+            keep(self, made, ("_ranges",))
+        else:
+            _check_chords(made.links)
+            check_ranges(made._ranges, made.coordinate_names, made.name)
+        if not same or "home" in changes:
+            object.__setattr__(made, "home", frozen(made._full_home(f"{made.name}.home")))
+        return made
 
     def __str__(self) -> str:
         coordinates = ", ".join(self.coordinate_names) or "none"
@@ -240,3 +266,27 @@ class Robot(Kinematics):
         home = self._valid(full, what)
         warn_of_degrees(home[[i for i in self._angles if names[i] in given]], what)
         return home
+
+
+def _spans(links: Sequence[Link]) -> list[Any]:
+    """Return what the limits of coordinates follow from."""
+    joints = [link.joint for link in links]
+    return [(joint.limits, joint.follows, joint.needed) for joint in joints]
+
+
+def _standing(links: Sequence[Link]) -> list[Any]:
+    """Return from what follows whether wheels fit on their vehicles."""
+    joints = [link.joint for link in links]
+    if not any(isinstance(joint.follows, Ackermann | Rolling) for joint in joints):
+        return []
+    return [(id(j.place), id(j.tail), j.follows, j.steering) for j in joints]
+
+
+def _check_chords(links: Sequence[Link]) -> None:
+    """Raise InputError for a chord that does not fit the curve of its rail."""
+    curves = {link.label: link.joint.curve for link in links}
+    for link in links:
+        follows = link.joint.follows
+        curve = curves.get(follows.of) if isinstance(follows, Chord) else None
+        if isinstance(follows, Chord) and curve is not None:
+            follows.check(link.name, curve)

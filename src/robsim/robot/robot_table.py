@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
-from typing import Annotated, Any
+from typing import Annotated, Any, ClassVar
 
 from robsim.base.errors import InputError
-from robsim.declare import Flag, ListOf, Name, Table, Text, Word
+from robsim.declare import Flag, ListOf, Name, Role, Stacked, Table, Text, Word
+from robsim.declare.fields import same
 from robsim.declare.joints import Axes, PerJoint
 from robsim.declare.lists import label
 from robsim.declare.problems import under
-from robsim.declare.spec import Context, Raw, Spec
+from robsim.declare.spec import Context, Raw, Spec, Unsayable
 from robsim.declare.words import Reference
 from robsim.geometry.pose import IDENTITY, Pose
 from robsim.geometry.pose_table import PoseTable
@@ -45,10 +47,30 @@ class Links(ListOf):
                 raise InputError(BASE)
         return tuple(super().read(raw, c))
 
+    def write(self, value: Any, c: Context) -> list[Raw]:
+        return super().write(_without_parents(value) if c.facts.get("brief") else value, c)
+
+
+def _without_parents(links: Sequence[Link]) -> list[Link]:
+    """Return links that do not name the link before, which is theirs where none is named."""
+    before = [None, *(link.name for link in links)]
+    return [
+        replace(link, parent=None) if link.parent == name else link
+        for link, name in zip(links, before, strict=False)
+    ]
+
 
 @dataclass(frozen=True)
 class LinkedSpec(Table):
     """Links of a text: all of them, or those of a library robot or a URDF file with changes."""
+
+    def write(self, value: Any, c: Context) -> Raw:
+        if "read_origin" in c.facts:
+            with suppress(InputError, Unsayable):
+                keys, plain = c.facts["read_origin"](value)
+                own = replace(value, origin=plain.origin)
+                return {**keys, **self.change(plain, own, c)}
+        return super().write(value, c)
 
     def schema(self, define: Any) -> dict[str, Any]:
         form = self.says or self.kind
@@ -71,11 +93,17 @@ class LinkedTable:
 
     name: Annotated[str, Name(), "Name of the robot or tool."]
     links: Annotated[tuple[Link, ...], Links(), "Links, the base first."]
+    stands: ClassVar[Mapping[str, str]] = {"pose": "base", "links": "links", "home": "home"}
     pose: Annotated[
-        Pose | None, PoseTable(flat=True), "Pose of the base in the frame that carries it."
+        Pose | None,
+        PoseTable(flat=True),
+        Stacked(),
+        "Pose of the base in the frame that carries it.",
     ] = None
-    about: Annotated[str | None, Text(), "Description in one line."] = None
-    sources: Annotated[tuple[str, ...], ListOf(Text(), most=64), "Sources of the numbers."] = ()
+    about: Annotated[str | None, Text(), Role.LABEL, "Description in one line."] = None
+    sources: Annotated[
+        tuple[str, ...], ListOf(Text(), most=64), Role.LABEL, "Sources of the numbers."
+    ] = ()
     convention: Annotated[
         str | None, Word(("standard", "modified"), "convention"), "Convention of the rows `dh`."
     ] = None
@@ -120,7 +148,9 @@ class ToolTable(LinkedTable):
     """The text form of a tool on a link, see `Robot.with_tool`."""
 
     on: Annotated[str | None, Name(), "Link that carries the tool; None: the last."] = None
-    bare: Annotated[bool, Flag(), "Whether the shapes of that link are left out."] = False
+    bare: Annotated[bool, Flag(), Role.FIGURE, "Whether the shapes of that link are left out."] = (
+        False
+    )
 
 
 TOOLS = ListOf(LinkedSpec(ToolTable), most=MOST)
@@ -145,9 +175,15 @@ class RobotTable(LinkedTable):
     def of(cls, value: Robot, c: Context) -> RobotTable:
         """Return the table that describes a robot, link by link."""
         tip = None if value.tip == value.links[-1].name else value.tip
-        own: Any = {"home": value.home, "tip": tip, "convention": convention_of(value.links)}
+        home = None if c.facts.get("brief") and _at_rest(value) else value.home
+        own: Any = {"home": home, "tip": tip, "convention": convention_of(value.links)}
         own["origin"] = value.origin
         return cls(value.name, value.links, value.base, on=value.on, **own)
+
+
+def _at_rest(robot: Robot) -> bool:
+    """Return whether home is where it is if none is given."""
+    return same(robot.home, replace(robot, home=None).home)
 
 
 def convention_of(links: Sequence[Link]) -> str | None:

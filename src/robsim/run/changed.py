@@ -1,8 +1,11 @@
-"""Tables of an experiment in which dotted names have other values."""
+"""The fields of an experiment that a text says, or another experiment, with changes by name."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import fields, is_dataclass, replace
+from pathlib import Path
 from typing import Any
 
 from robsim.base.errors import InputError
@@ -11,30 +14,69 @@ from robsim.declare.problems import Problems
 from robsim.declare.spec import Live
 from robsim.declare.tables import merge_table
 from robsim.files.changes import Changes, nested, pairs
-from robsim.files.toml import Tables
-from robsim.run.text import ExperimentTable
+from robsim.files.toml import Tables, parse
+from robsim.run.brief import brief_tables
+from robsim.run.text import ExperimentTable, read_experiment, write_experiment
 
 
-def changed(tables: Tables, changes: Changes, source: str, python: bool = False) -> Tables:
-    """Return tables with every change made; values are those of a text or of `python`.
+def read(text: str, source: str, set: Changes = ()) -> dict[str, Any]:
+    """Return the fields of the experiment of a TOML text, with changes such as ["task.gain=2"]."""
+    return _read(_changed(parse(text, source), pairs_of(set, source), source), source)
 
-    FileError: no such name, or not a change.
+
+def changed(experiment: Any, changes: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the fields of an experiment of whose text dotted names have other values.
+
+    A number is in SI, a text is what a file says, an object stands for itself. FileError: no such
+    name, or no such value.
     """
+    source = experiment.source
+    tables = brief_tables(experiment, Path(source).parent, live=True)
+    if not _says(tables, experiment):
+        tables = write_experiment(experiment, live=True)
+    if experiment.study is not None:
+        tables["study"] = experiment.study
+    return _read(_changed(tables, pairs(changes), source, python=True), source)
+
+
+def _says(tables: Tables, experiment: Any) -> bool:
+    """Return whether tables are read as an experiment."""
+    with suppress(InputError):
+        return bool(type(experiment)(**_read(tables, experiment.source)) == experiment)
+    return False
+
+
+def _read(tables: Tables, source: str) -> dict[str, Any]:
+    return {**read_experiment(tables, source), "study": tables.get("study")}
+
+
+def pairs_of(set: Changes, source: str) -> list[tuple[str, Any]]:
+    """Return the dotted names and values of changes; FileError for what is none."""
+    problems = Problems(source)
+    found: list[tuple[str, Any]] = []
+    with problems.at():
+        found = pairs(set)
+    problems.stop()
+    return found
+
+
+def _changed(
+    tables: Tables, changes: Sequence[tuple[str, Any]], source: str, python: bool = False
+) -> Tables:
+    """Return tables with every change made; values are those of a text or of `python`."""
     problems = Problems(source)
     with problems.at():
-        for path, value in pairs(changes):
+        for path, value in changes:
             if python and _is_of_own_task(tables, path, value):
                 tables = _with_own_task(tables, path, value)
                 continue
-            raw = as_raw(ExperimentTable, tables, path, value) if python else value
-            over = nested(path, raw)
+            over = nested(path, as_raw(ExperimentTable, tables, path, value) if python else value)
             if next(iter(over)) not in _TOP:
                 names = dotted_names(ExperimentTable, tables)
                 raise InputError(f"{path}: there is no such name; {nearest(path, names)}")
             tables = merge_table(ExperimentTable, tables, over, False)
     problems.stop()
-    nothing = any(value is None for _, value in pairs(changes))
-    return _without_none(tables) if nothing else tables
+    return _without_none(tables) if any(value is None for _, value in changes) else tables
 
 
 def _is_of_own_task(tables: Tables, path: str, value: Any) -> bool:
@@ -61,21 +103,6 @@ def _without_none(tables: Any) -> Any:
         return tables
     said = {k: x for k, x in tables.items() if not (isinstance(x, Live) and x.value is None)}
     return {key: _without_none(x) for key, x in said.items()}
-
-
-def names_files(tables: Any) -> bool:
-    """Return whether a robot or a tool, also a believed one, is that of a URDF file."""
-    parts = tables.values() if isinstance(tables, dict) else tables
-    if not isinstance(tables, dict | list):
-        return False
-    return "urdf" in tables or any(names_files(part) for part in parts)
-
-
-def has_objects(tables: Any) -> bool:
-    parts = tables.values() if isinstance(tables, dict) else tables
-    if not isinstance(tables, dict | list):
-        return isinstance(tables, Live)
-    return any(has_objects(part) for part in parts)
 
 
 _TOP = {each.name for each in fields(ExperimentTable)}

@@ -6,7 +6,6 @@ what does not fit its experiment is refused.
 
 from __future__ import annotations
 
-import hashlib
 import os
 import platform
 import time
@@ -30,7 +29,6 @@ from robsim.kernels.machine.store import KERNEL_HASH, VERSIONS
 
 if TYPE_CHECKING:
     from robsim.engine.loop import Loop
-    from robsim.run.experiment import Experiment
 
 FORMAT = "RobSim checkpoint 2"
 MACHINE = "the processor"
@@ -48,11 +46,12 @@ class _Begun(NamedTuple):
 class Keeper:
     """Writes checkpoints of a run to a file, and takes up the one that is there.
 
-    A mission has a loop for each phase, which begin one after the other.
+    A mission has a loop for each phase, which begin one after the other. `identity` stands for
+    all that the bits of the runs depend on.
     """
 
-    def __init__(self, path: str | os.PathLike[str], experiment: Experiment, resume: bool):
-        self.path, self.experiment = Path(path), experiment
+    def __init__(self, path: str | os.PathLike[str], identity: str, resume: bool):
+        self.path, self.identity = Path(path), identity
         self._begun: list[_Begun] = []
         self._next = time.monotonic() + INTERVAL
         self._works = True
@@ -79,7 +78,7 @@ class Keeper:
         began = time.monotonic()
         try:
             loops, arrays = zip(*(_described(*each) for each in self._begun), strict=True)
-            own = {"format": FORMAT, "experiment": identity(self.experiment), "loops": loops}
+            own = {"format": FORMAT, "experiment": self.identity, "loops": loops}
             flat = [array for each in arrays for array in each]
             write_whole(self.path, pack({**own, **_made_with()}, flat).getbuffer())
         except InputError as error:
@@ -104,7 +103,7 @@ class Keeper:
                 raise FileError(f"{self.path} cannot be taken up: {differs}")
             told = f"{self.path}: {differs}: the last bits may differ from those of one machine"
             warnings.warn(told, FileWarning, stacklevel=2)
-        if header.get("experiment") != identity(self.experiment):
+        if header.get("experiment") != self.identity:
             raise FileError(f"{self.path} is of another experiment, or of other settings")
         rest = iter(arrays)
         with _fitting(self.path):
@@ -133,20 +132,6 @@ def _fitting(path: Path) -> Iterator[None]:
         if isinstance(error, FileError):
             raise
         raise FileError(f"{path} does not fit its experiment: {error!s:.200}") from None
-
-
-def identity(experiment: Experiment) -> str:
-    """Return a hash of all that the bits of an experiment's runs depend on.
-
-    InputError: its text cannot say it.
-    """
-    from robsim.run.origin import one_run
-
-    digest = hashlib.sha256(one_run(experiment).to_toml().encode())
-    for name, values in {"start": experiment.start, **experiment.varied}.items():
-        array = np.ascontiguousarray(np.nan if values is None else values)
-        digest.update(f"{name} {array.dtype} {array.shape}".encode() + array.tobytes())
-    return digest.hexdigest()
 
 
 def _made_with() -> dict[str, str]:

@@ -2,41 +2,59 @@
 
 from __future__ import annotations
 
+import hashlib
 import os
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import KW_ONLY, dataclass, field, fields, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, cast
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Self, cast
 
 import numpy as np
+from numpy.typing import NDArray
 
 from robsim.base import interrupt
-from robsim.base.arrays import flag
-from robsim.base.errors import FileError, GoalError, InputError, Interrupted
+from robsim.base.arrays import flag, positive, whole
+from robsim.base.errors import FileError, GoalError, InputError, Interrupted, naming, said
 from robsim.base.output import refused
-from robsim.base.values import unchanging
+from robsim.base.values import Value, unchanging, unchecked
+from robsim.declare.controls import Control
+from robsim.declare.problems import joined, under
+from robsim.engine.endings import ENDING_LIST, check_endings
 from robsim.engine.instant import Instant, instants
 from robsim.engine.loop import Loop
+from robsim.engine.record import Record, every
 from robsim.engine.start_view import check_view
 from robsim.engine.workers import Progress, advance
 from robsim.files.changes import Changes
 from robsim.files.toml import read_text
 from robsim.run import overview
-from robsim.run.changed import names_files
-from robsim.run.checkpoint import Keeper, identity
-from robsim.run.checks import whole_periods
+from robsim.run.brief import brief_text
+from robsim.run.changed import changed, read
+from robsim.run.checkpoint import Keeper
+from robsim.run.checks import a_task, of_kind, starts, whole_periods
 from robsim.run.mission_run import MissionRun
-from robsim.run.origin import attributes_of, made_with, one_run
+from robsim.run.origin import attributes_of, made_with
+from robsim.run.paths import NOT_BY_PATH, controls_of, guard_of, with_numbers
 from robsim.run.staged import Staged
-from robsim.run.written import Written
+from robsim.run.text import complete_text
+from robsim.run.varied import Template, checked
+from robsim.servo.safety.safety import Safety
+from robsim.servo.tasks.task import Task
+from robsim.world.actuation import Actuation
+from robsim.world.scene import Scene
+from robsim.world.sensing import Sensing
 
 if TYPE_CHECKING:
     import xarray as xr
 
+PERFECT, EXACT = Sensing(), Actuation()
+PARTS = {"scene", "task", "sensing", "actuation"}  # which are checked when they are made
+
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Experiment(Written):
+class Experiment(Value):
     """A scene, a task, a start, imperfections and a duration, as one frozen value.
 
     scene, task  what there is, and what is to be done: a task, or a `Mission`
@@ -62,6 +80,57 @@ class Experiment(Written):
     (2.0, 0.02)
     """
 
+    scene: Scene
+    task: Any
+    start: Any = None
+    _: KW_ONLY
+    sensing: Sensing = PERFECT
+    actuation: Actuation = EXACT
+    safety: Safety | None = None
+    endings: Any = ()
+    dt: float = 0.04
+    duration: float = 10.0
+    seed: int = 0
+    hold: bool = False
+    record: Record = "all"
+    first_run: int = 0
+    title: str | None = None
+    varied: Any = field(default_factory=dict, repr=False)  # of `Experiment.vary`
+    study: Any = field(default=None, repr=False, compare=False)  # table of its file
+    source: str = field(default="", repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        for name, text in (
+            ("title", "" if self.title is None else self.title),
+            ("source", self.source),
+        ):
+            if not isinstance(text, str):
+                raise InputError(f"{name}: expected a text, got {said(text)}")
+        checked = {
+            "scene": of_kind(self.scene, Scene, "scene"),
+            "task": a_task(self.task, (Task, Staged)),
+            "start": None if self.start is None else starts(self.scene, self.start, "start"),
+            "sensing": of_kind(self.sensing, Sensing, "sensing"),
+            "actuation": of_kind(self.actuation, Actuation, "actuation"),
+            "safety": None if self.safety is None else of_kind(self.safety, Safety, "safety"),
+            "endings": ENDING_LIST.check(self.endings, "endings"),
+            "dt": positive(self.dt, "dt (seconds)"),
+            "duration": positive(self.duration, "duration (seconds)"),
+            "seed": whole(self.seed, "seed", 0, 2**64),
+            "hold": flag(self.hold, "hold"),
+            "first_run": whole(self.first_run, "first_run", 0, 2**62),
+        }
+        for name, value in checked.items():
+            object.__setattr__(self, name, value)
+        self._check_runs()
+        check_endings(self.endings, self.scene)
+        if self.safety is not None:
+            with naming("safety"):
+                self.safety.check(self.scene)
+        every(self.record)
+        with self.keyed("run", "duration"):
+            whole_periods(self.dt, self.duration)
+
     def __repr__(self) -> str:
         """Return a few lines: the scene, the task, and the settings."""
         return overview.text(self)
@@ -69,6 +138,38 @@ class Experiment(Written):
     def _repr_html_(self) -> str:
         """Return a table for notebooks."""
         return overview.table(self)
+
+    @classmethod
+    def from_text(cls, text: str, source: str = "<text>", set: Changes = ()) -> Self:
+        """Return the experiment of a TOML text.
+
+        `set` are changes such as {"task.gain": "2"} or ["task.gain=2"].
+
+        FileError: whatever is wrong, with the key and what would be valid.
+
+        >>> from robsim import Experiment
+        >>> Experiment.from_text('''
+        ... schema = 1
+        ... robots = [{ model = "free_camera" }]
+        ... objects = [{ name = "dots", marks = ["0, 0, 1 m", "10, 0, 100 cm"] }]
+        ... cameras = [{ name = "eye", on = "free_camera.body", focal = 800, size = [640, 480] }]
+        ... task = { kind = "ibvs", gain = 2 }
+        ... ''').task.gain
+        2.0
+        """
+        if not isinstance(source, str):
+            raise InputError(f"source: expected a text, got {said(source)}")
+        if not isinstance(text, str):
+            raise FileError(f"{source}: expected TOML text, got {said(text)}")
+        return cls._read(read(text, source, set), source)
+
+    @classmethod
+    def _read(cls, parts: Mapping[str, Any], source: str) -> Self:
+        """Return the experiment of the parts that a text says; FileError if they do not fit."""
+        try:
+            return cls(**parts, source=source)
+        except InputError as error:
+            raise FileError(f"{source}: {error}" if source else str(error)) from None
 
     @classmethod
     def of(cls, run: xr.Dataset | MissionRun) -> Experiment:
@@ -95,6 +196,160 @@ class Experiment(Written):
         if not varied:
             return same
         return same.vary(varied) if "run" in whole_run.dims else same.at(varied)
+
+    @property
+    def settings(self) -> dict[str, Any]:
+        """The fields by name, without scene, task and start."""
+        apart = ("scene", "task", "start", "varied", "study", "source")
+        return {
+            each.name: getattr(self, each.name) for each in fields(self) if each.name not in apart
+        }
+
+    def with_(self, **changes: Any) -> Self:
+        """Return a copy with other fields: `experiment.with_(task=PBVS(), dt=0.02)`.
+
+        InputError: there is no such field.
+        """
+        names = [each.name for each in fields(self) if each.name not in ("study", "source")]
+        for name in changes:
+            if name not in names:
+                raise InputError(f"no field {name!r}; fields: {', '.join(names)}")
+        return replace(self, **changes)
+
+    def revised(self, **changes: Any) -> Self:
+        """Return a copy with other fields, in whose scene and parts only numbers differ."""
+        rest = {name: x for name, x in changes.items() if name not in PARTS}
+        made = replace(self, **rest) if rest else self
+        parts = {name: changes[name] for name in changes.keys() & PARTS}
+        if not parts:
+            return made
+        made = unchecked(made, **parts)
+        if made.scene is not self.scene:
+            made._check_scene()
+        return made
+
+    def _check_scene(self) -> None:
+        """Raise InputError for numbers of the scene that do not go with the rest."""
+        if self.start is not None:
+            starts(self.scene, self.start, "start")
+        if self.safety is not None:
+            with naming("safety"):
+                self.safety.check_margin(self.scene)
+        check_endings([each for each in self.endings if not unchanging(each)], self.scene)
+
+    def at(self, name: str | Mapping[str, Any], value: Any = None) -> Self:
+        """Return a copy in which what has this dotted name has another value.
+
+        name    such as "task.gain", "run.dt", "cameras.eye.focal" or "belief.robots.arm.links.
+                elbow.dh.a"; or several of them, {name: value}
+        value   a number in SI, a text as in a file ("20 ms"), or an object (`rs.PBVS()`); None:
+                as if nothing was said
+
+        A belief has the numbers of the truth where it has those that the truth had before.
+        FileError: there is no such name, with the nearest; or the value is not valid there.
+        """
+        if not isinstance(name, str | Mapping):
+            raise InputError(f"expected a dotted name such as 'task.gain', got {said(name)}")
+        changes = dict(name) if isinstance(name, Mapping) else {name: value}
+        try:
+            made: Self = with_numbers(self, changes)
+        except NOT_BY_PATH:  # a file has the last word, and says what is wrong
+            made = self._by_text(changes)
+        varied = {each: x for each, x in self.varied.items() if each not in changes}
+        return made if varied == self.varied else made.with_(varied=varied)
+
+    def _by_text(self, changes: Mapping[str, Any]) -> Self:
+        """Return a copy of which a text says these changes."""
+        several = np.ndim(self.start) > 1  # which no text says
+        one = replace(self, start=None, varied={}) if several else replace(self, varied={})
+        made = self._read(changed(one, changes), self.source)
+        made = replace(made, start=self.start) if several else made
+        return made.with_(varied=self.varied) if self.varied else made
+
+    def controls(self) -> list[Control]:
+        """Return the values that a person may change by hand, as their declarations say them.
+
+        `at` takes what the control of a value makes of another one: `control.changes(value)`.
+
+        >>> from robsim import examples, load_scenario
+        >>> experiment = load_scenario(examples.path("visp_tutorial"))
+        >>> gain = next(each for each in experiment.controls() if each.path == "task.gain")
+        >>> gain.value, gain.unit, gain.meaning
+        (0.5, 'per second', 'Rate at which e falls: a constant, or adaptive.')
+        >>> experiment.at(gain.changes(2.0)).task.gain
+        2.0
+        """
+        return list(controls_of(self))
+
+    def vary(self, numbers: Mapping[str, Any]) -> Self:
+        """Return a copy of many runs, in which these names have another value in each run.
+
+        numbers  {name: (runs, ...)} in SI, with the dotted names of `at`: intrinsics, distortion
+                 and pose of cameras, marks and pose of objects, pose of robots, constants of links
+                 ("belief.robots.arm.links.elbow.dh.a"), each true or believed; "task.gain",
+                 "task.depth_scale", "actuation.lag", "sensing.noise", "sensing.latency" and others
+
+        They are bound at once, so that 10,000 runs with 10,000 calibrations take little longer than
+        with one. There is one start for all runs, or one for each. `of_run(i)` is the experiment of
+        one run, with the same bits. The run has a variable for each name.
+
+        InputError, FileError: a name that cannot differ from run to run, or a value that is not
+        valid there.
+
+        >>> from robsim import examples, load_scenario
+        >>> experiment = load_scenario(examples.path("calibration_errors"))
+        >>> wrong = experiment.vary({"belief.cameras.camera.focal": [490, 500, 510]})
+        >>> wrong.run(record="summary").distance_to_goal.values.round(3)
+        array([0.02, 0.  , 0.02])
+        """
+        return self.with_(varied={**self.varied, **checked(self, numbers)})
+
+    def of_run(self, number: int) -> Self:
+        """Return the experiment of a single run, by its place among the runs, from 0 on.
+
+        InputError: there are not so many.
+        """
+        i = whole(number, "run", 0, self.runs)
+        numbers = {name: values[i] for name, values in self.varied.items()}
+        one = self.with_(varied={}).at(numbers) if numbers else self
+        start = self.start[i] if np.ndim(self.start) > 1 else self.start
+        return one.with_(start=start, first_run=self.first_run + i)
+
+    @property
+    def text(self) -> str:
+        """The TOML text of this experiment, as `to_toml` returns it."""
+        return self.to_toml()
+
+    def to_toml(self, *, complete: bool = False, folder: str | os.PathLike[str] = ".") -> str:
+        """Return it as TOML, as short as a person writes it; reading it gives the same experiment.
+
+        complete  robots link by link and every default, for files that must last: such a text
+                  needs no library and no URDF file, which may change
+        folder    of the file that the text is for: paths of URDF files are relative to it
+
+        A robot of the library or of a URDF file is called by its name there, with what was changed
+        of it, and a belief says where it differs from the scene. Numbers are exact, in the units
+        that make them shortest. Where no short text gives the same experiment, it is complete.
+
+        InputError: the experiment is made of Python code, or has several starts or other numbers
+        in each run.
+
+        >>> from robsim import examples, load_scenario
+        >>> experiment = load_scenario(examples.path("eye_in_hand")).at("task.gain", 2)
+        >>> text = experiment.to_toml()
+        >>> len(text.splitlines()) < 40 < 400 < len(experiment.to_toml(complete=True).splitlines())
+        True
+        """
+        whole = complete_text(self)
+        return whole if complete else brief_text(self, Path(folder)) or whole
+
+    @cached_property
+    def hash(self) -> str:
+        """The first 16 hexadecimal digits of the hash of the exact text.
+
+        InputError: there is no text.
+        """
+        return hashlib.sha256(self.to_toml(complete=True).encode()).hexdigest()[:16]
 
     def check(self, *, view: bool = True) -> None:
         """Check task, start and settings as a run would, without running.
@@ -168,9 +423,9 @@ class Experiment(Written):
                 raise InputError("resume: from which file? give checkpoint=path")
             return None
         with self._named():
-            identity(self)
+            identity = self.identity
         with refused(checkpoint, "keep"):
-            return Keeper(checkpoint, self, again)
+            return Keeper(checkpoint, identity, again)
 
     def steps(self) -> Iterator[Instant]:
         """Yield the instants of a single run one by one, so that you may watch, or stop.
@@ -202,22 +457,85 @@ class Experiment(Written):
 
     def dataset(self, loop: Loop) -> xr.Dataset:
         """Return what a loop of this experiment has recorded."""
-        from robsim.run.result import dataset
+        from robsim.run.result import dataset  # of xarray, which a quick start does without
 
         parts = self.task, self.sensing, self.actuation, self.endings
         if not (self.scene.tree.compiled and all(map(unchanging, parts))):
             _ = self.origin  # written now: later a user's object may be another
         return dataset(loop, self, lambda: self.origin)
 
+    def loop(
+        self, numbers: NDArray[np.int64] | None = None, template: Template | None = None
+    ) -> Loop:
+        """Return the loop that simulates this experiment; its runs may have numbers of their own.
+
+        Else they follow one another. Noise is drawn by these. A template is that of an experiment
+        which differs in what differs from run to run alone.
+        """
+        made: Any = self
+        if self.varied:
+            made = (template or Template(self)).of(self.varied)
+        with self.keyed("task"):
+            controller = made.task.bind(made.scene)
+        start = starts(self.scene, self.scene.home, "home") if self.start is None else self.start
+        q0 = np.broadcast_to(start, (self.runs, self.scene.nq))
+        steps = whole_periods(self.dt, self.duration)
+        single = start.ndim == 1 and not self.varied
+        settings = self.hold, self.first_run, numbers, self.record, single
+        with self.keyed():
+            return Loop(
+                controller,
+                np.ascontiguousarray(q0),
+                self.dt,
+                steps,
+                self.seed,
+                made.sensing,
+                made.actuation,
+                *settings,
+                endings=self.endings,
+                guard=guard_of(made, self.safety) if self.safety else None,
+            )
+
+    @property
+    def runs(self) -> int:
+        """The number of runs: of starts, or of numbers that differ from run to run."""
+        if np.ndim(self.start) > 1:
+            return len(self.start)
+        return max((len(values) for values in self.varied.values()), default=1)
+
+    def _check_runs(self) -> None:
+        """Raise InputError unless there is a start for each run, or one for all."""
+        what = "starts" if np.ndim(self.start) > 1 else "runs"
+        if not isinstance(self.varied, Mapping):
+            raise InputError(f"varied: expected {{name: numbers}}, got {said(self.varied)}")
+        for name, values in self.varied.items():
+            if len(values) != self.runs:
+                raise InputError(
+                    f"{self.runs} {what}, and {len(values)} numbers of {name}: each run needs both"
+                )
+
     @cached_property
     def origin(self) -> dict[str, str]:
         """What a run says of its experiment: the text, or why there is none."""
-        one = one_run(self)
         try:
-            exact = names_files(one.__dict__.get("tables"))  # the files may change
-            return {"scenario": one.to_toml() if exact else one.text}
+            return {"scenario": self._one.to_toml(complete=True)}
         except InputError as reason:
             return {"scenario": "", "no_scenario": str(reason)}
+
+    @property
+    def _one(self) -> Experiment:
+        """The experiment without what differs from run to run: a text is of one run."""
+        several = bool(self.varied) or np.ndim(self.start) > 1
+        return self.with_(start=None, varied={}) if several else self
+
+    @property
+    def identity(self) -> str:
+        """The hash of all that the bits of its runs depend on; InputError: it has no text."""
+        digest = hashlib.sha256(self._one.to_toml(complete=True).encode())
+        for name, values in {"start": self.start, **self.varied}.items():
+            array = np.ascontiguousarray(np.nan if values is None else values)
+            digest.update(f"{name} {array.dtype} {array.shape}".encode() + array.tobytes())
+        return digest.hexdigest()
 
     def _as(self, fields: Mapping[str, Any]) -> Experiment:
         """Return the experiment with other fields where they are not the same."""
@@ -233,6 +551,19 @@ class Experiment(Written):
             if not same.get(name, value == getattr(self, name))
         }
         return self.with_(**other) if other else self
+
+    @contextmanager
+    def keyed(self, *keys: str) -> Iterator[None]:
+        """Put the keys of the file of this experiment, if any, in front of an error's path."""
+        if not self.source:
+            yield
+            return
+        try:
+            with under(*keys):
+                yield
+        except GoalError as error:
+            error.path = joined(error.path, *([] if isinstance(self.task, Staged) else ["goal"]))
+            raise
 
     @contextmanager
     def _named(self) -> Iterator[None]:

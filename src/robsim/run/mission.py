@@ -21,7 +21,6 @@ from robsim.world.scene import Scene
 if TYPE_CHECKING:
     import xarray as xr
 
-    from robsim.run.experiment import Experiment
 
 MOST = 1000  # phases
 
@@ -74,7 +73,7 @@ class Mission(Declared):
         return tuple(phase.task for phase in self.phases)
 
     def simulated(
-        self, experiment: Experiment, *, progress: Progress | None = None, **how: Any
+        self, experiment: Any, *, progress: Progress | None = None, **how: Any
     ) -> MissionRun:
         """Simulate all phases of an experiment from its start; `how` as in `Experiment.run`.
 
@@ -111,7 +110,7 @@ class Mission(Declared):
                 break
         return so_far()
 
-    def checked(self, experiment: Experiment, *, view: bool = True) -> None:
+    def checked(self, experiment: Any, *, view: bool = True) -> None:
         """Raise InputError for what can be known of the phases before the first begins.
 
         With `view` also where the first does not see its target at the start. Where things will be
@@ -138,7 +137,7 @@ class Mission(Declared):
         return lambda share: progress((done + share) / len(self.phases))
 
 
-def _start(experiment: Experiment) -> Array:
+def _start(experiment: Any) -> Array:
     """Return the start (nq,); InputError for a batch, or where no mission can be."""
     scene = experiment.scene
     q: Array = scene.home if experiment.start is None else experiment.start
@@ -153,13 +152,13 @@ def _start(experiment: Experiment) -> Array:
     return q
 
 
-def _of_phase(phase: Phase, experiment: Experiment) -> Experiment:
+def _of_phase(phase: Phase, experiment: Any) -> Any:
     """Return the experiment of one phase, which may have a duration of its own."""
     duration = experiment.duration if phase.duration is None else phase.duration
     return replace(experiment, task=phase.task, duration=duration)
 
 
-def _leg(phase: Phase, experiment: Experiment, before: Sequence[Leg], **how: Any) -> Leg:
+def _leg(phase: Phase, experiment: Any, before: Sequence[Leg], **how: Any) -> Leg:
     """Return how a phase goes that starts where the legs before it ended.
 
     Interrupted: a list with the leg as far as it went, which is empty if it has not begun.

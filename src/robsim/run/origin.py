@@ -14,7 +14,6 @@ from robsim.run.mission_run import MissionRun
 if TYPE_CHECKING:
     import xarray as xr
 
-    from robsim.run.experiment import Experiment
 
 NEEDED = ("dt", "duration", "seed", "hold", "record", "single")
 
@@ -85,9 +84,3 @@ def _wanted(run: xr.Dataset, name: str) -> Any:
     if name not in run.variables:
         raise InputError(f"this is no run, or not all of it: it has no '{name}'")
     return run[name].values
-
-
-def one_run(experiment: Experiment) -> Experiment:
-    """Return an experiment without what differs from run to run: a text is of one run."""
-    several = bool(experiment.varied) or np.ndim(experiment.start) > 1
-    return experiment.with_(start=None, varied={}) if several else experiment

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import MISSING, fields
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -12,13 +12,10 @@ from robsim.base import html
 from robsim.base.values import hashable
 from robsim.world import overview
 
-if TYPE_CHECKING:
-    from robsim.run.experiment import Experiment
-
 WIDTH = 160  # characters of one line
 
 
-def text(experiment: Experiment) -> str:
+def text(experiment: Any) -> str:
     """Return a line for the scene, the task, and each setting that is not its default."""
     title = f" {experiment.title!r}" if experiment.title else ""
     names = ", ".join(f"{kind} {name!r}" for kind, name, *_ in overview.rows(experiment.scene))
@@ -27,7 +24,7 @@ def text(experiment: Experiment) -> str:
     return "\n  ".join([f"<Experiment{title}", *lines]) + ">"
 
 
-def table(experiment: Experiment) -> str:
+def table(experiment: Any) -> str:
     """Return a table as HTML: what is in the scene, the task and the settings."""
     things = [
         (kind, f"{name} on {on}: {what}")
@@ -36,7 +33,7 @@ def table(experiment: Experiment) -> str:
     return html.table(experiment.title or "Experiment", [*things, *_rows(experiment)])
 
 
-def _rows(experiment: Experiment) -> list[tuple[str, str]]:
+def _rows(experiment: Any) -> list[tuple[str, str]]:
     """Return name and value of the task, the start, the duration and changed settings."""
     start = experiment.start
     alone = start is None or start.ndim == 1
@@ -45,7 +42,7 @@ def _rows(experiment: Experiment) -> list[tuple[str, str]]:
     rows.append(("duration", f"{experiment.duration:g} s in periods of {experiment.dt:g} s"))
     for each in fields(experiment):
         value = getattr(experiment, each.name)
-        apart = ("scene", "task", "start", "dt", "duration", "title", "varied", "source")
+        apart = ("scene", "task", "start", "dt", "duration", "title", "varied", "study", "source")
         if each.name not in apart and value != each.default:
             rows.append((each.name, brief(value)))
     if experiment.varied:

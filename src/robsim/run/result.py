@@ -28,7 +28,6 @@ from robsim.world.scene import Scene
 
 if TYPE_CHECKING:
     from robsim.engine.loop import Loop
-    from robsim.run.setup import Setup
 
 VERSION = version("robsim")  # of the package that was installed
 BLOCK = 65536  # instants that are turned into poses and velocities at a time
@@ -75,7 +74,7 @@ DESCRIPTIONS = {
 }
 
 
-def dataset(loop: Loop, of: Setup, origin: Callable[[], Mapping[str, str]]) -> Run:
+def dataset(loop: Loop, of: Any, origin: Callable[[], Mapping[str, str]]) -> Run:
     """Return the record of a finished or stopped simulation, made into a Dataset when it is read.
 
     `of` is its experiment, and `origin` what it says of that. What a user's objects say of
@@ -191,7 +190,7 @@ def _coordinates(loop: Loop, scene: Scene, instants: int) -> dict[str, Any]:
     }
 
 
-def _provenance(loop: Loop, of: Setup) -> dict[str, Any]:
+def _provenance(loop: Loop, of: Any) -> dict[str, Any]:
     """Return the attributes that say which version computed the run, and how."""
     task = of.task
     return {
@@ -217,7 +216,7 @@ def _provenance(loop: Loop, of: Setup) -> dict[str, Any]:
     }
 
 
-def _scheme(task: ServoTask, of: Setup) -> dict[str, Any]:
+def _scheme(task: ServoTask, of: Any) -> dict[str, Any]:
     kinds = {GoalPose: "computed", GoalFeatures: "given"}
     by_name = isinstance(task.interaction, str)
     return {
@@ -229,7 +228,7 @@ def _scheme(task: ServoTask, of: Setup) -> dict[str, Any]:
     }
 
 
-def _belief(belief: Scene | None, of: Setup) -> str:
+def _belief(belief: Scene | None, of: Any) -> str:
     """Return which parts of a scene are believed wrongly, by name."""
     truth = of.scene
     if any(name.startswith("belief.") for name in of.varied):

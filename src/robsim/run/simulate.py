@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, Any
 from robsim.engine.record import Record
 from robsim.engine.workers import Progress
 from robsim.run.checks import a_task, of_kind, starts
-from robsim.run.experiment import Experiment
-from robsim.run.setup import EXACT, PERFECT
+from robsim.run.experiment import EXACT, PERFECT, Experiment
 from robsim.servo.safety.safety import Safety
 from robsim.servo.tasks.task import Task
 from robsim.world.actuation import Actuation

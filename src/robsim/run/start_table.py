@@ -7,9 +7,10 @@ from dataclasses import dataclass
 from typing import Annotated, Any
 
 from robsim.declare.joints import PerJoint, coordinates
-from robsim.declare.spec import Raw
+from robsim.declare.spec import Context, Raw
 from robsim.geometry.pose import Pose
 from robsim.geometry.pose_table import KEYS, PoseTable
+from robsim.servo.goals.goal import start_of, started
 
 
 @dataclass(frozen=True)
@@ -38,6 +39,15 @@ class StartPose(PoseTable):
 @dataclass(frozen=True)
 class StartTable:
     """The start of a run; home, if nothing is said."""
+
+    @classmethod
+    def of(cls, value: Any, c: Context) -> StartTable:
+        """Return the table of a start in a scene."""
+        return cls(*started(value, c.facts["scene"]))
+
+    def made(self, c: Context) -> Any:
+        """Return the coordinates of the start."""
+        return start_of(self.q, self.pose, c.facts["scene"], "q")
 
     q: Annotated[
         Any, StartCoordinates(coordinates), "Coordinates at the start, one number for each."

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Annotated, Any, ClassVar
 
 import numpy as np
 
 from robsim.base.errors import InputError, said
-from robsim.declare import Flag, Table, Text, Time, Whole, fields_of
+from robsim.declare import Flag, Role, Table, Text, Time, Whole, fields_of
 from robsim.declare.problems import Broken, Problems
 from robsim.declare.spec import MISSING, Context, Live, NoText, Raw, Spec, expected
 from robsim.declare.tables import keys_of, merge_table, read_table, write_table
@@ -23,6 +23,7 @@ from robsim.geometry.pose_table import PoseTable
 from robsim.run.start_table import StartTable
 from robsim.servo.goals.goal import start_of
 from robsim.servo.safety.safety import SAFETY
+from robsim.servo.tasks.belief import Belief
 from robsim.servo.tasks.family import TASKS, TaskChoice
 from robsim.world.actuation import Actuation
 from robsim.world.scene import Scene
@@ -51,9 +52,6 @@ class RecordSpec(Spec):
 
     def schema(self, define: Any) -> dict[str, Any]:
         return {"anyOf": [{"enum": ["all", "summary"]}, {"type": "integer", "minimum": 1}]}
-
-    def wrong(self) -> Sequence[Raw]:
-        return [0, "some", True]
 
 
 @dataclass(frozen=True)
@@ -128,27 +126,28 @@ class Aside(Spec):
             return new
         return {**old, **{key: self.merge(old.get(key), raw, loose) for key, raw in new.items()}}
 
-    def wrong(self) -> Sequence[Raw]:
-        return [3, "x"]
-
 
 @dataclass(frozen=True)
 class TaskTable:
     """The part of a text that is not its scene."""
 
+    stands: ClassVar[Mapping[str, str]] = {"run": ""}
+
     task: Annotated[Any, TaskChoice(TASKS, whole=True), "Task of the robots."]
-    title: Annotated[str | None, Text(), "Description in one line."] = None
+    title: Annotated[str | None, Text(), Role.LABEL, "Description in one line."] = None
     belief: Annotated[
         Any,
         BeliefTables(),
         "Scene as the controller believes it, where it differs from the true one.",
     ] = None
-    start: Annotated[Any, Table(StartTable), "Start of the run."] = None
+    start: Annotated[Any, Table(StartTable, StartTable), "Start of the run."] = None
     sensing: Annotated[Any, Table(Sensing), "Imperfections of the images."] = None
     actuation: Annotated[Any, Table(Actuation), "Imperfections of the joints."] = None
     safety: Annotated[Any, SAFETY, "Limits that every command is kept within."] = None
     endings: Annotated[Any, ENDING_LIST, "Conditions on which a run ends."] = ()
-    run: Annotated[Any, Table(RunTable), "Periods, duration and record of the run."] = None
+    run: Annotated[Any, Table(RunTable, RunTable), "Periods, duration and record of the run."] = (
+        None
+    )
     study: Annotated[Any, Aside(), "Study of many runs of it, for `robsim study`."] = None
 
 
@@ -164,7 +163,9 @@ class ExperimentTable(TaskTable):
     motions: Annotated[
         Any, fields_of(Scene)[3].spec, "Motions of robots that no task commands."
     ] = ()
-    display: Annotated[Any, PoseTable(), "Pose of the world in the frame of the figures."] = None
+    display: Annotated[
+        Any, PoseTable(), Role.FIGURE, "Pose of the world in the frame of the figures."
+    ] = None
 
 
 def read_experiment(tables: Mapping[str, Raw], source: str) -> dict[str, Any]:
@@ -194,29 +195,37 @@ def read_experiment(tables: Mapping[str, Raw], source: str) -> dict[str, Any]:
     return made
 
 
-def write_experiment(
-    scene: Scene, task: Any, start: Any, settings: Mapping[str, Any], live: bool = False
-) -> dict[str, Raw]:
+def write_experiment(of: Any, live: bool = False, **facts: Any) -> dict[str, Raw]:
     """Return the tables of an experiment, exactly; NoText if it holds somebody's Python code.
 
-    With `live`, what no text can say stands in the tables as the object that it is.
+    With `live`, what no text can say stands in the tables as the object that it is. With the fact
+    `brief` the tables leave out what need not be said.
     """
-    c = Context(Problems("<text>"), facts={"scene": scene, "live": live})
-    belief, own = common_belief(task), {name: settings[name] for name in RUN}
+    c = Context(Problems("<text>"), facts={"scene": of.scene, "live": live, **facts})
+    belief = common_belief(of.task)
     said = TaskTable(
-        task,
-        settings.get("title"),
-        start=None if start is None else StartTable(start),
-        sensing=None if settings["sensing"] == Sensing() else settings["sensing"],
-        actuation=None if settings["actuation"] == Actuation() else settings["actuation"],
-        safety=settings["safety"],
-        endings=settings["endings"],
-        run=RunTable(**{**own, "first_run": own["first_run"] or None}),
+        of.task,
+        of.title,
+        start=None if of.start is None else StartTable(of.start),
+        sensing=None if of.sensing == Sensing() else of.sensing,
+        actuation=None if of.actuation == Actuation() else of.actuation,
+        safety=of.safety,
+        endings=of.endings,
+        run=_run_table(of, bool(facts.get("brief"))),
     )
-    tables = {**write_table(scene, c), **write_table(said, c.knowing(apart=belief is None))}
+    tables = {**write_table(of.scene, c), **write_table(said, c.knowing(apart=belief is None))}
     if belief is not None:
-        tables["belief"] = {"complete": True, **write_table(belief, c.knowing(scene=belief))}
+        tables["belief"] = Belief().write(belief, c)
     return tables
+
+
+def _run_table(of: Any, brief: bool) -> RunTable | None:
+    """Return the table of the settings; where it is brief, of those that are not the usual ones."""
+    usual = {each.name: each.default for each in fields(of)}
+    own = {name: getattr(of, name) for name in RUN}
+    gone = {name for name in RUN if own[name] == usual[name] and (brief or name == "first_run")}
+    kept = {name: None if name in gone else value for name, value in own.items()}
+    return None if len(gone) == len(RUN) else RunTable(**kept)
 
 
 RUN = tuple(each.name for each in fields_of(RunTable))
@@ -287,14 +296,16 @@ def _tables(scene: Scene) -> dict[str, Raw]:
     return write_table(scene, c)
 
 
-def text_of(scene: Scene, task: Any, start: Any, settings: Mapping[str, Any]) -> str:
+def complete_text(of: Any) -> str:
     """Return the exact TOML text of an experiment.
 
-    InputError: it is made of Python code that no text can hold, or has several starts.
+    InputError: it is made of Python code that no text can hold, or is of several runs.
     """
-    if np.ndim(start) > 1:
-        raise InputError(f"a text holds one start, not a batch of shape {np.shape(start)}")
+    if of.varied:
+        raise InputError("a text is of one run, and numbers differ from run to run: of_run(i)")
+    if np.ndim(of.start) > 1:
+        raise InputError(f"a text holds one start, not a batch of shape {np.shape(of.start)}")
     try:
-        return write(write_experiment(scene, task, start, settings))
+        return write(write_experiment(of))
     except NoText as reason:
         raise InputError(f"this experiment has no text: {reason}") from None

@@ -176,11 +176,11 @@ class Features(Spec):
         one = _Block().schema(define)
         return {"anyOf": [*one["anyOf"], {"type": "array", "items": one, "minItems": 1}]}
 
-    def wrong(self) -> list[Raw]:
-        return [3, "none of them", [], {}]
-
     def controls(self, value: Any, place: Any) -> Iterable[Any]:
         return () if isinstance(value, tuple) else FEATURE.controls(value, place)
+
+    def parts(self, keys: list[str], value: Any, c: Context) -> list[Any]:
+        return [] if isinstance(value, tuple) else FEATURE.parts(keys, value, c)
 
     def merge(self, old: Raw, new: Raw, loose: bool) -> Raw:
         if isinstance(old, dict) and isinstance(new, dict):

@@ -11,15 +11,13 @@ from numpy.typing import NDArray
 
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError, naming, said
-from robsim.declare.lookup import unit_at
 from robsim.run.experiment import Experiment
-from robsim.run.present import number_at
-from robsim.run.text import ExperimentTable, beliefs, common_belief
+from robsim.run.paths import number_at, unit_at
+from robsim.run.text import beliefs, common_belief
 from robsim.statistics.random_numbers import Draws
 from robsim.studies.in_turn import Labels, by_label, values_in_turn
 from robsim.studies.samplers import Choice, Plus, Sampler, Times
 
-PIXELS = ("focal", "center", "skew", "K")  # of a camera, in pixels
 SCALE = 10.0  # pixels, below which a focal length is a factor, as in `Scene.believe`
 
 
@@ -85,7 +83,7 @@ def axis_of(experiment: Experiment, name: Any, given: Any) -> Axis:
     """Return the axis of a name; InputError or FileError for what cannot be varied so."""
     if not isinstance(name, str) or not name:
         raise InputError(f"vary: expected dotted names such as 'task.gain', got {said(name)}")
-    unit = unit_of(experiment, name)
+    unit = unit_at(experiment, name)
     what = f"vary: {name}"
     values = values_in_turn(given, what)
     if values is not None:
@@ -104,14 +102,6 @@ def axis_of(experiment: Experiment, name: Any, given: Any) -> Axis:
         if isinstance(error, InputError):
             raise
         raise InputError(f"{what}: {said(given)} has not the shape of what is there") from None
-
-
-def unit_of(experiment: Experiment, name: str) -> str:
-    """Return the unit of the numbers at a dotted name; "" where there is none."""
-    key = name.rpartition(".")[2]
-    if key == "marks" or key in PIXELS:
-        return "m" if key == "marks" else "px"
-    return unit_at(ExperimentTable, experiment.tables, name.removeprefix("belief."))
 
 
 def _of_values(experiment: Experiment, axis: Axis, own: Labels) -> Axis:

@@ -18,7 +18,7 @@ from robsim.studies.plan import Plan, planned
 from robsim.studies.running import Memory, Progress, check, simulate
 from robsim.studies.store import Store
 from robsim.studies.study import Study
-from robsim.studies.text import STUDY, plan_of
+from robsim.studies.text import plan_of
 from robsim.studies.tracks import track_bytes, zarr
 
 CHUNK = 4000  # runs that are simulated together, and stored in one file
@@ -75,7 +75,7 @@ def study(
     """
     given = (runs, seed, start, vary, trajectories)
     said_in_file = all(each is None for each in given) and not measures
-    if said_in_file and isinstance(experiment, Experiment) and STUDY in experiment.tables:
+    if said_in_file and isinstance(experiment, Experiment) and experiment.study is not None:
         plan = plan_of(experiment)
         trajectories = plan.trajectories
     else:

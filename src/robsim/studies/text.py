@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from itertools import islice
 from typing import Annotated, Any, ClassVar
@@ -15,17 +15,15 @@ from robsim.declare import Choice as ChoiceSpec
 from robsim.declare import Flag, Whole
 from robsim.declare.amounts import unit_in
 from robsim.declare.arrays import Matrix
-from robsim.declare.lookup import spec_at
 from robsim.declare.problems import Broken, Problems
 from robsim.declare.spec import MISSING, Context, NoText, Raw, Spec, expected
 from robsim.declare.tables import read_table, write_table
 from robsim.files.changes import Changes
 from robsim.files.toml import parse, write
-from robsim.run.changed import has_objects, names_files
 from robsim.run.experiment import Experiment, load_scenario
-from robsim.run.text import ExperimentTable
+from robsim.run.paths import path_of, unit_at
 from robsim.starts.starts import START
-from robsim.studies.axes import Axis, unit_of
+from robsim.studies.axes import Axis
 from robsim.studies.in_turn import labelled
 from robsim.studies.plan import MOST_RUNS, Plan, planned
 from robsim.studies.samplers import SAMPLER, Choice
@@ -59,9 +57,6 @@ class VarySpec(Spec):
     def schema(self, define: Any) -> dict[str, Any]:
         listed: list[Any] = [{"type": "array"}, {"type": "object"}]
         return {"type": "object", "additionalProperties": {"anyOf": listed}}
-
-    def wrong(self) -> Sequence[Raw]:
-        return [3, ["x"]]
 
 
 def _table(axis: Any, c: Context) -> dict[str, Raw]:
@@ -150,7 +145,7 @@ def plan_of(experiment: Experiment) -> Plan:
 
 def _table_of(experiment: Experiment) -> StudyTable:
     """Return the table of a study in the text of an experiment; FileError if it is not valid."""
-    raw, problems = experiment.tables.get(STUDY), Problems(experiment.source)
+    raw, problems = experiment.study, Problems(experiment.source)
     if raw is None:
         raise FileError(
             f"{experiment.source}: there is no table [study], as in\n[study]\nruns = 1000\n"
@@ -167,7 +162,7 @@ def _check_units(experiment: Experiment, vary: Raw) -> None:
     """Raise FileError for a quantity of another dimension than that of its name."""
     c = Context(Problems(experiment.source), (STUDY, "vary"))
     for name, raw in _by_name(vary, c).items():
-        wanted = unit_of(experiment, name)
+        wanted = unit_at(experiment, name)
         for text in _texts(raw) if is_drawn(raw) else ():
             unit = unit_in(text)
             if unit != wanted:
@@ -193,9 +188,7 @@ def text_of(plan: Plan) -> str:
 
     InputError: it is made of Python code that no text can hold.
     """
-    tables = plan.experiment.tables
-    if has_objects(tables) or names_files(tables):
-        tables = parse(plan.experiment.to_toml(), "text")
+    tables = parse(plan.experiment.to_toml(complete=True), "text")
     vary = {axis.name: _said(plan, axis) for axis in plan.axes}
     kept = plan.trajectories, plan.measures
     own = StudyTable(plan.draws, plan.seed, plan.start, plan.q0, vary or None, *kept)
@@ -240,11 +233,11 @@ def _raw(experiment: Experiment, name: str, value: Any) -> Raw:
         return value
     if isinstance(value, np.ndarray | tuple | list):
         return np.asarray(value).tolist()
-    spec = spec_at(ExperimentTable, experiment.tables, name, whole=True)
-    if value is None or spec is None:
+    path = path_of(experiment, name)
+    if value is None or path is None:
         raise InputError(f"vary: {name}: a text cannot say {said(value)}")
     c = Context(Problems("<text>"), facts={"scene": experiment.scene, "apart": True})
     try:
-        return spec.write(value, c)
+        return path.leaf.spec.write(value, c)
     except NoText as reason:
         raise InputError(f"this study has no text: {reason}") from None

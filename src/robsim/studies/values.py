@@ -70,6 +70,3 @@ class ValuesSpec(Spec):
 
     def schema(self, define: Any) -> dict[str, Any]:
         return {"type": "array", "minItems": 1, "maxItems": MOST}
-
-    def wrong(self) -> Sequence[Raw]:
-        return [3, "x", []]

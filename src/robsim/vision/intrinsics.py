@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
+import numpy as np
+
+from robsim.base.arrays import frozen
 from robsim.base.errors import InputError
 from robsim.declare import ListOf, Number
-from robsim.declare.spec import MISSING, Context, Raw, Spec
+from robsim.declare.fields import same
+from robsim.declare.paths import Part, Shapes
+from robsim.declare.spec import MISSING, Context, Raw, Spec, Unsayable
 from robsim.vision.camera_checks import check_focal
 
 FOCAL_LENGTH = Number(above=0, unit="px")
@@ -33,12 +39,9 @@ class Focal(ListOf):
     def schema(self, define: Any) -> dict[str, Any]:
         return {"anyOf": [{"type": "number"}, super().schema(define)]}
 
-    def wrong(self) -> Sequence[Raw]:
-        return ["800 px", [800.0], [], True]
-
 
 KEYS: dict[str, Spec] = {
-    "K": ListOf(ListOf(Number(), 3, 3), 3, 3),
+    "K": ListOf(ListOf(Number(unit="px"), 3, 3), 3, 3),
     "focal": Focal(),
     "center": PAIR,
     "skew": Number(unit="px"),
@@ -62,6 +65,17 @@ class Intrinsics(Spec):
     def of_key(self, name: str, key: str) -> Spec:
         return KEYS[key]
 
+    def inner(self, name: str, key: str) -> tuple[str, ...]:
+        return (key,)
+
+    def parts(self, keys: list[str], value: Any, c: Context) -> list[Any]:
+        if value is None or keys[0] not in KEYS:
+            return []
+        key = keys.pop(0)
+        get, put, shapes = PLACES[key]
+        made = Part(KEYS[key], c.at(key), get, put, shapes=shapes, meaning=MEANINGS[key])
+        return [replace(made, stack=partial(_stacked, put))]
+
     def pick(self, table: Mapping[str, Raw], name: str, c: Context) -> Any:
         before = c.problems.seen
         values = {key: c.at(key).tried(KEYS[key], table[key]) for key in KEYS if key in table}
@@ -75,7 +89,25 @@ class Intrinsics(Spec):
             return MISSING
 
     def put(self, table: dict[str, Raw], name: str, value: Any, c: Context) -> None:
-        table["K"] = value.tolist()
+        table |= self._brief(value, c.facts["own"]["size"]) if c.facts.get("brief") else {}
+        if "focal" not in table:
+            table["K"] = value.tolist()
+
+    def put_change(self, table: dict[str, Raw], name: str, old: Any, new: Any, c: Context) -> None:
+        table |= {key: x for key, x in _parts(new).items() if not same(x, _parts(old)[key])}
+        if not same(new, _whole(_parts(new))):
+            raise Unsayable
+
+    @staticmethod
+    def _brief(K: Any, size: Any) -> dict[str, Raw]:
+        """Return focal and its companions, as far as they must be said; nothing if K must."""
+        parts = _parts(K)
+        if not same(K, _whole(parts)):
+            return {}
+        usual = {"center": [(n - 1) / 2 for n in size or ()], "skew": 0.0}
+        made = {key: x for key, x in parts.items() if not same(x, usual.get(key))}
+        fx, fy = parts["focal"]
+        return {**made, "focal": fx if same(fx, fy) else [fx, fy]}
 
     def words(self) -> str:
         return "K, or focal and its companions"
@@ -114,6 +146,15 @@ class Intrinsics(Spec):
         return [(key, f"{spec.words()}: {MEANINGS[key]}") for key, spec in KEYS.items()]
 
 
+def _parts(K: Any) -> dict[str, Any]:
+    (fx, skew, cx), (_, fy, cy), _ = K.tolist()
+    return {"focal": [fx, fy], "center": [cx, cy], "skew": skew}
+
+
+def _whole(parts: dict[str, Any]) -> Any:
+    return np.array(_matrix(parts, None))
+
+
 def _matrix(values: Mapping[str, Any], size: Any) -> list[list[float]]:
     parts = [key for key in PARTS if key in values]
     if "K" in values:
@@ -130,3 +171,40 @@ def _matrix(values: Mapping[str, Any], size: Any) -> list[list[float]]:
     check_focal(*values["focal"])
     (fx, fy), (cx, cy) = values["focal"], values.get("center") or [(n - 1) / 2 for n in size or ()]
     return [[fx, values.get("skew", 0.0), cx], [0.0, fy, cy], [0.0, 0.0, 1.0]]
+
+
+def _focal(K: Any) -> Any:
+    return K[0, 0] if K[0, 0] == K[1, 1] else np.array([K[0, 0], K[1, 1]])
+
+
+def _with(K: Any, *places: tuple[tuple[int, int], Any]) -> Any:
+    """Return K (3, 3), or (3, 3, runs), with other numbers at some places."""
+    made = np.array(K)
+    for place, number in places:
+        made[place] = number
+    return made
+
+
+def _with_focal(K: Any, new: Any) -> Any:
+    fx, fy = new if np.ndim(new) > np.ndim(K) - 2 else (new, new)
+    check_focal(np.min(fx), np.min(fy))
+    return _with(K, ((0, 0), fx), ((1, 1), fy))
+
+
+def _stacked(put: Any, K: Any, values: Any) -> Any:
+    """Return K (3, 3, runs) with numbers (runs, ...)."""
+    wide = np.repeat(K[..., None], len(values), axis=2) if K.ndim == 2 else K
+    return frozen(put(wide, np.ascontiguousarray(np.moveaxis(values, 0, -1))))
+
+
+Place = tuple[Callable[[Any], Any], Callable[[Any, Any], Any], Shapes]
+PLACES: dict[str, Place] = {
+    "K": (lambda K: K, lambda K, new: np.array(new), ((3, 3),)),
+    "focal": (_focal, _with_focal, ((), (2,))),
+    "center": (
+        lambda K: K[:2, 2],
+        lambda K, new: _with(K, ((0, 2), new[0]), ((1, 2), new[1])),
+        ((2,),),
+    ),
+    "skew": (lambda K: K[0, 1], lambda K, new: _with(K, ((0, 1), new)), ((),)),
+}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Annotated, Any, ClassVar
 
@@ -10,7 +11,7 @@ import numpy as np
 
 from robsim.base.errors import InputError, said
 from robsim.base.names import checked_name
-from robsim.declare import ListOf, Name, Number, Table
+from robsim.declare import ListOf, Name, Number, Role, Stacked, Table
 from robsim.declare.problems import under
 from robsim.declare.spec import Context, NoText
 from robsim.declare.words import Reference
@@ -27,19 +28,29 @@ from robsim.vision.intrinsics import Intrinsics
 class CameraTable:
     """The text form of a mounted camera."""
 
+    stands: ClassVar[Mapping[str, str]] = {
+        "pose": "pose",
+        **{key: f"camera.{key}" for key in ("size", "K", "distortion", "body")},
+    }
+
     name: Annotated[str, Name(), "Name of the camera."]
     on: Annotated[str, Reference, "Frame that carries the camera."] = "world"
-    pose: Annotated[Pose, PoseTable(flat=True), "Pose of the camera in that frame."] = IDENTITY
+    pose: Annotated[Pose, PoseTable(flat=True), Stacked(), "Pose of the camera in that frame."] = (
+        IDENTITY
+    )
     size: Annotated[
         Any, SIZE, "[width, height] of the image in pixels; None: an image without border."
     ] = None
-    K: Annotated[Any, Intrinsics(), "Matrix of the intrinsics."] = None
+    K: Annotated[Any, Intrinsics(), Stacked(), "Matrix of the intrinsics."] = None
     distortion: Annotated[
         tuple[float, ...],
         ListOf(Number(), most=14),
+        Stacked(("n",)),
         "Coefficients k1 k2 p1 p2 [k3 [k4 k5 k6]] as in OpenCV; the six after these must be zero.",
     ] = ()
-    body: Annotated[Any, Table(CameraBody), "Housing that figures show of the camera."] = None
+    body: Annotated[
+        Any, Table(CameraBody), Role.FIGURE, "Housing that figures show of the camera."
+    ] = None
 
     def made(self, c: Context) -> MountedCamera:
         """Return the mounted camera that the table describes."""

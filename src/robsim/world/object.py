@@ -2,20 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Annotated, Any
 
 import numpy as np
 
-from robsim.base.arrays import frozen, numbers
+from robsim.base.arrays import Array, frozen, numbers
 from robsim.base.errors import InputError
 from robsim.base.names import checked_name
 from robsim.base.values import Value
-from robsim.declare import ListOf, Name, Vector, described
+from robsim.declare import ListOf, Name, Stacked, Vector, described
+from robsim.declare.fields import same
 from robsim.declare.spec import Context, Raw, Spec
 from robsim.declare.words import Reference
 from robsim.geometry.pose import IDENTITY, Pose, one_pose
 from robsim.geometry.pose_table import PoseTable
+from robsim.geometry.primitives import Primitive
 from robsim.robot.link import checked_shapes
 from robsim.robot.link_table import SHAPE_LIST
 
@@ -33,13 +36,20 @@ class MarkList(ListOf):
         return np.array(super().read(raw, c)).reshape(-1, 3)
 
     def put(self, table: dict[str, Raw], name: str, value: Any, c: Context) -> None:
-        table[name] = self.write(value, c.at(name))  # also where there are none
+        shapes = c.facts["own"]["shapes"]
+        if not (c.facts.get("brief") and same(value, vertices_of(shapes))):
+            table[name] = self.write(value, c.at(name))  # also where there are none
 
     def words(self) -> str:
         return 'a list of points, as in ["0, 0, 1 cm"]'
 
 
 MARKS = MarkList()
+
+
+def vertices_of(shapes: Iterable[Primitive]) -> Array:
+    """Return the vertices (N, 3) of all shapes, which are marks where none are given."""
+    return np.concatenate([np.empty((0, 3)), *(shape.vertices for shape in shapes)])
 
 
 @described
@@ -60,10 +70,11 @@ class Object(Value):
     marks: Annotated[
         Any,
         MARKS,
+        Stacked(("N", 3)),
         "Points (N, 3) that cameras see, in axes of the object; None: the vertices of its shapes.",
     ] = None
     pose: Annotated[
-        Pose, PoseTable(flat=True), "Pose of the object in the frame that carries it."
+        Pose, PoseTable(flat=True), Stacked(), "Pose of the object in the frame that carries it."
     ] = IDENTITY
     on: Annotated[str, Reference, "Frame that carries the object."] = "world"
 
@@ -72,7 +83,7 @@ class Object(Value):
         shapes = checked_shapes(self.shapes, f"object '{self.name}'")
         marks = self.marks
         if marks is None:
-            marks = np.concatenate([np.empty((0, 3)), *(shape.vertices for shape in shapes)])
+            marks = vertices_of(shapes)
         marks = numbers(marks, f"marks of '{self.name}'", ("N", 3))
         if marks.ndim != 2:
             raise InputError(f"marks of '{self.name}': expected shape (N, 3), got {marks.shape}")

@@ -11,7 +11,8 @@ import numpy as np
 
 from robsim.base.arrays import Array, flag, is_listed, numbers, runs_last
 from robsim.base.errors import FrameError, InputError, is_one_of, said
-from robsim.declare import ListOf, Table, described
+from robsim.base.values import keep, unchecked
+from robsim.declare import ListOf, Role, Table, described
 from robsim.declare.problems import under
 from robsim.declare.spec import Context
 from robsim.geometry.pose import IDENTITY, Pose, homogeneous, one_pose
@@ -29,6 +30,12 @@ from robsim.world.mounted_camera import MountedCamera
 from robsim.world.object import MOST_MARKS, Object
 from robsim.world.parts import KINDS, coordinates_of, pick, put_in_place
 from robsim.world.view import View
+
+# what is the same in scenes whose numbers differ
+NAMED = (
+    *("coordinate_names", "coordinate_units", "velocity_names", "velocity_units"),
+    *("nq", "nv", "prescribed"),
+)
 
 
 @described
@@ -65,9 +72,9 @@ class Scene(Coordinates):
         ListOf(Table(Motion), most=MOST),
         "Motions of robots that no task commands.",
     ] = ()
-    display: Annotated[Pose, PoseTable(), "Pose of the world in the frame of the figures."] = field(
-        default=IDENTITY, kw_only=True
-    )
+    display: Annotated[
+        Pose, PoseTable(), Role.FIGURE, "Pose of the world in the frame of the figures."
+    ] = field(default=IDENTITY, kw_only=True)
 
     @classmethod
     def text_facts(cls, raw: Mapping[str, Any], c: Context) -> Context:
@@ -109,6 +116,17 @@ class Scene(Coordinates):
                 if motion.robot in movers:
                     raise InputError("two motions for one robot")
             movers.add(motion.robot)
+
+    def revised(self, **changes: Any) -> Scene:
+        """Return a copy in which only numbers differ; what they do not touch is as it was."""
+        made = unchecked(self, **changes)
+        keep(self, made, NAMED)
+        if _placed(made) == _placed(self):
+            keep(self, made, ("tree",))
+        for motion in made.motions if "motions" in changes else ():
+            with under("motions", motion.robot):
+                motion.check(made.robot(motion.robot).nv)
+        return made
 
     def __repr__(self) -> str:
         """Return a few lines, one for each part."""
@@ -281,3 +299,9 @@ class Scene(Coordinates):
     @property
     def _frames(self) -> list[Frame]:
         return frames_of(self.robots, self.objects, self.cameras)
+
+
+def _placed(scene: Scene) -> list[int]:
+    """Return what tells scenes apart whose frames stand elsewhere."""
+    hung: tuple[Object | MountedCamera, ...] = (*scene.objects, *scene.cameras)
+    return [*map(id, scene.robots), *(id(part.pose) for part in hung)]

@@ -85,22 +85,6 @@ def frame_of(axis: ArrayLike) -> Array:
     return columns
 
 
-def rpy_of(R: Array) -> tuple[float, float, float]:
-    """Return roll, pitch and yaw of R = Rz(y) Ry(p) Rx(r), accurate to rounding everywhere.
-
-    Yaw first, from the first column, and the others from Rz(-y) R = Ry(p) Rx(r): near p = +-90
-    degrees, where yaw is any number, the roll then fits it.
-
-    >>> rpy_of(Pose.at(rpy=(0.25, np.pi / 2, 0.25)).rotation)[1] == np.pi / 2
-    True
-    """
-    y = math.atan2(R[1, 0], R[0, 0])
-    c, s = math.cos(y), math.sin(y)
-    p = math.atan2(-R[2, 0], c * R[0, 0] + s * R[1, 0])
-    r = math.atan2(s * R[0, 2] - c * R[1, 2], c * R[1, 1] - s * R[0, 1])
-    return r + 0.0, p + 0.0, y + 0.0
-
-
 def _numbers(
     element: Element,
     name: str,

@@ -14,6 +14,7 @@ from robsim.base.errors import InputError, said
 from robsim.geometry.inertia import Inertia
 from robsim.geometry.pose import IDENTITY, Pose
 from robsim.geometry.primitives import Ball, Block, Mesh, Primitive, Wheel
+from robsim.geometry.rotation import rpy_of
 from robsim.robot.joint import Joint, Mimic
 from robsim.robot.link import Link
 from robsim.robot.tip import Tip, find_tip
@@ -21,7 +22,7 @@ from robsim.robot.urdf.joints import KINDS
 from robsim.robot.urdf.parts import TOKEN
 from robsim.robot.urdf.solids import plain, rgba
 from robsim.robot.urdf.text import Text, spaced
-from robsim.robot.urdf.values import LARGEST, frame_of, rpy_of
+from robsim.robot.urdf.values import LARGEST, frame_of
 from robsim.robot.urdf.words import AXIS, TAIL
 
 SOLIDS = (Block, Wheel, Ball, Mesh)

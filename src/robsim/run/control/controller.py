@@ -15,7 +15,7 @@ from robsim.run.control.clock import Clock
 from robsim.run.control.drive_command import Doing, DriveCommand, Health, doing, limits_of
 from robsim.run.control.images import Images
 from robsim.run.experiment import Experiment, load_scenario
-from robsim.run.setup import guard_of
+from robsim.run.paths import guard_of
 from robsim.run.staged import Staged
 from robsim.servo.controller import Decision
 from robsim.servo.sight import Sight

@@ -13,6 +13,7 @@ from robsim.base.errors import GoalError, InputError
 from robsim.base.values import Value
 from robsim.declare.arrays import Row
 from robsim.declare.joints import PerJoint, coordinates
+from robsim.declare.paths import field_parts
 from robsim.declare.problems import under
 from robsim.declare.spec import Context, NoText, Raw, Spec
 from robsim.declare.tables import controls_of, merge_table, read_table, write_table
@@ -112,7 +113,10 @@ class GoalTable:
     s: Annotated[Any, Row(), "Features at the goal, as numbers."] = None
 
     def made(self, c: Context) -> Goal:
-        """Return the goal."""
+        """Return the goal; InputError if it is said in several ways."""
+        given = [name for name, value in vars(self).items() if value is not None]
+        if len(given) > 1:
+            raise InputError(f"{' and '.join(given)}: give one of them")
         if self.s is not None:
             return GoalFeatures(self.s)
         if self.computed is not None:
@@ -127,6 +131,8 @@ class GoalTable:
         if isinstance(value, GoalFeatures):
             return cls(s=value.s)
         scene = c.facts["scene"]
+        if c.facts.get("by_hand"):
+            return cls(*started(value.q, scene))
         return cls(None if value.q is None else scene.coordinates(value.q, limits=False))
 
 
@@ -169,13 +175,13 @@ class GoalSpec(Spec):
         reference: dict[str, Any] = define(GoalTable)
         return reference
 
-    def wrong(self) -> list[Raw]:
-        return [3, "home", {"s": []}, {"s": [1.0], "computed": {}}]
-
     def controls(self, value: Any, place: Any) -> Iterable[Any]:
         if isinstance(value, TaughtGoal):
             return controls_of(GoalTable(*started(value.q, place.c.facts["scene"])), place)
         return controls_of(value, place, GoalTable)
+
+    def parts(self, keys: list[str], value: Any, c: Context) -> list[Any]:
+        return field_parts(GoalTable, keys, value, c)
 
     def merge(self, old: Raw, new: Raw, loose: bool) -> Raw:
         if not isinstance(old, dict) or not isinstance(new, dict):

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from robsim.base.errors import InputError, said
-from robsim.declare.spec import Context, Raw, Spec
-from robsim.declare.tables import write_table
+from robsim.declare.spec import Context, Raw, Spec, Unsayable
+from robsim.declare.tables import difference, write_table
 from robsim.world.scene import Scene
 
 
@@ -31,6 +32,9 @@ class Belief(Spec):
         return scene
 
     def write(self, value: Any, c: Context) -> dict[str, Raw]:
+        if c.facts.get("brief"):
+            with suppress(Unsayable):
+                return difference(c.facts["scene"], value, c)
         return {"complete": True, **write_table(value, c.knowing(scene=value))}
 
     def pick(self, table: Mapping[str, Raw], name: str, c: Context) -> Any:
@@ -51,6 +55,3 @@ class Belief(Spec):
     def schema(self, define: Any) -> dict[str, Any]:
         reference: dict[str, Any] = define.changes(Scene, complete={"type": "boolean"})
         return reference
-
-    def wrong(self) -> list[Raw]:
-        return [3, "x", []]

@@ -82,9 +82,6 @@ class Way(Spec):
         one = define(Straight)
         return {"anyOf": [one, {"type": "array", "items": one}]}
 
-    def wrong(self) -> list[Raw]:
-        return [3, "x", [], {}]
-
 
 WAY = Way()
 OF_PATHS = replace(INVERSE, only=("pseudo_inverse", "damped"))

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import KW_ONLY, dataclass
 from typing import Annotated, Any, ClassVar
 
+from robsim.declare import Stacked
 from robsim.servo.feature_block import FEATURES
 from robsim.servo.laws.depths import DEPTH, SCALE, Depth
 from robsim.servo.laws.feed_forward import FEED_FORWARD
@@ -15,7 +16,9 @@ from robsim.servo.laws.law import LAW
 from robsim.servo.tasks.task import ServoTask
 from robsim.servo.weightings.weighting import WEIGHTING_LIST
 
-Gain = Annotated[float | AdaptiveGain, GAIN, "Rate at which e falls: a constant, or adaptive."]
+Gain = Annotated[
+    float | AdaptiveGain, GAIN, Stacked(()), "Rate at which e falls: a constant, or adaptive."
+]
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,7 +41,10 @@ class WithDepth(ServoTask):
         Depth, DEPTH, "Depth Z of the marks in L: true, at the goal, constant, or filtered."
     ] = "true"
     depth_scale: Annotated[
-        Any, SCALE, "Factor of the depths in L, which makes them wrong on purpose."
+        Any,
+        SCALE,
+        Stacked((), ("N",), rows=True),
+        "Factor of the depths in L, which makes them wrong on purpose.",
     ] = 1.0
 
 

@@ -5,14 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, ClassVar
 
-from robsim.declare import register
+from robsim.declare import Stacked, register
 from robsim.kernels.images import sensing as kernels
 from robsim.world.imperfections.image_effect import ImageEffect, ImageRows, ImageTiming, Place
 from robsim.world.imperfections.imperfection import RunFacts, Statement
 from robsim.world.imperfections.outliers import SHARE
 
 Dropped = Annotated[
-    float, SHARE, "Share of the images that are lost; the one before is used again."
+    float, SHARE, Stacked(()), "Share of the images that are lost; the one before is used again."
 ]
 
 

@@ -7,12 +7,15 @@ from typing import Annotated, ClassVar
 
 import numpy as np
 
-from robsim.declare import Time, register
+from robsim.declare import Stacked, Time, register
 from robsim.world.imperfections.imperfection import RunFacts, Statement
 from robsim.world.imperfections.joint_effect import JointEffect, JointPlace, Response
 
 Constant = Annotated[
-    float, Time(least=0), "Time constant of a first-order response, v' = (command - v)/lag."
+    float,
+    Time(least=0),
+    Stacked(()),
+    "Time constant of a first-order response, v' = (command - v)/lag.",
 ]
 
 

@@ -7,11 +7,13 @@ import math
 from dataclasses import dataclass
 from typing import Annotated, ClassVar
 
-from robsim.declare import Time, register
+from robsim.declare import Stacked, Time, register
 from robsim.world.imperfections.image_effect import ImageEffect, ImageTiming, Place
 from robsim.world.imperfections.imperfection import RunFacts, Statement
 
-Age = Annotated[float, Time(least=0), "Age of an image when it reaches the controller."]
+Age = Annotated[
+    float, Time(least=0), Stacked(()), "Age of an image when it reaches the controller."
+]
 
 
 @register("image effect", "latency")

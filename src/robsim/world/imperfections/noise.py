@@ -7,14 +7,14 @@ from dataclasses import dataclass
 from typing import Annotated, ClassVar
 
 from robsim.base.arrays import Array
-from robsim.declare import Number, register
+from robsim.declare import Number, Stacked, register
 from robsim.kernels.images import sensing as kernels
 from robsim.world.imperfections.image_effect import ImageEffect, ImageRows
 from robsim.world.imperfections.imperfection import RunFacts, Statement
 
 PIXELS = Number(least=0, unit="px")
 Deviation = Annotated[
-    float, PIXELS, "Standard deviation of Gaussian noise on each pixel coordinate."
+    float, PIXELS, Stacked(()), "Standard deviation of Gaussian noise on each pixel coordinate."
 ]
 
 

@@ -7,15 +7,19 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Annotated, ClassVar
 
-from robsim.declare import Number, register
+from robsim.declare import Number, Stacked, register
 from robsim.kernels.images import sensing as kernels
 from robsim.world.imperfections.image_effect import ImageEffect, ImageRows
 from robsim.world.imperfections.imperfection import RunFacts, Statement
 from robsim.world.imperfections.noise import PIXELS
 
 SHARE = Number(least=0, below=1)
-Share = Annotated[float, SHARE, "Share of the marks that are mismatched in each image."]
-Size = Annotated[float, PIXELS, "Standard deviation of the displacement of an outlier."]
+Share = Annotated[
+    float, SHARE, Stacked(()), "Share of the marks that are mismatched in each image."
+]
+Size = Annotated[
+    float, PIXELS, Stacked(()), "Standard deviation of the displacement of an outlier."
+]
 
 
 @register("image effect", "outliers")

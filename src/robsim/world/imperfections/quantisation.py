@@ -10,13 +10,15 @@ from typing import Annotated, ClassVar
 import numpy as np
 
 from robsim.base.arrays import Array
-from robsim.declare import register
+from robsim.declare import Stacked, register
 from robsim.kernels.images import sensing as kernels
 from robsim.world.imperfections.image_effect import ImageEffect, ImageRows, Place
 from robsim.world.imperfections.imperfection import RunFacts, Statement
 from robsim.world.imperfections.noise import PIXELS
 
-Step = Annotated[float, PIXELS, "Step to whose multiples pixel coordinates are rounded."]
+Step = Annotated[
+    float, PIXELS, Stacked(()), "Step to whose multiples pixel coordinates are rounded."
+]
 COARSE = 0.5  # noise over a step of rounding, below which rounding is no noise
 
 

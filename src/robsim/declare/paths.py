@@ -1,0 +1,264 @@
+"""Paths: the dotted names of declared numbers, resolved to get, replace and stack their values.
+
+A path such as "robots.arm.links.deck.dh.alpha" is resolved once, by the declarations of what it
+leads through, to a row of parts: `Table`, `ListOf`, `Choice` and other specs give the part under
+a key. Every part knows how its owner has another value there, checked as when the owner is made,
+or numbers of many runs, which the simulation binds at once.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from operator import attrgetter
+from typing import Any
+
+import numpy as np
+
+from robsim.base.arrays import Array
+from robsim.base.errors import InputError, said
+from robsim.base.values import unchecked
+from robsim.declare.fields import Field, fields_of
+from robsim.declare.scalars import LARGEST
+from robsim.declare.spec import Context, Spec
+
+Shapes = tuple[tuple[int | str, ...], ...]  # of the number of one run
+
+
+def _alone(owner: Any, new: Any) -> Any:
+    """Return what is there instead of an owner that holds nothing else."""
+    return new
+
+
+@dataclass(frozen=True)
+class Part:
+    """A part of a value under one key: what it may hold, and how its owner has another.
+
+    get     value of the part in its owner
+    put     owner with another value there, checked
+    hold    owner with another value there that is known to be right
+    stack   owner with the numbers (runs, ...) of all runs there; None where runs cannot differ
+    shapes  shapes that the number of one run may have
+    """
+
+    spec: Spec
+    c: Context
+    get: Callable[[Any], Any]
+    put: Callable[[Any, Any], Any]
+    hold: Callable[[Any, Any], Any] = _alone
+    stack: Callable[[Any, Array], Any] | None = None
+    shapes: Shapes = ()
+    meaning: str = ""
+
+    def fits(self, shape: tuple[int, ...]) -> bool:
+        """Return whether the number of one run may have a shape, where a word is any size."""
+        return any(
+            len(shape) == len(wanted)
+            and all(isinstance(n, str) or n == m for n, m in zip(wanted, shape, strict=True))
+            for wanted in self.shapes
+        )
+
+
+@dataclass(frozen=True)
+class Path:
+    """A dotted name that is resolved: the parts through which it leads."""
+
+    name: str
+    parts: tuple[Part, ...]
+
+    @property
+    def leaf(self) -> Part:
+        """The part at the end."""
+        return self.parts[-1]
+
+    def get(self, value: Any) -> Any:
+        """Return what a value has there."""
+        for part in self.parts:
+            value = part.get(value)
+        return value
+
+    def replace(self, value: Any, new: Any) -> Any:
+        """Return a copy of a value that has another number there, with every check made."""
+        return _put(value, self.parts, new)
+
+    def stack(self, value: Any, numbers: Array) -> Any:
+        """Return a copy of a value with the numbers (runs, ...) of all runs there."""
+        owner = value
+        for part in self.parts[:-1]:
+            owner = part.get(owner)
+        assert self.leaf.stack is not None
+        return _hold(value, self.parts[:-1], self.leaf.stack(owner, numbers))
+
+    def taken(self, given: Any, old: Any) -> Any:
+        """Return a number, or an array, as the leaf keeps it; InputError if a file cannot have it.
+
+        A text is what a file would say, a number is in SI.
+        """
+        spec, c = self.leaf.spec.plain_spec, self.leaf.c
+        if isinstance(given, np.generic | np.ndarray):
+            given = given.tolist()
+        text = isinstance(given, str) or (isinstance(given, list) and isinstance(given[0], str))
+        if text or (not spec.united and np.ndim(given) == 0):
+            made = spec.read(given, c)
+        else:
+            if not np.all(np.abs(np.asarray(given, dtype=float)) <= LARGEST):
+                raise InputError(f"expected numbers of at most {LARGEST:g}, got {said(given)}")
+            made = spec.check(given, self.name)
+        shape = np.shape(made)
+        if not (self.leaf.fits(shape) if self.leaf.shapes else shape == np.shape(old)):
+            raise InputError(f"{self.name}: another shape than {np.shape(old)}")
+        return made
+
+
+def resolved(spec: Spec, value: Any, name: str, c: Context) -> Path | None:
+    """Return the path of a dotted name within a value that a spec declares; None if none leads.
+
+    Through what does not stand there, such as the parameters of another kind, no path leads.
+    """
+    keys, parts = name.split("."), list[Part]()
+    while keys:
+        found = spec.parts(keys, value, c)
+        if not found:
+            return None
+        parts += found
+        for part in found if keys else ():
+            value, spec, c = part.get(value), part.spec, part.c
+    return Path(name, tuple(parts))
+
+
+def field_parts(form: type[Any], keys: list[str], value: Any, c: Context) -> list[Part]:
+    """Return the part of a declared object under the first of these keys, which is taken away."""
+    each = _owner(form, keys[0])
+    if each is None:
+        return []
+    key = keys.pop(0)
+    part = _part(form, each, value, _facts(form, value, c).at(key))
+    inner = each.spec.inner(each.name, key)
+    if not inner:
+        return [part]
+    more = each.spec.parts(list(inner), part.get(value), part.c)
+    return [part, *(more if each.stacked else [replace(one, stack=None) for one in more])]
+
+
+def _owner(form: type[Any], key: str) -> Field | None:
+    """Return the field to which a key of the table of a class belongs."""
+    if form not in _OWNERS:
+        _OWNERS[form] = {key: f for f in fields_of(form) for key in f.spec.keys(f.name)}
+    return _OWNERS[form].get(key)
+
+
+_OWNERS: dict[type[Any], dict[str, Field]] = {}
+
+
+def _facts(form: type[Any], value: Any, c: Context) -> Context:
+    inner = c.knowing(own=_Own(value, form))
+    prepare = getattr(form, "written_facts", None)
+    return inner if prepare is None else prepare(value, inner)
+
+
+class _Own(dict[str, Any]):
+    """The fields of an object by name, each looked up when it is asked for."""
+
+    def __init__(self, value: Any, form: type[Any]):
+        super().__init__()
+        self.value, self.stands = value, getattr(form, "stands", {})
+
+    def __missing__(self, name: str) -> Any:
+        return attrgetter(self.stands.get(name, name))(self.value)
+
+    def get(self, name: str, default: Any = None) -> Any:
+        """Return a field; the default where the object has none of this name."""
+        try:
+            return self[name]
+        except AttributeError:
+            return default
+
+
+def _part(form: type[Any], each: Field, value: Any, c: Context) -> Part:
+    """Return the part of a field, of the object itself or of the form that says it."""
+    stands: Mapping[str, str] | None = getattr(form, "stands", None)
+    name, spec = each.name, each.spec
+    if form is not type(value) and hasattr(form, "of") and name not in (stands or {}):
+        said = _Said(form, c)
+        return Part(
+            spec,
+            c,
+            lambda owner: getattr(said.of(owner), name),
+            lambda owner, new: replace(said.of(owner), **{name: new}).made(c),
+            meaning=each.meaning,
+        )
+    at = (stands or {}).get(name, name)
+    keys = at.split(".") if at else []
+    if not keys:
+        return Part(spec, c, lambda owner: owner, _alone)
+    hold = _setter(keys, held)
+    part = Part(spec, c, attrgetter(at), _setter(keys, revised), hold, meaning=each.meaning)
+    if each.stacked is None:
+        return part
+    shaped = each.stacked
+    return replace(part, shapes=shaped.shapes, stack=lambda owner, x: hold(owner, shaped.bound(x)))
+
+
+class _Said:
+    """The form that says the last object that was asked for: a part is got before it is put."""
+
+    def __init__(self, form: type[Any], c: Context):
+        self.form, self.c, self.last, self.made = form, c, None, None
+
+    def of(self, owner: Any) -> Any:
+        """Return the form of an object."""
+        if self.made is None or self.last is not owner:
+            self.last, self.made = owner, self.form.of(owner, self.c)
+        return self.made
+
+
+def _setter(keys: Sequence[str], way: Callable[..., Any]) -> Callable[[Any, Any], Any]:
+    """Return what gives an object another value at attributes of attributes."""
+
+    def put(owner: Any, new: Any) -> Any:
+        if len(keys) > 1:
+            new = _setter(keys[1:], way)(getattr(owner, keys[0]), new)
+        return way(owner, **{keys[0]: new})
+
+    return put
+
+
+def revised(value: Any, **changes: Any) -> Any:
+    """Return a copy with other fields, all of which are checked.
+
+    A class whose making takes long may know what to check again: its method `revised`.
+    """
+    own = getattr(value, "revised", None)
+    return own(**changes) if own is not None else replace(value, **changes)
+
+
+def held(value: Any, **changes: Any) -> Any:
+    """Return a copy with other fields, which are known to be right, or numbers of many runs.
+
+    A class of which more follows from these has a method `held`.
+    """
+    own = getattr(value, "held", None)
+    return own(**changes) if own is not None else unchecked(value, **changes)
+
+
+def item_part(spec: Spec, number: int, c: Context) -> Part:
+    """Return the part of a tuple at a place."""
+
+    def put(owner: Any, new: Any) -> Any:
+        return (*owner[:number], new, *owner[number + 1 :])
+
+    return Part(spec, c, lambda owner: owner[number], put, put)
+
+
+def _put(value: Any, parts: Sequence[Part], new: Any) -> Any:
+    if not parts:
+        return new
+    head, *rest = parts
+    return head.put(value, _put(head.get(value), rest, new) if rest else new)
+
+
+def _hold(value: Any, parts: Sequence[Part], new: Any) -> Any:
+    if not parts:
+        return new
+    head, *rest = parts
+    return head.hold(value, _hold(head.get(value), rest, new))

@@ -1,0 +1,35 @@
+"""Angles of which a rotation was made, to the last bit."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from robsim.base import units
+from robsim.base.arrays import Array
+from robsim.geometry.pose import Pose
+from robsim.geometry.rotation import rpy_of
+
+DIGITS = 9  # of numbers in degrees or radians that a person gives
+
+
+def angles_of(T: Pose) -> tuple[str, tuple[float, ...]] | None:
+    """Return ("rpy" or "rotvec", angles) that give this very rotation; None if none are found.
+
+    >>> angles_of(Pose.at(rpy=(0.0, 0.5, 0.0)))
+    ('rpy', (0.0, 0.5, 0.0))
+    """
+    wanted = T.rotation.tobytes()
+    for given in _near(rpy_of(T.rotation)):
+        if Pose.at(rpy=given).rotation.tobytes() == wanted:
+            return "rpy", given
+    for given in _near(T.rotvec):
+        if Pose.at(rotvec=given).rotation.tobytes() == wanted:
+            return "rotvec", given
+    return None
+
+
+def _near(angles: Array | tuple[float, ...]) -> Iterator[tuple[float, ...]]:
+    """Yield angles of few digits in degrees, of few digits in radians, and as they are."""
+    for unit in (units.deg, units.rad):
+        yield tuple(round(float(x) / unit, DIGITS) * float(unit) + 0.0 for x in angles)
+    yield tuple(map(float, angles))

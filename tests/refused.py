@@ -1,0 +1,204 @@
+"""Values of a text that the declarations refuse: what is tested of each."""
+
+from __future__ import annotations
+
+import math
+from functools import singledispatch
+from typing import Any
+
+from robsim.declare.amounts import Amount
+from robsim.declare.arrays import Matrix, Row
+from robsim.declare.choices import Choice
+from robsim.declare.joints import OfJoint, PerJoint
+from robsim.declare.lists import ListOf, Names
+from robsim.declare.one_of import OneOf, _form
+from robsim.declare.quantities import SI, Quantity, Vector
+from robsim.declare.scalars import Flag, Number, Whole
+from robsim.declare.tables import Table
+from robsim.declare.words import Name, Text, Word
+from robsim.geometry.pose_table import PoseTable
+from robsim.robot.link_table import Span
+from robsim.robot.origin import OriginKeys
+from robsim.run.phase import Hangings, PhaseName
+from robsim.run.text import Aside, RecordSpec
+from robsim.servo.feature_block import Features
+from robsim.servo.goals.goal import GoalSpec
+from robsim.servo.tasks.belief import Belief
+from robsim.servo.tasks.follow_path import Way
+from robsim.studies.text import VarySpec
+from robsim.studies.values import ValuesSpec
+from robsim.vision.intrinsics import Focal
+
+
+@singledispatch
+def refused(spec: Any) -> list[Any]:
+    """Return some values that a spec refuses."""
+    return []
+
+
+@refused.register
+def _(spec: Amount) -> list[Any]:
+    return ["fast", "5 parsecs", True, ["x"], [[1.0], [1.0, 2.0]]]
+
+
+@refused.register
+def _(spec: Row) -> list[Any]:
+    return [3, [], ["x"], [True]]
+
+
+@refused.register
+def _(spec: Matrix) -> list[Any]:
+    return [3, [[1.0], [1.0, 2.0]], [["x"]], []]
+
+
+@refused.register
+def _(spec: Choice) -> list[Any]:
+    kindless: list[Any] = [{}] if spec.default is None else []
+    return [3, "none of them", {"kind": "none of them"}, [[]], *kindless]
+
+
+@refused.register
+def _(spec: PerJoint) -> list[Any]:
+    return [3, [True], [["x"]]]
+
+
+@refused.register
+def _(spec: OfJoint) -> list[Any]:
+    return [True, "fast", "3 kg"]
+
+
+@refused.register
+def _(spec: ListOf) -> list[Any]:
+    return [3, "x", *([[]] if spec.least else [])]
+
+
+@refused.register
+def _(spec: Names) -> list[Any]:
+    return [3, [], [3]]
+
+
+@refused.register
+def _(spec: OneOf) -> list[Any]:
+    return [raw for raw in (True, "none of them", [[True]]) if _form(raw) in spec.forms]
+
+
+@refused.register
+def _(spec: Quantity) -> list[Any]:
+    unit = SI[spec.dimension]
+    outside = [bound for bound in (spec.above, spec.below) if bound is not None]
+    other = "3 kg" if spec.dimension != "mass" else "3 m"
+    return [1.0, "fast", other, True, f"nan {unit}", *(f"{x} {unit}" for x in outside)]
+
+
+@refused.register
+def _(spec: Vector) -> list[Any]:
+    return [3, "1 kg", "1, 2, 3, 4, 5 m", ["1 m"]]
+
+
+@refused.register
+def _(spec: Number) -> list[Any]:
+    outside = [bound for bound in (spec.above, spec.below) if bound is not None]
+    outside += [spec.least - 1.0] if spec.least is not None else []
+    outside += [spec.most + 1.0] if spec.most is not None else []
+    return ["fast", True, math.nan, math.inf, [1.0, [2.0]], *outside]
+
+
+@refused.register
+def _(spec: Whole) -> list[Any]:
+    return ["one", 1.5, True, spec.least - 1, spec.most + 1]
+
+
+@refused.register
+def _(spec: Flag) -> list[Any]:
+    return [1, "yes"]
+
+
+@refused.register
+def _(spec: Table) -> list[Any]:
+    return [3, "x", [1]]
+
+
+@refused.register
+def _(spec: Text) -> list[Any]:
+    return [3, "x" * (spec.most + 1)]
+
+
+@refused.register
+def _(spec: Name) -> list[Any]:
+    return [3, "two words", "1st", ""]
+
+
+@refused.register
+def _(spec: Word) -> list[Any]:
+    return [3, "none of them", ["x"]]
+
+
+@refused.register
+def _(spec: PoseTable) -> list[Any]:
+    return [3, {"position": "1 m"}, {"rpy": "0, 0, 0 deg", "rotvec": "0, 0, 0 deg"}]
+
+
+@refused.register
+def _(spec: Span) -> list[Any]:
+    return [3, [], ["1 kg", "2 kg"]]
+
+
+@refused.register
+def _(spec: OriginKeys) -> list[Any]:
+    """Return no values: whoever replaces the keys by links refuses what is wrong."""
+    return ()
+
+
+@refused.register
+def _(spec: PhaseName) -> list[Any]:
+    return [3, "", "  ", "a.b"]
+
+
+@refused.register
+def _(spec: Hangings) -> list[Any]:
+    return [3, "cup", ["cup"], {"cup": 1}]
+
+
+@refused.register
+def _(spec: RecordSpec) -> list[Any]:
+    return [0, "some", True]
+
+
+@refused.register
+def _(spec: Aside) -> list[Any]:
+    return [3, "x"]
+
+
+@refused.register
+def _(spec: Features) -> list[Any]:
+    return [3, "none of them", [], {}]
+
+
+@refused.register
+def _(spec: GoalSpec) -> list[Any]:
+    return [3, "home", {"s": []}, {"s": [1.0], "computed": {}}]
+
+
+@refused.register
+def _(spec: Belief) -> list[Any]:
+    return [3, "x", []]
+
+
+@refused.register
+def _(spec: Way) -> list[Any]:
+    return [3, "x", [], {}]
+
+
+@refused.register
+def _(spec: VarySpec) -> list[Any]:
+    return [3, ["x"]]
+
+
+@refused.register
+def _(spec: ValuesSpec) -> list[Any]:
+    return [3, "x", []]
+
+
+@refused.register
+def _(spec: Focal) -> list[Any]:
+    return ["800 px", [800.0], [], True]

@@ -1,0 +1,65 @@
+"""Count the lines of the machinery of declarations: what reads, writes and finds values by name.
+
+These are the files of `declare`, those of the text and the paths of an experiment and a study, and
+every class elsewhere that declares how a value stands in a text.
+"""
+
+from __future__ import annotations
+
+import ast
+from pathlib import Path
+
+ROOT = Path(__file__).parents[1] / "src" / "robsim"
+WHOLE = (
+    *("run/text.py", "run/brief.py", "run/changed.py", "run/paths.py", "run/varied.py"),
+    *("run/start_table.py", "files/layout.py", "studies/text.py"),
+)
+
+
+def machinery() -> dict[str, int]:
+    """Return the lines of each file, and of each class elsewhere, by name."""
+    trees = {path: ast.parse(path.read_text("utf-8")) for path in sorted(ROOT.rglob("*.py"))}
+    bases: dict[str, set[str]] = {}
+    for tree in trees.values():
+        for each in classes(tree):
+            bases.setdefault(each.name, set()).update(base_names(each))
+    found: dict[str, int] = {}
+    for path, tree in trees.items():
+        name = path.relative_to(ROOT).as_posix()
+        if name.startswith("declare/") or name in WHOLE:
+            found[name] = len(path.read_text("utf-8").splitlines())
+            continue
+        for each in classes(tree):
+            if each.name.endswith("Table") or is_spec(each.name, bases, base_names(each)):
+                first = min([each.lineno, *(line.lineno for line in each.decorator_list)])
+                found[f"{name}:{each.name}"] = (each.end_lineno or first) - first + 1
+    return found
+
+
+def classes(tree: ast.Module) -> list[ast.ClassDef]:
+    """Return the classes of a module."""
+    return [each for each in tree.body if isinstance(each, ast.ClassDef)]
+
+
+def base_names(kind: ast.ClassDef) -> set[str]:
+    """Return the names of the classes from which one derives."""
+    return {ast.unparse(base).rpartition(".")[2] for base in kind.bases}
+
+
+def is_spec(name: str, bases: dict[str, set[str]], own: set[str]) -> bool:
+    """Return whether a class with these bases derives from `Spec`."""
+    seen, left = {name}, set(own)
+    while left:
+        one = left.pop()
+        if one == "Spec":
+            return True
+        seen.add(one)
+        left |= bases.get(one, set()) - seen
+    return False
+
+
+if __name__ == "__main__":
+    counted = machinery()
+    for name, lines in sorted(counted.items(), key=lambda each: -each[1]):
+        print(f"{lines:6d}  {name}")
+    print(f"{sum(counted.values()):6d}  in all")
