@@ -126,19 +126,22 @@ def _with_number(experiment: Any, name: str, given: Any) -> Any:
         task = with_beliefs(experiment.task, lambda one: made if one is shared else one)
         return experiment.revised(task=task)
     truth = path.get(owner) if any(beliefs(experiment.task)) else None
-    task = with_beliefs(experiment.task, lambda one: _followed(one, name, truth, new))
+    task = with_beliefs(experiment.task, lambda one: _followed(experiment, one, name, truth, new))
     return experiment.revised(scene=made, **({} if task is experiment.task else {"task": task}))
 
 
-def _followed(belief: Scene | None, name: str, truth: Any, new: Any) -> Scene | None:
+def _followed(
+    experiment: Any, belief: Scene | None, name: str, truth: Any, new: Any
+) -> Scene | None:
     """Return a belief that has the number of the truth if it had the one before."""
-    path = None if belief is None else followed(belief, name, truth)
+    path = None if belief is None else followed(experiment, belief, name, truth)
     return belief if path is None else path.replace(belief, new)
 
 
-def followed(belief: Scene, name: str, truth: Any) -> Path | None:
+def followed(experiment: Any, belief: Scene, name: str, truth: Any) -> Path | None:
     """Return the path in a belief of a number that is that of the truth; None if it is not."""
-    path = scene_path(belief, name)
+    shared = belief is believed_by(experiment)
+    path = path_of(experiment, f"{BELIEF}.{name}") if shared else scene_path(belief, name)
     return path if path and np.array_equal(path.get(belief), truth) else None
 
 

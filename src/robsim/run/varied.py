@@ -131,7 +131,7 @@ class Template:
         self.followed: dict[str, Path] = {}  # the paths in the belief, of what is true
         for name in filter(is_true, varied if belief is not None else ()):
             truth = self.paths[name].get(scene)
-            if followed(belief, name, truth):
+            if followed(experiment, belief, name, truth):
                 self.followed[name] = scene_path(self.first.task.belief, name)  # type: ignore[assignment]
 
     def of(self, varied: Mapping[str, Array]) -> Any:
