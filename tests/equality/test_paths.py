@@ -1,8 +1,7 @@
-"""A path changes one number: as its file would say it, with the refusals of a file, and fast."""
+"""A path changes one number as its file would, with the refusals of a file, in few calls."""
 
 import math
-import time
-from dataclasses import replace
+import sys
 
 import numpy as np
 import pytest
@@ -19,8 +18,7 @@ EACH = [
 ]
 BAD = (0.0, -1.0, 1.0, -1e-9, 1e-12, 0.5, 7.0, 1e10, -1e10, math.nan, math.inf)
 ROUNDED = "start.", "task.goal."  # the quaternion of a pose is known to rounding
-TIMED = "eye_in_hand", "wrong_calibration"
-CONSTRUCTED = 2.3e-5  # seconds to make a task where nothing else runs
+LARGER = "eye_in_hand", "wrong_calibration"
 AGREED = "puma560.links"  # of which this belief says some numbers as they are in truth
 DERIVED = "follows.length"  # of which a file without `at` derives that, too
 
@@ -99,32 +97,36 @@ def test_what_a_file_refuses_is_refused_by_a_path(name, every):
 
 
 @pytest.mark.parametrize(
-    "name", ["visp_tutorial", *(pytest.param(x, marks=pytest.mark.full) for x in TIMED)]
+    "name", ["visp_tutorial", *(pytest.param(x, marks=pytest.mark.full) for x in LARGER)]
 )
-def test_every_number_is_changed_in_a_fifth_of_a_millisecond(name):
+def test_a_change_of_a_number_makes_few_calls(name):
+    """Reading the tables again made some ten thousand; benchmarks/paths.py measures seconds."""
     experiment = rs.load_scenario(examples.path(name))
-    slow = {}
+    calls = {}
     for control in controls(experiment):
         for value in others(control):
             if by_path(experiment, {control.path: value}) is not None:
-                slow[control.path] = least(lambda v=value, p=control.path: experiment.at(p, v))
+                calls[control.path] = calls_of(lambda v=value, p=control.path: experiment.at(p, v))
                 break
-    assert len(slow) > 20
-    allowed = 2e-4 * max(1.0, least(lambda: replace(experiment.task, gain=0.5)) / CONSTRUCTED)
-    assert {path: seconds for path, seconds in slow.items() if seconds > allowed} == {}
+    assert len(calls) > 20
+    assert {path: count for path, count in calls.items() if count > 1000} == {}
 
 
-def least(change, rounds=5):
-    """The least mean time of a hundred changes in some rounds: the machine may do other things."""
-    means = []
-    for _ in range(rounds):
-        begun = time.process_time()
-        for _ in range(100):
-            change()
-        means.append((time.process_time() - begun) / 100)
-        if means[-1] < 2e-4:
-            break
-    return min(means)
+def calls_of(change):
+    """The number of Python functions that a change calls."""
+    count = 0
+
+    def note(frame, event, argument):
+        nonlocal count
+        count += event == "call"
+
+    before = sys.getprofile()
+    sys.setprofile(note)
+    try:
+        change()
+    finally:
+        sys.setprofile(before)
+    return count
 
 
 def test_a_number_has_a_path_and_what_is_none_has_not():
