@@ -146,7 +146,7 @@ class Each:
         tests = [test_of(name, named[name]) for name in given]
         code += [f"  if not ({' and '.join(tests)}):", "   return None"]
         code += [f"  found_ += [{', '.join(value_of(name, kind) for name, kind in named.items())}]"]
-        return compiled("encode", [*code, " return found_"], named)
+        return compiled("encode", [*code, " return found_"], named)  # type: ignore[no-any-return]
 
 
 Kind = Shape | Whole | Each
@@ -252,7 +252,7 @@ class Signature:
         for name in self.lists:
             code += [f" packed_[{list(self.kinds).index(name)}] = len(packed_)"]
             code += [f" packed_ += {name}_"]
-        return compiled("pack", [*code, " return packed_"], self.kinds, wrong=self._refuse)
+        return compiled("pack", [*code, " return packed_"], self.kinds, wrong=self._refuse)  # type: ignore[no-any-return]
 
     def _heads(self) -> str:
         """Return the parameters of the function that packs, those that may be absent last."""
