@@ -23,7 +23,7 @@ class KernelCache:
         code = function.__code__
         file = Path(code.co_filename).stem
         self.name = f"{file}.{function.__qualname__}-{code.co_firstlineno}".replace("<locals>", "")
-        self.module = function.__module__
+        self.module = function.__module__ or ""  # None of what `exec` made
         self.free = [_described(cell.cell_contents) for cell in function.__closure__ or ()]
         self.cache_path = str(store.CACHE)  # which Numba shows in `stats`
 

@@ -132,14 +132,21 @@ class Each:
         fits = all(self.kinds[name].fits(value, own) for name, value in found.items())
         return {**own, **found} if fits else None
 
-    def encode(self, value: Any) -> list[int]:
-        """Return the length, and the whole numbers that stand for the entries."""
-        found = [len(value)]
-        for record in value:
-            values = self._found(record, {}) or {}
-            for name, kind in self.kinds.items():
-                found += kind.encode(values[name])
-        return found
+    @cached_property
+    def encode(self) -> Callable[[Any], list[int] | None]:
+        """A function that returns the length and the numbers of the entries; None if they differ.
+
+        It is written in Python and compiled, as that of a whole signature.
+        """
+        entry = "entry" if self.alone else f"({', '.join(self.given)},)"
+        named = {name or "entry": kind for name, kind in self.kinds.items()}
+        given = [name or "entry" for name in self.given]
+        code = ["def encode(value):", " found_ = [len(value)]", f" for {entry} in value:"]
+        code += [f"  {line}" for line in unpacked(named, set())]
+        tests = [test_of(name, named[name]) for name in given]
+        code += [f"  if not ({' and '.join(tests)}):", "   return None"]
+        code += [f"  found_ += [{', '.join(value_of(name, kind) for name, kind in named.items())}]"]
+        return compiled("encode", [*code, " return found_"], named)  # type: ignore[no-any-return]
 
 
 Kind = Shape | Whole | Each
@@ -155,6 +162,41 @@ def _kind(text: str) -> Kind:
     if text.startswith("table:"):
         return Shape(text.removeprefix("table:"), Address)
     return Shape(text)
+
+
+def unpacked(kinds: dict[str, Kind], known: set[str]) -> list[str]:
+    """Return the lines that find counts from shapes."""
+    lines = []
+    for name, kind in kinds.items():
+        for count, (axis, times) in kind.found.items():
+            if count not in known:
+                known.add(count)
+                lines.append(f"{count} = {name}.shape[{axis}]{f' // {times}' * (times > 1)}")
+    return lines
+
+
+def test_of(name: str, kind: Kind) -> str:
+    """Return the expression that says whether what is given fits."""
+    if not isinstance(kind, Shape):
+        return f"({name}.__class__ is int or _{name}.fits({name}, {{}}))"
+    same = f"{name}.__class__ is {kind.kind.__name__} and {name}.shape == {kind.code}"
+    return f"({name} is None or {same})" if kind.may_be_absent else same
+
+
+def value_of(name: str, kind: Kind) -> str:
+    """Return the expression of the whole numbers that stand for what is given."""
+    if isinstance(kind, Each):
+        return f"*_{name}.encode({name})"
+    absent = isinstance(kind, Shape) and kind.may_be_absent
+    return f"-1 if {name} is None else {name}" if absent else name
+
+
+def compiled(name: str, code: list[str], kinds: dict[str, Kind], **more: Any) -> Any:
+    """Return a function that is written in Python and knows the kinds by their names."""
+    known: dict[str, Any] = {"Rows": Rows, "Address": Address, **more}
+    known |= {f"_{each}": kind for each, kind in kinds.items()}
+    exec("\n".join(code), known)
+    return known[name]
 
 
 class Signature:
@@ -196,48 +238,27 @@ class Signature:
 
         It is written in Python and compiled, since programs are put together for every run.
         """
+        known = {name for name in self.given if name in self.counts}
+        tests = [test_of(name, self.kinds[name]) for name in self.given if name not in self.lists]
+        tests += [f"{name}_ is not None" for name in self.lists]
         code = [f"def pack({self._heads()}):", " try:"]
-        code += [f"  {line}" for line in self._unpacked()]
-        code += [f"  fits_ = {' and '.join(map(self._test, self.given)) or 'True'}"]
-        code += [" except (AttributeError, IndexError, TypeError):", "  fits_ = False"]
+        code += [f"  {line}" for line in unpacked(self.kinds, known)]
+        code += [f"  {name}_ = _{name}.encode({name})" for name in self.lists]
+        code += [f"  fits_ = {' and '.join(tests) or 'True'}"]
+        code += [" except (AttributeError, IndexError, TypeError, ValueError):", "  fits_ = False"]
         code += [" if not fits_:", f"  wrong(dict({', '.join(f'{n}={n}' for n in self.given)}))"]
-        code += [f" packed_ = [{', '.join(map(self._value, self.kinds))}]"]
+        values = ("0" if n in self.lists else value_of(n, kind) for n, kind in self.kinds.items())
+        code += [f" packed_ = [{', '.join(values)}]"]
         for name in self.lists:
             code += [f" packed_[{list(self.kinds).index(name)}] = len(packed_)"]
-            code += [f" packed_ += _{name}.encode({name})"]
-        known: dict[str, Any] = {"Rows": Rows, "Address": Address, "wrong": self._refuse}
-        known |= {f"_{name}": kind for name, kind in self.kinds.items()}
-        exec("\n".join([*code, " return packed_"]), known)
-        pack: Callable[..., list[int]] = known["pack"]
-        return pack
+            code += [f" packed_ += {name}_"]
+        return compiled("pack", [*code, " return packed_"], self.kinds, wrong=self._refuse)  # type: ignore[no-any-return]
 
     def _heads(self) -> str:
         """Return the parameters of the function that packs, those that may be absent last."""
         absent = [name for name in self.given if self._may_be_absent(name)]
         heads = [*(n for n in self.given if n not in absent), *(f"{n}=None" for n in absent)]
         return f"*, {', '.join(heads)}" if heads else ""
-
-    def _unpacked(self) -> list[str]:
-        """Return the lines that find counts from shapes."""
-        lines, known = [], {name for name in self.given if name in self.counts}
-        for name, kind in self.kinds.items():
-            for count, (axis, times) in kind.found.items():
-                if count not in known:
-                    known.add(count)
-                    lines.append(f"{count} = {name}.shape[{axis}]{f' // {times}' * (times > 1)}")
-        return lines
-
-    def _test(self, name: str) -> str:
-        kind = self.kinds[name]
-        if not isinstance(kind, Shape):
-            return f"_{name}.fits({name}, {{}})"
-        same = f"{name}.__class__ is {kind.kind.__name__} and {name}.shape == {kind.code}"
-        return f"({name} is None or {same})" if kind.may_be_absent else same
-
-    def _value(self, name: str) -> str:
-        if name in self.lists:
-            return "0"
-        return f"-1 if {name} is None else {name}" if self._may_be_absent(name) else name
 
     def _may_be_absent(self, name: str) -> bool:
         kind = self.kinds[name]
