@@ -198,8 +198,8 @@ def _part(form: type[Any], each: Field, value: Any, c: Context) -> Part:
     if each.stacked is None:
         return part
     shaped = each.stacked
-    stack = {"shapes": shaped.shapes, "above": shaped.above}
-    return replace(part, stack=lambda owner, x: hold(owner, shaped.bound(x)), **stack)
+    part = replace(part, shapes=shaped.shapes, above=shaped.above)
+    return replace(part, stack=lambda owner, x: hold(owner, shaped.bound(x)))
 
 
 class _Said:
