@@ -19,10 +19,10 @@ from robsim.servo.basis import Basis
 from robsim.servo.command import Command
 from robsim.servo.controller import Decision
 from robsim.servo.given import Commanded, Given
+from robsim.servo.laws.control_state import ControlState
 from robsim.servo.laws.feed_forward import EstimatedMotion, KnownMotion
 from robsim.servo.laws.gain import AdaptiveGain
 from robsim.servo.laws.inverse import ANY, metres
-from robsim.servo.laws.law import ControlState
 from robsim.servo.laws.staged_law import AtGain, LawRows, StagedLaw, staged
 from robsim.servo.regulated_stages import RegulatedRows
 from robsim.servo.shaping.shaping import Shapeable
