@@ -221,7 +221,7 @@ class ServoStages:
             rcond=self.constant(c.rcond),
             marks=max(getattr(each, "least", 1) for each in c.weighting),
             status=status,
-            zeros=self.constant(np.zeros(max(k, 6))),
+            zeros=self.constant(np.zeros(k + 6)),
             room=program.scratch(n + max(scratch_of(k, n), scratch_of(6, n))),
             images=[(self.of.weights[sight.key],) for sight in c.regulated.sights],
         )
