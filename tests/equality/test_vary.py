@@ -244,6 +244,13 @@ def test_tasks_of_several_tasks_and_bound_laws_are_refused():
             rs.load_scenario(examples.path(name)).vary({"sensing.noise": [0.1, 0.2]})
 
 
+class Shifted:
+    """Images that shift by and by, and shake."""
+
+    def seen(self, pixels, exposure):
+        return pixels + 2.0 * exposure.time + 0.1 * exposure.normal(pixels.shape[1])
+
+
 IMPERFECT = {
     "sensing.noise": [0.0, 0.3, 1.0],
     "sensing.latency": [0.0, 0.03, 0.1],
@@ -258,6 +265,25 @@ IMPERFECT = {
 def test_a_run_without_an_imperfection_is_among_those_with_it(name):
     experiment = rs.load_scenario(examples.path("eye_in_hand")).with_(duration=2.0)
     check_same(experiment.vary({name: IMPERFECT[name]}))
+
+
+def test_an_effect_of_ones_own_has_the_time_of_each_run():
+    experiment = rs.load_scenario(examples.path("eye_in_hand")).with_(duration=1.0)
+    shifted = experiment.with_(sensing=rs.Sensing(effects=Shifted()))
+    check_same(shifted.vary({"sensing.latency": [0.0, 0.03, 0.1, 0.03]}))
+
+
+def test_marks_are_hidden_at_other_times_in_each_run():
+    experiment = rs.load_scenario(examples.path("eye_in_hand")).with_(duration=1.0)
+    hidden = experiment.with_(sensing=rs.Sensing(occlusions=rs.Occlusion(0, 0.2, 0.6)))
+    check_same(
+        hidden.vary(
+            {
+                "sensing.occlusions.0.start": [0.1, 0.2, 0.5],
+                "sensing.occlusions.0.end": [0.6, 0.9, 0.7],
+            }
+        )
+    )
 
 
 def test_all_imperfections_differ_at_once():

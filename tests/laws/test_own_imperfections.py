@@ -17,7 +17,7 @@ from typing import Annotated, ClassVar
 
 import numpy as np
 
-from robsim.declare import Number, register
+from robsim.declare import Number, Stacked, register
 from robsim.kernels.formulas import random
 from robsim.kernels.machine.lanes import WIDTH
 from robsim.kernels.machine.memory import unsigned
@@ -48,7 +48,7 @@ class Shake(ImageEffect):
     """An image that shakes as a whole."""
 
     title: ClassVar[str] = "shaking images"
-    amplitude: Annotated[float, Number(least=0, unit="px"), "How far the image is off."] = 1.0
+    amplitude: Annotated[float, Number(least=0, unit="px"), Stacked(()), "In pixels."] = 1.0
 
     def add_stages(self, image):
         given = {"every": image.every, "pixels": image.own_pixels()}
@@ -64,7 +64,7 @@ DEAD_ZONE = '''
 from dataclasses import dataclass
 from typing import Annotated, ClassVar
 
-from robsim.declare import Number, register
+from robsim.declare import Number, Stacked, register
 from robsim.kernels.machine.lanes import absolute, get, put, where
 from robsim.kernels.machine.stage import stage
 from robsim.world.imperfections.joint_effect import JointEffect
@@ -84,7 +84,7 @@ class DeadZone(JointEffect):
     """Joints that stand still where they are commanded to move slowly."""
 
     title: ClassVar[str] = "the dead zone of the joints"
-    below: Annotated[float, Number(least=0), "Speed in rad/s or m/s."] = 0.01
+    below: Annotated[float, Number(least=0), Stacked(()), "Speed in rad/s or m/s."] = 0.01
 
     def add_stages(self, joints):
         rows = [joints.wanted[i] for i in joints.columns]
@@ -176,6 +176,20 @@ def test_a_file_says_it_and_a_path_changes_it(own, experiment):
     assert changed.actuation == rs.Actuation(effects=DeadZone(0.03))
     with pytest.raises(rs.FileError, match=r"effects.*amplitude.*must be.*, got -1"):
         made.at("sensing.effects.0.amplitude", -1.0)
+
+
+def test_its_numbers_may_differ_from_run_to_run(own, experiment):
+    Shake, DeadZone = own
+    made = shaken(experiment, Shake(0.5)).with_(actuation=rs.Actuation(effects=DeadZone(0.02)))
+    paths = {"sensing.effects.0.amplitude": [0.0, 0.5], "actuation.effects.0.below": [0.0, 0.1]}
+    both = made.vary(paths).run()
+    for i in range(2):
+        one = made.at({name: numbers[i] for name, numbers in paths.items()})
+        alone = one.with_(first_run=i).run()
+        live = np.isfinite(alone.q.values[:, 0])
+        np.testing.assert_array_equal(
+            both.q.values[i][: len(live)][live], alone.q.values[live], err_msg=f"run {i}"
+        )
 
 
 def test_it_is_explained(own, experiment):

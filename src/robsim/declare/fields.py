@@ -24,15 +24,20 @@ from robsim.declare.spec import MISSING, Spec
 class Stacked:
     """The mark of a field whose number may differ from run to run, in the shapes of one run.
 
-    A stage then takes it as an array with the runs last, of `rows` where it has rows.
+    A stage then takes it as an array with the runs last, of `rows` where it has rows. Where runs
+    differ, each number is `above` another, if one is given.
     """
 
     shapes: tuple[tuple[int | str, ...], ...]
     rows: bool
+    above: float | None
 
-    def __init__(self, *shapes: tuple[int | str, ...], rows: bool = False):
+    def __init__(
+        self, *shapes: tuple[int | str, ...], rows: bool = False, above: float | None = None
+    ):
         object.__setattr__(self, "shapes", shapes)
         object.__setattr__(self, "rows", rows)
+        object.__setattr__(self, "above", above)
 
     def bound(self, values: Array) -> Array:
         """Return numbers (runs, ...) as a stage takes them, read-only."""

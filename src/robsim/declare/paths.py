@@ -39,6 +39,7 @@ class Part:
     hold    owner with another value there that is known to be right
     stack   owner with the numbers (runs, ...) of all runs there; None where runs cannot differ
     shapes  shapes that the number of one run may have
+    above   what every number is above where runs differ, if anything
     """
 
     spec: Spec
@@ -48,6 +49,7 @@ class Part:
     hold: Callable[[Any, Any], Any] = _alone
     stack: Callable[[Any, Array], Any] | None = None
     shapes: Shapes = ()
+    above: float | None = None
     meaning: str = ""
 
     def fits(self, shape: tuple[int, ...]) -> bool:
@@ -196,7 +198,8 @@ def _part(form: type[Any], each: Field, value: Any, c: Context) -> Part:
     if each.stacked is None:
         return part
     shaped = each.stacked
-    return replace(part, shapes=shaped.shapes, stack=lambda owner, x: hold(owner, shaped.bound(x)))
+    part = replace(part, shapes=shaped.shapes, above=shaped.above)
+    return replace(part, stack=lambda owner, x: hold(owner, shaped.bound(x)))
 
 
 class _Said:

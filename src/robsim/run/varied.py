@@ -54,7 +54,6 @@ def checked(experiment: Any, given: Mapping[str, Any]) -> dict[str, Array]:
     if len(set(counts.values())) > 1:
         listed = ", ".join(f"{count} of {name}" for name, count in counts.items())
         raise InputError(f"vary: every name needs a number for each run, got {listed}")
-    _check_imperfections(experiment, made)
     first = {name: values[0] for name, values in made.items()}
     for name, values in made.items():
         for end in _ends(name, values):
@@ -75,19 +74,12 @@ def may_differ(experiment: Any, name: str, values: Array) -> bool:
     if not has_one_law(experiment.task):
         return False
     path = path_of(experiment, name)
-    if path is None or path.leaf.stack is None:
-        return False
-    if name == "actuation.lag":
-        return bool((values > 0.0).all())
-    return name != "sensing.latency" or not experiment.sensing.effects
+    return path is not None and path.leaf.stack is not None and _is_above(path, values)
 
 
-def _check_imperfections(experiment: Any, made: Mapping[str, Array]) -> None:
-    """Raise InputError for imperfections that would change what is simulated, not by how much."""
-    if (made.get("actuation.lag", np.ones(1)) <= 0.0).any():
-        raise InputError("vary: actuation.lag: where lags differ from run to run, each is above 0")
-    if "sensing.latency" in made and experiment.sensing.effects:
-        raise InputError("vary: sensing.latency: an effect of your own is shown one time for all")
+def _is_above(path: Path, values: Array) -> bool:
+    """Return whether numbers change by how much, and not what is simulated."""
+    return path.leaf.above is None or bool((values > path.leaf.above).all())
 
 
 def _ends(name: str, values: Array) -> list[Array]:
@@ -108,6 +100,9 @@ def _shaped(experiment: Any, name: Any, values: Any) -> Array:
     if not (array.ndim and len(array) and path.leaf.fits(array.shape[1:])):
         wanted = " or ".join(str(("runs", *shape)).replace("'", "") for shape in shapes)
         raise InputError(f"vary: {name}: expected shape {wanted}, got {array.shape}")
+    if not _is_above(path, array):
+        above = f"each is above {path.leaf.above:g}"
+        raise InputError(f"vary: {name}: where they differ from run to run, {above}")
     return array
 
 

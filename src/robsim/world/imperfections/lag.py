@@ -14,7 +14,7 @@ from robsim.world.imperfections.joint_effect import JointEffect, JointPlace, Res
 Constant = Annotated[
     float,
     Time(least=0),
-    Stacked(()),
+    Stacked((), above=0.0),
     "Time constant of a first-order response, v' = (command - v)/lag.",
 ]
 

@@ -10,7 +10,7 @@ from typing import Annotated, Any, ClassVar
 from robsim.base.arrays import numbers
 from robsim.base.errors import InputError, said, suggest
 from robsim.base.units import Dimension
-from robsim.declare import ListOf, Quantity, Table, Time, Whole, register
+from robsim.declare import ListOf, Quantity, Stacked, Table, Time, Whole, register
 from robsim.declare.spec import Context, Raw, Spec
 from robsim.declare.words import Reference
 from robsim.kernels.images.hiding import hide
@@ -75,9 +75,14 @@ class Occlusion(ImageEffect):
     left_out: ClassVar[str] = "occlusions"
     marks: Annotated[tuple[int, ...], MARKS, "Numbers of the hidden marks."]
     start: Annotated[
-        float, Time(above=0), "Time from which the marks are hidden; they must be seen once before."
+        float,
+        Time(above=0),
+        Stacked(()),
+        "Time from which the marks are hidden; they must be seen once before.",
     ]
-    end: Annotated[float, Forever(above=0), "Time until which the marks are hidden."] = math.inf
+    end: Annotated[
+        float, Forever(above=0), Stacked(()), "Time until which the marks are hidden."
+    ] = math.inf
     target: Annotated[
         str | None, Reference, "Object whose marks are hidden; None: all objects."
     ] = None
