@@ -195,7 +195,7 @@ from robsim.vision.tags.rendering import render as render
 from robsim.vision.tags.tag import Tag as Tag
 from robsim.world.actuation import Actuation as Actuation
 from robsim.world.clearance import clearance as clearance
-from robsim.world.imperfections.occlusions import Occlusion as Occlusion
+from robsim.world.imperfections.occlusion import Occlusion as Occlusion
 from robsim.world.motion import Motion as Motion
 from robsim.world.mounted_camera import MountedCamera as MountedCamera
 from robsim.world.object import Object as Object

@@ -5,6 +5,7 @@ import pytest
 
 import robsim as rs
 from robsim.engine.loop import Loop
+from robsim.servo.laws.partitioned import PartitionedLaw
 from robsim.trajectory import Blends, Path, Quintic, Straight, Trapezoid
 
 PLATE = np.array([[-0.05, -0.06, 0], [0.06, -0.05, 0], [0.05, 0.04, 0], [-0.06, 0.06, 0]])
@@ -97,8 +98,11 @@ def test_a_law_commands_what_its_stages_do(scene, law, inverse, gain):
 @pytest.mark.parametrize("of", ["error", "command"])
 def test_the_partitioned_law_commands_what_its_stages_do(scene, of):
     gain = rs.AdaptiveGain(4.0, 1.0, 20.0, of)
-    task, other = (rs.Partitioned(**GOAL, advance=0.5, gain=gain) for _ in range(2))
-    object.__setattr__(other, "law", Asked(task.law))
+
+    class Python(rs.Partitioned):
+        law = property(lambda self: Asked(PartitionedLaw(self.roll, self.advance, self.length)))
+
+    task, other = (kind(**GOAL, advance=0.5, gain=gain) for kind in (rs.Partitioned, Python))
     np.testing.assert_array_equal(motion(scene, task), motion(scene, other))
 
 

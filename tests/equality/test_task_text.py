@@ -73,79 +73,134 @@ def any_part(rng):
 
 
 def any_shaping(rng, n):
-    secondary = [None, rs.AvoidLimits(rng.uniform(0.1, 2), rng.uniform(0, 0.5)), rs.AvoidLimits()]
+    """The joints are left out: priorities have them as a whole."""
     limits = [None, rs.SpeedLimit(joint=rng.uniform(0.1, 1)), rs.SpeedLimit(linear=0.1, angular=1)]
     return {
-        "secondary": pick(rng, *secondary, rs.Posture(rng.normal(size=n), rng.uniform(0.1, 1))),
-        "projection": pick(rng, "classic", "large", rs.LargeProjection(0.1, rng.uniform(0.2, 1))),
         "smooth_start": pick(rng, None, rng.uniform(0.1, 9)),
         "limit": pick(rng, *limits, rs.SpeedLimit(joint=rng.uniform(0.1, 1, n))),
     }
 
 
-def any_common(rng, scene, belief):
+def any_redundancy(rng, n):
+    secondary = [rs.AvoidLimits(rng.uniform(0.1, 2), rng.uniform(0, 0.5)), rs.AvoidLimits()]
+    secondary.append(rs.Posture(rng.normal(size=n), rng.uniform(0.1, 1)))
+    large = rs.LargeProjection(0.1, rng.uniform(0.2, 1))
+    projection = pick(rng, "classic", "large", large)
+    return pick(rng, {}, {"secondary": pick(rng, *secondary), "projection": projection})
+
+
+def any_aim(rng, scene, belief):
     return {
-        "goal": pick(rng, None, scene.home, NEAR, rs.GoalFeatures(rng.normal(size=5))),
+        "goal": pick(rng, None, scene.home, NEAR),
         "camera": pick(rng, "eye", ("wall", "eye")),
         "target": pick(rng, None, "dots"),
-        "interaction": pick(
-            rng,
-            "current",
-            "desired",
-            "mean",
-            "broyden",
-            rng.normal(size=(4, 6)),
-            rs.Broyden(rng.normal(size=(4, 7))),
-        ),
-        "depth": pick(
-            rng,
-            "true",
-            "goal",
-            rng.uniform(0.1, 2),
-            rs.DepthFilter(0.3, rng.uniform(0.1, 1), rng.uniform(0.1, 1)),
-        ),
-        "depth_scale": rng.uniform(0.5, 2),
-        "weighting": pick(
-            rng, (), "border", [rs.Border(rng.uniform(1, 90), 3), rs.Fade(rng.uniform(0.1, 1))]
-        ),
-        "inverse": pick(
-            rng,
-            "pseudo_inverse",
-            rs.PseudoInverse(1e-4),
-            "damped",
-            rs.DampedInverse(1 / 7),
-            "transpose",
-        ),
         "tolerance": pick(rng, None, rng.uniform(1e-6, 1e-3)),
-        "feed_forward": pick(
-            rng, None, "known", "estimated", rs.EstimatedMotion(rng.uniform(0.1, 1))
-        ),
-        "joints": pick(rng, None, ["free_camera", "conveyor"]),
         "belief": belief,
     }
 
 
+def any_depth(rng, measured):
+    """`measured` for features that are made of the depth itself."""
+    filtered = rs.DepthFilter(0.3, rng.uniform(0.1, 1), rng.uniform(0.1, 1))
+    assumed = [] if measured else ["goal", rng.uniform(0.1, 2)]
+    return {"depth": pick(rng, "true", filtered, *assumed), "depth_scale": rng.uniform(0.5, 2)}
+
+
+def any_gain(rng):
+    adaptive = rs.AdaptiveGain(4, 0.4, rng.uniform(1, 50), of=pick(rng, "error", "command"))
+    return {"gain": pick(rng, rng.uniform(0.1, 5), adaptive)}
+
+
+def any_interaction(rng, *more):
+    named = "current", "desired", "mean"
+    return {"interaction": pick(rng, *named, rng.normal(size=(4, 6)), *more)}
+
+
+def learns(interaction):
+    return isinstance(interaction, rs.Broyden) or str(interaction) == "broyden"
+
+
+def any_law(rng, ordered):
+    """Broyden's rule goes with the joint law, and the transpose without feed-forward."""
+    rules = ["broyden", rs.Broyden(rng.normal(size=(4, 7)))]
+    law = "joint" if ordered else pick(rng, "joint", "camera", rs.CameraLaw(0.01))
+    made = {"law": law, **any_interaction(rng, *(rules if law == "joint" else []))}
+    known, damped = rs.PseudoInverse(1e-4), rs.DampedInverse(1 / 7)
+    if not ordered:
+        made["inverse"] = pick(rng, "pseudo_inverse", known, "damped", damped, "transpose")
+    learnt = learns(made["interaction"])
+    if made.get("inverse") != "transpose":
+        estimated = [] if learnt else ["estimated", rs.EstimatedMotion(rng.uniform(0.1, 1))]
+        made["feed_forward"] = pick(rng, None, "known", *estimated)
+    return {**made, **any_gain(rng)}
+
+
+def any_weighting(rng, made):
+    """Where no filter, no rule and no estimate is in the way."""
+    learnt = learns(made.get("interaction"))
+    estimated = made.get("feed_forward") not in (None, "known")
+    if learnt or estimated or isinstance(made.get("depth"), rs.DepthFilter):
+        return {}
+    several = [rs.Border(rng.uniform(1, 90), 3), rs.Fade(rng.uniform(0.1, 1))]
+    return {"weighting": pick(rng, (), "border", several)}
+
+
+def any_goal(rng, made):
+    """Also numbers, where nothing is asked of an image at the goal."""
+    named = isinstance(made["interaction"], str) and made["interaction"] in ("desired", "mean")
+    if named or made["depth"] == "goal":
+        return {}
+    return pick(rng, {}, {"goal": rs.GoalFeatures(rng.normal(size=5))})
+
+
 def any_servo(rng, scene, belief, ordered=False):
     """A servo task; `ordered` as it may stand in priorities."""
-    common = any_common(rng, scene, belief)
-    adaptive = rs.AdaptiveGain(4, 0.4, rng.uniform(1, 50), of=pick(rng, "error", "command"))
-    gain = pick(rng, rng.uniform(0.1, 5), adaptive)
-    if ordered:
-        del common["joints"]
-    else:
-        common |= any_shaping(rng, FLOWN)
-    laws = {"law": "joint" if ordered else pick(rng, "joint", "camera", rs.CameraLaw(0.01))}
+    aim = any_aim(rng, scene, belief)
+    shaping = {} if ordered else any_shaping(rng, FLOWN)
+    if not ordered:
+        shaping["joints"] = pick(rng, None, ["free_camera", "conveyor"])
+    redundancy = {} if ordered else any_redundancy(rng, FLOWN)
     features = pick(rng, "points", any_feature(rng), any_part(rng), [any_part(rng), "lines"])
     speeds = dict(zip(("roll", "advance", "length"), rng.uniform(0.1, 2, 3), strict=True))
     rates = dict(zip(("rotation", "translation", "length"), rng.uniform(0.1, 2, 3), strict=True))
     variant = pick(rng, "corrected", "printed", "completed")
+
+    def chosen(kind, deep, measured=False, **own):
+        made = any_law(rng, ordered) | (any_depth(rng, measured) if deep else {})
+        made |= any_weighting(rng, made)
+        return kind(**{**aim, **shaping, **redundancy, **made, **own})
+
+    def of_features():
+        task = rs.IBVS(features=features)
+        each = [block.feature for block in task.blocks]
+        measured = any(getattr(one, "measures_depth", False) for one in each)
+        posed = any(getattr(one, "uses_pose", False) for one in each)
+        made = any_law(rng, ordered) | (any_depth(rng, measured) if task.needs_depth else {})
+        goal = {} if posed else any_goal(rng, {"depth": "true", **made})
+        made |= any_weighting(rng, made)
+        return rs.IBVS(**{**aim, **shaping, **redundancy, **made, **goal}, features=features)
+
+    own = {"inverse": pick(rng, "pseudo_inverse", rs.PseudoInverse(1e-4)), **any_interaction(rng)}
     kinds = [
-        lambda: rs.IBVS(features=features, gain=gain, **laws, **common),
-        lambda: rs.PBVS(form=pick(rng, "goal", "camera"), gain=gain, **laws, **common),
-        lambda: rs.Hybrid(mark=int(rng.integers(4)), gain=gain, **laws, **common),
-        lambda: rs.Partitioned(segment=[3, 1], gain=gain, **speeds, **common),
-        lambda: Placing(variant=variant, marks=[4, 2, 0], **rates, **common),
-        lambda: Docking(turn=rng.uniform(1, 5), h=rng.uniform(1, 5), gain=gain, **common),
+        of_features,
+        lambda: chosen(rs.PBVS, deep=False, form=pick(rng, "goal", "camera")),
+        lambda: chosen(rs.Hybrid, deep=True, measured=True, mark=int(rng.integers(4))),
+        lambda: rs.Partitioned(
+            segment=[3, 1],
+            **{**aim, **shaping, **redundancy, **own, **speeds},
+            **any_gain(rng),
+            **any_depth(rng, measured=False),
+        ),
+        lambda: Placing(
+            variant=variant, marks=[4, 2, 0], **{**aim, **shaping, **redundancy, **rates}
+        ),
+        lambda: Docking(
+            turn=rng.uniform(1, 5),
+            h=rng.uniform(1, 5),
+            **{**aim, **shaping},
+            **any_gain(rng),
+            **any_weighting(rng, {}),
+        ),
     ]
     return kinds[rng.integers(3 if ordered else 6)]()
 
@@ -200,6 +255,7 @@ def any_path(rng, n):
         joints=pick(rng, None, ["free_camera"]),
         **pick(rng, position, *ways),
         **any_shaping(rng, n),
+        **any_redundancy(rng, n),
     )
 
 
@@ -238,8 +294,9 @@ def any_task(rng, scene, depth=2, kinds=6):
         when = pick(rng, rs.ErrorBelow(rng.uniform(0.1, 1), pick(rng, "first", "second")), border)
         return rs.Switch(inner(5), inner(5), when, latch=bool(rng.integers(2)))
     if kind == 2:
+        shaping = any_shaping(rng, FLOWN) | any_redundancy(rng, FLOWN)
         tasks = [servo(ordered=True) for _ in range(rng.integers(2, 4))]
-        return rs.Priorities(tasks, rcond=rng.uniform(1e-9, 1e-3), **any_shaping(rng, FLOWN))
+        return rs.Priorities(tasks, rcond=rng.uniform(1e-9, 1e-3), **shaping)
     return servo()
 
 
@@ -379,7 +436,7 @@ def test_beliefs_that_differ_in_the_sign_of_a_zero_are_told_apart():
 
 def test_numbers_of_numpy_are_written_like_others():
     large, mark = rs.LargeProjection(np.float32(0.25), np.int64(2)), np.int64(3)
-    task = rs.Hybrid(mark=mark, projection=large)
+    task = rs.Hybrid(mark=mark, secondary="avoid_limits", projection=large)
     assert again(flying(), task) == task
 
 

@@ -65,7 +65,9 @@ def numbers_of(scene, prefix, rng, links):
 
 def everything(experiment, rng, links):
     belief = experiment.task.belief or experiment.scene
-    other = {"task.gain": 1.0, "task.depth_scale": 1.0, "sensing.noise": 0.2, "actuation.lag": 0.02}
+    other = {"task.gain": 1.0, "sensing.noise": 0.2, "actuation.lag": 0.02}
+    if experiment.task.needs_depth:
+        other["task.depth_scale"] = 1.0
     if isinstance(experiment.task.gain, float):
         other["task.gain"] = experiment.task.gain
     return {

@@ -54,6 +54,7 @@ BASE = {
 LINK = ("robots", 0, "links", 2)
 FOLLOWED = [["0 deg", "0 deg"], ["10 deg", "20 deg"]]
 LIMITS = {"speed": "1 rad/s", "acceleration": "1 rad/s^2"}
+AVOIDED = {"kind": "avoid_limits"}
 WAY = {"start": {}, "end": {"position": "1, 0, 0 m"}, "duration": "2 s"}
 
 # where a kind of a family stands, and what stands around it
@@ -71,7 +72,7 @@ PLACES = {
     "gain": (("task", "gain"), {"kind": "ibvs"}),
     "law": (("task", "law"), {"kind": "ibvs"}),
     "secondary motion": (("task", "secondary"), {"kind": "ibvs"}),
-    "projection": (("task", "projection"), {"kind": "ibvs"}),
+    "projection": (("task", "projection"), {"kind": "ibvs", "secondary": AVOIDED}),
     "weighting": (("task", "weighting", 0), {"kind": "ibvs"}),
     "condition": (
         ("task", "when"),
@@ -113,7 +114,7 @@ NEEDED = {
     "region": {"frame": "eye", "low": "0, 0, 0 m", "high": "1, 1, 1 m"},
     "too_close": {"one": "eye", "other": "world", "distance": "1 m"},
     "filter": {"start": "1 m"},
-    "occlusions": {"occlusions": [{"marks": [0], "start": "1 s"}]},
+    "occlusion": {"marks": [0], "start": "1 s", "end": "2 s"},
     "period": {"period": "80 ms"},
     "velocity": {"velocity": "1 rad/s"},
     "acceleration": {"acceleration": "1 rad/s^2"},

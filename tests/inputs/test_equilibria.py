@@ -67,7 +67,7 @@ def test_settings_of_no_use(free_scene, given, says):
             "Switch with latch=True",
         ),
         (
-            rs.Priorities([rs.IBVS(goal=GOAL), rs.PBVS(goal=GOAL, depth=rs.DepthFilter(0.5))]),
+            rs.Priorities([rs.IBVS(goal=GOAL), rs.IBVS(goal=GOAL, depth=rs.DepthFilter(0.5))]),
             r"depth=DepthFilter\(...\)",
         ),
         (rs.IBVS(goal=GOAL, law=Habit()), "the law of this task remembers 'last'"),

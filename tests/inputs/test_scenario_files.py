@@ -258,24 +258,39 @@ cameras = [{ name = "eye", on = "free_camera.body", focal = 800, size = [640, 48
 """
 
 
-# every kind of task and every key of a task at least once
-COMMON = """
-goal = { s = [0.1, 0.2] }
+# every kind of task and every key of a task at least once, in the groups that kinds have
+AIM = """
 camera = ["eye", "wall"]
 target = "dots"
-interaction = "broyden"
-broyden_start = [[1, 0], [0, 1]]
-depth = { start = "50 cm", start_sigma = 0.4, noise = 2 }
-depth_scale = 1.1
-inverse = "transpose"
 tolerance = 0.01
-feed_forward = "estimated"
-lag = "100 ms"
 joints = ["fly", "belt.belt"]
-secondary = { kind = "avoid_limits", gain = 2, margin = 0.2 }
-projection = { low = 0.02, high = 0.2 }
 smooth_start = 3
 limit = { joint = "30 deg/s", linear = "10 cm/s", angular = "20 deg/s" }
+"""
+REDUNDANT = """
+secondary = { kind = "avoid_limits", gain = 2, margin = 0.2 }
+projection = { low = 0.02, high = 0.2 }
+"""
+DEPTH = """
+depth = { start = "50 cm", start_sigma = 0.4, noise = 2 }
+depth_scale = 1.1
+"""
+LAW = """
+interaction = "broyden"
+broyden_start = [[1, 0], [0, 1]]
+inverse = "pseudo_inverse"
+rcond = 1e-3
+feed_forward = "known"
+"""
+TRANSPOSED = """
+inverse = "transpose"
+law = "camera"
+length = "1 cm"
+"""
+GIVEN = "goal = { s = [0.1, 0.2] }"
+AHEAD = """
+feed_forward = "estimated"
+lag = "100 ms"
 """
 BELT = """
 schema = 1
@@ -307,21 +322,20 @@ size = [640, 480]
 """,
     "",
 )
-COMMON_VALUES = {
-    "goal": rs.GoalFeatures([0.1, 0.2]),
+AIMED = {
     "camera": ("eye", "wall"),
     "target": "dots",
-    "interaction": rs.Broyden([[1, 0], [0, 1]]),
-    "depth": rs.DepthFilter(0.5, 0.4, 2),
-    "depth_scale": 1.1,
-    "inverse": rs.JacobianTranspose(),
     "tolerance": 0.01,
-    "feed_forward": rs.EstimatedMotion(0.1),
     "joints": ("fly", "belt.belt"),
-    "secondary": rs.AvoidLimits(2, 0.2),
-    "projection": rs.LargeProjection(0.02, 0.2),
     "smooth_start": 3,
     "limit": rs.SpeedLimit(30 * DEG, 0.1, 20 * DEG),
+}
+AVOIDING = {"secondary": rs.AvoidLimits(2, 0.2), "projection": rs.LargeProjection(0.02, 0.2)}
+DEEP = {"depth": rs.DepthFilter(0.5, 0.4, 2), "depth_scale": 1.1}
+LEARNT = {
+    "interaction": rs.Broyden([[1, 0], [0, 1]]),
+    "inverse": rs.PseudoInverse(1e-3),
+    "feed_forward": "known",
 }
 SEVEN = '["1 cm", "2 cm", "3 cm", "4 deg", "5 deg", "6 rad", "7 mm"]'
 SEVEN_VALUES = [0.01, 0.02, 0.03, 4 * DEG, 5 * DEG, 6, 0.007]
@@ -353,8 +367,9 @@ TASKS = {
     'kind = "ibvs"\ninteraction = "broyden"\nfeed_forward = "known"\njoints = "fly"': rs.IBVS(
         interaction=rs.Broyden(), feed_forward="known", joints="fly"
     ),
-    'kind = "ibvs"\nprojection = "large"\nlimit = { joint = "1 m/s" }': rs.IBVS(
-        projection="large", limit=rs.SpeedLimit(1.0)
+    'kind = "ibvs"\nsecondary = { kind = "avoid_limits" }\nprojection = "large"\n'
+    'limit = { joint = "1 m/s" }': rs.IBVS(
+        secondary=rs.AvoidLimits(), projection="large", limit=rs.SpeedLimit(1.0)
     ),
     f'kind = "ibvs"\ncamera = [{PAIR}]\nsecondary = {{ kind = "posture", q = {SEVEN} }}': rs.IBVS(
         camera=("eye", "wall"), secondary=rs.Posture(SEVEN_VALUES)
@@ -362,27 +377,40 @@ TASKS = {
     f'kind = "ibvs"\ncamera = [{PAIR}]\nlimit = {{ joint = {RATES} }}': rs.IBVS(
         camera=("eye", "wall"), limit=rs.SpeedLimit(SEVEN_VALUES)
     ),
-    f'kind = "ibvs"\nlaw = "camera"\nlength = "1 cm"\n{COMMON}': rs.IBVS(
-        law=rs.CameraLaw(0.01), **COMMON_VALUES
+    f'kind = "ibvs"\n{AIM}{REDUNDANT}{DEPTH}{LAW}': rs.IBVS(**AIMED, **AVOIDING, **DEEP, **LEARNT),
+    f'kind = "ibvs"\n{GIVEN}\n{AIM}{TRANSPOSED}': rs.IBVS(
+        rs.GoalFeatures([0.1, 0.2]), **AIMED, inverse="transpose", law=rs.CameraLaw(0.01)
     ),
-    f'kind = "pbvs"\nform = "camera"\nlaw = "camera"\n{COMMON}': rs.PBVS(
-        form="camera", law="camera", **COMMON_VALUES
+    f'kind = "pbvs"\nform = "camera"\nlaw = "camera"\n{AIM}{REDUNDANT}{AHEAD}': rs.PBVS(
+        form="camera", law="camera", feed_forward=rs.EstimatedMotion(0.1), **AIMED, **AVOIDING
     ),
-    f'kind = "hybrid"\nmark = 2\ngain = 3\n{COMMON}': rs.Hybrid(mark=2, gain=3, **COMMON_VALUES),
-    'kind = "partitioned"\nsegment = [2, 0]\nroll = 2\nadvance = "30 cm/s"\nlength = "2 cm"'
-    f"\n{COMMON}": rs.Partitioned(
-        segment=(2, 0), roll=2, advance=0.3, length=0.02, **COMMON_VALUES
+    f'kind = "hybrid"\nmark = 2\ngain = 3\n{AIM}{REDUNDANT}{DEPTH}{LAW}': rs.Hybrid(
+        mark=2, gain=3, **AIMED, **AVOIDING, **DEEP, **LEARNT
+    ),
+    'kind = "partitioned"\nsegment = [2, 0]\nroll = 2\nadvance = "30 cm/s"\nlength = "2 cm"\n'
+    f'interaction = "mean"\ngain = 3\nrcond = 1e-3\n{AIM}{REDUNDANT}{DEPTH}': rs.Partitioned(
+        segment=(2, 0),
+        roll=2,
+        advance=0.3,
+        length=0.02,
+        interaction="mean",
+        gain=3,
+        inverse=rs.PseudoInverse(1e-3),
+        **AIMED,
+        **AVOIDING,
+        **DEEP,
     ),
     'kind = "placing"\nvariant = "printed"\nmarks = [2, 0, 1]\nrotation = 2\ntranslation = 3\n'
-    f'length = "2 cm"\n{COMMON}': Placing(
+    f'length = "2 cm"\n{AIM}{REDUNDANT}': Placing(
         variant="printed",
         marks=(2, 0, 1),
         rotation=2,
         translation=3,
         length=0.02,
-        **COMMON_VALUES,
+        **AIMED,
+        **AVOIDING,
     ),
-    f'kind = "docking"\nturn = 4\nh = 5\n{COMMON}': Docking(turn=4, h=5, **COMMON_VALUES),
+    f'kind = "docking"\nturn = 4\nh = 5\ngain = 2\n{AIM}': Docking(turn=4, h=5, gain=2, **AIMED),
     'kind = "priorities"\nrcond = 0.1\nsmooth_start = 2\n[[task.tasks]]\nkind = "ibvs"\n'
     '[[task.tasks]]\nkind = "pbvs"\ngain = 2': rs.Priorities(
         [rs.IBVS(), rs.PBVS(gain=2)], 0.1, smooth_start=2

@@ -53,9 +53,6 @@ def test_the_limits_that_a_secondary_motion_is_shown_are_not_its_own():
 
 @pytest.mark.filterwarnings("ignore::robsim.RankWarning")
 def test_the_transpose_needs_a_jacobian_at_the_goal():
-    task = rs.IBVS(interaction=np.zeros((8, 6)), inverse="transpose")
-    with pytest.raises(rs.InputError, match="a constant matrix of zeros commands nothing"):
-        task.bind(SCENE)
     plate = SCENE.object()
     beyond = rs.Object("plate", marks=plate.marks, pose=rs.Pose.at(0, 0, 5))  # behind, at home
     with pytest.raises(rs.InputError, match="given as numbers, at home"):
@@ -101,12 +98,9 @@ def test_numbers_are_kept_as_floats():
 )
 @pytest.mark.parametrize("name", ["Partitioned", "Placing", "Docking"])
 def test_a_law_of_its_own_passes_over_nothing_in_silence(name, what):
-    example = {"Placing": "chapter_6_2", "Docking": "unicycle_docking"}.get(name, "eye_in_hand")
-    scene = rs.load_scenario(rs.examples.path(example)).scene
-    cameras = [camera.name for camera in scene.cameras]
-    task = getattr(rs, name)(camera=cameras if len(cameras) > 1 else None, **what)
-    with pytest.raises(rs.InputError, match=f"{name} has a law of its own"):
-        task.bind(scene)
+    (key,) = what
+    with pytest.raises((TypeError, rs.InputError), match=key):
+        getattr(rs, name)(**what)
 
 
 def two_eyes(size):
@@ -159,11 +153,6 @@ LINE = [[0, 0, 0], [0, 0, 0.02], [0, 0, 0.05]]
     [
         (rs.IBVS(features="decoupled_moments"), "must not look the same after a turn"),
         (rs.IBVS(features="vanishing_point"), "edges that are parallel in the image"),
-        (
-            rs.PBVS(rs.GoalFeatures([0.0] * 6)),
-            r"the goal of a pose is a pose: give GoalPose\(T_c_o\)",
-        ),
-        (rs.IBVS(interaction=np.zeros((8, 6))), "a constant matrix of zeros commands nothing"),
     ],
 )
 def test_a_task_that_cannot_be_is_refused_with_its_reason(task, words):

@@ -52,8 +52,11 @@ def test_a_camera_without_a_border_has_none_to_weigh_by():
 
 
 def test_partitioned_servoing_needs_its_area_of_all_marks():
+    area = rs.FeatureBlock("region_moments", components=[0])
     with pytest.raises(rs.InputError, match=ALL_AT_ONCE):
-        rs.simulate(SCENE, rs.Partitioned(GOAL, weighting="border"), POSTER.goal)
+        rs.simulate(SCENE, rs.IBVS(GOAL, features=area, weighting="border"), POSTER.goal)
+    with pytest.raises(TypeError, match="weighting"):
+        rs.Partitioned(GOAL, weighting="border")
 
 
 def test_of_three_marks_none_can_be_left_out():

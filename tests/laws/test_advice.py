@@ -252,7 +252,7 @@ def test_what_a_mistake_moves_is_where_runs_end():
     advice = rs.advise(experiment)
     assert advice.metres == pytest.approx(0.011, rel=0.01)
     here, far = camera_in_target(scene, advice.q), advice.effects[0].metres
-    every = {each.name: each for each in mistakes(scene, task.bind(scene).sights)}
+    every = {each.name: each for each in mistakes(task, scene, task.bind(scene).sights)}
     assert len(advice.effects) == len(every) == 48
     for effect in (*advice.effects[:5], advice.effects[-1]):
         wrong_task = every[effect.name].made(task, scene)

@@ -358,7 +358,9 @@ def test_of_two_together_the_one_that_ended_the_run_is_named_first():
 
 
 def test_a_limit_that_alone_is_in_the_way_is_the_only_cause():
-    task = replace(rs.load_scenario(examples.path("joint_limits")).task, secondary=None)
+    task = replace(
+        rs.load_scenario(examples.path("joint_limits")).task, secondary=None, projection="classic"
+    )
     scenario = rs.load_scenario(examples.path("joint_limits"))
     told = rs.explain(scenario.run(task=task))
     assert [cause.about for cause in told.causes] == ["joint limit"]

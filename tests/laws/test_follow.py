@@ -524,7 +524,10 @@ PACE = {"speed": 1.0, "acceleration": 1.0}
         ({"to": 2 * HERE, "duration": 1.0}, "to: not a rotation"),
         ({"to": HERE, "duration": 1.0, "mask": "turn"}, "no mask 'turn'; masks: pose, position"),
         ({"to": HERE, "duration": 1.0, "frame": 3}, "frame: expected a text, got 3"),
-        ({"to": HERE, "duration": 1.0, "inverse": "transpose"}, "a path needs an inverse of J"),
+        (
+            {"to": HERE, "duration": 1.0, "inverse": "transpose"},
+            "no inverse 'transpose'; inverses: pseudo",
+        ),
         ({"to": HERE, "duration": 1.0, "inverse": "exact"}, "no inverse 'exact'"),
         ({"to": HERE, "duration": 1.0, "gain": -2}, "gain"),
         ({"path": Straight(HERE, HERE, 1.0), "speed": 1.0}, "a path has its own times"),

@@ -210,10 +210,18 @@ def test_what_is_done_to_the_whole_command_is_no_business_of_one_level(task, mes
         rs.Priorities([task, rs.PBVS()])
 
 
-def test_a_level_has_no_law_of_its_own(arrange):
-    tasks = [rs.Placing(camera=["left", "right"]), rs.IBVS(camera="left")]
-    with pytest.raises(rs.InputError, match="a task brings PlacingLaw"):
-        rs.Priorities(tasks).bind(arrange("stereo_beside"))
+@pytest.mark.parametrize("kind", [rs.Placing, rs.Docking, rs.Partitioned])
+def test_a_level_has_no_law_of_its_own(kind):
+    with pytest.raises(
+        rs.InputError, match=f"priorities are for tasks such as.*got {kind.__name__}"
+    ):
+        rs.Priorities([kind(), rs.IBVS()])
+
+
+def test_a_level_has_no_inverse_of_its_own():
+    """What is left to each is inverted by `rcond` of the whole."""
+    with pytest.raises(rs.InputError, match="inverse: priorities invert what each task has left"):
+        rs.Priorities([rs.IBVS(inverse="damped"), rs.PBVS()])
 
 
 @pytest.mark.parametrize("size", [None, 3, (1, 2, 3), [640]])

@@ -4,12 +4,13 @@ import http.client
 
 import pytest
 from studio.fake import PAGE, Browser, Fake
+from websockets.datastructures import Headers
 from websockets.exceptions import InvalidStatus
+from websockets.http11 import Request
 
 from robsim.base.errors import InputError
 from robsim.studio.web.answers import Refused
 from robsim.studio.web.gate import Gate
-from robsim.studio.web.heads import Request
 from robsim.studio.web.server import Server
 
 ASK = b"Open the address that the command printed, with its token.\n"
@@ -116,9 +117,8 @@ def test_a_socket_needs_the_cookie_and_the_origin_of_its_own_host(browser):
 
 
 def passes(gate, host, cookie):
-    pairs = (("host", host), ("cookie", cookie))
     try:
-        gate.check(Request("GET", "/", pairs, b""))
+        gate.check(Request("/", Headers(host=host, cookie=cookie)))
     except Refused:
         return False
     return True

@@ -143,7 +143,7 @@ def test_what_is_no_frame_ends_the_talk(browser, data):
     "wrong",
     [
         *({"Sec-WebSocket-Key": "x"}, {"Sec-WebSocket-Version": "8"}, {"Connection": "close"}),
-        *({"Upgrade": "h2c"}, {"Sec-WebSocket-Key": None}, {"Content-Length": "5"}),
+        *({"Upgrade": "h2c"}, {"Sec-WebSocket-Key": None}),
     ],
 )
 def test_what_is_no_handshake_is_refused(browser, wrong):

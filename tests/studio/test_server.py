@@ -83,6 +83,8 @@ def test_only_get_is_answered(browser, method):
         *(b"GET / HTTP/1.1\r\nno colon\r\n\r\n", b"GET / HTTP/1.1\r\nHost : x\r\n\r\n"),
         *(b"GET / HTTP/1.1\r\nA: x\r\n folded\r\n\r\n", b"GET / HTTP/1.1\r\nA: \0\r\n\r\n"),
         *(b"GET / HTTP/1.1\r\nA: x\nHost: y\r\n\r\n", b"\x16\x03\x01\x02\0\x01\r\n\r\n"),
+        b"GET / HTTP/1.1\r\nContent-Length: 5\r\n\r\nhello",
+        b"GET / HTTP/1.1\r\nTransfer-Encoding: chunked\r\n\r\n0\r\n\r\n",
     ],
 )
 def test_what_is_no_request_is_refused(browser, data):
@@ -95,7 +97,10 @@ def test_what_is_too_long_is_refused(browser):
     assert browser.raw(b"GET /" + b"a" * 5_000_000).status == 414  # sent and heard to the end
     assert browser.get("/", A="a" * limits.HEAD).status == 431
     assert browser.raw(b"GET / HTTP/1.1\r\n" + b"A: b\r\n" * limits.HEAD).status == 431
-    assert browser.get("/", A="a" * (limits.HEAD - 300)).status == 200
+    assert browser.get("/", A="a" * limits.LINE).status == 431
+    assert browser.get("/", A="a" * (limits.LINE - 5)).status == 200
+    long = {f"A{i}": "a" * 4000 for i in range(5)}
+    assert browser.get("/", **long).status == 431
 
 
 def test_a_request_that_does_not_end_is_not_waited_for(browser, monkeypatch):

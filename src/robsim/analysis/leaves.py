@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import fields, replace
 from typing import Any
 
 from robsim.servo.tasks.task import ServoTask, Task
@@ -32,6 +33,13 @@ def changed(task: Task, change: Change) -> Task:
         return task
     made: Task = outer.with_inner([changed(part, change) for part in outer.inner])
     return made
+
+
+def with_fields(leaf: ServoTask, **values: Any) -> ServoTask:
+    """Return a servo task with other values of those of these fields that it has."""
+    own = {each.name for each in fields(leaf)}
+    given: dict[str, Any] = {name: value for name, value in values.items() if name in own}
+    return replace(leaf, **given)
 
 
 def weighs_robustly(task: Task) -> bool:

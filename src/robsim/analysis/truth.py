@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
-from robsim.analysis.leaves import leaves
+from robsim.analysis.leaves import leaves, with_fields
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError
 from robsim.servo.regulated import Regulated
@@ -39,7 +39,7 @@ class Truth:
 
 def true_task(task: ServoTask) -> ServoTask:
     """Return the task with the true scene and depth, and with L current."""
-    return replace(task, belief=None, depth="true", depth_scale=1.0, interaction="current")
+    return with_fields(task, belief=None, depth="true", depth_scale=1.0, interaction="current")
 
 
 def true_features(task: Task, scene: Scene, q: Array) -> Truth | None:

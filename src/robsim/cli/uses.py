@@ -20,10 +20,9 @@ CHANGES = (
     *(f"task.kind={kind}" for kind in ("pbvs", "hybrid", "partitioned")),
     *(f"task.inverse={inverse}" for inverse in ("damped", "transpose")),
     *(f"task.interaction={matrix}" for matrix in ("mean", "desired", "broyden")),
-    *("sensing.noise=1", "sensing.outliers=0.1", "sensing.dropped=0.1", "sensing.quantisation=1"),
-    *("sensing.latency=60 ms", 'sensing.occlusions=[{marks=[1],start="1 s"}]'),
-    *("actuation.encoder=0.1 deg", 'task.weighting=["tukey"]'),
+    'task.weighting=["tukey"]',
 )
+EFFECTS = {"image effect": "sensing.effects", "joint effect": "actuation.effects"}
 
 Use = tuple[str, str]  # what is done, and with what
 
@@ -34,13 +33,19 @@ def uses() -> list[Use]:
     >>> ("example", "car") in uses() and ("change", "task.features=sphere") in uses()
     True
     """
-    from robsim.declare import families
+    from robsim.declare import families, fields_of
 
     modules = pkgutil.walk_packages(robsim.__path__, "robsim.")
     features = (f"task.features={name}" for name in families()["feature"].kinds)
+    effects = (
+        f'{where}=["{name}"]'
+        for noun, where in EFFECTS.items()
+        for name, kind in families()[noun].kinds.items()
+        if not any(each.required for each in fields_of(kind))
+    )
     return [
         *(("example", name) for name in robsim.examples.names()),
-        *(("change", change) for change in (*CHANGES, *features)),
+        *(("change", change) for change in (*CHANGES, *features, *effects)),
         *(("docstrings", module.name) for module in modules),
     ]
 

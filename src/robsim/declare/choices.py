@@ -60,10 +60,10 @@ class Choice(Spec):
         if isinstance(value, str):
             if value in self.plain or value == self.none:
                 return value if value in self.plain else None
-            if value in self._known(value) or value in self.family.names:
+            if value in self._known(value):
                 return _plain(self.family.find(value), value, what)
         elif not isinstance(value, type):
-            if self.family.holds(value):
+            if self._allows(value):
                 return value
             if self.protocol is not None and isinstance(value, self.protocol):
                 return value
@@ -155,7 +155,8 @@ class Choice(Spec):
 
     def _words(self, more: list[str]) -> str:
         names = map(repr, self._bare)
-        table = [f"the table of {self._article}"] if not (self.short and self.names) else []
+        bare = self.only == () or (self.short and self.names)  # so that no table may stand here
+        table = [] if bare else [f"the table of {self._article}"]
         return either_of(*names, *more, *table)
 
     def accepts(self) -> str:
@@ -237,6 +238,12 @@ class Choice(Spec):
             for key, (kind, _) in self.beside_of.items():
                 if over[name] != kind:
                     table.pop(key, None)
+
+    def _allows(self, value: Any) -> bool:
+        """Return whether a value is of one of the kinds that may stand here."""
+        loaded = self.family.loaded.items()
+        kinds = [kind for name, kind in loaded if self.only is None or name in self.only]
+        return isinstance(value, tuple(kinds))
 
     def _written_other(self, value: Any, c: Context) -> Raw:
         assert self.other is not None

@@ -9,12 +9,29 @@ from robsim.declare.fields import Field, fields_of
 from robsim.declare.spec import MISSING
 from robsim.declare.tables import form_of
 
+GROUPS = ("", "goal", "features", "depth", "law", "weighting", "shaping")
+
 
 def markdown(kind: type[Any]) -> str:
-    """Return a Markdown table of the keys of a class: what each holds, its default, its meaning."""
-    rows = [row for each in fields_of(form_of(kind)) for row in _rows(each)]
-    head = ["| key | holds | default | meaning |", "| --- | --- | --- | --- |"]
-    return "\n".join([*head, *(f"| {' | '.join(row)} |" for row in rows)])
+    """Return a Markdown table of the keys of a class: what each holds, its default, its meaning.
+
+    The fields of a group, which the class that declares them names, stand together.
+    """
+    form, lines = (
+        form_of(kind),
+        ["| key | holds | default | meaning |", "| --- | --- | --- | --- |"],
+    )
+    for name in GROUPS:
+        fields = [each for each in fields_of(form) if _group(form, each) == name]
+        lines += [f"| **{name}** | | | |"] if name and fields else []
+        lines += [f"| {' | '.join(row)} |" for each in fields for row in _rows(each)]
+    return "\n".join(lines)
+
+
+def _group(kind: type[Any], each: Field) -> str:
+    """Return the group of a field: the attribute `group` of the class that declares it."""
+    owner = next(one for one in kind.__mro__ if each.name in vars(one).get("__annotations__", {}))
+    return str(vars(owner).get("group", ""))
 
 
 def _rows(each: Field) -> Iterator[tuple[str, str, str, str]]:

@@ -84,10 +84,6 @@ class Family:
         names = (name for name, kind in self.loaded.items() if type(value) is kind)
         return next(names, None)
 
-    def holds(self, value: object) -> bool:
-        """Return whether a value is of one of these kinds."""
-        return isinstance(value, tuple(self.loaded.values()))
-
 
 def _module_of(path: Path) -> str:
     return ".".join([PACKAGE.name, *path.relative_to(PACKAGE).with_suffix("").parts])

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from robsim.base.arrays import frozen
 from robsim.world.actuation import Actuation
-from robsim.world.imperfections.acting import Acting
+from robsim.world.imperfections.imperfection import Acting
 from robsim.world.imperfections.joint_effect import JointEffect, JointPlace, Response
 from robsim.world.scene import Scene
 

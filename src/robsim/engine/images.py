@@ -19,8 +19,7 @@ from robsim.kernels.machine.program import Program
 from robsim.robot.placed import Placed
 from robsim.servo.given import View, view
 from robsim.servo.sight import Key, Sight
-from robsim.world.imperfections.image_effect import Place
-from robsim.world.imperfections.image_rows import ImageRows, MarkGroup
+from robsim.world.imperfections.image_effect import ImageRows, MarkGroup, Place
 from robsim.world.sensing import Sensing
 
 ROUNDING = 1e-9  # of a period: times that differ by less are one
@@ -52,13 +51,13 @@ class Images:
         self.marks = [group.first for group in self.groups]
         acting = [each for each in sensing.acting() if each.effect.place > Place.TAKEN]
         self.effects = sorted(acting, key=lambda each: each.effect.place)
-        self.every, self.lateness, _ = sensing.timing(plant.seconds)
-        self.latency = program.number(self.lateness)
+        self.every, latency, _ = sensing.timing(plant.seconds)
+        self.latency = program.number(latency)
         self.excused, self.true = excused, program.rows(3 * self.N)
         self.pixels = self.seen = program.rows(3 * self.N) if excused else self.true
         self.depth = self.pixels + 2 * self.N
         self.hidden, self.age = -1, program.constant(0.0)
-        self.delays, shares = lateness(self.lateness, plant.seconds, steps)
+        self.delays, shares = lateness(latency, plant.seconds, steps)
         self.length = _ring_length(self.delays, steps)
         self.delay, self._passes = program.number(self.delays), bool(shares.any())
         self.share, self.ahead = program.number(shares), program.number(shares * plant.seconds)
@@ -76,7 +75,7 @@ class Images:
     @property
     def _keeps(self) -> bool:
         """Whether an image, or some of its marks, may be used again."""
-        return self.every > 1 or any(each.effect.place is Place.RECEIVED for each in self.effects)
+        return self.every > 1 or any(each.effect.place >= Place.HIDDEN for each in self.effects)
 
     def remember(self) -> None:
         """Add the stages that keep the image of the period that ends, before the joints move."""
@@ -136,9 +135,11 @@ class Images:
 
     def _affected(self) -> ImageRows:
         """Add the stages of all imperfections, from where they act on the way of the image."""
-        plant = self.plant
-        times = plant.dt, plant.seconds, self.latency, self.lateness
-        image = ImageRows(self.program, self.groups, self.every, self.pixels, *times, *self.key)
+        program, gone = self.program, self.program.rows(self.N + 1)
+        if self._keeps:
+            program.add(copied, self.N + 1, program.constant(np.zeros(self.N + 1)), gone)
+        rows = self.pixels, gone, gone + self.N, self.plant.dt, self.latency
+        image = ImageRows(program, self.groups, self.every, *rows, *self.key)
         for each in self.effects:
             image.stream = each.stream
             each.effect.add_stages(image)
@@ -148,12 +149,11 @@ class Images:
         """Let lost images, hidden marks and the time between images leave what was there before."""
         program, N = self.program, self.N
         taken, hidden, age = program.rows(3 * N), program.rows(N), program.rows()
-        hides = image.hidden >= 0
-        gone = image.hidden if hides else program.rows(N), max(image.lost, 0) or program.rows()
-        given = image.pixels, self.depth, *gone, self.delay
+        given = image.pixels, self.depth, image.hidden, image.lost, self.delay
         program.add(late.receive, self.every, N, *given, taken, taken + 2 * N, hidden, age)
         self.pixels, self.depth, self.age = taken, taken + 2 * N, age
-        self.hidden = hidden if hides else -1
+        if any(each.effect.place is Place.HIDDEN for each in self.effects):
+            self.hidden = hidden
 
 
 def mark_groups(sights: Sequence[Sight]) -> list[MarkGroup]:

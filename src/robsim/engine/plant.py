@@ -16,9 +16,8 @@ from robsim.kernels.control.commanding import copied
 from robsim.kernels.machine.program import Program
 from robsim.robot.motion import add_motion, add_rolling
 from robsim.robot.placed import Placed
-from robsim.world.imperfections.acting import Acting
-from robsim.world.imperfections.joint_effect import JointEffect, JointPlace
-from robsim.world.imperfections.joint_rows import JointRows
+from robsim.world.imperfections.imperfection import Acting
+from robsim.world.imperfections.joint_effect import JointEffect, JointPlace, JointRows
 
 
 class Plant:

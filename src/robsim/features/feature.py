@@ -229,6 +229,7 @@ class Feature(Protocol):
     L is found by moving the camera a little, numerically;
     `towards(goal)`, which gives the feature that is measured relative to what is seen at the goal;
     `least_marks`, how many marks it needs; `measures_depth`, true if s itself depends on depth;
+    `uses_depth`, false if neither s nor L reads `seen.depth`;
     `uses_pose`, true if it reads `seen.pose`; `cameras`, 2 if it reads `seen.other`.
     """
 

@@ -88,6 +88,7 @@ class VanishingPoint(Compiled, Declared):
     unit: str = "1"
     singular: ClassVar[str] = "edges that are parallel in the image meet nowhere in it"
     least_marks: ClassVar[int] = 4
+    uses_depth: ClassVar[bool] = False
 
     def stages(self, seen: Seen) -> FeatureRows:
         """Add the stages of s and L to a program, and return their rows."""

@@ -26,6 +26,7 @@ class _PoseFeature(Compiled):
     """The base of features of T_c_o, the estimated pose of the target, and of the goal."""
 
     uses_pose: ClassVar[bool] = True
+    uses_depth: ClassVar[bool] = False
     least_marks: ClassVar[int] = 3
 
     T_goal_o: Pose = field(default=IDENTITY, kw_only=True)

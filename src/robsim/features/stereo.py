@@ -30,6 +30,7 @@ class StereoPoints(Compiled, Declared):
     """
 
     cameras: ClassVar[int] = 2
+    uses_depth: ClassVar[bool] = False
 
     tolerance: Tolerance = 1e-5
     unit: str = "m"

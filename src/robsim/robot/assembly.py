@@ -42,6 +42,7 @@ class Assembly:
     cars: list[tuple[int, int, Steering]] = field(default_factory=list)
     members: list[Member] = field(default_factory=list)
     own: list[OwnMotion] = field(default_factory=list)
+    staged: list[OwnMotion] = field(default_factory=list)
 
     def __post_init__(self) -> None:
         self.first = first_indices(self.frames)  # coordinates keep the declared order
@@ -75,6 +76,7 @@ class Assembly:
             ties.Wheels(_table(self.wheels, 4), _numbers(self.wheel_numbers)),
             _joined(self.curves),
             self.ratios,
+            tuple(self.staged),
         )
 
     def _add(self, frame: Frame) -> None:
@@ -112,7 +114,7 @@ class Assembly:
         self.members.append(member)
         if joint.model.code == motions.OWN:
             made = OwnMotion(member, self.ratios)
-            self.own.append(made)
+            (self.own if joint.model.placing is None else self.staged).append(made)
             self.moves += made.moves
             self.ratios += len(made.moves)
 

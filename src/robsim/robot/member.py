@@ -22,7 +22,7 @@ class Member(NamedTuple):
 
 
 class OwnMotion(NamedTuple):
-    """A joint of a user's kind, whose motion Python writes where the stages read it.
+    """A joint of a user's kind, whose motion its stage or Python writes where the stages read it.
 
     The twist of each of its velocities is six moves along and about the axes of its body, whose
     ratios are the components of the twist.
@@ -47,6 +47,11 @@ class OwnMotion(NamedTuple):
         T = _called(self.member.kind, "motion", (4, 4), some)
         twists = _called(self.member.kind, "twists", (nv, 6), some)
         return T[:, :3].transpose(1, 2, 0), twists.reshape(len(some), 6 * nv).T
+
+    @property
+    def constants(self) -> Array:
+        """The numbers that the stages of its kind are given."""
+        return np.array(self.member.kind.constants or (0.0,))
 
     @property
     def twists(self) -> int:

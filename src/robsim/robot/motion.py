@@ -17,7 +17,7 @@ def add_motion(program: Program, joints: Joints, q: int, rates: ArrayLike, dt: i
     """Add the stages that move coordinates, in rows from q, by velocities in rows `rates` for dt.
 
     A row is -1 where a velocity is zero. What depends on others moves with them, and wheels that
-    roll (see `add_rolling`) and joints of the user's kinds are not moved here.
+    roll (see `add_rolling`) and joints of the user's kinds in Python are not moved here.
     """
     steady: list[int] = []
     v = np.asarray(rates)
@@ -31,6 +31,15 @@ def add_motion(program: Program, joints: Joints, q: int, rates: ArrayLike, dt: i
             program.add(moving.glide, dt, first, rate, IN_PLANE[kind])
         else:
             steady += [first, rate]
+    for each in joints.staged:
+        member = each.member
+        first, rate = q + member.q.start, v[member.v.start]
+        if rate < 0:
+            continue
+        if member.kind.moving is not None:
+            program.add(member.kind.moving, dt, first, rate, program.constant(each.constants))
+        else:
+            steady += [row for i in range(len(v[member.v])) for row in (first + i, rate + i)]
     if steady:
         program.add(moving.run, dt, len(steady) // 2, *steady)
 

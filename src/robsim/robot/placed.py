@@ -51,6 +51,7 @@ class Placed:
     def add(self) -> None:
         """Add the stages: what depends on others first, then bodies after their parents."""
         self.follow()
+        self._stage()
         bodies = range(1, len(self.joints.rows))
         for stage, some in groupby(bodies, lambda i: STAGES.get(int(self.joints.rows[i, KIND]))):
             for each in [list(some)] if stage else [[i] for i in some]:
@@ -65,6 +66,13 @@ class Placed:
             given = self.program.constant(numbers)
             steering = self._x(row[2]) if row[2] >= 0 else -1
             self.program.add(placing.spin, steering, self.ratio + row[3], given)
+
+    def _stage(self) -> None:
+        """Add the stages of the motions and twists of joints of the user's compiled kinds."""
+        for each in self.joints.staged:
+            stage, numbers = each.member.kind.placing, self.program.constant(each.constants)
+            motion, twists = self._motion[each.member.body], self.ratio + each.first
+            self.program.add(stage, self.q + each.member.q.start, numbers, motion, twists)
 
     def take(self, own: OwnMotion, motion: int, twists: int) -> None:
         """Let a joint of a user's kind have its motion and twists from given rows."""

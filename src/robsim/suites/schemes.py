@@ -8,13 +8,13 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 from robsim.base.errors import InputError, RobSimError, naming, said
 from robsim.servo.tasks.schemes import IBVS, PBVS, Hybrid, Partitioned
 from robsim.servo.tasks.task import ServoTask, Task
 
-BUILT_IN: Mapping[str, ServoTask] = {
+BUILT_IN: Mapping[str, Any] = {
     "IBVS, L current": IBVS(),
     "IBVS, L desired": IBVS(interaction="desired"),
     "IBVS, L mean": IBVS(interaction="mean"),
@@ -46,7 +46,7 @@ def task_of(name: str, scheme: Any, goal: Any, gain: float) -> Any:
     """Return the task that a scheme makes of a goal and a gain; InputError names the scheme."""
     with of_the_user(f"scheme '{name}'"):
         if isinstance(scheme, ServoTask):
-            return replace(scheme, goal=goal, gain=gain)
+            return replace(cast(Any, scheme), goal=goal, gain=gain)
         made = scheme(goal, gain=gain)
     if isinstance(made, type) or not isinstance(made, Task):
         raise InputError(f"scheme '{name}': expected that it returns a task, got {said(made)}")

@@ -41,17 +41,25 @@ class Trial:
     @cached_property
     def experiments(self) -> list[Experiment]:
         """The experiment of all runs; one for each, where its task cannot be bound for all."""
-        whole, varied = self.suite.experiment(self.task), self.suite.varied
-        if not varied:
+        whole = self.suite.experiment(self.task)
+        if not self.varied:
             return [whole]
         try:
-            return [whole.vary(varied)]
+            return [whole.vary(self.varied)]
         except InputError:
             return [self._single(whole, i) for i in range(self.suite.runs)]
 
     def _single(self, whole: Experiment, i: int) -> Experiment:
         one = whole.with_(start=self.suite.starts[i : i + 1], first_run=i)
-        return one.at({name: np.asarray(values[i]) for name, values in self.suite.varied.items()})
+        return one.at({name: np.asarray(values[i]) for name, values in self.varied.items()})
+
+    @property
+    def varied(self) -> dict[str, Any]:
+        """The numbers that differ from run to run, without those that this task does not have."""
+        varied = dict(self.suite.varied)
+        if not getattr(self.task, "needs_depth", True):
+            varied.pop("task.depth_scale", None)
+        return varied
 
     def check(self) -> None:
         """Bind the task, as a run would; InputError names the scheme."""

@@ -2,23 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import reduce
-from typing import Annotated, ClassVar
 
 from robsim.base.errors import naming
-from robsim.declare import Declared, ListOf, described
-from robsim.world.imperfections.acting import Acting, acting
+from robsim.declare import Declared, described
 from robsim.world.imperfections.encoder import Encoder, Steps
+from robsim.world.imperfections.imperfection import Acting, acting
 from robsim.world.imperfections.joint_effect import (
     AFTER_IMAGES,
-    EFFECT,
+    Effects,
     JointEffect,
     JointPlace,
-    OwnJointEffect,
     Response,
-    joint_effect,
 )
 from robsim.world.imperfections.lag import Constant, Lag
 from robsim.world.imperfections.rate_limits import (
@@ -43,26 +40,15 @@ class Actuation(Declared):
     array([0.5, 1. ])
     """
 
-    SHORT: ClassVar[Mapping[type[JointEffect], int]] = {  # the first stream of random numbers
-        Lag: 0,
-        VelocityLimit: 0,
-        AccelerationLimit: 0,
-        Encoder: 0,
-    }
-
     lag: Constant = 0.0
     velocity: Velocity = None
     acceleration: Acceleration = None
     encoder: Steps = 0.0
-    effects: Annotated[
-        tuple[JointEffect | OwnJointEffect, ...],
-        ListOf(EFFECT, most=64, alone=True),
-        "Effects of other kinds, or of a kind of your own, one after the other.",
-    ] = ()
+    effects: Effects = ()
 
     def acting(self) -> list[Acting[JointEffect]]:
         """Return the imperfections that are on, in the order of the fields."""
-        return acting(self, self.SHORT, joint_effect, AFTER_IMAGES)
+        return acting(self, PARTS, JointEffect, AFTER_IMAGES)
 
     @property
     def moves(self) -> bool:
@@ -80,3 +66,6 @@ class Actuation(Declared):
             for each in self.acting():
                 each.effect.check(velocities, coordinates)
             self.response(len(velocities))
+
+
+PARTS = (Lag, VelocityLimit, AccelerationLimit, Encoder, "effects")

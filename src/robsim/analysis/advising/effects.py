@@ -76,7 +76,7 @@ def _order(one: Effect, depth: float) -> tuple[float, float, float]:
 
 def _each(linear: Linear) -> Iterator[Effect]:
     limit = of_modes(linear.scaled.modes, linear.calm)
-    for mistake in mistakes(linear.field.scene, linear.field.controller.sights):
+    for mistake in mistakes(linear.task, linear.field.scene, linear.field.controller.sights):
         yield _effect(linear, mistake, limit)
 
 

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from robsim.analysis.leaves import changed
+from robsim.analysis.leaves import changed, leaves, with_fields
 from robsim.geometry.pose import Pose
 from robsim.robot.robot import Robot
 from robsim.servo.sight import Sight
@@ -43,7 +43,8 @@ class Mistake:
 
     def _made(self, leaf: ServoTask, scene: Scene) -> ServoTask:
         if self.part is None or self.wrong is None:
-            return replace(leaf, depth_scale=_larger(leaf.depth_scale))
+            larger = _larger(leaf.depth_scale) if leaf.needs_depth else leaf.depth_scale
+            return with_fields(leaf, depth_scale=larger)
         belief = scene if leaf.belief is None else leaf.belief
         find: Any = {MountedCamera: belief.camera, Robot: belief.robot, Object: belief.object}
         believed = find[type(self.part)](self.part.name)
@@ -55,9 +56,10 @@ def _larger(scale: Any) -> Any:
     return tuple(larger.tolist()) if larger.ndim else float(larger)
 
 
-def mistakes(scene: Scene, sights: Sequence[Sight]) -> Iterator[Mistake]:
+def mistakes(task: Task, scene: Scene, sights: Sequence[Sight]) -> Iterator[Mistake]:
     """Yield the mistakes in the depths, and in what the sights depend on."""
-    yield Mistake("task.depth_scale", UNITS[SHARE])
+    if any(leaf.needs_depth for leaf in leaves(task)):
+        yield Mistake("task.depth_scale", UNITS[SHARE])
     kinds: tuple[tuple[str, Any, Callable[[Any], Iterator[Wrong]]], ...] = (
         ("cameras", [sight.eye for sight in sights], _of_camera),
         ("objects", [sight.target for sight in sights], _of_target),

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import fields, replace
+from dataclasses import fields
 from typing import Any
 
 import numpy as np
 
 from robsim.analysis.equilibria import equilibria
 from robsim.analysis.field import Field
-from robsim.analysis.leaves import changed
+from robsim.analysis.leaves import changed, with_fields
 from robsim.analysis.newton import refined
 from robsim.base.arrays import Array, runs_last
 from robsim.base.errors import InputError
@@ -27,16 +27,15 @@ def steady(task: Task, factor: float = 1.0) -> Task:
     """
 
     def leaf(one: ServoTask) -> ServoTask:
-        calm = one if one.smooth_start is None else replace(one, smooth_start=None)
         gain: Any = one.gain.at_zero if isinstance(one.gain, AdaptiveGain) else one.gain
-        return replace(calm, gain=factor * gain) if has_gain(one) else calm
+        return with_fields(one, smooth_start=None, gain=factor * gain)
 
     return changed(task, leaf)
 
 
 def has_gain(leaf: ServoTask) -> bool:
     """Return whether the gain of a servo task can be set."""
-    return next(each.init for each in fields(leaf) if each.name == "gain")
+    return "gain" in (each.name for each in fields(leaf))
 
 
 def at_rest(field: Field, experiment: Experiment) -> Array:

@@ -52,7 +52,7 @@ def with_gain(case: Experiment, factor: float) -> Experiment | None:
             new: Any = replace(gain, **{name: factor * getattr(gain, name) for name in numbers})
         else:
             new = factor * gain
-        return replace(leaf, gain=new)
+        return replace(leaf, **{"gain": new})
 
     return _leaves(case, change)
 

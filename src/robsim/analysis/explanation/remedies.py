@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 
 import numpy as np
 
@@ -14,6 +15,7 @@ from robsim.analysis.explanation.robustly import robustly
 from robsim.analysis.explanation.views import gain_of
 from robsim.analysis.explanation.wording import number
 from robsim.analysis.leaves import leaves
+from robsim.base.errors import InputError
 from robsim.engine.outcome import Outcome
 from robsim.run.experiment import Experiment
 from robsim.servo.laws.inverse import INVERSES
@@ -75,7 +77,9 @@ def other_scheme(inquiry: Inquiry) -> Iterator[tuple[str, str, Experiment | None
     kept = ("goal", "camera", "target", "gain", "belief", "joints")
     for other in others.get(type(task), ()):
         given = {name: getattr(task, name) for name in kept}
-        yield other.__name__, f"With {other.__name__}", inquiry.patient.with_(task=other(**given))
+        with suppress(InputError):  # of a goal, say, that this scheme cannot have
+            case = inquiry.patient.with_(task=other(**given))
+            yield other.__name__, f"With {other.__name__}", case
 
 
 def inverse(inquiry: Inquiry) -> Iterator[tuple[str, str, Experiment | None]]:

@@ -25,6 +25,7 @@ class Joints(NamedTuple):
     wheels: Wheels
     curves: curve.Curves
     ratios: int  # how many
+    staged: Any  # the joints of kinds of the user's own that are compiled
 
 
 class Bodies(NamedTuple):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import fields, is_dataclass
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
@@ -9,6 +10,7 @@ import numpy as np
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError, said
 from robsim.kernels.formulas import joints as kernels
+from robsim.kernels.machine.stage import Stage
 
 AROUND = 0.5  # metres either way of home, for joints without limits; angles have a full turn
 UNITS = "rad", "m", "1"
@@ -47,6 +49,10 @@ class JointKind:
     free         whether its coordinates are a pose: a position and a unit quaternion
     follower     whether its coordinate may depend on others, as `Mimic` does
     needs        the field that its `Joint` must have: "curve", "steering" or none
+    placing      the compiled stage that computes motion and twists instead of the methods, from
+                 the coordinates and the `constants` of the joint
+    moving       likewise the stage that moves the coordinates by velocities that are held; without
+                 it, if `placing` is given, each velocity is the rate of one coordinate
     """
 
     name: ClassVar[str] = ""
@@ -63,6 +69,8 @@ class JointKind:
     free: ClassVar[bool] = False
     follower: ClassVar[bool] = False
     needs: ClassVar[str | None] = None
+    placing: ClassVar[Stage | None] = None
+    moving: ClassVar[Stage | None] = None
 
     def __init_subclass__(cls, **options: Any) -> None:
         """Fill in the attributes that follow from those that the class defines."""
@@ -72,7 +80,7 @@ class JointKind:
             cls.velocities = cls.coordinates
         if "units" in own and "rates" not in own:
             cls.rates = tuple(f"{unit}/s" for unit in cls.units)
-        if "integrate" in own and "straight" not in own:
+        if ("integrate" in own or "moving" in own) and "straight" not in own:
             cls.straight = False
 
     @property
@@ -90,6 +98,12 @@ class JointKind:
         """The only coordinate that each velocity changes, by number, or -1."""
         count = len(self.velocities)
         return tuple(range(count)) if self.straight else (-1,) * count
+
+    @property
+    def constants(self) -> tuple[float, ...]:
+        """The numbers that its stages are given: those of its fields."""
+        own: tuple[Any, ...] = fields(self) if is_dataclass(self) else ()
+        return tuple(float(getattr(self, each.name)) for each in own)
 
     def motion(self, q: Array) -> Array:
         """Return the pose (B, 4, 4) of the moved frame in the frame of the joint."""
@@ -168,7 +182,7 @@ def check_kind(kind: JointKind) -> None:
         raise InputError(f"{who}.name: expected a word such as 'helical', got {said(kind.name)}")
     if kind.code != kernels.OWN:
         raise InputError(f"{who} derives from a kind that is compiled; derive from JointKind")
-    for method in ("motion", "twists"):
+    for method in ("motion", "twists") if kind.placing is None else ():
         if getattr(type(kind), method) is getattr(JointKind, method):
             raise InputError(f"{who}.{method} is missing")
     _check_counts(kind, who)
@@ -192,5 +206,7 @@ def _check_counts(kind: JointKind, who: str) -> None:
             f"{who}: expected coordinates and their units, velocities (one to six) and their "
             f"rates, got {kind.coordinates}, {kind.units}, {kind.velocities}, {kind.rates}"
         )
+    if kind.placing is not None and not kind.straight and kind.moving is None:
+        raise InputError(f"{who}.moving: expected the stage that moves its coordinates, got None")
     if kind.straight and nq != nv:
         raise InputError(f"{who}: {nq} coordinates and {nv} velocities need an integrate(q, v, dt)")

@@ -26,8 +26,8 @@ SCALE = OneOf(
 class Depths:
     """The depth that a task takes for its marks, and a factor that makes it wrong on purpose."""
 
-    which: Depth
-    scale: Any  # `Scale`, or (1, B) or (N, B) where each run has its own
+    which: Depth = "true"
+    scale: Any = 1.0  # `Scale`, or (1, B) or (N, B) where each run has its own
 
     @property
     def filtered(self) -> bool:

@@ -1,10 +1,10 @@
-"""The options of every task about its command: the commanded joints, and the shaping."""
+"""The fields of tasks about their command: the commanded joints, and the shaping."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import KW_ONLY, dataclass
-from typing import Annotated, Any
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,8 +25,9 @@ Columns = NDArray[np.int64]  # indices of velocities of a scene
 
 @dataclass(frozen=True, eq=False)
 class Shaped(Declared):
-    """The options of a task about its command: the joints, and what is done after the law."""
+    """The fields of a task about its command: the joints, and what is done after the law."""
 
+    group: ClassVar[str] = "shaping"
     _: KW_ONLY
     joints: Annotated[
         Any,
@@ -34,12 +35,6 @@ class Shaped(Declared):
         "Names of the robots or velocities that are commanded; None: all that move what the "
         "task controls.",
     ] = None
-    secondary: Annotated[
-        Any,
-        SECONDARY,
-        "Motion within what the task leaves free: a kind, or an object with velocity(q, limits).",
-    ] = None
-    projection: Annotated[Any, PROJECTION, "Projector of the secondary motion."] = "classic"
     smooth_start: Annotated[
         float | None,
         PER_SECOND,
@@ -53,17 +48,17 @@ class Shaped(Declared):
     def shaping(self, scene: Scene, columns: Columns) -> Shaping:
         """Return the shaping of the commanded velocities of a scene."""
         names = [scene.velocity_names[i] for i in columns]
-        parts: tuple[Any, ...] = (self.limit, self.secondary)
+        secondary, projection = self._redundancy()
+        parts: tuple[Any, ...] = (self.limit, secondary)
         for part in parts:
             if hasattr(part, "check"):
                 part.check(names)
-        return Shaping(
-            self.secondary,
-            None if isinstance(self.projection, str) else self.projection,
-            self.smooth_start,
-            self.limit,
-            *coordinates_of(scene, columns),
-        )
+        at = coordinates_of(scene, columns)
+        return Shaping(secondary, projection, self.smooth_start, self.limit, *at)
+
+    def _redundancy(self) -> tuple[Any, Any]:
+        """Return the secondary motion, and the large projection if that is its projector."""
+        return None, None
 
     def chosen(self, scene: Scene, moving: Columns) -> Columns:
         """Return those of the velocities `moving` that `joints` names."""
@@ -80,6 +75,32 @@ class Shaped(Declared):
                 f"these do: {', '.join(names)}"
             )
         return frozen(chosen)
+
+
+@dataclass(frozen=True, eq=False)
+class Redundant(Shaped):
+    """The fields of a task that may leave motions free, about what is done with these."""
+
+    group: ClassVar[str] = "shaping"
+    _: KW_ONLY
+    secondary: Annotated[
+        Any,
+        SECONDARY,
+        "Motion within what the task leaves free: a kind, or an object with velocity(q, limits).",
+    ] = None
+    projection: Annotated[Any, PROJECTION, "Projector of the secondary motion."] = "classic"
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.secondary is None and self.projection != "classic":
+            raise InputError(
+                "projection is that of a secondary motion, and none is given: give secondary, or "
+                "leave projection out"
+            )
+
+    def _redundancy(self) -> tuple[Any, Any]:
+        large = None if isinstance(self.projection, str) else self.projection
+        return self.secondary, large
 
 
 def _velocities(scene: Scene, name: str) -> Sequence[int]:

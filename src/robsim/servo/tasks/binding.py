@@ -65,7 +65,7 @@ def regulated_by(
     for each in sights:
         depths.check(len(each.target.marks), each.target.name)
     with under("features"):
-        bound = tuple(_bound(*pair, depths) for pair in zip(parts, believed, strict=True))
+        bound = tuple(_bound(*pair) for pair in zip(parts, believed, strict=True))
     which: Any = "current" if isinstance(interaction, Broyden) else interaction
     given = goal.s if isinstance(goal, GoalFeatures) else None
     draft = Regulated(bound, sights, exact, columns, depths, which, goals, q_goal, given, runs)
@@ -77,7 +77,7 @@ def each_once(found: Found) -> tuple[Sight, ...]:
     return tuple({sight.key: sight for sights in found for sight in sights}.values())
 
 
-def _bound(part: FeatureBlock, sights: tuple[Sight, ...], depths: Depths) -> BoundBlock:
+def _bound(part: FeatureBlock, sights: tuple[Sight, ...]) -> BoundBlock:
     """Return a block bound to its sights; InputError if it cannot be measured there."""
     feature, target = part.feature, sights[0].target
     chosen, components = (_integers(part.marks), _integers(part.components))
@@ -88,11 +88,6 @@ def _bound(part: FeatureBlock, sights: tuple[Sight, ...], depths: Depths) -> Bou
         )
     _check_cameras(feature, sights)
     _check_marks(feature, target.marks if chosen is None else target.marks[chosen])
-    if getattr(feature, "measures_depth", False) and not depths.measured:
-        raise InputError(
-            f"{type(feature).__name__} is made of the depth of the marks, and depth="
-            f"{depths.which!r} gives none: use depth='true' or a DepthFilter"
-        )
     return BoundBlock(feature, sights, chosen, components, part.weight)
 
 

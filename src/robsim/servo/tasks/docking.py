@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import KW_ONLY, dataclass, field
-from typing import Annotated, Any, ClassVar
+from dataclasses import KW_ONLY, dataclass
+from typing import Annotated, Any
 
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError
@@ -16,12 +16,12 @@ from robsim.servo.laws.gain import PER_SECOND
 from robsim.servo.laws.staged_law import AtGain, LawRows, StagedLaw
 from robsim.servo.regulated import Regulated
 from robsim.servo.servo_controller import Servo
-from robsim.servo.tasks.task import ServoTask
+from robsim.servo.tasks.groups import Gain, Weighted
 
 
 @register("task", "docking")
 @dataclass(frozen=True, eq=False)
-class Docking(ServoTask):
+class Docking(Weighted):
     """Drive a unicycle to the pose from which its camera saw the goal, by the law of Aicardi.
 
     Distance rho to the goal, bearing alpha of the goal from the heading, and bearing theta of the
@@ -34,16 +34,15 @@ class Docking(ServoTask):
     2.0
     """
 
-    own_law: ClassVar[bool] = True
-    features: Any = field(default=None, init=False, repr=False)
-    law: Any = field(default="joint", init=False, repr=False)
     _: KW_ONLY
+    gain: Gain = 1.0
     turn: Annotated[float, PER_SECOND, "Gain of the turn towards the goal."] = 3.0
     h: Annotated[float, Number(above=0), "Weight of the angle theta in the turn."] = 2.0
 
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "features", [Translation("goal"), "theta_u"])
-        super().__post_init__()
+    @property
+    def features(self) -> Any:
+        """The translation of the camera in axes of the goal, and its rotation."""
+        return [Translation("goal"), "theta_u"]
 
     def warn_of_wheels(self, controller: Servo) -> None:
         """Warn of nothing: this law is not smooth, and so can reach the pose."""

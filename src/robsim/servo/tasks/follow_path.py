@@ -15,9 +15,9 @@ from robsim.declare.words import Reference
 from robsim.geometry.pose import Pose, is_pose_like, one_pose
 from robsim.geometry.pose_table import KEYS, PoseTable
 from robsim.servo.laws.gain import PER_SECOND
-from robsim.servo.laws.inverse import INVERSE, JacobianTranspose
+from robsim.servo.laws.inverse import INVERSE
 from robsim.servo.servo_controller import rcond_of
-from robsim.servo.shaping.shaped import Columns, Shaped
+from robsim.servo.shaping.shaped import Columns, Redundant
 from robsim.servo.tasks.follower import check_trajectory
 from robsim.servo.tasks.path_follower import PathFollower, usual_rank
 from robsim.trajectory import Path, Straight
@@ -90,7 +90,7 @@ PACE = tuple(each.name for each in fields_of(Pace))
 
 @register("task", "follow_path")
 @dataclass(frozen=True, eq=False)
-class FollowPath(Shaped):
+class FollowPath(Redundant):
     """Drive a frame along a path in the world by resolved rates, without a camera.
 
     It goes to a pose as `Straight`, with `duration`, or with `speed` and `acceleration`, and
@@ -152,8 +152,6 @@ class FollowPath(Shaped):
         if self.to is not None:
             object.__setattr__(self, "to", self._checked_goal())
         self._check_plan()
-        if isinstance(self.inverse, JacobianTranspose):
-            raise InputError("a path needs an inverse of J: the transpose is only a direction")
 
     @classmethod
     def text_facts(cls, raw: Any, c: Context) -> Context:

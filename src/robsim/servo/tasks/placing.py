@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import KW_ONLY, dataclass, field
-from typing import Annotated, Any, ClassVar, Literal, get_args
+from dataclasses import KW_ONLY, dataclass
+from typing import Annotated, Any, Literal, get_args
 
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError
@@ -17,7 +17,7 @@ from robsim.servo.laws.law import UnitOfLength
 from robsim.servo.laws.staged_law import AtGain, LawRows, StagedLaw, realised
 from robsim.servo.placed_frame import jacobian_in_world, placed_at
 from robsim.servo.regulated import Regulated
-from robsim.servo.shaping.shaped import Columns
+from robsim.servo.shaping.shaped import Columns, Redundant
 from robsim.servo.sight import Sight
 from robsim.servo.tasks.soundness import collinear
 from robsim.servo.tasks.task import ServoTask
@@ -27,7 +27,7 @@ Variant = Literal["corrected", "printed", "completed"]
 
 @register("task", "placing")
 @dataclass(frozen=True, eq=False)
-class Placing(ServoTask):
+class Placing(Redundant, ServoTask):
     """Carry three marks a, b, c, triangulated by two cameras that stand still, to their goal.
 
     With the unit vectors P_ab, P_ac now (1) and at the goal (2), the chapter's section 6.2 turns
@@ -45,10 +45,6 @@ class Placing(ServoTask):
     'printed'
     """
 
-    own_law: ClassVar[bool] = True
-    features: Any = field(default=None, init=False, repr=False)
-    law: Any = field(default="joint", init=False, repr=False)
-    gain: Any = field(default=1.0, init=False, repr=False)
     _: KW_ONLY
     variant: Annotated[Variant, Word(get_args(Variant), "variant"), "Variant of the law."] = (
         "corrected"
@@ -62,11 +58,15 @@ class Placing(ServoTask):
     translation: Annotated[float, PER_SECOND, "Gain k2 of the translation."] = 1.0
     length: UnitOfLength = 1.0
 
-    def __post_init__(self) -> None:
-        put = object.__setattr__
-        put(self, "features", [FeatureBlock("stereo_points", marks=self.marks)])
-        super().__post_init__()
-        put(self, "gain", min(self.rotation, self.translation))
+    @property
+    def features(self) -> Any:
+        """The triangulated marks."""
+        return [FeatureBlock("stereo_points", marks=self.marks)]
+
+    @property
+    def gain(self) -> float:
+        """The slower of both rates."""
+        return min(self.rotation, self.translation)
 
     def bound_law(self, regulated: Regulated) -> PlacingLaw:
         """Return the law for the frame that holds the target; InputError if a camera moves."""

@@ -12,13 +12,13 @@ from robsim.kernels.machine.program import Blocks
 from robsim.servo.command import Command
 from robsim.servo.controller import Controller, Decision
 from robsim.servo.given import Commanded, Given
-from robsim.servo.laws.inverse import SHARE
+from robsim.servo.laws.inverse import SHARE, PseudoInverse
 from robsim.servo.laws.law import JointLaw
 from robsim.servo.regulated_stages import joined
 from robsim.servo.servo_controller import Servo
 from robsim.servo.servo_stages import ServoStages
 from robsim.servo.shaping.redundancy import descent
-from robsim.servo.shaping.shaped import Columns, Shaped
+from robsim.servo.shaping.shaped import Columns, Redundant
 from robsim.servo.shaping.shaping import Shapeable, Shaping
 from robsim.servo.tasks.family import TASKS, TaskChoice
 from robsim.servo.tasks.several import OfParts, OfTasks, common, marks_used, union
@@ -26,9 +26,7 @@ from robsim.servo.tasks.task import ServoTask, Task
 from robsim.world.scene import Scene
 
 ORDERED = ListOf(
-    TaskChoice(
-        TASKS, only=("ibvs", "pbvs", "hybrid", "partitioned", "placing", "docking"), protocol=Task
-    ),
+    TaskChoice(TASKS, only=("ibvs", "pbvs", "hybrid"), protocol=Task),
     2,
     64,
 )
@@ -36,7 +34,7 @@ ORDERED = ListOf(
 
 @register("task", "priorities")
 @dataclass(frozen=True, eq=False)
-class Priorities(OfTasks, Shaped):
+class Priorities(OfTasks, Redundant):
     """Tasks in strict order: none disturbs one that comes before it (Siciliano and Slotine 1991).
 
     The first are served exactly as far as the robot can, each next within what is left; their own
@@ -58,16 +56,7 @@ class Priorities(OfTasks, Shaped):
     def __post_init__(self) -> None:
         super().__post_init__()
         for task in self.tasks:
-            if not isinstance(task, ServoTask) or type(task.law) is not JointLaw:
-                raise InputError(
-                    "priorities are for tasks such as IBVS, PBVS and Hybrid with law='joint', "
-                    f"got {said(task)}"
-                )
-            if task.joints or task.secondary or task.smooth_start or task.limit:
-                raise InputError(
-                    "joints, secondary, smooth_start and limit belong to Priorities(...) as a "
-                    "whole, not to one of its tasks"
-                )
+            _check_level(task)
 
     def columns(self, scene: Scene) -> Columns:
         """Return the velocities that any of the tasks commands."""
@@ -77,13 +66,30 @@ class Priorities(OfTasks, Shaped):
         """Return the controller of all tasks in a scene."""
         columns = self.columns(scene) if columns is None else columns
         parts = self.bound(scene, repeat(columns, len(self.tasks)))
-        for part in parts:
-            if type(part.law) is not JointLaw:
-                name = type(part.law).__name__
-                raise InputError(f"priorities are for the joint law, and a task brings {name}")
         shared = common(parts) | {"rcond": self.rcond}
         shaping = self.shaping(scene, columns)
         return Ordered(**shared, columns=columns, parts=parts, shaping=shaping)
+
+
+def _check_level(task: Any) -> None:
+    """Raise InputError for a task whose law is not "joint", or with what the whole command has."""
+    servo = isinstance(task, ServoTask) and type(task).bound_law is ServoTask.bound_law
+    if not servo or type(task.law) is not JointLaw:
+        raise InputError(
+            "priorities are for tasks such as IBVS, PBVS and Hybrid with law='joint', "
+            f"got {said(task)}"
+        )
+    secondary = getattr(task, "secondary", None)
+    if task.joints or secondary or task.smooth_start or task.limit:
+        raise InputError(
+            "joints, secondary, smooth_start and limit belong to Priorities(...) as a "
+            "whole, not to one of its tasks"
+        )
+    if task.inverse != PseudoInverse():
+        raise InputError(
+            "inverse: priorities invert what each task has left by rcond of Priorities(...), not "
+            "by an inverse of the task: leave it out"
+        )
 
 
 @dataclass(frozen=True, eq=False)

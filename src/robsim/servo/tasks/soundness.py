@@ -10,65 +10,115 @@ import numpy as np
 from robsim.base.arrays import Array
 from robsim.base.errors import GoalError, InputError, RankWarning
 from robsim.base.warned import callers
+from robsim.declare.problems import under
 from robsim.features.points import PixelPoints, Points
 from robsim.servo.goals.goal import Goal, GoalFeatures
 from robsim.servo.laws.broyden import Broyden
-from robsim.servo.laws.depths import Depth
-from robsim.servo.laws.feed_forward import EstimatedMotion, FeedForward
-from robsim.servo.laws.inverse import TWIST, JacobianTranspose, PseudoInverse, rank
+from robsim.servo.laws.depths import Depths
+from robsim.servo.laws.feed_forward import EstimatedMotion
+from robsim.servo.laws.inverse import TWIST, JacobianTranspose, rank
 from robsim.servo.regulated import Regulated
 from robsim.servo.servo_controller import Servo
 from robsim.vision.camera import Camera
 
 
-def check_law(
-    law: Any, inverse: Any, feed_forward: FeedForward, interaction: Any, regulated: Regulated
-) -> None:
-    """Raise InputError for a law and settings that contradict one another in this scene."""
-    in_camera = bool(getattr(law, "in_camera", False))
-    name = type(law).__name__
-    if feed_forward is not None and isinstance(inverse, JacobianTranspose):
+def check_settings(task: Any) -> None:
+    """Raise InputError for fields of a servo task that contradict one another in any scene."""
+    _check_law_settings(task)
+    _check_depth(task)
+    _check_goal_settings(task)
+    _check_weighting_settings(task)
+
+
+def _check_law_settings(task: Any) -> None:
+    name, learnt = type(task.law).__name__, isinstance(task.interaction, Broyden)
+    if task.feed_forward is not None and isinstance(task.inverse, JacobianTranspose):
         raise InputError(
             "the transpose gives a direction, not the motion that cancels what the target does: "
             "use inverse='pseudo_inverse' or 'damped' with feed_forward"
         )
-    if in_camera and not regulated.as_one:
+    if learnt and getattr(task.law, "in_camera", False):
         raise InputError(
-            f"{name} commands the twist of one camera, and the cameras of this task do not move "
-            "as one against their targets: use law='joint'"
+            f"Broyden's rule learns how the joints move the features, and {name} asks how "
+            "the camera does: use law='joint'"
+        )
+    if learnt and isinstance(task.feed_forward, EstimatedMotion):
+        raise InputError(
+            "Broyden's rule and feed_forward='estimated' both explain what the model does not: "
+            "use one of them"
+        )
+    constant = isinstance(task.interaction, np.ndarray)
+    if constant and not rank(np.ascontiguousarray(task.interaction[..., None]))[0]:
+        raise InputError("interaction: a constant matrix of zeros commands nothing")
+
+
+def _check_depth(task: Any) -> None:
+    features, depths = [block.feature for block in task.blocks], task.depths
+    made_of_it = [each for each in features if getattr(each, "measures_depth", False)]
+    if made_of_it and not depths.measured:
+        with under("features"):
+            raise InputError(
+                f"{type(made_of_it[0]).__name__} is made of the depth of the marks, and depth="
+                f"{depths.which!r} gives none: use depth='true' or a DepthFilter"
+            )
+    if not task.needs_depth and depths != Depths():
+        names = ", ".join(type(each).__name__ for each in features)
+        raise InputError(f"no depth enters {names}: leave depth and depth_scale out")
+
+
+def _check_goal_settings(task: Any) -> None:
+    if not isinstance(task.goal, GoalFeatures):
+        return
+    by_name = isinstance(task.interaction, str)
+    if any(getattr(block.feature, "uses_pose", False) for block in task.blocks):
+        raise GoalError("the goal of a pose is a pose: give GoalPose(T_c_o), not GoalFeatures(s)")
+    if task.depth == "goal" or (by_name and task.interaction != "current"):
+        raise InputError(
+            "a goal given as numbers has no image: L desired or mean and depth='goal' need a "
+            "goal that is shown or computed"
+        )
+    for each in task.weighting:
+        if getattr(each, "by_goal", False):
+            raise InputError(
+                f"weighting: {type(each).__name__} goes by the image of the marks at the goal, and "
+                "a goal of numbers has none: use a q or a GoalPose"
+            )
+
+
+def _check_weighting_settings(task: Any) -> None:
+    if task.weighting and isinstance(task.feed_forward, EstimatedMotion):
+        raise InputError(
+            "weighting: what is estimated of a target's motion would be that of the weights, too: "
+            "use feed_forward='known'"
+        )
+    follows = task.depths.filtered or isinstance(task.interaction, Broyden)
+    if follows and any(getattr(each, "excuses", False) for each in task.weighting):
+        kept = "a depth filter" if task.depths.filtered else "Broyden's rule"
+        raise InputError(
+            f"weighting: {kept} follows every mark from the start on, and marks that may be out of "
+            "the image cannot be followed: use another depth or interaction"
+        )
+
+
+def check_law(law: Any, interaction: Any, regulated: Regulated) -> None:
+    """Raise InputError for a law and an interaction matrix that do not fit this scene."""
+    if getattr(law, "in_camera", False) and not regulated.as_one:
+        raise InputError(
+            f"{type(law).__name__} commands the twist of one camera, and the cameras of this task "
+            "do not move as one against their targets: use law='joint'"
         )
     if isinstance(interaction, Broyden):
-        if in_camera:
-            raise InputError(
-                f"Broyden's rule learns how the joints move the features, and {name} asks how "
-                "the camera does: use law='joint'"
-            )
-        _check_broyden(interaction, feed_forward, regulated)
+        _check_start(interaction, regulated)
     elif isinstance(interaction, np.ndarray):
         _check_constant(interaction, regulated)
 
 
-def check_own_law(name: str, inverse: Any, feed_forward: FeedForward, interaction: Any) -> None:
-    """Raise InputError for settings that a task `name` with a law of its own would ignore."""
-    if feed_forward is not None:
-        raise InputError(f"{name} has a law of its own, which knows no feed_forward: leave it out")
-    if not isinstance(inverse, PseudoInverse):
-        raise InputError(f"{name} has a law of its own, whose inverses are truncated: leave it so")
-    if isinstance(interaction, Broyden):
-        raise InputError(f"{name} has a law of its own, which has no use for Broyden's rule")
-
-
-def _check_broyden(rule: Broyden, feed_forward: FeedForward, regulated: Regulated) -> None:
+def _check_start(rule: Broyden, regulated: Regulated) -> None:
     k, n = regulated.k, regulated.columns.size
     if rule.start is not None and rule.start.shape != (k, n):
         raise InputError(
             f"Broyden start: expected shape ({k}, {n}), {k} features by {n} commanded "
             f"velocities, got {rule.start.shape}"
-        )
-    if isinstance(feed_forward, EstimatedMotion):
-        raise InputError(
-            "Broyden's rule and feed_forward='estimated' both explain what the model does not: "
-            "use one of them"
         )
 
 
@@ -82,26 +132,12 @@ def _check_constant(L: Array, regulated: Regulated) -> None:
             f"interaction: expected shape ({regulated.k}, 6), a row for each of the "
             f"{regulated.k} features, got {L.shape}"
         )
-    if not rank(np.ascontiguousarray(L[..., None]))[0]:
-        raise InputError("interaction: a constant matrix of zeros commands nothing")
 
 
-def check_goal(goal: Goal, depth: Depth, interaction: Any, regulated: Regulated) -> None:
-    """Raise InputError if the goal does not fit the other settings of the task.
-
-    GoalError: L at the goal is not finite, or a pose is given as numbers.
-    """
-    by_name = isinstance(interaction, str)
-    if not isinstance(goal, GoalFeatures):
-        if not np.isfinite(regulated.at_goal.L).all():
-            raise GoalError(f"{regulated.names}: L at the goal is not finite{regulated.reasons}")
-    elif any(getattr(part.feature, "uses_pose", False) for part in regulated.parts):
-        raise GoalError("the goal of a pose is a pose: give GoalPose(T_c_o), not GoalFeatures(s)")
-    elif depth == "goal" or (by_name and interaction != "current"):
-        raise InputError(
-            "a goal given as numbers has no image: L desired or mean and depth='goal' need a "
-            "goal that is shown or computed"
-        )
+def check_goal(goal: Goal, regulated: Regulated) -> None:
+    """Raise GoalError if L at a goal that has an image is not finite."""
+    if not isinstance(goal, GoalFeatures) and not np.isfinite(regulated.at_goal.L).all():
+        raise GoalError(f"{regulated.names}: L at the goal is not finite{regulated.reasons}")
 
 
 def check_tolerance(tolerances: Array, regulated: Regulated) -> None:

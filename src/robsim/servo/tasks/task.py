@@ -2,26 +2,22 @@
 
 from __future__ import annotations
 
-from dataclasses import KW_ONLY, dataclass, field
+from dataclasses import KW_ONLY, dataclass
 from functools import cached_property
-from typing import Annotated, Any, ClassVar, Protocol, runtime_checkable
+from typing import Annotated, Any, ClassVar, Protocol, cast, runtime_checkable
 
 import numpy as np
 
 from robsim.base.arrays import frozen
-from robsim.declare import Number, Stacked, described
+from robsim.declare import Number, described
 from robsim.declare.spec import Context
-from robsim.features.points import Points
 from robsim.servo.controller import Controller
-from robsim.servo.feature_block import CAMERAS, FEATURES, TARGET, FeatureBlock, blocks_of
+from robsim.servo.feature_block import CAMERAS, TARGET, FeatureBlock, blocks_of
 from robsim.servo.goals.goal import GoalSpec
 from robsim.servo.laws.broyden import Broyden
-from robsim.servo.laws.depths import DEPTH, SCALE, Depth, Depths
-from robsim.servo.laws.feed_forward import FEED_FORWARD
-from robsim.servo.laws.gain import GAIN, AdaptiveGain
-from robsim.servo.laws.interaction import INTERACTION
-from robsim.servo.laws.inverse import INVERSE
-from robsim.servo.laws.law import LAW
+from robsim.servo.laws.depths import Depths
+from robsim.servo.laws.inverse import PseudoInverse
+from robsim.servo.laws.law import JointLaw
 from robsim.servo.regulated import Regulated
 from robsim.servo.servo_controller import Servo, pace, rank_at_goal, rcond_of
 from robsim.servo.shaping.shaped import Columns, Shaped
@@ -30,13 +26,12 @@ from robsim.servo.tasks.binding import Found, each_once, regulated_by, sights_of
 from robsim.servo.tasks.soundness import (
     check_goal,
     check_law,
-    check_own_law,
+    check_settings,
     check_tolerance,
     warn_of_rank,
     warn_of_wheels,
 )
 from robsim.servo.weightings.made_of import check_weighting
-from robsim.servo.weightings.weighting import WEIGHTING_LIST
 from robsim.world.scene import Scene
 
 
@@ -57,9 +52,13 @@ class Task(Protocol):
 @described
 @dataclass(frozen=True, eq=False)
 class ServoTask(Shaped):
-    """Drive e = s - s_goal to zero: the common part of IBVS, PBVS and other servo tasks."""
+    """Drive e = s - s_goal to zero: the base of IBVS, PBVS and other servo tasks.
 
-    own_law: ClassVar[bool] = False  # that takes no inverse, feed-forward or Broyden's rule
+    It has the fields that act on every one of them; `robsim.servo.tasks.groups` has the others. A
+    task of your own gives `features`, and as far as it wants the other properties.
+    """
+
+    group: ClassVar[str] = "goal"
     goal: Annotated[
         Any, GoalSpec(), "Goal: the q at which it is shown (None: home), GoalPose or GoalFeatures."
     ] = None
@@ -69,52 +68,49 @@ class ServoTask(Shaped):
     target: Annotated[
         str | None, TARGET, "Name of the object with the marks; None: the only one."
     ] = None
-    features: Annotated[
-        Any, FEATURES, "Feature that is regulated, or several, which are stacked."
-    ] = field(default_factory=Points)
-    interaction: Annotated[
-        Any,
-        INTERACTION,
-        "Interaction matrix L: now, at the goal, the mean of both, a constant (k, 6), or learnt.",
-    ] = "current"
-    depth: Annotated[
-        Depth, DEPTH, "Depth Z of the marks in L: true, at the goal, constant, or filtered."
-    ] = "true"
-    depth_scale: Annotated[
-        Any,
-        SCALE,
-        Stacked((), ("N",), rows=True),
-        "Factor of the depths in L, which makes them wrong on purpose.",
-    ] = 1.0
-    law: Annotated[
-        Any, LAW, "Law from e to joint velocities: a kind, or an object with command(state)."
-    ] = "joint"
-    gain: Annotated[
-        float | AdaptiveGain, GAIN, Stacked(()), "Rate at which e falls: a constant, or adaptive."
-    ] = 1.0
-    inverse: Annotated[Any, INVERSE, "Inverse of L or L J in the law."] = "pseudo_inverse"
+    _: KW_ONLY
     tolerance: Annotated[
         float | None, Number(above=0), "Largest max|e| at convergence; None: the features' own."
     ] = None
     belief: Annotated[
         Scene | None, Belief(), "Scene as the controller believes it; None: the true one."
     ] = None
-    _: KW_ONLY
-    feed_forward: Annotated[
-        Any,
-        FEED_FORWARD,
-        "Compensation of target motion: known from the scene, or estimated; None: none.",
-    ] = None
-    weighting: Annotated[
-        Any,
-        WEIGHTING_LIST,
-        "What makes a mark count less than others; the weights of several multiply.",
-    ] = ()
+    # of a task without such fields
+    interaction = cast(Any, "current")
+    inverse = cast(Any, PseudoInverse())
+    feed_forward = cast(Any, None)
+    weighting = cast(Any, ())
+    depth = cast(Any, "true")
+    depth_scale = cast(Any, 1.0)
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        for name, spec in (("features", FEATURES), ("law", LAW)):  # which a scheme may set itself
-            object.__setattr__(self, name, spec.check(getattr(self, name), name))
+        check_settings(self)
+
+    @property
+    def features(self) -> Any:
+        """The features that are regulated: one, or several, which are stacked."""
+        raise NotImplementedError(f"{type(self).__name__} needs features")
+
+    @property
+    def law(self) -> Any:
+        """The law from e to joint velocities."""
+        return JointLaw()
+
+    @property
+    def gain(self) -> Any:
+        """The rate at which e falls."""
+        return 1.0
+
+    @property
+    def depths(self) -> Depths:
+        """The depth of the marks that the features and L are made with."""
+        return Depths(self.depth, self.depth_scale)
+
+    @property
+    def needs_depth(self) -> bool:
+        """Whether the depth of the marks enters a feature or its interaction matrix."""
+        return any(getattr(block.feature, "uses_depth", True) for block in self.blocks)
 
     @classmethod
     def text_facts(cls, raw: Any, c: Context) -> Context:
@@ -146,7 +142,7 @@ class ServoTask(Shaped):
         if columns is not None:
             return self._controller(scene, columns)
         controller = self._own_controller(scene)
-        if self.secondary is None:
+        if self._redundancy()[0] is None:
             warn_of_rank(controller)
             self.warn_of_wheels(controller)
         return controller
@@ -164,12 +160,10 @@ class ServoTask(Shaped):
         """Return the controller of these velocities in a scene."""
         sights = self.sights(scene)
         regulated, truths = self.regulated(sights, columns), each_once(sights)
-        if self.own_law:
-            check_own_law(type(self).__name__, self.inverse, self.feed_forward, self.interaction)
-        check_law(self.law, self.inverse, self.feed_forward, self.interaction, regulated)
-        check_weighting(self.weighting, self.interaction, self.feed_forward, regulated)
+        check_law(self.law, self.interaction, regulated)
+        check_weighting(self.weighting, regulated)
         s_goal = regulated.s_goal
-        check_goal(self.goal, self.depth, self.interaction, regulated)
+        check_goal(self.goal, regulated)
         own = regulated.tolerances
         tolerance = own if self.tolerance is None else np.full(own.shape, self.tolerance)
         check_tolerance(tolerance, regulated)
@@ -205,10 +199,8 @@ class ServoTask(Shaped):
 
     def regulated(self, sights: Found, columns: Columns) -> Regulated:
         """Return what the task regulates with its true sights; InputError if it cannot."""
-        depths = Depths(self.depth, self.depth_scale)
-        return regulated_by(
-            self.blocks, self.goal, depths, self.interaction, self.belief, sights, columns
-        )
+        given = self.depths, self.interaction, self.belief
+        return regulated_by(self.blocks, self.goal, *given, sights, columns)
 
     def warn_of_wheels(self, controller: Servo) -> None:
         """Warn with RankWarning if a unicycle alone is asked for more than it can do."""

@@ -11,8 +11,6 @@ from numpy.typing import NDArray
 from robsim.base.errors import InputError
 from robsim.declare.problems import under
 from robsim.servo.bound_block import BoundBlock
-from robsim.servo.laws.broyden import Broyden
-from robsim.servo.laws.feed_forward import EstimatedMotion
 from robsim.servo.regulated import Regulated
 from robsim.servo.sight import Key
 from robsim.servo.weightings.weighting import Group, WeightsOfMarks
@@ -72,28 +70,15 @@ def groups(each: list[MadeOf]) -> tuple[Group, ...]:
     return tuple(found)
 
 
-def check_weighting(
-    weighting: tuple[Any, ...], interaction: Any, feed_forward: Any, regulated: Regulated
-) -> None:
-    """Raise InputError for weightings that contradict what is regulated, or how."""
+def check_weighting(weighting: tuple[Any, ...], regulated: Regulated) -> None:
+    """Raise InputError for weightings that contradict what is regulated."""
     if not weighting:
         return
     with under("weighting"):
         made_of(regulated)
-    if isinstance(feed_forward, EstimatedMotion):
-        raise InputError(
-            "weighting: what is estimated of a target's motion would be that of the weights, too: "
-            "use feed_forward='known'"
-        )
     _check_marks(weighting, regulated)
     if not any(getattr(each, "excuses", False) for each in weighting):
         return
-    if regulated.depths.filtered or isinstance(interaction, Broyden):
-        kept = "a depth filter" if regulated.depths.filtered else "Broyden's rule"
-        raise InputError(
-            f"weighting: {kept} follows every mark from the start on, and marks that may be out of "
-            "the image cannot be followed: use another depth or interaction"
-        )
     for sight in regulated.sights:
         if sight.eye.camera.size is None:
             raise InputError(
@@ -102,16 +87,11 @@ def check_weighting(
 
 
 def _check_marks(weighting: tuple[Any, ...], regulated: Regulated) -> None:
-    """Raise InputError where there are too few marks, or no image of them at the goal."""
+    """Raise InputError where there are too few marks."""
     for each in weighting:
         if not isinstance(each, WeightsOfMarks):
             continue
         name = type(each).__name__
-        if each.by_goal and regulated.given is not None:
-            raise InputError(
-                f"weighting: {name} goes by the image of the marks at the goal, and a goal of "
-                "numbers has none: use a q or a GoalPose"
-            )
         for sight in regulated.sights:
             if len(sight.target.marks) < each.least_marks:
                 raise InputError(

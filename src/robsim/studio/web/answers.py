@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from http import HTTPStatus
 
+from websockets.datastructures import Headers
+from websockets.http11 import Response
+
 POLICY = "Content-Security-Policy"
+TEXT = "text/plain; charset=utf-8"
 _ALWAYS = {
     POLICY: "default-src 'none'; frame-ancestors 'none'",
     "X-Content-Type-Options": "nosniff",
@@ -17,27 +20,16 @@ _ALWAYS = {
 }
 
 
-@dataclass(frozen=True)
-class Answer:
-    """A status, a body and its media type, and headers beyond those of every answer."""
-
-    status: HTTPStatus
-    body: bytes
-    media: str = "text/plain; charset=utf-8"
-    headers: tuple[tuple[str, str], ...] = ()
-
-    def serialized(self) -> bytes:
-        """Return the bytes that are sent."""
-        content = {"Content-Type": self.media, "Content-Length": str(len(self.body))}
-        lines = {**_ALWAYS, **content, **dict(self.headers)}
-        head = [f"HTTP/1.1 {self.status.value} {self.status.phrase}"]
-        head += [f"{name}: {value}" for name, value in lines.items()]
-        return "\r\n".join([*head, "", ""]).encode("latin-1") + self.body
+def answer(status: HTTPStatus, body: bytes, media: str = TEXT, **headers: str) -> Response:
+    """Return an answer with headers beyond those of every answer, _ in their names for -."""
+    content = {"Content-Type": media, "Content-Length": str(len(body))}
+    own = {name.replace("_", "-"): value for name, value in headers.items()}
+    return Response(status.value, status.phrase, Headers({**_ALWAYS, **content, **own}), body)
 
 
 class Refused(Exception):
     """A request that is not granted, and the sentence that says why."""
 
-    def __init__(self, status: HTTPStatus, why: str, *headers: tuple[str, str]) -> None:
+    def __init__(self, status: HTTPStatus, why: str, **headers: str) -> None:
         super().__init__(why)
-        self.answer = Answer(status, f"{why}\n".encode(), headers=headers)
+        self.answer = answer(status, f"{why}\n".encode(), **headers)

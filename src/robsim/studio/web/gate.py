@@ -12,8 +12,10 @@ import secrets
 import socket
 from http import HTTPStatus
 
-from robsim.studio.web.answers import Answer, Refused
-from robsim.studio.web.heads import Request
+from websockets.http11 import Request, Response
+
+from robsim.studio.web.answers import Refused, answer
+from robsim.studio.web.heads import header
 
 ENTRY = "/?token="
 _LOOPBACK = ("127.0.0.1", "localhost", "[::1]")
@@ -38,12 +40,12 @@ class Gate:
 
         The address with the token needs no cookie, and alone may be a link in another page.
         """
-        if not self._is_ours(request.header("host") or ""):
+        if not self._is_ours(header(request, "host") or ""):
             raise Refused(HTTPStatus.FORBIDDEN, f"This is another host's name. {_ASK}")
         if request.method != "GET":
             status = HTTPStatus.METHOD_NOT_ALLOWED
-            raise Refused(status, "Only GET is answered here.", ("Allow", "GET"))
-        if request.target.startswith(ENTRY):
+            raise Refused(status, "Only GET is answered here.", Allow="GET")
+        if request.path.startswith(ENTRY):
             return
         if _comes_from_elsewhere(request):
             raise Refused(HTTPStatus.FORBIDDEN, f"Another page asks for this. {_ASK}")
@@ -52,29 +54,29 @@ class Gate:
 
     def check_origin(self, request: Request) -> None:
         """Raise Refused unless a page of ours asks."""
-        if request.header("origin") != f"http://{request.header('host')}":
+        if header(request, "origin") != f"http://{header(request, 'host')}":
             raise Refused(HTTPStatus.FORBIDDEN, f"Another page asks for this. {_ASK}")
 
-    def entered(self, request: Request) -> Answer:
+    def entered(self, request: Request) -> Response:
         """Return the answer to the address with the token: the cookie, and the way to the page.
 
         Behind a redirect of a link in another page the browser would not send the cookie, for
         that page began it; so there the page is loaded anew by an answer of ours.
         """
-        if not _equal(request.target.removeprefix(ENTRY), self._token):
+        if not _equal(request.path.removeprefix(ENTRY), self._token):
             raise Refused(HTTPStatus.FORBIDDEN, f"This token is not, or no more, ours. {_ASK}")
         cookie = f"{self._cookie}={self._token}; HttpOnly; SameSite=Strict; Path=/"
-        status, way = HTTPStatus.SEE_OTHER, ("Location", "/")
+        status, way = HTTPStatus.SEE_OTHER, {"Location": "/"}
         if _comes_from_elsewhere(request):
-            status, way = HTTPStatus.OK, ("Refresh", "0; url=/")
-        return Answer(status, b"Opening the studio.\n", headers=(way, ("Set-Cookie", cookie)))
+            status, way = HTTPStatus.OK, {"Refresh": "0; url=/"}
+        return answer(status, b"Opening the studio.\n", **way, Set_Cookie=cookie)
 
     def _is_ours(self, host: str) -> bool:
         number = self._any and host.endswith(self._end) and host.removesuffix(self._end)
         return host.lower() in self._hosts or (bool(number) and _is_number(str(number)))
 
     def _has_cookie(self, request: Request) -> bool:
-        pairs = (pair.partition("=") for pair in (request.header("cookie") or "").split(";"))
+        pairs = (pair.partition("=") for pair in (header(request, "cookie") or "").split(";"))
         given = [value for name, _, value in pairs if name.strip() == self._cookie]
         return any(_equal(value, self._token) for value in given)
 
@@ -86,7 +88,7 @@ def _equal(given: str, token: str) -> bool:
 
 def _comes_from_elsewhere(request: Request) -> bool:
     """Return whether a page began this that is not ours; other programs do not say."""
-    return request.header("sec-fetch-site") not in (None, "none", "same-origin")
+    return header(request, "sec-fetch-site") not in (None, "none", "same-origin")
 
 
 def _is_wildcard(host: str) -> bool:

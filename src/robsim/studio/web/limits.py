@@ -1,6 +1,8 @@
 """How much a server takes, so that no page and no stranger can hold it up or fill its memory."""
 
-LINE = 4096  # bytes of a request line
+from websockets.http11 import MAX_LINE_LENGTH
+
+LINE = MAX_LINE_LENGTH  # bytes of a line of a request
 HEAD = 16_384  # bytes of a request, which has no body
 HEAD_SECONDS = 10.0  # within which a request is there as a whole
 CONNECTIONS = 128  # at a time, whatever they want

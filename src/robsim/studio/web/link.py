@@ -6,7 +6,7 @@ import asyncio
 from http import HTTPStatus
 
 from websockets.frames import CloseCode, Frame, Opcode
-from websockets.http11 import Request as Handshake
+from websockets.http11 import Request
 from websockets.protocol import State
 from websockets.server import ServerProtocol
 
@@ -14,7 +14,6 @@ from robsim.studio.web import limits
 from robsim.studio.web.answers import Refused
 from robsim.studio.web.app import App
 from robsim.studio.web.failures import WORDS, Failures
-from robsim.studio.web.heads import Request
 from robsim.studio.web.messages import BadMessage, Budget, error, parsed
 from robsim.studio.web.outbox import Outbox, framed
 from robsim.studio.web.wire import drained
@@ -35,25 +34,23 @@ class Link:
         app: App,
         reader: asyncio.StreamReader,
         writer: asyncio.StreamWriter,
+        protocol: ServerProtocol,
         failures: Failures,
     ) -> None:
-        """Take a connection on which a page asks for a WebSocket."""
+        """Take a connection on which a page asks for a WebSocket, and what has read its request."""
         self.outbox, self.woken = Outbox(), asyncio.Event()
         self._app, self._reader, self._writer, self._failures = app, reader, writer, failures
-        self._protocol = ServerProtocol(max_size=limits.MESSAGE)
+        self._protocol = protocol
         self._budget, self._bad = Budget(), 0
         self._parts, self._binary = bytearray(), False
         self._heard = asyncio.get_running_loop().time()
 
     def accept(self, request: Request) -> None:
         """Answer the handshake. Refused: it is none."""
-        self._protocol.receive_data(request.raw)
-        for asked in self._protocol.events_received():
-            response = self._protocol.accept(asked) if isinstance(asked, Handshake) else None
-            if response and response.status_code == HTTPStatus.SWITCHING_PROTOCOLS:
-                self._protocol.send_response(response)
-                return
-        raise Refused(HTTPStatus.BAD_REQUEST, "This is not the handshake of a WebSocket.")
+        response = self._protocol.accept(request)
+        if response.status_code != HTTPStatus.SWITCHING_PROTOCOLS:
+            raise Refused(HTTPStatus.BAD_REQUEST, "This is not the handshake of a WebSocket.")
+        self._protocol.send_response(response)
 
     async def talk(self) -> None:
         """Send and receive until one of the two ends it, or the page is not there any more."""

@@ -10,6 +10,8 @@ from types import TracebackType
 from typing import Self
 
 from websockets.frames import CloseCode
+from websockets.http11 import Request
+from websockets.server import ServerProtocol
 
 from robsim.studio.web import limits
 from robsim.studio.web.answers import Refused
@@ -17,7 +19,7 @@ from robsim.studio.web.app import App
 from robsim.studio.web.binding import EXPOSED, bound
 from robsim.studio.web.failures import Failures
 from robsim.studio.web.gate import ENTRY, Gate
-from robsim.studio.web.heads import Request, read_request
+from robsim.studio.web.heads import header, read_request
 from robsim.studio.web.link import Link
 from robsim.studio.web.outbox import framed
 from robsim.studio.web.site import SOCKET, Site
@@ -140,7 +142,7 @@ class Server:
         try:
             hold_little(writer)
             if len(self._open) > limits.CONNECTIONS:
-                writer.write(_busy("connections").answer.serialized())  # and wait for nothing
+                writer.write(_busy("connections").answer.serialize())  # and wait for nothing
                 return
             await self._served(*streams)
             await linger(reader)
@@ -153,29 +155,32 @@ class Server:
 
     async def _served(self, *streams: *_Streams) -> None:
         reader, writer = streams
+        protocol = ServerProtocol(max_size=limits.MESSAGE)
         try:
-            request = await read_request(reader)
+            request = await read_request(reader, protocol)
             self._gate.check(request)
-            if request.target == SOCKET and request.header("upgrade"):
-                await self._talked(request, *streams)
+            if request.path == SOCKET and header(request, "upgrade"):
+                await self._talked(request, protocol, *streams)
             else:
                 await self._answered(request, writer)
         except Refused as refused:
-            await send(writer, refused.answer.serialized())
+            await send(writer, refused.answer.serialize())
 
     async def _answered(self, request: Request, writer: asyncio.StreamWriter) -> None:
-        if request.target.startswith(ENTRY):
-            await send(writer, self._gate.entered(request).serialized())
+        if request.path.startswith(ENTRY):
+            await send(writer, self._gate.entered(request).serialize())
             return
         async with self._answers:
-            await send(writer, (await self._site.answer(request.target)).serialized())
+            await send(writer, (await self._site.answer(request.path)).serialize())
 
-    async def _talked(self, request: Request, *streams: *_Streams) -> None:
+    async def _talked(
+        self, request: Request, protocol: ServerProtocol, *streams: *_Streams
+    ) -> None:
         """Connect a page, and talk with it until one of the two ends it."""
         self._gate.check_origin(request)
         if len(self._links) >= limits.PAGES:
             raise _busy("pages")
-        link = Link(self._app, *streams, self._failures)
+        link = Link(self._app, *streams, protocol, self._failures)
         link.accept(request)
         self._links = (*self._links, link)
         try:

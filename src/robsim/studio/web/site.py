@@ -9,8 +9,10 @@ from concurrent.futures import ThreadPoolExecutor
 from http import HTTPStatus
 from typing import TypeVar
 
+from websockets.http11 import Response
+
 from robsim.studio.web import limits
-from robsim.studio.web.answers import POLICY, Answer, Refused
+from robsim.studio.web.answers import POLICY, Refused, answer
 from robsim.studio.web.app import App, Unavailable
 from robsim.studio.web.failures import WORDS, Failures
 
@@ -28,19 +30,19 @@ class Site:
         self._app, self._failures = app, failures
         self._workers = ThreadPoolExecutor(limits.ANSWERS, "robsim-studio-answers")
 
-    async def answer(self, target: str) -> Answer:
+    async def answer(self, target: str) -> Response:
         """Return the page or a file. Refused: there is none, or the app fails."""
         found = _DOWNLOAD.fullmatch(target)
         if target == "/":
             return _page(await self._asked(self._app.page))
         if target == SOCKET:
             status = HTTPStatus.UPGRADE_REQUIRED
-            raise Refused(status, "This address is for WebSocket.", ("Upgrade", "websocket"))
+            raise Refused(status, "This address is for WebSocket.", Upgrade="websocket")
         file = await self._asked(lambda: self._app.download(found[1])) if found else None
         if not found or file is None:
             raise Refused(HTTPStatus.NOT_FOUND, "There is nothing under this address.")
-        kept = ("Content-Disposition", f'attachment; filename="{found[1]}"')
-        return Answer(HTTPStatus.OK, file[1], file[0], (kept,))
+        kept = f'attachment; filename="{found[1]}"'
+        return answer(HTTPStatus.OK, file[1], file[0], Content_Disposition=kept)
 
     def close(self) -> None:
         """Let the threads end; one that is at work for the app ends after that."""
@@ -56,11 +58,11 @@ class Site:
             raise Refused(HTTPStatus.INTERNAL_SERVER_ERROR, WORDS) from None
 
 
-def _page(text: str) -> Answer:
+def _page(text: str) -> Response:
     """Return the page with its own policy as a header, where it also keeps out frames."""
     found = _META.search(text)
     rules = [rule.strip() for rule in found[1].split(";")] if found else ["default-src 'none'"]
     kept = [rule for rule in rules if not rule.startswith("connect-src")]
     policy = "; ".join([*kept, "connect-src 'self'", "frame-ancestors 'none'"])
     media = "text/html; charset=utf-8"
-    return Answer(HTTPStatus.OK, text.encode(), media, ((POLICY, policy),))
+    return answer(HTTPStatus.OK, text.encode(), media, **{POLICY: policy})

@@ -7,8 +7,7 @@ from typing import Annotated, ClassVar
 
 from robsim.declare import Stacked, register
 from robsim.kernels.images import sensing as kernels
-from robsim.world.imperfections.image_effect import ImageEffect, ImageTiming, Place
-from robsim.world.imperfections.image_rows import ImageRows
+from robsim.world.imperfections.image_effect import ImageEffect, ImageRows, ImageTiming, Place
 from robsim.world.imperfections.imperfection import RunFacts, Statement
 from robsim.world.imperfections.outliers import SHARE
 
@@ -26,12 +25,13 @@ class DroppedImages(ImageEffect):
     '10 % of lost images'
     """
 
-    place: ClassVar[Place] = Place.RECEIVED
+    place: ClassVar[Place] = Place.LOST
+    stream: ClassVar[int] = 3
     title: ClassVar[str] = "lost images"
     dropped: Dropped = 0.1
 
     def add_stages(self, image: ImageRows) -> None:
-        rows = image.program.number(self.dropped), *image.key, image.lost_images()
+        rows = image.program.number(self.dropped), *image.key, image.lost
         image.program.add(kernels.lose, image.every, *rows)
 
     def timing(self, dt: float) -> ImageTiming:

@@ -14,8 +14,7 @@ from robsim.declare import register
 from robsim.declare.joints import OneOrEach, check_count, coordinates
 from robsim.kernels.bodies.actuation import count
 from robsim.world.imperfections.imperfection import RunFacts, Statement
-from robsim.world.imperfections.joint_effect import JointEffect, JointPlace
-from robsim.world.imperfections.joint_rows import JointRows
+from robsim.world.imperfections.joint_effect import JointEffect, JointPlace, JointRows
 from robsim.world.imperfections.rate_limits import Each
 from robsim.world.scene import Scene
 
@@ -50,12 +49,8 @@ class Encoder(JointEffect):
 
     def steps(self, scene: Scene) -> Array:
         """Return the step of each coordinate (nq,); zero for joints without an encoder."""
-        steps = np.zeros(scene.nq)
-        given = np.full(scene.nq, self.encoder, dtype=float)
         counted = scene.tree.alone(np.arange(scene.nv))
-        counted = counted[counted >= 0]
-        steps[counted] = given[counted]
-        return frozen(steps)
+        return frozen(np.where(np.isin(np.arange(scene.nq), counted), self.encoder, 0.0))
 
     def deviation(self, scene: Scene) -> Array:
         return self.steps(scene) / math.sqrt(12.0)
@@ -63,5 +58,4 @@ class Encoder(JointEffect):
     def stated(self, facts: RunFacts) -> Statement:
         step = float(np.max(self.encoder))
         what = f"The encoders count in steps of {step:.3g} (rad or m)"
-        sentence, evidence = facts.lasting(what)
-        return sentence, {"step": step, **evidence}
+        return facts.lasting(what, step=step)

@@ -1,21 +1,146 @@
-"""Kinds of imperfections of the images, and what each of them declares."""
+"""Imperfections of the images: what each kind declares, and the rows to which it adds stages."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from enum import IntEnum
-from typing import Any, ClassVar, NamedTuple, Protocol, runtime_checkable
+from functools import partial
+from typing import Annotated, Any, ClassVar, NamedTuple, Protocol, runtime_checkable
 
-from robsim.base.arrays import Array
+import numpy as np
+from numpy.typing import NDArray
+
+from robsim.base.arrays import Array, first_view, last_view, numbers, shown_view
 from robsim.base.errors import InputError
-from robsim.declare import Choice, family
-from robsim.world.imperfections.exposure import Exposure
-from robsim.world.imperfections.image_rows import ImageRows, MarkGroup
+from robsim.declare import Choice, ListOf, family
+from robsim.kernels.control.commanding import copied
+from robsim.kernels.formulas import random
+from robsim.kernels.machine.program import Blocks, Program
 from robsim.world.imperfections.imperfection import Imperfection, RunFacts, Statement
 
 IMAGE_EFFECTS = family("image effect")
 FIRST_STREAM = 16  # of random numbers of effects; those below are of the short form
+
+
+@dataclass(frozen=True, eq=False)
+class Draws:
+    """Random numbers, keyed by the seed and the number of each run, and counted by the step.
+
+    So a run has the same ones alone and in any batch. `time` is in seconds since the start.
+    """
+
+    time: float
+    step: int
+    seed: np.uint64
+    runs: NDArray[np.uint64]  # (B,)
+    stream: int
+
+    def normal_pairs(self, count: int) -> Array:
+        """Return independent standard normal numbers (count, 2, B)."""
+        out = np.empty((count, 2, self.runs.size))
+        random.normal_pairs(self.seed, self.runs, self.step, self.stream, out)
+        return out
+
+
+@dataclass(frozen=True, eq=False)
+class Exposure(Draws):
+    """When an image was taken, by which camera of which target, for B runs."""
+
+    camera: str
+    target: str
+
+    def normal(self, marks: int) -> Array:
+        """Return independent standard normal numbers (B, marks, 2)."""
+        return first_view(self.normal_pairs(marks))
+
+    def uniform(self, marks: int) -> Array:
+        """Return independent uniform numbers (B, marks), between 0 and 1."""
+        out = np.empty((marks, self.runs.size))
+        random.uniforms(self.seed, self.runs, self.step, self.stream + 1, out)
+        return first_view(out)
+
+
+class MarkGroup(NamedTuple):
+    """The marks of one target in the image of one camera: the first of all marks, and how many."""
+
+    camera: str
+    target: str
+    first: int
+    size: int
+
+
+@dataclass
+class ImageRows:
+    """The rows of an image to which effects add their stages, one after the other.
+
+    program  the stages of a period; an effect keeps what it remembers in new rows of it
+    groups   the marks of each camera and target
+    every    control periods between images: a stage does nothing in the others
+    pixels   first row of the pixels (N, 2), which are the true ones until `own_pixels`
+    hidden   first row of whether each mark is hidden (N,), to be set to one
+    lost     row of whether the image is lost, to be set to one
+    dt       row of the control period
+    latency  row of the age of the image in seconds
+    seed     of random numbers, and `run` the row of the number of each run
+    stream   the first of two streams of random numbers of an effect
+    owned    whether the pixels may be changed in place
+    """
+
+    program: Program
+    groups: Sequence[MarkGroup]
+    every: int
+    pixels: int
+    hidden: int
+    lost: int
+    dt: int
+    latency: int
+    seed: np.uint64
+    run: int
+    stream: int = 0
+    owned: bool = False
+
+    @property
+    def N(self) -> int:
+        """The number of marks in the image."""
+        return sum(each.size for each in self.groups)
+
+    @property
+    def key(self) -> tuple[int, int, int]:
+        """The seed, the row of the number of the run, and the stream, as stages take them."""
+        return int(self.seed.astype(np.int64)), self.run, self.stream
+
+    def new_pixels(self) -> int:
+        """Return new rows (N, 2), which are the pixels from here on."""
+        self.pixels, self.owned = self.program.rows(2 * self.N), True
+        return self.pixels
+
+    def own_pixels(self) -> int:
+        """Return rows (N, 2) of pixels to change in place; a copy if they are the true ones."""
+        if not self.owned:
+            before = self.pixels
+            self.program.add(copied, 2 * self.N, before, self.new_pixels())
+        return self.pixels
+
+    def call(self, seen: Callable[[Array, Exposure], Array], name: str) -> None:
+        """Add a function in Python from pixels (B, N, 2) of a target to others."""
+        self.program.call(partial(self._called, seen, name, self.own_pixels(), self.stream))
+
+    def _called(
+        self, seen: Any, name: str, first: int, stream: int, blocks: Blocks, step: int
+    ) -> None:
+        if step % self.every:
+            return
+        pixels = blocks.get(first, self.N, 2)
+        runs = blocks.get(self.run, 1)[0].view(np.uint64)
+        dt, latency = blocks.first(self.dt, 1)[0], blocks.first(self.latency, 1)[0]
+        when = max(float(step * dt - latency), 0.0), step, self.seed, runs, stream
+        for camera, target, start, count in self.groups:
+            before = shown_view(pixels[start : start + count])
+            found = seen(before, Exposure(*when, camera, target))
+            found = like(before, found, f"{name}.seen", gaps=True)
+            pixels[start : start + count] = last_view(found)
+        blocks.put(first, pixels)
 
 
 class Place(IntEnum):
@@ -24,7 +149,8 @@ class Place(IntEnum):
     TAKEN = 0  # when images are taken and used: a `timing`, but no stages
     MEASURED = 1  # where marks are seen
     ROUNDED = 2  # to the resolution of the image
-    RECEIVED = 3  # which images and marks arrive
+    HIDDEN = 3  # which marks arrive
+    LOST = 4  # which images arrive
 
 
 class ImageTiming(NamedTuple):
@@ -60,7 +186,8 @@ class ImageEffect(Imperfection):
 
     def seen(self, pixels: Array, exposure: Exposure) -> Array:
         """Return where the marks are seen (B, N, 2), from where they would be, in pixels."""
-        raise NotImplementedError(f"{self.label} needs `seen` or `add_stages`")
+        found: Array = self.owner("seen").seen(pixels, exposure)
+        return found
 
     def add_stages(self, image: ImageRows) -> None:
         """Add the stages of the effect to a program; by default `seen` is called."""
@@ -85,6 +212,8 @@ class ImageEffect(Imperfection):
 
         `normal()` are standard normal numbers of the same shape.
         """
+        if self.place is Place.TAKEN:
+            return pixels
         raise InputError("views have noise and quantisation only; leave it out")
 
 
@@ -99,24 +228,16 @@ class OwnImageEffect(Protocol):
         """Return where the marks are seen (B, N, 2), from where they would be, in pixels."""
 
 
-EFFECT = Choice(IMAGE_EFFECTS, protocol=OwnImageEffect)
+Effects = Annotated[
+    tuple[ImageEffect | OwnImageEffect, ...],
+    ListOf(Choice(IMAGE_EFFECTS, protocol=OwnImageEffect), most=64, alone=True),
+    "Effects of other kinds, or of a kind of your own, one after the other.",
+]
 
 
-@dataclass(frozen=True, eq=False)
-class CalledImageEffect(ImageEffect):
-    """An image effect that is a user's own object without our base class."""
-
-    own: Any
-
-    @property
-    def label(self) -> str:
-        return type(self.own).__name__
-
-    def seen(self, pixels: Array, exposure: Exposure) -> Array:
-        found: Array = self.own.seen(pixels, exposure)
-        return found
-
-
-def image_effect(given: Any) -> ImageEffect:
-    """Return an effect with our base class, also where it is a user's own object."""
-    return given if isinstance(given, ImageEffect) else CalledImageEffect(given)
+def like(before: Array, given: Any, who: str, *, gaps: bool = False) -> Array:
+    """Return what a user's effect made of an array; InputError unless it is of the same shape."""
+    found = numbers(given, who, before.shape[1:], gaps=gaps)
+    if found.shape != before.shape:
+        raise InputError(f"{who}: expected shape {before.shape}, got {found.shape}")
+    return found

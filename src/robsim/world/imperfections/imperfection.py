@@ -1,74 +1,93 @@
-"""Imperfections: what every kind of them declares, and the facts on which statements rest."""
+"""Imperfections: what every kind of them declares, and those of a run that act."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from typing import ClassVar, Protocol
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import Any, ClassVar, Generic, NamedTuple, Self, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from robsim.base.arrays import Array
-from robsim.declare import Declared
+from robsim.base.arrays import Array, is_any
+from robsim.base.values import known
+from robsim.declare import Declared, fields_of
 
 Statement = tuple[str, dict[str, float]]  # a sentence and its numbers
+P = TypeVar("P", bound="Imperfection")
+T = TypeVar("T")
 
 
-class RunFacts(Protocol):
-    """The facts of a run from which an imperfection states its part in it."""
+class RunFacts(NamedTuple):
+    """The facts of a run from which an imperfection states its part in it.
 
-    @property
-    def dt(self) -> float:
-        """The control period in seconds."""
-
-    @property
-    def gain(self) -> float:
-        """The largest gain of the task, per second; NaN for a user's own kind of task."""
-
-    @property
-    def robust(self) -> bool:
-        """Whether the task has robust weights."""
-
-    @property
-    def columns(self) -> NDArray[np.int64]:
-        """The numbers of the commanded velocities among those of the scene."""
-
-    @property
-    def velocities(self) -> tuple[Array, Array]:
-        """The commanded and the actual velocities (T, nv) of the scene."""
-
-    def lasting(self, what: str) -> Statement:
-        """Return the statement of what keeps the error from vanishing, with its final size."""
-
-
-def in_periods(count: float) -> str:
-    """Return a number of control periods with its noun.
-
-    >>> in_periods(1.0), in_periods(2.5)
-    ('1 control period', '2.5 control periods')
+    dt       control period in seconds
+    gain     largest gain of the task, per second; NaN for a user's own kind of task
+    robust   whether the task has robust weights
+    columns  numbers of the commanded velocities among those of the scene
+    wanted   commanded velocities (T, nv) of the scene, and `moved` the actual ones
+    floor    clause on the error that does not vanish, "" if that is not what happened
+    numbers  the numbers of that clause
     """
-    whole = round(count)
-    text = str(whole) if abs(count - whole) < 1e-6 else f"{count:.3g}"
-    return f"{text} control period{'s' * (text != '1')}"
+
+    dt: float
+    gain: float
+    robust: bool
+    columns: NDArray[np.int64]
+    wanted: Array
+    moved: Array
+    floor: str
+    numbers: Mapping[str, float]
+
+    def lasting(self, what: str, **numbers: float) -> Statement:
+        """Return the statement of what keeps the error from vanishing, with its final size."""
+        return f"{what}{self.floor}.", {**numbers, **self.numbers}
+
+    def in_periods(self, seconds: float) -> str:
+        """Return a time as a number of control periods, with the noun."""
+        count, whole = seconds / self.dt, round(seconds / self.dt)
+        text = str(whole) if abs(count - whole) < 1e-6 else f"{count:.3g}"
+        return f"{text} control period{'s' * (text != '1')}"
 
 
 class Imperfection(Declared):
     """A kind of imperfection, of the images or of the joints, as far as sentences go.
 
+    own       a user's object without this base class, for which this stands
+    stream    the first of two streams of random numbers, in the short form
     title     its noun, such as "pixel noise"
     left_out  noun for `advise` if it has no part in the linear loop and its noise; "" for none
     """
 
+    own: Any = None
+    stream: ClassVar[int] = 0
     title: ClassVar[str]
     left_out: ClassVar[str] = "effects of your own"
+
+    @classmethod
+    def of(cls, given: Any) -> Self:
+        """Return an imperfection with this base class, also where it is a user's own object."""
+        if isinstance(given, cls):
+            return given
+        made = cls()
+        made.own = given
+        return made
 
     @property
     def label(self) -> str:
         """The name of the class, for sentences and errors."""
-        return type(self).__name__
+        return type(self.own or self).__name__
+
+    def owner(self, method: str) -> Any:
+        """Return the user's object that has a method; NotImplementedError if there is none."""
+        if self.own is None:
+            raise NotImplementedError(f"{self.label} needs `{method}` or `add_stages`")
+        return self.own
 
     def stated(self, facts: RunFacts) -> Statement:
-        return facts.lasting(f"{self.title.capitalize()}: {self.label}")
+        """Return a sentence on its part in a run, and the numbers."""
+        return facts.lasting(f"{self.label} makes {self.title}")
 
     def cause(self, dt: float) -> str:
         """Return the phrase for its part in the timing of the loop, as a limit of the gain."""
@@ -77,3 +96,51 @@ class Imperfection(Declared):
     def caveats(self, robust: bool, noise: float) -> Iterator[str]:
         """Yield what advice misses of it, beside the noise (px) that robust weights leave."""
         yield from ()
+
+
+@dataclass(frozen=True, eq=False)
+class Acting(Generic[P]):
+    """An imperfection that acts, and the field of `Sensing` or `Actuation` that holds it.
+
+    `stream` is the first of its two streams of random numbers, and `off` returns the value of the
+    field without it.
+    """
+
+    effect: P
+    stream: int
+    field: str
+    off: Callable[[Any], Any]
+
+    def removed(self, holder: T) -> T:
+        """Return a `Sensing` or `Actuation` without this imperfection."""
+        left = self.off(getattr(holder, self.field))
+        return replace(holder, **{self.field: left})  # type: ignore[type-var]
+
+
+def acting(holder: Any, parts: Sequence[Any], base: type[P], first: int) -> list[Acting[P]]:
+    """Return the imperfections of a `Sensing` or `Actuation` that act.
+
+    `parts` are kinds whose fields stand in the holder, and names of lists of effects, of which
+    each has two streams of random numbers, from the first on.
+    """
+    found = []
+    for part in parts:
+        if isinstance(part, str):
+            for i, each in enumerate(getattr(holder, part)):
+                off = partial(_less, each)
+                found.append(Acting(base.of(each), first + 2 * i, part, off))
+            continue
+        given = {each.name: getattr(holder, each.name) for each in fields_of(part)}
+        name = next(iter(given))
+        if is_any(given[name]):
+            off = partial(_default, type(holder).__dataclass_fields__[name].default)
+            found.append(Acting(known(part, **given), part.stream, name, off))
+    return found
+
+
+def _less(effect: Any, given: tuple[Any, ...]) -> tuple[Any, ...]:
+    return tuple(one for one in given if one is not effect)
+
+
+def _default(value: Any, given: Any) -> Any:
+    return value

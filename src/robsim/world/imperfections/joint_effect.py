@@ -1,25 +1,90 @@
-"""Kinds of imperfections of the joints, and what each of them declares."""
+"""Imperfections of the joints: what each kind declares, and the rows to which it adds stages."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from enum import IntEnum
-from typing import Any, ClassVar, NamedTuple, Protocol, runtime_checkable
+from functools import partial
+from typing import Annotated, Any, ClassVar, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
+from numpy.typing import NDArray
 
-from robsim.base.arrays import Array, is_any
+from robsim.base.arrays import Array, first_view, frozen, is_any, shown_view
 from robsim.base.errors import InputError
-from robsim.declare import Choice, family
-from robsim.world.imperfections.drive import Drive
-from robsim.world.imperfections.image_effect import FIRST_STREAM
+from robsim.declare import Choice, ListOf, family
+from robsim.kernels.machine.program import Blocks, Program
+from robsim.world.imperfections.image_effect import FIRST_STREAM, Draws, like
 from robsim.world.imperfections.imperfection import Imperfection, RunFacts, Statement
-from robsim.world.imperfections.joint_rows import JointRows
 from robsim.world.scene import Scene
 
 JOINT_EFFECTS = family("joint effect")
 AFTER_IMAGES = FIRST_STREAM + 1024  # streams of random numbers; those below are of images
+
+
+@dataclass(frozen=True, eq=False)
+class Drive(Draws):
+    """The state of the drives at a control instant, for B runs, with the run first.
+
+    q        coordinates (B, nq) of the scene
+    moved    velocities (B, n) of the commanded joints in the period that ends, zero at the start
+    """
+
+    q: Array
+    moved: Array
+
+    def normal(self, count: int) -> Array:
+        """Return independent standard normal numbers (B, count)."""
+        rows = self.normal_pairs(-(-count // 2)).reshape(-1, self.runs.size)
+        return np.ascontiguousarray(rows[:count].T)
+
+
+@dataclass
+class JointRows:
+    """The rows of joints to which effects add their stages, one after the other.
+
+    program  the stages of a period; an effect keeps what it remembers in new rows of it
+    columns  the numbers of the commanded velocities among those of the scene
+    wanted   first row of the velocities (nv,) of the scene, the commanded ones to be changed
+    speed    first row of those at which joints move (nv,)
+    q        first row of the true coordinates (nq,)
+    measured first row of the coordinates (nq,) that the controller gets
+    seconds  the control period
+    seed     of random numbers, `runs` the numbers of all runs, and `run` the row of these
+    stream   the first of two streams of random numbers of an effect
+    """
+
+    program: Program
+    scene: Scene
+    columns: NDArray[np.int64]
+    wanted: int
+    speed: int
+    q: int
+    measured: int
+    seconds: float
+    seed: np.uint64
+    runs: NDArray[np.int64]
+    stream: int = 0
+
+    def new_measured(self) -> int:
+        """Return new rows (nq,), which are the measured coordinates from here on."""
+        self.measured = self.program.rows(self.scene.nq)
+        return self.measured
+
+    def call(self, driven: Callable[[Array, Drive], Array], name: str) -> None:
+        """Add a function in Python from the wanted velocities (B, n) to others."""
+        self.program.call(partial(self._called, driven, name, self.stream))
+
+    def _called(self, driven: Any, name: str, stream: int, blocks: Blocks, step: int) -> None:
+        nv, get = self.scene.nv, blocks.get
+        rates, q, speed = get(self.wanted, nv), get(self.q, self.scene.nq), get(self.speed, nv)
+        wanted, moved = first_view(rates[self.columns]).copy(), shown_view(speed[self.columns])
+        key = step, self.seed, self.runs[blocks.rows].view(np.uint64), stream
+        drive = Drive(step * self.seconds, *key, shown_view(q), moved)
+        found = like(wanted, driven(frozen(wanted.view()), drive), f"{name}.driven")
+        rates[self.columns] = found.T
+        blocks.put(self.wanted, rates)
 
 
 class JointPlace(IntEnum):
@@ -63,7 +128,8 @@ class JointEffect(Imperfection):
 
     def driven(self, wanted: Array, drive: Drive) -> Array:
         """Return velocities (B, n) for the period that begins, from those that are wanted."""
-        raise NotImplementedError(f"{self.label} needs `driven` or `add_stages`")
+        found: Array = self.owner("driven").driven(wanted, drive)
+        return found
 
     def add_stages(self, joints: JointRows) -> None:
         """Add the stages of the effect to a program; by default `driven` is called."""
@@ -95,24 +161,8 @@ class OwnJointEffect(Protocol):
         """Return velocities (B, n) for the period that begins, from those that are wanted."""
 
 
-EFFECT = Choice(JOINT_EFFECTS, protocol=OwnJointEffect)
-
-
-@dataclass(frozen=True, eq=False)
-class CalledJointEffect(JointEffect):
-    """A joint effect that is a user's own object without our base class."""
-
-    own: Any
-
-    @property
-    def label(self) -> str:
-        return type(self.own).__name__
-
-    def driven(self, wanted: Array, drive: Drive) -> Array:
-        found: Array = self.own.driven(wanted, drive)
-        return found
-
-
-def joint_effect(given: Any) -> JointEffect:
-    """Return an effect with our base class, also where it is a user's own object."""
-    return given if isinstance(given, JointEffect) else CalledJointEffect(given)
+Effects = Annotated[
+    tuple[JointEffect | OwnJointEffect, ...],
+    ListOf(Choice(JOINT_EFFECTS, protocol=OwnJointEffect), most=64, alone=True),
+    "Effects of other kinds, or of a kind of your own, one after the other.",
+]

@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import cmath
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Annotated, ClassVar
 
-from robsim.base.arrays import Array
 from robsim.declare import Stacked, Time, register
 from robsim.world.imperfections.image_effect import ImageEffect, ImageTiming, Place
-from robsim.world.imperfections.imperfection import RunFacts, Statement, in_periods
+from robsim.world.imperfections.imperfection import RunFacts, Statement
 
 Age = Annotated[
     float, Time(least=0), Stacked(()), "Age of an image when it reaches the controller."
@@ -40,7 +38,7 @@ class Latency(ImageEffect):
     def stated(self, facts: RunFacts) -> Statement:
         periods = self.latency / facts.dt
         limit, product = delay_limit(periods), facts.gain * facts.dt
-        sentence = f"The images are {self.latency:.3g} s old, {in_periods(periods)}"
+        sentence = f"The images are {self.latency:.3g} s old, {facts.in_periods(self.latency)}"
         if product > limit:
             sentence += (
                 f": with such a delay the loop is unstable where gain times period exceeds "
@@ -50,9 +48,6 @@ class Latency(ImageEffect):
             sentence += f"; gain times period is {product:.3g}, and {limit:.3g} is the limit"
         numbers = {"periods": periods, "gain_dt": product, "limit": limit, "gain": facts.gain}
         return f"{sentence}.", numbers
-
-    def in_views(self, pixels: Array, normal: Callable[[], Array]) -> Array:
-        return pixels
 
 
 def delay_limit(periods: float) -> float:

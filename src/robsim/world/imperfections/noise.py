@@ -9,8 +9,7 @@ from typing import Annotated, ClassVar
 from robsim.base.arrays import Array
 from robsim.declare import Number, Stacked, register
 from robsim.kernels.images import sensing as kernels
-from robsim.world.imperfections.image_effect import ImageEffect
-from robsim.world.imperfections.image_rows import ImageRows
+from robsim.world.imperfections.image_effect import ImageEffect, ImageRows
 from robsim.world.imperfections.imperfection import RunFacts, Statement
 
 PIXELS = Number(least=0, unit="px")
@@ -40,8 +39,8 @@ class PixelNoise(ImageEffect):
         return self.noise
 
     def stated(self, facts: RunFacts) -> Statement:
-        sentence, evidence = facts.lasting(f"There is pixel noise of {self.noise:.3g} px")
-        return sentence, {"noise_px": self.noise, **evidence}
+        what = f"There is pixel noise of {self.noise:.3g} px"
+        return facts.lasting(what, noise_px=self.noise)
 
     def in_views(self, pixels: Array, normal: Callable[[], Array]) -> Array:
         return pixels + self.noise * normal()

@@ -9,8 +9,7 @@ from typing import Annotated, ClassVar
 
 from robsim.declare import Number, Stacked, register
 from robsim.kernels.images import sensing as kernels
-from robsim.world.imperfections.image_effect import ImageEffect
-from robsim.world.imperfections.image_rows import ImageRows
+from robsim.world.imperfections.image_effect import ImageEffect, ImageRows
 from robsim.world.imperfections.imperfection import RunFacts, Statement
 from robsim.world.imperfections.noise import PIXELS
 
@@ -32,6 +31,7 @@ class Outliers(ImageEffect):
     10.0
     """
 
+    stream: ClassVar[int] = 1
     title: ClassVar[str] = "outliers"
     left_out: ClassVar[str] = ""
     outliers: Share = 0.1

@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Annotated, ClassVar
 
 import numpy as np
 
-from robsim.base.arrays import Array
 from robsim.base.errors import InputError
 from robsim.declare import Time, register
 from robsim.world.imperfections.image_effect import ImageEffect, ImageTiming, Place
-from robsim.world.imperfections.imperfection import RunFacts, Statement, in_periods
+from robsim.world.imperfections.imperfection import RunFacts, Statement
 
 MOST = 1e15  # control periods: so long that no other image follows
 Period = Annotated[
@@ -55,7 +53,7 @@ class CameraPeriod(ImageEffect):
         seconds = self.period or facts.dt
         product = facts.gain * seconds
         sentence = (
-            f"A new image comes every {seconds:.3g} s only, {in_periods(seconds / facts.dt)}, "
+            f"A new image comes every {seconds:.3g} s only, {facts.in_periods(seconds)}, "
             "and the command goes on meanwhile"
         )
         if np.isfinite(product):
@@ -63,6 +61,3 @@ class CameraPeriod(ImageEffect):
                 f": gain times {seconds:.3g} s is {product:.3g}, and from 2 on the loop is unstable"
             )
         return f"{sentence}.", {"period_s": seconds, "gain_period": product, "limit": 2.0}
-
-    def in_views(self, pixels: Array, normal: Callable[[], Array]) -> Array:
-        return pixels

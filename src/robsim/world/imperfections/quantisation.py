@@ -12,8 +12,7 @@ import numpy as np
 from robsim.base.arrays import Array
 from robsim.declare import Stacked, register
 from robsim.kernels.images import sensing as kernels
-from robsim.world.imperfections.image_effect import ImageEffect, Place
-from robsim.world.imperfections.image_rows import ImageRows
+from robsim.world.imperfections.image_effect import ImageEffect, ImageRows, Place
 from robsim.world.imperfections.imperfection import RunFacts, Statement
 from robsim.world.imperfections.noise import PIXELS
 
@@ -50,8 +49,8 @@ class Quantisation(ImageEffect):
             yield "rounded pixels count as noise, and with less noise than this the loop may stick"
 
     def stated(self, facts: RunFacts) -> Statement:
-        sentence, evidence = facts.lasting(f"Pixels are rounded to {self.quantisation:.3g} px")
-        return sentence, {"quantisation_px": self.quantisation, **evidence}
+        what = f"Pixels are rounded to {self.quantisation:.3g} px"
+        return facts.lasting(what, quantisation_px=self.quantisation)
 
     def in_views(self, pixels: Array, normal: Callable[[], Array]) -> Array:
         step = self.quantisation

@@ -7,17 +7,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Annotated, Any, ClassVar
 
-import numpy as np
-
 from robsim.base.arrays import numbers
 from robsim.base.errors import InputError, said, suggest
 from robsim.base.units import Dimension
-from robsim.declare import Declared, ListOf, Quantity, Table, Time, Whole, described, register
+from robsim.declare import ListOf, Quantity, Table, Time, Whole, register
 from robsim.declare.spec import Context, Raw, Spec
 from robsim.declare.words import Reference
 from robsim.kernels.images.hiding import hide
-from robsim.world.imperfections.image_effect import ImageEffect, Place
-from robsim.world.imperfections.image_rows import ImageRows, MarkGroup
+from robsim.world.imperfections.image_effect import ImageEffect, ImageRows, MarkGroup, Place
 from robsim.world.imperfections.imperfection import RunFacts, Statement
 
 MARK = Whole(0, 10_000)
@@ -55,9 +52,9 @@ class Marks(ListOf):
 MARKS = Marks()
 
 
-@described
+@register("image effect", "occlusion")
 @dataclass(frozen=True)
-class Occlusion(Declared):
+class Occlusion(ImageEffect):
     """Marks that are hidden from `start` until `end`, in seconds.
 
     `target` and `camera` restrict it to one object and to one camera; None stands for all. A
@@ -66,10 +63,16 @@ class Occlusion(Declared):
     and so does any feature of which nothing is left. With a weighting of the task a pose is
     estimated from those that are left, and where these are too few the run ends.
 
-    >>> Occlusion([0], start=1.0).end
-    inf
+    >>> from robsim import Sensing, examples, load_scenario
+    >>> hidden = Occlusion([0], start=0.1, end=0.2)
+    >>> case = load_scenario(examples.path("holonomic")).with_(sensing=Sensing(occlusions=hidden))
+    >>> float(case.run().end_time) > hidden.end
+    True
     """
 
+    place: ClassVar[Place] = Place.HIDDEN
+    title: ClassVar[str] = "hidden marks"
+    left_out: ClassVar[str] = "occlusions"
     marks: Annotated[tuple[int, ...], MARKS, "Numbers of the hidden marks."]
     start: Annotated[
         float, Time(above=0), "Time from which the marks are hidden; they must be seen once before."
@@ -92,7 +95,6 @@ class Occlusion(Declared):
         return self.camera in (None, camera) and self.target in (None, target)
 
     def check(self, groups: Sequence[MarkGroup]) -> None:
-        """Raise InputError if it hides what does not exist."""
         for kind in ("camera", "target"):
             name, known = getattr(self, kind), sorted({getattr(each, kind) for each in groups})
             if name is not None and name not in known:
@@ -106,10 +108,9 @@ class Occlusion(Declared):
                 )
 
     def add_stages(self, image: ImageRows) -> None:
-        """Add the stage that hides its marks."""
-        number, first = image.program.number, image.hidden_marks()
+        number = image.program.number
         marks = [
-            first + each.first + mark
+            image.hidden + each.first + mark
             for each in image.groups
             if self.concerns(each.camera, each.target)
             for mark in self.marks
@@ -117,42 +118,17 @@ class Occlusion(Declared):
         rows = image.dt, image.latency, number(self.start), number(self.end)
         image.program.add(hide, *rows, len(marks), *marks)
 
+    def stated(self, facts: RunFacts) -> Statement:
+        until = f"until {self.end:.3g} s" if self.end < math.inf else "on"
+        several = len(self.marks) > 1
+        sentence = (
+            f"Mark{'s' * several} {', '.join(map(str, self.marks))} {'are' if several else 'is'} "
+            f"hidden from {self.start:.3g} s {until}, and the law goes on without."
+        )
+        numbers = {"marks": float(len(self.marks)), "start_s": self.start, "end_s": self.end}
+        return sentence, numbers
+
 
 Hidden = Annotated[
     tuple[Occlusion, ...], ListOf(Table(Occlusion), alone=True), "Times in which marks are hidden."
 ]
-
-
-@register("image effect", "occlusions")
-@dataclass(frozen=True)
-class Occlusions(ImageEffect):
-    """Marks that are hidden for a while.
-
-    >>> Occlusions(Occlusion([0, 2], start=1.0)).occlusions[0].marks
-    (0, 2)
-    """
-
-    place: ClassVar[Place] = Place.RECEIVED
-    title: ClassVar[str] = "hidden marks"
-    left_out: ClassVar[str] = "occlusions"
-    occlusions: Hidden
-
-    def check(self, groups: Sequence[MarkGroup]) -> None:
-        for occlusion in self.occlusions:
-            occlusion.check(groups)
-
-    def add_stages(self, image: ImageRows) -> None:
-        for occlusion in self.occlusions:
-            occlusion.add_stages(image)
-
-    def stated(self, facts: RunFacts) -> Statement:
-        marks = sorted({mark for occlusion in self.occlusions for mark in occlusion.marks})
-        first = min(occlusion.start for occlusion in self.occlusions)
-        last = max(occlusion.end for occlusion in self.occlusions)
-        until = f"until {last:.3g} s" if np.isfinite(last) else "on"
-        several = len(marks) > 1
-        sentence = (
-            f"Mark{'s' * several} {', '.join(map(str, marks))} {'are' if several else 'is'} hidden "
-            f"from {first:.3g} s {until}, and the law goes on without."
-        )
-        return sentence, {"marks": float(len(marks)), "start_s": first, "end_s": last}

@@ -1,0 +1,148 @@
+"""Whether a declared field acts: its value in a text is changed, and the experiment runs."""
+
+import re
+from collections.abc import Iterator
+from copy import deepcopy
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+import robsim as rs
+from robsim.declare.problems import Problems
+from robsim.declare.schema import Definitions
+from robsim.declare.spec import MISSING, Context
+from robsim.files.toml import write
+from robsim.run.experiment import Experiment
+
+NUMBER = re.compile(r"(?<![\w^.])-?\d+(\.\d+)?([eE][-+]?\d+)?")
+
+
+@dataclass
+class Case:
+    """The tables of an experiment, the path to one of them, and other values for its keys."""
+
+    tables: dict
+    path: tuple = ()
+    others: dict = field(default_factory=dict)
+
+    def __post_init__(self):
+        if self.path and isinstance(self.own(), str):  # the name of a kind alone
+            inside = self._inside(self.tables, self.path[:-1])
+            inside[self.path[-1]] = {"kind": self.own()}
+
+    def own(self) -> dict:
+        """Return the table that the path leads to."""
+        return self._inside(self.tables, self.path)
+
+    def effect(self, each) -> tuple[str, list]:
+        """Return whether a field "acts", is "refused" or is "dead", and the values tried."""
+        tried = []
+        for key in each.spec.keys(each.name):
+            for value, given in self._values(each, key):
+                tables = self._with(key, value)
+                try:
+                    found = results(tables)
+                except rs.InputError as error:
+                    tried += [(key, value, str(error))] if given else []
+                    continue
+                if not same(self.results, found):
+                    return "acts", [(key, value, "")]
+                if not self._means(tables):
+                    tried.append((key, value, "same"))
+        refused = bool(tried) and all(told != "same" for _, _, told in tried)
+        return "refused" if refused else "dead", tried
+
+    @cached_property
+    def results(self):
+        return results(self.tables)
+
+    @cached_property
+    def _experiment(self):
+        return Experiment.from_text(write(self.tables), "case.toml")
+
+    def _means(self, tables) -> bool:
+        """Return whether other tables are the same experiment in other words."""
+        other = Experiment.from_text(write(tables), "case.toml")
+        return other == self._experiment and self.tables.get("study") == tables.get("study")
+
+    def _with(self, key, value) -> dict:
+        tables = deepcopy(self.tables)
+        own = self._inside(tables, self.path)
+        own.pop(key, None)
+        if value is not MISSING:
+            own[key] = value
+        return tables
+
+    def _values(self, each, key) -> Iterator[tuple[Any, bool]]:
+        """Yield other values of a key, and whether they are given, not guessed from its own."""
+        spec, own = each.spec.of_key(each.name, key), self.own().get(key, MISSING)
+        plain = own if own is not MISSING else written(spec, each.default)
+        words = words_in(each.spec.properties(each.name, Definitions()).get(key, {}), plain)
+        yield from ((value, True) for value in (*self.others.get(key, ()), *words))
+        yield from ((value, False) for value in near(plain))
+        if own is not MISSING and not each.required:
+            yield MISSING, False
+
+    @staticmethod
+    def _inside(tables, path):
+        for key in path:
+            tables = tables[key]
+        return tables
+
+
+def written(spec, value):
+    """Return how a text says a value; MISSING if that takes more than the value."""
+    try:
+        return MISSING if value is None else spec.write(value, Context(Problems("text")))
+    except Exception:  # noqa: BLE001 - of a scene, say, which is not here
+        return MISSING
+
+
+def words_in(schema, but) -> Iterator[Any]:
+    """Yield the words and truth values that a JSON Schema allows, but for one."""
+    allowed = (True, False) if schema.get("type") == "boolean" else schema.get("enum", ())
+    yield from (x for x in allowed if x is not but and x != but)
+    for each in schema.get("anyOf", ()):
+        yield from words_in(each, but)
+
+
+def near(raw) -> Iterator[Any]:
+    """Yield values of the same form with other numbers in them."""
+    if isinstance(raw, bool):
+        yield not raw
+    elif isinstance(raw, int):
+        yield from (raw + 1, raw - 1, 2 * raw + 2)
+    elif isinstance(raw, float):
+        yield from (factor * raw for factor in (1.25, 0.8, 3.0, 0.3)) if raw else (0.1, 1.0)
+    elif isinstance(raw, str):
+        for factor in (1.25, 0.8, 3.0, 0.3):
+            other = NUMBER.sub(lambda x, by=factor: f"{by * (float(x[0]) or 0.1):.9g}", raw)
+            if other != raw:
+                yield other
+    elif isinstance(raw, list):
+        yield from ([*raw[:i], x, *raw[i + 1 :]] for i, each in enumerate(raw) for x in near(each))
+        if len(raw) > 1:
+            yield raw[:-1]
+    elif isinstance(raw, dict):
+        yield from ({**raw, key: x} for key, each in raw.items() for x in near(each))
+
+
+def results(tables) -> dict:
+    """Return all numbers of the run of an experiment, or of its study where it has one."""
+    experiment = Experiment.from_text(write(tables), "case.toml")
+    if "study" in tables:
+        return {name: np.asarray(each) for name, each in rs.study(experiment).table.items()}
+    run = experiment.run()
+    parts = enumerate(run.runs if isinstance(run, rs.MissionRun) else [run])
+    return {(i, name): x.values for i, part in parts for name, x in part.variables.items()}
+
+
+def same(one, other) -> bool:
+    """Return whether results are the same to the last bit."""
+    return one.keys() == other.keys() and all(
+        x.dtype == other[name].dtype
+        and np.array_equal(x, other[name], equal_nan=x.dtype.kind == "f")
+        for name, x in one.items()
+    )

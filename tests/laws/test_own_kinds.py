@@ -1,0 +1,300 @@
+"""A compiled feature, law or joint of one's own is one file with its kernel, and nothing else."""
+
+import sys
+from dataclasses import dataclass, replace
+from typing import ClassVar
+
+import numpy as np
+import pytest
+
+import robsim as rs
+from robsim import examples
+from robsim.declare import families
+from robsim.testing import check_feature, check_law
+
+ANGLES = '''
+"""Angles of the ray to each mark about two axes of the camera."""
+
+import math
+from dataclasses import dataclass
+
+from robsim.declare import Declared, register
+from robsim.features.compiled import Compiled
+from robsim.features.feature import Tolerance
+from robsim.kernels.formulas.interaction import points_interaction
+from robsim.kernels.machine.memory import matrix, vector
+from robsim.kernels.machine.stage import stage
+
+
+@stage
+def angles(p, w, step):
+    """Compute s = (atan x, atan y) and L of N marks: (N, points, depth, s, L)."""
+    N = p[0]
+    x, s, L = matrix(w, p[1], N, 2), vector(w, p[3], 2 * N), matrix(w, p[4], 2 * N, 6)
+    points_interaction(x, vector(w, p[2], N), L)
+    for n in range(2 * N):
+        for b in range(x.shape[2]):
+            t = x[n // 2, n % 2, b]
+            s[n, b] = math.atan(t)
+            for c in range(6):
+                L[n, c, b] /= 1.0 + t * t
+
+
+@register("feature", "angles")
+@dataclass(frozen=True, eq=False)
+class Angles(Compiled, Declared):
+    """The angles of the ray to each mark."""
+
+    tolerance: Tolerance = 1e-5
+    unit: str = "rad"
+
+    def stages(self, seen):
+        rows = seen.room(2 * seen.N)
+        seen.program.add(angles, seen.N, seen.points, seen.depth, rows.s, rows.L)
+        return rows
+'''
+SMOOTH = '''
+"""A law whose joint velocities stay below a bound."""
+
+from dataclasses import dataclass
+from typing import Annotated, ClassVar
+
+from robsim.declare import Declared, Number, register
+from robsim.kernels.machine.lanes import absolute, get, put
+from robsim.kernels.machine.stage import stage
+from robsim.servo.laws.inverse import ANY, inverted
+from robsim.servo.laws.staged_law import StagedLaw
+
+
+@stage
+def bounded(p, w, step):
+    """Compute -gain x / (1 + |gain x| / most) of n numbers: (n, gain, most, x, found)."""
+    for i in range(p[0]):
+        v = get(w, p[1]) * get(w, p[3] + i)
+        put(w, p[4] + i, -v / (1.0 + absolute(v) / get(w, p[2])))
+
+
+@register("law", "smooth")
+@dataclass(frozen=True)
+class Smooth(StagedLaw, Declared):
+    """A law whose joint velocities stay below a bound."""
+
+    most: Annotated[float, Number(above=0), "Bound in rad/s or m/s."] = 1.0
+    in_camera: ClassVar[bool] = False
+
+    def stages(self, of):
+        program, most = of.program, of.program.constant(self.most)
+        moves = of.J if of.one_motion else ANY
+        unit = inverted(program, (of.A, of.k, of.n), of.error, of.inverse, moves)
+
+        def at(gain):
+            found = program.rows(of.n)
+            program.add(bounded, of.n, gain, most, unit, found)
+            return found
+
+        return at
+'''
+
+GEARED = '''
+"""A screw behind a gear."""
+
+from dataclasses import dataclass
+from typing import Annotated, ClassVar
+
+from robsim.declare import Declared, Length, Number, register
+from robsim.kernels.formulas.lane_math import cos_sin
+from robsim.kernels.machine.lanes import get, put
+from robsim.kernels.machine.stage import stage
+from robsim.robot.joints.kind import JointKind
+
+
+@stage
+def place(p, w, step):
+    """Compute motion and twist at an angle: (q, (lead, ratio), motion, twist)."""
+    q, lead, ratio, T, V = get(w, p[0]), get(w, p[1]), get(w, p[1] + 1), p[2], p[3]
+    c, s = cos_sin(q)
+    for r in range(12):
+        put(w, T + r, 0.0 * q)
+    put(w, T, c)
+    put(w, T + 1, -s)
+    put(w, T + 4, s)
+    put(w, T + 5, c)
+    put(w, T + 10, 1.0 + 0.0 * q)
+    put(w, T + 11, lead * q)
+    for r in range(6):
+        put(w, V + r, 0.0 * q)
+    put(w, V + 2, lead / ratio)
+    put(w, V + 5, 1.0 / ratio)
+
+
+@stage
+def move(p, w, step):
+    """Turn the screw by the velocity of the motor: (dt, q, v, (lead, ratio))."""
+    put(w, p[1], get(w, p[1]) + get(w, p[0]) * get(w, p[2]) / get(w, p[3] + 1))
+
+
+@register("joint kind", "geared")
+@dataclass(frozen=True)
+class Geared(JointKind, Declared):
+    """A screw behind a gear."""
+
+    name: ClassVar[str] = "geared"
+    coordinates: ClassVar[tuple[str, ...]] = ("",)
+    units: ClassVar[tuple[str, ...]] = ("rad",)
+    placing: ClassVar = place
+    moving: ClassVar = move
+    lead: Annotated[float, Length(), "Metres for each radian."] = 0.02
+    ratio: Annotated[float, Number(above=0), "Turns of the motor for each turn."] = 2.0
+'''
+
+
+@dataclass(frozen=True)
+class GearedInPython(rs.JointKind):
+    name: ClassVar[str] = "geared_in_python"
+    coordinates: ClassVar[tuple[str, ...]] = ("",)
+    units: ClassVar[tuple[str, ...]] = ("rad",)
+    lead: float = 0.02
+    ratio: float = 2.0
+
+    def motion(self, q):
+        T = np.tile(np.eye(4), (len(q), 1, 1))
+        T[:, 0, 0] = T[:, 1, 1] = np.cos(q[:, 0])
+        T[:, 1, 0], T[:, 0, 1] = np.sin(q[:, 0]), -np.sin(q[:, 0])
+        T[:, 2, 3] = self.lead * q[:, 0]
+        return T
+
+    def twists(self, q):
+        return np.tile([0, 0, self.lead / self.ratio, 0, 0, 1 / self.ratio], (len(q), 1, 1))
+
+    def integrate(self, q, v, dt):
+        return q + v * dt / self.ratio
+
+
+class AnglesInPython:
+    unit, tolerance = "rad", 1e-5
+
+    def measure(self, seen):
+        return np.arctan(seen.points).reshape(len(seen.points), -1)
+
+
+class SmoothInPython:
+    def __init__(self, most):
+        self.most = most
+
+    def command(self, state):
+        wish = rs.JointLaw().command(state)
+        return wish / (1.0 + np.abs(wish) / self.most)
+
+
+@pytest.fixture(scope="module")
+def own(tmp_path_factory):
+    """A package of its own with a feature, a law and a joint, each in one file."""
+    folder = tmp_path_factory.mktemp("package")
+    (folder / "own_kinds").mkdir()
+    for name, text in (
+        ("__init__", ""),
+        ("angles", ANGLES),
+        ("smooth", SMOOTH),
+        ("geared", GEARED),
+    ):
+        (folder / "own_kinds" / f"{name}.py").write_text(text)
+    sys.path.insert(0, str(folder))
+    try:
+        import own_kinds.angles
+        import own_kinds.geared
+        import own_kinds.smooth
+
+        yield own_kinds
+    finally:
+        sys.path.remove(str(folder))
+        for noun, name in (("feature", "angles"), ("law", "smooth"), ("joint kind", "geared")):
+            families()[noun].loaded.pop(name, None)
+
+
+@pytest.fixture
+def experiment():
+    return rs.load_scenario(examples.path("eye_in_hand")).with_(duration=2.0)
+
+
+def runs_of(experiment, **task):
+    goal = experiment.task.goal
+    several = experiment.start + 0.01 * np.arange(3)[:, None]
+    return experiment.with_(task=rs.IBVS(goal=goal, **task), start=several)
+
+
+def same(compiled, called, atol):
+    """Whether two experiments run alike, the first without a call of Python in its steps."""
+    assert compiled.loop().sequence.compiled and not called.loop().sequence.compiled
+    first, second = compiled.run(), called.run()
+    np.testing.assert_allclose(first.q, second.q, atol=atol, rtol=0)
+    np.testing.assert_array_equal(first.outcome, second.outcome)
+    assert (first.outcome == rs.Outcome.TIME_LIMIT).all() or atol < 1e-6
+
+
+def read_again(experiment, *words):
+    """Whether the text of an experiment has some words, and is of an equal experiment."""
+    text = experiment.to_toml()
+    assert [word for word in words if word not in text] == [], text
+    assert rs.Experiment.from_text(text) == experiment
+
+
+def test_a_feature(own, experiment):
+    kind = own.angles.Angles
+    assert check_feature(kind(), bits=True) == []
+    same(
+        runs_of(experiment, features=kind()),
+        runs_of(experiment, features=AnglesInPython()),
+        1e-7,  # L of the second one is found by moving the camera a little
+    )
+    made = runs_of(experiment, features="angles").of_run(0)
+    read_again(made, 'kind = "angles"')
+    assert made.at("task.features.tolerance", 1e-3).task.features == kind(1e-3)
+
+
+def test_a_law(own, experiment):
+    kind = own.smooth.Smooth
+    assert check_law(kind(0.5)) == []
+    same(runs_of(experiment, law=kind(0.2)), runs_of(experiment, law=SmoothInPython(0.2)), 1e-12)
+    made = runs_of(experiment, law=kind(0.2)).of_run(0)
+    read_again(made, 'kind = "smooth"', "most = 0.2")
+    assert made.at("task.law.most", 0.3).task.law == kind(0.3)
+    with pytest.raises(rs.FileError, match=r"task.law.most.*positive|must be"):
+        made.at("task.law.most", -1.0)
+
+
+def on_a_screw(experiment, kind):
+    """The experiment with a joint of a kind instead of the last one of its arm."""
+    (robot,) = experiment.scene.robots
+    at = max(i for i, link in enumerate(robot.links) if link.joint.kind == "revolute")
+    old = robot.links[at]
+    own = replace(old, joint=rs.Joint(kind, old.joint.place, old.joint.tail))
+    links = [own if link is old else link for link in robot.links]
+    scene = replace(experiment.scene, robots=[replace(robot, links=links)])
+    return experiment.with_(scene=scene)
+
+
+def test_a_joint(own, experiment):
+    kind = own.geared.Geared
+    compiled = on_a_screw(experiment, kind(0.02, 3.0))
+    called = on_a_screw(experiment, GearedInPython(0.02, 3.0))
+    robots = [each.scene.robots[0] for each in (compiled, called)]
+    q = np.random.default_rng(0).uniform(-1, 1, (20, robots[0].nq))
+    for name in ("fk", "jacobian"):
+        found, wanted = (getattr(robot, name)(q) for robot in robots)
+        np.testing.assert_allclose(found, wanted, atol=1e-14)
+    moved = [robot.integrate(q, np.ones(robot.nv), 0.5) for robot in robots]
+    np.testing.assert_allclose(*moved, atol=1e-15)
+    found = robots[0].ik(robots[0].fk(q[0]), q0=q[0] + 0.1)
+    assert found.success and compiled.scene.tree.compiled and not called.scene.tree.compiled
+    same(*(runs_of(each) for each in (compiled, called)), 1e-11)
+    read_again(compiled, 'kind = "geared"')
+
+
+def test_a_compiled_joint_that_cannot_move_is_refused(own):
+    @dataclass(frozen=True)
+    class Stuck(own.geared.Geared):
+        straight: ClassVar[bool] = False
+        moving: ClassVar = None
+
+    with pytest.raises(rs.InputError, match=r"Stuck.moving: expected the stage that moves"):
+        rs.Joint(Stuck())
