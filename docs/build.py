@@ -1,10 +1,11 @@
-"""Write the pages that follow from the code: docs/reference.md and docs/kinds.md.
+"""Write what follows from the code: docs/reference.md, docs/kinds.md, lists in docs/scenario.md.
 
 python docs/build.py            writes them
 python docs/build.py --check    exit status 1 if they are not up to date
 """
 
 import inspect
+import re
 import sys
 from pathlib import Path
 
@@ -118,9 +119,19 @@ def kinds() -> str:
     return "\n".join(lines).rstrip() + "\n"
 
 
+def scenario() -> str:
+    """Return the page on scenario files with the kinds of some families, where it marks them."""
+
+    def listed(mark: re.Match[str]) -> str:
+        names = ", ".join(f'"{name}"' for name in families()[mark[1]].names)
+        return f"<!-- kinds: {mark[1]} -->{names}<!-- -->"
+
+    return re.sub(r"<!-- kinds: (.*?) -->.*?<!-- -->", listed, _read(HERE / "scenario.md"))
+
+
 def main() -> int:
     """Write or check the pages."""
-    pages = {"reference.md": reference(), "kinds.md": kinds()}
+    pages = {"reference.md": reference(), "kinds.md": kinds(), "scenario.md": scenario()}
     stale = [name for name, text in pages.items() if _read(HERE / name) != text]
     if "--check" in sys.argv:
         print(*[f"docs/{name} is not up to date: python docs/build.py" for name in stale], sep="\n")

@@ -84,4 +84,4 @@ def test_rows_of_runs_of_the_wrong_shape_are_refused(experiment):
 
 def test_rows_of_unequal_length_are_refused(experiment):
     with pytest.raises(rs.InputError, match="a number for each run"):
-        experiment.vary({"task.depth_scale": [1.0, 1.1], "sensing.noise": [0.1, 0.2, 0.3]})
+        experiment.vary({"sensing.outliers": [0.1, 0.2], "sensing.noise": [0.1, 0.2, 0.3]})

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-import robsim as rs
+import robsim.features
 from robsim.declare import family
 from robsim.servo.bound_block import BoundBlock
 from robsim.testing import _Views, check_feature
@@ -54,5 +54,5 @@ def test_on_which_marks_its_numbers_depend_is_the_same_in_every_view(name):
     assert depends.any(axis=(1, 2)).all()
 
 
-def test_every_feature_is_public():
-    assert all(getattr(rs, kind.__name__) is kind for kind in FEATURES.values())
+def test_every_feature_is_in_the_room_of_features():
+    assert all(getattr(robsim.features, kind.__name__) is kind for kind in FEATURES.values())

@@ -1,7 +1,12 @@
 """A compiled feature, law or joint of one's own is one file with its kernel, and nothing else."""
 
+import json
+import os
+import shutil
+import subprocess
 import sys
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import ClassVar
 
 import numpy as np
@@ -298,3 +303,50 @@ def test_a_compiled_joint_that_cannot_move_is_refused(own):
 
     with pytest.raises(rs.InputError, match=r"Stuck.moving: expected the stage that moves"):
         rs.Joint(Stuck())
+
+
+IGNORED = shutil.ignore_patterns("__pycache__")
+ADDED = {
+    "features/angles.py": ANGLES,
+    "servo/laws/smooth.py": SMOOTH,
+    "robot/joints/geared.py": GEARED,
+}
+SHIPPED = """
+import json, runpy, sys
+import robsim.features
+import robsim as rs
+from robsim.cli.uses import uses
+pages = runpy.run_path(sys.argv[1])
+print(json.dumps({
+    "file": rs.__file__,
+    "kinds": pages["kinds"](),
+    "scenario": pages["scenario"](),
+    "uses": uses(),
+    "room": robsim.features.Angles.__name__,
+}))
+changes = ["task.features=angles", "task.law={kind='smooth', most=0.2}", "run.duration=0.4 s"]
+loop = rs.load_scenario(rs.examples.path("eye_in_hand"), changes).loop()
+assert loop.sequence.compiled
+"""
+
+
+def test_a_kind_of_ours_is_one_file_too(tmp_path):
+    """In a copy of RobSim with these three files: no list, page or table is written by hand."""
+    copy = shutil.copytree(Path(rs.__file__).parent, tmp_path / "robsim", ignore=IGNORED)
+    for name, text in ADDED.items():
+        (copy / name).write_text(text)
+    build = Path(__file__).parents[2] / "docs" / "build.py"
+    done = subprocess.run(
+        [sys.executable, "-c", SHIPPED, build],
+        env={**os.environ, "PYTHONPATH": str(tmp_path)},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    found = json.loads(done.stdout)
+    assert Path(found["file"]).is_relative_to(tmp_path) and found["room"] == "Angles"
+    for name in ("angles", "smooth", "geared"):
+        assert f"### `{name}`" in found["kinds"] and f'"{name}"' in found["scenario"]
+    changes = [change for kind, change in found["uses"] if kind == "change"]
+    assert {"task.features=angles", "task.law=smooth"} <= set(changes)

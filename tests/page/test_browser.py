@@ -157,7 +157,7 @@ def test_a_title_with_script_is_text(opened, tmp_path):
 
 def test_a_damaged_page_says_so(opened, demo_page, tmp_path):
     text = demo_page.read_text()
-    at = text.index('id="numbers">') + 500
+    at = text.index('id="recording">') + 500
     (tmp_path / "bad.html").write_text(text[:at] + "AAAA" + text[at + 4 :])
     page = opened((tmp_path / "bad.html").as_uri())
     assert "cannot be shown" in page.locator("#problem").inner_text()

@@ -70,7 +70,7 @@ def rows_of(messages):
     arrays = {}
     for message in map(json.loads, messages):
         if message["type"] in ("recording", "rows"):
-            more = unpacked(message["header"]["arrays"], base64.b64decode(message["numbers"]))
+            _, more = unpacked(base64.b64decode(message["recording"]))
             start = message.get("from", 0)
             timed = message["type"] == "rows"
             arrays = {

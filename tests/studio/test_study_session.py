@@ -47,8 +47,7 @@ def told(pages):
     """The header and the arrays of the map, as a new page is told them first."""
     message = json.loads(pages.session.hello()[0])
     assert message["type"] == "study"
-    header = message["header"]
-    return header, unpacked(header["arrays"], base64.b64decode(message["numbers"]))
+    return unpacked(base64.b64decode(message["recording"]))
 
 
 def test_a_new_page_is_told_the_table_first(study, told):

@@ -17,6 +17,7 @@ def test_the_list_has_every_example_feature_and_module():
     by_kind = {kind: {what for k, what in listed if k == kind} for kind, _ in listed}
     assert by_kind["example"] == set(rs.examples.names())
     assert by_kind["change"] >= {f"task.features={name}" for name in families()["feature"].kinds}
+    assert by_kind["change"] >= {"task.law=camera", "task.law=joint"}
     assert by_kind["docstrings"] >= {"robsim.robot.ik.result", "robsim.vision.stereo"}
 
 

@@ -36,7 +36,8 @@ def uses() -> list[Use]:
     from robsim.declare import families, fields_of
 
     modules = pkgutil.walk_packages(robsim.__path__, "robsim.")
-    features = (f"task.features={name}" for name in families()["feature"].kinds)
+    features = (f"task.features={name}" for name in families()["feature"].names)
+    laws = (f"task.law={name}" for name in families()["law"].names)
     effects = (
         f'{where}=["{name}"]'
         for noun, where in EFFECTS.items()
@@ -45,7 +46,7 @@ def uses() -> list[Use]:
     )
     return [
         *(("example", name) for name in robsim.examples.names()),
-        *(("change", change) for change in (*CHANGES, *features, *effects)),
+        *(("change", change) for change in (*CHANGES, *features, *laws, *effects)),
         *(("docstrings", module.name) for module in modules),
     ]
 

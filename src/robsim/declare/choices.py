@@ -216,7 +216,7 @@ class Choice(Spec):
         if keys == ["kind"]:
             keys.clear()
             return [Part(self, c, self.family.name_of, _other_kind)]
-        if self.family.holds(value):
+        if self._allows(value):
             return field_parts(form_of(type(value)), keys, value, c)
         return [] if self.other is None else self.other.parts(keys, value, c)
 

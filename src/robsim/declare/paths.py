@@ -208,7 +208,7 @@ class _Said:
     def of(self, owner: Any) -> Any:
         """Return the form of an object."""
         if self.made is None or self.last is not owner:
-            self.last, self.made = owner, self.form.of(owner, self.c)  # type: ignore[attr-defined]
+            self.last, self.made = owner, self.form.of(owner, self.c)
         return self.made
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import base64
 import hashlib
-import json
 import re
 from functools import cache
 from importlib import resources
@@ -41,43 +40,34 @@ def document(recording: Recording) -> str:
 
     It makes no request, and its policy lets it make none; every text in it is data.
     """
-    header, numbers = told(recording.header, recording.arrays, {"poses"})
-    return _page(_embedded(header), numbers, "'none'")
+    return _page(encoded(recording.header, recording.arrays, {"poses"}), "'none'")
 
 
 def live_document() -> str:
     """Return the HTML text of a page that shows what a server tells it, and asks no other."""
-    return _page("null", "", "'self'")
+    return _page("", "'self'")
 
 
-def told(
+def encoded(
     header: dict[str, Any], arrays: dict[str, NDArray[Any]], quantised: set[str], level: int = 9
-) -> tuple[dict[str, Any], str]:
-    """Return a header that says how its arrays stand in a text of packed numbers, and that text.
+) -> str:
+    """Return the text of a recording, which no script element can be ended by.
 
-    InputError: they are more than a page can hold.
+    InputError: its arrays are more than a page can hold.
     """
     check_size(arrays)
-    table, numbers = packed(arrays, quantised, level)
-    return {**header, "arrays": table}, base64.b64encode(numbers).decode()
+    return base64.b64encode(packed(header, arrays, quantised, level)).decode()
 
 
-def _page(header: str, numbers: str, asked: str) -> str:
+def _page(recording: str, asked: str) -> str:
     """Return the page with its data, which may ask for nothing but of `asked`."""
     parts = {
         "policy": _policy(asked),
         "style": _style(),
-        "header": header,
-        "numbers": numbers,
+        "recording": recording,
         "script": _script(),
     }
     return re.sub(r"\{(\w+)\}", lambda found: parts[found[1]], _asset("page.html"))
-
-
-def _embedded(value: Any) -> str:
-    """Return JSON that cannot end the script element in which it stands."""
-    text = json.dumps(value, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
-    return text.replace("<", "\\u003c").replace("\u2028", "\\u2028").replace("\u2029", "\\u2029")
 
 
 def _policy(asked: str) -> str:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import base64
 import importlib
-import json
 import os
 import re
 import sys
@@ -27,7 +26,7 @@ from robsim.studies.study import Study
 
 LARGEST = 200_000_000  # bytes of a page that is read back
 HEIGHT = 560  # pixels, of a page in a notebook
-_PART = r'<script type="{}" id="{}">(.*?)</script>'
+_RECORDING = r'<script type="text/plain" id="recording">(.*?)</script>'
 
 
 def export_html(
@@ -63,13 +62,12 @@ def open_recording(path: str | os.PathLike[str]) -> Recording:
             raise FileError(f"{path}: larger than {LARGEST // 1_000_000} MB")
         text = Path(path).read_text(encoding="utf-8")
     try:
-        header = json.loads(_part(text, "application/json", "header"))
+        header, arrays = unpacked(base64.b64decode(_recording(text)))
         if header["format"] != FORMAT:
             raise ValueError(f"it holds {said(header['format'])}, and not {FORMAT!r}")
         if header["version"] != VERSION:
             raise ValueError(f"version {said(header['version'])}, and this reads {VERSION}")
-        numbers = base64.b64decode(_part(text, "text/plain", "numbers"))
-        return Recording(header, unpacked(header.pop("arrays"), numbers))
+        return Recording(header, arrays)
     except (ValueError, LookupError, TypeError, AttributeError, zlib.error) as reason:
         raise FileError(f"{path}: not a page of RobSim: {reason}") from None
 
@@ -132,10 +130,10 @@ def framed(page: str) -> str:
     )
 
 
-def _part(text: str, kind: str, name: str) -> str:
-    found = re.search(_PART.format(kind, name), text, re.DOTALL)
+def _recording(text: str) -> str:
+    found = re.search(_RECORDING, text, re.DOTALL)
     if not found:
-        raise ValueError(f"it has no {name}")
+        raise ValueError("it has no recording")
     return found[1]
 
 

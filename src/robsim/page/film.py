@@ -21,7 +21,7 @@ from robsim.world.scene import Scene
 if TYPE_CHECKING:
     import xarray as xr
 
-FORMAT, VERSION = "robsim recording", 1
+FORMAT, VERSION = "robsim recording", 2
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,8 +1,9 @@
-"""Arrays of a recording as bytes that a page unpacks, and back.
+"""Recordings as bytes that a page unpacks, and back: a container, compressed.
 
-Numbers are float32, little endian. Bytes of one significance stand together, which compress well:
-all first bytes, then all second ones. Poses are `quantised`: whole numbers of 16 bits over the
-range of each component, of which the differences from instant to instant are stored.
+Its header lists the name, kind and shape of each array. Numbers are float32, little endian. Bytes
+of one significance stand together, which compress well: all first bytes, then all second ones.
+Poses are `quantised`: whole numbers of 16 bits over the range of each component, of which the
+differences from instant to instant are stored.
 """
 
 from __future__ import annotations
@@ -10,6 +11,7 @@ from __future__ import annotations
 import gzip
 import math
 import zlib
+from io import BytesIO
 from typing import Any
 
 import numpy as np
@@ -17,6 +19,7 @@ from numpy.typing import NDArray
 
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError, said
+from robsim.container import pack, unpack
 
 LEVELS = 65535  # steps in the range of a quantised component
 KINDS = ("f4", "u4", "u2")
@@ -24,46 +27,32 @@ MOST_BYTES = 1 << 30  # of an unpacked recording
 
 
 def packed(
-    arrays: dict[str, NDArray[Any]], quantised: set[str], level: int = 9
-) -> tuple[dict[str, Any], bytes]:
-    """Return {name: where and how it stands} and compressed bytes; the level is that of gzip."""
-    table: dict[str, Any] = {}
-    pieces: list[bytes] = []
-    at = 0
+    header: dict[str, Any], arrays: dict[str, NDArray[Any]], quantised: set[str], level: int = 9
+) -> bytes:
+    """Return the compressed bytes of a recording; the level is that of gzip."""
+    table, pieces = [], []
     for name, array in arrays.items():
         entry, data = (_quantised if name in quantised else _plain)(array)
-        table[name] = {"at": at, "shape": list(array.shape), **entry}
+        table.append({"name": name, "shape": list(array.shape), **entry})
         pieces.append(data)
-        at += len(data)
-    return table, gzip.compress(b"".join(pieces), level, mtime=0)
+    content = pack({**header, "arrays": table}, pieces).getbuffer()
+    return gzip.compress(content, level, mtime=0)
 
 
-def unpacked(table: dict[str, Any], data: bytes) -> dict[str, NDArray[Any]]:
-    """Return the arrays of `packed` bytes. ValueError: the table is not one, or does not fit."""
-    size = max((entry["at"] + _bytes(entry) for entry in table.values()), default=0)
-    flat = zlib.decompressobj(wbits=31).decompress(data, size + 1) if size else b""
-    if len(flat) != size:
-        raise ValueError("its numbers are not as many as it says")
-    return {name: _array(entry, flat) for name, entry in table.items()}
+def unpacked(data: bytes) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
+    """Return the header and the arrays of `packed` bytes. ValueError: damaged, or too large."""
+    content = zlib.decompressobj(wbits=31).decompress(data, MOST_BYTES)
+    header, pieces = unpack(BytesIO(content))
+    pairs = zip(header.pop("arrays"), pieces, strict=True)
+    return header, {entry["name"]: _array(entry, piece) for entry, piece in pairs}
 
 
-def _bytes(entry: dict[str, Any]) -> int:
-    """Return how many bytes an array takes, once where it stands is known to make sense."""
-    places = [entry["at"], *entry["shape"]]
-    if entry["kind"] not in KINDS or not all(type(n) is int and n >= 0 for n in places):
-        raise ValueError(f"no array: {said(entry)}")
-    size: int = math.prod(entry["shape"]) * np.dtype(entry["kind"]).itemsize
-    if entry["at"] + size > MOST_BYTES:
-        raise ValueError(f"its numbers need more than {MOST_BYTES} bytes")
-    return size
-
-
-def _plain(array: NDArray[Any]) -> tuple[dict[str, Any], bytes]:
+def _plain(array: NDArray[Any]) -> tuple[dict[str, Any], NDArray[np.uint8]]:
     kind = "<u4" if array.dtype.kind in "iu" else "<f4"
     return {"kind": kind[1:]}, _shuffled(np.ascontiguousarray(array, dtype=kind))
 
 
-def _quantised(array: Array) -> tuple[dict[str, Any], bytes]:
+def _quantised(array: Array) -> tuple[dict[str, Any], NDArray[np.uint8]]:
     """Return ranges and bytes of an array (T, ...); what is not finite stays where it was."""
     flat = array.reshape(len(array), -1)
     low, high = flat.min(axis=0, initial=np.inf), flat.max(axis=0, initial=-np.inf)
@@ -74,16 +63,18 @@ def _quantised(array: Array) -> tuple[dict[str, Any], bytes]:
     return {"kind": "u2", **ranges}, _shuffled(np.ascontiguousarray(change.T))
 
 
-def _shuffled(array: NDArray[Any]) -> bytes:
-    size = array.dtype.itemsize
-    return array.view(np.uint8).reshape(-1, size).T.tobytes()
+def _shuffled(array: NDArray[Any]) -> NDArray[np.uint8]:
+    return array.reshape(-1).view(np.uint8).reshape(-1, array.dtype.itemsize).T
 
 
-def _array(entry: dict[str, Any], flat: bytes) -> NDArray[Any]:
+def _array(entry: dict[str, Any], planes: NDArray[Any]) -> NDArray[Any]:
+    """Return an array from its bytes (significances, numbers)."""
+    if entry["kind"] not in KINDS or planes.dtype != np.uint8:
+        raise ValueError(f"no array: {said(entry)}")
     kind, shape = np.dtype(f"<{entry['kind']}"), tuple(entry["shape"])
-    count = math.prod(shape)
-    part = np.frombuffer(flat, np.uint8, count * kind.itemsize, entry["at"])
-    values = np.ascontiguousarray(part.reshape(kind.itemsize, -1).T).view(kind).ravel()
+    if math.prod(shape) * kind.itemsize != planes.size:
+        raise ValueError(f"{planes.size} bytes for an array of shape {said(shape)}")
+    values = np.ascontiguousarray(planes.reshape(kind.itemsize, -1).T).view(kind).ravel()
     if entry["kind"] != "u2":
         return values.reshape(shape)
     rows = np.cumsum(values.reshape(-1, shape[0]), axis=1, dtype=np.uint16).T

@@ -1,8 +1,8 @@
 """What a studio tells its pages, as JSON texts, and what brings a new page to the present.
 
-study      {"header", "numbers"}: the map of a study, which is told first and never changes
-recording  {"header", "numbers"}: all so far, as in a file
-rows       {"from", "header", "numbers"}: further instants, from that number on
+study      {"recording"}: the map of a study, which is told first and never changes
+recording  {"recording", "live"}: all so far, as in a file
+rows       {"from", "recording"}: further instants, from that number on
 controls   {"controls"}: the values that may be changed, as declared
 gallery    {"entries"}: experiments to choose from
 texts      {"texts"}
@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from robsim.page.document import told
+from robsim.page.document import encoded
 from robsim.plot.history import ended
 
 if TYPE_CHECKING:
@@ -87,8 +87,8 @@ class Outgoing:
     def _logged_anew(self) -> str:
         """Return one message of all that was told since the recording began."""
         arrays = _joined(self._rows)
-        header, numbers = told(self._header, arrays, {"poses"})
-        message = _text("recording", header=header, numbers=numbers, live=self._live)
+        recording = encoded(self._header, arrays, {"poses"})
+        message = _text("recording", recording=recording, live=self._live)
         self._log, self._rows = [message], [(0, arrays)]
         return message
 
@@ -100,8 +100,8 @@ class Outgoing:
         if count == start:
             return
         arrays = bench.film.arrays(pair.instants(start))
-        header, numbers = told({}, arrays, set())
-        message = _text("rows", header=header, numbers=numbers, **{"from": start})
+        recording = encoded({}, arrays, set())
+        message = _text("rows", recording=recording, **{"from": start})
         self._count, self._made = count, bench.made
         self._rows.append((start, arrays))
         if len(self._log) >= LONGEST:
@@ -174,8 +174,7 @@ _NO_BENCH = {"outcome": "", "ending": "", "second": {}, "changes": [], "handles"
 
 
 def _map(study: Recording) -> str:
-    header, numbers = told(study.header, study.arrays, set(), FAST)
-    return _text("study", header=header, numbers=numbers)
+    return _text("study", recording=encoded(study.header, study.arrays, set(), FAST))
 
 
 def _text(kind: str, **content: Any) -> str:

@@ -13,21 +13,21 @@ async function start() {
   const clock = new Clock([0]);
   const view = new View(clock);
   theme(() => view.repaint());
-  const header = JSON.parse(find("header").textContent);
-  if (header?.format === "robsim study") return chart(header);
-  if (header) await replay(header, view, clock);
+  const recorded = find("recording").textContent.trim();
+  const { header, arrays } = recorded ? await unpack(recorded) : {};
+  if (header?.format === "robsim study") return chart(header, arrays);
+  if (header) replay(header, arrays, view, clock);
   else new Studio(view, clock);
   frames(view, clock);
 }
 
-async function chart(header) {
+function chart(header, arrays) {
   document.body.classList.add("map");
-  window.robsim = new StudyMap(header, await unpack(header.arrays, find("numbers").textContent), null);
+  window.robsim = new StudyMap(header, arrays, null);
   document.body.dataset.ready = "yes";
 }
 
-async function replay(header, view, clock) {
-  const arrays = await unpack(header.arrays, find("numbers").textContent);
+function replay(header, arrays, view, clock) {
   timeControls(clock, view);
   view.load(header, arrays);
   document.body.classList.toggle("still", clock.times.length < 2);

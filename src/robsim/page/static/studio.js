@@ -47,10 +47,11 @@ export class Studio {
   }
 
   // The map of a study, which comes before all else, and again after the studio was not reached.
-  async chart({ header, numbers }) {
+  async chart({ recording }) {
     if (this.map) return;
     document.body.classList.add("map");
-    this.map = new StudyMap(header, await unpack(header.arrays, numbers), (number) => this.openRun(number));
+    const { header, arrays } = await unpack(recording);
+    this.map = new StudyMap(header, arrays, (number) => this.openRun(number));
     find("back").addEventListener("click", () => this.backToMap());
     document.body.dataset.ready = "yes";
   }
@@ -83,8 +84,8 @@ export class Studio {
     find("whose").textContent = this.map && run !== null ? this.map.name(run) : "";
   }
 
-  async record({ header, numbers, live }) {
-    const arrays = await unpack(header.arrays, numbers);
+  async record({ recording, live }) {
+    const { header, arrays } = await unpack(recording);
     this.live = live;
     this.view.load(header, arrays);
     this.clock.following = live;
@@ -93,8 +94,8 @@ export class Studio {
     document.body.dataset.ready = "yes";
   }
 
-  async further({ from, header, numbers }) {
-    this.view.extend(from, await unpack(header.arrays, numbers));
+  async further({ from, recording }) {
+    this.view.extend(from, (await unpack(recording)).arrays);
   }
 
   offer(controls) {

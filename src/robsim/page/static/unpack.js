@@ -1,23 +1,28 @@
-// The arrays of a recording, unpacked from compressed bytes: see packing.py.
+// A recording, unpacked from the compressed bytes of a container: see packing.py and container.py.
 
 const KINDS = { f4: Float32Array, u4: Uint32Array, u2: Uint16Array };
+const FOOT = 8 + 32 + 17; // bytes behind the header: its length, the checksum, and a mark
 
-export async function unpack(table, base64) {
+export async function unpack(base64) {
   const bytes = Uint8Array.from(atob(base64.trim()), (c) => c.charCodeAt(0));
   const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("gzip"));
-  const flat = new Uint8Array(await new Response(stream).arrayBuffer());
-  const arrays = {};
-  for (const [name, entry] of Object.entries(table)) arrays[name] = arrayOf(entry, flat);
-  return arrays;
+  const content = await new Response(stream).arrayBuffer();
+  const end = content.byteLength - FOOT;
+  const length = Number(new DataView(content).getBigUint64(end, true));
+  const text = new TextDecoder().decode(new Uint8Array(content, end - length, length));
+  const { header, arrays: blocks } = JSON.parse(text);
+  const piece = (i) => new Uint8Array(content, blocks[i].offset);
+  const arrays = header.arrays.map((entry, i) => [entry.name, arrayOf(entry, piece(i))]);
+  return { header, arrays: Object.fromEntries(arrays) };
 }
 
-function arrayOf(entry, flat) {
+function arrayOf(entry, bytes) {
   const count = entry.shape.reduce((a, b) => a * b, 1);
   const Kind = KINDS[entry.kind];
   const size = Kind.BYTES_PER_ELEMENT;
   const own = new Uint8Array(count * size);
   for (let byte = 0; byte < size; byte++)
-    for (let i = 0; i < count; i++) own[i * size + byte] = flat[entry.at + byte * count + i];
+    for (let i = 0; i < count; i++) own[i * size + byte] = bytes[byte * count + i];
   const values = new Kind(own.buffer);
   return { shape: entry.shape, values: entry.low ? dequantised(entry, values) : values };
 }
