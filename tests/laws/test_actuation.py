@@ -16,11 +16,13 @@ def followed(u, v, lag, limit, rate, dt):
     """Velocity after dt, and its mean."""
 
     def add(program, command, v):
-        mean, given = program.rows(), [program.constant(x) for x in (dt, lag, limit, rate)]
-        program.add(follow, 1, *given, command, v, mean)
+        mean = program.rows()
+        own = {"limits": program.constant([limit]), "rates": program.constant([rate])}
+        given = {"dt": program.constant(dt), "lag": program.constant(lag), **own}
+        program.add(follow, **given, each=[(command, v, mean)])
         return v, mean
 
-    v, mean = evaluated(add, [np.array([[u]]), np.array([[v]])], [(), ()])
+    v, mean = evaluated(add, [np.array([u]), np.array([v])], [(), ()])
     return v[0], mean[0]
 
 
@@ -161,7 +163,7 @@ def test_encoders_count_in_whole_steps_and_err_by_half_of_one(arm):
 def counted(steps, q):
     def add(program, rows):
         out = program.rows(len(q))
-        program.add(count, len(q), program.constant(steps), rows, out)
+        program.add(count, steps=program.constant(steps), q=rows, out=out)
         return (out,)
 
     return evaluated(add, [q], [(len(q),)])[0]

@@ -26,17 +26,20 @@ from robsim.world.imperfections.image_effect import ImageEffect
 
 
 @stage
-def shake(p, w, step):
-    """Move all marks together: (every, N, pixels, amplitude, seed, run, stream)."""
-    if step % p[0]:
+def shake(
+    w, step, every="whole", N="count", pixels="N, 2", amplitude="row", seed="whole", run="row",
+    stream="whole",
+):
+    """Move all marks together."""
+    if step % every:
         return
-    runs = unsigned(w, p[5])
+    runs = unsigned(w, run)
     for b in range(WIDTH):
-        dx, dy = random.normal_pair(np.uint64(p[4]), runs[b], step, p[6], 0)
-        size = w[p[3] * WIDTH + b]
-        for n in range(p[1]):
-            w[(p[2] + 2 * n) * WIDTH + b] += size * dx
-            w[(p[2] + 2 * n + 1) * WIDTH + b] += size * dy
+        dx, dy = random.normal_pair(np.uint64(seed), runs[b], step, stream, 0)
+        size = w[amplitude * WIDTH + b]
+        for n in range(N):
+            w[(pixels + 2 * n) * WIDTH + b] += size * dx
+            w[(pixels + 2 * n + 1) * WIDTH + b] += size * dy
 
 
 @register("image effect", "shake")
@@ -48,8 +51,9 @@ class Shake(ImageEffect):
     amplitude: Annotated[float, Number(least=0, unit="px"), "How far the image is off."] = 1.0
 
     def add_stages(self, image):
-        rows = image.own_pixels(), image.program.number(self.amplitude), *image.key
-        image.program.add(shake, image.every, image.N, *rows)
+        given = {"every": image.every, "pixels": image.own_pixels()}
+        amplitude = image.program.number(self.amplitude)
+        image.program.add(shake, **given, amplitude=amplitude, **image.key)
 
     def deviation(self, robust):
         return self.amplitude
@@ -67,11 +71,11 @@ from robsim.world.imperfections.joint_effect import JointEffect
 
 
 @stage
-def stick(p, w, step):
-    """Stop what is slower than a speed: (speed, n, rows)."""
-    for i in range(p[1]):
-        v = get(w, p[2 + i])
-        put(w, p[2 + i], where(absolute(v) < get(w, p[0]), 0.0 * v, v))
+def stick(w, step, speed="row", velocities="each: row"):
+    """Stop velocities that are slower than a speed."""
+    for i in range(velocities[0]):
+        v = get(w, velocities[1 + i])
+        put(w, velocities[1 + i], where(absolute(v) < get(w, speed), 0.0 * v, v))
 
 
 @register("joint effect", "dead_zone")
@@ -83,8 +87,8 @@ class DeadZone(JointEffect):
     below: Annotated[float, Number(least=0), "Speed in rad/s or m/s."] = 0.01
 
     def add_stages(self, joints):
-        rows = joints.wanted + joints.columns
-        joints.program.add(stick, joints.program.number(self.below), len(rows), *rows)
+        rows = [joints.wanted[i] for i in joints.columns]
+        joints.program.add(stick, speed=joints.program.number(self.below), velocities=rows)
 '''
 
 

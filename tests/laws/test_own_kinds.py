@@ -32,11 +32,10 @@ from robsim.kernels.machine.stage import stage
 
 
 @stage
-def angles(p, w, step):
-    """Compute s = (atan x, atan y) and L of N marks: (N, points, depth, s, L)."""
-    N = p[0]
-    x, s, L = matrix(w, p[1], N, 2), vector(w, p[3], 2 * N), matrix(w, p[4], 2 * N, 6)
-    points_interaction(x, vector(w, p[2], N), L)
+def angles(w, step, N="count", points="N, 2", depth="N", s="2*N", L="2*N, 6"):
+    """Compute s = (atan x, atan y) and L of N marks."""
+    x, s, L = matrix(w, points, N, 2), vector(w, s, 2 * N), matrix(w, L, 2 * N, 6)
+    points_interaction(x, vector(w, depth, N), L)
     for n in range(2 * N):
         for b in range(x.shape[2]):
             t = x[n // 2, n % 2, b]
@@ -55,7 +54,8 @@ class Angles(Compiled, Declared):
 
     def stages(self, seen):
         rows = seen.room(2 * seen.N)
-        seen.program.add(angles, seen.N, seen.points, seen.depth, rows.s, rows.L)
+        given = {"points": seen.points, "depth": seen.depth}
+        seen.program.add(angles, **given, s=rows.s, L=rows.L)
         return rows
 '''
 SMOOTH = '''
@@ -72,11 +72,11 @@ from robsim.servo.laws.staged_law import StagedLaw
 
 
 @stage
-def bounded(p, w, step):
-    """Compute -gain x / (1 + |gain x| / most) of n numbers: (n, gain, most, x, found)."""
-    for i in range(p[0]):
-        v = get(w, p[1]) * get(w, p[3] + i)
-        put(w, p[4] + i, -v / (1.0 + absolute(v) / get(w, p[2])))
+def bounded(w, step, n="count", gain="row", most="row", x="n", found="n"):
+    """Compute -gain x / (1 + |gain x| / most) of n numbers."""
+    for i in range(n):
+        v = get(w, gain) * get(w, x + i)
+        put(w, found + i, -v / (1.0 + absolute(v) / get(w, most)))
 
 
 @register("law", "smooth")
@@ -90,11 +90,11 @@ class Smooth(StagedLaw, Declared):
     def stages(self, of):
         program, most = of.program, of.program.constant(self.most)
         moves = of.J if of.one_motion else ANY
-        unit = inverted(program, (of.A, of.k, of.n), of.error, of.inverse, moves)
+        unit = inverted(program, of.A, of.error, of.inverse, moves)
 
         def at(gain):
             found = program.rows(of.n)
-            program.add(bounded, of.n, gain, most, unit, found)
+            program.add(bounded, gain=gain, most=most, x=unit, found=found)
             return found
 
         return at
@@ -114,9 +114,9 @@ from robsim.robot.joints.kind import JointKind
 
 
 @stage
-def place(p, w, step):
-    """Compute motion and twist at an angle: (q, (lead, ratio), motion, twist)."""
-    q, lead, ratio, T, V = get(w, p[0]), get(w, p[1]), get(w, p[1] + 1), p[2], p[3]
+def place(w, step, q="1", numbers="2", motion="3, 4", twists="1, 6"):
+    """Compute motion and twist at an angle, from the numbers lead and ratio."""
+    q, lead, ratio, T, V = get(w, q), get(w, numbers), get(w, numbers + 1), motion, twists
     c, s = cos_sin(q)
     for r in range(12):
         put(w, T + r, 0.0 * q)
@@ -133,9 +133,9 @@ def place(p, w, step):
 
 
 @stage
-def move(p, w, step):
-    """Turn the screw by the velocity of the motor: (dt, q, v, (lead, ratio))."""
-    put(w, p[1], get(w, p[1]) + get(w, p[0]) * get(w, p[2]) / get(w, p[3] + 1))
+def move(w, step, dt="row", q="1", v="1", numbers="2"):
+    """Turn the screw by the velocity of the motor."""
+    put(w, q, get(w, q) + get(w, dt) * get(w, v) / get(w, numbers + 1))
 
 
 @register("joint kind", "geared")

@@ -107,7 +107,7 @@ def test_what_is_behind_the_camera_is_nowhere_in_steps_too():
 
 def quantised(step, pixels):
     def add(program, rows):
-        program.add(quantise, 1, pixels[..., 0].size, rows, program.constant(step))
+        program.add(quantise, every=1, values=rows.flat, size=program.constant(step))
         return (rows,)
 
     return evaluated(add, [pixels], [pixels.shape[:-1]])[0]

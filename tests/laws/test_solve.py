@@ -178,17 +178,14 @@ def of_product(B, C, y, rcond=1e-9):
     k, n, _ = A.shape
 
     def add(program, B, C, A, y):
-        x, rank, room = (
-            program.rows(n),
-            program.rows(),
-            program.rows(solve.product_scratch_of(k, n)),
-        )
-        given = B, k, C, n, A, y, program.constant(rcond)
-        program.add(commanding.solve_product, *given, x, rank, room)
+        x, rank = program.rows(n), program.rows()
+        room = program.rows(solve.product_scratch_of(k, n))
+        given = {"L": B, "J": C, "A": A, "y": y, "rcond": program.constant(rcond)}
+        program.add(commanding.solve_product, **given, x=x, rank=rank, scratch=room)
         return x, rank
 
-    x, rank = evaluated(add, [B, C, A, y], [(n,), (1,)])
-    return A, x, rank[0]
+    x, rank = evaluated(add, [B, C, A, y], [(n,), ()])
+    return A, x, rank
 
 
 @steady

@@ -35,8 +35,8 @@ def by_kernel(pixels, width=40.0):
 
     def add(program, marks):
         found = program.rows(1)
-        camera, wide = program.each(CAMERA.rows), program.constant(width)
-        program.add(kernels.border, 1, marks, camera, wide, found)
+        given = {"camera": program.each(CAMERA.rows), "width": program.constant(width)}
+        program.add(kernels.border, pixels=marks.reshape(1, 2), **given, out=found)
         return (found,)
 
     return evaluated(add, [np.ascontiguousarray(pixels.T)], [(1,)])[0][0]

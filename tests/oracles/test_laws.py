@@ -412,7 +412,7 @@ def test_the_depth_filter_is_the_extended_kalman_filter_of_the_textbook():
             X = (rigid_exponential(-V[-1] * dt) @ [*X, 1.0])[:3]
         expected = extended_kalman(images[0], 1 / 0.7, images[1:], V[:-1], dt, 1.5 / 500, 0.4)
         program = Program()
-        points, twists = program.rows(2), program.rows(6)
+        points, twists = program.rows(1, 2), program.rows(6)
         given = alone(program, [], 0, dt)
         found = depth.stages(given, 1, points, twists, K)
         (p,), (act,) = (call[1] for call in program.calls), program.segments()
@@ -433,8 +433,8 @@ def test_estimated_motion_is_a_filter_of_what_the_command_does_not_explain():
     rng, dt = np.random.default_rng(5), 0.05
     program = Program()
     error, last, by_command, drift = (program.rows(4) for _ in range(4))
-    numbers = program.constant(0.3), program.constant(dt)
-    program.add(estimate, 4, error, last, by_command, drift, *numbers)
+    rows = {"errors": error, "before": last, "moved": by_command, "drifts": drift}
+    program.add(estimate, **rows, lag=program.constant(0.3), dt=program.constant(dt))
     (act,), blocks = program.segments(), Blocks(program, np.zeros(RUNS, dtype=np.int64))
     d = before = moved = None
     for k in range(30):

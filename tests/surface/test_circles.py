@@ -72,4 +72,4 @@ def test_a_circle_is_found():
 def test_no_circle_of_imports_joins_more_than_two_files():
     graph = imports()
     assert len(graph) > 600 and "robsim.declare" in graph["robsim.features.feature"]
-    assert [each for each in circles(graph) if len(each) > 2] == KNOWN
+    assert [each for each in circles(graph) if len(each) > 2 and each not in KNOWN] == []

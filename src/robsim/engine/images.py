@@ -16,6 +16,7 @@ from robsim.kernels.images import hiding, late
 from robsim.kernels.images.viewing import EACH, FIRST, MORE
 from robsim.kernels.machine.lanes import WIDTH
 from robsim.kernels.machine.program import Program
+from robsim.kernels.machine.rows import Rows
 from robsim.robot.placed import Placed
 from robsim.servo.given import View, view
 from robsim.servo.sight import Key, Sight
@@ -42,21 +43,21 @@ class Images:
         sights: tuple[Sight, ...],
         sensing: Sensing,
         steps: int,
-        key: tuple[np.uint64, int],
+        key: tuple[np.uint64, Rows],
         excused: frozenset[Key],
     ) -> None:
         self.program, self.plant, self.sights = program, plant, sights
         self.key, self.groups = key, mark_groups(sights)
         self.N = sum(group.size for group in self.groups)
-        self.marks = [group.first for group in self.groups]
         acting = [each for each in sensing.acting() if each.effect.place > Place.TAKEN]
         self.effects = sorted(acting, key=lambda each: each.effect.place)
         self.every, latency, _ = sensing.timing(plant.seconds)
         self.latency = program.number(latency)
         self.excused, self.true = excused, program.rows(3 * self.N)
-        self.pixels = self.seen = program.rows(3 * self.N) if excused else self.true
-        self.depth = self.pixels + 2 * self.N
-        self.hidden, self.age = -1, program.constant(0.0)
+        self.seen = program.rows(3 * self.N) if excused else self.true
+        self.pixels, self.depth = parts(self.seen)
+        self.hidden: Rows | None = None
+        self.age = program.constant(0.0)
         self.delays, shares = lateness(latency, plant.seconds, steps)
         self.length = _ring_length(self.delays, steps)
         self.delay, self._passes = program.number(self.delays), bool(shares.any())
@@ -81,40 +82,41 @@ class Images:
         """Add the stages that keep the image of the period that ends, before the joints move."""
         if not self.late:
             return
-        self.ring = self.program.rows(3 * self.N * self.length)
+        self.ring = self.program.rows(self.length, 3 * self.N)
         between = self._between() if self._passes else self.seen
-        rows = between, self.share, self.ring, self.length
-        self.program.add(late.note, 3 * self.N, self.seen, *rows)
+        given = {"then": self.seen, "between": between, "share": self.share}
+        self.program.add(late.note, **given, ring=self.ring)
 
-    def _between(self) -> int:
+    def _between(self) -> Rows:
         """Add the stages of an image that is taken while a period passes; return its rows."""
         found = self.program.rows(3 * self.N)
         seen = self.program.rows(3 * self.N) if self.excused else found
         self.taken(self.plant.within(self.ahead), found, seen, self.program.rows())
         return seen
 
-    def taken(self, placed: Placed, image: int, seen: int, status: int) -> list[View]:
+    def taken(self, placed: Placed, image: Rows, seen: Rows, status: Rows) -> list[View]:
         """Add the stages of an image of bodies that are placed, of what is seen, and its status."""
-        found, of = [], FIRST
-        for sight, first in zip(self.sights, self.marks, strict=False):
-            count, at = len(sight.target.marks), (2 * first, 2 * self.N + first)
-            rows, to = [image + n for n in at], [seen + n for n in at]
+        found, of, taken, shown = [], FIRST, parts(image), parts(seen)
+        for sight, group in zip(self.sights, self.groups, strict=True):
+            some = group.rows
+            rows, to = [part[some] for part in taken], [part[some] for part in shown]
             if sight.key in self.excused:
-                each = self.program.rows(count)
+                each = self.program.rows(len(sight.target.marks))
                 found.append(view(self.program, placed, sight, *rows, each, of=EACH))
-                self.program.add(hiding.lack, count, *rows, each, *to)
+                given = dict(zip(("pixels", "depth", "seen", "seen_depth"), rows + to, strict=True))
+                self.program.add(hiding.lack, **given, status=each)
                 continue
             found.append(view(self.program, placed, sight, *rows, status, of=of))
             of = MORE
             if seen != image:
-                self.program.add(copied, 2 * count, rows[0], to[0])
-                self.program.add(copied, count, rows[1], to[1])
+                for part, other in zip(rows, to, strict=True):
+                    self.program.add(copied, rows=part.flat, to=other.flat)
         return found
 
-    def rows(self, first: int) -> tuple[int, int, int]:
-        """Return the rows of pixels, depths and whether they are hidden, of marks from a first."""
-        hidden = self.hidden + first if self.hidden >= 0 else -1
-        return self.pixels + 2 * first, self.depth + first, hidden
+    def rows(self, group: MarkGroup) -> tuple[Rows, Rows, Rows | None]:
+        """Return the rows of pixels, depths and whether they are hidden, of some of the marks."""
+        hidden = self.hidden[group.rows] if self.hidden is not None else None
+        return self.pixels[group.rows], self.depth[group.rows], hidden
 
     def deliver(self) -> None:
         """Add the stages from the true image to the one that is used."""
@@ -129,16 +131,23 @@ class Images:
         """Let the image be one that was taken some time ago."""
         program, count = self.program, 3 * self.N
         first, out = program.rows(count), program.rows(count)
-        rows = self.seen, first, self.ring, self.length, self.delay, out
-        program.add(late.recall, self.every, count, *rows)
-        self.pixels, self.depth, self.age = out, out + 2 * self.N, self.delay
+        program.add(
+            late.recall,
+            every=self.every,
+            now=self.seen,
+            first=first,
+            ring=self.ring,
+            delays=self.delay,
+            out=out,
+        )
+        (self.pixels, self.depth), self.age = parts(out), self.delay
 
     def _affected(self) -> ImageRows:
         """Add the stages of all imperfections, from where they act on the way of the image."""
         program, gone = self.program, self.program.rows(self.N + 1)
         if self._keeps:
-            program.add(copied, self.N + 1, program.constant(np.zeros(self.N + 1)), gone)
-        rows = self.pixels, gone, gone + self.N, self.plant.dt, self.latency
+            program.add(copied, rows=program.constant(np.zeros(self.N + 1)), to=gone)
+        rows = self.pixels, gone[: self.N], gone[self.N], self.plant.dt, self.latency
         image = ImageRows(program, self.groups, self.every, *rows, *self.key)
         for each in self.effects:
             image.stream = each.stream
@@ -148,12 +157,29 @@ class Images:
     def _receive(self, image: ImageRows) -> None:
         """Let lost images, hidden marks and the time between images leave what was there before."""
         program, N = self.program, self.N
-        taken, hidden, age = program.rows(3 * N), program.rows(N), program.rows()
-        given = image.pixels, self.depth, image.hidden, image.lost, self.delay
-        program.add(late.receive, self.every, N, *given, taken, taken + 2 * N, hidden, age)
-        self.pixels, self.depth, self.age = taken, taken + 2 * N, age
+        taken, depth, hidden, age = (program.rows(*shape) for shape in ((N, 2), (N,), (N,), ()))
+        program.add(
+            late.receive,
+            every=self.every,
+            pixels=image.pixels,
+            depth=self.depth,
+            hidden=image.hidden,
+            lost=image.lost,
+            delay=self.delay,
+            taken=taken,
+            taken_depth=depth,
+            hides=hidden,
+            age=age,
+        )
+        self.pixels, self.depth, self.age = taken, depth, age
         if any(each.effect.place is Place.HIDDEN for each in self.effects):
             self.hidden = hidden
+
+
+def parts(image: Rows) -> tuple[Rows, Rows]:
+    """Return the rows of the pixels (N, 2) and of the depths (N,) of an image."""
+    N = image.size // 3
+    return image[: 2 * N].reshape(N, 2), image[2 * N :]
 
 
 def mark_groups(sights: Sequence[Sight]) -> list[MarkGroup]:

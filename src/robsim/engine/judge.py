@@ -14,6 +14,7 @@ from robsim.engine.sensor import Sensor
 from robsim.kernels.control.weighting import worst
 from robsim.kernels.linear_algebra.singular import scratch_of
 from robsim.kernels.machine.program import Blocks, Program
+from robsim.kernels.machine.rows import Rows
 from robsim.kernels.outcomes import endings as kernels
 from robsim.kernels.outcomes import judging
 from robsim.robot.joint import LIMIT_SLACK
@@ -38,41 +39,58 @@ class Judge:
         self, plant: Plant, sensor: Sensor, command: Commanded, hold: bool, limited: bool
     ) -> None:
         """Add the stages: what a run is judged by, the outcome, and whether a stall is singular."""
-        add, c = self.program.add, self.controller
-        k, n = c.k, c.columns.size
-        size, norm = self.program.rows(), self.program.rows()
-        pace = self.program.number(c.pace)
-        add(judging.errors, k, command.error, self.scale, size, norm)
-        matrix = command.task_jacobian, k, n
-        add(judging.stillness, *matrix, command.qd, self.scale, pace, self.tolerance, self.still)
-        add(judging.path, self._moving(plant, sensor), self.program.rows(3), self.length)
+        program, c, images = self.program, self.controller, sensor.images
+        add, size, norm = program.add, program.rows(), program.rows()
+        tolerance, scale, outcome = self.tolerance, self.scale, self.outcome
+        add(judging.errors, errors=command.error, scale=scale, size=size, norm=norm)
+        given = {"A": command.task_jacobian, "scale": scale}
+        paced = {**given, "qd": command.qd, "pace": program.number(c.pace), "tolerance": tolerance}
+        add(judging.stillness, **paced, periods=self.still)
+        moving = self._moving(plant, sensor)
+        add(judging.path, T=moving, before=program.rows(3), length=self.length)
         slack = np.array([-LIMIT_SLACK, LIMIT_SLACK])
         free = np.full(plant.scene.limits.shape, [-np.inf, np.inf])
-        limits = self.program.constant((plant.scene.limits + slack if limited else free).T)
-        busy = self.program.constant(1.0) if hold else command.busy
-        images = sensor.images
-        status = self._worst(sensor.status, command.status)
-        seen = status, images.true + 2 * images.N, images.N
         add(
-            judging.judge, plant.q, plant.scene.nq, limits, *seen, command.qd, n, size, norm,
-            self.tolerance, busy, self.program.rows(2), self.still, self.steps,
-            self.outcome,
-        )  # fmt: skip
-        room = self.program.scratch(k * n + k + n + scratch_of(k, n))
-        rank = self.program.number(c.full_rank)
-        numbers = self.program.constant(c.rcond), rank, self.outcome, room
-        add(judging.stalls, *matrix, self.scale, *numbers)
+            judging.judge,
+            q=plant.q,
+            limits=program.constant((plant.scene.limits + slack if limited else free).T),
+            status=self._worst(sensor.status, command.status),
+            depth=images.true[2 * images.N :],
+            qd=command.qd,
+            size=size,
+            norm=norm,
+            tolerance=tolerance,
+            hold=program.constant(1.0) if hold else command.busy,
+            watch=program.rows(2),
+            still=self.still,
+            steps=self.steps,
+            outcome=outcome,
+        )
+        k, n = c.k, c.columns.size
+        room, full = program.scratch(k * n + k + n + scratch_of(k, n)), program.number(c.full_rank)
+        rcond = program.constant(c.rcond)
+        add(judging.stalls, **given, rcond=rcond, full=full, outcome=outcome, scratch=room)
         if not images.fresh or plant.drives.moves:
-            self._wait(plant, sensor, command, pace, size)
+            rates = [plant.rates[i] for i in c.columns] if plant.drives.moves else []
+            add(
+                judging.wait,
+                **paced,
+                size=size,
+                age=images.age,
+                periods=program.rows(),
+                outcome=outcome,
+                steps=self.steps,
+                rates=rates,
+            )
         if self.endings:
-            self.program.call(lambda blocks, step: self._ask(blocks, step, plant, sensor, command))
+            program.call(lambda blocks, step: self._ask(blocks, step, plant, sensor, command))
 
-    def _worst(self, seen: int, left: int) -> int:
+    def _worst(self, seen: Rows, left: Rows | None) -> Rows:
         """Return the row of the status of the image, and of what is left of it to command."""
-        if left < 0:
+        if left is None:
             return seen
         found = self.program.rows()
-        self.program.add(worst, 2, found, seen, left)
+        self.program.add(worst, out=found, rows=[seen, left])
         return found
 
     @property
@@ -86,33 +104,23 @@ class Judge:
         """End runs that nothing else ends, and of which an ending holds."""
         get, scene = blocks.get, plant.scene
         arrays = (
-            get(plant.q, scene.nq),
-            get(plant.qd, scene.nv),
-            get(command.error, self.controller.k),
+            get(plant.q),
+            get(plant.qd),
+            get(command.error),
             get(sensor.images.true, sensor.images.N, 2),
         )
         q, qd, error, pixels = (shown_view(array) for array in arrays)
         now = Moment(step * plant.seconds, scene, q, qd, error, pixels, frozen(blocks.rows.view()))
         found = which(self.endings, now)
-        outcome = get(self.outcome, 1)[0]
+        outcome = get(self.outcome)
         open_ = (outcome == kernels.RUNNING) | (outcome == kernels.TIME_LIMIT)
         ends = open_ & (found >= 0)
-        blocks.put(self.outcome, np.where(ends, kernels.ENDED, outcome)[None])
-        blocks.put(self.ending, np.where(ends, found, -1.0)[None])
+        blocks.put(self.outcome, np.where(ends, kernels.ENDED, outcome))
+        blocks.put(self.ending, np.where(ends, found, -1.0))
 
-    def _wait(self, plant: Plant, sensor: Sensor, command: Commanded, pace: int, size: int) -> None:
-        """Add the stage that lets runs go on that only pass their goal."""
-        c = self.controller
-        rates, age = plant.rates if plant.drives.moves else -1, sensor.images.age
-        self.program.add(
-            judging.wait, command.task_jacobian, c.k, c.columns.size, command.qd, self.scale,
-            pace, self.tolerance, size, age, self.program.rows(), self.outcome, self.steps,
-            rates, *c.columns,
-        )  # fmt: skip
-
-    def _moving(self, plant: Plant, sensor: Sensor) -> int:
+    def _moving(self, plant: Plant, sensor: Sensor) -> Rows:
         """Return the rows of the pose whose way is measured."""
         if not sensor.views:
             return plant.placed.frames([plant.scene.tree.find(self.controller.moving)])[0]
         seen, moves = sensor.views[0], sensor.sights[0].camera_moves
-        return seen.T_w_c if moves else seen.T_w_o
+        return seen.frames[0 if moves else 1]

@@ -161,7 +161,8 @@ class Steps:
         self.command.note(self.command.qd)
         plant.command(self.command.qd)
         judge.judge(plant, sensor, self.command, loop.hold, loop.limited)
-        command, true = self.command, sensor.images.true
+        command, images = self.command, sensor.images
+        true = images.true[: 2 * images.N]
         self.kept = [plant.q, plant.qd, plant.rates, command.s, true, command.weights]
         loop.recorder.keep(program, row, self.alive, self.kept)
         loop.recorder.end(program, row, self.alive, self.kept, judge.judged)
@@ -205,16 +206,15 @@ class Steps:
 
     def snapshot(self, chunk: Chunk) -> Snapshot:
         """Return the state of a chunk at this step, with what its cameras see."""
-        q, scene = chunk.get(self.plant.q, self.plant.scene.nq), self.plant.scene
-        rates = scene.nv if self.plant.drives.moves else 0
+        q = chunk.get(self.plant.q)
         return Snapshot(
             q,
-            chunk.get(self.plant.qd, scene.nv),
-            chunk.get(self.plant.rates, rates),
+            chunk.get(self.plant.qd),
+            chunk.get(self.plant.rates),
             {sight.key: sight.project(q, chunk.rows) for sight in self.sensor.sights},
             chunk.get(self.sensor.images.true, self.sensor.images.N, 2),
             self.decision(chunk).command,
-            chunk.get(self.judge.outcome, 1)[0].astype(np.int8),
+            chunk.get(self.judge.outcome).astype(np.int8),
         )
 
     def decision(self, chunk: Chunk) -> Decision:

@@ -14,6 +14,7 @@ from robsim.kernels.bodies import moving
 from robsim.kernels.bodies.actuation import follow
 from robsim.kernels.control.commanding import copied
 from robsim.kernels.machine.program import Program
+from robsim.kernels.machine.rows import Rows
 from robsim.robot.motion import add_motion, add_rolling
 from robsim.robot.placed import Placed
 from robsim.world.imperfections.imperfection import Acting
@@ -45,74 +46,74 @@ class Plant:
         self.speed = program.rows(self.scene.nv)  # of joints that lag
         self.rates = program.rows(self.scene.nv if drives.moves else 0)
         self.dt = program.constant(dt)
-        self.placed = Placed(program, self.scene.tree.joints, self.q, self.scene.nq)
+        self.placed = Placed(program, self.scene.tree.joints, self.q)
 
     def move(self) -> None:
         """Add the stages of a period: joints move as they were commanded at the step before."""
         self._integrate(self.dt, self.placed, self.speed)
 
-    def within(self, seconds: int) -> Placed:
+    def within(self, seconds: Rows) -> Placed:
         """Add the stages that place all bodies where they were in the period that ends now.
 
         That is some time, in a row, after it began; call it before `move`.
         """
-        q = self._copied(self.scene.nq, self.q)
-        placed = Placed(self.program, self.scene.tree.joints, q, self.scene.nq)
-        self._integrate(seconds, placed, self._copied(self.scene.nv, self.speed))
+        placed = Placed(self.program, self.scene.tree.joints, self._copied(self.q))
+        self._integrate(seconds, placed, self._copied(self.speed))
         self._add(placed)
         return placed
 
-    def _integrate(self, dt: int, placed: Placed, speed: int) -> None:
+    def _integrate(self, dt: Rows, placed: Placed, speed: Rows) -> None:
         """Add the stages that move coordinates for a time, from velocities `speed`."""
         v = self._follow(dt, speed) if self.drives.moves else self.qd
         if self.scene.tree.cars:
             self._steer(dt, placed, v, speed)
         joints, x = self.scene.tree.joints, placed.q
-        add_motion(self.program, joints, x, v + np.arange(self.scene.nv), dt)
+        add_motion(self.program, joints, x, list(v), dt)
         add_rolling(self.program, joints, x, v, placed.ratio, dt)
         if self.scene.tree.own:
             self.program.call(lambda chunk, step: self._advance(chunk, dt, x, v))
 
-    def _copied(self, count: int, rows: int) -> int:
-        """Add the stage that copies rows to new ones, and return the first of these."""
-        found = self.program.rows(count)
-        self.program.add(copied, count, rows, found)
+    def _copied(self, rows: Rows) -> Rows:
+        """Add the stage that copies rows to new ones, and return these."""
+        found = self.program.rows(*rows.shape)
+        self.program.add(copied, rows=rows, to=found)
         return found
 
-    def _steer(self, dt: int, placed: Placed, v: int, speed: int) -> None:
+    def _steer(self, dt: Rows, placed: Placed, v: Rows, speed: Rows) -> None:
         """Let cars steer once in a period, when it begins, and move as they are steered.
 
         They steer for the mean velocity of the whole period, whatever part of it passes.
         """
-        whole = v
+        whole, add = v, self.program.add
         if dt != self.dt:
-            whole = self._follow(self.dt, self._copied(self.scene.nv, self.speed))
+            whole = self._follow(self.dt, self._copied(self.speed))
         for row, velocity, s in self.scene.tree.cars:
-            numbers = self.program.constant([s.wheelbase, s.limit, s.rate])
-            angle = placed.q + row
-            self.program.add(moving.steer, self.dt, angle, whole + velocity, numbers)
+            car = self.program.constant([s.wheelbase, s.limit, s.rate])
+            angle, both = placed.q[row], slice(velocity, velocity + 2)
+            add(moving.steer, dt=self.dt, angle=angle, v=whole[both], car=car)
             for rates in (v, speed):
-                self.program.add(moving.obey, angle, rates + velocity, numbers)
+                add(moving.obey, angle=angle, v=rates[both], wheelbase=car[0])
         placed.follow()
 
-    def _follow(self, dt: int, speed: int) -> int:
+    def _follow(self, dt: Rows, speed: Rows) -> Rows:
         """Add the stages of joints that lag for a time; return the rows of mean velocities.
 
         Those that are not commanded are as given, as are all that do not lag.
         """
-        program, rows = self.program, []
+        program, each = self.program, []
         lags = self.drives.columns if self.drives.actuation.moves else ()
-        mean = self._copied(self.scene.nv, self.wanted)
+        mean = self._copied(self.wanted)
         for i in range(self.scene.nv):
             if i in lags:
-                rows += [self.wanted + i, speed + i, mean + i]
+                each.append((self.wanted[i], speed[i], mean[i]))
             else:
-                program.add(copied, 1, self.wanted + i, speed + i)
-        if not rows:
+                program.add(copied, rows=self.wanted[i : i + 1], to=speed[i : i + 1])
+        if not each:
             return mean
-        lag, *limits = self.drives.response
-        numbers = program.number(lag), *map(program.constant, limits)
-        program.add(follow, len(rows) // 3, dt, *numbers, *rows)
+        lag, *most = self.drives.response
+        limits, rates = map(program.constant, most)
+        given = {"lag": program.number(lag), "limits": limits, "rates": rates}
+        program.add(follow, dt=dt, **given, each=each)
         return mean
 
     def place(self) -> None:
@@ -126,26 +127,27 @@ class Plant:
             self.program.call(lambda chunk, step: placed.prepare(own, chunk))
         placed.add()
 
-    def command(self, qd: int) -> None:
-        """Add the stage of all velocities: in rows from qd as commanded, else prescribed."""
-        scene, rows = self.scene, np.full(self.scene.nv, -1)
-        rows[self.drives.columns] = qd + np.arange(self.drives.columns.size)
+    def command(self, qd: Rows) -> None:
+        """Add the stage of all velocities: as commanded in rows qd, else prescribed."""
+        scene, program, commanded = self.scene, self.program, self.drives.columns.tolist()
+        rows = dict(zip(commanded, qd, strict=True))
         if scene.varies:
-            self.program.call(self._prescribe)
-        self.program.add(moving.spread, scene.nv, self.qd, self.drift, *rows)
+            program.call(self._prescribe)
+        commands = [rows.get(column) for column in range(scene.nv)]
+        program.add(moving.spread, v=self.qd, prescribed=self.drift, commands=commands)
         if self.effects:
-            self.program.add(copied, scene.nv, self.qd, self.wanted)
+            program.add(copied, rows=self.qd, to=self.wanted)
         self._add_effects(self.effects)
         if not self.drives.moves:
             return
         for i, prescribed in enumerate(scene.prescribed):
             own = self.drift if prescribed else self.speed
-            self.program.add(copied, 1, own + i, self.rates + i)
+            program.add(copied, rows=own[i : i + 1], to=self.rates[i : i + 1])
         for row, velocity, steering in scene.tree.cars:
-            length = self.program.constant(steering.wheelbase)
-            self.program.add(moving.obey, self.q + row, self.rates + velocity, length)
+            v, length = self.rates[velocity : velocity + 2], program.constant(steering.wheelbase)
+            program.add(moving.obey, angle=self.q[row], v=v, wheelbase=length)
 
-    def measured(self) -> int:
+    def measured(self) -> Rows:
         """Add the stages of the coordinates as they are measured; return their rows."""
         return self._add_effects(self.drives.effects(JointPlace.MEASURED)).measured
 
@@ -163,10 +165,9 @@ class Plant:
         drift = self.scene.drift(step * self.seconds)[:, None]
         chunk.put(self.drift, np.repeat(drift, chunk.runs, axis=1))
 
-    def _advance(self, chunk: Chunk, dt: int, x: int, v: int) -> None:
+    def _advance(self, chunk: Chunk, dt: Rows, x: Rows, v: Rows) -> None:
         """Move joints of the user's kinds, from x by velocities v for a time, all of them rows."""
-        times, nq, nv = chunk.get(dt, 1)[0], self.scene.nq, self.scene.nv
-        q, rates = chunk.get(x, nq), chunk.get(v, nv)
+        times, q, rates = chunk.get(dt), chunk.get(x), chunk.get(v)
         for seconds in np.unique(times):
             some = times == seconds
             moved = q[:, some]

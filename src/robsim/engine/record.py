@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from itertools import pairwise
 from typing import Literal, NamedTuple
 
@@ -12,6 +13,7 @@ from robsim.base.arrays import Array
 from robsim.base.errors import InputError, said
 from robsim.base.room import room
 from robsim.kernels.machine.program import Blocks, Program
+from robsim.kernels.machine.rows import Rows
 from robsim.kernels.outcomes import keeping
 
 Record = Literal["all", "summary"] | int
@@ -20,9 +22,9 @@ Record = Literal["all", "summary"] | int
 class Judged(NamedTuple):
     """The rows of the outcome, of the ending of the experiment, and of the way of a run."""
 
-    outcome: int
-    ending: int
-    length: int
+    outcome: Rows
+    ending: Rows
+    length: Rows
 
 
 class Track(NamedTuple):
@@ -98,36 +100,35 @@ class Recorder:
         """The length (runs,) of the path in metres."""
         return self.ends[:, -4]
 
-    def keep(self, program: Program, run: int, alive: int, first_rows: list[int]) -> None:
-        """Add the stage that keeps instants, with the first rows of what is kept."""
-        if self.every is None:
-            return
-        table = program.address(self.table), self.table.shape[1], self.table.shape[2]
-        program.add(keeping.keep, self.every, *table, run, alive, *self._groups(first_rows))
+    def keep(self, program: Program, run: Rows, alive: Rows, kept: Sequence[Rows | None]) -> None:
+        """Add the stage that keeps instants, with the rows of what is kept."""
+        if self.every is not None:
+            given = {"which": run, "alive": alive, "groups": _groups(kept)}
+            table = program.address(self.table)
+            program.add(keeping.keep, every=self.every, kept=table, **given)
 
     def end(
-        self, program: Program, run: int, alive: int, first_rows: list[int], judged: Judged
+        self, program: Program, run: Rows, alive: Rows, kept: Sequence[Rows | None], judged: Judged
     ) -> None:
         """Add the stage that keeps the ends of runs."""
-        table, outcome = (program.address(self.ends), self.ends.shape[1]), judged.outcome
-        groups = *self._groups(first_rows), judged.length, 1, judged.ending, 1
-        program.add(keeping.end, *table, run, alive, outcome, *groups)
+        groups = _groups([*kept, judged.length, judged.ending])
+        given = {"which": run, "alive": alive, "outcome": judged.outcome, "groups": groups}
+        program.add(keeping.end, kept=program.address(self.ends), **given)
 
-    def stop(self, blocks: Blocks, step: int, first_rows: list[int], judged: Judged) -> None:
+    def stop(self, blocks: Blocks, step: int, kept: Sequence[Rows | None], judged: Judged) -> None:
         """Keep the last instant of runs that are stopped before their end."""
         runs = blocks.rows
-        pairs = zip(*[iter(self._groups(first_rows))] * 2, strict=True)
-        parts = [blocks.get(*pair) for pair in (*pairs, (judged.length, 1), (judged.ending, 1))]
+        parts = [blocks.get(rows) for (rows,) in _groups([*kept, judged.length, judged.ending])]
         self.ends[runs, :-2] = np.concatenate(parts).T
         self.ends[runs, -2], self.ends[runs, -1] = step, 0.0
 
-    def _groups(self, first_rows: list[int]) -> list[int]:
-        sizes = np.diff(self.bounds).tolist()
-        pairs = [pair for pair in zip(first_rows, sizes, strict=True) if pair[1]]
-        return [number for pair in pairs for number in pair]
-
     def _parts(self, table: Array) -> Track:
         return Track(*(table[..., a:b] for a, b in pairwise(self.bounds)))
+
+
+def _groups(kept: Sequence[Rows | None]) -> list[tuple[Rows]]:
+    """Return the rows that there are, one after the other in each group."""
+    return [(rows.flat,) for rows in kept if rows is not None and rows.size]
 
 
 def _check_memory(runs: int, steps: int, every: int | None, widths: tuple[int, ...]) -> None:

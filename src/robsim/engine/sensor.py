@@ -48,8 +48,8 @@ class Sensor:
         images.deliver()
         q = plant.measured()
         views = {
-            sight.key: View(each.T_w_c, each.T_w_o, *images.rows(first))
-            for sight, each, first in zip(self.sights, self.views, images.marks, strict=False)
+            sight.key: View(*images.rows(group), each.T_w_c, each.T_w_o)
+            for sight, each, group in zip(self.sights, self.views, images.groups, strict=True)
         }
         placed = plant.placed if q == plant.q else None
         return Given(self.program, plant.dt, plant.seconds, q, views, placed, age=self.images.age)

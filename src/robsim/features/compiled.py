@@ -13,6 +13,7 @@ from robsim.base.errors import InputError, said
 from robsim.features.feature import Observation, each_run
 from robsim.features.rows import FeatureRows, Seen
 from robsim.kernels.machine.program import Program, evaluated
+from robsim.kernels.machine.rows import Rows
 
 
 class Compiled(ABC):
@@ -45,14 +46,14 @@ class Compiled(ABC):
         pair, posed = seen.other is not None, getattr(self, "uses_pose", False)
         shapes: list[tuple[int, ...]] = []
 
-        def add(program: Program, *rows: int) -> tuple[int, int]:
-            N = len(seen.pixels_last)
+        def add(program: Program, *rows: Rows) -> tuple[Rows, Rows]:
+            N, none = len(seen.pixels_last), Rows(-1)  # what no stage takes
             pixels, points, depth, camera, model, *more = rows
-            shown = Seen(program, N, pixels, points, depth, camera, model, -1)
+            shown = Seen(program, N, pixels, points, depth, camera, model, none)
             if posed:
                 shown = replace(shown, fitted=more.pop(0))
             if pair:
-                other = Seen(program, N, -1, more[0], -1, -1, -1, -1)
+                other = Seen(program, N, none, more[0], none, none, none, none)
                 shown = replace(shown, other=other, between=more[1])
             made = self.stages(shown)
             shapes.extend([(made.k,), (made.k, 6)])

@@ -47,6 +47,11 @@ class LogDepth(Compiled, Declared):
         Z_goal = seen.goal(np.ones((seen.N, 1)) if self.Z_goal is None else self.Z_goal, seen.N)
         rows = seen.room(seen.N)
         seen.program.add(
-            kernels.log_depth_stage, seen.N, seen.points, seen.depth, Z_goal, rows.s, rows.L
+            kernels.log_depth_stage,
+            points=seen.points,
+            depth=seen.depth,
+            goal=Z_goal,
+            s=rows.s,
+            L=rows.L,
         )
         return rows

@@ -42,7 +42,7 @@ class Ellipse(Compiled, Declared):
     def stages(self, seen: Seen) -> FeatureRows:
         """Add the stages of s and L to a program, and return their rows."""
         room, rows = seen.program.rows, seen.room(5)
-        made = room(2), room(ORDER_3), room(3), room(36)
-        given = seen.N, seen.points, seen.depth
-        seen.program.add(kernels.ellipse_stage, *given, *made, rows.s, rows.L)
+        made = {"centre": room(2), "mu": room(ORDER_3), "ABC": room(3), "R": room(6, 6)}
+        given = {"points": seen.points, "depth": seen.depth}
+        seen.program.add(kernels.ellipse_stage, **given, **made, s=rows.s, L=rows.L)
         return rows

@@ -54,12 +54,11 @@ class Lines(Compiled, Declared):
         rows = seen.room(seen.N)
         seen.program.add(
             kernels.lines_stage,
-            seen.N,
-            seen.points,
-            seen.depth,
-            seen.goal(self.goal, seen.N),
-            rows.s,
-            rows.L,
+            points=seen.points,
+            depth=seen.depth,
+            goal=seen.goal(self.goal, seen.N),
+            s=rows.s,
+            L=rows.L,
         )
         return rows
 
@@ -94,5 +93,10 @@ class VanishingPoint(Compiled, Declared):
         """Add the stages of s and L to a program, and return their rows."""
         check_groups(seen.N, 4, "VanishingPoint")
         rows = seen.room(seen.N // 2)
-        seen.program.add(kernels.intersections_stage, seen.N, seen.points, rows.s, rows.L)
+        seen.program.add(
+            kernels.intersections_stage,
+            points=seen.points,
+            s=rows.s,
+            L=rows.L,
+        )
         return rows

@@ -16,6 +16,7 @@ from robsim.features.rows import FeatureRows, Seen
 from robsim.kernels.features import moment_features as features
 from robsim.kernels.formulas import moments as kernels
 from robsim.kernels.formulas.moments import ORDER_3, ORDER_4
+from robsim.kernels.machine.rows import Rows
 
 KINDS = ("points", "region")
 SKEWED = 0.1  # rho from which third moments determine the head; a tilt of 0.6 rad makes up to 0.05
@@ -42,20 +43,20 @@ def _plane(goal: Observation) -> Array:
 class MomentRows(NamedTuple):
     """The rows of centre, moments and rates of moments."""
 
-    centre: int
-    mu: int
-    R: int
+    centre: Rows
+    mu: Rows
+    R: Rows
 
 
 def _moments(seen: Seen, of_marks: bool) -> MomentRows:
     """Add the stage of the moments of a region or of marks, and return their rows."""
     room = seen.program.rows
-    rows = MomentRows(room(2), room(ORDER_4), room(6 * ORDER_3))
-    numbers = seen.N, seen.points, seen.depth, rows.centre, rows.mu, rows.R
+    rows = MomentRows(room(2), room(ORDER_4), room(ORDER_3, 6))
+    given = {"points": seen.points, "depth": seen.depth, **rows._asdict()}
     if of_marks:
-        seen.program.add(features.marks_stage, *numbers)
+        seen.program.add(features.marks_stage, **given)
     else:
-        seen.program.add(features.region_stage, *numbers, room(3))
+        seen.program.add(features.region_stage, **given, ABC=room(3))
     return rows
 
 
@@ -71,9 +72,9 @@ class _Basic(Compiled, Declared):
     def stages(self, seen: Seen) -> FeatureRows:
         """Add the stages of s and L to a program, and return their rows."""
         rows, program = seen.room(4), seen.program
-        goal = seen.goal(self.alpha_goal, 1)
-        moments = _moments(seen, self.of_marks)
-        program.add(features.basic_stage, self.of_marks, *moments, goal, rows.s, rows.L)
+        given = {"goal": seen.goal(self.alpha_goal, 1), "s": rows.s, "L": rows.L}
+        moments = _moments(seen, self.of_marks)._asdict()
+        program.add(features.basic_stage, of_marks=self.of_marks, **moments, **given)
         return rows
 
     def towards(self, goal: Observation) -> Self:
@@ -188,9 +189,15 @@ class DecoupledMoments(Compiled, Declared):
         goal = program.each(ANY_GOAL if self.goal is None else self.goal)
         turned = self.goal is not None
         upright = self.goal is not None and bool(self.goal[3:].any())
-        moments = _moments(seen, self.of_marks)
         program.add(
-            features.decoupled_stage, self.of_marks, *moments, goal, turned, upright, rows.s, rows.L
+            features.decoupled_stage,
+            of_marks=self.of_marks,
+            **_moments(seen, self.of_marks)._asdict(),
+            goal=goal,
+            turned=turned,
+            headed=upright,
+            s=rows.s,
+            L=rows.L,
         )
         return rows
 

@@ -33,5 +33,11 @@ class Points3D(Compiled, Declared):
     def stages(self, seen: Seen) -> FeatureRows:
         """Add the stages of s and L to a program, and return their rows."""
         rows = seen.room(3 * seen.N)
-        seen.program.add(kernels.points_3d_stage, seen.N, seen.points, seen.depth, rows.s, rows.L)
+        seen.program.add(
+            kernels.points_3d_stage,
+            points=seen.points,
+            depth=seen.depth,
+            s=rows.s,
+            L=rows.L,
+        )
         return rows

@@ -17,6 +17,7 @@ from robsim.features.feature import Observation, Tolerance, at_goal
 from robsim.features.rows import FeatureRows, Seen
 from robsim.geometry.pose import IDENTITY, Pose, one_pose
 from robsim.kernels.features import pose_features as kernels
+from robsim.kernels.machine.rows import Rows
 
 Form = Literal["goal", "camera"]
 
@@ -41,11 +42,17 @@ class _PoseFeature(Compiled):
             raise GoalError("no pose of the target fits what is seen at the goal")
         return unchecked(self, T_goal_o=Pose(goal.pose[0] if len(goal.pose) == 1 else goal.pose))
 
-    def _from_goal(self, seen: Seen) -> int:
+    def _from_goal(self, seen: Seen) -> Rows:
         """Add the stage of T_goal_c, the camera in axes of the goal camera; return its rows."""
         program = seen.program
-        goal, room, T = seen.pose_goal(self._T_o_goal), program.rows(12), program.rows(12)
-        program.add(kernels.from_goal_stage, seen.pose, goal, room, T)
+        goal, room, T = seen.pose_goal(self._T_o_goal), program.rows(3, 4), program.rows(3, 4)
+        program.add(
+            kernels.from_goal_stage,
+            T_c_o=seen.pose,
+            T_o_goal=goal,
+            room=room,
+            T=T,
+        )
         return T
 
     @cached_property
@@ -75,7 +82,13 @@ class ThetaU(_PoseFeature):
     def stages(self, seen: Seen) -> FeatureRows:
         """Add the stages of s and L to a program, and return their rows."""
         rows, T = seen.room(3), self._from_goal(seen)
-        seen.program.add(kernels.theta_u_stage, T, seen.program.rows(4), rows.s, rows.L)
+        seen.program.add(
+            kernels.theta_u_stage,
+            T=T,
+            room=seen.program.rows(4),
+            s=rows.s,
+            L=rows.L,
+        )
         return rows
 
 
@@ -107,5 +120,11 @@ class Translation(_PoseFeature):
         """Add the stages of s and L to a program, and return their rows."""
         rows, in_goal = seen.room(3), self.form == "goal"
         T = self._from_goal(seen) if in_goal else seen.pose
-        seen.program.add(kernels.translation_stage, T, in_goal, rows.s, rows.L)
+        seen.program.add(
+            kernels.translation_stage,
+            T=T,
+            in_goal=in_goal,
+            s=rows.s,
+            L=rows.L,
+        )
         return rows

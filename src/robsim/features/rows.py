@@ -18,6 +18,7 @@ from robsim.kernels.control import commanding
 from robsim.kernels.estimation.pose import fit, room_of
 from robsim.kernels.features.pose_features import lost_stage
 from robsim.kernels.machine.program import Blocks, Program
+from robsim.kernels.machine.rows import Rows
 from robsim.vision.camera import Camera
 
 
@@ -25,8 +26,8 @@ class FeatureRows(NamedTuple):
     """The rows of a feature s (k,) and of its interaction matrix L (k, 6)."""
 
     k: int
-    s: int
-    L: int
+    s: Rows
+    L: Rows
 
 
 @dataclass(frozen=True)
@@ -35,76 +36,95 @@ class Seen:
 
     program: Program
     N: int
-    pixels: int  # 2 for each mark
-    points: int  # 2 for each mark, normalised
-    depth: int
-    camera: int  # in the order of `robsim.kernels.images.viewing`
-    model: int  # 3 for each mark
-    guess: int  # 12, the pose from which an estimate of T_c_o starts
+    pixels: Rows  # (N, 2)
+    points: Rows  # (N, 2), normalised
+    depth: Rows  # (N,)
+    camera: Rows  # in the order of `robsim.kernels.images.viewing`
+    model: Rows  # (N, 3)
+    guess: Rows  # (3, 4), the pose from which an estimate of T_c_o starts
     other: Seen | None = None  # the same marks, as the second camera of a pair sees them
-    between: int = -1  # 12, the pose of the second camera in this one
-    fitted: int | None = None  # 12, the pose T_c_o that fits the image, where it is known already
+    between: Rows | None = None  # (3, 4), the pose of the second camera in this one
+    fitted: Rows | None = (
+        None  # (3, 4), the pose T_c_o that fits the image, where it is known already
+    )
     sure: bool = True  # whether the guess cannot be behind the camera
-    weights: int = -1  # of each mark in the estimate of the pose, where they do not count alike
+    weights: Rows | None = (
+        None  # of each mark in the estimate of the pose, where they do not count alike
+    )
 
     @cached_property
-    def pose(self) -> int:
+    def pose(self) -> Rows:
         """The rows of the pose T_c_o that fits the image; the stage that finds it is added once."""
         if self.fitted is not None:
             return self.fitted
-        T = self.program.rows(12)
+        T = self.program.rows(3, 4)
         room = self.program.rows(room_of(self.N))
-        weights = self.weights if self.weights >= 0 else self.program.constant(np.ones(self.N))
-        self.program.add(fit, self.N, self.model, self.points, self.guess, T, weights, room)
+        weights = self.weights
+        if weights is None:
+            weights = self.program.constant(np.ones(self.N))
+        self.program.add(
+            fit,
+            marks=self.model,
+            x=self.points,
+            guess=self.guess,
+            T=T,
+            weights=weights,
+            room=room,
+        )
         if not self.sure:
             lost = self.program.rows()
-            self.program.add(lost_stage, self.N, self.points, T, lost)
+            self.program.add(
+                lost_stage,
+                points=self.points,
+                T=T,
+                lost=lost,
+            )
             self.program.rescue(lambda blocks, step: self._without_guess(blocks, T, lost), lost)
         return T
 
-    def _without_guess(self, blocks: Blocks, T: int, lost: int) -> None:
+    def _without_guess(self, blocks: Blocks, T: Rows, lost: Rows) -> None:
         """Find the poses that no guess led to from the image alone."""
-        if blocks.get(lost, 1).any():
-            model, points = blocks.get(self.model, self.N, 3), blocks.get(self.points, self.N, 2)
-            blocks.put(T, without_guess(blocks.get(T, 3, 4), model, points))
-            blocks.put(lost, np.zeros((1, blocks.runs)))
+        if blocks.get(lost).any():
+            model, points = blocks.get(self.model), blocks.get(self.points)
+            blocks.put(T, without_guess(blocks.get(T), model, points))
+            blocks.put(lost, np.zeros(blocks.runs))
 
-    def goal(self, values: Array | None, count: int) -> int:
-        """Return the rows of so many numbers (n, B) at the goal, or -1 where none are known.
+    def goal(self, values: Array | None, count: int) -> Rows | None:
+        """Return the rows of so many numbers (n, B) at the goal, or None where none are known.
 
         InputError where the goal had another number of marks.
         """
         if values is not None and len(values) != count:
             raise InputError(f"{self.N} marks are seen here, and another number was at the goal")
-        return -1 if values is None else self.program.each(values)
+        return None if values is None else self.program.each(values)
 
-    def pose_goal(self, T: Array) -> int:
+    def pose_goal(self, T: Array) -> Rows:
         """Return the rows of a pose (4, 4) at the goal, or of one (B, 4, 4) for each run."""
-        return self.program.each(runs_last(T[..., :3, :], 2).reshape(12, -1))
+        return self.program.each(runs_last(T[..., :3, :], 2).reshape(3, 4, -1))
 
     def room(self, k: int) -> FeatureRows:
         """Return new rows for a feature of k numbers."""
-        return FeatureRows(k, self.program.rows(k), self.program.rows(6 * k))
+        return FeatureRows(k, self.program.rows(k), self.program.rows(k, 6))
 
     def observation(self, blocks: Blocks, cameras: Sequence[Camera]) -> Observation:
         """Return what is seen in blocks, by a camera or a pair of them."""
         camera, *others = cameras
-        get, N = blocks.get, self.N
-        model = get(self.model, N, 3)
+        get = blocks.get
+        model = get(self.model)
         seen = known(
             Observation,
-            pixels_last=frozen(get(self.pixels, N, 2)),
-            points_last=frozen(get(self.points, N, 2)),
-            depth_last=frozen(get(self.depth, N)),
+            pixels_last=frozen(get(self.pixels)),
+            points_last=frozen(get(self.points)),
+            depth_last=frozen(get(self.depth)),
             camera=camera.of_runs(blocks.rows),
             model=frozen(model if (model != model[..., :1]).any() else model[..., 0].copy()),
-            guess_last=frozen(get(self.guess, 3, 4)),
+            guess_last=frozen(get(self.guess)),
             runs=frozen(blocks.rows.view()),
-            weights_last=None if self.weights < 0 else frozen(get(self.weights, N)),
+            weights_last=None if self.weights is None else frozen(get(self.weights)),
         )
-        if self.other is None:
+        if self.other is None or self.between is None:
             return seen
-        between = frozen(get(self.between, 3, 4))
+        between = frozen(get(self.between))
         other = self.other.observation(blocks, others)
         return unchecked(seen, other=other, between_last=between)
 
@@ -113,16 +133,16 @@ class Seen:
         return replace(
             self,
             N=len(marks),
-            pixels=self._copied(self.pixels, marks, 2),
-            points=self._copied(self.points, marks, 2),
-            depth=self._copied(self.depth, marks, 1),
-            model=self._copied(self.model, marks, 3),
-            weights=-1 if self.weights < 0 else self._copied(self.weights, marks, 1),
+            pixels=self._copied(self.pixels, marks),
+            points=self._copied(self.points, marks),
+            depth=self._copied(self.depth, marks),
+            model=self._copied(self.model, marks),
+            weights=None if self.weights is None else self._copied(self.weights, marks),
             other=None if self.other is None else self.other.some(marks),
         )
 
-    def _copied(self, first: int, marks: NDArray[np.int64], size: int) -> int:
-        rows = self.program.rows(size * len(marks))
-        for i, mark in enumerate(marks):
-            self.program.add(commanding.copied, size, first + size * mark, rows + size * i)
-        return rows
+    def _copied(self, rows: Rows, marks: NDArray[np.int64]) -> Rows:
+        found = self.program.rows(len(marks), *rows.shape[1:])
+        for i, mark in enumerate(marks.tolist()):
+            self.program.add(commanding.copied, rows=rows[mark].flat, to=found[i].flat)
+        return found

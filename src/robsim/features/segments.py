@@ -50,11 +50,10 @@ class Segments(Compiled, Declared):
         rows = seen.room(2 * seen.N)
         seen.program.add(
             kernels.segments_stage,
-            seen.N,
-            seen.points,
-            seen.depth,
-            seen.goal(self.goal, 2 * seen.N),
-            rows.s,
-            rows.L,
+            points=seen.points,
+            depth=seen.depth,
+            goal=seen.goal(self.goal, 2 * seen.N),
+            s=rows.s,
+            L=rows.L,
         )
         return rows

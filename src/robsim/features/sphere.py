@@ -42,10 +42,10 @@ class Sphere(Compiled, Declared):
         rows = seen.room(3)
         seen.program.add(
             kernels.sphere_stage,
-            seen.points,
-            seen.depth,
-            seen.program.constant(self.radius),
-            rows.s,
-            rows.L,
+            point=seen.points,
+            depth=seen.depth,
+            radius=seen.program.constant(self.radius),
+            s=rows.s,
+            L=rows.L,
         )
         return rows

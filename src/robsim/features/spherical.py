@@ -32,5 +32,11 @@ class Spherical(Compiled, Declared):
     def stages(self, seen: Seen) -> FeatureRows:
         """Add the stages of s and L to a program, and return their rows."""
         rows = seen.room(3 * seen.N)
-        seen.program.add(kernels.bearings_stage, seen.N, seen.points, seen.depth, rows.s, rows.L)
+        seen.program.add(
+            kernels.bearings_stage,
+            points=seen.points,
+            depth=seen.depth,
+            s=rows.s,
+            L=rows.L,
+        )
         return rows

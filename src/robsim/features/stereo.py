@@ -42,11 +42,10 @@ class StereoPoints(Compiled, Declared):
         rows = seen.room(3 * seen.N)
         seen.program.add(
             kernels.stereo_stage,
-            seen.N,
-            seen.points,
-            seen.other.points,
-            seen.between,
-            rows.s,
-            rows.L,
+            points=seen.points,
+            others=seen.other.points,
+            T=seen.between,
+            s=rows.s,
+            L=rows.L,
         )
         return rows

@@ -2,49 +2,54 @@
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import ArrayLike
+from collections.abc import Sequence
+from typing import Any
 
 from robsim.kernels.bodies import moving
 from robsim.kernels.formulas import joints as kinds
 from robsim.kernels.formulas.tree import IQ, IV, KIND, Joints
 from robsim.kernels.machine.program import Program
+from robsim.kernels.machine.rows import Rows
 
 IN_PLANE = {kinds.PLANAR: 3, kinds.UNICYCLE: 2, kinds.CAR: 2}  # velocities
 
 
-def add_motion(program: Program, joints: Joints, q: int, rates: ArrayLike, dt: int) -> None:
-    """Add the stages that move coordinates, in rows from q, by velocities in rows `rates` for dt.
+def add_motion(
+    program: Program, joints: Joints, q: Rows, rates: Sequence[Rows | None], dt: Rows
+) -> None:
+    """Add the stages that move coordinates q (nq,) by velocities, each in a row, for dt.
 
-    A row is -1 where a velocity is zero. What depends on others moves with them, and wheels that
-    roll (see `add_rolling`) and joints of the user's kinds in Python are not moved here.
+    One without a row, None, is zero. What depends on others moves with them, and wheels that roll
+    (see `add_rolling`) and joints of the user's kinds in Python are not moved here.
     """
-    steady: list[int] = []
-    v = np.asarray(rates)
+    steady: list[tuple[Any, Any]] = []
     for row in joints.rows[1:]:
-        kind, first, rate = row[KIND], q + row[IQ], v[row[IV]]
-        if row[IV] < 0 or rate < 0 or kind == kinds.OWN:
+        kind, first, at = row[KIND], row[IQ], row[IV]
+        rate = rates[at] if at >= 0 else None
+        if rate is None or kind == kinds.OWN:
             continue
         if kind == kinds.FLOATING:
-            program.add(moving.fly, dt, first, rate)
+            program.add(moving.fly, dt=dt, q=q[first : first + 7], v=Rows(rate, (6,)))
         elif kind in IN_PLANE:
-            program.add(moving.glide, dt, first, rate, IN_PLANE[kind])
+            v = Rows(rate, (IN_PLANE[kind],))
+            program.add(moving.glide, dt=dt, q=q[first : first + 3], v=v)
         else:
-            steady += [first, rate]
+            steady.append((q[first], rate))
     for each in joints.staged:
         member = each.member
-        first, rate = q + member.q.start, v[member.v.start]
-        if rate < 0:
+        own, v = q[member.q], rates[member.v]
+        if v[0] is None:
             continue
         if member.kind.moving is not None:
-            program.add(member.kind.moving, dt, first, rate, program.constant(each.constants))
+            given = {"dt": dt, "q": own, "v": Rows(v[0], (len(v),))}
+            program.add(member.kind.moving, **given, numbers=program.constant(each.constants))
         else:
-            steady += [row for i in range(len(v[member.v])) for row in (first + i, rate + i)]
+            steady += zip(own, v, strict=True)
     if steady:
-        program.add(moving.run, dt, len(steady) // 2, *steady)
+        program.add(moving.run, dt=dt, moves=steady)
 
 
-def add_rolling(program: Program, joints: Joints, q: int, v: int, ratio: int, dt: int) -> None:
+def add_rolling(program: Program, joints: Joints, q: Rows, v: Rows, ratio: Rows, dt: Rows) -> None:
     """Add the stages that roll the wheels of vehicles, by ratios in rows that hold before."""
     for n, m, _, k in joints.wheels.rows:
-        program.add(moving.roll, dt, q + n, v + m, ratio + k)
+        program.add(moving.roll, dt=dt, angle=q[n], v=v[m : m + 2], ratio=ratio[k : k + 2])

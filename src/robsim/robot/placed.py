@@ -15,6 +15,7 @@ from robsim.kernels.formulas.jacobian import Moves
 from robsim.kernels.formulas.ties import ACKERMANN, MIMIC
 from robsim.kernels.formulas.tree import BEND, CURVE, IX, KIND, PARENT, Bodies, Joints
 from robsim.kernels.machine.program import Blocks, Program, evaluated
+from robsim.kernels.machine.rows import Address, Rows
 from robsim.kernels.machine.stage import Stage
 from robsim.robot.member import OwnMotion
 
@@ -27,25 +28,29 @@ STAGES: dict[int, Stage] = {
     kinds.CAR: placing.glide,
     kinds.OWN: placing.carry,
 }
+COORDINATES = {  # of joints that have several
+    kinds.FLOATING: 7,
+    kinds.PLANAR: 3,
+    kinds.UNICYCLE: 3,
+    kinds.CAR: 3,
+}
 
 
 class Placed:
-    """The rows of a program in which the bodies of a tree stand, at coordinates in rows from q.
+    """The rows of a program in which the bodies of a tree stand, at coordinates q (nq,).
 
-    `poses` is the first of twelve rows for each body, `ratio` the first of the ratios by which
-    velocities move bodies, `motions` that of the poses of joints of the user's kinds.
+    `poses` are those of all bodies, `ratio` the ratios by which velocities move bodies, `motions`
+    the poses of joints of the user's kinds.
     """
 
-    def __init__(self, program: Program, joints: Joints, q: int, nq: int) -> None:
-        self.program, self.joints, self.q, self.nq = program, joints, q, nq
+    def __init__(self, program: Program, joints: Joints, q: Rows) -> None:
+        self.program, self.joints, self.q, (self.nq,) = program, joints, q, q.shape
         bodies, own = len(joints.rows), joints.rows[:, KIND] == kinds.OWN
-        self.poses = program.constant(np.tile(np.eye(4)[:3].ravel(), bodies))
+        self.poses = program.constant(np.tile(np.eye(4)[:3], (bodies, 1, 1)))
         self.ratio = program.constant(np.ones(joints.ratios))
-        self.motions = program.rows(12 * int(own.sum()))
+        self.motions = program.rows(int(own.sum()), 3, 4)
         self.place = program.numbers(joints.place, 3)
-        self._motion = {
-            i: self.motions + 12 * n for n, i in enumerate(np.flatnonzero(own).tolist())
-        }
+        self._motion = {i: self.motions[n] for n, i in enumerate(np.flatnonzero(own).tolist())}
         self._curves = self._kept_curves()
 
     def add(self) -> None:
@@ -62,111 +67,125 @@ class Placed:
         self._followers = self.program.rows(len(self.joints.ties.rows))
         for i in range(len(self.joints.ties.rows)):
             self._tie(i)
-        for row, numbers in zip(*self.joints.wheels, strict=True):
-            given = self.program.constant(numbers)
-            steering = self._x(row[2]) if row[2] >= 0 else -1
-            self.program.add(placing.spin, steering, self.ratio + row[3], given)
+        for (_, _, steered, first), numbers in zip(*self.joints.wheels, strict=True):
+            self.program.add(
+                placing.spin,
+                steering=self._x(steered) if steered >= 0 else None,
+                ratio=self.ratio[first : first + 2],
+                numbers=self.program.constant(numbers),
+            )
 
     def _stage(self) -> None:
         """Add the stages of the motions and twists of joints of the user's compiled kinds."""
         for each in self.joints.staged:
-            stage, numbers = each.member.kind.placing, self.program.constant(each.constants)
-            motion, twists = self._motion[each.member.body], self.ratio + each.first
-            self.program.add(stage, self.q + each.member.q.start, numbers, motion, twists)
+            self.program.add(
+                each.member.kind.placing,
+                q=self.q[each.member.q],
+                numbers=self.program.constant(each.constants),
+                motion=self._motion[each.member.body],
+                twists=self._twists(each).reshape(-1, 6),
+            )
 
-    def take(self, own: OwnMotion, motion: int, twists: int) -> None:
+    def take(self, own: OwnMotion, motion: Rows, twists: Rows) -> None:
         """Let a joint of a user's kind have its motion and twists from given rows."""
         self._motion[own.member.body] = motion
-        self.program.add(copied, own.twists, twists, self.ratio + own.first)
+        self.program.add(copied, rows=twists, to=self._twists(own))
 
     def prepare(self, own: Iterable[OwnMotion], blocks: Blocks) -> None:
         """Write the motions and twists of joints of the user's kinds."""
-        q = blocks.get(self.q, self.nq)
+        q = blocks.get(self.q)
         for each in own:
             motion, twists = each.at(q)
             blocks.put(self._motion[each.member.body], motion)
-            blocks.put(self.ratio + each.first, twists)
+            blocks.put(self._twists(each), twists)
 
-    def body(self, i: int) -> int:
-        """Return the first row of the pose of a body."""
-        return self.poses + 12 * i
+    def _twists(self, own: OwnMotion) -> Rows:
+        return self.ratio[own.first : own.first + own.twists]
 
-    def frames(self, some: list[tuple[int, Array]]) -> list[int]:
-        """Return the first rows of the poses of frames, each on a body at a constant offset."""
-        found, numbers = [], [len(some)]
+    def frames(self, some: list[tuple[int, Array]]) -> list[Rows]:
+        """Return the rows of the poses of frames, each on a body at a constant offset."""
+        each = []
         for body, offset in some:
-            found.append(self.program.rows(12))
+            T = self.program.rows(3, 4)
             last = offset[:3] if offset.ndim == 2 else runs_last(offset[..., :3, :], 2)
-            at = self.program.numbers(last, 2)
-            numbers += [self.body(body), at, found[-1]]
-        self.program.add(placing.frames, *numbers)
-        return found
+            each.append((self.poses[body], self.program.numbers(last, 2), T))
+        self.program.add(placing.frames, each=each)
+        return [T for _, _, T in each]
 
     def _bodies(self, stage: Stage | None, some: list[int]) -> None:
-        numbers = [len(some)]
+        each = []
         for i in some:
-            parent, x = self.joints.rows[i, PARENT], self._x(self.joints.rows[i, IX])
-            given = self._motion.get(i, x)
-            numbers += [self.body(parent), self.place + 12 * i, given, self.body(i)]
+            row = self.joints.rows[i]
+            given = self._motion[i] if i in self._motion else self._coordinates(row)
+            each.append((self.poses[row[PARENT]], self.place[i], given, self.poses[i]))
         if stage is None:
-            (i,) = some
-            self._rail(i, numbers[1:])
+            self._rail(some[0], *each[0])
         else:
-            self.program.add(stage, *numbers)
+            self.program.add(stage, each=each)
 
-    def _rail(self, i: int, numbers: list[int]) -> None:
+    def _coordinates(self, row: Array) -> Rows:
+        """Return the rows of the coordinates that move a body: one, or several of the tree."""
+        count, x = COORDINATES.get(int(row[KIND]), 0), row[IX]
+        return self.q[x : x + count] if count else self._x(x)
+
+    def _rail(self, i: int, parent: Rows, place: Rows, s: Rows, T: Rows) -> None:
         row = self.joints.rows[i]
-        bend = self.ratio + row[BEND]
-        self.program.add(placing.ride, *self._curves, row[CURVE], *numbers, bend)
+        bend = self.ratio[row[BEND]]
+        given = {"parent": parent, "place": place, "s": s, "T": T, "curvature": bend}
+        self.program.add(placing.ride, **self._curves, which=row[CURVE], **given)
         if row[IX] >= self.nq:  # a curvature per metre of a rail that follows another coordinate
             slope = self.joints.ties.rows[row[IX] - self.nq, 2]
-            self.program.add(placing.scale, bend, self.ratio + slope)
+            self.program.add(placing.scale, curvature=bend, slope=self.ratio[slope])
 
     def _tie(self, i: int) -> None:
-        ties = self.joints.ties
+        ties, add = self.joints.ties, self.program.add
         kind, source, row, which, gives = ties.rows[i]
         above = 0 if source < self.nq else ties.rows[source - self.nq, 2]
-        given = self.program.constant(ties.numbers[i])
-        rows = (self._x(source), self._followers + i, self.ratio + row, self.ratio + above, given)
+        rows = {
+            "source": self._x(source),
+            "x": self._followers[i],
+            "ratio": self.ratio[row],
+            "above": self.ratio[above],
+            "numbers": self.program.constant(ties.numbers[i]),
+        }
         if kind == MIMIC:
-            self.program.add(placing.mimic, 1, *rows)
+            add(placing.mimic, **rows)
         elif kind == ACKERMANN:
-            self.program.add(placing.steer, *rows)
+            add(placing.steer, **rows)
         else:
-            self.program.add(placing.hang, *self._curves, *rows, which, gives)
+            add(placing.hang, **self._curves, **rows, which=which, what=gives)
 
-    def _x(self, i: int) -> int:
+    def _x(self, i: int) -> Rows:
         """Return the row of a coordinate: of the tree, or of those that depend on others."""
-        return self.q + i if i < self.nq else self._followers + i - self.nq
+        return self.q[i] if i < self.nq else self._followers[i - self.nq]
 
-    def _kept_curves(self) -> tuple[int, ...]:
-        first, length, pieces = self.joints.curves
-        addresses = (self.program.address(array) for array in (first, length, pieces))
-        return (*addresses, len(length), len(pieces))
+    def _kept_curves(self) -> dict[str, Address]:
+        tables = zip(("first", "lengths", "pieces"), self.joints.curves, strict=True)
+        return {name: self.program.address(array) for name, array in tables}
 
 
 def frame_jacobian(bodies: Bodies, T: Array, moves: Moves) -> Array:
     """Return the Jacobian (6, n, B) of a frame at T (3, 4, B), rows (v, omega) in its own axes."""
-    n = moves.columns.size
 
-    def add(program: Program, poses: int, ratio: int, T: int) -> tuple[int]:
-        return (add_jacobian(program, poses, ratio, T, moves),)
+    def add(program: Program, poses: Rows, ratios: Rows, T: Rows) -> tuple[Rows]:
+        return (add_jacobian(program, poses, ratios, T, moves),)
 
-    (J,) = evaluated(add, [bodies.poses, bodies.ratio, T], [(6, n)])
+    (J,) = evaluated(add, [bodies.poses, bodies.ratio, T], [(6, moves.columns.size)])
     return J
 
 
-def add_base_jacobian(program: Program, poses: int, ratio: int, T: int, moves: Moves) -> int:
+def add_base_jacobian(program: Program, poses: Rows, ratios: Rows, T: Rows, moves: Moves) -> Rows:
     """Add the stages of the Jacobian of a frame at T in axes of the world, and return its rows."""
     here = program.constant(np.eye(3, 4))
-    for r in (3, 7, 11):
-        program.add(copied, 1, T + r, here + r)
-    return add_jacobian(program, poses, ratio, here, moves)
+    for r in range(3):
+        program.add(copied, rows=T[r, 3:], to=here[r, 3:])
+    return add_jacobian(program, poses, ratios, here, moves)
 
 
-def add_jacobian(program: Program, poses: int, ratio: int, T: int, moves: Moves) -> int:
+def add_jacobian(program: Program, poses: Rows, ratios: Rows, T: Rows, moves: Moves) -> Rows:
     """Add the stage of the Jacobian of a frame in its own axes, and return its rows (6, n)."""
-    n, J = moves.columns.size, program.rows(6 * moves.columns.size)
+    J = program.rows(6, moves.columns.size)
     table = np.column_stack([moves.rows, moves.sign]).astype(np.int64)
-    program.add(jacobian, poses, ratio, T, J, n, len(table), *table.ravel())
+    each = list(map(tuple, table.tolist()))
+    program.add(jacobian, poses=poses, ratios=ratios, T_w_c=T, J=J, moves=each)
     return J

@@ -12,6 +12,7 @@ from robsim.base.arrays import Array, runs_first, runs_last
 from robsim.geometry.pose import homogeneous
 from robsim.kernels.bodies import kinematics as kernels
 from robsim.kernels.machine.program import Program
+from robsim.kernels.machine.rows import Rows
 from robsim.robot.placed import Placed, add_base_jacobian
 from robsim.robot.tree import Tree
 
@@ -42,10 +43,10 @@ class Placement:
         out[:] = runs_first(self.tree.jacobian(bodies, self.names[0]), q.shape[:-1])
         return False
 
-    def _placed(self) -> tuple[Placed, list[int]]:
+    def _placed(self) -> tuple[Placed, list[Rows]]:
         """Return the bodies in a program, and the rows of the frames."""
         program = Program()
-        placed = Placed(program, self.tree.joints, program.rows(self.tree.nq), self.tree.nq)
+        placed = Placed(program, self.tree.joints, program.rows(self.tree.nq))
         placed.add()
         return placed, placed.frames([self.tree.find(name) for name in self.names])
 
@@ -53,7 +54,7 @@ class Placement:
     def _poses(self) -> tuple[Any, ...]:
         """The arguments of the kernel that places the frames."""
         placed, frames = self._placed()
-        return *placed.program.prepared(), placed.q, np.array(frames, dtype=np.int64)
+        return *placed.program.prepared(), int(placed.q), np.array(frames, dtype=np.int64)
 
     @cached_property
     def _twists(self) -> tuple[Any, ...]:
@@ -61,7 +62,7 @@ class Placement:
         placed, (T, *_) = self._placed()
         program, moves = placed.program, self.tree.moves(self.tree.carried(self.names[0]))
         J = add_base_jacobian(program, placed.poses, placed.ratio, T, moves)
-        return *program.prepared(), placed.q, J
+        return *program.prepared(), int(placed.q), int(J)
 
 
 def _flat(q: Array) -> Array:

@@ -16,6 +16,7 @@ from robsim.kernels.formulas import jacobian as jacobians
 from robsim.kernels.formulas import joints as motions
 from robsim.kernels.formulas import tree as kernels
 from robsim.kernels.machine.program import Function, Program
+from robsim.kernels.machine.rows import Rows
 from robsim.robot.assembly import Assembly, integers
 from robsim.robot.frame import Frame
 from robsim.robot.joint import FIXED, Steering
@@ -94,20 +95,21 @@ class Tree:
         placed, v = self._placed(program, self.nv)
         moves = self.moves(self.carried(name))
         (T,) = placed.frames([self.find(name)])
-        J, found = add_jacobian(program, placed.poses, placed.ratio, T, moves), program.rows(18)
-        program.add(copied, 12, T, found)
-        program.add(along, J, 6, self.nv, v, found + 12)
+        J = add_jacobian(program, placed.poses, placed.ratio, T, moves)
+        found = program.rows(18)
+        program.add(copied, rows=T.flat, to=found[:12])
+        program.add(along, A=J, x=v, out=found[12:])
         return Function(program, placed.q, found, 18)
 
-    def _placed(self, program: Program, more: int = 0) -> tuple[Placed, int]:
+    def _placed(self, program: Program, more: int = 0) -> tuple[Placed, Rows]:
         """Return the bodies in a program, from coordinates and what own kinds say of them.
 
-        With the first of some more rows that are given, below them.
+        With some more rows that are given, below them.
         """
         q = program.rows(self.nq)
-        given = [(program.rows(12), program.rows(each.twists)) for each in self.own]
+        given = [(program.rows(3, 4), program.rows(each.twists)) for each in self.own]
         last = program.rows(more)
-        placed = Placed(program, self.joints, q, self.nq)
+        placed = Placed(program, self.joints, q)
         for each, rows in zip(self.own, given, strict=True):
             placed.take(each, *rows)
         placed.add()
@@ -175,10 +177,10 @@ class Tree:
         program = Program()
         q, v, dt = program.rows(self.nq), program.rows(self.nv), program.rows()
         if len(self.joints.wheels.rows):
-            placed = Placed(program, self.joints, q, self.nq)
+            placed = Placed(program, self.joints, q)
             placed.follow()
             add_rolling(program, self.joints, q, v, placed.ratio, dt)
-        add_motion(program, self.joints, q, v + np.arange(self.nv), dt)
+        add_motion(program, self.joints, q, list(v), dt)
         return Function(program, q, q, self.nq)
 
     def driven(self, q: Array, v: Array) -> Array:

@@ -88,8 +88,10 @@ class BoundBlock:
             return rows
         found = seen.room(self.size)
         for i, c in enumerate(self.components):
-            seen.program.add(commanding.copied, 1, rows.s + c, found.s + i)
-            seen.program.add(commanding.copied, 6, rows.L + 6 * c, found.L + 6 * i)
+            for one, other in ((rows.s, found.s), (rows.L, found.L)):
+                seen.program.add(
+                    commanding.copied, rows=one[c : c + 1].flat, to=other[i : i + 1].flat
+                )
         return found
 
     def _whole(self, seen: Seen, with_L: bool) -> FeatureRows:

@@ -14,6 +14,7 @@ from robsim.kernels.control import commanding, weighting
 from robsim.kernels.formulas.jacobian import Moves
 from robsim.kernels.images import hiding, viewing
 from robsim.kernels.machine.program import Blocks, Own, Program
+from robsim.kernels.machine.rows import Rows
 from robsim.robot.placed import Placed, add_jacobian
 from robsim.servo.bound_block import BoundBlock
 from robsim.servo.given import Given, alone
@@ -33,7 +34,7 @@ class RegulatedRows:
 
     def __init__(self, regulated: Regulated, given: Given, weightings: Any = ()) -> None:
         self.regulated, self.given, self.program = regulated, given, given.program
-        self.weightings, self.weights = weightings, dict[Key, int]()
+        self.weightings, self.weights = weightings, dict[Key, Rows]()
         self.twist = {sight.key: self.program.rows(6) for sight in regulated.sights}
         # of each camera against its target, as it was held over the last period
         self.seen_twist = {sight.key: self.program.rows(6) for sight in regulated.sights}
@@ -46,44 +47,58 @@ class RegulatedRows:
         pairs = zip(regulated.parts, self.shown, strict=True)
         with_L = isinstance(regulated.which, str) and regulated.which != "desired"
         each = [part.stages(seen, with_L) for part, seen in pairs]
-        self.s = joined(self.program, [rows.s for rows in each], [rows.k for rows in each])
+        self.s = joined(self.program, [rows.s for rows in each])
         self._interactions(each)
         self.A = self.moved(self.J, regulated.columns.size)
 
-    def jacobian(self, sight: Sight, moves: Moves) -> int:
+    def jacobian(self, sight: Sight, moves: Moves) -> Rows:
         """Return the rows of J (6, n) of a camera against its target, by some velocities."""
         where = self.placed.poses, self.placed.ratio, self.frames[sight.key][0]
         return add_jacobian(self.program, *where, moves)
 
-    def moved(self, J: dict[Key, int], n: int) -> int:
+    def moved(self, J: dict[Key, Rows], n: int) -> Rows:
         """Return the rows of L J (k, n), camera by camera: sdot = L (J_c - J_o) qdot."""
         regulated, program, k = self.regulated, self.program, self.regulated.k
-        A = program.rows(k * n)
+        A = program.rows(k, n)
         if regulated.as_one:
             first = J[regulated.sights[0].key]
-            program.add(commanding.product, self.L, k, first, n, A)
+            program.add(
+                commanding.product,
+                L=self.L,
+                J=first,
+                A=A,
+            )
             return A
         row = 0
         for rows, part in zip(self.each, regulated.parts, strict=True):
-            program.add(commanding.product, rows.L, rows.k, J[part.sights[0].key], n, A + n * row)
+            program.add(
+                commanding.product,
+                L=rows.L,
+                J=J[part.sights[0].key],
+                A=A[row : row + rows.k],
+            )
             row += rows.k
         return A
 
-    def drift(self) -> int:
+    def drift(self) -> Rows:
         """Return the rows of sdot (k,) that prescribed motions cause, as far as it is known."""
         columns, own = self.regulated.own_moves
         rates = prescribed_rates(self.given, self.regulated.sights[0].scene, columns)
         for sight in self.regulated.sights:
             J = self.jacobian(sight, own[sight.key])
-            self.program.add(commanding.along, J, 6, columns.size, rates, self.twist[sight.key])
-        return self.moved(self.twist, 1)
+            self.program.add(
+                commanding.along,
+                A=J,
+                x=rates,
+                out=self.twist[sight.key],
+            )
+        return self.moved({key: V.column for key, V in self.twist.items()}, 1).flat
 
-    def _world(self) -> tuple[Placed, dict[Key, tuple[int, int]]]:
+    def _world(self) -> tuple[Placed, dict[Key, tuple[Rows, Rows]]]:
         """Return the bodies, and the poses of cameras and targets, where they are believed."""
         given, sights = self.given, self.regulated.sights
         if given.placed is not None and self.regulated.exact:
-            views = {key: (view.T_w_c, view.T_w_o) for key, view in given.views.items()}
-            return given.placed, views
+            return given.placed, {key: view.frames for key, view in given.views.items()}
         tree = sights[0].scene.tree
         placed = placed_at(self.program, tree, given.q)
         poses = {sight.key: placed.frames(sight.frames) for sight in sights}
@@ -92,29 +107,36 @@ class RegulatedRows:
     def _seen(self, sight: Sight) -> Seen:
         """Return the rows of what the controller knows of the marks of a target."""
         program, view, N = self.program, self.given.views[sight.key], len(sight.target.marks)
-        eye, points = sight.eye.camera, program.rows(2 * N)
+        eye, points = sight.eye.camera, program.rows(N, 2)
         camera = program.each(eye.rows)
-        T_c_o = program.rows(12)
-        program.add(viewing.relative, *self.frames[sight.key], T_c_o)
-        program.add(viewing.normalise, camera, N, view.pixels, points, eye.bends)
+        T_w_c, T_w_o = self.frames[sight.key]
+        T_c_o = program.rows(3, 4)
+        program.add(viewing.relative, A=T_w_c, B=T_w_o, T=T_c_o)
+        program.add(
+            viewing.normalise,
+            camera=camera,
+            pixels=view.pixels,
+            points=points,
+            bends=eye.bends,
+        )
         model = program.numbers(sight.target.marks, 2)
         depth = self._depth(sight, view.depth, points)
         rows = view.pixels, points, depth, camera, model, T_c_o
-        weights = self._weights(sight, points, camera) if self.weightings else -1
+        weights = self._weights(sight, points, camera) if self.weightings else None
         return Seen(program, N, *rows, sure=self.regulated.exact, weights=weights)
 
-    def _weights(self, sight: Sight, points: int, camera: int) -> int:
+    def _weights(self, sight: Sight, points: Rows, camera: Rows) -> Rows:
         """Return the rows of the weights of the marks of a sight."""
         program, view, N = self.program, self.given.views[sight.key], len(sight.target.marks)
         there = program.rows(N)
-        image = view.pixels, points, camera
-        program.add(weighting.there, N, *image, there, view.hidden)
+        image = {"pixels": view.pixels, "points": points, "camera": camera}
+        program.add(weighting.there, **image, out=there, hidden=view.hidden)
         goal = self.regulated.goals[sight.key].pixels_last
         seen = MarksSeen(self.given, sight, N, view, camera, there, goal)
         found = self.weights[sight.key] = of_marks(self.weightings, seen, points)
         return found
 
-    def _depth(self, sight: Sight, true: int, points: int) -> int:
+    def _depth(self, sight: Sight, true: Rows, points: Rows) -> Rows:
         """Return the rows of the depths that go into L."""
         depths, program, N = self.regulated.depths, self.program, len(sight.target.marks)
         if not depths.measured:
@@ -126,7 +148,12 @@ class RegulatedRows:
         if (factors == 1.0).all():
             return true
         found = program.rows(N)
-        program.add(commanding.weigh, true, N, 1, program.each(factors), found)
+        program.add(
+            commanding.weigh,
+            A=true.column,
+            weights=program.each(factors),
+            B=found.column,
+        )
         return found
 
     def _shown(self, sights: tuple[Sight, ...]) -> Seen:
@@ -134,9 +161,9 @@ class RegulatedRows:
         seen, *others = (self.seen[sight.key] for sight in sights)
         if not others:
             return seen
-        between = self.program.rows(12)
-        poses = (self.frames[sight.key][0] for sight in sights)
-        self.program.add(viewing.relative, *poses, between)
+        between = self.program.rows(3, 4)
+        one, two = (self.frames[sight.key][0] for sight in sights)
+        self.program.add(viewing.relative, A=one, B=two, T=between)
         return replace(seen, other=others[0], between=between)
 
     def _interactions(self, each: list[FeatureRows]) -> None:
@@ -147,7 +174,7 @@ class RegulatedRows:
             return
         self.each = [self._chosen(i, rows) for i, rows in enumerate(each)]
         firsts = [self._to_first(i, rows) for i, rows in enumerate(self.each)]
-        self.L = joined(program, firsts, [6 * rows.k for rows in self.each])
+        self.L = joined(program, firsts)
 
     def _chosen(self, i: int, rows: FeatureRows) -> FeatureRows:
         """Return the rows with L now, at the goal, or the mean of both."""
@@ -157,42 +184,51 @@ class RegulatedRows:
         goal = program.numbers(self.regulated.L_goals[i], 2)
         if which == "desired":
             return rows._replace(L=goal)
-        program.add(commanding.mean, 6 * rows.k, rows.L, goal)
+        program.add(
+            commanding.mean,
+            rows=rows.L.flat,
+            others=goal.flat,
+        )
         return rows
 
-    def _to_first(self, i: int, rows: FeatureRows) -> int:
+    def _to_first(self, i: int, rows: FeatureRows) -> Rows:
         """Return the rows of L for the twist of the first camera."""
         A = self.regulated.adjoints[i]
         if A is None:
             return rows.L
-        L = self.program.rows(6 * rows.k)
-        self.program.add(commanding.to_first, rows.L, rows.k, self.program.numbers(A, 2), L)
+        L = self.program.rows(rows.k, 6)
+        self.program.add(
+            commanding.to_first,
+            L=rows.L,
+            A=self.program.numbers(A, 2),
+            out=L,
+        )
         return L
 
-    def hidden(self) -> int:
+    def hidden(self) -> Rows:
         """Return the rows (k,) that say which numbers depend on hidden marks, if not all do.
 
         These are found by hiding the marks: what becomes NaN depends on them.
         """
-        found = row = self.program.rows(self.regulated.k)
+        found, row = self.program.rows(self.regulated.k), 0
         parts = zip(self.regulated.parts, self.shown, self.regulated.depends(), strict=True)
         for part, seen, depends in parts:
-            flags = [self.given.views[sight.key].hidden for sight in part.sights]
+            flags: list[Any] = [self.given.views[sight.key].hidden for sight in part.sights]
+            mine = found[row : row + part.size]
             if depends is None:
-                self.program.call(_asked(part, seen, flags, row))
+                self.program.call(_asked(part, seen, flags, mine))
             else:
-                each = [[flags[c] + n for c, n in np.argwhere(marks)] for marks in depends]
-                numbers = [n for rows in each for n in (len(rows), *rows)]
-                self.program.add(hiding.lose_numbers, part.size, row, *numbers)
+                each = [[flags[c][n] for c, n in np.argwhere(marks)] for marks in depends]
+                self.program.add(hiding.lose_numbers, lost=mine, numbers=each)
             row += part.size
         return found
 
 
-def _asked(part: BoundBlock, seen: Seen, flags: list[int], row: int) -> Own:
+def _asked(part: BoundBlock, seen: Seen, flags: list[Any], row: Rows) -> Own:
     """Return a stage in Python that finds which numbers of a block are lost now."""
 
     def ask(blocks: Blocks, step: int) -> None:
-        hidden = [blocks.get(flag, seen.N) > 0.0 for flag in flags]
+        hidden = [blocks.get(flag) > 0.0 for flag in flags]
         gone = part.gone(part.observation(seen, blocks).blind(hidden))
         blocks.put(row, (gone & ~gone.all(axis=0)).astype(float))
 
@@ -212,16 +248,15 @@ def regulated_at(regulated: Regulated, q: Array) -> tuple[Array, Array, Array]:
         blocks.put(view.depth, seen.depth)
     for part in program.segments():
         part(blocks, 0)
-    k, n = regulated.k, regulated.columns.size
-    return blocks.get(rows.s, k), blocks.get(rows.L, k, 6), blocks.get(rows.A, k, n)
+    return blocks.get(rows.s), blocks.get(rows.L), blocks.get(rows.A)
 
 
-def joined(program: Program, firsts: Sequence[int], sizes: Sequence[int]) -> int:
-    """Return the first of rows that follow one another, copied if there are several parts."""
-    if len(firsts) == 1:
-        return firsts[0]
-    found = at = program.rows(sum(sizes))
-    for first, size in zip(firsts, sizes, strict=True):
-        program.add(commanding.copied, size, first, at)
-        at += size
+def joined(program: Program, parts: Sequence[Rows]) -> Rows:
+    """Return rows of parts that follow one another, copied if there are several."""
+    if len(parts) == 1:
+        return parts[0]
+    found, at = program.rows(sum(part.shape[0] for part in parts), *parts[0].shape[1:]), 0
+    for part in parts:
+        program.add(commanding.copied, rows=part.flat, to=found[at : at + part.shape[0]].flat)
+        at += part.shape[0]
     return found

@@ -13,6 +13,7 @@ from robsim.base.values import known
 from robsim.kernels.control import broyden, commanding, weighting
 from robsim.kernels.linear_algebra.solve import scratch_of
 from robsim.kernels.machine.program import Blocks
+from robsim.kernels.machine.rows import Rows
 from robsim.kernels.machine.stage import Stage
 from robsim.servo.basis import Basis
 from robsim.servo.command import Command
@@ -20,12 +21,12 @@ from robsim.servo.controller import Decision
 from robsim.servo.given import Commanded, Given
 from robsim.servo.laws.feed_forward import EstimatedMotion, KnownMotion
 from robsim.servo.laws.gain import AdaptiveGain
-from robsim.servo.laws.inverse import ANY
+from robsim.servo.laws.inverse import ANY, metres
 from robsim.servo.laws.law import ControlState
 from robsim.servo.laws.staged_law import AtGain, LawRows, StagedLaw, staged
 from robsim.servo.regulated_stages import RegulatedRows
 from robsim.servo.shaping.shaping import Shapeable
-from robsim.servo.weight_stages import Rows, by_error, of_numbers
+from robsim.servo.weight_stages import ResidualRows, by_error, of_numbers
 from robsim.servo.weightings.made_of import groups, made_of
 from robsim.servo.weightings.weighting import WeightsOfMarks
 
@@ -45,33 +46,40 @@ class ServoStages:
         self.law = staged(controller.law)
         self.rows, self.constant = self.program.rows, self.program.constant
         self._at_gain: AtGain | None = None  # of the law, where the gain depends on it
-        self.learnt, self.last = self.rows(self.k * self.n), self.rows(self.k + self.n)
+        self.learnt, self.last = self.rows(self.k, self.n), self.rows(self.k + self.n)
 
     def assess(self) -> None:
         """Add the stages of s, L, L J and the error, weighted, and of the gain and the drift."""
         c, k = self.controller, self.k
         of = self.of = RegulatedRows(c.regulated, self.given, c.weighting)
         self.error, self.L, self.A = self.rows(k), of.L, of.A
-        self._add(commanding.difference, k, of.s, self.program.each(c.s_goal), self.error)
+        self._add(
+            commanding.difference,
+            s=of.s,
+            s_goal=self.program.each(c.s_goal),
+            error=self.error,
+        )
         if c.broyden is not None:
             self._learn()
-        self.weights, self.status, self.hidden = -1, -1, -1
+        self.weights: Rows | None = None
+        self.status: Rows | None = None
+        self.hidden: Rows | None = None
         if c.weighting:
             self.weights = self._weights()
             self.hidden = self._unused(self.weights)
         elif self.given.hides:
             self.hidden = of.hidden()
-        if self.hidden >= 0:
-            self._change(commanding.masked, self.hidden)
+        if self.hidden is not None:
+            self._change(commanding.masked, hidden=self.hidden)
         self.plain = self.error, self.L, self.A
-        if c.weighting:
-            self._change(commanding.weigh, self.weights)
+        if self.weights is not None:
+            self._change(commanding.weigh, weights=self.weights)
         self.faded = self.error, self.A
         if (c.regulated.weights != 1.0).any():
-            self._change(commanding.weigh, self.constant(c.regulated.weights))
+            self._change(commanding.weigh, weights=self.constant(c.regulated.weights.ravel()))
         self.weighted, self.error = self.error, self.plain[0]
-        if c.weighting:
-            self.status = self._few()
+        if self.weights is not None:
+            self.status = self._few(self.weights)
         self.gain = self._gain()
         self.towards = self.weighted if c.feed_forward is None else self._with_drift()
 
@@ -90,48 +98,89 @@ class ServoStages:
         shapeable = Shapeable(self.k, n, error, self.of.first, A, qd)
         self.qd = c.shaping.stages(self.given, shapeable)
 
-    def rate(self) -> int:
+    def rate(self) -> Rows:
         """Return the rows of the rate at which the error is to change, -gain e."""
         rate = self.rows(self.k)
-        self._add(commanding.commanded, self.k, self.gain, self.towards, rate)
+        self._add(
+            commanding.commanded,
+            gain=self.gain,
+            x=self.towards,
+            qd=rate,
+        )
         return rate
 
     def commanded(self) -> Commanded:
         """Return the rows that are written."""
         error, _, A = self.plain
-        rows = self.of.s, error, self.qd, A, self.rows(1)
+        rows = self.of.s, error, self.qd, A, self.rows()
         return Commanded(*rows, self.decision, self.note, self.weights, self.status)
 
-    def note(self, qd: int) -> None:
+    def note(self, qd: Rows) -> None:
         """Add the stages that remember what was commanded in the end."""
-        c, of, k, n = self.controller, self.of, self.k, self.n
+        c, of, k = self.controller, self.of, self.k
         known = isinstance(c.feed_forward, KnownMotion)
         if c.regulated.depths.filtered:
             for key, J in of.J.items():
                 twist = self.rows(6)
-                self._add(commanding.along, J, 6, n, qd, twist)
+                self._add(
+                    commanding.along,
+                    A=J,
+                    x=qd,
+                    out=twist,
+                )
                 own = of.twist[key] if known else self.constant(np.zeros(6))
-                self._add(commanding.summed, 6, twist, own, of.seen_twist[key])
+                self._add(
+                    commanding.summed,
+                    x=twist,
+                    y=own,
+                    out=of.seen_twist[key],
+                )
         if isinstance(c.feed_forward, EstimatedMotion):
-            self._add(commanding.along, self.A, k, n, qd, self._moved)
+            self._add(
+                commanding.along,
+                A=self.A,
+                x=qd,
+                out=self._moved,
+            )
         if c.broyden is not None:
-            self._add(commanding.copied, k * n, self.plain[2], self.learnt)
-            self._add(commanding.copied, n, qd, self.last + k)
+            self._add(
+                commanding.copied,
+                rows=self.plain[2].flat,
+                to=self.learnt.flat,
+            )
+            self._add(
+                commanding.copied,
+                rows=qd,
+                to=self.last[k:],
+            )
             drift = self._drift if known else of.s
             factor = self.given.dt if known else self.constant(0.0)
-            self._add(commanding.ahead, k, of.s, factor, drift, False, self.last)
+            self._add(
+                commanding.ahead,
+                x=of.s,
+                factor=factor,
+                more_of=drift,
+                divided=False,
+                out=self.last[:k],
+            )
 
     def _learn(self) -> None:
         """Let L J be learnt by Broyden's rule, from what is modelled at the start."""
         rule, k, n = self.controller.broyden, self.k, self.n
         assert rule is not None
-        start = self.A if rule.start is None else self.constant(rule.start)
-        room = self.rows(k * n + k + n)
-        rows = self.of.s, self.last, self.last + k, start, self.learnt, room
-        self._add(broyden.learn_stage, k, n, self.given.dt, *rows)
+        self._add(
+            broyden.learn_stage,
+            dt=self.given.dt,
+            s=self.of.s,
+            without=self.last[:k],
+            qd=self.last[k:],
+            start=self.A if rule.start is None else self.constant(rule.start),
+            estimate=self.learnt,
+            room=self.rows(k * n + k + n),
+        )
         self.A = self.learnt
 
-    def _weights(self) -> int:
+    def _weights(self) -> Rows:
         """Return the rows of the weights (k,) of all weightings, by marks and then by the error."""
         c, k, each = self.controller, self.k, made_of(self.controller.regulated)
         weights = of_numbers(self.program, self.of.weights, each)
@@ -139,48 +188,67 @@ class ServoStages:
         if not asked:
             return weights
         error = self.rows(k)
-        self._add(commanding.masked, self.error, k, 1, self._unused(weights), error)
-        return by_error(self.program, asked, Rows(k, error, weights, c.tolerances, groups(each)))
+        self._add(
+            commanding.masked,
+            A=self.error.column,
+            hidden=self._unused(weights),
+            out=error.column,
+        )
+        return by_error(
+            self.program, asked, ResidualRows(k, error, weights, c.tolerances, groups(each))
+        )
 
-    def _unused(self, weights: int) -> int:
+    def _unused(self, weights: Rows) -> Rows:
         """Return the rows (k,) that say which numbers have the weight 0."""
         found = self.rows(self.k)
-        self._add(weighting.unused, self.k, weights, found)
+        self._add(
+            weighting.unused,
+            weights=weights,
+            out=found,
+        )
         return found
 
-    def _few(self) -> int:
+    def _few(self, weights: Rows) -> Rows:
         """Return the row that says where too little is left to command, by rank and by count."""
         c, k, n, program = self.controller, self.k, self.n, self.program
-        moves = self.of.first if c.one_motion else ANY
-        needed, rcond = program.number(c.full_rank), self.constant(c.rcond)
-        least = max(getattr(each, "least", 1) for each in c.weighting)
-        status, zeros = self.rows(1), self.constant(np.zeros(max(k, 6)))
-        room = program.scratch(n + max(scratch_of(k, n), scratch_of(6, n)))
-        counts = [(len(s.target.marks), self.of.weights[s.key]) for s in c.regulated.sights]
-        images = [number for pair in counts for number in pair]
-        given = k, n, self.A, moves, self.weights, needed, rcond, least, status, zeros, room
-        self._add(weighting.few, *given, len(counts), *images)
+        status = self.rows()
+        self._add(
+            weighting.few,
+            A=self.A,
+            **metres(self.of.first if c.one_motion else ANY),
+            weights=weights,
+            least=program.number(c.full_rank),
+            rcond=self.constant(c.rcond),
+            marks=max(getattr(each, "least", 1) for each in c.weighting),
+            status=status,
+            zeros=self.constant(np.zeros(max(k, 6))),
+            room=program.scratch(n + max(scratch_of(k, n), scratch_of(6, n))),
+            images=[(self.of.weights[sight.key],) for sight in c.regulated.sights],
+        )
         return status
 
-    def _change(self, stage: Stage, by: int) -> None:
+    def _change(self, stage: Stage, **by: Rows) -> None:
         """Let error, L and L J be others, row by row."""
-        for name, width in (("error", 1), ("L", 6), ("A", self.n)):
-            found = self.rows(self.k * width)
-            self._add(stage, getattr(self, name), self.k, width, by, found)
+        to = "out" if stage is commanding.masked else "B"
+        for name in ("error", "L", "A"):
+            given: Rows = getattr(self, name)
+            found = self.rows(*given.shape)
+            matrices = (each.reshape(self.k, -1) for each in (given, found))
+            self._add(stage, **dict(zip(("A", to), matrices, strict=True)), **by)
             setattr(self, name, found)
 
-    def _gain(self) -> int:
+    def _gain(self) -> Rows:
         """Return the row of the gain, which may depend on the error or on the law itself."""
         gain = self.controller.gain
         if not isinstance(gain, AdaptiveGain):
             return self.program.number(gain)
-        numbers, row = self.constant([gain.at_zero, gain.at_infinity, gain.slope]), self.rows(1)
+        numbers, row = self.constant([gain.at_zero, gain.at_infinity, gain.slope]), self.rows()
         largest = gain.of == "command"
-        size = (self.n, self._at_unit_gain()) if largest else (self.k, self.faded[0])
-        self._add(commanding.adapt, *size, numbers, largest, row)
+        size = self._at_unit_gain() if largest else self.faded[0]
+        self._add(commanding.adapt, size_of=size, numbers=numbers, largest=largest, gain=row)
         return row
 
-    def _at_unit_gain(self) -> int:
+    def _at_unit_gain(self) -> Rows:
         """Return the rows of what the law commands at a gain of one."""
         if self.law is not None:
             self._at_gain = self._wish(self.law, self.weighted)
@@ -195,32 +263,60 @@ class ServoStages:
         state = replace(self.state(blocks, step, memory, self.weighted), gain=1.0)
         return self.controller.commanded(state)
 
-    def _with_drift(self) -> int:
+    def _with_drift(self) -> Rows:
         """Return the rows of the error with the motion of the target in it."""
         c, k = self.controller, self.k
         if isinstance(c.feed_forward, EstimatedMotion):
             self._moved, drift = self.rows(k), self.rows(k)
-            lag, before = self.constant(c.feed_forward.lag), self.rows(k)
-            given = self.weighted, before, self._moved, drift, lag, self.given.dt
-            self._add(commanding.estimate, k, *given)
+            self._add(
+                commanding.estimate,
+                errors=self.weighted,
+                before=self.rows(k),
+                moved=self._moved,
+                drifts=drift,
+                lag=self.constant(c.feed_forward.lag),
+                dt=self.given.dt,
+            )
         else:
             self._drift = self.of.drift()
             drift = self.rows(k)
-            weights = self.constant(c.regulated.weights)
-            self._add(commanding.weigh, self._drift, k, 1, weights, drift)
-        if self.hidden >= 0:
+            weights = self.constant(c.regulated.weights.ravel())
+            self._add(
+                commanding.weigh,
+                A=self._drift.column,
+                weights=weights,
+                B=drift.column,
+            )
+        if self.hidden is not None:
             seen = self.rows(k)
-            self._add(commanding.masked, drift, k, 1, self.hidden, seen)
+            self._add(
+                commanding.masked,
+                A=drift.column,
+                hidden=self.hidden,
+                out=seen.column,
+            )
             drift = seen
-        if self.weights >= 0:
+        if self.weights is not None:
             faded = self.rows(k)
-            self._add(commanding.weigh, drift, k, 1, self.weights, faded)
+            self._add(
+                commanding.weigh,
+                A=drift.column,
+                weights=self.weights,
+                B=faded.column,
+            )
             drift = faded
         found = self.rows(k)
-        self._add(commanding.ahead, k, self.weighted, self.gain, drift, True, found)
+        self._add(
+            commanding.ahead,
+            x=self.weighted,
+            factor=self.gain,
+            more_of=drift,
+            divided=True,
+            out=found,
+        )
         return found
 
-    def _wish(self, law: StagedLaw, error: int) -> AtGain:
+    def _wish(self, law: StagedLaw, error: Rows) -> AtGain:
         """Add the stages of a law that do not depend on the gain; return what adds the others."""
         of, given = self.of, (self.controller.inverse, self.controller.one_motion)
         rows = error, self.L, of.first, self.A, of.s, self.given.q
@@ -231,20 +327,20 @@ class ServoStages:
         memory = self.given.memory(blocks).setdefault("law", {})
         return self.controller.commanded(self.state(blocks, step, memory, self.towards))
 
-    def state(self, blocks: Blocks, step: int, memory: dict[str, Any], error: int) -> ControlState:
-        """Return what the law is given, with an error in rows from the first."""
-        c, get, k, n = self.controller, blocks.get, self.k, self.n
+    def state(self, blocks: Blocks, step: int, memory: dict[str, Any], error: Rows) -> ControlState:
+        """Return what the law is given, with an error in rows."""
+        c, get = self.controller, blocks.get
         constant = isinstance(c.gain, float)
         return known(
             ControlState,
-            error_last=frozen(get(error, k)),
-            interaction_last=frozen(get(self.L, k, 6)),
-            jacobian_last=frozen(get(self.of.first, 6, n)),
-            task_jacobian_last=frozen(get(self.A, k, n)),
-            gain=c.gain if constant else frozen(get(self.gain, 1)[0][:, None]),
+            error_last=frozen(get(error)),
+            interaction_last=frozen(get(self.L)),
+            jacobian_last=frozen(get(self.of.first)),
+            task_jacobian_last=frozen(get(self.A)),
+            gain=c.gain if constant else frozen(get(self.gain)[:, None]),
             inverse=c.inverse,
-            s_last=frozen(get(self.of.s, k)),
-            q_last=frozen(get(self.given.q, c.scene.nq)),
+            s_last=frozen(get(self.of.s)),
+            q_last=frozen(get(self.given.q)),
             time=step * self.given.seconds,
             dt=self.given.seconds,
             memory=memory,
@@ -253,12 +349,12 @@ class ServoStages:
 
     def decision(self, blocks: Blocks) -> Decision:
         """Return the decision of a step, with all that it is based on."""
-        get, k, n = blocks.get, self.k, self.n
+        get = blocks.get
         error, _, A = self.plain
-        basis = Basis(get(error, k), self.state(blocks, 0, {}, self.towards))
-        command = Command(get(self.of.s, k), basis.error, get(self.qd, n), get(A, k, n))
-        weights = get(self.weights, k) if self.weights >= 0 else None
-        return Decision(command, get(self.of.first, 6, n), basis, weights)
+        basis = Basis(get(error), self.state(blocks, 0, {}, self.towards))
+        command = Command(get(self.of.s), basis.error, get(self.qd), get(A))
+        weights = get(self.weights) if self.weights is not None else None
+        return Decision(command, get(self.of.first), basis, weights)
 
-    def _add(self, stage: Stage, *numbers: int) -> None:
-        self.program.add(stage, *numbers)
+    def _add(self, stage: Stage, **rows: Any) -> None:
+        self.program.add(stage, **rows)

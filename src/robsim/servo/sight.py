@@ -16,6 +16,7 @@ from robsim.kernels.formulas import jacobian as jacobians
 from robsim.kernels.formulas.sight import Projection
 from robsim.kernels.images import viewing
 from robsim.kernels.machine.program import Function, Program
+from robsim.kernels.machine.rows import Rows
 from robsim.robot.placed import frame_jacobian
 from robsim.robot.tree import Runs
 from robsim.world.mounted_camera import MountedCamera
@@ -87,21 +88,31 @@ class Sight:
     def _image(self) -> Function:
         """The pixels, depths and status of the marks, from the poses of camera and target."""
         program, N = Program(), len(self.target.marks)
-        poses, found = program.rows(24), program.rows(4 * N)
-        out = found, found + 2 * N, found + 3 * N
-        self.look(program, poses, poses + 12, *out, of=viewing.EACH)
+        poses, found = program.rows(2, 3, 4), program.rows(4 * N)
+        pixels, rest = found[: 2 * N].reshape(N, 2), found[2 * N :]
+        self.look(program, *poses, pixels, rest[:N], rest[N:], of=viewing.EACH)
         return Function(program, poses, found, 4 * N)
 
     def look(
-        self, program: Program, T_w_c: int, T_w_o: int, *image: int, of: int = viewing.FIRST
+        self, program: Program, T_w_c: Rows, T_w_o: Rows, *image: Rows, of: int = viewing.FIRST
     ) -> None:
         """Add the stage that projects the marks, from the rows of poses to those of an `image`.
 
         These are pixels, depths and status, `of` the first object, of MORE, or of EACH mark.
         """
-        camera, marks = self.eye.camera, self.target.marks
-        given = program.numbers(marks, 2), len(marks), T_w_c, T_w_o, program.each(camera.rows)
-        program.add(viewing.project, *given, camera.bends, *image, of)
+        camera, (pixels, depth, status) = self.eye.camera, image
+        program.add(
+            viewing.project,
+            marks=program.numbers(self.target.marks, 2),
+            T_w_c=T_w_c,
+            T_w_o=T_w_o,
+            camera=program.each(camera.rows),
+            bends=camera.bends,
+            pixels=pixels,
+            depth=depth,
+            status=status.flat,
+            which=of,
+        )
 
     def jacobian(self, projection: Projection, moves: jacobians.Moves) -> Array:
         """Return J (6, n, B) of some velocities: V_c - V_o = J qdot, in camera axes."""

@@ -11,6 +11,7 @@ import numpy as np
 from robsim.base.arrays import Array
 from robsim.kernels.control.guarding import left
 from robsim.kernels.machine.program import Blocks, Program
+from robsim.kernels.machine.rows import Rows
 from robsim.servo.controller import Controller, Decision
 from robsim.servo.given import alone
 from robsim.servo.safety.guard import Guard
@@ -47,8 +48,10 @@ class Standalone:
         self.commanded.note(self.commanded.qd)
         self._parts = program.segments()
         if guard is not None:  # all that is given stands between the first and the last of them
-            first, last = self.given.q, self.given.released
-            self._asked = self.begin(1).first(first, last - first + 1)
+            first, released = self.given.q, self.given.released
+            assert released is not None
+            self._given = Rows(first, (released - first + 1,))
+            self._asked = self.begin(1).first(self._given)
 
     def begin(self, runs: int) -> Blocks:
         """Return blocks of so many runs that begin."""
@@ -85,13 +88,17 @@ class Standalone:
         first, rows = self.given.q, self._asked.copy()
         rows[: len(q)] = q
         for key, image in images:
-            view, N = self.given.views[key], len(image.depth)
-            at = view.pixels - first, view.depth - first, view.hidden - first
-            rows[at[0] : at[0] + 2 * N] = image.pixels.reshape(-1)
-            rows[at[1] : at[1] + N] = image.depth
-            rows[at[2] : at[2] + N] = image.hidden
+            view = self.given.views[key]
+            parts = (
+                (view.pixels, image.pixels),
+                (view.depth, image.depth),
+                (view.hidden, image.hidden),
+            )
+            for part, values in parts:
+                assert part is not None
+                rows[part - first : part - first + part.size] = values.reshape(-1)
         rows[-2:] = age / self.dt, released
-        blocks.fill(first, rows)
+        blocks.fill(self._given, rows)
 
     def perform(self, blocks: Blocks, step: int) -> None:
         """Perform the stages of a step."""
@@ -100,10 +107,9 @@ class Standalone:
 
     def read(self, blocks: Blocks) -> Read:
         """Return what the stages wrote for the first run, within the limits of its safety."""
-        first, n, c = blocks.first, self.controller.columns.size, self.commanded
-        why, at_limit = int(first(self.guarded.why, 1)[0]), first(self.guarded.at_limit, n)
-        error, qd = first(c.error, self.controller.k), first(c.qd, n)
-        return Read(why, at_limit, error, qd, bool(first(c.busy, 1)[0]))
+        first, c = blocks.first, self.commanded
+        why, at_limit = int(first(self.guarded.why)), first(self.guarded.at_limit)
+        return Read(why, at_limit, first(c.error), first(c.qd), bool(first(c.busy)))
 
     def rest(self, blocks: Blocks) -> None:
         """Let the robot stand, from where a command may grow again."""
@@ -112,9 +118,9 @@ class Standalone:
 
     def braked(self, blocks: Blocks) -> Array:
         """Return how the robot brakes in a period (n,), without the stages."""
-        guarded, n = self.guarded, self.controller.columns.size
-        last = blocks.first(guarded.last, n)
-        rest = float((np.abs(last) / blocks.first(guarded.most, n)).max(initial=0.0))
+        guarded = self.guarded
+        last = blocks.first(guarded.last)
+        rest = float((np.abs(last) / blocks.first(guarded.most)).max(initial=0.0))
         slower: Array = last * left(rest, self.dt)
         self.rest(blocks)
         blocks.fill(guarded.last, slower)

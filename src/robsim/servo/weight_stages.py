@@ -12,23 +12,24 @@ from robsim.base.errors import InputError, said
 from robsim.kernels.control import commanding
 from robsim.kernels.control import weighting as kernels
 from robsim.kernels.machine.program import Blocks, Program
+from robsim.kernels.machine.rows import Rows
 from robsim.servo.returned import returned
 from robsim.servo.sight import Key
 from robsim.servo.weightings.made_of import MadeOf
 from robsim.servo.weightings.weighting import Group, MarksSeen, Residuals, WeightsOfMarks
 
 
-class Rows(NamedTuple):
+class ResidualRows(NamedTuple):
     """The rows of what a user's weighting is shown, see `Residuals`."""
 
     k: int
-    error: int  # (k,) zero where nothing is there
-    weights: int  # (k,) by marks
+    error: Rows  # (k,) zero where nothing is there
+    weights: Rows  # (k,) by marks
     tolerances: Array
     groups: tuple[Group, ...]
 
 
-def of_marks(weightings: tuple[Any, ...], seen: MarksSeen, points: int) -> int:
+def of_marks(weightings: tuple[Any, ...], seen: MarksSeen, points: Rows) -> Rows:
     """Add the stages of the weights of the marks of a sight; return their rows (N,).
 
     They are zero where nothing is measured, and where a mark is hidden unless a weighting fades.
@@ -36,54 +37,58 @@ def of_marks(weightings: tuple[Any, ...], seen: MarksSeen, points: int) -> int:
     ours = [each for each in weightings if isinstance(each, WeightsOfMarks)]
     program, view = seen.given.program, seen.view
     found = seen.there
-    if view.hidden >= 0 and any(each.fades for each in ours):
+    if view.hidden is not None and any(each.fades for each in ours):
         found = program.rows(seen.N)
-        image = view.pixels, points, seen.camera
-        program.add(kernels.there, seen.N, *image, found, -1)
+        image = {"pixels": view.pixels, "points": points, "camera": seen.camera}
+        program.add(kernels.there, **image, out=found)
     for each in ours:
-        found = _product(program, seen.N, found, each.marks(seen))
+        found = _product(program, found, each.marks(seen))
     return found
 
 
-def of_numbers(program: Program, marks: dict[Key, int], made_of: list[MadeOf]) -> int:
+def of_numbers(program: Program, marks: dict[Key, Rows], made_of: list[MadeOf]) -> Rows:
     """Add the stages of the weights (k,) by marks, whose rows are given; return their rows.
 
     That of a number is the smallest of its marks. Those of a pose are 1 where enough are there.
     """
-    row = found = program.rows(sum(len(each.marks) for each in made_of))
+    found, row = program.rows(sum(len(each.marks) for each in made_of)), 0
     for each in made_of:
-        rows = [[marks[key] + n for key, n in each.of_number(i)] for i in range(len(each.marks))]
+        rows = [[marks[key][n] for key, n in each.of_number(i)] for i in range(len(each.marks))]
+        mine = found[row : row + len(rows)]
         if each.posed:
-            count = len(rows[0])
-            program.add(kernels.enough, len(rows), row, each.needed, count, *rows[0])
+            program.add(kernels.enough, out=mine, needed=each.needed, weights=rows[0])
         else:
-            numbers = [n for own in rows for n in (len(own), *own)]
-            program.add(kernels.least, len(rows), row, *numbers)
+            program.add(kernels.least, weights=mine, numbers=rows)
         row += len(rows)
     return found
 
 
-def by_error(program: Program, weightings: Sequence[Any], seen: Rows) -> int:
+def by_error(program: Program, weightings: Sequence[Any], seen: ResidualRows) -> Rows:
     """Add the stages of a user's weightings, times the weights by marks; return their rows (k,)."""
     found = seen.weights
     for each in weightings:
-        found = _product(program, seen.k, found, _asked(program, each, seen))
+        found = _product(program, found, _asked(program, each, seen))
     return found
 
 
-def _product(program: Program, n: int, x: int, y: int) -> int:
-    """Add the stage of the product of two rows of n numbers; return its rows."""
-    found = program.rows(n)
-    program.add(commanding.weigh, x, n, 1, y, found)
+def _product(program: Program, x: Rows, y: Rows) -> Rows:
+    """Add the stage of the products of n numbers with others; return its rows."""
+    found = program.rows(*x.shape)
+    program.add(
+        commanding.weigh,
+        A=x.column,
+        weights=y,
+        B=found.column,
+    )
     return found
 
 
-def _asked(program: Program, weighting: Any, seen: Rows) -> int:
+def _asked(program: Program, weighting: Any, seen: ResidualRows) -> Rows:
     """Add the stage in Python that asks a user's weighting; return its rows (k,)."""
     k, found = seen.k, program.rows(seen.k)
 
     def ask(blocks: Blocks, step: int) -> None:
-        error, weights = (frozen(blocks.get(row, k)) for row in (seen.error, seen.weights))
+        error, weights = (frozen(blocks.get(row)) for row in (seen.error, seen.weights))
         now = Residuals(error, weights, seen.tolerances, seen.groups)
         blocks.put(found, _checked(weighting.weigh(now), type(weighting).__name__, blocks.runs, k))
 

@@ -251,18 +251,33 @@ class Camera(Value):
     def _image(self) -> Function:
         """The pixel and the visibility of a point in camera axes."""
         program = Program()
-        X, found, depth = program.rows(3), program.rows(3), program.rows()
-        here, eye = program.constant(np.eye(3, 4)), program.each(self.rows)
-        given = X, 1, here, here, eye, self.bends, found, depth, found + 2
-        program.add(viewing.project, *given, viewing.EACH)
+        X, found, here = program.rows(1, 3), program.rows(3), program.constant(np.eye(3, 4))
+        program.add(
+            viewing.project,
+            marks=X,
+            T_w_c=here,
+            T_w_o=here,
+            camera=program.each(self.rows),
+            bends=self.bends,
+            pixels=found[:2].reshape(1, 2),
+            depth=program.rows(1),
+            status=found[2:],
+            which=viewing.EACH,
+        )
         return Function(program, X, found, 3)
 
     @cached_property
     def _straight(self) -> Function:
         """The undistorted point of a pixel."""
         program = Program()
-        pixel, point = program.rows(2), program.rows(2)
-        program.add(viewing.normalise, program.each(self.rows), 1, pixel, point, self.bends)
+        pixel, point = program.rows(1, 2), program.rows(1, 2)
+        program.add(
+            viewing.normalise,
+            camera=program.each(self.rows),
+            pixels=pixel,
+            points=point,
+            bends=self.bends,
+        )
         return Function(program, pixel, point, 2)
 
     @cached_property

@@ -33,12 +33,21 @@ def followed(u, lag, limit, rate, dt, v):
 
 
 @stage
-def follow(p, w, step):
+def follow(
+    w,
+    step,
+    n="count",
+    dt="row",
+    lag="row",
+    limits="n",
+    rates="n",
+    each="each: command=row; v=row; mean=row",
+):
     """Let velocities follow: (n, dt, lag, limits, rates), and (command, v, mean) of each."""
-    dt, lag = p[1] * WIDTH, p[2] * WIDTH
-    for i in range(p[0]):
-        u, v, mean = p[5 + 3 * i] * WIDTH, p[6 + 3 * i] * WIDTH, p[7 + 3 * i] * WIDTH
-        limit, rate = (p[3] + i) * WIDTH, (p[4] + i) * WIDTH
+    dt, lag = dt * WIDTH, lag * WIDTH
+    for i in range(n):
+        u, v, mean = each[1 + 3 * i] * WIDTH, each[2 + 3 * i] * WIDTH, each[3 + 3 * i] * WIDTH
+        limit, rate = (limits + i) * WIDTH, (rates + i) * WIDTH
         for b in range(WIDTH):
             w[v + b], w[mean + b] = followed(
                 w[u + b], w[lag + b], w[limit + b], w[rate + b], w[dt + b], w[v + b]
@@ -46,7 +55,7 @@ def follow(p, w, step):
 
 
 @stage
-def count(p, w, step):
+def count(w, step, n="count", steps="n", q="n", out="n"):
     """Compute coordinates as encoders read them: (n, steps, q, out), steps of zero for none."""
-    for i in range(p[0]):
-        put(w, p[3] + i, in_steps(get(w, p[2] + i), get(w, p[1] + i)))
+    for i in range(n):
+        put(w, out + i, in_steps(get(w, q + i), get(w, steps + i)))

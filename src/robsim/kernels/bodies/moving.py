@@ -9,11 +9,11 @@ from robsim.kernels.machine.stage import stage
 
 
 @stage
-def run(p, w, step):
+def run(w, step, dt="row", moves="each: q=row; v=row"):
     """Compute q + dt v: (dt, n), and (q, v) of each."""
-    dt = get(w, p[0])
-    for i in range(p[1]):
-        q, v = p[2 + 2 * i], p[3 + 2 * i]
+    dt = get(w, dt)
+    for i in range(moves[0]):
+        q, v = moves[1 + 2 * i], moves[2 + 2 * i]
         put(w, q, get(w, q) + dt * get(w, v))
 
 
@@ -31,9 +31,9 @@ def screw(theta):
 
 
 @stage
-def fly(p, w, step):
+def fly(w, step, dt="row", q="7", v="6"):
     """Replace q of a floating body at T by that of T exp(V dt), for its twist V: (dt, q, v)."""
-    dt, q, v = get(w, p[0]), p[1], p[2]
+    dt = get(w, dt)
     vx, vy, vz = dt * get(w, v), dt * get(w, v + 1), dt * get(w, v + 2)
     wx, wy, wz = dt * get(w, v + 3), dt * get(w, v + 4), dt * get(w, v + 5)
     b, c, sinc, cosine = screw(sqrt(wx * wx + wy * wy + wz * wz))
@@ -51,43 +51,43 @@ def fly(p, w, step):
 
 
 @stage
-def glide(p, w, step):
+def glide(w, step, dt="row", q="3", v="velocities", velocities="count"):
     """Move a body in its plane: (dt, q, v, velocities)."""
-    v, q = vector(w, p[2], p[3]), vector(w, p[1], 3)
+    v, q = vector(w, v, velocities), vector(w, q, 3)
     for b in range(WIDTH):
-        joints.integrate_in_plane(v[:, b : b + 1], w[p[0] * WIDTH + b], q[:, b : b + 1])
+        joints.integrate_in_plane(v[:, b : b + 1], w[dt * WIDTH + b], q[:, b : b + 1])
 
 
 @stage
-def steer(p, w, step):
+def steer(w, step, dt="row", angle="row", v="2", car="3"):
     """Steer a car for a velocity: (dt, angle, v and omega, wheelbase, limit and rate)."""
-    angle, v, car = vector(w, p[1], 1), vector(w, p[2], 2), p[3] * WIDTH
+    angle, v, car = vector(w, angle, 1), vector(w, v, 2), car * WIDTH
     for b in range(WIDTH):
-        numbers = w[car + b], w[car + WIDTH + b], w[car + 2 * WIDTH + b], w[p[0] * WIDTH + b]
+        numbers = w[car + b], w[car + WIDTH + b], w[car + 2 * WIDTH + b], w[dt * WIDTH + b]
         joints.steer(0, 0, *numbers, angle[:, b : b + 1], v[:, b : b + 1])
 
 
 @stage
-def obey(p, w, step):
+def obey(w, step, angle="row", v="2", wheelbase="row"):
     """Replace omega by that of a car's steering angle: (angle, v and omega, wheelbase)."""
-    angle, v = vector(w, p[0], 1), vector(w, p[1], 2)
+    angle, v = vector(w, angle, 1), vector(w, v, 2)
     for b in range(WIDTH):
-        joints.obey(0, 0, w[p[2] * WIDTH + b], angle[:, b : b + 1], v[:, b : b + 1])
+        joints.obey(0, 0, w[wheelbase * WIDTH + b], angle[:, b : b + 1], v[:, b : b + 1])
 
 
 @stage
-def roll(p, w, step):
+def roll(w, step, dt="row", angle="row", v="2", ratio="2"):
     """Add the rolling of a wheel to its angle: (dt, angle, v of the vehicle, ratio)."""
-    speed = get(w, p[3]) * get(w, p[2]) + get(w, p[3] + 1) * get(w, p[2] + 1)
-    put(w, p[1], get(w, p[1]) + get(w, p[0]) * speed)
+    speed = get(w, ratio) * get(w, v) + get(w, ratio + 1) * get(w, v + 1)
+    put(w, angle, get(w, angle) + get(w, dt) * speed)
 
 
 @stage
-def spread(p, w, step):
+def spread(w, step, n="count", v="n", prescribed="n", commands="each: row or none"):
     """Compute all velocities: those that are commanded, else those prescribed.
 
     (n, v, prescribed), and of each the row of its command, or -1
     """
-    for i in range(p[0]):
-        command = p[3 + i]
-        put(w, p[1] + i, get(w, command if command >= 0 else p[2] + i))
+    for i in range(n):
+        command = commands[1 + i]
+        put(w, v + i, get(w, command if command >= 0 else prescribed + i))

@@ -14,10 +14,10 @@ from robsim.kernels.machine.stage import stage
 
 
 @stage
-def frames(p, w, step):
+def frames(w, step, each="each: A=3, 4; B=3, 4; T=3, 4"):
     """Compute T = A B for p[0] triples (A, B, T)."""
-    for i in range(p[0]):
-        compose(w, p[3 * i + 1], p[3 * i + 2], p[3 * i + 3])
+    for i in range(each[0]):
+        compose(w, each[3 * i + 1], each[3 * i + 2], each[3 * i + 3])
 
 
 @part
@@ -36,23 +36,23 @@ def _put_two(w, row, pair):
 
 
 @stage
-def turn(p, w, step):
+def turn(w, step, each="each: parent=3, 4; place=3, 4; x=row; T=3, 4"):
     """Place p[0] bodies on revolute joints: (parent, place, x, T) of each.
 
     All cosines and sines come first, and wait in T: none of them waits for a parent, and no call
     of a library is in their way.
     """
     align_stack()
-    far = is_large(get(w, p[3]))
-    for i in range(p[0]):
-        x = get(w, p[4 * i + 3])
-        _put_two(w, p[4 * i + 4], near_cos_sin(x))
+    far = is_large(get(w, each[3]))
+    for i in range(each[0]):
+        x = get(w, each[4 * i + 3])
+        _put_two(w, each[4 * i + 4], near_cos_sin(x))
         far = far | is_large(x)
     if some(far):
-        for i in range(p[0]):
-            _put_two(w, p[4 * i + 4], cos_sin(get(w, p[4 * i + 3])))
-    for i in range(p[0]):
-        A, B, T = p[4 * i + 1], p[4 * i + 2], p[4 * i + 4]
+        for i in range(each[0]):
+            _put_two(w, each[4 * i + 4], cos_sin(get(w, each[4 * i + 3])))
+    for i in range(each[0]):
+        A, B, T = each[4 * i + 1], each[4 * i + 2], each[4 * i + 4]
         c, s = get(w, T), get(w, T + 1)
         for r in range(3):
             a = pose_row(w, A, r)
@@ -64,20 +64,20 @@ def turn(p, w, step):
 
 
 @stage
-def slide(p, w, step):
+def slide(w, step, each="each: parent=3, 4; place=3, 4; x=row; T=3, 4"):
     """Place p[0] bodies on prismatic joints, along z."""
-    for i in range(p[0]):
-        A, B, x, T = p[4 * i + 1], p[4 * i + 2], p[4 * i + 3], p[4 * i + 4]
+    for i in range(each[0]):
+        A, B, x, T = each[4 * i + 1], each[4 * i + 2], each[4 * i + 3], each[4 * i + 4]
         compose(w, A, B, T)
         for r in range(0, 12, 4):
             put(w, T + r + 3, get(w, T + r + 3) + get(w, T + r + 2) * get(w, x))
 
 
 @stage
-def fly(p, w, step):
+def fly(w, step, each="each: parent=3, 4; place=3, 4; q=7; T=3, 4"):
     """Place p[0] bodies on floating joints, of coordinates p and the unit quaternion x y z w."""
-    for i in range(p[0]):
-        A, B, q, T = p[4 * i + 1], p[4 * i + 2], p[4 * i + 3], p[4 * i + 4]
+    for i in range(each[0]):
+        A, B, q, T = each[4 * i + 1], each[4 * i + 2], each[4 * i + 3], each[4 * i + 4]
         compose(w, A, B, T)
         R = se3.quaternion_to_rotation(get(w, q + 3), get(w, q + 4), get(w, q + 5), get(w, q + 6))
         x, y, z = get(w, q), get(w, q + 1), get(w, q + 2)
@@ -89,10 +89,10 @@ def fly(p, w, step):
 
 
 @stage
-def glide(p, w, step):
+def glide(w, step, each="each: parent=3, 4; place=3, 4; q=3; T=3, 4"):
     """Place p[0] bodies that move in a plane, of coordinates x, y, theta."""
-    for i in range(p[0]):
-        A, B, q, T = p[4 * i + 1], p[4 * i + 2], p[4 * i + 3], p[4 * i + 4]
+    for i in range(each[0]):
+        A, B, q, T = each[4 * i + 1], each[4 * i + 2], each[4 * i + 3], each[4 * i + 4]
         compose(w, A, B, T)
         for r in range(3):
             a, b, _, t = pose_row(w, T, r)
@@ -102,17 +102,31 @@ def glide(p, w, step):
 
 
 @kernel
-def _curves(p, at):
-    """Return the curves whose addresses and sizes stand at p[at:]."""
-    first, length, pieces = wholes(p[at], p[at + 3] + 1), reals(p[at + 1], p[at + 3]), p[at + 2]
-    return curve.Curves(first, length, reals(pieces, 7 * p[at + 4]).reshape((-1, 7)))
+def _curves(first, lengths, pieces, m, k):
+    """Return m curves of k pieces, whose tables stand at addresses."""
+    table = reals(pieces, 7 * k).reshape((-1, 7))
+    return curve.Curves(wholes(first, m + 1), reals(lengths, m), table)
 
 
 @stage
-def ride(p, w, step):
+def ride(
+    w,
+    step,
+    first="table: m + 1",
+    lengths="table: m",
+    pieces="table: k, 7",
+    m="count",
+    k="count",
+    which="whole",
+    parent="3, 4",
+    place="3, 4",
+    s="row",
+    T="3, 4",
+    curvature="row",
+):
     """Place a body on a rail: (curves, which, parent, place, s, T, curvature)."""
-    curves, which = _curves(p, 0), p[5]
-    A, B, s, T, bend = p[6], p[7], p[8], p[9], p[10]
+    curves = _curves(first, lengths, pieces, m, k)
+    A, B, bend = parent, place, curvature
     compose(w, A, B, T)
     for i in range(WIDTH):
         x, y, c, d, w[bend * WIDTH + i] = curve.point(curves, which, w[s * WIDTH + i])
@@ -124,26 +138,23 @@ def ride(p, w, step):
 
 
 @stage
-def carry(p, w, step):
+def carry(w, step, each="each: parent=3, 4; place=3, 4; motion=3, 4; T=3, 4"):
     """Place p[0] bodies of the user's kinds, whose motion stands in the rows of the third."""
-    for i in range(p[0]):
-        A, B, motion, T = p[4 * i + 1], p[4 * i + 2], p[4 * i + 3], p[4 * i + 4]
+    for i in range(each[0]):
+        A, B, motion, T = each[4 * i + 1], each[4 * i + 2], each[4 * i + 3], each[4 * i + 4]
         compose(w, A, B, T)
         compose(w, T, motion, T)
 
 
 @stage
-def mimic(p, w, step):
-    """Compute p[0] coordinates x = u source + v: (source, x, ratio, ratio above, numbers) of each.
+def mimic(w, step, source="row", x="row", ratio="row", above="row", numbers="3"):
+    """Compute a coordinate x = u source + v of numbers u and v.
 
     Its ratio is its derivative by the velocity that moves the first of those that follow.
     """
-    for i in range(p[0]):
-        at = 5 * i + 1
-        source, x, ratio, above, number = p[at], p[at + 1], p[at + 2], p[at + 3], p[at + 4]
-        u = get(w, number)
-        put(w, x, u * get(w, source) + get(w, number + 1))
-        put(w, ratio, u * get(w, above))
+    u = get(w, numbers)
+    put(w, x, u * get(w, source) + get(w, numbers + 1))
+    put(w, ratio, u * get(w, above))
 
 
 @part
@@ -154,9 +165,9 @@ def _numbers(w, row, i):
 
 
 @stage
-def steer(p, w, step):
+def steer(w, step, source="row", x="row", ratio="row", above="row", numbers="3"):
     """Compute the angle of a wheel of a car: (source, x, ratio, ratio above, numbers)."""
-    source, x, ratio, above, number = p[0], p[1], p[2], p[3], p[4]
+    number = numbers
     for i in range(WIDTH):
         base, X, Y = _numbers(w, number, i)
         w[x * WIDTH + i], slope = ties.steered(w[source * WIDTH + i], base, X, Y)
@@ -164,31 +175,46 @@ def steer(p, w, step):
 
 
 @stage
-def hang(p, w, step):
+def hang(
+    w,
+    step,
+    first="table: m + 1",
+    lengths="table: m",
+    pieces="table: k, 7",
+    m="count",
+    k="count",
+    source="row",
+    x="row",
+    ratio="row",
+    above="row",
+    numbers="3",
+    which="whole",
+    what="whole",
+):
     """Compute what a chord gives: (curves, source, x, ratio, ratio above, numbers, which, what)."""
-    curves = _curves(p, 0)
-    source, x, ratio, above, number = p[5], p[6], p[7], p[8], p[9]
+    curves = _curves(first, lengths, pieces, m, k)
+    number = numbers
     for i in range(WIDTH):
         length, radius, at = _numbers(w, number, i)
         s = w[source * WIDTH + i]
-        w[x * WIDTH + i], slope = curve.chord(curves, p[10], s, length, radius, at, p[11])
+        w[x * WIDTH + i], slope = curve.chord(curves, which, s, length, radius, at, what)
         w[ratio * WIDTH + i] = slope * w[above * WIDTH + i]
 
 
 @stage
-def scale(p, w, step):
+def scale(w, step, curvature="row", slope="row"):
     """Multiply row p[0] by row p[1]: the curvature of a rail that follows another coordinate."""
-    put(w, p[0], get(w, p[0]) * get(w, p[1]))
+    put(w, curvature, get(w, curvature) * get(w, slope))
 
 
 @stage
-def spin(p, w, step):
+def spin(w, step, steering="row or none", ratio="2", numbers="3"):
     """Compute the factors of v and omega of a vehicle in the speed of a wheel, in rad/s.
 
     (steering angle or -1, ratio, numbers). The hub at (x, y) moves at (v - omega y, omega x); a
     wheel of radius R, turned by the angle h, rolls at (cos(h) (v - omega y) + sin(h) omega x)/R.
     """
-    steering, ratio, number = p[0], p[1], p[2]
+    number = numbers
     R, X, Y = get(w, number), get(w, number + 1), get(w, number + 2)
     c, s = 1.0 + 0.0 * X, 0.0 * X
     if steering >= 0:

@@ -35,21 +35,33 @@ def update(A, ds, dq, out):
 
 
 @stage
-def learn_stage(p, w, step):
+def learn_stage(
+    w,
+    step,
+    k="count",
+    n="count",
+    dt="row",
+    s="k",
+    without="k",
+    qd="n",
+    start="k, n",
+    estimate="k, n",
+    room="k*n + k + n",
+):
     """Learn A from the last step: (k, n, dt, s, s without it, qd, start, A, room).
 
     At the start A is the start.
     """
-    k, n, A = p[0], p[1], matrix(w, p[7], p[0], p[1])
+    A = matrix(w, estimate, k, n)
     if step == 0:
         for i in range(k * n):
-            put(w, p[7] + i, get(w, p[6] + i))
+            put(w, estimate + i, get(w, start + i))
         return
-    ds, dq, out = p[8] + k * n, p[8] + k * n + k, matrix(w, p[8], k, n)
+    ds, dq, out = room + k * n, room + k * n + k, matrix(w, room, k, n)
     for i in range(k):
-        put(w, ds + i, get(w, p[3] + i) - get(w, p[4] + i))
+        put(w, ds + i, get(w, s + i) - get(w, without + i))
     for j in range(n):
-        put(w, dq + j, get(w, p[5] + j) * get(w, p[2]))
+        put(w, dq + j, get(w, qd + j) * get(w, dt))
     update(A, vector(w, ds, k), vector(w, dq, n), out)
     for i in range(k * n):
-        put(w, p[7] + i, get(w, p[8] + i))
+        put(w, estimate + i, get(w, room + i))

@@ -26,22 +26,33 @@ def _into_axes(w, T, J, n, x, y, z):
 
 
 @stage
-def jacobian(p, w, step):
+def jacobian(
+    w,
+    step,
+    poses="bodies, 3, 4",
+    ratios="r",
+    T_w_c="3, 4",
+    J="6, n",
+    n="count",
+    moves="each: column=whole; body=whole; turns=whole; axis=whole; ratio=whole; sign=whole",
+    bodies="count",
+    r="count",
+):
     """Compute J of a camera against its target, in its axes: (bodies, ratio, T_w_c, J, n, moves).
 
     Of each move: its column, body, whether it turns, axis, ratio, sign; see
     `robsim.kernels.formulas.jacobian`. An axis a through o gives v = a x (p - o), omega = a; a
     slide along a gives v = a.
     """
-    poses, ratios, C, J, n, moves = p[0], p[1], p[2], p[3], p[4], p[5]
+    C = T_w_c
     zero = 0.0 * get(w, ratios)
     vx, vy, vz, ox, oy, oz = zero, zero, zero, zero, zero, zero
-    for m in range(moves):
-        at = 6 + 6 * m
-        column, T, axis = p[at], poses + 12 * p[at + 1], p[at + 3]
-        ratio = p[at + 5] * get(w, ratios + p[at + 4])
+    for m in range(moves[0]):
+        at = 1 + 6 * m
+        column, T, axis = moves[at], poses + 12 * moves[at + 1], moves[at + 3]
+        ratio = moves[at + 5] * get(w, ratios + moves[at + 4])
         a, b, c = get(w, T + axis), get(w, T + 4 + axis), get(w, T + 8 + axis)
-        if p[at + 2]:
+        if moves[at + 2]:
             x, y, z = _cross(
                 w, T, axis,
                 get(w, C + 3) - get(w, T + 3),
@@ -52,7 +63,7 @@ def jacobian(p, w, step):
             ox, oy, oz = ox + ratio * a, oy + ratio * b, oz + ratio * c
         else:
             vx, vy, vz = vx + ratio * a, vy + ratio * b, vz + ratio * c
-        if m + 1 == moves or p[at + 6] != column:
+        if m + 1 == moves[0] or moves[at + 6] != column:
             _into_axes(w, C, J + column, n, vx, vy, vz)
             _into_axes(w, C, J + column + 3 * n, n, ox, oy, oz)
             vx, vy, vz, ox, oy, oz = zero, zero, zero, zero, zero, zero
@@ -75,12 +86,11 @@ def _summed(a, b):
 
 
 @stage
-def product(p, w, step):
+def product(w, step, L="k, 6", k="count", J="6, n", n="count", A="k, n"):
     """Compute A = L J: (L, k, J, n, A).
 
     Two rows of L at a time stay in registers; the last one of an odd number is its own neighbour.
     """
-    L, k, J, n, A = p[0], p[1], p[2], p[3], p[4]
     for i in range(0, k, 2):
         j = min(i + 1, k - 1)
         one, two = _six(w, L + 6 * i, 1), _six(w, L + 6 * j, 1)
@@ -91,30 +101,29 @@ def product(p, w, step):
 
 
 @stage
-def difference(p, w, step):
+def difference(w, step, k="count", s="k", s_goal="k", error="k"):
     """Compute error = s - s_goal: (k, s, s_goal, error)."""
-    for i in range(p[0]):
-        put(w, p[3] + i, get(w, p[1] + i) - get(w, p[2] + i))
+    for i in range(k):
+        put(w, error + i, get(w, s + i) - get(w, s_goal + i))
 
 
 @stage
-def commanded(p, w, step):
+def commanded(w, step, n="count", gain="row", x="n", qd="n"):
     """Compute qd = -gain x: (n, gain, x, qd)."""
-    for i in range(p[0]):
-        put(w, p[3] + i, -(get(w, p[1]) * get(w, p[2] + i)))
+    for i in range(n):
+        put(w, qd + i, -(get(w, gain) * get(w, x + i)))
 
 
 @stage
-def copied(p, w, step):
+def copied(w, step, n="count", rows="n", to="n"):
     """Copy rows of a block to others: (n, from, to)."""
-    for i in range(p[0]):
-        put(w, p[2] + i, get(w, p[1] + i))
+    for i in range(n):
+        put(w, to + i, get(w, rows + i))
 
 
 @stage
-def transpose(p, w, step):
+def transpose(w, step, A="k, n", k="count", n="count", y="k", x="n"):
     """Compute x = A' y: (A, k, n, y, x)."""
-    A, k, n, y, x = p[0], p[1], p[2], p[3], p[4]
     for j in range(n):
         total = get(w, A + j) * get(w, y)
         for i in range(1, k):
@@ -123,28 +132,58 @@ def transpose(p, w, step):
 
 
 @stage
-def solve(p, w, step):
+def solve(
+    w,
+    step,
+    A="k, n",
+    k="count",
+    n="count",
+    y="k",
+    damping="row or none",
+    rcond="row",
+    x="n",
+    rank="row",
+    J="6, n or none",
+    scratch="size",
+    slides="whole",
+    size="count",
+):
     """Compute x = A^+ y: (A, k, n, y, damping or -1, rcond, x, rank, J, scratch)."""
-    rank = solve_block(w, p[0], p[1], p[2], p[3], p[4], get(w, p[5]), p[6], p[8], p[9])
-    put(w, p[7], rank)
+    metres = J if J >= 0 else -1 - slides
+    found = solve_block(w, A, k, n, y, damping, get(w, rcond), x, metres, scratch)
+    put(w, rank, found)
 
 
 @stage
-def solve_product(p, w, step):
+def solve_product(
+    w,
+    step,
+    L="k, 6",
+    k="count",
+    J="6, n",
+    n="count",
+    A="k, n",
+    y="k",
+    rcond="row",
+    x="n",
+    rank="row",
+    scratch="size",
+    size="count",
+):
     """Compute x = (L J)^+ y: (L, k, J, n, L J, y, rcond, x, rank, scratch)."""
-    share = get(w, p[6])
-    rank = solve_product_block(w, p[0], p[1], p[2], p[3], p[4], p[5], share, p[7], p[9])
-    put(w, p[8], rank)
+    share = get(w, rcond)
+    found = solve_product_block(w, L, k, J, n, A, y, share, x, scratch)
+    put(w, rank, found)
 
 
 @stage
-def in_units(p, w, step):
+def in_units(w, step, A="n, m", n="count", m="count", length="row", how="whole", B="n, m"):
     """Compute B, the matrix A[n, m] in another unit of length: (A, n, m, unit, how, B).
 
     The first three rows are divided by it (how 0) or multiplied (2), or the first three columns
     multiplied (1).
     """
-    A, n, m, unit, how, B = p[0], p[1], p[2], get(w, p[3]), p[4], p[5]
+    unit = get(w, length)
     for i in range(n):
         for j in range(m):
             x = get(w, A + i * m + j)
@@ -156,24 +195,23 @@ def in_units(p, w, step):
 
 
 @stage
-def weigh(p, w, step):
+def weigh(w, step, A="n, m", n="count", m="count", weights="n", B="n, m"):
     """Compute B, each row that of A[n, m] times its own weight: (A, n, m, weights, B)."""
-    for i in range(p[1]):
-        for j in range(p[2]):
-            put(w, p[4] + i * p[2] + j, get(w, p[3] + i) * get(w, p[0] + i * p[2] + j))
+    for i in range(n):
+        for j in range(m):
+            put(w, B + i * m + j, get(w, weights + i) * get(w, A + i * m + j))
 
 
 @stage
-def mean(p, w, step):
+def mean(w, step, n="count", rows="n", others="n"):
     """Replace rows by the mean of themselves and others: (n, rows, others)."""
-    for i in range(p[0]):
-        put(w, p[1] + i, 0.5 * (get(w, p[1] + i) + get(w, p[2] + i)))
+    for i in range(n):
+        put(w, rows + i, 0.5 * (get(w, rows + i) + get(w, others + i)))
 
 
 @stage
-def to_first(p, w, step):
+def to_first(w, step, L="k, 6", k="count", A="6, 6", out="k, 6"):
     """Compute L of the first camera's twist, L A: (L, k, A, out), with V = A V_first."""
-    L, k, A, out = p[0], p[1], p[2], p[3]
     for i in range(k):
         for j in range(6):
             total = 0.0 * get(w, L)
@@ -183,105 +221,108 @@ def to_first(p, w, step):
 
 
 @stage
-def adapt(p, w, step):
+def adapt(w, step, n="count", size_of="n", numbers="3", largest="whole", gain="row"):
     """Compute the gain at the size of an error or a command: (n, x, numbers, largest, gain).
 
     The numbers are those at zero and at infinity and the slope; the size is the norm or, if
     `largest`, the largest |x|.
     """
-    zero = 0.0 * get(w, p[2])
+    zero = 0.0 * get(w, numbers)
     square, most = zero, zero
-    for i in range(p[0]):
-        x = absolute(get(w, p[1] + i))
+    for i in range(n):
+        x = absolute(get(w, size_of + i))
         square, most = square + x * x, where(x > most, x, most)
-    size = most if p[3] else sqrt(square)
+    size = most if largest else sqrt(square)
     for i in range(WIDTH):
-        at = p[2] * WIDTH + i
+        at = numbers * WIDTH + i
         found = adapted(w[at], w[at + WIDTH], w[at + 2 * WIDTH], lane(size, i))
-        w[p[4] * WIDTH + i] = found
+        w[gain * WIDTH + i] = found
 
 
 @stage
-def along(p, w, step):
+def along(w, step, A="n, m", n="count", m="count", x="m", out="n"):
     """Compute out = A x: (A, n, m, x, out)."""
-    A, n, m = p[0], p[1], p[2]
     for i in range(n):
         total = 0.0 * get(w, A)
         for j in range(m):
-            total = total + get(w, A + m * i + j) * get(w, p[3] + j)
-        put(w, p[4] + i, total)
+            total = total + get(w, A + m * i + j) * get(w, x + j)
+        put(w, out + i, total)
 
 
 @stage
-def summed(p, w, step):
+def summed(w, step, n="count", x="n", y="n", out="n"):
     """Compute out = x + y: (n, x, y, out)."""
-    for i in range(p[0]):
-        put(w, p[3] + i, get(w, p[1] + i) + get(w, p[2] + i))
+    for i in range(n):
+        put(w, out + i, get(w, x + i) + get(w, y + i))
 
 
 @stage
-def ahead(p, w, step):
+def ahead(w, step, n="count", x="n", factor="row", more_of="n", divided="whole", out="n"):
     """Compute out = x + factor y, or x + y / factor: (n, x, factor, y, whether divided, out)."""
-    factor = get(w, p[2])
-    for i in range(p[0]):
-        y = get(w, p[3] + i)
-        more = y / factor if p[4] else factor * y
-        put(w, p[5] + i, get(w, p[1] + i) + more)
+    factor = get(w, factor)
+    for i in range(n):
+        y = get(w, more_of + i)
+        more = y / factor if divided else factor * y
+        put(w, out + i, get(w, x + i) + more)
 
 
 @stage
-def estimate(p, w, step):
+def estimate(
+    w, step, k="count", errors="k", before="k", moved="k", drifts="k", lag="row", dt="row"
+):
     """Estimate the drift of the error that the command does not explain.
 
     (k, error, error before, what was moved, drift, lag, dt): a first-order filter.
     """
-    share = get(w, p[6]) / (get(w, p[5]) + get(w, p[6]))
-    for i in range(p[0]):
-        error, drift = get(w, p[1] + i), 0.0 * share
+    share = get(w, dt) / (get(w, lag) + get(w, dt))
+    for i in range(k):
+        error, drift = get(w, errors + i), 0.0 * share
         if step > 0:
-            drift = get(w, p[4] + i)
-            change = (error - get(w, p[2] + i)) / get(w, p[6])
-            drift = drift + share * (change - get(w, p[3] + i) - drift)
-        put(w, p[2] + i, error)
-        put(w, p[4] + i, drift)
+            drift = get(w, drifts + i)
+            change = (error - get(w, before + i)) / get(w, dt)
+            drift = drift + share * (change - get(w, moved + i) - drift)
+        put(w, before + i, error)
+        put(w, drifts + i, drift)
 
 
 @stage
-def masked(p, w, step):
+def masked(w, step, A="n, m", n="count", m="count", hidden="n", out="n, m"):
     """Compute out, A[n, m] with zeros in hidden rows: (A, n, m, hidden, out)."""
-    for i in range(p[1]):
-        for j in range(p[2]):
-            at = i * p[2] + j
-            put(w, p[4] + at, where(get(w, p[3] + i) > 0.0, 0.0, get(w, p[0] + at)))
+    for i in range(n):
+        for j in range(m):
+            at = i * m + j
+            put(w, out + at, where(get(w, hidden + i) > 0.0, 0.0, get(w, A + at)))
 
 
 @stage
-def widened(p, w, step):
+def widened(
+    w, step, A="n, m", n="count", m="count", out="n, width", width="count", columns="each: whole"
+):
     """Copy A[n, m] into some columns of a wider matrix: (A, n, m, out, width), and the columns."""
-    for i in range(p[1]):
-        for j in range(p[2]):
-            put(w, p[3] + i * p[4] + p[5 + j], get(w, p[0] + i * p[2] + j))
+    for i in range(n):
+        for j in range(m):
+            put(w, out + i * width + columns[1 + j], get(w, A + i * m + j))
 
 
 @stage
-def either(p, w, step):
+def either(w, step, out="row", rows="each: row"):
     """Compute whether any of some rows is true: (n, out), and the rows."""
-    found = 0.0 * get(w, p[2])
-    for i in range(p[0]):
-        found = where(get(w, p[2 + i]) > 0.0, 1.0, found)
-    put(w, p[1], found)
+    found = 0.0 * get(w, rows[1])
+    for i in range(rows[0]):
+        found = where(get(w, rows[1 + i]) > 0.0, 1.0, found)
+    put(w, out, found)
 
 
 @stage
-def cleared(p, w, step):
+def cleared(w, step, n="count", rows="n"):
     """Set rows to zero: (n, first)."""
-    for i in range(p[0]):
-        put(w, p[1] + i, 0.0)
+    for i in range(n):
+        put(w, rows + i, 0.0)
 
 
 @stage
-def taken(p, w, step):
+def taken(w, step, n="count", qd="n", second="row", which="whole", to="each: row"):
     """Add velocities where it is their scheme's turn: (n, qd, second, which), and rows for each."""
-    turn = get(w, p[2]) == 1.0 * p[3]
-    for i in range(p[0]):
-        put(w, p[4 + i], get(w, p[4 + i]) + where(turn, get(w, p[1] + i), 0.0))
+    turn = get(w, second) == 1.0 * which
+    for i in range(n):
+        put(w, to[1 + i], get(w, to[1 + i]) + where(turn, get(w, qd + i), 0.0))

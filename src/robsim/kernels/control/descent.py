@@ -31,24 +31,39 @@ def scratch_of(k: int, n: int) -> int:
 
 
 @stage
-def descend(p, w, step):
+def descend(
+    w,
+    step,
+    A="k, n",
+    k="count",
+    n="count",
+    rate="k",
+    rcond="row",
+    free="whole",
+    qd="n",
+    P="n, n",
+    N="n, n",
+    usual="row",
+    scratch="size",
+    size="count",
+):
     """Add (A P)^+ (rate - A qd) to qd (n,), and subtract (A P)^+ A P from P (n, n).
 
     (A, k, n, rate, rcond, free, qd, P, N, usual, scratch). Singular values of A P below rcond times
     the largest of A count as zero. `free` numbers are left, n for the first task; N (n, n) holds
     their basis column by column in the runs in which the row `usual` is 1.
     """
-    n, free, qd, P, usual = p[2], p[5], p[6], p[7], p[9]
+    given = A, k, n, rate, rcond, free, qd, P, N, usual, scratch
     if free == n:
-        _begin(w, n, qd, P, p[8], usual)
-    late, left = p[10], p[10] + n
-    _rest(w, p, left + n * n)
-    bound = _by_reflections(w, p, late, left)
-    _shorten(w, n, free, min(p[1], free), p[8], 0.0 * get(w, p[4]), left)
+        _begin(w, n, qd, P, N, usual)
+    late, left = scratch, scratch + n
+    _rest(w, given, left + n * n)
+    bound = _by_reflections(w, given, late, left)
+    _shorten(w, n, free, min(k, free), N, 0.0 * get(w, rcond), left)
     sound = (bound < 1.0) & (get(w, usual) > 0.0)
     put(w, usual, where(sound, 1.0, 0.0))
     if some(~sound):
-        _by_singular_values(w, p)
+        _by_singular_values(w, given)
     for i in range(n):
         put(w, qd + i, where(sound, get(w, late + i), get(w, qd + i)))
     for i in range(n * n):

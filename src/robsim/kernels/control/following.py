@@ -14,34 +14,32 @@ ENDED = 1e-9  # of a period: times that differ by less are one
 
 
 @stage
-def looked_up(p, w, step):
+def looked_up(w, step, table="table: times, n", times="count", n="count", here="2, n"):
     """Read a trajectory from a table [times, n], one row for each step: (address, times, n, here).
 
     Its last row holds for ever.
     """
-    times, n = p[1], p[2]
-    table = reals(p[0], times * n)
+    table = reals(table, times * n)
     for later in range(2):
         at = min(step + later, times - 1) * n
         for i in range(n):
-            put(w, p[3] + later * n + i, table[at + i])
+            put(w, here + later * n + i, table[at + i])
 
 
 @stage
-def remembered(p, w, step):
+def remembered(w, step, to="n", n="count", rows="each: row"):
     """Keep rows as they are at the start: (to, n), and the rows."""
     if step == 0:
-        for i in range(p[1]):
-            put(w, p[0] + i, get(w, p[2 + i]))
+        for i in range(n):
+            put(w, to + i, get(w, rows[1 + i]))
 
 
 @stage
-def paced(p, w, step):
+def paced(w, step, n="count", ways="n", limits="2, n", ramps="n", seconds="row"):
     """Plan the shortest time of n ways at the start: (n, ways, limits, ramps, seconds).
 
     The limits are n speeds and n accelerations.
     """
-    n, ways, limits, ramps, seconds = p[0], p[1], p[2], p[3], p[4]
     if step > 0:
         return
     for i in range(n):
@@ -54,11 +52,10 @@ def paced(p, w, step):
 
 
 @kernel
-def _axes(p, w, step):
+def _axes(w, step, n, dt, seconds, ramps, start, ways, goal, out):
     """Fill the rows of `ahead` of `axes`, with the time of a step."""
-    n, seconds, ramps, start, ways, goal, out = p[0], p[2], p[3], p[4], p[5], p[6], p[7] + p[0]
     for b in range(WIDTH):
-        t, T = step * w[p[1] * WIDTH + b], w[seconds * WIDTH + b]
+        t, T = step * w[dt * WIDTH + b], w[seconds * WIDTH + b]
         for i in range(n):
             at = i * WIDTH + b
             s, _, _ = share(t, T, w[ramps * WIDTH + at])
@@ -67,34 +64,54 @@ def _axes(p, w, step):
 
 
 @stage
-def axes(p, w, step):
+def axes(
+    w,
+    step,
+    n="count",
+    dt="row",
+    seconds="row",
+    ramps="n",
+    start="n",
+    ways="n",
+    goal="n",
+    here="2, n",
+):
     """Compute where axes are: (n, dt, seconds, ramps, start, ways, goal, here)."""
-    n, here = p[0], p[7]
+    ahead = here + n
     if step == 0:
-        _axes(p, w, 0)
+        _axes(w, 0, n, dt, seconds, ramps, start, ways, goal, ahead)
     for i in range(n):
         put(w, here + i, get(w, here + n + i))
-    _axes(p, w, step + 1)
+    _axes(w, step + 1, n, dt, seconds, ramps, start, ways, goal, ahead)
 
 
 @stage
-def towards(p, w, step):
+def towards(
+    w,
+    step,
+    n="count",
+    here="2, n",
+    gain="row",
+    duration="row",
+    qd="n",
+    axes="each: axis=whole; q=row",
+):
     """Compute the velocities of axes that take them on, and back: (n, here, gain, dt, qd).
 
     Then of each commanded velocity the number of its axis, and the row of its coordinate. What is
     missed is made up for at the gain, at most all of it in a period.
     """
-    n, here, dt = p[0], p[1], get(w, p[3])
-    rate = get(w, p[2])
+    dt = get(w, duration)
+    rate = get(w, gain)
     rate = where(rate < 1.0 / dt, rate, 1.0 / dt)
     for i in range(n):
-        r = get(w, here + p[5 + 2 * i])
-        on = (get(w, here + n + p[5 + 2 * i]) - r) / dt
-        put(w, p[4] + i, on + rate * (r - get(w, p[6 + 2 * i])))
+        r = get(w, here + axes[1 + 2 * i])
+        on = (get(w, here + n + axes[1 + 2 * i]) - r) / dt
+        put(w, qd + i, on + rate * (r - get(w, axes[2 + 2 * i])))
 
 
 @stage
-def going(p, w, step):
+def going(w, step, seconds="row", duration="row", out="row"):
     """Compute whether trajectories are not over: (seconds, dt, out)."""
-    dt = get(w, p[1])
-    put(w, p[2], where(step * dt < get(w, p[0]) - ENDED * dt, 1.0, 0.0 * dt))
+    dt = get(w, duration)
+    put(w, out, where(step * dt < get(w, seconds) - ENDED * dt, 1.0, 0.0 * dt))

@@ -86,24 +86,38 @@ def _why_held(w, b, n, wished, age, dt, released, settings, latched, status):
 
 
 @stage
-def hold(p, w, step):
+def hold(
+    w,
+    step,
+    n="count",
+    wished="n",
+    dt="row",
+    age="row",
+    released="row",
+    settings="3",
+    latched="row",
+    passed="row",
+    share="row",
+    reason="row",
+    status="row",
+):
     """Compute which share of a wish is commanded now, and why none is if none is.
 
     (n, wished, dt, age in periods, released, settings, latched, seconds, share, why, status)
     The settings are the age from which on an image is too old, whether that stops for good, and the
     seconds in which the share grows from 0 to 1. The status is that of what is left to command by.
     """
-    dt, settings, seconds = p[2], p[5], p[7] * WIDTH
+    seconds = passed * WIDTH
     for b in range(WIDTH):
-        why = _why_held(w, b, p[0], p[1], p[3], dt, p[4], settings, p[6], p[10])
+        why = _why_held(w, b, n, wished, age, dt, released, settings, latched, status)
         ramp = w[(settings + 2) * WIDTH + b]
         if why:
             w[seconds + b] = 0.0
-            w[p[8] * WIDTH + b] = 0.0
+            w[share * WIDTH + b] = 0.0
         else:
-            w[p[8] * WIDTH + b] = eased(w[seconds + b] / ramp) if ramp > 0.0 else 1.0
+            w[share * WIDTH + b] = eased(w[seconds + b] / ramp) if ramp > 0.0 else 1.0
             w[seconds + b] += w[dt * WIDTH + b]
-        w[p[9] * WIDTH + b] = why
+        w[reason * WIDTH + b] = why
 
 
 @part
@@ -121,34 +135,52 @@ def _room(w, b, x, low, high, most, dt):
 
 
 @stage
-def soften(p, w, step):
+def soften(
+    w,
+    step,
+    n="count",
+    wished="n",
+    scaled="n",
+    last="n",
+    command="n",
+    brake="n",
+    shares="row",
+    reason="row",
+    duration="row",
+    accelerations="n",
+    low="n",
+    high="n",
+    q="nq",
+    at_limit="n",
+    places="each: whole",
+    nq="count",
+):
     """Compute the command that joints can follow, and how they brake instead.
 
     (n, wished, scaled, last, command, brake, share, why, dt, most, low, high, q, at_limit; where)
     `scaled` is the wish within the speeds; `most` are accelerations, low and high limits of n
     coordinates, each where it is in q, or -1. A robot that is held brakes.
     """
-    n, scaled, last, command, brake, at_limit = p[0], p[2], p[3], p[4], p[5], p[13]
     for b in range(WIDTH):
-        dt, share, held = w[p[8] * WIDTH + b], w[p[6] * WIDTH + b], int(w[p[7] * WIDTH + b])
-        rest, why = _seconds_to_rest(w, b, n, last, p[9]), held
+        dt, share, held = w[duration * WIDTH + b], w[shares * WIDTH + b], int(w[reason * WIDTH + b])
+        rest, why = _seconds_to_rest(w, b, n, last, accelerations), held
         slower = left(rest, dt)
         for j in range(n):
-            before, most = w[(last + j) * WIDTH + b], w[(p[9] + j) * WIDTH + b]
+            before, most = w[(last + j) * WIDTH + b], w[(accelerations + j) * WIDTH + b]
             slow, asked = slower * before, w[(scaled + j) * WIDTH + b]
-            if not held and asked != w[(p[1] + j) * WIDTH + b]:
+            if not held and asked != w[(wished + j) * WIDTH + b]:
                 why |= SPEED
             v, bits = _reachable(slow if held else share * asked, before, most * dt)
             least, largest = -math.inf, math.inf
-            if p[14 + j] >= 0:
-                x = w[(p[12] + p[14 + j]) * WIDTH + b]
-                least, largest = _room(w, b, x, p[10] + j, p[11] + j, most, dt)
+            if places[1 + j] >= 0:
+                x = w[(q + places[1 + j]) * WIDTH + b]
+                least, largest = _room(w, b, x, low + j, high + j, most, dt)
             near = v < least * SLACK or v > largest * SLACK
             why |= bits | (JOINT_LIMIT if near else 0)
             w[(at_limit + j) * WIDTH + b] = 1.0 if near else 0.0
             w[(command + j) * WIDTH + b] = _clamped(v, least, largest)
             w[(brake + j) * WIDTH + b] = _clamped(slow, least, largest)
-        w[p[7] * WIDTH + b] = why
+        w[reason * WIDTH + b] = why
 
 
 @part
@@ -163,22 +195,32 @@ def _periods_until_rest(v_over_fall):
 
 
 @stage
-def attempts(p, w, step):
+def attempts(
+    w,
+    step,
+    n="count",
+    command="n",
+    brake="n",
+    duration="row",
+    most="n",
+    tries="count",
+    velocities="tries, n",
+    seconds="tries",
+):
     """Compute velocities that may be commanded, and how long each would go on until its rest.
 
     (n, command, brake, dt, most, count, qd[count, n], seconds[count]): all of the command, half of
     what it is beside the braking, a quarter, ...
     """
-    n, command, brake, count = p[0], p[1], p[2], p[5]
     for b in range(WIDTH):
-        dt, share = w[p[3] * WIDTH + b], 1.0
-        for k in range(count):
-            qd = p[6] + k * n
+        dt, share = w[duration * WIDTH + b], 1.0
+        for k in range(tries):
+            qd = velocities + k * n
             for j in range(n):
                 slow = w[(brake + j) * WIDTH + b]
                 w[(qd + j) * WIDTH + b] = slow + share * (w[(command + j) * WIDTH + b] - slow)
-            rest = _seconds_to_rest(w, b, n, qd, p[4])
-            w[(p[7] + k) * WIDTH + b] = dt * _periods_until_rest(rest / dt)
+            rest = _seconds_to_rest(w, b, n, qd, most)
+            w[(seconds + k) * WIDTH + b] = dt * _periods_until_rest(rest / dt)
             share *= 0.5
 
 
@@ -190,46 +232,58 @@ def _out(w, b, T, box, c):
 
 
 @part
-def _stays(w, b, p, first):
+def _stays(w, b, box, now, poses, first, places):
     """Return whether the poses of a frame on its way are no farther out than now, on any side."""
     for c in range(3):
-        now = _out(w, b, p[6], p[5], c) + NEAR
-        for i in range(p[8]):
-            if _out(w, b, p[first + i], p[5], c) > now:
+        far = _out(w, b, now, box, c) + NEAR
+        for i in range(places):
+            if _out(w, b, poses[first + i], box, c) > far:
                 return False
     return True
 
 
 @stage
-def fence(p, w, step):
+def fence(
+    w,
+    step,
+    n="count",
+    attempts="tries, n",
+    brake="n",
+    out="n",
+    reason="row",
+    box="2, 3",
+    now="3, 4",
+    tries="count",
+    places="whole",
+    poses="each: 3, 4",
+):
     """Command the first attempt from which a frame can be braked within a box, or brake.
 
     (n, qd[count, n], brake, out, why, box, now, count, places, poses[count, places]): the pose of
     the frame now and, for each attempt, on its way to rest. From outside it may go on inwards.
     """
-    n, out, count, places = p[0], p[3], p[7], p[8]
     for b in range(WIDTH):
-        first = p[2]
-        for k in range(count - 1, -1, -1):
-            if _stays(w, b, p, 9 + places * k):
-                first = p[1] + k * n
-        if first != p[1]:
-            w[p[4] * WIDTH + b] = int(w[p[4] * WIDTH + b]) | FENCE
+        first = brake
+        for k in range(tries - 1, -1, -1):
+            if _stays(w, b, box, now, poses, 1 + places * k, places):
+                first = attempts + k * n
+        if first != attempts:
+            w[reason * WIDTH + b] = int(w[reason * WIDTH + b]) | FENCE
         for j in range(n):
             w[(out + j) * WIDTH + b] = w[(first + j) * WIDTH + b]
 
 
 @stage
-def remember(p, w, step):
+def remember(w, step, n="count", out="n", last="n", reason="row", busy="row", share="row"):
     """Remember what is commanded, and whether it may not count as an end: (n, out, last, why, busy,
     share).
 
     So it is while the robot is held or speeds up, and may yet go on.
     """
     for b in range(WIDTH):
-        for j in range(p[0]):
-            w[(p[2] + j) * WIDTH + b] = w[(p[1] + j) * WIDTH + b]
-        why = int(w[p[3] * WIDTH + b])
+        for j in range(n):
+            w[(last + j) * WIDTH + b] = w[(out + j) * WIDTH + b]
+        why = int(w[reason * WIDTH + b])
         waits = why & STOPPED == 0 and why & (OLD_IMAGE | NOT_RELEASED | ACCELERATION) != 0
-        grows = why & STOPPED == 0 and w[p[5] * WIDTH + b] < 1.0
-        w[p[4] * WIDTH + b] = 1.0 if waits or grows else 0.0
+        grows = why & STOPPED == 0 and w[share * WIDTH + b] < 1.0
+        w[busy * WIDTH + b] = 1.0 if waits or grows else 0.0

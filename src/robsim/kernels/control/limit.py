@@ -18,12 +18,11 @@ def _speed(w, J, n, first, qd):
 
 
 @stage
-def scale_stage(p, w, step):
+def scale_stage(w, step, n="count", J="6, n", limits="n + 2", qd="n", out="n"):
     """Compute qd over the largest of 1 and each speed over its limit: (n, J, limits, qd, out).
 
     The limits are n on |qd|, and two on |v| and |omega| of the twist J[6, n] qd.
     """
-    n, J, limits, qd, out = p[0], p[1], p[2], p[3], p[4]
     excess = 0.0 * get(w, qd) + 1.0
     for h in range(2):
         over = _speed(w, J, n, 3 * h, qd) / get(w, limits + n + h)

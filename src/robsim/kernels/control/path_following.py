@@ -34,25 +34,23 @@ def _length(w, v):
 
 
 @stage
-def apart(p, w, step):
+def apart(w, step, start="3, 4", goal="3, 4", room="46", way="8"):
     """Compute way and turn of a straight motion at the start: (start, goal, room, way).
 
     The rows of the turn, in axes of the start, follow those of the way, and then their lengths.
     """
     if step > 0:
         return
-    start, goal, way = p[0], p[1], p[3]
     for i in range(3):
         put(w, way + i, get(w, goal + 4 * i + 3) - get(w, start + 4 * i + 3))
-    _turn(w, start, goal, p[2], way + 3, False)
+    _turn(w, start, goal, room, way + 3, False)
     put(w, way + 6, _length(w, way))
     put(w, way + 7, _length(w, way + 3))
 
 
 @kernel
-def _straight(p, w, step):
+def _straight(w, step, dt, seconds, ramps, start, way, goal, room, out):
     """Fill the rows of `ahead` of `straight`, with the time of a step."""
-    dt, seconds, ramps, start, way, goal, room, out = p[0], p[1], p[2], p[3], p[4], p[5], p[6], p[7]
     for i in range(2):
         for b in range(WIDTH):
             t, ramp = step * w[dt * WIDTH + b], w[(ramps + i) * WIDTH + b]
@@ -64,29 +62,39 @@ def _straight(p, w, step):
 
 
 @stage
-def straight(p, w, step):
+def straight(
+    w,
+    step,
+    dt="row",
+    seconds="row",
+    ramps="2",
+    start="3, 4",
+    way="8",
+    goal="3, 4",
+    room="46",
+    here="2, 3, 4",
+):
     """Compute where a straight motion is: (dt, seconds, ramps, start, way, goal, room, here)."""
-    here = p[7]
+    given = dt, seconds, ramps, start, way, goal, room, here
     if step == 0:
-        _straight(p, w, 0)
+        _straight(w, 0, *given)
     for i in range(12):
         put(w, here + i, get(w, here + 12 + i))
-    _straight(p, w, step + 1)
+    _straight(w, step + 1, *given)
 
 
 @stage
-def missed(p, w, step):
+def missed(w, step, T="3, 4", end="3, 4", room="46", s="6", L="3, 6"):
     """Compute s, position and turn from the end, and L of the turn: (T, end, room, s, L).
 
     d(theta u)/dt = L(-theta u) omega in fixed axes.
     """
-    T, room, s = p[0], p[2], p[3]
     for i in range(3):
         put(w, s + i, get(w, T + 4 * i + 3))
-    _turn(w, p[1], T, room, s + 3, True)
+    _turn(w, end, T, room, s + 3, True)
     for i in range(3):
         put(w, room + i, -get(w, s + 3 + i))
-    theta_u_interaction(vector(w, room, 3), matrix(w, p[4], 3, 6))
+    theta_u_interaction(vector(w, room, 3), matrix(w, L, 3, 6))
 
 
 @kernel
@@ -107,20 +115,22 @@ def _back(w, T, here, ahead, left, room, wanted):
 
 
 @stage
-def twist(p, w, step):
+def twist(
+    w, step, T="3, 4", here="2, 3, 4", gain="row", duration="row", room="46", wanted="3, 4", V="6"
+):
     """Compute the twist (v, omega) that takes a frame on: (T, here, gain, dt, room, wanted, V).
 
     In axes of the world. A period later as much is left of what is missed as the gain leaves.
     """
-    T, ahead, dt, wanted, V = p[0], p[1] + 12, get(w, p[3]), p[5], p[6]
-    rate = get(w, p[2])
+    ahead, dt = here + 12, get(w, duration)
+    rate = get(w, gain)
     left = 1.0 - where(rate < 1.0 / dt, rate, 1.0 / dt) * dt
     if some(left > 0.0):
-        _back(w, T, p[1], ahead, left, p[4], wanted)
+        _back(w, T, here, ahead, left, room, wanted)
     else:
         for i in range(12):
             put(w, wanted + i, get(w, ahead + i))
-    _turn(w, T, wanted, p[4], V + 3, True)
+    _turn(w, T, wanted, room, V + 3, True)
     for i in range(3):
         put(w, V + i, get(w, wanted + 4 * i + 3) - get(w, T + 4 * i + 3))
     for i in range(6):

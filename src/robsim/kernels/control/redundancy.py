@@ -54,44 +54,45 @@ def large_projection(A, e, low, high, P):
 
 
 @stage
-def large_stage(p, w, step):
+def large_stage(w, step, A="k, n", k="count", n="count", error="k", bounds="2", P="n, n"):
     """Replace a projector by the large one: (A, k, n, error, bounds of ||e||, P)."""
-    A, e, P = matrix(w, p[0], p[1], p[2]), vector(w, p[3], p[1]), matrix(w, p[5], p[2], p[2])
-    large_projection(A, e, w[p[4] * WIDTH], w[(p[4] + 1) * WIDTH], P)
+    A, e, P = matrix(w, A, k, n), vector(w, error, k), matrix(w, P, n, n)
+    large_projection(A, e, w[bounds * WIDTH], w[(bounds + 1) * WIDTH], P)
 
 
 @stage
-def wish_stage(p, w, step):
+def wish_stage(
+    w, step, n="count", gain="row", lowest="n", highest="n", wish="n", q="each: row or none"
+):
     """Compute gain (q within bounds - q): (n, gain, lowest, highest, wish), and the rows of q.
 
     A velocity without a coordinate of its own, -1, has q = 0.
     """
-    n, gain, low, high = p[0], get(w, p[1]), p[2], p[3]
+    gain, low, high = get(w, gain), lowest, highest
     for i in range(n):
-        x = get(w, p[5 + i]) if p[5 + i] >= 0 else 0.0 * gain
+        x = get(w, q[1 + i]) if q[1 + i] >= 0 else 0.0 * gain
         within = where(x < get(w, low + i), get(w, low + i), x)
         within = where(within > get(w, high + i), get(w, high + i), within)
-        put(w, p[4] + i, gain * (within - x))
+        put(w, wish + i, gain * (within - x))
 
 
 @stage
-def project_stage(p, w, step):
+def project_stage(w, step, n="count", P="n, n", wish="n", qd="n", out="n"):
     """Compute out = qd + P wish: (n, P, wish, qd, out)."""
-    n, P = p[0], p[1]
     for i in range(n):
         total = 0.0 * get(w, P)
         for j in range(n):
-            total = total + get(w, P + n * i + j) * get(w, p[2] + j)
-        put(w, p[4] + i, get(w, p[3] + i) + total)
+            total = total + get(w, P + n * i + j) * get(w, wish + j)
+        put(w, out + i, get(w, qd + i) + total)
 
 
 @stage
-def smooth_stage(p, w, step):
+def smooth_stage(w, step, n="count", mu="row", dt="row", first="n", qd="n", out="n"):
     """Compute qd - exp(-mu t) qd(0): (n, mu, dt, first, qd, out)."""
     for i in range(WIDTH):
-        left = math.exp(-w[p[1] * WIDTH + i] * (step * w[p[2] * WIDTH + i]))
-        for j in range(p[0]):
+        left = math.exp(-w[mu * WIDTH + i] * (step * w[dt * WIDTH + i]))
+        for j in range(n):
             at = j * WIDTH + i
             if step == 0:
-                w[p[3] * WIDTH + at] = w[p[4] * WIDTH + at]
-            w[p[5] * WIDTH + at] = w[p[4] * WIDTH + at] - left * w[p[3] * WIDTH + at]
+                w[first * WIDTH + at] = w[qd * WIDTH + at]
+            w[out * WIDTH + at] = w[qd * WIDTH + at] - left * w[first * WIDTH + at]

@@ -43,21 +43,20 @@ def _edges(w, abc):
 
 
 @stage
-def in_world(p, w, step):
+def in_world(w, step, T="3, 4", points="3, 3", out="3, 3"):
     """Compute three points in the world: (T, points, out)."""
-    T = p[0]
     for i in range(0, 9, 3):
-        x, y, z = _point(w, p[1] + i)
+        x, y, z = _point(w, points + i)
         for r in range(3):
             turned = get(w, T + 4 * r) * x + get(w, T + 4 * r + 1) * y + get(w, T + 4 * r + 2) * z
-            put(w, p[2] + i + r, turned + get(w, T + 4 * r + 3))
+            put(w, out + i + r, turned + get(w, T + 4 * r + 3))
 
 
 @stage
-def turning(p, w, step):
+def turning(w, step, now="3, 3", goal="3, 3", gain="row", completed="whole", twist="6"):
     """Compute omega of the twist: (now, goal, gain, completed, twist)."""
-    now, goal, gain, omega = p[0], p[1], get(w, p[2]), p[4] + 3
-    if p[3]:
+    gain, omega = get(w, gain), twist + 3
+    if completed:
         a, b = _edges(w, now), _edges(w, goal)
         one, two, three = _cross(a[0], b[0]), _cross(a[1], b[1]), _cross(a[2], b[2])
         for r in range(3):
@@ -69,18 +68,18 @@ def turning(p, w, step):
 
 
 @stage
-def moving(p, w, step):
+def moving(w, step, now="3, 3", goal="3, 3", gain="row", sign="whole", twist="6"):
     """Compute v of the twist: (now, goal, gain, sign, twist)."""
-    a, goal, gain, sign = _point(w, p[0]), _point(w, p[1]), get(w, p[2]), 1.0 * p[3]
-    lever = _cross(_point(w, p[4] + 3), a)
+    a, goal, gain, sign = _point(w, now), _point(w, goal), get(w, gain), 1.0 * sign
+    lever = _cross(_point(w, twist + 3), a)
     for r in range(3):
-        put(w, p[4] + r, gain * (goal[r] - a[r]) + sign * lever[r])
+        put(w, twist + r, gain * (goal[r] - a[r]) + sign * lever[r])
 
 
 @stage
-def carried(p, w, step):
+def carried(w, step, T="3, 4", twist="6"):
     """Replace v of a twist by the velocity of a frame at T, v + omega x t: (T, twist)."""
-    at = get(w, p[0] + 3), get(w, p[0] + 7), get(w, p[0] + 11)
-    lever = _cross(_point(w, p[1] + 3), at)
+    at = get(w, T + 3), get(w, T + 7), get(w, T + 11)
+    lever = _cross(_point(w, twist + 3), at)
     for r in range(3):
-        put(w, p[1] + r, get(w, p[1] + r) + lever[r])
+        put(w, twist + r, get(w, twist + r) + lever[r])

@@ -23,123 +23,143 @@ def _smooth(x):
 
 
 @stage
-def there(p, w, step):
+def there(
+    w, step, N="count", pixels="N, 2", points="N, 2", camera="22", out="N", hidden="N or none"
+):
     """Compute 1 for marks that are measured in the image, else 0: (N, pixels, points, camera, out).
 
     Then the rows of whether they are hidden, or -1. A pixel without a direction is not measured.
     """
-    b = p[3] + BORDER
-    for n in range(p[0]):
-        u, v = get(w, p[1] + 2 * n), get(w, p[1] + 2 * n + 1)
-        x = get(w, p[2] + 2 * n) + get(w, p[2] + 2 * n + 1)
+    b = camera + BORDER
+    for n in range(N):
+        u, v = get(w, pixels + 2 * n), get(w, pixels + 2 * n + 1)
+        x = get(w, points + 2 * n) + get(w, points + 2 * n + 1)
         inside = (u >= get(w, b)) & (u < get(w, b + 1)) & (v >= get(w, b + 2))
         inside = inside & (v < get(w, b + 3)) & (absolute(x) < np.inf)
         found = where(inside, 1.0, 0.0)
-        if p[5] >= 0:
-            found = where(get(w, p[5] + n) > 0.0, 0.0, found)
-        put(w, p[4] + n, found)
+        if hidden >= 0:
+            found = where(get(w, hidden + n) > 0.0, 0.0, found)
+        put(w, out + n, found)
 
 
 @stage
-def border(p, w, step):
+def border(w, step, N="count", pixels="N, 2", camera="22", width="row", out="N"):
     """Compute the weights of marks by their way to the border: (N, pixels, camera, width, out).
 
     It is the product of a share for each of the four sides, each 1 from `width` pixels on.
     """
-    b, width = p[2] + BORDER, get(w, p[3])
-    for n in range(p[0]):
-        u, v = get(w, p[1] + 2 * n), get(w, p[1] + 2 * n + 1)
+    b, width = camera + BORDER, get(w, width)
+    for n in range(N):
+        u, v = get(w, pixels + 2 * n), get(w, pixels + 2 * n + 1)
         across = _smooth((u - get(w, b)) / width) * _smooth((get(w, b + 1) - u) / width)
         down = _smooth((v - get(w, b + 2)) / width) * _smooth((get(w, b + 3) - v) / width)
-        put(w, p[4] + n, across * down)
+        put(w, out + n, across * down)
 
 
 @stage
-def fade(p, w, step):
+def fade(w, step, N="count", there="N", seconds="row", dt="row", ramp="N", out="N"):
     """Compute the weights of marks that come and go within a time: (N, there, time, dt, ramp, out).
 
     At the start those that are there count in full. The ramps are kept from step to step.
     """
-    change = get(w, p[3]) / get(w, p[2])
-    for n in range(p[0]):
-        here = get(w, p[1] + n)
-        now = get(w, p[4] + n) if step > 0 else here
+    change = get(w, dt) / get(w, seconds)
+    for n in range(N):
+        here = get(w, there + n)
+        now = get(w, ramp + n) if step > 0 else here
         now = now + where(here > 0.0, change, -change)
         now = where(now > 0.0, now, 0.0)
         now = where(now < 1.0, now, 1.0)
-        put(w, p[4] + n, now)
-        put(w, p[5] + n, _smooth(now))
+        put(w, ramp + n, now)
+        put(w, out + n, _smooth(now))
 
 
 @stage
-def least(p, w, step):
+def least(w, step, k="count", weights="k", numbers="each: each: row"):
     """Compute the smallest weight of the marks that each number depends on: (k, weights).
 
     Then of each number: on how many marks it depends, and the rows of their weights.
     """
-    at = 2
-    for i in range(p[0]):
-        found = get(w, p[at + 1])
-        for j in range(1, p[at]):
-            other = get(w, p[at + 1 + j])
+    at = 1
+    for i in range(k):
+        found = get(w, numbers[at + 1])
+        for j in range(1, numbers[at]):
+            other = get(w, numbers[at + 1 + j])
             found = where(other < found, other, found)
-        put(w, p[1] + i, found)
-        at += 1 + p[at]
+        put(w, weights + i, found)
+        at += 1 + numbers[at]
 
 
 @stage
-def enough(p, w, step):
+def enough(w, step, k="count", out="k", needed="whole", weights="each: row"):
     """Compute k weights: 1 where enough marks are there, else 0: (k, out, enough, marks).
 
     Then the rows of the weights of so many marks.
     """
-    count = 0.0 * get(w, p[4])
-    for n in range(p[3]):
-        count = count + where(get(w, p[4 + n]) > 0.0, 1.0, 0.0)
-    for i in range(p[0]):
-        put(w, p[1] + i, where(count >= 1.0 * p[2], 1.0, 0.0))
+    count = 0.0 * get(w, weights[1])
+    for n in range(weights[0]):
+        count = count + where(get(w, weights[1 + n]) > 0.0, 1.0, 0.0)
+    for i in range(k):
+        put(w, out + i, where(count >= 1.0 * needed, 1.0, 0.0))
 
 
 @stage
-def unused(p, w, step):
+def unused(w, step, k="count", weights="k", out="k"):
     """Compute 1 for numbers of weight 0, else 0: (k, weights, out)."""
-    for i in range(p[0]):
-        put(w, p[2] + i, where(get(w, p[1] + i) > 0.0, 0.0, 1.0))
+    for i in range(k):
+        put(w, out + i, where(get(w, weights + i) > 0.0, 0.0, 1.0))
 
 
 @stage
-def few(p, w, step):
-    """Compute whether too little is left to command: (k, n, A, moves, weights, needed, rcond, ...).
+def few(
+    w,
+    step,
+    k="count",
+    n="count",
+    A="k, n",
+    J="6, n or none",
+    weights="k",
+    least="row",
+    rcond="row",
+    marks="whole",
+    status="row",
+    zeros="z",
+    room="size",
+    images="each: N=count; weights=N",
+    slides="whole",
+    z="count",
+    size="count",
+):
+    """Compute whether too little is left to command: (k, n, A, J, weights, needed, rcond, ...).
 
     Then how many marks are needed, the status, zeros, room, the number of images, and of each the
     number of its marks and the rows of their weights. The status is that of a mark out of the image
     where fewer marks are in use than needed; or where numbers are not, and the rank of A = L J is
-    below the needed one and that of J, where `moves` is the row of J (see `solve_block`).
+    below the needed one and that of J, where `J` is the row of J (see `solve_block`).
     """
-    k, n, moves, rcond, zeros, room = p[0], p[1], p[3], get(w, p[6]), p[9], p[10]
+    rcond, metres = get(w, rcond), J if J >= 0 else -1 - slides
     unused = 0.0 * rcond
     for i in range(k):
-        unused = where(get(w, p[4] + i) > 0.0, unused, 1.0)
+        unused = where(get(w, weights + i) > 0.0, unused, 1.0)
     count = 0.0 * rcond
-    for i in range(p[11]):
-        for m in range(p[12 + 2 * i]):
-            count = count + where(get(w, p[13 + 2 * i] + m) > 0.0, 1.0, 0.0)
-    lost = count < 1.0 * p[7]
+    for i in range(images[0]):
+        for m in range(images[1 + 2 * i]):
+            count = count + where(get(w, images[2 + 2 * i] + m) > 0.0, 1.0, 0.0)
+    lost = count < 1.0 * marks
     if some(unused > 0.0):
-        rank = solve_block(w, p[2], k, n, zeros, -1, rcond, room, moves, room + n)
-        needed = get(w, p[5])
-        if moves >= 0:
-            of_J = solve_block(w, moves, 6, n, zeros, -1, rcond, room, moves, room + n)
+        rank = solve_block(w, A, k, n, zeros, -1, rcond, room, metres, room + n)
+        needed = get(w, least)
+        if J >= 0:
+            of_J = solve_block(w, J, 6, n, zeros, -1, rcond, room, metres, room + n)
             needed = where(of_J < needed, of_J, needed)
         lost = lost | ((unused > 0.0) & (rank < needed))
-    put(w, p[8], where(lost, 1.0 * OUT_OF_IMAGE, 1.0 * IN_IMAGE))
+    put(w, status, where(lost, 1.0 * OUT_OF_IMAGE, 1.0 * IN_IMAGE))
 
 
 @stage
-def worst(p, w, step):
+def worst(w, step, out="row", rows="each: row"):
     """Compute the largest of some rows: (how many, out), and the rows."""
-    found = get(w, p[2])
-    for i in range(1, p[0]):
-        other = get(w, p[2 + i])
+    found = get(w, rows[1])
+    for i in range(1, rows[0]):
+        other = get(w, rows[1 + i])
         found = where(other > found, other, found)
-    put(w, p[1], found)
+    put(w, out, found)

@@ -118,25 +118,37 @@ def update(state, P, x, sigma):
 
 
 @stage
-def filter_stage(p, w, step):
+def filter_stage(
+    w,
+    step,
+    N="count",
+    points="N, 2",
+    dt="row",
+    twist="6",
+    numbers="4",
+    estimate="N, 3",
+    covariance="N, 3, 3",
+    room="12*N",
+    depth="N",
+):
     """Filter depths: (N, points, dt, twist, numbers, state, covariance, room, depth).
 
     The numbers are 1/Z at the start and its standard deviation, and those of both coordinates.
     """
-    N, numbers, dt = p[0], vector(w, p[4], 4), w[p[2] * WIDTH]
-    x, state = matrix(w, p[1], N, 2), matrix(w, p[5], N, 3)
-    P, new = tensor(w, p[6], N, 3, 3), matrix(w, p[7], N, 3)
+    numbers, dt = vector(w, numbers, 4), w[dt * WIDTH]
+    x, state = matrix(w, points, N, 2), matrix(w, estimate, N, 3)
+    P, new = tensor(w, covariance, N, 3, 3), matrix(w, room, N, 3)
     if step == 0:
         begin(x, numbers, state, P)
     else:
-        predict(state, P, vector(w, p[3], 6), dt, new, tensor(w, p[7] + 3 * N, N, 3, 3))
+        predict(state, P, vector(w, twist, 6), dt, new, tensor(w, room + 3 * N, N, 3, 3))
         for i in range(3 * N):
-            put(w, p[5] + i, get(w, p[7] + i))
+            put(w, estimate + i, get(w, room + i))
         for i in range(9 * N):
-            put(w, p[6] + i, get(w, p[7] + 3 * N + i))
+            put(w, covariance + i, get(w, room + 3 * N + i))
         update(state, P, x, numbers[2:, 0])
     for n in range(N):
-        put(w, p[8] + n, 1.0 / get(w, p[5] + 3 * n + 2))
+        put(w, depth + n, 1.0 / get(w, estimate + 3 * n + 2))
 
 
 @kernel

@@ -129,7 +129,18 @@ def room_of(N: int) -> int:
 
 
 @stage
-def fit(p, w, step):
+def fit(
+    w,
+    step,
+    N="count",
+    marks="N, 3",
+    x="N, 2",
+    guess="3, 4",
+    T="3, 4",
+    weights="N",
+    room="size",
+    size="count",
+):
     """Fit the pose T_c_o = T to the image x of N marks: (N, marks, x, guess, T, weights, room).
 
     The sum of squared distances between measured and reprojected points, all normalised and
@@ -143,7 +154,6 @@ def fit(p, w, step):
     the guess. Needs three marks that are not on one line. NaN where a mark is not seen, or was
     guessed behind the camera, unless its weight is 0.
     """
-    N, marks, x, guess, T, weights, room = p[0], p[1], p[2], p[3], p[4], p[5], p[6]
     here, there, L, bend = room, room + 5 * N, room + 10 * N, room + 22 * N
     back = bend + 14 * N + 42
     step, updated, scratch = back + 6, back + 18, back + 36
@@ -180,10 +190,10 @@ def fit(p, w, step):
 def fit_pose(marks: Any, x: Any, guess: Any, T: Any, weights: Any = None) -> None:
     """Fit the poses T[3, 4, b] to images x[n, 2, b] of marks[n, 3, b] from guesses, as `fit`."""
     N, runs, program = len(x), x.shape[2], Program()
-    first = program.rows(6 * N + 12)
-    found, room = program.rows(12), program.rows(room_of(N))
-    guessed, weighed = first + 5 * N, first + 5 * N + 12
-    program.add(fit, N, first, first + 3 * N, guessed, found, weighed, room)
+    shapes = (N, 3), (N, 2), (3, 4), (N,)
+    first, seen, guessed, weighed = (program.rows(*shape) for shape in shapes)
+    found, room = program.rows(3, 4), program.rows(room_of(N))
+    program.add(fit, marks=first, x=seen, guess=guessed, T=found, weights=weighed, room=room)
     each = np.ones((N, runs)) if weights is None else weights
     given = np.concatenate([rows.reshape(-1, runs) for rows in (marks, x, guess, each)])
     T[:] = Function(program, first, found, 12)(given).reshape(T.shape)

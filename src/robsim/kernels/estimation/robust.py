@@ -102,19 +102,29 @@ def put_distances(w, N, errors, out):
 
 
 @stage
-def by_distance(p, w, step):
+def by_distance(
+    w,
+    step,
+    kind="whole",
+    N="count",
+    pixels="N, 2",
+    goal="N, 2",
+    there="N",
+    least="row",
+    weights="N",
+    room="3*N",
+):
     """Compute weights of N marks by the distances of their pixels from those at the goal.
 
     (kind, N, pixels, goal, whether they are there, least scale, weights, room of 3 N rows). None of
     them is less than LEAST, so that marks that seem to lie are there still.
     """
-    N, pixels, goal, room, weights = p[1], p[2], p[3], p[7], p[6]
     for n in range(N):
-        here = where(get(w, p[4] + n) > 0.0, 0.0, np.nan)
+        here = where(get(w, there + n) > 0.0, 0.0, np.nan)
         for i in range(2 * n, 2 * n + 2):
             put(w, room + i, (get(w, pixels + i) - get(w, goal + i)) + here)
     put_distances(w, N, room, room + 2 * N)
-    put_weights(w, p[0], N, room + 2 * N, p[5], weights)
+    put_weights(w, kind, N, room + 2 * N, least, weights)
     for n in range(N):
         weight = get(w, weights + n)
         put(w, weights + n, where(weight > LEAST, weight, LEAST))

@@ -35,14 +35,25 @@ def _moved(w, T, before):
 
 
 @stage
-def fit_robustly(p, w, step):
+def fit_robustly(
+    w,
+    step,
+    N="count",
+    marks="N, 3",
+    x="N, 2",
+    T="3, 4",
+    weights="N",
+    room="size",
+    kind="whole",
+    least="row",
+    size="count",
+):
     """Refit a pose T to the image x of N marks: (N, marks, x, T, weights, room, kind, least).
 
     Each fit weighs the squares by how far the marks are from where the last one sees them, in units
     of their scale (see `robsim.kernels.estimation.robust`). After ten fits, or when T does not
     change any more; T and weights are then of one another. It is the minimum to which T leads.
     """
-    N, marks, x, T, weights, room, kind = p[0], p[1], p[2], p[3], p[4], p[5], p[6]
     distances, roots, before = room + 5 * N, room + 6 * N, room + 7 * N
     _moved(w, T, before)
     for _ in range(ROUNDS):
@@ -50,7 +61,7 @@ def fit_robustly(p, w, step):
             put(w, roots + n, 1.0)
         reproject(w, marks, N, T, x, roots, room)
         put_distances(w, N, room + 3 * N, distances)
-        put_weights(w, kind, N, distances, p[7], weights)
+        put_weights(w, kind, N, distances, least, weights)
         for n in range(N):
             put(w, roots + n, sqrt(get(w, weights + n)))
         _fit(w, (N, marks, x, T, T, roots, before + 12))
@@ -64,11 +75,12 @@ def fit_pose_robustly(marks: Any, x: Any, T: Any, kind: int, least: float) -> An
     Return the weights [n, b] of the squares.
     """
     N, runs, program = len(x), x.shape[2], Program()
-    first = program.rows(5 * N + 12)
-    pose, found, scale = first + 5 * N, program.rows(N), program.constant(least)
-    room = program.rows(room_of(N))
-    program.add(fit_robustly, N, first, first + 3 * N, pose, found, room, kind, scale)
-    given = np.concatenate([rows.reshape(-1, runs) for rows in (marks, x, T)])
+    first, seen = program.rows(N, 3), program.rows(N, 2)
+    pose, found = program.rows(3, 4), program.rows(N)
+    rows = {"marks": first, "x": seen, "T": pose, "weights": found, "kind": kind}
+    room, scale = program.rows(room_of(N)), program.constant(least)
+    program.add(fit_robustly, **rows, room=room, least=scale)
+    given = np.concatenate([each.reshape(-1, runs) for each in (marks, x, T)])
     made = Function(program, first, pose, 12 + N)(given)
     T[:] = made[:12].reshape(T.shape)
     return made[12:]

@@ -91,23 +91,35 @@ def sphere_interaction(s, radius, L):
 
 
 @stage
-def ellipse_stage(p, w, step):
+def ellipse_stage(
+    w,
+    step,
+    N="count",
+    points="N, 2",
+    depth="N",
+    centre="2",
+    mu="10",
+    ABC="3",
+    R="6, 6",
+    s="5",
+    L="5, 6",
+):
     """Compute s and L of an ellipse: (N, points, depth, centre, mu, plane, R, s, L)."""
-    N, centre, mu, ABC = p[0], vector(w, p[3], 2), vector(w, p[4], ORDER_3), vector(w, p[5], 3)
-    x, R, s = matrix(w, p[1], N, 2), matrix(w, p[6], 6, 6), vector(w, p[7], 5)
+    centre, mu, ABC = vector(w, centre, 2), vector(w, mu, ORDER_3), vector(w, ABC, 3)
+    x, R, s = matrix(w, points, N, 2), matrix(w, R, 6, 6), vector(w, s, 5)
     ellipse(x, centre, mu)
     for b in range(WIDTH):
         s[0, b], s[1, b] = centre[0, b], centre[1, b]
         s[2, b], s[3, b], s[4, b] = mu[3, b], mu[4, b], mu[5, b]
-    plane(x, vector(w, p[2], N), ABC)
+    plane(x, vector(w, depth, N), ABC)
     region_rates(ABC, centre, mu, R)
-    ellipse_rates(mu, R, matrix(w, p[8], 5, 6))
+    ellipse_rates(mu, R, matrix(w, L, 5, 6))
 
 
 @stage
-def sphere_stage(p, w, step):
+def sphere_stage(w, step, point="1, 2", depth="1", radius="row", s="3", L="3, 6"):
     """Compute s and L of a sphere: (point of its centre, its depth, radius, s, L)."""
-    x, Z, radius = vector(w, p[0], 2), vector(w, p[1], 1)[0], vector(w, p[2], 1)[0]
-    s = vector(w, p[3], 3)
+    x, Z, radius = vector(w, point, 2), vector(w, depth, 1)[0], vector(w, radius, 1)[0]
+    s = vector(w, s, 3)
     sphere(x, Z, radius, s)
-    sphere_interaction(s, radius, matrix(w, p[4], 3, 6))
+    sphere_interaction(s, radius, matrix(w, L, 3, 6))

@@ -96,32 +96,32 @@ def intersections(x, p):
 
 
 @stage
-def segments_stage(p, w, step):
+def segments_stage(
+    w, step, N="count", points="N, 2", depth="N", goal="2*N or none", s="2*N", L="2*N, 6"
+):
     """Compute s and L of segments: (N, points, depth, goal or -1, s, L)."""
-    N = p[0]
-    x, s, L = matrix(w, p[1], N, 2), vector(w, p[4], 2 * N), matrix(w, p[5], 2 * N, 6)
+    x, s, L = matrix(w, points, N, 2), vector(w, s, 2 * N), matrix(w, L, 2 * N, 6)
     segments(x, s)
-    if p[3] >= 0:
-        turn_towards(vector(w, p[3], 2 * N), 4, s)
-    points_interaction(x, vector(w, p[2], N), L)
+    if goal >= 0:
+        turn_towards(vector(w, goal, 2 * N), 4, s)
+    points_interaction(x, vector(w, depth, N), L)
     to_segment_rates(x, L)
 
 
 @stage
-def lines_stage(p, w, step):
+def lines_stage(w, step, N="count", points="N, 2", depth="N", goal="N or none", s="N", L="N, 6"):
     """Compute s and L of straight lines: (N, points, depth, goal or -1, s, L)."""
-    N = p[0]
-    x, s = matrix(w, p[1], N, 2), vector(w, p[4], N)
+    x, s = matrix(w, points, N, 2), vector(w, s, N)
     lines(x, s)
-    if p[3] >= 0:
-        turn_towards(vector(w, p[3], N), 2, s)
-    lines_interaction(x, vector(w, p[2], N), matrix(w, p[5], N, 6))
+    if goal >= 0:
+        turn_towards(vector(w, goal, N), 2, s)
+    lines_interaction(x, vector(w, depth, N), matrix(w, L, N, 6))
 
 
 @stage
-def intersections_stage(p, w, step):
+def intersections_stage(w, step, N="count", points="N, 2", s="k", L="k, 6", k="count"):
     """Compute s and L of vanishing points: (N, points, s, L)."""
-    M = p[0] // 4
-    s = matrix(w, p[2], M, 2)
-    intersections(matrix(w, p[1], p[0], 2), s)
-    points_interaction(s, np.full((M, WIDTH), np.inf), matrix(w, p[3], 2 * M, 6))
+    M = N // 4
+    s = matrix(w, s, M, 2)
+    intersections(matrix(w, points, N, 2), s)
+    points_interaction(s, np.full((M, WIDTH), np.inf), matrix(w, L, 2 * M, 6))

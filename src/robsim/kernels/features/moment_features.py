@@ -152,45 +152,85 @@ def decoupled_rates(of_marks, centre, mu, R, s, L):
 
 
 @stage
-def marks_stage(p, w, step):
+def marks_stage(
+    w, step, N="count", points="N, 2", depth="N", centre="2", mu="o", R="m, 6", o="count", m="count"
+):
     """Compute the moments of marks and their rates: (N, points, depth, centre, mu, R)."""
-    x, Z, centre = matrix(w, p[1], p[0], 2), vector(w, p[2], p[0]), vector(w, p[3], 2)
-    marks(x, centre, vector(w, p[4], ORDER_3))
-    marks_rates(x, Z, centre, matrix(w, p[5], ORDER_3, 6))
+    x, Z, centre = matrix(w, points, N, 2), vector(w, depth, N), vector(w, centre, 2)
+    marks(x, centre, vector(w, mu, ORDER_3))
+    marks_rates(x, Z, centre, matrix(w, R, ORDER_3, 6))
 
 
 @stage
-def region_stage(p, w, step):
+def region_stage(
+    w,
+    step,
+    N="count",
+    points="N, 2",
+    depth="N",
+    centre="2",
+    mu="o",
+    R="m, 6",
+    ABC="3",
+    o="count",
+    m="count",
+):
     """Compute the moments of a region and their rates: (N, points, depth, centre, mu, R, plane)."""
-    x, Z, centre = matrix(w, p[1], p[0], 2), vector(w, p[2], p[0]), vector(w, p[3], 2)
-    mu, ABC = vector(w, p[4], ORDER_4), vector(w, p[6], 3)
+    x, Z, centre = matrix(w, points, N, 2), vector(w, depth, N), vector(w, centre, 2)
+    mu, ABC = vector(w, mu, ORDER_4), vector(w, ABC, 3)
     region(x, centre, mu)
     plane(x, Z, ABC)
-    region_rates(ABC, centre, mu, matrix(w, p[5], ORDER_3, 6))
+    region_rates(ABC, centre, mu, matrix(w, R, ORDER_3, 6))
 
 
 @stage
-def basic_stage(p, w, step):
+def basic_stage(
+    w,
+    step,
+    of_marks="whole",
+    centre="2",
+    mu="o",
+    R="m, 6",
+    goal="1 or none",
+    s="4",
+    L="4, 6",
+    o="count",
+    m="count",
+):
     """Compute s and L of size, centre and angle: (of marks, centre, mu, R, goal or -1, s, L)."""
-    of_marks, mu, s = p[0] != 0, vector(w, p[2], ORDER_3), vector(w, p[5], 4)
-    basic(of_marks, vector(w, p[1], 2), mu, s)
-    if p[4] >= 0:
-        within_quarter_turn(vector(w, p[4], 1)[0], s[3])
-    basic_rates(of_marks, mu, matrix(w, p[3], ORDER_3, 6), matrix(w, p[6], 4, 6))
+    of_marks, mu, s = of_marks != 0, vector(w, mu, ORDER_3), vector(w, s, 4)
+    basic(of_marks, vector(w, centre, 2), mu, s)
+    if goal >= 0:
+        within_quarter_turn(vector(w, goal, 1)[0], s[3])
+    basic_rates(of_marks, mu, matrix(w, R, ORDER_3, 6), matrix(w, L, 4, 6))
 
 
 @stage
-def decoupled_stage(p, w, step):
+def decoupled_stage(
+    w,
+    step,
+    of_marks="whole",
+    centre="2",
+    mu="o",
+    R="m, 6",
+    goal="5",
+    turned="whole",
+    headed="whole",
+    s="6",
+    L="6, 6",
+    o="count",
+    m="count",
+):
     """Compute s and L of the decoupled moments.
 
     (of marks, centre, mu, R, goal, whether it has an angle, a head, s, L): of the goal
     size, depth, angle, and the two numbers of the head.
     """
-    of_marks, centre, mu = p[0] != 0, vector(w, p[1], 2), vector(w, p[2], ORDER_3)
-    goal, s = vector(w, p[4], 5), vector(w, p[7], 6)
+    of_marks, centre, mu = of_marks != 0, vector(w, centre, 2), vector(w, mu, ORDER_3)
+    goal, s = vector(w, goal, 5), vector(w, s, 6)
     decoupled(of_marks, goal[0], goal[1], centre, mu, s)
-    if p[5]:
+    if turned:
         within_quarter_turn(goal[2], s[5])
-    if p[6]:
+    if headed:
         upright(goal[2], goal[3:], mu, s[5])
-    decoupled_rates(of_marks, centre, mu, matrix(w, p[3], ORDER_3, 6), s, matrix(w, p[8], 6, 6))
+    decoupled_rates(of_marks, centre, mu, matrix(w, R, ORDER_3, 6), s, matrix(w, L, 6, 6))

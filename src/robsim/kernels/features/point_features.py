@@ -129,39 +129,37 @@ def log_depth_interaction(x, Z, L):
 
 
 @stage
-def polar_stage(p, w, step):
+def polar_stage(
+    w, step, N="count", points="N, 2", depth="N", goal="2*N or none", s="2*N", L="2*N, 6"
+):
     """Compute s and L of polar coordinates: (N, points, depth, goal or -1, s, L)."""
-    N = p[0]
-    x, s, L = matrix(w, p[1], N, 2), vector(w, p[4], 2 * N), matrix(w, p[5], 2 * N, 6)
+    x, s, L = matrix(w, points, N, 2), vector(w, s, 2 * N), matrix(w, L, 2 * N, 6)
     polar(x, s)
-    if p[3] >= 0:
-        turn_towards(vector(w, p[3], 2 * N), 2, s)
-    points_interaction(x, vector(w, p[2], N), L)
+    if goal >= 0:
+        turn_towards(vector(w, goal, 2 * N), 2, s)
+    points_interaction(x, vector(w, depth, N), L)
     to_polar_rates(x, L)
 
 
 @stage
-def bearings_stage(p, w, step):
+def bearings_stage(w, step, N="count", points="N, 2", depth="N", s="3*N", L="3*N, 6"):
     """Compute s and L of unit vectors to the marks: (N, points, depth, s, L)."""
-    N = p[0]
-    s = vector(w, p[3], 3 * N)
-    bearings(matrix(w, p[1], N, 2), s)
-    bearings_interaction(s, vector(w, p[2], N), matrix(w, p[4], 3 * N, 6))
+    s = vector(w, s, 3 * N)
+    bearings(matrix(w, points, N, 2), s)
+    bearings_interaction(s, vector(w, depth, N), matrix(w, L, 3 * N, 6))
 
 
 @stage
-def points_3d_stage(p, w, step):
+def points_3d_stage(w, step, N="count", points="N, 2", depth="N", s="3*N", L="3*N, 6"):
     """Compute s and L of points in camera axes: (N, points, depth, s, L)."""
-    N = p[0]
-    s = vector(w, p[3], 3 * N)
-    points_3d(matrix(w, p[1], N, 2), vector(w, p[2], N), s)
-    points_3d_interaction(s, matrix(w, p[4], 3 * N, 6))
+    s = vector(w, s, 3 * N)
+    points_3d(matrix(w, points, N, 2), vector(w, depth, N), s)
+    points_3d_interaction(s, matrix(w, L, 3 * N, 6))
 
 
 @stage
-def log_depth_stage(p, w, step):
+def log_depth_stage(w, step, N="count", points="N, 2", depth="N", goal="N", s="N", L="N, 6"):
     """Compute s and L of the logarithm of depths: (N, points, depth, goal, s, L)."""
-    N = p[0]
-    x, Z = matrix(w, p[1], N, 2), vector(w, p[2], N)
-    log_depth(Z, vector(w, p[3], N), vector(w, p[4], N))
-    log_depth_interaction(x, Z, matrix(w, p[5], N, 6))
+    x, Z = matrix(w, points, N, 2), vector(w, depth, N)
+    log_depth(Z, vector(w, goal, N), vector(w, s, N))
+    log_depth_interaction(x, Z, matrix(w, L, N, 6))

@@ -7,20 +7,20 @@ from robsim.kernels.machine.stage import stage
 
 
 @stage
-def points_stage(p, w, step):
+def points_stage(w, step, N="count", points="N, 2", depth="N", s="2*N", L="2*N, 6"):
     """Compute s and L of image points: (N, points, depth, s, L)."""
-    for n in range(p[0]):
-        x, y, inverse = get(w, p[1] + 2 * n), get(w, p[1] + 2 * n + 1), 1.0 / get(w, p[2] + n)
-        put(w, p[3] + 2 * n, x)
-        put(w, p[3] + 2 * n + 1, y)
-        put_point_rates(w, p[4] + 12 * n, x, y, inverse)
+    for n in range(N):
+        x, y, inverse = get(w, points + 2 * n), get(w, points + 2 * n + 1), 1.0 / get(w, depth + n)
+        put(w, s + 2 * n, x)
+        put(w, s + 2 * n + 1, y)
+        put_point_rates(w, L + 12 * n, x, y, inverse)
 
 
 @stage
-def pixels_stage(p, w, step):
+def pixels_stage(w, step, N="count", camera="22", s="2*N", L="2*N, 6"):
     """Replace s and L of image points by those of their pixels: (N, camera, s, L)."""
-    K, s, L = p[1], p[2], p[3]
-    for n in range(p[0]):
+    K = camera
+    for n in range(N):
         x, y, row = get(w, s + 2 * n), get(w, s + 2 * n + 1), L + 12 * n
         u, v = pinhole_of(
             x, y, get(w, K), get(w, K + 1), get(w, K + 2), get(w, K + 4), get(w, K + 5)

@@ -56,40 +56,40 @@ def camera_origin_interaction(T, L):
 
 
 @stage
-def lost_stage(p, w, step):
+def lost_stage(w, step, N="count", points="N, 2", T="3, 4", lost="row"):
     """Note runs whose guess was behind the camera: (N, points, pose, lost), which stays noted.
 
     Their pose is NaN although all marks are seen.
     """
-    seen = absolute(get(w, p[1]))
-    for i in range(1, 2 * p[0]):
-        seen = seen + absolute(get(w, p[1] + i))
-    gone = (seen < np.inf) & ~(absolute(get(w, p[2])) < np.inf)
-    put(w, p[3], where(gone, 1.0, get(w, p[3])))
+    seen = absolute(get(w, points))
+    for i in range(1, 2 * N):
+        seen = seen + absolute(get(w, points + i))
+    gone = (seen < np.inf) & ~(absolute(get(w, T)) < np.inf)
+    put(w, lost, where(gone, 1.0, get(w, lost)))
 
 
 @stage
-def from_goal_stage(p, w, step):
+def from_goal_stage(w, step, T_c_o="3, 4", T_o_goal="3, 4", room="3, 4", T="3, 4"):
     """Compute the pose of the camera in the goal camera: (pose, target in it, room, out)."""
-    compose(w, p[0], p[1], p[2])
-    inverse(matrix(w, p[2], 3, 4), matrix(w, p[3], 3, 4))
+    compose(w, T_c_o, T_o_goal, room)
+    inverse(matrix(w, room, 3, 4), matrix(w, T, 3, 4))
 
 
 @stage
-def theta_u_stage(p, w, step):
+def theta_u_stage(w, step, T="3, 4", room="4", s="3", L="3, 6"):
     """Compute s and L of a rotation vector: (pose, room of 4, s, L)."""
-    quaternion, s = vector(w, p[1], 4), vector(w, p[2], 3)
-    rotation_to_quaternion(matrix(w, p[0], 3, 4), quaternion)
+    quaternion, s = vector(w, room, 4), vector(w, s, 3)
+    rotation_to_quaternion(matrix(w, T, 3, 4), quaternion)
     rotation_vector(quaternion, s)
-    theta_u_interaction(s, matrix(w, p[3], 3, 6))
+    theta_u_interaction(s, matrix(w, L, 3, 6))
 
 
 @stage
-def translation_stage(p, w, step):
+def translation_stage(w, step, T="3, 4", in_goal="whole", s="3", L="3, 6"):
     """Compute s and L of a translation: (pose, whether of the camera in the goal camera, s, L)."""
     for r in range(3):
-        put(w, p[2] + r, get(w, p[0] + 4 * r + 3))
-    if p[1]:
-        camera_origin_interaction(matrix(w, p[0], 3, 4), matrix(w, p[3], 3, 6))
+        put(w, s + r, get(w, T + 4 * r + 3))
+    if in_goal:
+        camera_origin_interaction(matrix(w, T, 3, 4), matrix(w, L, 3, 6))
     else:
-        points_3d_interaction(vector(w, p[2], 3), matrix(w, p[3], 3, 6))
+        points_3d_interaction(vector(w, s, 3), matrix(w, L, 3, 6))

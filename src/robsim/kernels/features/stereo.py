@@ -46,9 +46,8 @@ def triangulate(x, other, between, X):
 
 
 @stage
-def stereo_stage(p, w, step):
+def stereo_stage(w, step, N="count", points="N, 2", others="N, 2", T="3, 4", s="3*N", L="3*N, 6"):
     """Compute s and L of points seen by two cameras: (N, points, others, pose, s, L)."""
-    N = p[0]
-    X, between = matrix(w, p[4], N, 3), matrix(w, p[3], 3, 4)
-    triangulate(matrix(w, p[1], N, 2), matrix(w, p[2], N, 2), between, X)
-    points_3d_interaction(vector(w, p[4], 3 * N), matrix(w, p[5], 3 * N, 6))
+    X, between = matrix(w, s, N, 3), matrix(w, T, 3, 4)
+    triangulate(matrix(w, points, N, 2), matrix(w, others, N, 2), between, X)
+    points_3d_interaction(vector(w, s, 3 * N), matrix(w, L, 3 * N, 6))

@@ -10,56 +10,80 @@ from robsim.kernels.machine.stage import stage
 
 
 @stage
-def note(p, w, step):
+def note(w, step, n="count", then="n", between="n", share="row", ring="length, n", length="count"):
     """Keep the image of the period that ends now: (count, then, between, share, ring, length).
 
     It was taken when the period began, in rows `then`, or, where a share of the period had passed,
     in rows `between`.
     """
-    entry = p[4] + p[0] * ((step - 1) % p[5])
-    began = get(w, p[3]) == 0.0
-    for i in range(p[0]):
-        put(w, entry + i, where(began, get(w, p[1] + i), get(w, p[2] + i)))
+    entry = ring + n * ((step - 1) % length)
+    began = get(w, share) == 0.0
+    for i in range(n):
+        put(w, entry + i, where(began, get(w, then + i), get(w, between + i)))
 
 
 @stage
-def recall(p, w, step):
+def recall(
+    w,
+    step,
+    every="whole",
+    n="count",
+    now="n",
+    first="n",
+    ring="length, n",
+    length="count",
+    delays="row",
+    out="n",
+):
     """Compute the image of a period so long ago, or that of the start where it is older.
 
     (every, count, now, first, ring, length, delay, out)
     """
-    if step % p[0]:
+    if step % every:
         return
-    count, now, first, ring, length = p[1], p[2], p[3], p[4], p[5]
+    count = n
     if step == 0:
         for i in range(count):
             put(w, first + i, get(w, now + i))
     for b in range(WIDTH):
-        delay = int(w[p[6] * WIDTH + b])
+        delay = int(w[delays * WIDTH + b])
         source = now if delay == 0 else first
         if 0 < delay <= step:
             source = ring + count * ((step - delay) % length)
         for i in range(count):
-            w[(p[7] + i) * WIDTH + b] = w[(source + i) * WIDTH + b]
+            w[(out + i) * WIDTH + b] = w[(source + i) * WIDTH + b]
 
 
 @stage
-def receive(p, w, step):
+def receive(
+    w,
+    step,
+    every="whole",
+    N="count",
+    pixels="N, 2",
+    depth="N",
+    hidden="N",
+    lost="row",
+    delay="row",
+    taken="N, 2",
+    taken_depth="N",
+    hides="N",
+    age="row",
+):
     """Take what arrives; hidden marks stay where they were, and all do where the image is lost.
 
     (every, N, pixels, depth, hidden, lost, delay; and what is taken: pixels, depth, hidden, age)
     """
-    taken, hides, age = p[7], p[9], p[10]
-    if step % p[0]:
+    if step % every:
         put(w, age, get(w, age) + 1.0)
         return
     none = np.inf if step == 0 else 0.0  # the first image is never lost, nor hidden
-    kept = get(w, p[5]) > none
-    for n in range(p[1]):
-        gone = kept | (get(w, p[4] + n) > none)
+    kept = get(w, lost) > none
+    for n in range(N):
+        gone = kept | (get(w, hidden + n) > none)
         for i in range(2):
             at = 2 * n + i
-            put(w, taken + at, where(gone, get(w, taken + at), get(w, p[2] + at)))
-        put(w, p[8] + n, where(gone, get(w, p[8] + n), get(w, p[3] + n)))
-        put(w, hides + n, where(kept, get(w, hides + n), get(w, p[4] + n)))
-    put(w, age, where(kept, get(w, age) + 1.0, get(w, p[6])))
+            put(w, taken + at, where(gone, get(w, taken + at), get(w, pixels + at)))
+        put(w, taken_depth + n, where(gone, get(w, taken_depth + n), get(w, depth + n)))
+        put(w, hides + n, where(kept, get(w, hides + n), get(w, hidden + n)))
+    put(w, age, where(kept, get(w, age) + 1.0, get(w, delay)))

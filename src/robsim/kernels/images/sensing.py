@@ -14,50 +14,72 @@ from robsim.kernels.machine.stage import stage
 
 
 @stage
-def blur(p, w, step):
-    """Compute pixels with Gaussian noise: (every, marks, pixels, sigma, seed, run, stream, out)."""
-    if step % p[0]:
+def blur(
+    w,
+    step,
+    every="whole",
+    N="count",
+    pixels="N, 2",
+    sigma="row",
+    seed="whole",
+    run="row",
+    stream="whole",
+    out="N, 2",
+):
+    """Compute pixels with Gaussian noise: (every, marks, pixels, sigma, seed, run, out)."""
+    if step % every:
         return
-    normal, sigma = matrix(w, p[7], p[1], 2), get(w, p[3])
-    random.normal_pairs(np.uint64(p[4]), unsigned(w, p[5]), step, p[6], normal)
-    for i in range(2 * p[1]):
-        put(w, p[7] + i, get(w, p[2] + i) + sigma * get(w, p[7] + i))
+    normal, sigma = matrix(w, out, N, 2), get(w, sigma)
+    random.normal_pairs(np.uint64(seed), unsigned(w, run), step, stream, normal)
+    for i in range(2 * N):
+        put(w, out + i, get(w, pixels + i) + sigma * get(w, out + i))
 
 
 @stage
-def displace(p, w, step):
+def displace(
+    w,
+    step,
+    every="whole",
+    N="count",
+    pixels="N, 2",
+    share="row",
+    deviation="row",
+    seed="whole",
+    run="row",
+    stream="whole",
+):
     """Add size times a standard normal to both coordinates of a share of the marks, in place.
 
-    (every, marks, pixels, share, size, seed, run, stream)
+    (every, marks, pixels, share, size, seed, run)
     """
-    if step % p[0]:
+    if step % every:
         return
-    seed, runs = np.uint64(p[5]), unsigned(w, p[6])
-    for n in range(p[1]):
+    seed, runs = np.uint64(seed), unsigned(w, run)
+    for n in range(N):
         for b in range(WIDTH):
-            if random.uniform(seed, runs[b], step, p[7], n) < w[p[3] * WIDTH + b]:
-                size, x = w[p[4] * WIDTH + b], (p[2] + 2 * n) * WIDTH + b
-                column, row = random.normal_pair(seed, runs[b], step, p[7] + 1, n)
+            if random.uniform(seed, runs[b], step, stream, n) < w[share * WIDTH + b]:
+                size, x = w[deviation * WIDTH + b], (pixels + 2 * n) * WIDTH + b
+                column, row = random.normal_pair(seed, runs[b], step, stream + 1, n)
                 w[x] += size * column
                 w[x + WIDTH] += size * row
 
 
 @stage
-def quantise(p, w, step):
+def quantise(w, step, every="whole", n="count", values="n", size="row"):
     """Round rows to whole multiples of a step, in place: (every, count, rows, step)."""
-    if step % p[0]:
+    if step % every:
         return
-    size = get(w, p[3])
-    for i in range(p[1]):
-        put(w, p[2] + i, in_steps(get(w, p[2] + i), size))
+    size = get(w, size)
+    for i in range(n):
+        put(w, values + i, in_steps(get(w, values + i), size))
 
 
 @stage
-def lose(p, w, step):
-    """Mark the image of this step as lost by chance: (every, share, seed, run, stream, out)."""
-    if step % p[0]:
+def lose(w, step, every="whole", share="row", seed="whole", run="row", stream="whole", out="row"):
+    """Mark the image of this step as lost by chance: (every, share, seed, run, out)."""
+    if step % every:
         return
-    runs = unsigned(w, p[3])
+    runs = unsigned(w, run)
     for b in range(WIDTH):
-        if random.uniform(np.uint64(p[2]), runs[b], step, p[4], 0) < w[p[1] * WIDTH + b]:
-            w[p[5] * WIDTH + b] = 1.0
+        if random.uniform(np.uint64(seed), runs[b], step, stream, 0) < w[share * WIDTH + b]:
+            w[out * WIDTH + b] = 1.0

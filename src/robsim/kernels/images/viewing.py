@@ -61,16 +61,28 @@ def _status(w, eye, X, Y, Z, u, v):
 
 
 @stage
-def project(p, w, step):
+def project(
+    w,
+    step,
+    marks="N, 3",
+    N="count",
+    T_w_c="3, 4",
+    T_w_o="3, 4",
+    camera="22",
+    bends="whole",
+    pixels="N, 2",
+    depth="N",
+    status="S",
+    which="whole",
+    S="count",
+):
     """Compute pixels, NaN behind the camera, depths, and the worst status of all marks, or of each.
 
     (marks, their number, T_w_c, T_w_o, camera, whether its lens bends, pixels, depth, status,
     FIRST, MORE where others were seen before, or EACH)
     """
-    marks, N, C, O, eye, bends, pixels, depth, status = (
-        p[0], p[1], p[2], p[3], p[4], p[5], p[6], p[7], p[8],
-    )  # fmt: skip
-    worst = get(w, status) if p[9] == MORE else 0.0 * get(w, eye)
+    C, O, eye = T_w_c, T_w_o, camera
+    worst = get(w, status) if which == MORE else 0.0 * get(w, eye)
     for n in range(N):
         m = marks + 3 * n
         x, y, z = (
@@ -86,11 +98,11 @@ def project(p, w, step):
         put(w, pixels + 2 * n + 1, v)
         put(w, depth + n, Z)
         now = _status(w, eye, X, Y, Z, u, v)
-        if p[9] == EACH:
+        if which == EACH:
             put(w, status + n, now)
             continue
         worst = where(now > worst, now, worst)
-    if p[9] != EACH:
+    if which != EACH:
         put(w, status, worst)
 
 
@@ -100,18 +112,18 @@ def _pixel(w, K, x, y):
 
 
 @stage
-def normalise(p, w, step):
+def normalise(w, step, camera="22", N="count", pixels="N, 2", points="N, 2", bends="whole"):
     """Compute normalised image points of pixels: (camera, number, pixels, points, bends).
 
     NaN where a distorted pixel has no point within the valid radius.
     """
-    K, N, pixels, points = p[0], p[1], p[2], p[3]
+    K = camera
     for n in range(N):
         y = (get(w, pixels + 2 * n + 1) - get(w, K + 5)) / get(w, K + 4)
         x = (get(w, pixels + 2 * n) - get(w, K + 2) - get(w, K + 1) * y) / get(w, K)
         put(w, points + 2 * n, x)
         put(w, points + 2 * n + 1, y)
-    if p[4]:
+    if bends:
         for n in range(N):
             for i in range(WIDTH):
                 _straighten(w, K, points + 2 * n, i)
@@ -143,6 +155,6 @@ def relative_pose(w, A, B, T):
 
 
 @stage
-def relative(p, w, step):
+def relative(w, step, A="3, 4", B="3, 4", T="3, 4"):
     """Compute T = A^-1 B for poses (A, B, T)."""
-    relative_pose(w, p[0], p[1], p[2])
+    relative_pose(w, A, B, T)

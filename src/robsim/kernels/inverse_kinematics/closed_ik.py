@@ -132,34 +132,32 @@ def _ahead(w, axes, goal, shoulder, spare, i):
 
 
 @stage
-def five(p, w, step):
+def five(w, step, axes="n", goal="3, 4", angles="each: row", n="count"):
     """Fill the angles of five joints, a branch in each lane: (axes, goal, five coordinates).
 
     The pitch of axis 5 gives axis 4, and that the two bars.
     """
-    axes = p[0]
     for i in range(WIDTH):
-        q1, along, last, before = _ahead(w, axes, p[1], i // 2 % 2, 1.0, i)
+        q1, along, last, before = _ahead(w, axes, goal, i // 2 % 2, 1.0, i)
         h4, h5 = _vector(w, axes + WRIST, i), _vector(w, axes + WRIST + 3, i)
         sign3, sign4, _ = _vector(w, axes + SIGNS, i)
         pitch = _phase(_planar(last)) - _phase(_planar(h5))
         end = complex(math.cos(pitch), math.sin(pitch)) * _bar(w, axes, 3, i)
         t2, t3 = _two_bars(along - end, _bar(w, axes, 1, i), _bar(w, axes, 2, i), i % 2)
-        w[p[2] * WIDTH + i], w[p[3] * WIDTH + i] = q1, t2
-        w[p[4] * WIDTH + i], w[p[5] * WIDTH + i] = sign3 * t3, sign4 * (pitch - t2 - t3)
-        w[p[6] * WIDTH + i] = _angle_about(h5, h4, _about(Y, -pitch, before))
+        w[angles[1] * WIDTH + i], w[angles[2] * WIDTH + i] = q1, t2
+        w[angles[3] * WIDTH + i], w[angles[4] * WIDTH + i] = sign3 * t3, sign4 * (pitch - t2 - t3)
+        w[angles[5] * WIDTH + i] = _angle_about(h5, h4, _about(Y, -pitch, before))
 
 
 @stage
-def six(p, w, step):
+def six(w, step, axes="n", goal="3, 4", angles="each: row", n="count"):
     """Fill the angles of six joints, a branch in each lane: (axes, goal, six coordinates).
 
     What is left to the wrist is M = E4 E5 E6. The angle from axis 4 to M h6 gives q5, the way
     round axis 4 gives q4, and what E6 does to axis 5 gives q6.
     """
-    axes = p[0]
     for i in range(WIDTH):
-        q1, along, last, before = _ahead(w, axes, p[1], i // 4 % 2, 0.0, i)
+        q1, along, last, before = _ahead(w, axes, goal, i // 4 % 2, 0.0, i)
         h4, h5 = _vector(w, axes + WRIST, i), _vector(w, axes + WRIST + 3, i)
         h6, (sign3, _, _) = _vector(w, axes + WRIST + 6, i), _vector(w, axes + SIGNS, i)
         t2, t3 = _two_bars(along, _bar(w, axes, 1, i), _bar(w, axes, 2, i), i // 2 % 2)
@@ -173,19 +171,19 @@ def six(p, w, step):
         if across > ROUNDING:  # else axes 4 and 6 coincide: their sum counts
             q4 = math.atan2(sign * _dot(aim, up), sign * _dot(aim, side))
         left = _about(h5, -q5, _about(h4, -q4, carried))
-        w[p[2] * WIDTH + i], w[p[3] * WIDTH + i] = q1, t2
-        w[p[4] * WIDTH + i], w[p[5] * WIDTH + i] = sign3 * t3, q4
-        w[p[6] * WIDTH + i], w[p[7] * WIDTH + i] = q5, _angle_about(h6, h5, left)
+        w[angles[1] * WIDTH + i], w[angles[2] * WIDTH + i] = q1, t2
+        w[angles[3] * WIDTH + i], w[angles[4] * WIDTH + i] = sign3 * t3, q4
+        w[angles[5] * WIDTH + i], w[angles[6] * WIDTH + i] = q5, _angle_about(h6, h5, left)
 
 
 @stage
-def fold(p, w, step):
+def fold(w, step, joints="each: x=row; limits=2"):
     """Bring angles into (-pi, pi], or a full turn away where only this is within the limits.
 
     (n), and of each its row, and the first of the rows of its limits.
     """
-    for i in range(p[0]):
-        row, low, high = p[1 + 2 * i], get(w, p[2 + 2 * i]), get(w, p[2 + 2 * i] + 1)
+    for i in range(joints[0]):
+        row, low, high = joints[1 + 2 * i], get(w, joints[2 + 2 * i]), get(w, joints[2 + 2 * i] + 1)
         x = get(w, row)
         x = x + TURN * floor(0.5 - x / TURN)
         up, down = (x < low) & (x + TURN <= high), (x > high) & (x - TURN >= low)
@@ -193,21 +191,32 @@ def fold(p, w, step):
 
 
 @stage
-def reach(p, w, step):
+def reach(
+    w,
+    step,
+    T="3, 4",
+    goal="3, 4",
+    tolerance="row",
+    q="n",
+    n="count",
+    bounds="n, 2",
+    valid_out="row",
+    within_out="row",
+):
     """Compute whether T is the goal, and coordinates are within their limits too.
 
     (T, goal, tolerance, coordinates, n, the rows of their limits, valid, within)
     """
-    off, none = get(w, p[2]), 0.0 * get(w, p[2])
+    off, none = get(w, tolerance), 0.0 * get(w, tolerance)
     valid = none >= 0.0
     for r in range(12):
-        valid = valid & (absolute(get(w, p[0] + r) - get(w, p[1] + r)) <= off)
+        valid = valid & (absolute(get(w, T + r) - get(w, goal + r)) <= off)
     within = valid
-    for i in range(p[4]):
-        x, limits = get(w, p[3] + i), p[5] + 2 * i
+    for i in range(n):
+        x, limits = get(w, q + i), bounds + 2 * i
         within = within & (get(w, limits) <= x) & (x <= get(w, limits + 1))
-    put(w, p[6], where(valid, 1.0, 0.0))
-    put(w, p[7], where(within, 1.0, 0.0))
+    put(w, valid_out, where(valid, 1.0, 0.0))
+    put(w, within_out, where(within, 1.0, 0.0))
 
 
 @kernel

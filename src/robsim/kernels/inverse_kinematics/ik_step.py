@@ -22,16 +22,16 @@ TURN = 2.0 * math.pi
 
 
 @stage
-def turn_to(p, w, step):
+def turn_to(w, step, goal="3, 4", T="3, 4", room="16", vector_of="3"):
     """Compute the rotation vector of R_goal R', in base axes: (goal, T, room of 16, vector)."""
-    goal, T, between, quaternion = p[0], p[1], p[2], vector(w, p[2] + 12, 4)
+    between, quaternion = room, vector(w, room + 12, 4)
     for r in range(0, 12, 4):
         for c in range(3):
             a, b = goal + r, T + 4 * c
             total = get(w, a) * get(w, b) + get(w, a + 1) * get(w, b + 1)
             put(w, between + r + c, total + get(w, a + 2) * get(w, b + 2))
     rotation_to_quaternion(matrix(w, between, 3, 4), quaternion)
-    rotation_vector(quaternion, vector(w, p[3], 3))
+    rotation_vector(quaternion, vector(w, vector_of, 3))
 
 
 @part
@@ -42,29 +42,29 @@ def _column(w, T, c, i):
 
 
 @stage
-def point_to(p, w, step):
+def point_to(w, step, goal="3, 4", T="3, 4", vector_of="3"):
     """Compute the vector of the shortest rotation of the z axis of T to that of the goal.
 
     In base axes: (goal, T, vector).
     """
     for i in range(WIDTH):
-        zx, zy, zz = _column(w, p[1], 2, i)
-        gx, gy, gz = _column(w, p[0], 2, i)
+        zx, zy, zz = _column(w, T, 2, i)
+        gx, gy, gz = _column(w, goal, 2, i)
         x, y, z = zy * gz - zz * gy, zz * gx - zx * gz, zx * gy - zy * gx
         sine = math.sqrt(x * x + y * y + z * z)
         angle = math.atan2(sine, zx * gx + zy * gy + zz * gz)
         if sine == 0.0:  # straight on, or straight back: then about x
-            x, y, z = _column(w, p[1], 0, i)
+            x, y, z = _column(w, T, 0, i)
             sine = 1.0
-        at, scale = p[2] * WIDTH + i, angle / sine
+        at, scale = vector_of * WIDTH + i, angle / sine
         w[at], w[at + WIDTH], w[at + 2 * WIDTH] = scale * x, scale * y, scale * z
 
 
 @stage
-def ignore_roll(p, w, step):
+def ignore_roll(w, step, T="3, 4", n="count", J="6, n"):
     """Remove rotation about the z axis of T from the lower rows of J[6, n]: (T, n, J)."""
-    x, y, z, n = get(w, p[0] + 2), get(w, p[0] + 6), get(w, p[0] + 10), p[1]
-    for j in range(p[2] + 3 * n, p[2] + 4 * n):
+    x, y, z = get(w, T + 2), get(w, T + 6), get(w, T + 10)
+    for j in range(J + 3 * n, J + 4 * n):
         a, b, c = get(w, j), get(w, j + n), get(w, j + 2 * n)
         roll = x * a + y * b + z * c
         put(w, j, a - roll * x)
@@ -83,37 +83,54 @@ def _length(w, e, weights):
 
 
 @stage
-def residual(p, w, step):
+def residual(
+    w,
+    step,
+    goal="3, 4",
+    T="3, 4",
+    weights="6",
+    e="6",
+    error="row",
+    squared="row",
+    boost="row",
+    damping="row",
+):
     """Weigh e, of which the rotation is there, and add p_goal - p before it.
 
     (goal, T, weights, e, error, square, boost, damping): the error is that without weights, and
     the damping follows from the square e'e.
     """
-    goal, T, weights, e = p[0], p[1], p[2], p[3]
     for r in range(3):
         put(w, e + r, get(w, goal + 4 * r + 3) - get(w, T + 4 * r + 3))
     far, turned = _length(w, e, weights), _length(w, e + 3, weights + 3)
-    put(w, p[4], where(turned > far, turned, far))  # where a turn is not a number, far is none
+    put(w, error, where(turned > far, turned, far))  # where a turn is not a number, far is none
     square = 0.0 * get(w, weights)
     for r in range(6):
         x = get(w, e + r) * get(w, weights + r)
         put(w, e + r, x)
         square = square + x * x
-    put(w, p[5], square)
-    put(w, p[7], DAMPING * get(w, p[6]) * where(square < FAR, square, FAR) + FLOOR)
+    put(w, squared, square)
+    put(w, damping, DAMPING * get(w, boost) * where(square < FAR, square, FAR) + FLOOR)
 
 
 @stage
-def hold(p, w, step):
+def hold(
+    w,
+    step,
+    n="count",
+    J="6, n",
+    downhill="n",
+    stopped="row",
+    joints="each: column=whole; x=row; limits=2",
+):
     """Exclude joints at a limit that would move outwards from the step.
 
     (n, J[6, n], J'e, how many are held, joints), and of each joint its column, its coordinate, and
     the first of the rows of its limits.
     """
-    n, J, downhill = p[0], p[1], p[2]
     held = 0.0 * get(w, J)
-    for i in range(p[4]):
-        j, x, limits = p[5 + 3 * i], get(w, p[6 + 3 * i]), p[7 + 3 * i]
+    for i in range(joints[0]):
+        j, x, limits = joints[1 + 3 * i], get(w, joints[2 + 3 * i]), joints[3 + 3 * i]
         slope = get(w, downhill + j)
         below = (x <= get(w, limits)) & (slope < 0.0)
         stops = below | ((x >= get(w, limits + 1)) & (slope > 0.0))
@@ -121,41 +138,43 @@ def hold(p, w, step):
         put(w, downhill + j, where(stops, 0.0, slope))
         for r in range(J + j, J + j + 6 * n, n):
             put(w, r, where(stops, 0.0, get(w, r)))
-    put(w, p[3], held)
+    put(w, stopped, held)
 
 
 @stage
-def judge(p, w, step):
+def judge(
+    w, step, n="count", J="6, n", downhill="n", qd="n", squared="row", gained="row", still="row"
+):
     """Judge whether the step gains little, and e is normal to all columns of J.
 
     (n, J[6, n], J'e, the step, e'e, gain, whether it is still)
     """
-    n, J, square = p[0], p[1], get(w, p[4])
+    square = get(w, squared)
     none = 0.0 * get(w, J)
     gain, cosine = none, none  # the cosine squared, times e'e
     for j in range(n):
-        slope, column = get(w, p[2] + j), none
+        slope, column = get(w, downhill + j), none
         for r in range(J + j, J + j + 6 * n, n):
             column = column + get(w, r) * get(w, r)
-        gain = gain + slope * get(w, p[3] + j)
+        gain = gain + slope * get(w, qd + j)
         share = slope * slope / where(column > 0.0, column, 1.0)
         cosine = where((column > 0.0) & (share > cosine), share, cosine)
     few = STILL * square
-    put(w, p[5], gain)
-    put(w, p[6], where((gain <= few) & (cosine <= STILL * few), 1.0, 0.0))
+    put(w, gained, gain)
+    put(w, still, where((gain <= few) & (cosine <= STILL * few), 1.0, 0.0))
 
 
 @stage
-def confine(p, w, step):
+def confine(w, step, joints="each: x=row; limits=2; turns=whole"):
     """Move coordinates into their limits: by whole turns where that helps, else to the limit.
 
     (n), and of each its row, the first of the rows of its limits, whether it turns.
     """
-    for i in range(p[0]):
-        row, limits = p[1 + 3 * i], p[2 + 3 * i]
+    for i in range(joints[0]):
+        row, limits = joints[1 + 3 * i], joints[2 + 3 * i]
         x, low, high = get(w, row), get(w, limits), get(w, limits + 1)
         found = where(x < low, low, where(x > high, high, x))
-        if p[3 + 3 * i]:
+        if joints[3 + 3 * i]:
             turned = x + TURN * floor((high - x) / TURN)
             found = where((low <= turned) & (turned <= high), turned, found)
         put(w, row, where((low <= x) & (x <= high), x, found))

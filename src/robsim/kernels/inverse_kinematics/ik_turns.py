@@ -20,7 +20,7 @@ GOAL, Q = 18, 30  # the pose, in twelve rows, then the coordinates, and below th
 
 
 @stage
-def next_turn(p, w, step):
+def next_turn(w, step, qd="n", n="count"):
     """Set what each lane does: (the step, n), which is zero where it is not taken.
 
     A search ends where it is still, stuck, or too long, or at the goal.
@@ -41,12 +41,12 @@ def next_turn(p, w, step):
     turn = where(goes, 1.0 * STEP, where(last | there, 1.0 * DONE, 1.0 * OVER))
     turn = where(goes & last & (square > get(w, BEST)), 1.0 * BACK, turn)
     put(w, TURN, where(runs, turn, 1.0 * IDLE))
-    for row in range(p[0], p[0] + p[1]):
+    for row in range(qd, qd + n):
         put(w, row, where(turn == STEP, get(w, row), 0.0))
 
 
 @stage
-def adapt_damping(p, w, step):
+def adapt_damping(w, step):
     """Adapt the damping of the last search to the model.
 
     By the ratio of what was gained to what was promised (K. Madsen, H. B. Nielsen and O. Tingleff,

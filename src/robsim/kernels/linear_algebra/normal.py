@@ -58,17 +58,29 @@ def room_of(k: int, n: int) -> int:
 
 
 @stage
-def damped_step(p, w, step):
+def damped_step(
+    w,
+    step,
+    A="k, n",
+    k="count",
+    n="count",
+    y="k",
+    downhill="n",
+    damping="row",
+    x="n",
+    room="size",
+    size="count",
+):
     """Compute x = argmin ||A x - y||^2 + damping ||x||^2: (A, k, n, y, A' y, damping, x, room).
 
     (A'A + damping I)^-1 A' y = A' (A A' + damping I)^-1 y: the smaller system is solved.
     """
-    A, k, n, y, x, m = p[0], p[1], p[2], p[3], p[6], min(p[1], p[2])
-    H, z = p[7], p[7] + m * m
-    _gram(w, A, k, n, get(w, p[5]), H)
+    m = min(k, n)
+    H, z = room, room + m * m
+    _gram(w, A, k, n, get(w, damping), H)
     _factorise(w, H, m)
     for i in range(m):
-        put(w, z + i, get(w, (y if k < n else p[4]) + i))
+        put(w, z + i, get(w, (y if k < n else downhill) + i))
     _substitute(w, H, m, z)
     for i in range(n):
         total = get(w, z + (0 if k < n else i))

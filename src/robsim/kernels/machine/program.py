@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from robsim.kernels.machine import stage as kernels
 from robsim.kernels.machine.lanes import WIDTH
+from robsim.kernels.machine.rows import Address, Rows
 from robsim.kernels.machine.stage import Stage
 
 Array = NDArray[np.float64]
@@ -44,7 +45,9 @@ class Blocks:
         return self.numbers.reshape(count, rows * WIDTH)
 
     def get(self, row: int, *shape: int) -> Array:
-        """Return a copy (*shape, runs) of rows from the first."""
+        """Return a copy (*shape, runs) of rows, or of others in a shape from the first."""
+        if not shape and isinstance(row, Rows):
+            shape = row.shape
         count = math.prod(shape)
         lanes = self.numbers[:, row : row + count].transpose(1, 0, 2)
         rows = lanes.reshape(count, self.numbers.shape[0] * WIDTH)[:, : self.runs]
@@ -58,9 +61,9 @@ class Blocks:
             rows = np.concatenate([rows, np.repeat(rows[:, -1:], left, axis=1)], axis=1)
         self._into(row, rows)
 
-    def first(self, row: int, count: int) -> Array:
-        """Return a copy (count,) of rows from the first, of the first run."""
-        return self.numbers[0, row : row + count, 0].copy()
+    def first(self, rows: Rows) -> Array:
+        """Return a copy of rows, in their shape, of the first run."""
+        return self.numbers[0, rows : rows + rows.size, 0].reshape(rows.shape).copy()
 
     def fill(self, row: int, values: Array) -> None:
         """Write numbers (n,), the same for all runs, to rows from the first."""
@@ -97,12 +100,12 @@ class Rescue(NamedTuple):
 class Compiled:
     """Stages that follow one another, as the kernels take them."""
 
-    def __init__(self, calls: list[tuple[Stage, tuple[int, ...]]]) -> None:
+    def __init__(self, calls: list[tuple[Stage, Sequence[int]]]) -> None:
         self.addresses = np.array([stage.address for stage, _ in calls], dtype=np.int64)
         sizes = [len(numbers) for _, numbers in calls]
         self.at = np.cumsum([0, *sizes], dtype=np.int64)[: len(calls)]
         flat = [n for _, numbers in calls for n in numbers]
-        self.numbers = np.array(flat or [0], dtype=np.int64)
+        self.numbers = np.fromiter(flat or [0], np.int64)
 
     def __call__(self, blocks: Blocks, step: int) -> None:
         """Perform the stages on all blocks."""
@@ -117,73 +120,70 @@ class Program:
 
     def __init__(self) -> None:
         self.size = 0
-        self._scratch = 0, 0  # the first row, and how many there are
-        self.calls: list[tuple[Stage, tuple[int, ...]] | Own | Rescue] = []
+        self._scratch = Rows(0, (0,))
+        self.calls: list[tuple[Stage, Sequence[int]] | Own | Rescue] = []
         self.given: list[tuple[int, Array]] = []
-        self.wholes: list[int] = []  # rows of whole numbers, by which stages find places in memory
+        self.wholes: list[Rows] = []  # rows of whole numbers, by which stages find places in memory
         self.kept: list[Any] = []  # whose addresses stand among the numbers
 
-    def rows(self, count: int = 1) -> int:
-        """Return the first of so many new rows."""
+    def rows(self, *shape: int) -> Rows:
+        """Return new rows of a shape, a single one by default."""
         first = self.size
-        self.size += count
-        return first
+        self.size += math.prod(shape)
+        return Rows(first, shape)
 
-    def scratch(self, count: int) -> int:
-        """Return the first of so many rows in which any stage may work, but where none keeps."""
-        if count > self._scratch[1]:
-            self._scratch = self.rows(count), count
-        return self._scratch[0]
+    def scratch(self, *shape: int) -> Rows:
+        """Return rows of a shape in which any stage may work, but where none keeps."""
+        if math.prod(shape) > self._scratch.size:
+            self._scratch = self.rows(math.prod(shape))
+        return Rows(self._scratch, shape)
 
-    def constant(self, values: Any) -> int:
-        """Return the first of the rows of numbers that are the same in all runs."""
-        return self._given(np.array(values, dtype=np.float64).reshape(-1, 1))
+    def constant(self, values: Any) -> Rows:
+        """Return the rows of numbers that are the same in all runs."""
+        array = np.array(values, dtype=np.float64)
+        return self._given(array.reshape(-1, 1), array.shape)
 
-    def numbers(self, values: Any, axes: int) -> int:
-        """Return the first of the rows of numbers with so many axes, and one of runs if they vary.
-
-        That is the last one.
-        """
+    def numbers(self, values: Any, axes: int) -> Rows:
+        """Return the rows of numbers with so many axes, and a last one of runs if they vary."""
         array = np.asarray(values, dtype=np.float64)
-        if array.ndim == axes:
-            return self.constant(array)
-        return self.each(array.reshape(-1, array.shape[-1]))
+        return self.constant(array) if array.ndim == axes else self.each(array)
 
-    def each(self, values: Any) -> int:
-        """Return the first of the rows of numbers (n, runs), of each run its own.
+    def each(self, values: Any) -> Rows:
+        """Return the rows of numbers (..., runs), of each run its own.
 
         One column stands for all runs.
         """
-        return self._given(np.asarray(values, dtype=np.float64))
+        array = np.asarray(values, dtype=np.float64)
+        return self._given(array.reshape(-1, array.shape[-1]), array.shape[:-1])
 
-    def number(self, value: Any) -> int:
+    def number(self, value: Any) -> Rows:
         """Return the row of a number, the same in all runs or (runs,) of each its own."""
         is_one = isinstance(value, float | int | np.integer)
-        return self.constant(value) if is_one else self.each(np.reshape(value, (1, -1)))
+        return self.constant(value) if is_one else self.each(np.reshape(value, -1))
 
     @property
     def runs(self) -> int:
         """The number of runs of which each has numbers of its own, or 1."""
         return max((values.shape[1] for _, values in self.given), default=1)
 
-    def whole(self, values: Any) -> int:
+    def whole(self, values: Any) -> Rows:
         """Return the row of whole numbers (runs,), which stand there bit by bit."""
-        self.wholes.append(self.each(np.asarray(values, dtype=np.int64).view(np.float64)[None]))
+        self.wholes.append(self.each(np.asarray(values, dtype=np.int64).view(np.float64)))
         return self.wholes[-1]
 
-    def _given(self, values: Array) -> int:
-        first = self.rows(len(values))
-        self.given.append((first, values))
-        return first
+    def _given(self, values: Array, shape: tuple[int, ...]) -> Rows:
+        found = self.rows(*shape)
+        self.given.append((found, values))
+        return found
 
-    def address(self, array: NDArray[Any]) -> int:
+    def address(self, array: NDArray[Any]) -> Address:
         """Return the address of the first number of an array, which is kept as long as this."""
         self.kept.append(array)
-        return int(array.ctypes.data)
+        return Address(array.ctypes.data, array.shape)
 
-    def add(self, stage: Stage, *numbers: int) -> None:
-        """Let a stage come next, with its whole numbers."""
-        self.calls.append((stage, tuple(int(n) for n in numbers)))
+    def add(self, stage: Stage, /, **rows: Any) -> None:
+        """Let a stage come next, with what it takes by name; WrongRows if that does not fit."""
+        self.calls.append((stage, stage.signature.pack(**rows)))
 
     def call(self, own: Own) -> None:
         """Let a function in Python come next, which is given the chunk and the step."""
@@ -197,7 +197,7 @@ class Program:
         self.calls.append(Rescue(own, row))
 
     @property
-    def stages(self) -> list[tuple[Stage, tuple[int, ...]]] | None:
+    def stages(self) -> list[tuple[Stage, Sequence[int]]] | None:
         """The stages, without what may be needed in Python; None if some always is."""
         rest = [each for each in self.calls if not isinstance(each, Rescue)]
         return rest if all(_is_stage(each) for each in rest) else None  # type: ignore[return-value]
@@ -234,7 +234,8 @@ class Function:
     """
 
     def __init__(self, program: Program, first: int, found: int, count: int) -> None:
-        self.program, self.first, self.found, self.count = program, first, found, count
+        self.program, self.count = program, count
+        self.first, self.found = int(first), int(found)  # which kernels take faster than rows
         self._prepared = program.prepared()
 
     def __reduce__(self) -> Any:
@@ -267,7 +268,7 @@ def _is_stage(call: Any) -> bool:
 
 
 def evaluated(
-    add: Callable[..., Sequence[int]],
+    add: Callable[..., Sequence[Rows]],
     arrays: Sequence[Array],
     shapes: Sequence[tuple[int, ...]],
     runs: NDArray[np.int64] | None = None,
@@ -279,7 +280,7 @@ def evaluated(
     arrays are; by default all come in order.
     """
     program = Program()
-    rows = [program.rows(math.prod(array.shape[:-1])) for array in arrays]
+    rows = [program.rows(*each.shape[:-1]) for each in arrays]
     found = add(program, *rows)
     count = arrays[0].shape[-1]
     if runs is None:

@@ -1,11 +1,13 @@
 """Stages: the compiled parts of a step, called one after the other on a block of runs.
 
-A stage is a function `stage(p, w, step)` of whole numbers p, which say where things stand, of the
-block w, and of the number of the step. All have one signature, so that each is compiled once and
-alone, for any scene, and a program of them is a list of addresses.
+A stage is a function of the block w, of the number of the step, and of whole numbers that say where
+things stand, such as rows of the block. It is compiled as a function (p, w, step), with these in p:
+all have one signature, so that each is compiled once and alone, for any scene, and a program of
+them is a list of addresses.
 """
 
 from collections.abc import Callable
+from functools import cached_property
 from typing import Any
 
 from llvmlite import binding, ir
@@ -17,6 +19,7 @@ from numba.np.arrayobj import make_array
 from robsim.kernels.machine.block import gather_rows, scatter_rows
 from robsim.kernels.machine.jit import kernel, part
 from robsim.kernels.machine.lanes import WIDTH
+from robsim.kernels.machine.signature import Signature
 
 SIGNATURE = (types.CPointer(types.int64), types.CPointer(types.float64), types.int64)
 _WHOLE, _REAL = ir.IntType(64), ir.DoubleType()
@@ -28,21 +31,42 @@ class Stage:
     def __init__(self, function: Callable[..., Any]) -> None:
         self.name = function.__qualname__
         self.symbol = f"robsim.{function.__module__}.{self.name}"
-        self._compiled: Any = kernel(function, address=True)
+        self.function = function
         self._address = 0
+
+    @cached_property
+    def signature(self) -> Signature:
+        """What it takes."""
+        return Signature(self.name, self.function)
 
     @property
     def address(self) -> int:
         """The address of the machine code."""
         if not self._address:
-            if not hasattr(self._compiled, "compile"):
+            compiled: Any = kernel(self._plain(), address=True)
+            if not hasattr(compiled, "compile"):
                 raise RuntimeError("kernels need Numba's compiler: unset NUMBA_DISABLE_JIT")
             with global_compiler_lock:  # for Ctrl-C to wait until all is done
-                self._compiled.compile(SIGNATURE)
-                made = self._compiled.overloads[SIGNATURE]
+                compiled.compile(SIGNATURE)
+                made = compiled.overloads[SIGNATURE]
                 wrapper = made.fndesc.llvm_cfunc_wrapper_name
                 self._address = made.library.get_pointer_to_function(wrapper)
         return self._address
+
+    def _plain(self) -> Callable[..., Any]:
+        """Return the stage as a function (p, w, step)."""
+        function = self.function
+        if is_plain(function):
+            return function
+        known: dict[str, Any] = {"body": part(function), "rest": _rest}
+        exec(self.signature.wrapper, known)
+        wrapper: Any = known["wrapper"]
+        own = function.__code__
+        wrapper.__code__ = wrapper.__code__.replace(
+            co_filename=own.co_filename, co_firstlineno=own.co_firstlineno, co_name=own.co_name
+        )
+        wrapper.__module__, wrapper.__qualname__ = function.__module__, function.__qualname__
+        return wrapper  # type: ignore[no-any-return]
 
     def link(self) -> None:
         """Let machine code find it by its symbol."""
@@ -50,8 +74,27 @@ class Stage:
 
 
 def stage(function: Callable[..., Any]) -> Stage:
-    """Return a function of (p, w, step) as a stage."""
+    """Return a function (w, step, ...) as a stage, whose further parameters say what it takes.
+
+    See `robsim.kernels.machine.signature`. A stage that only other kernels call, by its symbol, is
+    a function (p, w, step) of whole numbers p.
+    """
     return Stage(function)
+
+
+def is_plain(function: Callable[..., Any]) -> bool:
+    """Return whether a stage is a function (p, w, step)."""
+    return function.__code__.co_argcount == 3 and not function.__defaults__
+
+
+@intrinsic
+def _rest(typing: Any, p: Any, at: Any) -> Any:
+    """Return the whole numbers from p[at] on."""
+
+    def emit(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        return builder.gep(args[0], [args[1]])
+
+    return p(p, at), emit
 
 
 @intrinsic

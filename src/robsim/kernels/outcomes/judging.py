@@ -46,46 +46,55 @@ def _most(w, x, n, zero):
 
 
 @stage
-def errors(p, w, step):
+def errors(w, step, k="count", errors="k", scale="k", size="row", norm="row"):
     """Compute the largest |error| in units of the first tolerance, and its norm.
 
     (k, error, scale, size, norm)
     """
-    most = 0.0 * get(w, p[2])
+    most = 0.0 * get(w, scale)
     square = most
-    for i in range(p[0]):
-        error = get(w, p[1] + i) * get(w, p[2] + i)
+    for i in range(k):
+        error = get(w, errors + i) * get(w, scale + i)
         most, square = _larger(most, error), square + error * error
-    put(w, p[3], most)
-    put(w, p[4], sqrt(square))
+    put(w, size, most)
+    put(w, norm, sqrt(square))
 
 
 @stage
-def stillness(p, w, step):
+def stillness(
+    w,
+    step,
+    A="k, n",
+    k="count",
+    n="count",
+    qd="n",
+    scale="k",
+    pace="row",
+    tolerance="row",
+    periods="row",
+):
     """Count the periods in which the command hardly moves the features over 1/pace.
 
     (A, k, n, qd, scale, pace, tolerance, count)
     """
-    A, k, n, qd, scale = p[0], p[1], p[2], p[3], p[4]
-    least = (STALL * get(w, p[6])) * get(w, p[5])
+    least = (STALL * get(w, tolerance)) * get(w, pace)
     most = 0.0 * get(w, scale)
     for i in range(k):
         change = 0.0 * get(w, scale)
         for j in range(n):
             change = change + (get(w, A + n * i + j) * get(w, scale + i)) * get(w, qd + j)
         most = _larger(most, change)
-    still = get(w, p[7]) if step > 0 else 0.0 * least
-    put(w, p[7], where(most < least, still + 1.0, 0.0))
+    still = get(w, periods) if step > 0 else 0.0 * least
+    put(w, periods, where(most < least, still + 1.0, 0.0))
 
 
 @stage
-def path(p, w, step):
+def path(w, step, T="3, 4", before="3", length="row"):
     """Add the way of the origin of T to a length: (T, before, length)."""
-    T, before = p[0], p[1]
     x, y, z = get(w, T + 3), get(w, T + 7), get(w, T + 11)
     if step > 0:
         dx, dy, dz = x - get(w, before), y - get(w, before + 1), z - get(w, before + 2)
-        put(w, p[2], get(w, p[2]) + sqrt(dx * dx + dy * dy + dz * dz))
+        put(w, length, get(w, length) + sqrt(dx * dx + dy * dy + dz * dz))
     put(w, before, x)
     put(w, before + 1, y)
     put(w, before + 2, z)
@@ -105,60 +114,106 @@ def _bounds(w, norm, tolerance, hold, depth, N, watch):
 
 
 @stage
-def judge(p, w, step):
+def judge(
+    w,
+    step,
+    q="nq",
+    nq="count",
+    limits="2, nq",
+    status="row",
+    depth="N",
+    N="count",
+    qd="n",
+    n="count",
+    size="row",
+    norm="row",
+    tolerance="row",
+    hold="row",
+    watch="2",
+    still="row",
+    steps="whole",
+    outcome="row",
+):
     """Compute the outcome of each run.
 
     (q, nq, limits, status, depth, N, qd, n, size, norm, tolerance, hold, watch, still, steps,
     outcome). The limits are nq lowest and nq highest values; with `hold` a run that has converged
     or stalled goes on until the end of time.
     """
-    q, nq, limits, N, n = p[0], p[1], p[2], p[5], p[7]
-    size, norm, tolerance, hold = get(w, p[8]), get(w, p[9]), get(w, p[10]), get(w, p[11]) > 0.0
+    size, norm, tolerance, hold = get(w, size), get(w, norm), get(w, tolerance), get(w, hold) > 0.0
     zero = 0.0 * tolerance
     if step == 0:
-        _bounds(w, norm, tolerance, hold, p[4], N, p[12])
-    over, ends = step == p[14], ~hold
+        _bounds(w, norm, tolerance, hold, depth, N, watch)
+    over, ends = step == steps, ~hold
     if over:
         ends = hold | ~hold
     now = zero + (TIME_LIMIT if over else RUNNING)
-    now = where((get(w, p[13]) >= STALL_PERIODS) & ends, 1.0 * LOCAL_MINIMUM, now)
-    now = where(~(_most(w, p[6], n, zero) < np.inf), 1.0 * NOT_FINITE, now)
-    away = (norm > get(w, p[12])) | (_most(w, p[4], N, zero) > get(w, p[12] + 1))
+    now = where((get(w, still) >= STALL_PERIODS) & ends, 1.0 * LOCAL_MINIMUM, now)
+    now = where(~(_most(w, qd, n, zero) < np.inf), 1.0 * NOT_FINITE, now)
+    away = (norm > get(w, watch)) | (_most(w, depth, N, zero) > get(w, watch + 1))
     now = where(away, 1.0 * DIVERGED, now)
     now = where((size < tolerance) & ends, 1.0 * CONVERGED, now)
     now = where(~(size < np.inf), 1.0 * NOT_FINITE, now)
-    now = where(get(w, p[3]) == 1.0 * camera.OUT_OF_IMAGE, 1.0 * OUT_OF_IMAGE, now)
-    now = where(get(w, p[3]) == 1.0 * camera.BEHIND_CAMERA, 1.0 * BEHIND_CAMERA, now)
+    now = where(get(w, status) == 1.0 * camera.OUT_OF_IMAGE, 1.0 * OUT_OF_IMAGE, now)
+    now = where(get(w, status) == 1.0 * camera.BEHIND_CAMERA, 1.0 * BEHIND_CAMERA, now)
     for i in range(nq):
         x = get(w, q + i)
         now = where(
             (x < get(w, limits + i)) | (x > get(w, limits + nq + i)), 1.0 * JOINT_LIMIT, now
         )
     now = where(~(_most(w, q, nq, zero) < np.inf), 1.0 * NOT_FINITE, now)
-    put(w, p[15], now)
+    put(w, outcome, now)
 
 
 @stage
-def stalls(p, w, step):
+def stalls(
+    w,
+    step,
+    A="k, n",
+    k="count",
+    n="count",
+    scale="k",
+    rcond="row",
+    full="row",
+    outcome="row",
+    scratch="room",
+    room="count",
+):
     """Turn a local minimum into a singularity where L J, scaled, has not the rank that it can have.
 
     (A, k, n, scale, rcond, full rank, outcome, scratch)
     """
-    stalled = get(w, p[6]) == 1.0 * LOCAL_MINIMUM
+    stalled = get(w, outcome) == 1.0 * LOCAL_MINIMUM
     if some(stalled):
-        A, k, n, scaled = p[0], p[1], p[2], p[7]
+        scaled = scratch
         y = scaled + k * n
         for i in range(k):
             put(w, y + i, 0.0)
             for j in range(n):
-                put(w, scaled + n * i + j, get(w, A + n * i + j) * get(w, p[3] + i))
-        rank = truncated(w, scaled, k, n, y, get(w, p[4]), y + k, -1, y + k + n)
-        lost = stalled & (rank < get(w, p[5]))
-        put(w, p[6], where(lost, 1.0 * SINGULAR, get(w, p[6])))
+                put(w, scaled + n * i + j, get(w, A + n * i + j) * get(w, scale + i))
+        rank = truncated(w, scaled, k, n, y, get(w, rcond), y + k, -1, y + k + n)
+        lost = stalled & (rank < get(w, full))
+        put(w, outcome, where(lost, 1.0 * SINGULAR, get(w, outcome)))
 
 
 @stage
-def wait(p, w, step):
+def wait(
+    w,
+    step,
+    A="k, n",
+    k="count",
+    n="count",
+    qd="n",
+    scale="k",
+    pace="row",
+    tolerance="row",
+    size="row",
+    age="row",
+    periods="row",
+    outcome="row",
+    steps="whole",
+    rates="each: row",
+):
     """Let runs go on that only pass their goal, and have moved since the image was taken.
 
     (A, k, n, qd, scale, pace, tolerance, size, age, near, outcome, steps, rates or -1), and the
@@ -166,18 +221,22 @@ def wait(p, w, step):
     since then; and what the joints do otherwise than commanded must not move a feature by the
     tolerance in the time 1/pace.
     """
-    A, k, n, tolerance = p[0], p[1], p[2], get(w, p[6])
-    near = get(w, p[7]) < tolerance
-    if p[12] >= 0:
-        least = tolerance * get(w, p[5])
+    tolerance = get(w, tolerance)
+    near = get(w, size) < tolerance
+    if rates[0]:
+        least = tolerance * get(w, pace)
         for i in range(k):
             change = 0.0 * tolerance
             for j in range(n):
-                lag = get(w, p[12] + p[13 + j]) - get(w, p[3] + j)
-                change = change + (get(w, A + n * i + j) * get(w, p[4] + i)) * lag
+                lag = get(w, rates[1 + j]) - get(w, qd + j)
+                change = change + (get(w, A + n * i + j) * get(w, scale + i)) * lag
             near = near & (absolute(change) < least)
-    before = get(w, p[9]) if step > 0 else 0.0 * tolerance
+    before = get(w, periods) if step > 0 else 0.0 * tolerance
     count = where(near, before + 1.0, 0.0)
-    put(w, p[9], count)
-    passing = (get(w, p[10]) == 1.0 * CONVERGED) & (count <= get(w, p[8]))
-    put(w, p[10], where(passing, 1.0 * (TIME_LIMIT if step == p[11] else RUNNING), get(w, p[10])))
+    put(w, periods, count)
+    passing = (get(w, outcome) == 1.0 * CONVERGED) & (count <= get(w, age))
+    put(
+        w,
+        outcome,
+        where(passing, 1.0 * (TIME_LIMIT if step == steps else RUNNING), get(w, outcome)),
+    )

@@ -108,19 +108,26 @@ def _form(arm: Arm) -> _Form:
 
 def _stages(arm: Arm, axes: Array, rows: NDArray[np.int64]) -> tuple[Any, ...]:
     """Return what the kernel needs of the stages that find solutions and judge them."""
-    program, nq = Program(), arm.tree.nq
+    program = Program()
     tolerance, valid, within = program.rows(), program.rows(), program.rows()
-    goal, q = program.rows(12), program.constant(arm.home)
+    goal, q = program.rows(3, 4), program.constant(arm.home)
     limits = program.constant(arm.limits + LIMIT_SLACK * np.array([-1.0, 1.0]))
-    angles = (q + rows).tolist()
     form = kernels.six if len(rows) == 6 else kernels.five
-    program.add(form, program.constant(axes), goal, *angles)
-    bounded = [part for i in rows for part in (q + i, limits + 2 * i)]
-    program.add(kernels.fold, len(rows), *bounded)
-    placed = Placed(program, arm.tree.joints, q, nq)
+    program.add(form, axes=program.constant(axes), goal=goal, angles=[q[i] for i in rows])
+    program.add(kernels.fold, joints=[(q[i], limits[i]) for i in rows])
+    placed = Placed(program, arm.tree.joints, q)
     placed.add()
     (T,) = placed.frames([arm.place])
-    program.add(kernels.reach, T, goal, tolerance, q, nq, limits, valid, within)
+    program.add(
+        kernels.reach,
+        T=T,
+        goal=goal,
+        tolerance=tolerance,
+        q=q,
+        bounds=limits,
+        valid_out=valid,
+        within_out=within,
+    )
     return program.prepared()
 
 

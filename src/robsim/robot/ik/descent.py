@@ -14,6 +14,7 @@ from robsim.kernels.inverse_kinematics import ik_step
 from robsim.kernels.inverse_kinematics import ik_turns as turns
 from robsim.kernels.linear_algebra import normal
 from robsim.kernels.machine.program import Blocks, Program
+from robsim.kernels.machine.rows import Rows
 from robsim.robot.assembly import integers
 from robsim.robot.ik.arm import Arm
 from robsim.robot.motion import add_motion
@@ -31,10 +32,10 @@ class Descent:
         self.arm, self.weight, self.pointing = arm, weight, pointing
         self.tree, self.n = arm.tree, len(arm.columns)
         self.program = Program()
-        self.program.rows(turns.Q)
+        self.state = self.program.rows(turns.Q)
         self.q = self.program.rows(self.tree.nq)
         self.step = self.program.rows(self.n)
-        self.placed = Placed(self.program, self.tree.joints, self.q, self.tree.nq)
+        self.placed = Placed(self.program, self.tree.joints, self.q)
         self._limits = {
             int(i): self.program.constant([arm.bounds.low[i], arm.bounds.high[i]])
             for i in arm.bounds.row
@@ -63,64 +64,115 @@ class Descent:
 
     def _move(self) -> None:
         """Move coordinates by the step, into their limits, and place the bodies."""
-        program, rates = self.program, np.full(self.tree.nv, -1)
-        rates[self.arm.columns] = self.step + np.arange(self.n)
+        program, moved = self.program, dict(zip(self.arm.columns.tolist(), self.step, strict=True))
+        rates = [moved.get(column) for column in range(self.tree.nv)]
         add_motion(program, self.tree.joints, self.q, rates, program.constant(1.0))
         if not self.tree.compiled:
             program.call(self._advance)
-        numbers: list[int] = []
-        for i, limits in self._limits.items():
-            numbers += [self.q + i, limits, int(self.arm.bounds.turns[i])]
-        program.add(ik_step.confine, len(self._limits), *numbers)
+        limited = self._limits.items()
+        joints = [(self.q[i], limits, self.arm.bounds.turns[i]) for i, limits in limited]
+        program.add(ik_step.confine, joints=joints)
         if not self.tree.compiled:
             program.call(self._prepare)
         self.placed.add()
 
-    def _measure(self) -> tuple[int, int, int]:
+    def _measure(self) -> tuple[Rows, Rows, Rows]:
         """Add the stages of the error and the Jacobian; return their rows, and of the damping."""
-        program, goal = self.program, turns.GOAL
+        program, state = self.program, self.state
+        goal = state[turns.GOAL : turns.GOAL + 12].reshape(3, 4)
         (T,) = self.placed.frames([self.arm.place])
         e, damping, weights = program.rows(6), program.rows(), program.constant(self.weight)
         if self.pointing:
-            program.add(ik_step.point_to, goal, T, e + 3)
+            program.add(
+                ik_step.point_to,
+                goal=goal,
+                T=T,
+                vector_of=e[3:],
+            )
         else:
-            program.add(ik_step.turn_to, goal, T, program.rows(16), e + 3)
-        numbers = turns.ERROR, turns.SQUARE, turns.BOOST, damping
-        program.add(ik_step.residual, goal, T, weights, e, *numbers)
+            program.add(
+                ik_step.turn_to,
+                goal=goal,
+                T=T,
+                room=program.rows(16),
+                vector_of=e[3:],
+            )
+        program.add(
+            ik_step.residual,
+            goal=goal,
+            T=T,
+            weights=weights,
+            e=e,
+            error=state[turns.ERROR],
+            squared=state[turns.SQUARE],
+            boost=state[turns.BOOST],
+            damping=damping,
+        )
         moves = self.tree.moves(self.tree.carried(self.arm.link), self.arm.columns)
         J = add_base_jacobian(program, self.placed.poses, self.placed.ratio, T, moves)
         if self.pointing:
-            program.add(ik_step.ignore_roll, T, self.n, J)
+            program.add(
+                ik_step.ignore_roll,
+                T=T,
+                J=J,
+            )
         if (self.weight != 1.0).any():
-            program.add(weigh, J, 6, self.n, weights, J)
+            program.add(
+                weigh,
+                A=J,
+                weights=weights,
+                B=J,
+            )
         return e, damping, J
 
-    def _propose(self, rows: tuple[int, int, int]) -> None:
+    def _propose(self, rows: tuple[Rows, Rows, Rows]) -> None:
         """Add the stages of the next step."""
         (e, damping, J), n, program = rows, self.n, self.program
         downhill, room = program.rows(n), program.rows(normal.room_of(6, n))
-        program.add(transpose, J, 6, n, e, downhill)
-        held = self._held()
-        program.add(ik_step.hold, n, J, downhill, turns.HELD, len(held) // 3, *held)
-        program.add(normal.damped_step, J, 6, n, e, downhill, damping, self.step, room)
-        judged = turns.SQUARE, turns.GAIN, turns.STILL
-        program.add(ik_step.judge, n, J, downhill, self.step, *judged)
-        program.add(turns.next_turn, self.step, n)
+        program.add(
+            transpose,
+            A=J,
+            y=e,
+            x=downhill,
+        )
+        given, state = {"J": J, "downhill": downhill}, self.state
+        program.add(ik_step.hold, **given, stopped=state[turns.HELD], joints=self._held())
+        program.add(
+            normal.damped_step,
+            A=J,
+            y=e,
+            downhill=downhill,
+            damping=damping,
+            x=self.step,
+            room=room,
+        )
+        program.add(
+            ik_step.judge,
+            **given,
+            qd=self.step,
+            squared=state[turns.SQUARE],
+            gained=state[turns.GAIN],
+            still=state[turns.STILL],
+        )
+        program.add(
+            turns.next_turn,
+            qd=self.step,
+        )
         program.add(turns.adapt_damping)
 
-    def _held(self) -> list[int]:
+    def _held(self) -> list[tuple[int, Rows, Rows]]:
         """Return of each joint that a limit may hold its column, its coordinate, its limits."""
         found, (row, *limits, turns) = [], self.arm.bounds
         low, high = (values.tolist() for values in limits)
         for j, i in enumerate(row.tolist()):
             if i in self._limits and not (turns[i] and high[i] - low[i] >= 2.0 * math.pi):
-                found += [j, self.q + i, self._limits[i]]
+                found.append((j, self.q[i], self._limits[i]))
         return found
 
     def _advance(self, blocks: Blocks, step: int) -> None:
         """Move joints of the user's kinds."""
-        q, v = blocks.get(self.q, self.tree.nq), np.zeros((self.tree.nv, blocks.runs))
-        v[self.arm.columns] = blocks.get(self.step, self.n)
+        q, v = blocks.get(self.q), np.zeros((self.tree.nv, blocks.runs))
+        v[self.arm.columns] = blocks.get(self.step)
         for each in self.tree.own:
             each.advance(q, v, 1.0)
         blocks.put(self.q, q)

@@ -159,7 +159,7 @@ class _Depths:
         placed, status, self.rows = placed_at(program, scene.tree, self.q), program.rows(), {}
         for sight in sights:
             N = len(sight.target.marks)
-            image = program.rows(2 * N), program.rows(N), status
+            image = program.rows(N, 2), program.rows(N), status
             self.rows[sight.key] = view(program, placed, sight, *image).depth
         self.blocks = Blocks(program, np.zeros(1, dtype=np.int64))
         self.parts = program.segments()
@@ -169,4 +169,4 @@ class _Depths:
         self.blocks.fill(self.q, q)
         for part in self.parts:
             part(self.blocks, 0)
-        return self.blocks.first(self.rows[of.sight.key], len(of.pixels))
+        return self.blocks.first(self.rows[of.sight.key])

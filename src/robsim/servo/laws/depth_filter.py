@@ -11,6 +11,7 @@ from robsim.base.arrays import Array
 from robsim.base.errors import InputError
 from robsim.declare import Declared, Length, Number, family, register
 from robsim.kernels.estimation import depth_filter as kernels
+from robsim.kernels.machine.rows import Rows
 from robsim.servo.given import Given
 
 DEPTHS = family("depth")
@@ -50,14 +51,22 @@ class DepthFilter(Declared):
                 f"{kernels.FARTHEST} m, got {self.start}"
             )
 
-    def stages(self, given: Given, N: int, points: int, twist: int, K: Array) -> int:
+    def stages(self, given: Given, N: int, points: Rows, twist: Rows, K: Array) -> Rows:
         """Add the stage that filters the depths of N marks, and return its rows."""
         program = given.program
-        numbers = program.constant([1.0 / self.start, self.start_sigma / self.start])
-        program.numbers(self._sigma(K), 1)  # right below
-        rooms = program.rows(3 * N), program.rows(9 * N), program.rows(12 * N)
-        depth = program.rows(N)
-        program.add(kernels.filter_stage, N, points, given.dt, twist, numbers, *rooms, depth)
+        depth, sigma = program.rows(N), self._sigma(K).reshape(2, -1)
+        start = np.array([[1.0 / self.start], [self.start_sigma / self.start]])
+        program.add(
+            kernels.filter_stage,
+            points=points,
+            dt=given.dt,
+            twist=twist,
+            numbers=program.each(np.concatenate([np.broadcast_to(start, sigma.shape), sigma])),
+            estimate=program.rows(N, 3),
+            covariance=program.rows(N, 3, 3),
+            room=program.rows(12 * N),
+            depth=depth,
+        )
         return depth
 
     def _sigma(self, K: Array) -> Array:

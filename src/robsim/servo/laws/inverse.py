@@ -12,6 +12,7 @@ from robsim.declare import Choice, Declared, Number, family, register
 from robsim.kernels.control import commanding
 from robsim.kernels.linear_algebra.solve import scratch_of
 from robsim.kernels.machine.program import Program, evaluated
+from robsim.kernels.machine.rows import Rows
 
 RCOND = 1e-6
 
@@ -88,30 +89,50 @@ INVERSE = Choice(
 )
 
 
-Matrix = tuple[int, int, int]  # the first row of A (m, n), m and n
-ANY, TWIST, ACROSS = -1, -4, -3  # for the kernels: how many columns are per metre, less -1
+ANY, ACROSS, TWIST = 0, 2, 3  # how many of the columns, the first ones, are per metre
 
 
-def solved(program: Program, A: Matrix, y: int, damping: float, rcond: float, J: int = ANY) -> int:
-    """Add the stage of x = A^+ y, damped unless damping is 0; return its rows, then its rank's.
+def metres(J: Rows | int) -> dict[str, Any]:
+    """Return what stages take of the columns that are per metre: a Jacobian (6, n), or a number."""
+    return {"J": J, "slides": 0} if isinstance(J, Rows) else {"J": None, "slides": J}
+
+
+def solved(
+    program: Program, A: Rows, y: Rows, damping: float, rcond: float, J: Rows | int = ANY
+) -> Rows:
+    """Add the stage of x = A^+ y, damped unless damping is 0; return its rows (n,), see `rank_of`.
 
     Singular values are compared in the unit of length in which all columns of A count alike, where
-    J says which of them are per metre: the row of a Jacobian (6, n), TWIST or ACROSS.
+    J says which of them are per metre: the rows of a Jacobian (6, n), TWIST or ACROSS.
     """
-    m, n = A[1:]
-    x, damped = program.rows(n + 1), program.constant(damping) if damping > 0.0 else -1
-    room = program.scratch(scratch_of(m, n))
-    program.add(commanding.solve, *A, y, damped, program.constant(rcond), x, x + n, J, room)
-    return x
+    m, n = A.shape
+    found = program.rows(n + 1)
+    program.add(
+        commanding.solve,
+        A=A,
+        y=y,
+        damping=program.constant(damping) if damping > 0.0 else None,
+        rcond=program.constant(rcond),
+        x=found[:n],
+        rank=found[n],
+        **metres(J),
+        scratch=program.scratch(scratch_of(m, n)),
+    )
+    return found[:n]
 
 
-def inverted(program: Program, A: Matrix, y: int, inverse: Inverse, J: int = ANY) -> int:
+def rank_of(x: Rows) -> Rows:
+    """Return the row of the rank with which `solved` found x."""
+    return Rows(x + x.size)
+
+
+def inverted(program: Program, A: Rows, y: Rows, inverse: Inverse, J: Rows | int = ANY) -> Rows:
     """Add the stage of x = A^+ y by a choice of inverse, or of A' y; return its rows."""
     transposed, damping, rcond = inverse.numbers
     if not transposed:
         return solved(program, A, y, damping, rcond, J)
-    x = program.rows(A[2])
-    program.add(commanding.transpose, *A, y, x)
+    x = program.rows(A.shape[1])
+    program.add(commanding.transpose, A=A, y=y, x=x)
     return x
 
 
@@ -120,15 +141,15 @@ def rank(A: Array, moves: Array | int = ANY, rcond: float = RCOND) -> Any:
 
     It is the number of singular values above rcond times the largest.
     """
-    m, n, runs = A.shape
+    m, _, runs = A.shape
     given = [moves] if isinstance(moves, np.ndarray) else []
 
-    def add(program: Program, A: int, y: int, *J: int) -> tuple[int]:
+    def add(program: Program, A: Rows, y: Rows, *J: Rows) -> tuple[Rows]:
         known = J[0] if J else int(moves)
-        return (solved(program, (A, m, n), y, 0.0, rcond, known) + n,)
+        return (rank_of(solved(program, A, y, 0.0, rcond, known)),)
 
-    (found,) = evaluated(add, [A, np.zeros((m, runs)), *given], [(1,)])
-    return found[0].astype(np.int64)
+    (found,) = evaluated(add, [A, np.zeros((m, runs)), *given], [()])
+    return found.astype(np.int64)
 
 
 def product(A: Array, B: Array) -> Array:

@@ -174,11 +174,19 @@ class JointLaw(StagedLaw):
         program, k, n = of.program, of.k, of.n
         if not of.one_motion or min(k, n) <= 6 or transposed or damping > 0.0:
             moves = of.J if of.one_motion else ANY
-            return times_gain(of, inverted(program, (of.A, k, n), of.error, of.inverse, moves))
-        unit, rank = program.rows(n), program.rows()
-        room = program.scratch(product_scratch_of(k, n))
-        given = of.L, k, of.J, n, of.A, of.error, program.constant(rcond)
-        program.add(commanding.solve_product, *given, unit, rank, room)
+            return times_gain(of, inverted(program, of.A, of.error, of.inverse, moves))
+        unit = program.rows(n)
+        program.add(
+            commanding.solve_product,
+            L=of.L,
+            J=of.J,
+            A=of.A,
+            y=of.error,
+            rcond=program.constant(rcond),
+            x=unit,
+            rank=program.rows(),
+            scratch=program.scratch(product_scratch_of(k, n)),
+        )
         return times_gain(of, unit)
 
 
@@ -199,10 +207,22 @@ class CameraLaw(StagedLaw, Declared):
 
     def stages(self, of: LawRows) -> AtGain:
         """Add the stages of J^+ L^+ e; return what adds those of the command at a gain."""
-        program, unit, L = of.program, of.program.constant(self.length), of.program.rows(6 * of.k)
-        program.add(commanding.in_units, of.L, of.k, 6, unit, 1, L)
-        V = inverted(program, (L, of.k, 6), of.error, of.inverse, TWIST)
-        program.add(commanding.in_units, V, 6, 1, unit, 2, V)
+        program, unit, L = of.program, of.program.constant(self.length), of.program.rows(of.k, 6)
+        program.add(
+            commanding.in_units,
+            A=of.L,
+            length=unit,
+            how=1,
+            B=L,
+        )
+        V = inverted(program, L, of.error, of.inverse, TWIST)
+        program.add(
+            commanding.in_units,
+            A=V.column,
+            length=unit,
+            how=2,
+            B=V.column,
+        )
         return times_gain(of, realised(of, V, unit))
 
 

@@ -9,6 +9,7 @@ from robsim.base.errors import InputError
 from robsim.declare import Declared, Quantity, described
 from robsim.kernels.control import commanding
 from robsim.kernels.control import partitioned as kernels
+from robsim.kernels.machine.rows import Rows
 from robsim.servo.laws.gain import PER_SECOND
 from robsim.servo.laws.inverse import ACROSS, inverted
 from robsim.servo.laws.law import UnitOfLength
@@ -43,21 +44,36 @@ class PartitionedLaw(StagedLaw, Declared):
 
     def stages(self, of: LawRows) -> AtGain:
         """Add the stage of the optical axis; return what adds those of the command at a gain."""
-        if of.s < 0 or of.k < 4:
+        if of.s is None or of.k < 4:
             raise InputError(
                 "the partitioned law needs the features s of a mark at least, an angle and an "
-                f"area; here are {of.k} of them" + (", without s" if of.s < 0 else "")
+                f"area; here are {of.k} of them" + (", without s" if of.s is None else "")
             )
         program, k, numbers = of.program, of.k, of.program.constant([self.roll, self.advance])
         V, axis = program.rows(6), program.rows(6)
-        program.add(kernels.along_axis, k, of.s, of.error, numbers, axis)
+        program.add(
+            kernels.along_axis,
+            s=of.s,
+            errors=of.error,
+            numbers=numbers,
+            V=axis,
+        )
 
-        def at(gain: int) -> int:
-            rate, L = program.rows(k - 2), program.rows(4 * (k - 2))
-            program.add(kernels.across_axis, k - 2, gain, of.error, of.L, axis, rate, L)
-            across = inverted(program, (L, k - 2, 4), rate, of.inverse, ACROSS)
-            for n, start, to in ((6, axis, 0), (2, across, 0), (2, across + 2, 3)):
-                program.add(commanding.copied, n, start, V + to)
+        def at(gain: Rows) -> Rows:
+            rate, L = program.rows(k - 2), program.rows(k - 2, 4)
+            program.add(
+                kernels.across_axis,
+                gain=gain,
+                errors=of.error[: k - 2],
+                L=of.L[: k - 2],
+                V=axis,
+                rates=rate,
+                out=L,
+            )
+            across = inverted(program, L, rate, of.inverse, ACROSS)
+            parts = (axis, V), (across[:2], V[:2]), (across[2:], V[3:5])
+            for rows, to in parts:
+                program.add(commanding.copied, rows=rows, to=to)
             return realised(of, V, program.constant(self.length))
 
         return at

@@ -13,12 +13,13 @@ from robsim.base.arrays import Array, first_view
 from robsim.base.errors import InputError, said
 from robsim.kernels.control import commanding
 from robsim.kernels.machine.program import Function, Program
+from robsim.kernels.machine.rows import Rows
 from robsim.servo.laws.inverse import Inverse, solved
 
 if TYPE_CHECKING:
     from robsim.servo.laws.law import ControlState
 
-AtGain = Callable[[int], int]  # adds stages for the row of a gain, and returns velocities (n,)
+AtGain = Callable[[Rows], Rows]  # adds stages for the row of a gain, and returns velocities (n,)
 
 
 class LawRows(NamedTuple):
@@ -30,12 +31,12 @@ class LawRows(NamedTuple):
     program: Program
     k: int
     n: int
-    error: int  # (k,)
-    L: int  # (k, 6)
-    J: int  # (6, n)
-    A: int  # (k, n) L J
-    s: int  # (k,)
-    q: int  # (nq,)
+    error: Rows  # (k,)
+    L: Rows  # (k, 6)
+    J: Rows  # (6, n)
+    A: Rows  # (k, n) L J
+    s: Rows | None  # (k,)
+    q: Rows | None  # (nq,)
     inverse: Inverse
     one_motion: bool  # whether A is the product of L and J
 
@@ -71,14 +72,15 @@ def _function(
 ) -> Function:
     """Return the velocities of a law (n,) as a function of so many rows: gain, e, L, J, L J, s, q.
 
-    What has no rows is -1.
+    What has no rows is None.
     """
-    program = Program()
-    first = program.rows(sum(sizes))
-    starts = (first + sum(sizes[:i]) if size else -1 for i, size in enumerate(sizes))
-    gain, error, L, J, A, s, q = starts
-    of = LawRows(program, sizes[1], n, error, L, J, A, s, q, inverse, one_motion)
-    qd = law.stages(of)(gain)
+    program, k = Program(), sizes[1]
+    shapes = (), (k,), (k, 6), (6, n), (k, n), sizes[5:6], sizes[6:]
+    rows = [program.rows(*shape) for shape in shapes]
+    first, error, L, J, A, *more = rows
+    s, q = (each if each.size else None for each in more)
+    of = LawRows(program, k, n, error, L, J, A, s, q, inverse, one_motion)
+    qd = law.stages(of)(first)
     assert program.compiled
     return Function(program, first, qd, n)
 
@@ -92,21 +94,38 @@ def staged(law: Any) -> StagedLaw | None:
     return None if own else law
 
 
-def times_gain(of: LawRows, unit: int) -> AtGain:
+def times_gain(of: LawRows, unit: Rows) -> AtGain:
     """Return what adds the stage of -gain times some velocities."""
 
-    def at(gain: int) -> int:
+    def at(gain: Rows) -> Rows:
         qd = of.program.rows(of.n)
-        of.program.add(commanding.commanded, of.n, gain, unit, qd)
+        of.program.add(
+            commanding.commanded,
+            gain=gain,
+            x=unit,
+            qd=qd,
+        )
         return qd
 
     return at
 
 
-def realised(of: LawRows, V: int, length: int) -> int:
+def realised(of: LawRows, V: Rows, length: Rows) -> Rows:
     """Add the stages of J^+ V, with |v| in units of a length (eq. 19); return the rows (n,)."""
-    program, J = of.program, of.program.rows(6 * of.n)
-    program.add(commanding.in_units, V, 6, 1, length, 0, V)
-    program.add(commanding.in_units, of.J, 6, of.n, length, 0, J)
+    program, J = of.program, of.program.rows(6, of.n)
+    program.add(
+        commanding.in_units,
+        A=V.column,
+        length=length,
+        how=0,
+        B=V.column,
+    )
+    program.add(
+        commanding.in_units,
+        A=of.J,
+        length=length,
+        how=0,
+        B=J,
+    )
     _, damping, rcond = of.inverse.numbers
-    return solved(program, (J, 6, of.n), V, damping, rcond, J)
+    return solved(program, J, V, damping, rcond, J)

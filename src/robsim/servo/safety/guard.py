@@ -12,6 +12,7 @@ from robsim.kernels.control import commanding, guarding
 from robsim.kernels.control.limit import scale_stage
 from robsim.kernels.formulas.camera import IN_IMAGE
 from robsim.kernels.machine.program import Blocks
+from robsim.kernels.machine.rows import Rows
 from robsim.robot.motion import add_motion
 from robsim.servo.controller import Controller, Decision
 from robsim.servo.given import Commanded, Given
@@ -29,11 +30,11 @@ class Guarded:
     """What a controller writes within the limits of a `Safety`, and rows of these."""
 
     commanded: Commanded
-    last: int  # (n,) what was commanded last
-    seconds: int  # for which a command has grown
-    most: int  # (n,) accelerations
-    why: int  # which limits act, bits as `robsim.kernels.control.guarding` names them
-    at_limit: int  # (n,) 1 where a joint is kept from its limit
+    last: Rows  # (n,) what was commanded last
+    seconds: Rows  # for which a command has grown
+    most: Rows  # (n,) accelerations
+    why: Rows  # which limits act, bits as `robsim.kernels.control.guarding` names them
+    at_limit: Rows  # (n,) 1 where a joint is kept from its limit
 
 
 @dataclass(frozen=True)
@@ -49,11 +50,11 @@ class Guard:
         made = _Stages(controller, self, given)
         qd = made.add(inner)
         busy = given.program.rows()
-        given.program.add(commanding.either, 2, busy, inner.busy, made.busy)
+        given.program.add(commanding.either, out=busy, rows=[inner.busy, made.busy])
 
         def decide(blocks: Blocks) -> Decision:
             decision: Decision = inner.decide(blocks)
-            within = decision.command._replace(qd=blocks.get(qd, made.n))
+            within = decision.command._replace(qd=blocks.get(qd))
             return decision._replace(command=within)
 
         within = replace(inner, qd=qd, busy=busy, decide=decide)
@@ -73,41 +74,75 @@ class _Stages:
         self.share, self.last, self.seconds = program.rows(), program.rows(self.n), program.rows()
         self.most = program.constant(self._limits("acceleration"))
 
-    def add(self, inner: Commanded) -> int:
+    def add(self, inner: Commanded) -> Rows:
         """Add the stages from what the law wishes to what is commanded, and return its rows."""
         n, program, wished = self.n, self.program, inner.qd
         self._hold(wished, inner.status)
         command, brake = program.rows(n), program.rows(n)
-        where, limits = self._joints()
-        rows = wished, self._scaled(wished), self.last, command, brake, self.share, self.why
-        joints = self.given.dt, self.most, *limits, self.given.q, self.at_limit
-        program.add(guarding.soften, n, *rows, *joints, *where)
+        places, (low, high) = self._joints()
+        program.add(
+            guarding.soften,
+            wished=wished,
+            scaled=self._scaled(wished),
+            last=self.last,
+            command=command,
+            brake=brake,
+            shares=self.share,
+            reason=self.why,
+            duration=self.given.dt,
+            accelerations=self.most,
+            low=low,
+            high=high,
+            q=self.given.q,
+            at_limit=self.at_limit,
+            places=places,
+        )
         qd = command if self.safety.fence is None else self._fence(command, brake)
-        program.add(guarding.remember, n, qd, self.last, self.why, self.busy, self.share)
+        program.add(
+            guarding.remember,
+            out=qd,
+            last=self.last,
+            reason=self.why,
+            busy=self.busy,
+            share=self.share,
+        )
         return qd
 
-    def _hold(self, wished: int, status: int) -> None:
+    def _hold(self, wished: Rows, status: Rows | None) -> None:
         """Add the stage that lets the robot move, or holds it."""
         dog, program, given = self.safety.watchdog, self.program, self.given
         after = math.inf if dog is None else dog.after
         stops = dog is not None and dog.then == "stop"
-        settings = program.constant([after, float(stops), self.safety.ramp or 0.0])
-        released = program.constant(1.0) if given.released < 0 else given.released
-        age = program.constant(0.0) if given.age < 0 else given.age
-        status = program.constant(IN_IMAGE) if status < 0 else status
-        rows = released, settings, program.rows(), self.seconds, self.share, self.why, status
-        program.add(guarding.hold, self.n, wished, given.dt, age, *rows)
+        program.add(
+            guarding.hold,
+            wished=wished,
+            dt=given.dt,
+            age=program.constant(0.0) if given.age is None else given.age,
+            released=program.constant(1.0) if given.released is None else given.released,
+            settings=program.constant([after, float(stops), self.safety.ramp or 0.0]),
+            latched=program.rows(),
+            passed=self.seconds,
+            share=self.share,
+            reason=self.why,
+            status=program.constant(float(IN_IMAGE)) if status is None else status,
+        )
 
-    def _scaled(self, wished: int) -> int:
+    def _scaled(self, wished: Rows) -> Rows:
         """Add the stage that slows a wish down to its speeds; return the rows of the result."""
         if self.safety.speed is None:
             return wished
         program, found = self.program, self.program.rows(self.n)
         limits = program.constant([*self._limits("speed"), math.inf, math.inf])
-        program.add(scale_stage, self.n, program.rows(6 * self.n), limits, wished, found)
+        program.add(
+            scale_stage,
+            J=program.rows(6, self.n),
+            limits=limits,
+            qd=wished,
+            out=found,
+        )
         return found
 
-    def _joints(self) -> tuple[list[int], tuple[int, int]]:
+    def _joints(self) -> tuple[list[int], tuple[Rows, Rows]]:
         """Return the coordinates that are watched, or -1, and the rows of their bounds."""
         where, bounds = coordinates_of(self.scene, self.controller.columns)
         if self.safety.margin is None:
@@ -118,41 +153,59 @@ class _Stages:
         low, high = (self.program.constant(bounds[:, i]) for i in range(2))
         return where.tolist(), (low, high)
 
-    def _fence(self, command: int, brake: int) -> int:
+    def _fence(self, command: Rows, brake: Rows) -> Rows:
         """Add the stages that keep a frame in its box; return the rows of the command."""
         fence, program, n = self.safety.fence, self.program, self.n
         assert fence is not None
-        qd, seconds, out = program.rows(ATTEMPTS * n), program.rows(ATTEMPTS), program.rows(n)
-        rows = command, brake, self.given.dt, self.most, ATTEMPTS, qd, seconds
-        program.add(guarding.attempts, n, *rows)
+        qd, seconds, out = program.rows(ATTEMPTS, n), program.rows(ATTEMPTS), program.rows(n)
+        program.add(
+            guarding.attempts,
+            command=command,
+            brake=brake,
+            duration=self.given.dt,
+            most=self.most,
+            velocities=qd,
+            seconds=seconds,
+        )
         ways = [
-            self._after(fence.frame, qd + k * n, self._part(seconds + k, place))
+            self._after(fence.frame, qd[k], self._part(seconds[k], place))
             for k in range(ATTEMPTS)
             for place in PLACES
         ]
-        box = program.constant([*fence.low, *fence.high])
-        now = self._at(fence.frame, self.given.q)
-        each = box, now, ATTEMPTS, len(PLACES)
-        program.add(guarding.fence, n, qd, brake, out, self.why, *each, *ways)
+        program.add(
+            guarding.fence,
+            attempts=qd,
+            brake=brake,
+            out=out,
+            reason=self.why,
+            box=program.constant([fence.low, fence.high]),
+            now=self._at(fence.frame, self.given.q),
+            places=len(PLACES),
+            poses=ways,
+        )
         return out
 
-    def _part(self, row: int, share: float) -> int:
+    def _part(self, row: Rows, share: float) -> Rows:
         """Add the stage of a share of a number; return its row."""
-        found = self.program.rows()
-        program = self.program
-        program.add(commanding.weigh, row, 1, 1, program.constant(share), found)
+        program, found = self.program, self.program.rows()
+        weights = program.constant([share])
+        program.add(commanding.weigh, A=row.column, weights=weights, B=found.column)
         return found
 
-    def _after(self, frame: str, qd: int, seconds: int) -> int:
+    def _after(self, frame: str, qd: Rows, seconds: Rows) -> Rows:
         """Add the stages of the pose of a frame after some time at velocities; return its rows."""
         program, scene = self.program, self.scene
-        q, rates = program.rows(scene.nq), np.full(scene.nv, -1)
-        rates[self.controller.columns] = qd + np.arange(self.n)
-        program.add(commanding.copied, scene.nq, self.given.q, q)
+        q, moved = program.rows(scene.nq), dict(zip(self.controller.columns, qd, strict=True))
+        rates = [moved.get(column) for column in range(scene.nv)]
+        program.add(
+            commanding.copied,
+            rows=self.given.q,
+            to=q,
+        )
         add_motion(program, scene.tree.joints, q, rates, seconds)
         return self._at(frame, q)
 
-    def _at(self, frame: str, q: int) -> int:
+    def _at(self, frame: str, q: Rows) -> Rows:
         """Add the stages of the pose of a frame at coordinates; return its rows."""
         placed = placed_at(self.program, self.scene.tree, q)
         return placed.frames([self.scene.tree.find(frame)])[0]

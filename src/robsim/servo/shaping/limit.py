@@ -15,6 +15,7 @@ from robsim.declare import Declared, Quantity, Table, described
 from robsim.declare.joints import OneOrEach, commanded
 from robsim.kernels.control import limit as kernels
 from robsim.kernels.machine.program import Program, evaluated
+from robsim.kernels.machine.rows import Rows
 
 JOINT = OneOrEach(commanded, "speeds", ("turn rate", "speed"), later=True)
 
@@ -61,19 +62,25 @@ class SpeedLimit(Declared):
         """Return velocities (n, B) from qd (n, B) and the Jacobian J (6, n, B) of the camera."""
         n = qd.shape[0]
 
-        def add(program: Program, *rows: int) -> tuple[int]:
+        def add(program: Program, *rows: Rows) -> tuple[Rows]:
             return (self.stages(program, n, rows[1], rows[0]),)
 
         (out,) = evaluated(add, [qd, J], [(n,)])
         return out
 
-    def stages(self, program: Program, n: int, J: int, qd: int) -> int:
-        """Add the stage that scales velocities in rows from qd; return the rows of the result."""
+    def stages(self, program: Program, n: int, J: Rows, qd: Rows) -> Rows:
+        """Add the stage that scales velocities in rows qd; return the rows of the result."""
         each = [self.joint, self.linear, self.angular]
         joint, linear, angular = (math.inf if limit is None else limit for limit in each)
         limits = program.constant([*np.full(n, joint), linear, angular])
         out = program.rows(n)
-        program.add(kernels.scale_stage, n, J, limits, qd, out)
+        program.add(
+            kernels.scale_stage,
+            J=J,
+            limits=limits,
+            qd=qd,
+            out=out,
+        )
         return out
 
 

@@ -16,6 +16,7 @@ from robsim.declare.joints import PerJoint, commanded, per
 from robsim.kernels.control import redundancy as kernels
 from robsim.kernels.control.descent import descend, scratch_of
 from robsim.kernels.machine.program import Program, evaluated
+from robsim.kernels.machine.rows import Rows
 from robsim.servo.laws.gain import PER_SECOND
 
 
@@ -37,23 +38,24 @@ def priorities(levels: Sequence[tuple[Array, Array]], rcond: float) -> tuple[Arr
     """
     n = levels[0][0].shape[1]
 
-    def add(program: Program, *rows: int) -> tuple[int, int]:
-        sizes = [len(rate) for _, rate in levels]
-        return descent(program, list(zip(rows[::2], sizes, rows[1::2], strict=True)), n, rcond)
+    def add(program: Program, *rows: Rows) -> tuple[Rows, Rows]:
+        return descent(program, list(zip(rows[::2], rows[1::2], strict=True)), n, rcond)
 
     qd, P = evaluated(add, [array for level in levels for array in level], [(n,), (n, n)])
     return qd, P
 
 
 def descent(
-    program: Program, levels: Sequence[tuple[int, int, int]], n: int, rcond: float
-) -> tuple[int, int]:
-    """Add the stages of `priorities` for rows (A_i, k_i, rate_i); return the rows of qd and P."""
-    qd, P, N, usual = (program.rows(count) for count in (n, n * n, n * n, 1))
+    program: Program, levels: Sequence[tuple[Rows, Rows]], n: int, rcond: float
+) -> tuple[Rows, Rows]:
+    """Add the stages of `priorities` for rows (A_i, rate_i); return the rows of qd and P."""
+    qd, P = program.rows(n), program.rows(n, n)
+    kept = {"qd": qd, "P": P, "N": program.rows(n, n), "usual": program.rows()}
     share, free = program.constant(rcond), n
-    for A, k, rate in levels:
-        found = qd, P, N, usual, program.rows(scratch_of(k, n))
-        program.add(descend, A, k, n, rate, share, free, *found)
+    for A, rate in levels:
+        k = A.shape[0]
+        given = {"A": A, "rate": rate, "rcond": share, "free": free}
+        program.add(descend, **given, **kept, scratch=program.rows(scratch_of(k, n)))
         free = max(free - k, 0)
     return qd, P
 
@@ -81,11 +83,17 @@ def large_projection(A: Array, e: Array, low: float, high: float, P: Array) -> A
     >>> large_projection(A, e, 0.1, 0.5, null_space(A, 1e-6)).ravel()
     array([0., 0., 0., 1.])
     """
-    k, n, _ = A.shape
+    n = A.shape[1]
 
-    def add(program: Program, *rows: int) -> tuple[int]:
+    def add(program: Program, *rows: Rows) -> tuple[Rows]:
         bounds = program.constant([low, high])
-        program.add(kernels.large_stage, rows[0], k, n, rows[1], bounds, rows[2])
+        program.add(
+            kernels.large_stage,
+            A=rows[0],
+            error=rows[1],
+            bounds=bounds,
+            P=rows[2],
+        )
         return (rows[2],)
 
     (out,) = evaluated(add, [A, e, P], [(n, n)])

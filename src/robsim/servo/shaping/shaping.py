@@ -13,6 +13,7 @@ from robsim.base.errors import InputError
 from robsim.declare import Choice, Declared, Number, family, register
 from robsim.kernels.control import redundancy as kernels
 from robsim.kernels.machine.program import Program
+from robsim.kernels.machine.rows import Rows
 from robsim.servo.given import Given
 from robsim.servo.laws.inverse import RCOND
 from robsim.servo.shaping.limit import SpeedLimit
@@ -53,10 +54,10 @@ class Shapeable(NamedTuple):
 
     k: int
     n: int
-    error: int
-    J: int
-    A: int
-    qd: int
+    error: Rows
+    J: Rows
+    A: Rows
+    qd: Rows
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,29 +71,48 @@ class Shaping:
     coordinates: NDArray[np.int64]  # of each commanded velocity; -1 if it has none of its own
     limits: Array  # (n, 2) of these coordinates, in rad or m
 
-    def stages(self, given: Given, of: Shapeable) -> int:
+    def stages(self, given: Given, of: Shapeable) -> Rows:
         """Add the stages that shape a command, and return its rows."""
         program, qd, n = given.program, of.qd, of.n
         if self.secondary is not None:
             wish, P = self._wish(given, n), self._projector(program, of)
             qd = program.rows(n)
-            program.add(kernels.project_stage, n, P, wish, of.qd, qd)
+            program.add(
+                kernels.project_stage,
+                P=P,
+                wish=wish,
+                qd=of.qd,
+                out=qd,
+            )
         if self.smooth_start is not None:
             mu, late = program.constant(self.smooth_start), program.rows(n)
             first = program.rows(n)
-            program.add(kernels.smooth_stage, n, mu, given.dt, first, qd, late)
+            program.add(
+                kernels.smooth_stage,
+                mu=mu,
+                dt=given.dt,
+                first=first,
+                qd=qd,
+                out=late,
+            )
             qd = late
         return qd if self.limit is None else self.limit.stages(program, n, of.J, qd)
 
-    def _projector(self, program: Program, of: Shapeable) -> int:
+    def _projector(self, program: Program, of: Shapeable) -> Rows:
         """Add the stages of the projector onto what the task leaves free."""
-        _, P = descent(program, [(of.A, of.k, program.rows(of.k))], of.n, RCOND)
+        _, P = descent(program, [(of.A, program.rows(of.k))], of.n, RCOND)
         if self.projection:
             bounds = program.constant([self.projection.low, self.projection.high])
-            program.add(kernels.large_stage, of.A, of.k, of.n, of.error, bounds, P)
+            program.add(
+                kernels.large_stage,
+                A=of.A,
+                error=of.error,
+                bounds=bounds,
+                P=P,
+            )
         return P
 
-    def _wish(self, given: Given, n: int) -> int:
+    def _wish(self, given: Given, n: int) -> Rows:
         """Add the stage of the secondary motion, which may come from a user's class."""
         program, q = given.program, given.q
         wish, secondary = program.rows(n), self.secondary
@@ -101,12 +121,16 @@ class Shaping:
             Posture,
         ):
             low, high = (program.constant(each) for each in secondary.bounds(self.limits))
-            rows = np.where(self.coordinates >= 0, q + self.coordinates, -1)
-            numbers = program.constant(secondary.gain), low, high, wish
-            program.add(kernels.wish_stage, n, *numbers, *rows)
+            program.add(
+                kernels.wish_stage,
+                gain=program.constant(secondary.gain),
+                lowest=low,
+                highest=high,
+                wish=wish,
+                q=[q[i] if i >= 0 else None for i in self.coordinates],
+            )
             return wish
-        nq = int(self.coordinates.max(initial=-1)) + 1
-        program.call(lambda blocks, step: blocks.put(wish, self._asked(blocks.get(q, nq), n)))
+        program.call(lambda blocks, step: blocks.put(wish, self._asked(blocks.get(q), n)))
         return wish
 
     def _asked(self, q: Array, n: int) -> Array:

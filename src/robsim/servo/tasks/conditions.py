@@ -14,6 +14,7 @@ from robsim.base.arrays import Array, shown_view
 from robsim.declare import Choice, Declared, Number, Word, family, register
 from robsim.kernels.control import switching as kernels
 from robsim.kernels.machine.program import Program, evaluated
+from robsim.kernels.machine.rows import Rows
 from robsim.vision.image_size import SIZE
 
 
@@ -58,30 +59,28 @@ class Comparison:
 class Compared(NamedTuple):
     """The rows of what a condition sees of one of two schemes."""
 
-    k: int
-    error: int  # (k,)
-    images: Sequence[tuple[int, int]]  # pixels (N, 2), and N
+    error: Rows  # (k,)
+    images: Sequence[Rows]  # pixels (N, 2)
 
 
 class StagedCondition(ABC):
     """The base of conditions that are stages of a program, and can be asked in Python as well."""
 
     @abstractmethod
-    def stages(self, program: Program, first: Compared, second: Compared) -> int:
+    def stages(self, program: Program, first: Compared, second: Compared) -> Rows:
         """Add the stage of the condition, and return the row in which it is 1 where it holds."""
 
     def holds(self, first: Comparison, second: Comparison) -> NDArray[np.bool_]:
         """Return truth values (B,): in which runs the condition holds."""
-        sizes = [(len(one.error_last), len(one.pixels_last)) for one in (first, second)]
 
-        def add(program: Program, *rows: int) -> tuple[int]:
-            pairs = zip(sizes, rows[::2], rows[1::2], strict=True)
-            seen = [Compared(k, error, [(pixels, N)]) for (k, N), error, pixels in pairs]
+        def add(program: Program, *rows: Rows) -> tuple[Rows]:
+            pairs = zip(rows[::2], rows[1::2], strict=True)
+            seen = [Compared(error, [pixels]) for error, pixels in pairs]
             return (self.stages(program, *seen),)
 
         given = [x for one in (first, second) for x in (one.error_last, one.pixels_last)]
-        (found,) = evaluated(add, given, [(1,)])
-        return np.asarray(found[0] > 0.0)
+        (found,) = evaluated(add, given, [()])
+        return np.asarray(found > 0.0)
 
 
 def staged(condition: Any) -> StagedCondition | None:
@@ -110,10 +109,15 @@ class ErrorBelow(StagedCondition, Declared):
         "first"
     )
 
-    def stages(self, program: Program, first: Compared, second: Compared) -> int:
+    def stages(self, program: Program, first: Compared, second: Compared) -> Rows:
         """Add the stage of the condition, and return its row."""
         of, found = first if self.of == "first" else second, program.rows()
-        program.add(kernels.error_below, of.k, of.error, program.constant(self.value), found)
+        program.add(
+            kernels.error_below,
+            error=of.error,
+            bound=program.constant(self.value),
+            out=found,
+        )
         return found
 
 
@@ -133,9 +137,9 @@ class NearBorder(StagedCondition, Declared):
     ]
     size: Annotated[tuple[int, int], SIZE, "Width and height of the image in pixels."]
 
-    def stages(self, program: Program, first: Compared, second: Compared) -> int:
+    def stages(self, program: Program, first: Compared, second: Compared) -> Rows:
         """Add the stage of the condition, and return its row."""
         numbers, found = program.constant([self.margin, *np.subtract(self.size, 1)]), program.rows()
-        images = [number for image in first.images for number in image]
-        program.add(kernels.near_border, numbers, found, len(first.images), *images)
+        images = [(pixels,) for pixels in first.images]
+        program.add(kernels.near_border, numbers=numbers, out=found, images=images)
         return found

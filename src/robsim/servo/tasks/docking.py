@@ -12,6 +12,7 @@ from robsim.features.pose import Translation
 from robsim.geometry.pose import Pose
 from robsim.kernels.control import docking as kernels
 from robsim.kernels.machine.program import Program, evaluated
+from robsim.kernels.machine.rows import Rows
 from robsim.servo.laws.gain import PER_SECOND
 from robsim.servo.laws.staged_law import AtGain, LawRows, StagedLaw
 from robsim.servo.regulated import Regulated
@@ -75,24 +76,37 @@ class DockingLaw(StagedLaw):
         program, place = of.program, self._planar(of.program, of.error)
         numbers = program.constant([self.turn, self.h])
 
-        def at(gain: int) -> int:
+        def at(gain: Rows) -> Rows:
             qd = program.rows(2)
-            program.add(kernels.dock, place, gain, numbers, qd)
+            program.add(
+                kernels.dock,
+                place=place,
+                rate=gain,
+                numbers=numbers,
+                qd=qd,
+            )
             return qd
 
         return at
 
-    def _planar(self, program: Program, error: int) -> int:
+    def _planar(self, program: Program, error: Rows) -> Rows:
         """Add the stage of `planar`, and return its rows (3,)."""
         T_b_c, back = (program.constant(T.matrix[:3]) for T in (self.T_b_c, self.T_b_c.inv()))
         place = program.rows(3)
-        program.add(kernels.planar, error, T_b_c, back, program.rows(30), place)
+        program.add(
+            kernels.planar,
+            error=error,
+            T_b_c=T_b_c,
+            T_c_b=back,
+            room=program.rows(30),
+            x=place,
+        )
         return place
 
     def planar(self, error: Array) -> Array:
         """Return x, y and heading (3, B) of the unicycle in goal axes, from (c*t_c, theta u)."""
 
-        def add(program: Program, *rows: int) -> tuple[int]:
+        def add(program: Program, *rows: Rows) -> tuple[Rows]:
             return (self._planar(program, *rows),)
 
         (place,) = evaluated(add, [error], [(3,)])

@@ -9,6 +9,7 @@ from typing import Any
 from robsim.base.arrays import not_negative
 from robsim.base.errors import InputError, said
 from robsim.kernels.control import following
+from robsim.kernels.machine.rows import Rows
 from robsim.servo.controller import Controller
 from robsim.servo.given import Given
 from robsim.servo.tasks.followed import Followed
@@ -20,14 +21,19 @@ class Follower(Controller):
 
     gain: float | None  # per second; None for all of it in one period
 
-    def gain_row(self, given: Given) -> int:
+    def gain_row(self, given: Given) -> Rows:
         """Return the row of the gain, which is infinite for all of a distance in one period."""
         return given.program.constant(math.inf if self.gain is None else self.gain)
 
-    def busy(self, given: Given, way: Followed) -> int:
+    def busy(self, given: Given, way: Followed) -> Rows:
         """Add the stage of whether the trajectory is not over, and return its row."""
         busy = given.program.rows()
-        given.program.add(following.going, way.seconds, given.dt, busy)
+        given.program.add(
+            following.going,
+            seconds=way.seconds,
+            duration=given.dt,
+            out=busy,
+        )
         return busy
 
 

@@ -12,6 +12,7 @@ from robsim.base.arrays import Array, numbers
 from robsim.base.errors import InputError
 from robsim.kernels.control import commanding, following
 from robsim.kernels.machine.program import Blocks
+from robsim.kernels.machine.rows import Rows
 from robsim.robot.joint import LIMIT_SLACK
 from robsim.servo.command import Command
 from robsim.servo.controller import Decision
@@ -38,32 +39,44 @@ class JointFollower(Follower):
     def stages(self, given: Given) -> Commanded:
         """Add the stages of an instant to a program, and return the rows that they write."""
         program, n = given.program, self.k
-        q, start = given.q + self.coordinates, program.rows(n)
-        program.add(following.remembered, start, n, *q)
+        q, start = [given.q[i] for i in self.coordinates], program.rows(n)
+        program.add(following.remembered, to=start, rows=q)
         way, (s, error), qd = self._way(given, start), self._missed(given, start), program.rows(n)
-        pairs = np.column_stack([self.order, q[self.order]]).ravel()
-        program.add(following.towards, n, way.here, self.gain_row(given), given.dt, qd, *pairs)
+        program.add(
+            following.towards,
+            here=way.here,
+            gain=self.gain_row(given),
+            duration=given.dt,
+            qd=qd,
+            axes=[(axis, q[axis]) for axis in self.order.tolist()],
+        )
         task_jacobian = program.constant(np.eye(n))
 
         def decide(blocks: Blocks) -> Decision:
-            shapes = (s, n), (error, n), (qd, n), (task_jacobian, n, n)
-            command = Command(*(blocks.get(*shape) for shape in shapes))
-            return Decision(command, self._jacobian(blocks.get(given.q, self.scene.nq)))
+            command = Command(*map(blocks.get, (s, error, qd, task_jacobian)))
+            return Decision(command, self._jacobian(blocks.get(given.q)))
 
         rows = s, error, qd, task_jacobian, self.busy(given, way)
         return Commanded(*rows, decide, lambda qd: None)
 
-    def _missed(self, given: Given, start: int) -> tuple[int, int]:
+    def _missed(self, given: Given, start: Rows) -> tuple[Rows, Rows]:
         """Add the stages of s and of the error, and return their rows."""
-        program, n, q = given.program, self.k, given.q + self.coordinates
+        program, n = given.program, self.k
         s, error = program.rows(n), program.rows(n)
         since = start if self.relative else program.constant(np.zeros(n))
-        for i, axis in enumerate(self.order):
-            program.add(commanding.difference, 1, q[axis], since + axis, s + i)
-        program.add(commanding.difference, n, s, program.constant(self.s_goal), error)
+        for i, axis in enumerate(self.order.tolist()):
+            q, own = self.coordinates[axis], slice(i, i + 1)
+            where = {"s": given.q[q : q + 1], "s_goal": since[axis : axis + 1]}
+            program.add(commanding.difference, **where, error=s[own])
+        program.add(
+            commanding.difference,
+            s=s,
+            s_goal=program.constant(self.s_goal.ravel()),
+            error=error,
+        )
         return s, error
 
-    def _way(self, given: Given, start: int) -> Followed:
+    def _way(self, given: Given, start: Rows) -> Followed:
         """Add the stages of the trajectory of each run, from where its joints started."""
         n, program = self.k, given.program
         if self.trajectory is not None:
@@ -71,24 +84,49 @@ class JointFollower(Follower):
             return followed(
                 given, self.trajectory, n, lambda t: numbers(at(t), "trajectory.at", (n,))
             )
-        goal, way = program.constant(self.goal), program.rows(n)
+        goal, way = program.constant(np.ravel(self.goal)), program.rows(n)
         if self.relative:
             change, goal = goal, program.rows(n)
-            program.add(commanding.summed, n, start, change, goal)
-        program.add(commanding.difference, n, goal, start, way)
+            program.add(
+                commanding.summed,
+                x=start,
+                y=change,
+                out=goal,
+            )
+        program.add(
+            commanding.difference,
+            s=goal,
+            s_goal=start,
+            error=way,
+        )
         seconds, ramps = self._timing(given, way)
-        here = program.rows(2 * n)
-        program.add(following.axes, n, given.dt, seconds, ramps, start, way, goal, here)
+        here = program.rows(2, n)
+        program.add(
+            following.axes,
+            dt=given.dt,
+            seconds=seconds,
+            ramps=ramps,
+            start=start,
+            ways=way,
+            goal=goal,
+            here=here,
+        )
         return Followed(here, seconds)
 
-    def _timing(self, given: Given, way: int) -> tuple[int, int]:
+    def _timing(self, given: Given, way: Rows) -> tuple[Rows, Rows]:
         """Return the rows of the duration of a way, and of its ramps."""
         n, program = self.k, given.program
         if self.limits is None:
             return program.constant(self.duration), program.constant(np.full(n, ALIKE))
         seconds, ramps = program.rows(), program.rows(n)
-        limits = program.constant(np.concatenate(self.limits.of(n)))
-        program.add(following.paced, n, way, limits, ramps, seconds)
+        limits = program.constant(np.stack(self.limits.of(n)))
+        program.add(
+            following.paced,
+            ways=way,
+            limits=limits,
+            ramps=ramps,
+            seconds=seconds,
+        )
         return seconds, ramps
 
     def goal_from(self, start: Array) -> Array:

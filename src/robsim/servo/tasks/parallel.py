@@ -67,5 +67,9 @@ class ParallelController(Several):
         each, qd = self._parts(given), given.program.rows(self.columns.size)
         for part, one in zip(self.parts, each, strict=True):
             for i, column in enumerate(self._own(part)):
-                given.program.add(commanding.copied, 1, one.qd + i, qd + column)
+                given.program.add(
+                    commanding.copied,
+                    rows=one.qd[i : i + 1],
+                    to=qd[column : column + 1],
+                )
         return self._together(given, each, qd)

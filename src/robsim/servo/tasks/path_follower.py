@@ -11,6 +11,7 @@ from robsim.base.arrays import Array, numbers
 from robsim.kernels.control import commanding, following
 from robsim.kernels.control import path_following as kernels
 from robsim.kernels.machine.program import Blocks
+from robsim.kernels.machine.rows import Rows
 from robsim.robot.placed import Placed
 from robsim.servo.command import Command
 from robsim.servo.controller import Decision
@@ -30,10 +31,10 @@ class FrameRows(NamedTuple):
     """The rows of the frame that is moved, of the end of its path, and room for its stages."""
 
     placed: Placed
-    T: int  # (3, 4) in the world
-    J: int  # (6, n) in world axes, by the commanded velocities
-    end: int  # (3, 4) of the path
-    room: int
+    T: Rows  # (3, 4) in the world
+    J: Rows  # (6, n) in world axes, by the commanded velocities
+    end: Rows  # (3, 4) of the path
+    room: Rows
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,19 +51,30 @@ class PathFollower(Follower):
         """Add the stages of an instant to a program, and return the rows that they write."""
         program, k, n = given.program, self.k, self.columns.size
         of = self._frame(given)
-        s, L, error = program.rows(6), program.rows(18), program.rows(k)
-        program.add(kernels.missed, of.T, of.end, of.room, s, L)
-        program.add(commanding.difference, k, s, program.constant(self.s_goal), error)
+        whole, L, error = program.rows(6), program.rows(3, 6), program.rows(k)
+        s = whole[:k]
+        program.add(
+            kernels.missed,
+            T=of.T,
+            end=of.end,
+            room=of.room,
+            s=whole,
+            L=L,
+        )
+        program.add(
+            commanding.difference,
+            s=s,
+            s_goal=program.constant(np.ravel(self.s_goal)),
+            error=error,
+        )
         A = self._task_jacobian(given, of.J, L)
         way = self._straight(given, of) if self.path is None else self._along(given)
         V = self._twist(given, of, way)
-        qd = inverted(program, (of.J, k, n), V, self.inverse)
+        qd = inverted(program, of.J[:k], V[:k], self.inverse)
         qd = self.shaping.stages(given, Shapeable(k, n, error, of.J, A, qd))
 
         def decide(blocks: Blocks) -> Decision:
-            shapes = (s, k), (error, k), (qd, n), (A, k, n)
-            command = Command(*(blocks.get(*shape) for shape in shapes))
-            return Decision(command, blocks.get(of.J, 6, n))
+            return Decision(Command(*map(blocks.get, (s, error, qd, A))), blocks.get(of.J))
 
         return Commanded(s, error, qd, A, self.busy(given, way), decide, lambda qd: None)
 
@@ -74,33 +86,60 @@ class PathFollower(Follower):
         J = jacobian_in_world(placed, tree, self.frame, T, self.columns)
         return FrameRows(placed, T, J, program.constant(self.end), program.rows(kernels.ROOM))
 
-    def _task_jacobian(self, given: Given, J: int, L: int) -> int:
+    def _task_jacobian(self, given: Given, J: Rows, L: Rows) -> Rows:
         """Return the rows of how the joints move s (k, n), with L of the turn."""
         if self.k == 3:
-            return J
+            return J[:3]
         n, program = self.columns.size, given.program
-        A = program.rows(6 * n)
-        program.add(commanding.copied, 3 * n, J, A)
-        program.add(commanding.product, L, 3, J, n, A + 3 * n)
+        A = program.rows(6, n)
+        program.add(
+            commanding.copied,
+            rows=J[:3].flat,
+            to=A[:3].flat,
+        )
+        program.add(
+            commanding.product,
+            L=L,
+            J=J,
+            A=A[3:],
+        )
         return A
 
-    def _twist(self, given: Given, of: FrameRows, way: Followed) -> int:
+    def _twist(self, given: Given, of: FrameRows, way: Followed) -> Rows:
         """Return the rows of the twist that the joints are to give the frame, in world axes.
 
         It is the one that takes the frame on, without what prescribed motions give it anyway.
         """
         program, scene = given.program, self.scene
-        V, wanted = program.rows(6), program.rows(12)
-        rows = of.T, way.here, self.gain_row(given), given.dt, of.room, wanted
-        program.add(kernels.twist, *rows, V)
+        V = program.rows(6)
+        program.add(
+            kernels.twist,
+            T=of.T,
+            here=way.here.reshape(2, 3, 4),
+            gain=self.gain_row(given),
+            duration=given.dt,
+            room=of.room,
+            wanted=program.rows(3, 4),
+            V=V,
+        )
         if not scene.motions:
             return V
         prescribed = np.flatnonzero(scene.prescribed)
         J = jacobian_in_world(of.placed, scene.tree, self.frame, of.T, prescribed)
         rates, drift = prescribed_rates(given, scene, prescribed), program.rows(6)
         rest = program.rows(6)
-        program.add(commanding.along, J, 6, prescribed.size, rates, drift)
-        program.add(commanding.difference, 6, V, drift, rest)
+        program.add(
+            commanding.along,
+            A=J,
+            x=rates,
+            out=drift,
+        )
+        program.add(
+            commanding.difference,
+            s=V,
+            s_goal=drift,
+            error=rest,
+        )
         return rest
 
     def _along(self, given: Given) -> Followed:
@@ -115,20 +154,35 @@ class PathFollower(Follower):
     def _straight(self, given: Given, of: FrameRows) -> Followed:
         """Add the stages of the path of each run, from where its frame started."""
         program, dt = given.program, given.dt
-        start, goal, way = program.rows(12), of.end, program.rows(8)
-        program.add(following.remembered, start, 12, *range(of.T, of.T + 12))
+        start, goal, way = program.rows(3, 4), of.end, program.rows(8)
+        program.add(following.remembered, to=start.flat, rows=list(of.T.flat))
         if self.k == 3:  # as it is turned at the start
-            goal = program.rows(12)
-            turned = [(of.end if i % 4 == 3 else start) + i for i in range(12)]
-            program.add(following.remembered, goal, 12, *turned)
-        program.add(kernels.apart, start, goal, of.room, way)
-        seconds, ramps = self._timing(given, way + 6)
-        here = program.rows(24)
-        rows = dt, seconds, ramps, start, way, goal, of.room, here
-        program.add(kernels.straight, *rows)
+            goal = program.rows(3, 4)
+            turned = [(of.end if i % 4 == 3 else start).flat[i] for i in range(12)]
+            program.add(following.remembered, to=goal.flat, rows=turned)
+        program.add(
+            kernels.apart,
+            start=start,
+            goal=goal,
+            room=of.room,
+            way=way,
+        )
+        seconds, ramps = self._timing(given, way[6:])
+        here = program.rows(2, 3, 4)
+        program.add(
+            kernels.straight,
+            dt=dt,
+            seconds=seconds,
+            ramps=ramps,
+            start=start,
+            way=way,
+            goal=goal,
+            room=of.room,
+            here=here,
+        )
         return Followed(here, seconds)
 
-    def _timing(self, given: Given, ways: int) -> tuple[int, int]:
+    def _timing(self, given: Given, ways: Rows) -> tuple[Rows, Rows]:
         """Return the rows of the duration of a distance and an angle, and of their ramps."""
         assert self.way_pace is not None
         program = given.program
@@ -136,7 +190,11 @@ class PathFollower(Follower):
             return program.constant(self.way_pace.duration), program.constant([ALIKE, ALIKE])
         seconds, ramps = program.rows(), program.rows(2)
         program.add(
-            following.paced, 2, ways, program.constant(self.way_pace.limits), ramps, seconds
+            following.paced,
+            ways=ways,
+            limits=program.constant(np.reshape(self.way_pace.limits, (2, 2))),
+            ramps=ramps,
+            seconds=seconds,
         )
         return seconds, ramps
 

@@ -5,11 +5,14 @@ from __future__ import annotations
 from dataclasses import KW_ONLY, dataclass
 from typing import Annotated, Any, Literal, get_args
 
+import numpy as np
+
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError
 from robsim.declare import Word, register
 from robsim.kernels.control import triangles as kernels
 from robsim.kernels.machine.program import Program, evaluated
+from robsim.kernels.machine.rows import Rows
 from robsim.servo.feature_block import FeatureBlock, Indices
 from robsim.servo.laws.gain import PER_SECOND
 from robsim.servo.laws.inverse import PseudoInverse
@@ -97,35 +100,63 @@ class PlacingLaw(StagedLaw):
 
     def stages(self, of: LawRows) -> AtGain:
         """Add the stages of the command, which does not depend on the gain of the task."""
-        assert of.s >= 0 and of.q >= 0
+        assert of.s is not None and of.q is not None
         program, tree, held_by = of.program, self.sight.scene.tree, self.sight.target.on
         placed = placed_at(program, tree, of.q)
         T_w_c, T = placed.frames([tree.find(self.sight.eye.name), tree.find(held_by)])
-        now, goal = program.rows(9), program.rows(9)
-        program.add(kernels.in_world, T_w_c, of.s, now)
-        program.add(kernels.in_world, T_w_c, program.constant(self.s_goal), goal)
+        now, goal = program.rows(3, 3), program.rows(3, 3)
+        program.add(
+            kernels.in_world,
+            T=T_w_c,
+            points=of.s.reshape(3, 3),
+            out=now,
+        )
+        program.add(
+            kernels.in_world,
+            T=T_w_c,
+            points=program.constant(np.reshape(self.s_goal, (3, 3))),
+            out=goal,
+        )
         V = self._twist(program, now, goal)
-        program.add(kernels.carried, T, V)
+        program.add(
+            kernels.carried,
+            T=T,
+            twist=V,
+        )
         J = jacobian_in_world(placed, tree, held_by, T, self.columns)
         given = of._replace(J=J, inverse=PseudoInverse())
         qd = realised(given, V, program.constant(self.task.length))
         return lambda gain: qd
 
-    def _twist(self, program: Program, now: int, goal: int) -> int:
+    def _twist(self, program: Program, now: Rows, goal: Rows) -> Rows:
         """Add the stages of `twist`, and return its rows (6,)."""
         rotation, translation = (
             program.constant(gain) for gain in (self.task.rotation, self.task.translation)
         )
         V, variant = program.rows(6), self.task.variant
-        program.add(kernels.turning, now, goal, rotation, variant == "completed", V)
+        program.add(
+            kernels.turning,
+            now=now,
+            goal=goal,
+            gain=rotation,
+            completed=variant == "completed",
+            twist=V,
+        )
         sign = 1 if variant == "printed" else -1
-        program.add(kernels.moving, now, goal, translation, sign, V)
+        program.add(
+            kernels.moving,
+            now=now,
+            goal=goal,
+            gain=translation,
+            sign=sign,
+            twist=V,
+        )
         return V
 
     def twist(self, now: Array, goal: Array) -> tuple[Array, Array]:
         """Return T and Omega (3, B) at the world's origin, from a, b, c (3, 3, B) in its axes."""
 
-        def add(program: Program, *rows: int) -> tuple[int]:
+        def add(program: Program, *rows: Rows) -> tuple[Rows]:
             return (self._twist(program, *rows),)
 
         (V,) = evaluated(add, [now, goal], [(6,)])

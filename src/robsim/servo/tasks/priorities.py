@@ -9,6 +9,7 @@ from typing import Annotated, Any
 from robsim.base.errors import InputError, said
 from robsim.declare import ListOf, register
 from robsim.kernels.machine.program import Blocks
+from robsim.kernels.machine.rows import Rows
 from robsim.servo.command import Command
 from robsim.servo.controller import Controller, Decision
 from robsim.servo.given import Commanded, Given
@@ -105,23 +106,18 @@ class Ordered(OfParts):
         made = [ServoStages(part, given.inside(str(i))) for i, part in enumerate(self.parts)]
         for each in made:
             each.assess()
-        sizes = [part.k for part in self.parts]
-        levels = [(one.A, k, one.rate()) for one, k in zip(made, sizes, strict=True)]
+        levels = [(one.A, one.rate()) for one in made]
         qd, _ = descent(program, levels, n, self.rcond)
-        error, A = (
-            joined(program, [one.plain[i] for one in made], [k * width for k in sizes])
-            for i, width in ((0, 1), (2, n))
-        )
-        s, J = joined(program, [one.of.s for one in made], sizes), made[0].of.first
+        error, A = (joined(program, [one.plain[i] for one in made]) for i in (0, 2))
+        s, J = joined(program, [one.of.s for one in made]), made[0].of.first
         qd = self.shaping.stages(given, Shapeable(self.k, n, error, J, A, qd))
 
         def decide(blocks: Blocks) -> Decision:
-            shapes = (s, self.k), (error, self.k), (qd, n), (A, self.k, n)
-            found = Command(*(blocks.get(*each) for each in shapes))
-            weights = blocks.get(used[0], self.k) if used[0] >= 0 else None
-            return Decision(found, blocks.get(J, 6, n), weights=weights)
+            found = Command(*map(blocks.get, (s, error, qd, A)))
+            weights = blocks.get(used[0]) if used[0] is not None else None
+            return Decision(found, blocks.get(J), weights=weights)
 
-        def note(qd: int) -> None:
+        def note(qd: Rows) -> None:
             for one in made:
                 one.note(qd)
 

@@ -17,6 +17,7 @@ from robsim.declare.problems import under
 from robsim.kernels.control import commanding
 from robsim.kernels.control.weighting import worst
 from robsim.kernels.machine.program import Blocks, Program
+from robsim.kernels.machine.rows import Rows
 from robsim.servo.command import Command
 from robsim.servo.controller import Controller, Decision
 from robsim.servo.given import Commanded, Given
@@ -75,33 +76,34 @@ class Several(OfParts):
         """Return the rows of each task, with a memory of its own."""
         return [part.stages(given.inside(str(i))) for i, part in enumerate(self.parts)]
 
-    def _together(self, given: Given, each: list[Commanded], qd: int) -> Commanded:
+    def _together(self, given: Given, each: list[Commanded], qd: Rows) -> Commanded:
         """Return the rows of all tasks, with the velocities that are commanded."""
         program, width = given.program, self.columns.size
-        sizes = [part.k for part in self.parts]
         s, error = (
-            joined(program, [getattr(one, name) for one in each], sizes) for name in ("s", "error")
+            joined(program, [getattr(one, name) for one in each]) for name in ("s", "error")
         )
-        A, at, busy = program.rows(self.k * width), 0, program.rows()
+        A, at, busy = program.rows(self.k, width), 0, program.rows()
         for part, one in zip(self.parts, each, strict=True):
-            n, own = part.columns.size, self._own(part)
-            row = A + width * at
-            program.add(commanding.widened, one.task_jacobian, part.k, n, row, width, *own)
+            own, rows = self._own(part).tolist(), A[at : at + part.k]
+            program.add(commanding.widened, A=one.task_jacobian, out=rows, columns=own)
             at += part.k
-        program.add(commanding.either, len(each), busy, *(one.busy for one in each))
+        program.add(commanding.either, out=busy, rows=[one.busy for one in each])
 
         def decide(blocks: Blocks) -> Decision:
             get = blocks.get
-            shapes = (s, self.k), (error, self.k), (qd, width), (A, self.k, width)
-            found = Command(*(get(*shape) for shape in shapes))
-            used = get(weights, self.k) if weights >= 0 else None
+            found = Command(*map(get, (s, error, qd, A)))
+            used = get(weights) if weights is not None else None
             return Decision(found, each[0].decide(blocks).J, weights=used)
 
-        def note(qd: int) -> None:
+        def note(qd: Rows) -> None:
             for part, one in zip(self.parts, each, strict=True):
                 mine = program.rows(part.columns.size)
                 for i, column in enumerate(self._own(part)):
-                    program.add(commanding.copied, 1, qd + column, mine + i)
+                    program.add(
+                        commanding.copied,
+                        rows=qd[column : column + 1],
+                        to=mine[i : i + 1],
+                    )
                 one.note(mine)
 
         weights, status = marks_used(program, self.parts, each)
@@ -188,18 +190,17 @@ def common(parts: Sequence[Controller]) -> dict[str, Any]:
 
 def marks_used(
     program: Program, parts: Sequence[Controller], each: Sequence[Any]
-) -> tuple[int, int]:
+) -> tuple[Rows | None, Rows | None]:
     """Return the rows of the weights of all parts, and of the worst status of what is left."""
-    weights, status = -1, [one.status for one in each if one.status >= 0]
+    weights, status = None, [one.status for one in each if one.status is not None]
     if any(part.weighted for part in parts):
-        sizes = [part.k for part in parts]
-        whole = [program.constant(np.ones(k)) for k in sizes]
-        own = [w if one.weights < 0 else one.weights for w, one in zip(whole, each, strict=True)]
-        weights = joined(program, own, sizes)
+        whole = [program.constant(np.ones(part.k)) for part in parts]
+        pairs = zip(whole, each, strict=True)
+        weights = joined(program, [w if one.weights is None else one.weights for w, one in pairs])
     if len(status) < 2:
-        return weights, *(status or [-1])
+        return weights, *(status or [None])
     found = program.rows()
-    program.add(worst, len(status), found, *status)
+    program.add(worst, out=found, rows=status)
     return weights, found
 
 

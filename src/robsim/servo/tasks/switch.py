@@ -15,6 +15,7 @@ from robsim.declare import Flag, register
 from robsim.kernels.control import commanding
 from robsim.kernels.control import switching as kernels
 from robsim.kernels.machine.program import Blocks, Program
+from robsim.kernels.machine.rows import Rows
 from robsim.servo.controller import Controller
 from robsim.servo.given import Commanded, Given
 from robsim.servo.shaping.shaped import Columns
@@ -93,58 +94,73 @@ class Switched(Several):
         """Add the stages of both schemes; the joints of the one that waits stand still."""
         each, program = self._parts(given), given.program
         qd, second = program.rows(self.columns.size), program.rows()
-        program.add(kernels.thrown, self.latch, self._condition(given, each), second)
-        program.add(commanding.cleared, self.columns.size, qd)
+        program.add(
+            kernels.thrown,
+            stays=self.latch,
+            holds=self._condition(given, each),
+            second=second,
+        )
+        program.add(
+            commanding.cleared,
+            rows=qd,
+        )
         for i, (part, one) in enumerate(zip(self.parts, each, strict=True)):
-            n, own = part.columns.size, self._own(part)
-            program.add(commanding.taken, n, one.qd, second, i, *(qd + own))
+            to = [qd[column] for column in self._own(part)]
+            program.add(commanding.taken, qd=one.qd, second=second, which=i, to=to)
         status = _of_its_turn(program, each, second)
         return replace(self._together(given, each, qd), status=status)
 
-    def _condition(self, given: Given, each: list[Commanded]) -> int:
+    def _condition(self, given: Given, each: list[Commanded]) -> Rows:
         """Return the row of the condition, which may be a user's."""
         program, images = given.program, [_images(given, part) for part in self.parts]
         parts = list(zip(self.parts, each, images, strict=True))
         when = staged(self.when)
         if when is not None:
-            seen = [Compared(part.k, one.error, some) for part, one, some in parts]
+            seen = [Compared(one.error, some) for _, one, some in parts]
             return when.stages(program, *seen)
         holds = program.rows()
 
         def ask(blocks: Blocks, step: int) -> None:
             seen = [_comparison(blocks, *each) for each in parts]
-            blocks.put(holds, _truths(self.when, seen, blocks.runs)[None].astype(float))
+            blocks.put(holds, _truths(self.when, seen, blocks.runs).astype(float))
 
         program.call(ask)
         return holds
 
 
-def _of_its_turn(program: Program, each: Sequence[Commanded], second: int) -> int:
-    """Return the row of the status of the scheme whose turn it is, or -1 where none has one."""
-    if all(one.status < 0 for one in each):
-        return -1
+def _of_its_turn(program: Program, each: Sequence[Commanded], second: Rows) -> Rows | None:
+    """Return the row of the status of the scheme whose turn it is, or None where none has one."""
+    if all(one.status is None for one in each):
+        return None
     found = program.rows()
-    program.add(commanding.cleared, 1, found)
+    program.add(
+        commanding.cleared,
+        rows=found.flat,
+    )
     for i, one in enumerate(each):
-        if one.status >= 0:
-            program.add(commanding.taken, 1, one.status, second, i, found)
+        if one.status is not None:
+            program.add(
+                commanding.taken,
+                qd=one.status.flat,
+                second=second,
+                which=i,
+                to=[found],
+            )
     return found
 
 
-def _images(given: Given, part: Controller) -> list[tuple[int, int]]:
-    """Return the rows of the pixels of each of its images, and how many marks there are."""
-    return [(given.views[sight.key].pixels, len(sight.target.marks)) for sight in part.sights]
+def _images(given: Given, part: Controller) -> list[Rows]:
+    """Return the rows of the pixels of each of its images."""
+    return [given.views[sight.key].pixels for sight in part.sights]
 
 
 def _comparison(
-    blocks: Blocks, part: Controller, one: Commanded, images: Sequence[tuple[int, int]]
+    blocks: Blocks, part: Controller, one: Commanded, images: Sequence[Rows]
 ) -> Comparison:
     """Return what a condition of a user's is shown of one scheme."""
-    get, k = blocks.get, part.k
-    n = part.columns.size
-    views = (get(pixels, N, 2) for pixels, N in images)
-    pixels = np.concatenate([np.empty((0, 2, blocks.runs)), *views])
-    seen = get(one.s, k), get(one.error, k), get(one.qd, n), pixels
+    get = blocks.get
+    pixels = np.concatenate([np.empty((0, 2, blocks.runs)), *map(get, images)])
+    seen = get(one.s), get(one.error), get(one.qd), pixels
     return Comparison(*map(frozen, seen))
 
 

@@ -7,6 +7,7 @@ from typing import Annotated, ClassVar
 
 from robsim.declare import Declared, Number, Whole, register
 from robsim.kernels.control import weighting as kernels
+from robsim.kernels.machine.rows import Rows
 from robsim.servo.weightings.weighting import MarksSeen, WeightsOfMarks
 
 
@@ -38,9 +39,15 @@ class Border(WeightsOfMarks, Declared):
         int, Whole(1, 10_000), "Marks that must be in the image for the run to go on."
     ] = 1
 
-    def marks(self, of: MarksSeen) -> int:
+    def marks(self, of: MarksSeen) -> Rows:
         """Add the stage of the weights of the marks of a sight, and return their rows."""
         program = of.given.program
         width, found = program.constant(self.width), program.rows(of.N)
-        program.add(kernels.border, of.N, of.view.pixels, of.camera, width, found)
+        program.add(
+            kernels.border,
+            pixels=of.view.pixels,
+            camera=of.camera,
+            width=width,
+            out=found,
+        )
         return found

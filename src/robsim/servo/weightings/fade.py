@@ -7,6 +7,7 @@ from typing import Annotated, ClassVar
 
 from robsim.declare import Declared, Time, register
 from robsim.kernels.control import weighting as kernels
+from robsim.kernels.machine.rows import Rows
 from robsim.servo.weightings.weighting import MarksSeen, WeightsOfMarks
 
 
@@ -27,10 +28,17 @@ class Fade(WeightsOfMarks, Declared):
 
     time: Annotated[float, Time(above=0), "Time in which a mark comes to count, or not to."] = 0.5
 
-    def marks(self, of: MarksSeen) -> int:
+    def marks(self, of: MarksSeen) -> Rows:
         """Add the stage of the weights of the marks of a sight, and return their rows."""
         program = of.given.program
         ramp, found = program.rows(of.N), program.rows(of.N)
         seconds = program.constant(self.time)
-        program.add(kernels.fade, of.N, of.there, seconds, of.given.dt, ramp, found)
+        program.add(
+            kernels.fade,
+            there=of.there,
+            seconds=seconds,
+            dt=of.given.dt,
+            ramp=ramp,
+            out=found,
+        )
         return found

@@ -15,6 +15,7 @@ from typing import Annotated, ClassVar
 
 from robsim.declare import Declared, Number, register
 from robsim.kernels.estimation import robust as kernels
+from robsim.kernels.machine.rows import Rows
 from robsim.servo.weightings.weighting import MarksSeen, WeightsOfMarks
 
 NOISE = Number(above=0, unit="px")
@@ -29,13 +30,14 @@ class _Robust(WeightsOfMarks):
     kernel: ClassVar[int]
     noise: float
 
-    def marks(self, of: MarksSeen) -> int:
+    def marks(self, of: MarksSeen) -> Rows:
         """Add the stage of the weights of the marks of a sight, and return their rows."""
         program, N = of.given.program, of.N
         goal, noise = program.numbers(of.goal, 2), program.constant(self.noise)
         found, room = program.rows(N), program.scratch(3 * N)
-        image = of.view.pixels, goal, of.there
-        program.add(kernels.by_distance, self.kernel, N, *image, noise, found, room)
+        image = {"pixels": of.view.pixels, "goal": goal, "there": of.there}
+        weighed = {"least": noise, "weights": found, "room": room}
+        program.add(kernels.by_distance, kind=self.kernel, **image, **weighed)
         return found
 
 

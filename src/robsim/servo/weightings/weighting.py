@@ -12,6 +12,7 @@ from typing import ClassVar, NamedTuple, Protocol, runtime_checkable
 
 from robsim.base.arrays import Array, shown_view
 from robsim.declare import Choice, ListOf, family
+from robsim.kernels.machine.rows import Rows
 from robsim.servo.given import Given, View
 from robsim.servo.sight import Sight
 
@@ -25,8 +26,8 @@ class MarksSeen(NamedTuple):
     sight: Sight
     N: int
     view: View  # pixels as measured, NaN where none are; a hidden mark is where it was seen last
-    camera: int  # as `robsim.kernels.images.viewing` has it
-    there: int  # (N,) 1 where a mark is measured in this image, else 0
+    camera: Rows  # as `robsim.kernels.images.viewing` has it
+    there: Rows  # (N,) 1 where a mark is measured in this image, else 0
     goal: Array  # (N, 2, runs) pixels at the goal, or (N, 2, 1) of all runs
 
 
@@ -80,7 +81,7 @@ class WeightsOfMarks(ABC):
     least_marks: ClassVar[int] = 1  # of a target
 
     @abstractmethod
-    def marks(self, of: MarksSeen) -> int:
+    def marks(self, of: MarksSeen) -> Rows:
         """Add the stages of the weights of the marks of a sight, and return their rows (N,)."""
 
 

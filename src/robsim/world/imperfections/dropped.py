@@ -31,8 +31,8 @@ class DroppedImages(ImageEffect):
     dropped: Dropped = 0.1
 
     def add_stages(self, image: ImageRows) -> None:
-        rows = image.program.number(self.dropped), *image.key, image.lost
-        image.program.add(kernels.lose, image.every, *rows)
+        given = {"every": image.every, "share": image.program.number(self.dropped)}
+        image.program.add(kernels.lose, **given, **image.key, out=image.lost)
 
     def timing(self, dt: float) -> ImageTiming:
         return ImageTiming(lost=self.dropped)

@@ -45,7 +45,7 @@ class Encoder(JointEffect):
     def add_stages(self, joints: JointRows) -> None:
         steps = joints.program.constant(self.steps(joints.scene))
         before = joints.measured
-        joints.program.add(count, joints.scene.nq, steps, before, joints.new_measured())
+        joints.program.add(count, steps=steps, q=before, out=joints.new_measured())
 
     def steps(self, scene: Scene) -> Array:
         """Return the step of each coordinate (nq,); zero for joints without an encoder."""

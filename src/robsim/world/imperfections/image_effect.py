@@ -17,7 +17,8 @@ from robsim.declare import Choice, ListOf, family
 from robsim.kernels.control.commanding import copied
 from robsim.kernels.formulas import random
 from robsim.kernels.machine.program import Blocks, Program
-from robsim.world.imperfections.imperfection import Imperfection, RunFacts, Statement
+from robsim.kernels.machine.rows import Rows
+from robsim.world.imperfections.imperfection import Imperfection
 
 IMAGE_EFFECTS = family("image effect")
 FIRST_STREAM = 16  # of random numbers of effects; those below are of the short form
@@ -69,6 +70,11 @@ class MarkGroup(NamedTuple):
     first: int
     size: int
 
+    @property
+    def rows(self) -> slice:
+        """Where they stand among all marks."""
+        return slice(self.first, self.first + self.size)
+
 
 @dataclass
 class ImageRows:
@@ -77,8 +83,8 @@ class ImageRows:
     program  the stages of a period; an effect keeps what it remembers in new rows of it
     groups   the marks of each camera and target
     every    control periods between images: a stage does nothing in the others
-    pixels   first row of the pixels (N, 2), which are the true ones until `own_pixels`
-    hidden   first row of whether each mark is hidden (N,), to be set to one
+    pixels   rows of the pixels (N, 2), which are the true ones until `own_pixels`
+    hidden   rows of whether each mark is hidden (N,), to be set to one
     lost     row of whether the image is lost, to be set to one
     dt       row of the control period
     latency  row of the age of the image in seconds
@@ -90,13 +96,13 @@ class ImageRows:
     program: Program
     groups: Sequence[MarkGroup]
     every: int
-    pixels: int
-    hidden: int
-    lost: int
-    dt: int
-    latency: int
+    pixels: Rows
+    hidden: Rows
+    lost: Rows
+    dt: Rows
+    latency: Rows
     seed: np.uint64
-    run: int
+    run: Rows
     stream: int = 0
     owned: bool = False
 
@@ -106,20 +112,20 @@ class ImageRows:
         return sum(each.size for each in self.groups)
 
     @property
-    def key(self) -> tuple[int, int, int]:
+    def key(self) -> dict[str, Any]:
         """The seed, the row of the number of the run, and the stream, as stages take them."""
-        return int(self.seed.astype(np.int64)), self.run, self.stream
+        return {"seed": self.seed.astype(np.int64), "run": self.run, "stream": self.stream}
 
-    def new_pixels(self) -> int:
+    def new_pixels(self) -> Rows:
         """Return new rows (N, 2), which are the pixels from here on."""
-        self.pixels, self.owned = self.program.rows(2 * self.N), True
+        self.pixels, self.owned = self.program.rows(self.N, 2), True
         return self.pixels
 
-    def own_pixels(self) -> int:
+    def own_pixels(self) -> Rows:
         """Return rows (N, 2) of pixels to change in place; a copy if they are the true ones."""
         if not self.owned:
             before = self.pixels
-            self.program.add(copied, 2 * self.N, before, self.new_pixels())
+            self.program.add(copied, rows=before.flat, to=self.new_pixels().flat)
         return self.pixels
 
     def call(self, seen: Callable[[Array, Exposure], Array], name: str) -> None:
@@ -127,20 +133,21 @@ class ImageRows:
         self.program.call(partial(self._called, seen, name, self.own_pixels(), self.stream))
 
     def _called(
-        self, seen: Any, name: str, first: int, stream: int, blocks: Blocks, step: int
+        self, seen: Any, name: str, own: Rows, stream: int, blocks: Blocks, step: int
     ) -> None:
         if step % self.every:
             return
-        pixels = blocks.get(first, self.N, 2)
-        runs = blocks.get(self.run, 1)[0].view(np.uint64)
-        dt, latency = blocks.first(self.dt, 1)[0], blocks.first(self.latency, 1)[0]
-        when = max(float(step * dt - latency), 0.0), step, self.seed, runs, stream
-        for camera, target, start, count in self.groups:
-            before = shown_view(pixels[start : start + count])
-            found = seen(before, Exposure(*when, camera, target))
-            found = like(before, found, f"{name}.seen", gaps=True)
-            pixels[start : start + count] = last_view(found)
-        blocks.put(first, pixels)
+        pixels, runs = blocks.get(own), blocks.get(self.run).view(np.uint64)
+        times = np.maximum(step * blocks.get(self.dt) - blocks.get(self.latency), 0.0)
+        for time in np.unique(times):  # of runs whose images are of the same age
+            some = times == time
+            when = float(time), step, self.seed, runs[some], stream
+            for group in self.groups:
+                marks = pixels[group.rows]
+                before = shown_view(marks[..., some])
+                found = seen(before, Exposure(*when, group.camera, group.target))
+                marks[..., some] = last_view(like(before, found, f"{name}.seen", gaps=True))
+        blocks.put(own, pixels)
 
 
 class Place(IntEnum):
@@ -183,6 +190,7 @@ class ImageEffect(Imperfection):
 
     place: ClassVar[Place] = Place.MEASURED
     title: ClassVar[str] = "effects on the images"
+    changed: ClassVar[str] = "The images are"
 
     def seen(self, pixels: Array, exposure: Exposure) -> Array:
         """Return where the marks are seen (B, N, 2), from where they would be, in pixels."""
@@ -203,9 +211,6 @@ class ImageEffect(Imperfection):
     def deviation(self, robust: bool) -> float:
         """Return the standard deviation of a pixel coordinate, maybe under robust weights."""
         return 0.0
-
-    def stated(self, facts: RunFacts) -> Statement:
-        return facts.lasting(f"The images are changed by {self.label}")
 
     def in_views(self, pixels: Array, normal: Callable[[], Array]) -> Array:
         """Return the pixels (V, N, 2) of views by a robot that stands still.

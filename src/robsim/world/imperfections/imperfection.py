@@ -63,6 +63,7 @@ class Imperfection(Declared):
     own: Any = None
     stream: ClassVar[int] = 0
     title: ClassVar[str]
+    changed: ClassVar[str]  # the subject of a plain statement, with its verb
     left_out: ClassVar[str] = "effects of your own"
 
     @classmethod
@@ -87,7 +88,7 @@ class Imperfection(Declared):
 
     def stated(self, facts: RunFacts) -> Statement:
         """Return a sentence on its part in a run, and the numbers."""
-        return facts.lasting(f"{self.label} makes {self.title}")
+        return facts.lasting(f"{self.changed} changed by {self.label}")
 
     def cause(self, dt: float) -> str:
         """Return the phrase for its part in the timing of the loop, as a limit of the gain."""

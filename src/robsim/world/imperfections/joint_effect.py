@@ -15,8 +15,9 @@ from robsim.base.arrays import Array, first_view, frozen, is_any, shown_view
 from robsim.base.errors import InputError
 from robsim.declare import Choice, ListOf, family
 from robsim.kernels.machine.program import Blocks, Program
+from robsim.kernels.machine.rows import Rows
 from robsim.world.imperfections.image_effect import FIRST_STREAM, Draws, like
-from robsim.world.imperfections.imperfection import Imperfection, RunFacts, Statement
+from robsim.world.imperfections.imperfection import Imperfection
 from robsim.world.scene import Scene
 
 JOINT_EFFECTS = family("joint effect")
@@ -46,10 +47,10 @@ class JointRows:
 
     program  the stages of a period; an effect keeps what it remembers in new rows of it
     columns  the numbers of the commanded velocities among those of the scene
-    wanted   first row of the velocities (nv,) of the scene, the commanded ones to be changed
-    speed    first row of those at which joints move (nv,)
-    q        first row of the true coordinates (nq,)
-    measured first row of the coordinates (nq,) that the controller gets
+    wanted   rows of the velocities (nv,) of the scene, the commanded ones to be changed
+    speed    rows of those at which joints move (nv,)
+    q        rows of the true coordinates (nq,)
+    measured rows of the coordinates (nq,) that the controller gets
     seconds  the control period
     seed     of random numbers, `runs` the numbers of all runs, and `run` the row of these
     stream   the first of two streams of random numbers of an effect
@@ -58,16 +59,16 @@ class JointRows:
     program: Program
     scene: Scene
     columns: NDArray[np.int64]
-    wanted: int
-    speed: int
-    q: int
-    measured: int
+    wanted: Rows
+    speed: Rows
+    q: Rows
+    measured: Rows
     seconds: float
     seed: np.uint64
     runs: NDArray[np.int64]
     stream: int = 0
 
-    def new_measured(self) -> int:
+    def new_measured(self) -> Rows:
         """Return new rows (nq,), which are the measured coordinates from here on."""
         self.measured = self.program.rows(self.scene.nq)
         return self.measured
@@ -77,8 +78,7 @@ class JointRows:
         self.program.call(partial(self._called, driven, name, self.stream))
 
     def _called(self, driven: Any, name: str, stream: int, blocks: Blocks, step: int) -> None:
-        nv, get = self.scene.nv, blocks.get
-        rates, q, speed = get(self.wanted, nv), get(self.q, self.scene.nq), get(self.speed, nv)
+        rates, q, speed = map(blocks.get, (self.wanted, self.q, self.speed))
         wanted, moved = first_view(rates[self.columns]).copy(), shown_view(speed[self.columns])
         key = step, self.seed, self.runs[blocks.rows].view(np.uint64), stream
         drive = Drive(step * self.seconds, *key, shown_view(q), moved)
@@ -125,6 +125,7 @@ class JointEffect(Imperfection):
 
     place: ClassVar[JointPlace] = JointPlace.COMMANDED
     title: ClassVar[str] = "effects on the joints"
+    changed: ClassVar[str] = "What is commanded is"
 
     def driven(self, wanted: Array, drive: Drive) -> Array:
         """Return velocities (B, n) for the period that begins, from those that are wanted."""
@@ -145,9 +146,6 @@ class JointEffect(Imperfection):
     def deviation(self, scene: Scene) -> Array:
         """Return the standard deviation of each measured coordinate (nq,)."""
         return np.zeros(scene.nq)
-
-    def stated(self, facts: RunFacts) -> Statement:
-        return facts.lasting(f"What is commanded is changed by {self.label}")
 
 
 @runtime_checkable

@@ -32,8 +32,8 @@ class PixelNoise(ImageEffect):
 
     def add_stages(self, image: ImageRows) -> None:
         program, before = image.program, image.pixels
-        rows = before, program.number(self.noise), *image.key, image.new_pixels()
-        program.add(kernels.blur, image.every, image.N, *rows)
+        given = {"every": image.every, "pixels": before, "sigma": program.number(self.noise)}
+        program.add(kernels.blur, **given, **image.key, out=image.new_pixels())
 
     def deviation(self, robust: bool) -> float:
         return self.noise

@@ -110,13 +110,13 @@ class Occlusion(ImageEffect):
     def add_stages(self, image: ImageRows) -> None:
         number = image.program.number
         marks = [
-            image.hidden + each.first + mark
+            image.hidden[each.first + mark]
             for each in image.groups
             if self.concerns(each.camera, each.target)
             for mark in self.marks
         ]
-        rows = image.dt, image.latency, number(self.start), number(self.end)
-        image.program.add(hide, *rows, len(marks), *marks)
+        given = {"dt": image.dt, "latency": image.latency, "marks": marks}
+        image.program.add(hide, **given, start=number(self.start), end=number(self.end))
 
     def stated(self, facts: RunFacts) -> Statement:
         until = f"until {self.end:.3g} s" if self.end < math.inf else "on"

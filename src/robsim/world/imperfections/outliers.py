@@ -38,9 +38,14 @@ class Outliers(ImageEffect):
     outlier_size: Size = 50.0
 
     def add_stages(self, image: ImageRows) -> None:
-        size = image.program.number(self.outlier_size)
-        rows = image.own_pixels(), image.program.number(self.outliers), size, *image.key
-        image.program.add(kernels.displace, image.every, image.N, *rows)
+        image.program.add(
+            kernels.displace,
+            every=image.every,
+            pixels=image.own_pixels(),
+            share=image.program.number(self.outliers),
+            deviation=image.program.number(self.outlier_size),
+            **image.key,
+        )
 
     def deviation(self, robust: bool) -> float:
         return 0.0 if robust else math.sqrt(self.outliers) * self.outlier_size

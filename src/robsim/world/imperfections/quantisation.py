@@ -38,8 +38,8 @@ class Quantisation(ImageEffect):
     quantisation: Step = 1.0
 
     def add_stages(self, image: ImageRows) -> None:
-        rows = image.own_pixels(), image.program.number(self.quantisation)
-        image.program.add(kernels.quantise, image.every, 2 * image.N, *rows)
+        values, size = image.own_pixels().flat, image.program.number(self.quantisation)
+        image.program.add(kernels.quantise, every=image.every, values=values, size=size)
 
     def deviation(self, robust: bool) -> float:
         return self.quantisation / math.sqrt(12.0)

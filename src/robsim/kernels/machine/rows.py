@@ -1,0 +1,84 @@
+"""Rows of a block, and tables in memory: a first number, and the shape of what stands there."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import Any
+
+
+class Rows(int):
+    """The first of some rows of a block, which hold numbers of a shape, the last axis in order.
+
+    >>> points = Rows(7, (4, 2))
+    >>> points[1], points[2:], points.flat
+    (rows 9 to 10, shape (2,), rows 11 to 14, shape (2, 2), rows 7 to 14, shape (8,))
+    """
+
+    shape: tuple[int, ...]
+
+    def __new__(cls, first: int, shape: tuple[int, ...] = ()) -> Rows:
+        self = int.__new__(cls, first)
+        self.shape = shape
+        return self
+
+    def __getitem__(self, where: Any) -> Rows:
+        """Return the rows of one entry of the first axis, or of some that follow one another."""
+        if isinstance(where, tuple):
+            found = self
+            for each in where:
+                found = found[each]
+            return found
+        if not self.shape:
+            raise IndexError("a single row has no parts")
+        length, *rest = self.shape
+        step = math.prod(rest)
+        if isinstance(where, slice):
+            start, stop, stride = where.indices(length)
+            if stride != 1:
+                raise IndexError(f"rows follow one another: {where}")
+            return Rows(self + start * step, (max(stop - start, 0), *rest))
+        if not -length <= where < length:
+            raise IndexError(f"there is no entry {where} of {length}")
+        return Rows(self + where % length * step, tuple(rest))
+
+    def __iter__(self) -> Iterator[Rows]:
+        return (self[i] for i in range(self.shape[0]))
+
+    @property
+    def size(self) -> int:
+        """The number of rows."""
+        return math.prod(self.shape)
+
+    @property
+    def flat(self) -> Rows:
+        """The same rows, one after the other."""
+        return Rows(self, (self.size,))
+
+    @property
+    def column(self) -> Rows:
+        """The same rows as a matrix of one column."""
+        return Rows(self, (self.size, 1))
+
+    def reshape(self, *shape: int) -> Rows:
+        """Return the same rows in another shape, of which one axis may be -1."""
+        if -1 in shape and (rest := -math.prod(shape)):
+            shape = tuple(self.size // rest if n == -1 else n for n in shape)
+        if math.prod(shape) != self.size:
+            raise ValueError(f"{self!r} cannot have the shape {shape}")
+        return Rows(self, shape)
+
+    def __repr__(self) -> str:
+        first = int(self)
+        return f"rows {first} to {first + self.size - 1}, shape {self.shape}"
+
+
+class Address(int):
+    """The address of the first number of an array of a shape."""
+
+    shape: tuple[int, ...]
+
+    def __new__(cls, first: int, shape: tuple[int, ...] = ()) -> Address:
+        self = int.__new__(cls, first)
+        self.shape = shape
+        return self
