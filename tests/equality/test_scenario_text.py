@@ -414,7 +414,7 @@ def example():
 
 def test_a_run_of_a_scenario_keeps_its_text_and_is_repeated(example):
     run = example.run()
-    assert run.attrs["scenario"] == example.text
+    assert run.attrs["scenario"] == example.to_toml(complete=True)
     identical(replay(run), run)
     plain = rs.simulate(example.scene, example.task, example.start, dt=0.04, duration=1.0)
     for name in run.variables:
@@ -424,7 +424,7 @@ def test_a_run_of_a_scenario_keeps_its_text_and_is_repeated(example):
 @pytest.mark.parametrize("change", [{"seed": 3}, {"sensing": rs.Sensing(noise=1.0)}, {"dt": 0.02}])
 def test_a_run_with_changes_has_a_text_that_says_them(example, change):
     run = example.run(**change)
-    assert run.attrs["scenario"] != example.text
+    assert run.attrs["scenario"] != example.to_toml(complete=True)
     identical(replay(run), run)
 
 
@@ -441,7 +441,7 @@ def test_an_interrupted_run_keeps_the_text(example):
 
     with pytest.raises(rs.Interrupted) as caught:
         example.run(stop)
-    assert caught.value.run.attrs["scenario"] == example.text
+    assert caught.value.run.attrs["scenario"] == example.to_toml(complete=True)
 
 
 @pytest.mark.parametrize("name", examples.names())
