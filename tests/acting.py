@@ -5,15 +5,19 @@ from collections.abc import Iterator
 from copy import deepcopy
 from dataclasses import dataclass, field
 from functools import cached_property
+from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
 
 import robsim as rs
+from robsim.declare import Role
 from robsim.declare.problems import Problems
 from robsim.declare.schema import Definitions
 from robsim.declare.spec import MISSING, Context
 from robsim.files.toml import write
+from robsim.plot.picture import picture_of
 from robsim.run.experiment import Experiment
 
 NUMBER = re.compile(r"(?<![\w^.])-?\d+(\.\d+)?([eE][-+]?\d+)?")
@@ -26,6 +30,7 @@ class Case:
     tables: dict
     path: tuple = ()
     others: dict = field(default_factory=dict)
+    _found: dict = field(default_factory=dict)
 
     def __post_init__(self):
         if self.path and isinstance(self.own(), str):  # the name of a kind alone
@@ -38,25 +43,29 @@ class Case:
 
     def effect(self, each) -> tuple[str, list]:
         """Return whether a field "acts", is "refused" or is "dead", and the values tried."""
-        tried = []
-        for key in each.spec.keys(each.name):
+        tried, probe = [], PROBES[each.role]
+        before = self._before(probe)
+        keys = self.others.get("keys", {})  # of fields that a text says otherwise
+        for key in keys.get(each.name, each.spec.keys(each.name)):
             for value, given in self._values(each, key):
                 tables = self._with(key, value)
                 try:
-                    found = results(tables)
+                    found = probe(tables)
                 except rs.InputError as error:
                     tried += [(key, value, str(error))] if given else []
                     continue
-                if not same(self.results, found):
+                if not same(before, found):
                     return "acts", [(key, value, "")]
                 if not self._means(tables):
                     tried.append((key, value, "same"))
         refused = bool(tried) and all(told != "same" for _, _, told in tried)
         return "refused" if refused else "dead", tried
 
-    @cached_property
-    def results(self):
-        return results(self.tables)
+    def _before(self, probe):
+        """Return what a probe finds without a change."""
+        if probe not in self._found:
+            self._found[probe] = probe(self.tables)
+        return self._found[probe]
 
     @cached_property
     def _experiment(self):
@@ -77,7 +86,8 @@ class Case:
 
     def _values(self, each, key) -> Iterator[tuple[Any, bool]]:
         """Yield other values of a key, and whether they are given, not guessed from its own."""
-        spec, own = each.spec.of_key(each.name, key), self.own().get(key, MISSING)
+        spec, own = each.spec, self.own().get(key, MISSING)
+        spec = spec.of_key(each.name, key) if key in spec.keys(each.name) else spec
         plain = own if own is not MISSING else written(spec, each.default)
         words = words_in(each.spec.properties(each.name, Definitions()).get(key, {}), plain)
         yield from ((value, True) for value in (*self.others.get(key, ()), *words))
@@ -135,7 +145,7 @@ def results(tables) -> dict:
     if "study" in tables:
         return {name: np.asarray(each) for name, each in rs.study(experiment).table.items()}
     run = experiment.run()
-    parts = enumerate(run.runs if isinstance(run, rs.MissionRun) else [run])
+    parts = enumerate([leg.run for leg in run.legs] if isinstance(run, rs.MissionRun) else [run])
     return {(i, name): x.values for i, part in parts for name, x in part.variables.items()}
 
 
@@ -146,3 +156,32 @@ def same(one, other) -> bool:
         and np.array_equal(x, other[name], equal_nan=x.dtype.kind == "f")
         for name, x in one.items()
     )
+
+
+def pictures(tables) -> dict:
+    """Return all points that a figure of the scene shows, and the frame in which it shows them."""
+    scene = Experiment.from_text(write(tables), "case.toml").scene
+    found = dict(enumerate(wire.points for wire in picture_of(scene, None, None).solid))
+    return {**found, "display": scene.display.matrix}
+
+
+def files(tables) -> dict:
+    """Return the files of all robots that URDF can hold."""
+    scene = Experiment.from_text(write(tables), "case.toml").scene
+    found = {}
+    with TemporaryDirectory() as folder:
+        for robot in scene.robots:
+            robot.to_urdf(Path(folder, "robot.urdf"))
+            found[robot.name] = np.array(Path(folder, "robot.urdf").read_text(encoding="utf-8"))
+    return found
+
+
+def commands(tables) -> dict:
+    """Return the command of the controller on its own, at a start that it sees."""
+    experiment = Experiment.from_text(write(tables), "case.toml")
+    now, controller = next(experiment.steps()), rs.Controller(experiment)
+    steps = (controller.step(now.pixels, now.q, i * experiment.dt) for i in range(3))
+    return {i: np.asarray(command.velocities) for i, command in enumerate(steps)}
+
+
+PROBES = {Role.RUN: results, Role.FIGURE: pictures, Role.FILE: files, Role.ROBOT: commands}

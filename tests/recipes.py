@@ -3,6 +3,7 @@
 import tomllib
 from copy import deepcopy
 
+import numpy as np
 from acting import Case
 
 import robsim as rs
@@ -48,7 +49,7 @@ OTHERS = {
     "mass": ["2 kg"],
     "density": ["2 kg/m^3"],
     "color": ["red"],
-    "frame": ["second"],
+    "frame": ["second", "panda.link6"],
     "one": ["second"],
     "other": ["second"],
     "belief": [{"cameras": [{"name": name, "focal": [700, 700]}]} for name in ("eye", "camera")],
@@ -56,17 +57,21 @@ OTHERS = {
     "camera": ["second"],
     "components": [[0]],
     "damping": [0.3],
-    "depth": ["50 cm"],
+    "depth": ["50 cm", {"kind": "filter", "start": "50 cm"}],
     "feed_forward": ["estimated"],
     "goal": [{"computed": {"position": "1, 3, 85 cm"}}],
     "position": ["1, 2, 3 cm"],
     "rpy": ["5, 2, 3 deg"],
-    "joints": [["link1", "link2", "link3"], ["drone.body.vx", "drone.body.vy"]],
+    "joints": [["link2", "link1"], ["link1", "link2", "link3"], ["drone.body.vx", "drone.body.vy"]],
     "lag": ["0.1 s"],
-    "limit": [{"joint": "0.1 rad/s"}],
+    "limit": [{"joint": "0.01 rad/s"}],
     "marks": [[1, 2, 3, 0], [1, 2]],
+    "filename": ["b.stl"],
+    "first_run": [3],
+    "noise": [1.0, 3.0, 1000.0],
     "rcond": [0.5],
-    "secondary": ["none"],
+    "seed": [5],
+    "secondary": [{"kind": "posture", "q": ["5 deg"] * 7}],
     "size": [[500, 400]],
     "smooth_start": [5.0],
     "target": ["others"],
@@ -81,14 +86,15 @@ def world(base, **changes):
 
 def task(kind, base=FLYING, **table):
     """The tables of a scene with a task, and the place of the task in it."""
-    given = SERVO if base is FLYING and kind != "switch" else {}
+    flying = base.get("cameras") == FLYING["cameras"] and kind not in ("switch", "parallel")
+    given = SERVO if flying else {}
     return world(base, task={"kind": kind, **given, **table}), ("task",)
 
 
-def part(key, value, base=FLYING, kind="ibvs", **table):
+def part(key, value, base=FLYING, kind="ibvs", index=None, **table):
     """Likewise with the place of a part of the task."""
     made, path = task(kind, base, **{**table, key: value})
-    return made, (*path, key)
+    return made, (*path, key, *([] if index is None else [index]))
 
 
 def top(key, value, base=None, **changes):
@@ -126,6 +132,14 @@ def car(kind, **others):
     return *example("car", *path, robots=[robot]), others
 
 
+def steered():
+    """The car of the library, which is to turn its wheels farther and faster than it can."""
+    made, path, _ = car("rolling")
+    made["run"] = {"dt": "40 ms", "duration": "2 s"}
+    others = {"limit": ["0.35 rad"], "rate": ["0.1 rad/s"]}
+    return made, (*path[:3], 1, "steering"), others
+
+
 def crawler(kind, of, **changes):
     """The crawler of the library on its cable, with a coupling of its arms."""
     robot, path = library("inspection_a", kind, **changes)
@@ -140,6 +154,11 @@ def solid(table):
     return world(made, objects=objects), ("objects", 1, "shapes", 0)
 
 
+def shaped(table):
+    """The same solid before a camera, and as a part of a link."""
+    return [solid(table), linked("shapes", [table], 0)]
+
+
 def followed(table):
     robot = {"model": "planar_2r", "name": "arm"}
     follow = {"kind": "follow_joints", "joints": ["upper", "fore"], "trajectory": table}
@@ -152,6 +171,111 @@ def with_task(name, **changes):
     made, path = example(name, "task")
     made["task"] |= deepcopy(changes)
     return made, path
+
+
+def anywhere(start, **study):
+    """A study of an arm with starts anywhere between its limits, or in a box."""
+    tables = task("ibvs", ARM)[0] | {"run": {"dt": "40 ms", "duration": "80 ms"}}
+    start = {"kind": "anywhere", **start}
+    return tables | {"study": {"runs": 3, "seed": 4, "start": start, **study}}, ("study", "start")
+
+
+def drawn(tables, path, joint="cart"):
+    """The same experiment with starts between the limits of its joints."""
+    start = {"kind": "anywhere", "visible": False}
+    tables["task"]["by"] = {joint: "0.5 cm" if joint == "cart" else "1 deg"}
+    return world(tables, study={"runs": 2, "seed": 4, "start": start}), path
+
+
+def mimicking(follows):
+    links = [
+        {"name": "a", "joint": "revolute"},
+        {"name": "b", "joint": "revolute"},
+        {"name": "c", "joint": "revolute", "place": {"position": "1, 0, 0 m"}, "follows": follows},
+        {"name": "d", "place": {"position": "1, 0, 0 m"}},
+    ]
+    home = ["5 deg", "9 deg"]
+    made, path = driven(*links, home=home, tip="d", by={"a": "9 deg", "b": "5 deg"})
+    return made, (*path, "links", 3, "follows"), {"of": ["b"]}
+
+
+def ended(kind, **given):
+    return top("endings", [{"kind": kind, **given}])[0], ("endings", 0)
+
+
+def moving(**given):
+    """An arm with lag that follows a trajectory of its joints."""
+    made = world(ARM, task={"kind": "follow_joints", **given}, actuation={"lag": "50 ms"})
+    return made, ("task",)
+
+
+def reaching(**given):
+    """An arm with lag that follows a path of its flange."""
+    given = {"kind": "follow_path", "frame": "panda.flange", **given}
+    return world(ARM, task=given, actuation={"lag": "50 ms"}), ("task",)
+
+
+def carried():
+    """Two cameras that stand still watch what a redundant arm holds."""
+    scene = rs.Scene(rs.robots.panda())
+    T = scene.pose("panda.flange")
+    cube = {
+        "name": "cube",
+        "on": "panda.flange",
+        "marks": ["0, 0, 6 cm", "0, 5, 6 cm", "5, 0, 7 cm"],
+    }
+    made = {"schema": 1, "robots": [{"model": "panda"}], "objects": [cube], "run": RUN}
+    made["cameras"] = [looking(name, T.position, x) for name, x in (("left", -0.1), ("right", 0.1))]
+    given = {"kind": "placing", "camera": ["left", "right"], **SHAPED}
+    home = np.degrees(scene.home)
+    made["start"] = {"q": [f"{x + 4:.6f} deg" for x in home]}
+    return world(made, task=given), ("task",)
+
+
+def looking(name, at, x):
+    """A camera that looks up at a place from below."""
+    eye = np.add(at, [x, 0.05, -0.4])
+    z = (at - eye) / np.linalg.norm(at - eye)
+    side = np.cross([0.0, 1.0, 0.0], z)
+    side /= np.linalg.norm(side)
+    R = np.column_stack([side, np.cross(z, side), z])
+    where = ", ".join(f"{each:.9f}" for each in eye)
+    return {"name": name, "position": f"{where} m", "rotation": R.tolist(), **EYE}
+
+
+def mission():
+    tasks = ({**IBVS, "gain": 3.0}, {"kind": "follow_joints", "by": {"link1": "2 deg"}})
+    tasks[1]["duration"] = "0.2 s"
+    look, turn = (
+        {"name": name, "task": each} for name, each in zip(("a", "b"), tasks, strict=True)
+    )
+    look |= {"duration": "0.2 s", "expects": ["time_limit"]}
+    return world(ARM, task={"kind": "mission", "phases": [look, turn]})
+
+
+def hanging():
+    """A mission in which a plate goes with the arm, and stays where it is."""
+    made = mission()
+    look, turn = made["task"]["phases"]
+    turn["attach"], look["release"] = {"plate": "panda.link1"}, ["plate"]
+    made["task"]["phases"] = [turn, look]
+    return made
+
+
+def linked(key, value, *more, others=None):
+    """An arm of two links; the second has this besides."""
+    links = [
+        {"name": "a", "joint": "revolute", "limits": ["-90 deg", "90 deg"]},
+        {"name": "b", "joint": "revolute", "limits": ["-90 deg", "90 deg"], key: value},
+    ]
+    made, path = driven(*links, home=["5 deg", "9 deg"], tip="b", by={"a": "9 deg", "b": "5 deg"})
+    return made, (*path, "links", 2, key, *more), others or {}
+
+
+def imperfect(key, effect, base=None):
+    """An experiment with an effect on images, or on joints, and its place."""
+    made = task("ibvs")[0] if base is None else base
+    return world(made, **{key: {"effects": [effect]}}), (key, "effects", 0)
 
 
 def rail(curve):
@@ -178,6 +302,8 @@ def started(table, **study):
     return tables, ("study", "start")
 
 
+ARM_SERVO = task("ibvs", ARM)[0]
+MISMATCHED = {**FLYING, "sensing": {"outliers": 0.3}}
 BROYDEN = [[(3.0 if i % 6 == j else 0.1) for j in range(6)] for i in range(12)]
 HIDDEN = {"occlusions": [{"marks": [0], "start": "0.1 s", "end": "0.4 s"}]}
 NEAR = ["13.2 cm", "17 cm", "-73 cm", *TURNED, "0 cm"]
@@ -190,6 +316,133 @@ JOINTS = [["0 deg", "0 deg"], ["10 deg", "20 deg"], ["15 deg", "0 deg"]]
 UNIFORM = {"kind": "uniform", "low": 0.5, "high": 2.0}
 
 # {"family kind", or the name of another class: its cases, (tables, path) or with other values}
+IBVS = {"kind": "ibvs"}
+HOME = rs.robots.panda().home
+ONE_MARK = {"kind": "points", "marks": [0]}
+LOW = {"low": ["-1, -1, -0.895 m"]}
+BELOW = {"kind": "error_below", "value": 0.25}
+QUINTIC = {"kind": "quintic", "start": ["-13 deg", "-33 deg"], "end": ["-10 deg", "-30 deg"]}
+QUINTIC["duration"] = "0.5 s"
+PACE = {
+    "speed": "20 cm/s",
+    "acceleration": "1 m/s^2",
+    "turn": "40 deg/s",
+    "turn_acceleration": "2 rad/s^2",
+}
+FLANGE = {"position": "31, 0, 55 cm"}
+OF_PAIR = {
+    "belief": [{"cameras": [{"name": "left", "focal": [700, 700]}]}],
+    "marks": [[0, 2, 1]],
+    "joints": [[f"link{i}" for i in range(1, 7)]],
+}
+BESIDE = world(
+    {key: value for key, value in FLYING.items() if key != "motions"},
+    task={
+        "kind": "parallel",
+        "tasks": [
+            {**IBVS, **SERVO, "joints": "drone"},
+            {"kind": "follow_joints", "by": {"belt.pallet": "5 cm"}, "duration": "0.5 s"},
+        ],
+    },
+)
+OF_BLOCK = {"keys": {"feature": ["kind"]}, "kind": ["pixels"]}
+BLOCK = {"kind": "points", "marks": [0, 1, 2, 3], "weight": 2.0}
+PLACED = started({"kind": "anywhere"})[0]
+del PLACED["study"]
+STRAIGHT = {"start": FLANGE, "end": {"position": "31, 0, 50 cm", "rpy": "180, 0, 5 deg"}}
+SLOW = {"joint": "0.05 rad/s", "linear": "1 cm/s", "angular": "1 deg/s"}
+OF_PHASE = {
+    "name": ["other"],
+    "task": [{"kind": "follow_joints", "by": {"link1": "4 deg"}, "duration": "0.2 s"}],
+    "duration": ["0.08 s"],
+}
+WHOLE = task("ibvs")[0]
+BALL = {"kind": "ball", "radius": "9 cm", "n": 5}
+OF_WHOLE = {
+    "robots": [[{**WHOLE["robots"][0], "on": "belt.pallet"}, WHOLE["robots"][1]]],
+    "title": ["another"],
+    "sensing": [{"noise": 1.0}],
+    "actuation": [{"lag": "50 ms"}],
+    "safety": [{"ramp": "0.2 s"}],
+    "endings": [[{"kind": "too_close", "one": "eye", "other": "eye", "distance": "1 m"}]],
+    "display": [{"rpy": "0, 0, 9 deg"}],
+}
+STUDIED = studied(vary={"task.gain": UNIFORM})[0]
+ROW = {"theta": "5 deg", "d": "10 cm", "a": "20 cm", "alpha": "30 deg"}
+TOOL = {
+    "name": "grip",
+    "links": [{"name": "a"}, {"name": "b", "joint": "revolute", "dh": ROW}, {"name": "c"}],
+    "position": "0, 0, 9 cm",
+    "home": ["5 deg"],
+}
+OF_ROBOT = {"name": ["other"], "tools": [[TOOL]], "on": ["nowhere"], "tip": ["a"]}
+OF_ROBOT |= {"about": ["other"], "sources": [["other"]]}
+TOOLED = linked("shapes", [BALL])[0]
+del TOOLED["robots"][0]["tip"]
+TOOLED["robots"][0]["tools"] = [TOOL]
+OF_TOOL = {
+    **OF_ROBOT,
+    "on": ["a"],
+    "tip": ["a"],
+    "convention": ["modified"],
+    "home": [["15 deg"]],
+    "model": ["rhino_gripper"],
+}
+OF_LINK = {
+    "name": ["other"],
+    "parent": ["base"],
+    "joint": ["prismatic"],
+    "joint_name": ["other"],
+    "speed": ["1 rad/s"],
+    "effort": [5.0],
+    "place": [{"position": "1, 0, 0 m"}],
+    "tail": [{"position": "1, 0, 0 m"}],
+    "shapes": [[BALL]],
+    "inertia": [{"mass": "1 kg", "moments": "1, 1, 1 kg m^2"}],
+    "limits": [["-1 deg", "1 deg"]],
+}
+OF_CAMERA = {
+    "name": ["other"],
+    "on": ["world"],
+    "size": [[300, 200]],
+    "distortion": [[0.1, 0.0, 0.0, 0.0]],
+    "body": [{"length": "1 cm", "width": "1 cm", "height": "1 cm"}],
+}
+OF_SENSING = {
+    "noise": [1.0],
+    "quantisation": [1.0],
+    "occlusions": [HIDDEN["occlusions"]],
+    "dropped": [0.5],
+    "latency": ["40 ms"],
+    "period": ["80 ms"],
+    "effects": [[{"kind": "noise", "noise": 2.0}]],
+}
+OF_ACTUATION = {
+    "lag": ["50 ms"],
+    "velocity": ["0.05 rad/s"],
+    "acceleration": ["0.5 rad/s^2"],
+    "encoder": ["1 deg"],
+    "effects": [[{"kind": "lag", "lag": "50 ms"}]],
+}
+FENCE = {"frame": "panda.flange", "low": "-2, -2, 0 m", "high": "2, 2, 2 m"}
+OF_SAFETY = {
+    "speed": ["0.05 rad/s"],
+    "acceleration": ["0.1 rad/s^2"],
+    "margin": [f"{x} deg" for x in (12, 20, 28, 35, 60, 75, 85)],
+    "fence": [{**FENCE, "high": "2, 2, 0.01 m"}],
+    "watchdog": [{"after": "50 ms"}],
+}
+HIGH = {
+    "high": ["2, 2, 0.01 m"],
+    "low": [f"{x}, -2, {z} m" for x in (-2, 0.32) for z in (0, 0.45, 0.6)],
+    "frame": ["panda.base"],
+}
+OF_STUDY = {
+    "start": [{"kind": "within", "radius": "1 cm"}],
+    "starts": [[[0.15, 0.18, -0.9, 0.1, -0.1, 0.14, 0.98, 0.0]] * 3],
+    "vary": [{"task.gain": {**UNIFORM, "high": 3.0}}],
+    "trajectories": [2],
+}
 RECIPES = {
     "feature sphere": [part("features", {"kind": "sphere", "radius": "5 cm", "marks": [0]})],
     "feature stereo_points": [part("features", {"kind": "stereo_points"}, **PAIR)],
@@ -225,16 +478,22 @@ RECIPES = {
     "trajectory blends": [
         followed({"kind": "blends", "points": JOINTS, "corner": "2 deg", **LIMITS})
     ],
-    "shape ball": [solid({"kind": "ball", **ROUND})],
-    "shape block": [solid({"kind": "block", **CORNERS})],
-    "shape camera": [solid({"kind": "camera", **CORNERS})],
-    "shape capsule": [solid({"kind": "capsule", "length": "10 cm", **ROUND})],
-    "shape wheel": [solid({"kind": "wheel", "width": "6 cm", **ROUND})],
-    "shape tapered_cylinder": [
-        solid({"kind": "tapered_cylinder", "length": "10 cm", "end_radius": "4 cm", **ROUND})
+    "shape ball": shaped({"kind": "ball", **ROUND}),
+    "shape block": shaped({"kind": "block", **CORNERS}),
+    "shape camera": shaped({"kind": "camera", **CORNERS}),
+    "shape capsule": shaped({"kind": "capsule", "length": "10 cm", **ROUND}),
+    "shape wheel": shaped({"kind": "wheel", "width": "6 cm", **ROUND}),
+    "shape tapered_cylinder": shaped(
+        {"kind": "tapered_cylinder", "length": "10 cm", "end_radius": "4 cm", **ROUND}
+    ),
+    "curve line": [
+        rail({"kind": "line", "length": "15 cm"}),
+        drawn(*rail({"kind": "line", "length": "15 cm"})),
     ],
-    "curve line": [rail({"kind": "line", "length": "15 cm"})],
-    "curve arc": [rail({"kind": "arc", "radius": "1 m", "angle": "0.16 rad"})],
+    "curve arc": [
+        rail({"kind": "arc", "radius": "1 m", "angle": "0.16 rad"}),
+        drawn(*rail({"kind": "arc", "radius": "1 m", "angle": "0.16 rad"})),
+    ],
     "curve catenary": [
         rail({"kind": "catenary", "start": "0, 0 m", "end": "1, 0 m", "length": "1.2 m"})
     ],
@@ -247,11 +506,11 @@ RECIPES = {
         crawler("chord", of=["front"], at="30 cm"),
         crawler("chord", of=["front"]),
     ],
-    "coupling mimic": [crawler("mimic", of=["front"])],
+    "coupling mimic": [mimicking({"kind": "mimic", "of": "a", "ratio": 2.0, "offset": "5 deg"})],
     "sampler uniform": [sampled(UNIFORM)],
     "sampler sobol": [sampled({**UNIFORM, "kind": "sobol"})],
     "sampler log_uniform": [sampled({**UNIFORM, "kind": "log_uniform"})],
-    "sampler grid": [sampled({**UNIFORM, "kind": "grid", "count": 2})],
+    "sampler grid": [sampled({**UNIFORM, "kind": "grid", "count": 3})],
     "sampler normal": [sampled({"kind": "normal", "mean": 1.0, "std": 0.1})],
     "sampler given": [sampled({"kind": "given", "values": [0.5, 1.0, 2.0]})],
     "sampler choice": [sampled({"kind": "choice", "values": [0.5, 1.0, 2.0]})],
@@ -262,7 +521,7 @@ RECIPES = {
             {
                 "kind": "look_at",
                 "distance": ["50 cm", "1 m"],
-                "aside": "20 cm",
+                "aside": "60 cm",
                 "axis": [0, 0.1, -1],
             }
         )
@@ -271,41 +530,22 @@ RECIPES = {
         started({"kind": "shell", "distance": ["40 cm", "90 cm"], "angle": ["1 deg", "20 deg"]})
     ],
     "start within": [started({"kind": "within", "radius": "80 cm", "angle": "8 deg"})],
-    "start anywhere": [
-        started({"kind": "anywhere", "low": [*[-0.5] * 6, 0.9], "high": [*[0.5] * 6, 1]}),
-    ],
+    "start anywhere": [anywhere({"low": list(HOME - 0.07), "high": list(HOME + 0.8)})],
     "start about": [
         started({"kind": "about", "position": ["80 cm", "40 cm", "3 cm"], "rpy": ["3 deg"] * 3})
     ],
     "ending region": [
-        (
-            *top(
-                "endings",
-                [
-                    {
-                        "kind": "region",
-                        "frame": "eye",
-                        "low": "-1, -1, -1 m",
-                        "high": "1, 1, -0.88 m",
-                        "leaves": True,
-                    }
-                ],
-            )[:1],
-            ("endings", 0),
-        )
+        (*ended("region", frame="eye", low="-1, -1, -1 m", high="1, 1, -0.88 m", leaves=True), LOW)
     ],
     "ending too_close": [
-        (
-            top(
-                "endings",
-                [{"kind": "too_close", "one": "eye", "other": "world", "distance": "89 cm"}],
-            )[0],
-            ("endings", 0),
-        )
+        (*ended("too_close", one="eye", other="world", distance="89 cm"), {"one": ["dots"]})
     ],
     **{
         f"weighting {name}": [
-            (part("weighting", [{"kind": name, "noise": 10}])[0], ("task", "weighting", 0))
+            (
+                part("weighting", [{"kind": name, "noise": 10.0}], MISMATCHED)[0],
+                ("task", "weighting", 0),
+            )
         ]
         for name in ("huber", "tukey", "cauchy")
     },
@@ -315,6 +555,9 @@ RECIPES = {
             ("task", "weighting", 0),
             {"least": [100]},
         )
+    ],
+    "feature vanishing_point": [
+        part("features", {"kind": "vanishing_point", "marks": [0, 1, 2, 3]})
     ],
     "weighting fade": [
         (part("weighting", ["fade"])[0] | {"sensing": HIDDEN}, ("task", "weighting", 0))
@@ -327,46 +570,136 @@ RECIPES = {
         task("hybrid", ARM, joints=FIVE),
     ],
     "task partitioned": [task("partitioned"), task("partitioned", ARM, **SHAPED)],
-    "task docking": [example("unicycle_docking", "task")],
-    "task placing": [example("chapter_6_2", "task"), with_task("chapter_6_2", **SHAPED)],
+    "task docking": [
+        (*example("unicycle_docking", "task"), {"joints": [["body.v"]], "tolerance": [9.0]})
+    ],
+    "task placing": [(*carried(), OF_PAIR)],
     "task priorities": [
         task("priorities", ARM, tasks=[{"kind": "ibvs"}, {"kind": "pbvs"}], **SHAPED),
-        task(
-            "priorities",
-            ARM,
-            tasks=[
-                {"kind": "ibvs", "features": {"kind": "points", "marks": [0]}},
-                {"kind": "pbvs"},
-            ],
-        ),
+        task("priorities", ARM, tasks=[{**IBVS, "features": ONE_MARK}, {"kind": "pbvs"}], **SHAPED),
+        task("priorities", ARM, tasks=[{**IBVS, "features": ONE_MARK}, {"kind": "pbvs"}]),
     ],
-    "task parallel": [
-        task("parallel", tasks=[{"kind": "ibvs", **SERVO}], base={**FLYING, "motions": []})
-    ],
-    "task switch": [task("switch", **SWITCHED, when={"kind": "error_below", "value": 0.25})],
+    "task parallel": [(BESIDE, ("task",))],
+    "task switch": [task("switch", {**FLYING, "sensing": {"noise": 20}}, **SWITCHED, when=BELOW)],
     "task follow_joints": [
-        task("follow_joints", ARM, by={"link1": "3 deg"}, duration="0.3 s"),
+        moving(by=["3 deg"] * 7, duration="0.3 s"),
+        moving(to={"link1": "-12 deg"}, speed="0.04 rad/s", acceleration="4 rad/s^2", gain=2.0),
+        moving(trajectory=QUINTIC, joints=["link1", "link2"]),
     ],
     "task follow_path": [
-        task("follow_path", ARM, to={"position": "31, 0, 50 cm"}, duration="0.5 s"),
+        reaching(to={"position": "31, 0, 50 cm"}, duration="0.5 s", **SHAPED, gain=2.0),
+        reaching(to={"position": "31, 0, 50 cm"}, duration="0.2 s"),
+        reaching(to={"position": "31, 0, 50 cm"}, **PACE),
+        reaching(path={"start": FLANGE, "end": {"position": "31, 0, 50 cm"}, "duration": "0.5 s"}),
+        reaching(to={"position": "31, 0, 50 cm"}, duration="0.5 s", mask="position", **SHAPED),
     ],
+    "task mission": [(mission(), ("task",))],
+    "shape mesh": [linked("shapes", [{"kind": "mesh", "filename": "a.stl"}], 0)],
+    **{
+        f"image effect {name}": [imperfect("sensing", {"kind": name, **given})]
+        for name, given in {
+            "dropped": {"dropped": 0.4},
+            "latency": {"latency": "40 ms"},
+            "noise": {"noise": 0.5},
+            "occlusion": {"marks": [0], "start": "0.1 s", "end": "0.3 s"},
+            "outliers": {"outliers": 0.3, "outlier_size": 20.0},
+            "period": {"period": "80 ms"},
+            "quantisation": {"quantisation": 1.0},
+        }.items()
+    },
+    **{
+        f"joint effect {name}": [imperfect("actuation", {"kind": name, **given}, ARM_SERVO)]
+        for name, given in {
+            "encoder": {"encoder": "1 deg"},
+            "lag": {"lag": "0.1 s"},
+            "velocity": {"velocity": "0.1 rad/s"},
+            "acceleration": {"acceleration": "0.5 rad/s^2"},
+        }.items()
+    },
+    "FeatureBlock": [(*part("features", [BLOCK, "log_depth"], index=0), OF_BLOCK)],
+    "GoalTable": [
+        part("goal", {"q": [f"{x:.9f} rad" for x in HOME]}, ARM),
+        (PLACED, ("task", "goal")),
+        part("goal", GOAL),
+        part("goal", {"s": [0.01 * i for i in range(12)]}),
+    ],
+    "StartTable": [(ARM_SERVO, ("start",)), (PLACED, ("start",))],
+    "StraightTable": [
+        (reaching(path={**STRAIGHT, **pace})[0], ("task", "path"))
+        for pace in ({"duration": "0.5 s"}, PACE)
+    ],
+    "SpeedLimit": [part("limit", {key: x}, ARM) for key, x in SLOW.items()],
+    "Phase": [
+        (mission(), ("task", "phases", 0), {"expects": [["converged"]]}),
+        (mission(), ("task", "phases", 1), OF_PHASE),
+        (hanging(), ("task", "phases", 0), {"attach": [{}]}),
+        (hanging(), ("task", "phases", 1)),
+    ],
+    "ExperimentTable": [(WHOLE, (), OF_WHOLE), (STUDIED, ())],
+    "Scene": [(WHOLE, (), OF_WHOLE)],
+    "RobotTable": [
+        (*linked("dh", ROW)[:1], ("robots", 0), OF_ROBOT),
+        (WHOLE, ("robots", 0), {"name": ["other"], "model": ["planar_2r"]}),
+    ],
+    "ToolTable": [(TOOLED, ("robots", 0, "tools", 0), OF_TOOL)],
+    "LinkTable": [
+        (*linked("parent", "a")[:1], ("robots", 0, "links", 2), OF_LINK),
+        (*linked("dh", ROW)[:1], ("robots", 0, "links", 2)),
+        (*car("rolling")[:1], ("robots", 0, "links", 1)),
+        (drawn(*linked("parent", "a")[:2], "b")[0], ("robots", 0, "links", 2)),
+        (*rail({"kind": "arc", "radius": "1 m", "angle": "1 rad"})[:1], ("robots", 0, "links", 1)),
+        (*mimicking({"kind": "mimic", "of": "a", "ratio": 2.0})[:1], ("robots", 0, "links", 3)),
+    ],
+    "DHRow": [linked("dh", ROW)],
+    "InertiaTable": [linked("inertia", {"mass": "1 kg", "moments": "1, 1, 1 kg m^2"})],
+    "Steering": [steered()],
+    "Object": [
+        (WHOLE, ("objects", 0), {"name": ["a"], "on": ["world"]}),
+        (solid(BALL)[0], ("objects", 1)),
+    ],
+    "CameraTable": [(WHOLE, ("cameras", 0), OF_CAMERA)],
+    "Motion": [(WHOLE, ("motions", 0), {"robot": ["drone"]})],
+    "Sensing": [(*top("sensing", {"outliers": 0.3}), OF_SENSING)],
+    "Occlusion": [
+        (world(WHOLE, sensing=HIDDEN), ("sensing", "occlusions", 0), {"camera": ["second"]})
+    ],
+    "Actuation": [(world(ARM_SERVO, actuation={}), ("actuation",), OF_ACTUATION)],
+    "Safety": [
+        (
+            world(ARM_SERVO, safety={"ramp": "0.2 s"}, sensing={"dropped": 0.6}),
+            ("safety",),
+            OF_SAFETY,
+        )
+    ],
+    "Fence": [(world(ARM_SERVO, safety={"fence": FENCE}), ("safety", "fence"), HIGH)],
+    "Watchdog": [
+        (
+            world(ARM_SERVO, safety={"watchdog": {"after": "50 ms"}}, sensing={"dropped": 0.6}),
+            ("safety", "watchdog"),
+        )
+    ],
+    "RunTable": [
+        (world(WHOLE, sensing={"noise": 1.0}), ("run",)),
+        (task("ibvs", tolerance=0.7)[0], ("run",)),
+    ],
+    "StudyTable": [(STUDIED, ("study",), OF_STUDY)],
 }
 
 
 def place(noun, name):
     """The case of a kind of a family of which no recipe is given."""
-    value = {"kind": name}
+    key = {"feature": "features", "interaction matrix": "interaction"}.get(noun, noun.split()[0])
     if noun in ("feature", "law", "inverse", "interaction matrix", "secondary motion"):
-        key = {"feature": "features", "interaction matrix": "interaction"}.get(noun, noun)
-        return [part(key.split()[0], value, ARM if noun == "inverse" else FLYING)]
+        return [part(key, {"kind": name}, ARM if noun == "inverse" else FLYING)]
     raise LookupError(f"no recipe for the {noun} {name!r}: add one to tests/recipes.py")
 
 
-def cases(noun, name, kind):
-    recipes = RECIPES.get(f"{noun} {name}")
-    if recipes is None:
-        recipes = place(noun, name)
+def recipes(label):
+    """The cases of a kind, such as "law camera", or of another class by its name."""
+    found = RECIPES.get(label)
+    if found is None:
+        found = place(*label.rsplit(" ", 1))
     return [
         Case(tables, path, {**OTHERS, **(others[0] if others else {})})
-        for tables, path, *others in recipes
+        for tables, path, *others in found
     ]

@@ -122,6 +122,7 @@ from robsim.servo.goals.goal import GoalFeatures as GoalFeatures
 from robsim.servo.goals.goal import GoalPose as GoalPose
 from robsim.servo.goals.goal import TaughtGoal as TaughtGoal
 from robsim.servo.laws.broyden import Broyden as Broyden
+from robsim.servo.laws.control_state import ControlState as ControlState
 from robsim.servo.laws.depth_filter import DepthFilter as DepthFilter
 from robsim.servo.laws.feed_forward import EstimatedMotion as EstimatedMotion
 from robsim.servo.laws.gain import AdaptiveGain as AdaptiveGain
@@ -129,7 +130,6 @@ from robsim.servo.laws.inverse import DampedInverse as DampedInverse
 from robsim.servo.laws.inverse import JacobianTranspose as JacobianTranspose
 from robsim.servo.laws.inverse import PseudoInverse as PseudoInverse
 from robsim.servo.laws.law import CameraLaw as CameraLaw
-from robsim.servo.laws.law import ControlState as ControlState
 from robsim.servo.laws.law import JointLaw as JointLaw
 from robsim.servo.laws.partitioned import PartitionedLaw as PartitionedLaw
 from robsim.servo.safety.safety import Fence as Fence

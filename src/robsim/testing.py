@@ -18,8 +18,9 @@ from robsim.base.errors import InputError, said
 from robsim.features.feature import Feature, Observation
 from robsim.geometry.pose import Pose, homogeneous
 from robsim.robot.joints.kind import JointKind, check_kind
+from robsim.servo.laws.control_state import ControlState
 from robsim.servo.laws.inverse import PseudoInverse, product
-from robsim.servo.laws.law import ControlState, Law
+from robsim.servo.laws.law import Law
 from robsim.vision.camera import Camera
 
 RUNS, MARKS = 5, 4

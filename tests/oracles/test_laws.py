@@ -15,8 +15,9 @@ from robsim.base.arrays import runs_last
 from robsim.kernels.control.commanding import estimate
 from robsim.kernels.machine.program import Blocks, Program
 from robsim.servo.given import alone
+from robsim.servo.laws.control_state import ControlState
 from robsim.servo.laws.inverse import DampedInverse, JacobianTranspose, PseudoInverse, product
-from robsim.servo.laws.law import CameraLaw, ControlState, JointLaw
+from robsim.servo.laws.law import CameraLaw, JointLaw
 from robsim.servo.laws.partitioned import PartitionedLaw
 from robsim.servo.sight import adjoint, relative
 from robsim.servo.tasks.docking import DockingLaw

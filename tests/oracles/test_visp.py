@@ -28,9 +28,10 @@ from robsim.features.pose import ThetaU, Translation
 from robsim.features.segments import Segments
 from robsim.features.sphere import Sphere
 from robsim.kernels.estimation.pose import fit_pose
+from robsim.servo.laws.control_state import ControlState
 from robsim.servo.laws.gain import AdaptiveGain
 from robsim.servo.laws.inverse import PseudoInverse, product
-from robsim.servo.laws.law import ControlState, JointLaw
+from robsim.servo.laws.law import JointLaw
 from robsim.servo.shaping.redundancy import large_projection, null_space
 from robsim.vision.camera import Camera
 

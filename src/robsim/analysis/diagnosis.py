@@ -13,8 +13,9 @@ from robsim.base.arrays import Array, last_view
 from robsim.base.values import unchecked
 from robsim.run.experiment import Experiment
 from robsim.servo.basis import Basis
+from robsim.servo.laws.control_state import ControlState
 from robsim.servo.laws.inverse import RCOND
-from robsim.servo.laws.law import CameraLaw, ControlState, JointLaw, Law
+from robsim.servo.laws.law import CameraLaw, JointLaw, Law
 from robsim.servo.servo_controller import Servo
 
 if TYPE_CHECKING:

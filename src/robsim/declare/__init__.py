@@ -10,6 +10,7 @@ from robsim.declare.families import families as families
 from robsim.declare.families import family as family
 from robsim.declare.families import register as register
 from robsim.declare.fields import Declared as Declared
+from robsim.declare.fields import Role as Role
 from robsim.declare.fields import Stacked as Stacked
 from robsim.declare.fields import check_fields as check_fields
 from robsim.declare.fields import fields_of as fields_of

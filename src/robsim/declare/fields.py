@@ -1,6 +1,7 @@
 """The declared fields of frozen dataclasses, and the checks that follow from them.
 
-A field is declared by its annotation, `Annotated[type, spec, "What it means."]`.
+A field is declared by its annotation, `Annotated[type, spec, "What it means."]`. One that no run
+depends on has a `Role` beside these.
 """
 
 from __future__ import annotations
@@ -8,6 +9,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from dataclasses import dataclass
+from enum import Enum
 from typing import Any, get_type_hints
 
 import numpy as np
@@ -38,6 +40,16 @@ class Stacked:
         return frozen(np.atleast_2d(runs_last) if self.rows else runs_last)
 
 
+class Role(Enum):
+    """The purpose of a declared field: what changes with it."""
+
+    RUN = "run"
+    LABEL = "label"  # what people read: titles, sources, colours
+    FIGURE = "figure"  # what figures show: housings, solids of links
+    ROBOT = "robot"  # what the controller of a robot does, and no simulation
+    FILE = "file"  # what files of other simulators hold: masses, limits of drives
+
+
 @dataclass(frozen=True)
 class Field:
     """A declared field: what it may hold, what it means, and its default.
@@ -50,6 +62,7 @@ class Field:
     meaning: str
     default: Any = MISSING
     stacked: Stacked | None = None
+    role: Role = Role.RUN
 
     @property
     def required(self) -> bool:
@@ -76,7 +89,8 @@ def _found(kind: type[Any]) -> tuple[Field, ...]:
         if specs and each.init:
             meaning = next((part for part in said if isinstance(part, str)), "")
             stacked = next((part for part in said if isinstance(part, Stacked)), None)
-            found.append(Field(each.name, specs[0], meaning, _default(each), stacked))
+            role = next((part for part in said if isinstance(part, Role)), Role.RUN)
+            found.append(Field(each.name, specs[0], meaning, _default(each), stacked, role))
     return tuple(found)
 
 

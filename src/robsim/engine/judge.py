@@ -55,7 +55,7 @@ class Judge:
             q=plant.q,
             limits=program.constant((plant.scene.limits + slack if limited else free).T),
             status=self._worst(sensor.status, command.status),
-            depth=images.true[2 * images.N :],
+            depth=images.true[2 * images.N :].column,
             qd=command.qd,
             size=size,
             norm=norm,

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from robsim.base.arrays import Array, frozen, numbers, positive
 from robsim.base.errors import InputError
 from robsim.base.values import Value
-from robsim.declare import Quantity, Vector
+from robsim.declare import Quantity, Role, Vector
 from robsim.declare.spec import Context
 from robsim.geometry.pose import one_pose
 
@@ -25,11 +25,11 @@ MOMENTS = Vector("inertia")
 class InertiaTable:
     """The text form of an inertia: mass, centre, moments and products of the tensor."""
 
-    mass: Annotated[float, Quantity(above=0, dimension="mass"), "Mass of the body."]
-    moments: Annotated[Any, MOMENTS, "Moments ixx, iyy, izz about the centre of mass."]
-    centre: Annotated[Any, Vector("length"), "Centre of mass."] = (0.0, 0.0, 0.0)
+    mass: Annotated[float, Quantity(above=0, dimension="mass"), Role.FILE, "Mass of the body."]
+    moments: Annotated[Any, MOMENTS, Role.FILE, "Moments ixx, iyy, izz about the centre of mass."]
+    centre: Annotated[Any, Vector("length"), Role.FILE, "Centre of mass."] = (0.0, 0.0, 0.0)
     products: Annotated[
-        Any, MOMENTS, "Products ixy, ixz, iyz of the tensor about the centre of mass."
+        Any, MOMENTS, Role.FILE, "Products ixy, ixz, iyz of the tensor about the centre of mass."
     ] = (0.0, 0.0, 0.0)
 
     def made(self, c: Context) -> Inertia:

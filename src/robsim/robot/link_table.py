@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Annotated, Any, ClassVar
 
 from robsim.base.errors import InputError
-from robsim.declare import Choice, ListOf, Name, Number, Stacked, Table
+from robsim.declare import Choice, ListOf, Name, Number, Role, Stacked, Table
 from robsim.declare.joints import OfJoint, unit_of
 from robsim.declare.problems import Broken, under
 from robsim.declare.quantities import coordinate, written
@@ -93,9 +93,14 @@ class LinkTable:
     joint_name: Annotated[
         str | None, LABEL, "Name of the joint and its coordinates; None: that of the link."
     ] = None
-    speed: Annotated[float | None, OfJoint("/s", above=0), "Largest speed of the drive."] = None
+    speed: Annotated[
+        float | None, OfJoint("/s", above=0), Role.FILE, "Largest speed of the drive."
+    ] = None
     effort: Annotated[
-        float | None, Number(above=0), "Largest torque or force of the drive, in N m or N."
+        float | None,
+        Number(above=0),
+        Role.FILE,
+        "Largest torque or force of the drive, in N m or N.",
     ] = None
     curve: Annotated[Any, Choice(CURVES, short=False), "Curve that a joint on a rail follows."] = (
         None
@@ -111,10 +116,10 @@ class LinkTable:
     ] = None
     limits: Annotated[Any, Span(), "Lowest and highest coordinate."] = None
     shapes: Annotated[
-        tuple[Primitive, ...], SHAPE_LIST, "Solids that figures show of the link."
+        tuple[Primitive, ...], SHAPE_LIST, Role.FIGURE, "Solids that figures show of the link."
     ] = ()
     inertia: Annotated[
-        Inertia | None, Table(Inertia), "Mass, centre of mass and moments of inertia."
+        Inertia | None, Table(Inertia), Role.FILE, "Mass, centre of mass and moments of inertia."
     ] = None
 
     @classmethod

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from typing import Annotated, Any, ClassVar
 
 from robsim.base.errors import InputError
-from robsim.declare import Flag, ListOf, Name, Stacked, Table, Text, Word
+from robsim.declare import Flag, ListOf, Name, Role, Stacked, Table, Text, Word
 from robsim.declare.fields import same
 from robsim.declare.joints import Axes, PerJoint
 from robsim.declare.lists import label
@@ -101,8 +101,10 @@ class LinkedTable:
         Stacked(),
         "Pose of the base in the frame that carries it.",
     ] = None
-    about: Annotated[str | None, Text(), "Description in one line."] = None
-    sources: Annotated[tuple[str, ...], ListOf(Text(), most=64), "Sources of the numbers."] = ()
+    about: Annotated[str | None, Text(), Role.LABEL, "Description in one line."] = None
+    sources: Annotated[
+        tuple[str, ...], ListOf(Text(), most=64), Role.LABEL, "Sources of the numbers."
+    ] = ()
     convention: Annotated[
         str | None, Word(("standard", "modified"), "convention"), "Convention of the rows `dh`."
     ] = None
@@ -147,7 +149,9 @@ class ToolTable(LinkedTable):
     """The text form of a tool on a link, see `Robot.with_tool`."""
 
     on: Annotated[str | None, Name(), "Link that carries the tool; None: the last."] = None
-    bare: Annotated[bool, Flag(), "Whether the shapes of that link are left out."] = False
+    bare: Annotated[bool, Flag(), Role.FIGURE, "Whether the shapes of that link are left out."] = (
+        False
+    )
 
 
 TOOLS = ListOf(LinkedSpec(ToolTable), most=MOST)

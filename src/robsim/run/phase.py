@@ -8,7 +8,7 @@ from typing import Annotated, Any, ClassVar
 
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError, naming, said
-from robsim.declare import Declared, Text, Time, Word
+from robsim.declare import Declared, Role, Text, Time, Word
 from robsim.declare.lists import Names
 from robsim.declare.spec import Context, Raw, Spec, expected
 from robsim.declare.words import Reference
@@ -104,7 +104,7 @@ class Phase(Declared):
     Phase('lift')
     """
 
-    name: Annotated[str, PhaseName(), "What it is called; no two phases have one name."]
+    name: Annotated[str, PhaseName(), Role.LABEL, "What it is called; no two phases have one name."]
     task: Annotated[Any, TaskChoice(TASKS, protocol=Task), "What is to be done."]
     duration: Annotated[
         float | None, Time(above=0), "How long it takes at most; None: as the experiment says."

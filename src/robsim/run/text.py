@@ -11,7 +11,7 @@ from typing import Annotated, Any, ClassVar
 import numpy as np
 
 from robsim.base.errors import InputError, said
-from robsim.declare import Flag, Table, Text, Time, Whole, fields_of
+from robsim.declare import Flag, Role, Table, Text, Time, Whole, fields_of
 from robsim.declare.problems import Broken, Problems
 from robsim.declare.spec import MISSING, Context, Live, NoText, Raw, Spec, expected
 from robsim.declare.tables import keys_of, merge_table, read_table, write_table
@@ -134,7 +134,7 @@ class TaskTable:
     stands: ClassVar[Mapping[str, str]] = {"run": ""}
 
     task: Annotated[Any, TaskChoice(TASKS, whole=True), "Task of the robots."]
-    title: Annotated[str | None, Text(), "Description in one line."] = None
+    title: Annotated[str | None, Text(), Role.LABEL, "Description in one line."] = None
     belief: Annotated[
         Any,
         BeliefTables(),
@@ -163,7 +163,9 @@ class ExperimentTable(TaskTable):
     motions: Annotated[
         Any, fields_of(Scene)[3].spec, "Motions of robots that no task commands."
     ] = ()
-    display: Annotated[Any, PoseTable(), "Pose of the world in the frame of the figures."] = None
+    display: Annotated[
+        Any, PoseTable(), Role.FIGURE, "Pose of the world in the frame of the figures."
+    ] = None
 
 
 def read_experiment(tables: Mapping[str, Raw], source: str) -> dict[str, Any]:

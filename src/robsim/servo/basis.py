@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from robsim.base.arrays import Array
-from robsim.servo.laws.law import ControlState
+from robsim.servo.laws.control_state import ControlState
 
 
 class Basis(NamedTuple):

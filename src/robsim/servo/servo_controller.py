@@ -13,10 +13,11 @@ from robsim.base.errors import InputError
 from robsim.servo.controller import Controller
 from robsim.servo.given import Commanded, Given
 from robsim.servo.laws.broyden import Broyden
+from robsim.servo.laws.control_state import ControlState
 from robsim.servo.laws.feed_forward import FeedForward
 from robsim.servo.laws.gain import AdaptiveGain
 from robsim.servo.laws.inverse import ANY, RCOND, Inverse, JacobianTranspose, rank
-from robsim.servo.laws.law import ControlState, Law
+from robsim.servo.laws.law import Law
 from robsim.servo.regulated import Regulated
 from robsim.servo.returned import returned
 from robsim.servo.servo_stages import ServoStages

@@ -19,10 +19,10 @@ from robsim.servo.basis import Basis
 from robsim.servo.command import Command
 from robsim.servo.controller import Decision
 from robsim.servo.given import Commanded, Given
+from robsim.servo.laws.control_state import ControlState
 from robsim.servo.laws.feed_forward import EstimatedMotion, KnownMotion
 from robsim.servo.laws.gain import AdaptiveGain
 from robsim.servo.laws.inverse import ANY, metres
-from robsim.servo.laws.law import ControlState
 from robsim.servo.laws.staged_law import AtGain, LawRows, StagedLaw, staged
 from robsim.servo.regulated_stages import RegulatedRows
 from robsim.servo.shaping.shaping import Shapeable
@@ -221,7 +221,7 @@ class ServoStages:
             rcond=self.constant(c.rcond),
             marks=max(getattr(each, "least", 1) for each in c.weighting),
             status=status,
-            zeros=self.constant(np.zeros(max(k, 6))),
+            zeros=self.constant(np.zeros(k + 6)),
             room=program.scratch(n + max(scratch_of(k, n), scratch_of(6, n))),
             images=[(self.of.weights[sight.key],) for sight in c.regulated.sights],
         )

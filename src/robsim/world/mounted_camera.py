@@ -11,7 +11,7 @@ import numpy as np
 
 from robsim.base.errors import InputError, said
 from robsim.base.names import checked_name
-from robsim.declare import ListOf, Name, Number, Stacked, Table
+from robsim.declare import ListOf, Name, Number, Role, Stacked, Table
 from robsim.declare.problems import under
 from robsim.declare.spec import Context, NoText
 from robsim.declare.words import Reference
@@ -48,7 +48,9 @@ class CameraTable:
         Stacked(("n",)),
         "Coefficients k1 k2 p1 p2 [k3 [k4 k5 k6]] as in OpenCV; the six after these must be zero.",
     ] = ()
-    body: Annotated[Any, Table(CameraBody), "Housing that figures show of the camera."] = None
+    body: Annotated[
+        Any, Table(CameraBody), Role.FIGURE, "Housing that figures show of the camera."
+    ] = None
 
     def made(self, c: Context) -> MountedCamera:
         """Return the mounted camera that the table describes."""

@@ -12,7 +12,7 @@ import numpy as np
 from robsim.base.arrays import Array, flag, is_listed, numbers, runs_last
 from robsim.base.errors import FrameError, InputError, is_one_of, said
 from robsim.base.values import keep, unchecked
-from robsim.declare import ListOf, Table, described
+from robsim.declare import ListOf, Role, Table, described
 from robsim.declare.problems import under
 from robsim.declare.spec import Context
 from robsim.geometry.pose import IDENTITY, Pose, homogeneous, one_pose
@@ -72,9 +72,9 @@ class Scene(Coordinates):
         ListOf(Table(Motion), most=MOST),
         "Motions of robots that no task commands.",
     ] = ()
-    display: Annotated[Pose, PoseTable(), "Pose of the world in the frame of the figures."] = field(
-        default=IDENTITY, kw_only=True
-    )
+    display: Annotated[
+        Pose, PoseTable(), Role.FIGURE, "Pose of the world in the frame of the figures."
+    ] = field(default=IDENTITY, kw_only=True)
 
     @classmethod
     def text_facts(cls, raw: Mapping[str, Any], c: Context) -> Context:

@@ -10,10 +10,12 @@ import numpy as np
 
 from robsim.base.arrays import Array, numbers
 from robsim.base.errors import FileError, InputError, said
-from robsim.declare import ListOf, Number, Text, register
+from robsim.declare import ListOf, Number, Role, Text, register
 from robsim.declare.spec import Spec
 from robsim.geometry.mesh_files import Piece, pieces_of
 from robsim.geometry.mesh_places import FILE, PACKAGE, mesh_path
+from robsim.geometry.pose import IDENTITY, Pose
+from robsim.geometry.pose_table import PoseTable
 from robsim.geometry.primitives.primitive import Colour, Face, Primitive
 from robsim.geometry.primitives.surface import Surface
 
@@ -67,8 +69,11 @@ class Mesh(Primitive):
     (0, 3)
     """
 
-    filename: Annotated[str, MeshName(most=1000), "Name of the file of the mesh."]
-    scale: Annotated[tuple[float, float, float], Scale(), "Scale along x, y and z."] = (
+    pose: Annotated[
+        Pose, PoseTable(flat=True), Role.FILE, "Pose of the mesh in the frame that carries it."
+    ] = field(default=IDENTITY, kw_only=True)
+    filename: Annotated[str, MeshName(most=1000), Role.FILE, "Name of the file of the mesh."]
+    scale: Annotated[tuple[float, float, float], Scale(), Role.FILE, "Scale along x, y and z."] = (
         1.0,
         1.0,
         1.0,

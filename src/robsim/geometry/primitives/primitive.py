@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 
 from robsim.base.arrays import Array, frozen
 from robsim.base.errors import InputError
-from robsim.declare import Length, Quantity, Whole, check_fields, family
+from robsim.declare import Length, Quantity, Role, Whole, check_fields, family
 from robsim.declare.words import Color
 from robsim.geometry.hull import Hull
 from robsim.geometry.inertia import Inertia
@@ -27,7 +27,7 @@ SHAPES = family("shape")
 Size = Annotated[float, Length(above=0), "Size along one axis."]
 Radius = Annotated[float, Length(above=0), "Radius of the solid."]
 Corners = Annotated[int, Whole(3, 4096), "Number of points that draw a circle."]
-Colour = Annotated[str, Color, "Colour in figures."]
+Colour = Annotated[str, Color, Role.LABEL, "Colour in figures."]
 
 
 @dataclass(frozen=True)
@@ -44,11 +44,13 @@ class Primitive:
     mass: Annotated[
         float | None,
         Quantity(above=0, dimension="mass"),
+        Role.FILE,
         "Mass of the solid; None: none, or from its density.",
     ] = field(default=None, kw_only=True)
     density: Annotated[
         float | None,
         Quantity(above=0, dimension="density"),
+        Role.FILE,
         "Density of the solid, instead of its mass.",
     ] = field(default=None, kw_only=True)
 

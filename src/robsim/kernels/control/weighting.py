@@ -122,11 +122,10 @@ def few(
     rcond="row",
     marks="whole",
     status="row",
-    zeros="z",
+    zeros="k + 6",
     room="size",
     images="each: N=count; weights=N",
     slides="whole",
-    z="count",
     size="count",
 ):
     """Compute whether too little is left to command: (k, n, A, J, weights, needed, rcond, ...).

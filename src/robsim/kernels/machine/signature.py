@@ -169,7 +169,18 @@ class Signature:
         self.counts = {each for each, text in self.texts.items() if text == "count"}
         self.given = [each for each in self.kinds if each not in self.counts & found]
         self.lists = [each for each, kind in self.kinds.items() if isinstance(kind, Each)]
-        self.pack = self._packing()
+        self._pack = self._packing()
+
+    def pack(self, **rows: Any) -> list[int]:
+        """Return the whole numbers that stand for what is given; WrongRows if it does not fit."""
+        try:
+            return self._pack(**rows)
+        except WrongRows:
+            raise
+        except TypeError:  # of a function that is called with other names
+            given = ", ".join(rows) or "nothing"
+            takes = f"takes {', '.join(self.given) or 'nothing'}"
+            raise WrongRows(f"stage '{self.name}' {takes}; it was given {given}") from None
 
     @property
     def wrapper(self) -> str:

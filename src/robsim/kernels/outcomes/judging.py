@@ -121,7 +121,7 @@ def judge(
     nq="count",
     limits="2, nq",
     status="row",
-    depth="N",
+    depth="N, 1",
     N="count",
     qd="n",
     n="count",

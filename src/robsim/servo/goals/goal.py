@@ -113,7 +113,10 @@ class GoalTable:
     s: Annotated[Any, Row(), "Features at the goal, as numbers."] = None
 
     def made(self, c: Context) -> Goal:
-        """Return the goal."""
+        """Return the goal; InputError if it is said in several ways."""
+        given = [name for name, value in vars(self).items() if value is not None]
+        if len(given) > 1:
+            raise InputError(f"{' and '.join(given)}: give one of them")
         if self.s is not None:
             return GoalFeatures(self.s)
         if self.computed is not None:

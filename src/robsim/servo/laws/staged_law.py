@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -14,10 +14,8 @@ from robsim.base.errors import InputError, said
 from robsim.kernels.control import commanding
 from robsim.kernels.machine.program import Function, Program
 from robsim.kernels.machine.rows import Rows
+from robsim.servo.laws.control_state import ControlState
 from robsim.servo.laws.inverse import Inverse, solved
-
-if TYPE_CHECKING:
-    from robsim.servo.laws.law import ControlState
 
 AtGain = Callable[[Rows], Rows]  # adds stages for the row of a gain, and returns velocities (n,)
 

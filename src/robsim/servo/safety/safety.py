@@ -10,7 +10,7 @@ import numpy as np
 
 from robsim.base.arrays import Array
 from robsim.base.errors import FrameError, InputError, naming
-from robsim.declare import Declared, Flag, Table, Time, Word, described
+from robsim.declare import Declared, Flag, Role, Table, Time, Word, described
 from robsim.declare.joints import (
     OneOrEach,
     accelerations,
@@ -99,7 +99,10 @@ class Safety(Declared):
         float | None, Time(above=0), "Time in which a command grows from nothing to its full size."
     ] = None
     hold_to_run: Annotated[
-        bool, Flag(), "Whether `Controller.step` moves the robot only while it is told `run=True`."
+        bool,
+        Flag(),
+        Role.ROBOT,
+        "Whether `Controller.step` moves the robot only while it is told `run=True`.",
     ] = False
 
     def check(self, scene: Scene) -> None:

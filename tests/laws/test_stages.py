@@ -1,0 +1,205 @@
+"""Stages are given rows by name, whose shapes are checked where a program is put together."""
+
+import ast
+from itertools import combinations
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import robsim as rs
+from robsim.declare import families
+from robsim.features.rows import Seen
+from robsim.kernels.features.line_features import segments_stage
+from robsim.kernels.features.point_features import polar_stage
+from robsim.kernels.images.hiding import lose_numbers
+from robsim.kernels.machine.program import Program, evaluated
+from robsim.kernels.machine.rows import Address, Rows
+from robsim.kernels.machine.signature import WrongRows
+from robsim.kernels.machine.stage import Stage, stage
+
+SOURCES = Path(rs.__file__).parent
+
+
+@pytest.fixture
+def calls(monkeypatch):
+    """What each stage is given from here on, once for each list of shapes."""
+    found, add = {}, Program.add
+
+    def noted(program, stage, /, **rows):
+        shapes = tuple((name, getattr(value, "shape", None)) for name, value in rows.items())
+        found.setdefault((stage, shapes), rows)
+        add(program, stage, **rows)
+
+    monkeypatch.setattr(Program, "add", noted)
+    return found
+
+
+def swapped(rows):
+    """All that is given, with each two rows of different shapes in each other's place."""
+    named = [name for name, value in rows.items() if isinstance(value, Rows | Address)]
+    for a, b in combinations(named, 2):
+        if rows[a].shape != rows[b].shape:
+            yield {**rows, a: rows[b], b: rows[a]}
+    for name, value in rows.items():
+        if isinstance(value, list) and value and isinstance(value[0], tuple):
+            first, *rest = value
+            for i, j in combinations(range(len(first)), 2):
+                shapes = [getattr(first[k], "shape", None) for k in (i, j)]
+                if None not in shapes and shapes[0] != shapes[1]:
+                    fields = list(first)
+                    fields[i], fields[j] = first[j], first[i]
+                    yield {**rows, name: [tuple(fields), *rest]}
+
+
+def refused(calls):
+    """Refuse all that is swapped; return how often that was."""
+    count = 0
+    for (called, _), rows in calls.items():
+        assert called.signature.pack(**rows)
+        for wrong in swapped(rows):
+            with pytest.raises(WrongRows, match=f"^stage '{called.name}': "):
+                called.signature.pack(**wrong)
+            count += 1
+    return count
+
+
+def test_rows_of_another_shape_are_refused_in_every_call_of_a_shipped_program(calls):
+    for name in rs.examples.names():
+        scenario = rs.load_scenario(rs.examples.path(name))
+        if isinstance(scenario, rs.Experiment):
+            assert scenario.loop().sequence.program.calls
+        else:
+            scenario.run()
+    assert len(calls) > 300 and refused(calls) > 2500
+
+
+def test_rows_of_another_shape_are_refused_in_every_feature(calls):
+    seen = rs.load_scenario(rs.examples.path("eye_in_hand"))
+    for name, kind in families()["feature"].kinds.items():
+        given = {"radius": 0.1} if name == "sphere" else {}
+        program, N = Program(), 1 if name == "sphere" else 4
+        shapes = (N, 2), (N, 2), (N,), (22,), (N, 3), (3, 4)
+        rows = Seen(program, N, *(program.rows(*shape) for shape in shapes))
+        other = Seen(program, N, *(program.rows(*shape) for shape in shapes))
+        rows = Seen(**{**vars(rows), "other": other, "between": program.rows(3, 4)})
+        if hasattr(kind, "stages"):
+            kind(**given).stages(rows)
+    assert seen and refused(calls) > 60
+
+
+def test_points_and_depths_in_each_others_place_are_named():
+    program, N = Program(), 4
+    points, depth = program.rows(N, 2), program.rows(N)
+    s, L = program.rows(2 * N), program.rows(2 * N, 6)
+    with pytest.raises(WrongRows) as error:
+        program.add(polar_stage, points=depth, depth=points, goal=None, s=s, L=L)
+    assert str(error.value) == (
+        "stage 'polar_stage': points takes rows (N, 2), got rows 8 to 11, shape (4,)"
+    )
+    with pytest.raises(WrongRows) as error:
+        program.add(polar_stage, points=points, depth=depth, goal=depth, s=s, L=L)
+    assert str(error.value) == (
+        "stage 'polar_stage': goal takes rows (2*N) where N = 4 or None, "
+        "got rows 8 to 11, shape (4,)"
+    )
+    assert program.calls == []
+
+
+@pytest.mark.parametrize("given", [3, np.int64(3), -1, (0, 1), "0", np.zeros((4, 2)), Address(3)])
+def test_what_is_no_rows_is_refused(given):
+    program = Program()
+    rows = {"points": program.rows(4, 2), "depth": program.rows(4)}
+    rows |= {"s": program.rows(8), "L": program.rows(8, 6)}
+    program.add(segments_stage, **rows)
+    for name in rows:
+        with pytest.raises(WrongRows, match=f"stage 'segments_stage': {name} takes "):
+            program.add(segments_stage, **{**rows, name: given})
+
+
+def test_lists_have_their_length_and_their_entries_checked():
+    program = Program()
+    rows, lost = program.rows(3), program.rows(2)
+    program.add(lose_numbers, lost=lost, numbers=[[rows[0], rows[2]], [rows[1]]])
+    ((_, numbers),) = program.calls
+    assert numbers == [2, 3, 3, 2, 2, 0, 2, 1, 1]  # k, lost, where the list begins, and the list
+    with pytest.raises(WrongRows, match="numbers takes a list, each a list, each a row, got"):
+        program.add(lose_numbers, lost=lost, numbers=[[rows]])
+
+
+def test_a_name_that_a_stage_does_not_have_is_refused_with_those_that_it_has():
+    program = Program()
+    with pytest.raises(WrongRows) as error:
+        program.add(polar_stage, point=program.rows(4, 2))
+    assert str(error.value) == (
+        "stage 'polar_stage' takes points, depth, goal, s, L; it was given point"
+    )
+
+
+def test_rows_are_cut_without_leaving_their_block():
+    rows = Rows(7, (4, 2))
+    assert [int(rows[i]) for i in (0, 1, -1)] == [7, 9, 13] and rows[1].shape == (2,)
+    assert (int(rows[1, 1]), rows[1, 1].shape) == (10, ())
+    assert (int(rows[1:3]), rows[1:3].shape, rows[1:3].flat.shape) == (9, (2, 2), (4,))
+    assert [each.shape for each in rows] == [(2,)] * 4 and rows.size == 8
+    assert rows.reshape(-1, 4).shape == (2, 4) and rows.column.shape == (8, 1)
+    for wrong in (lambda: rows[4], lambda: rows[::2], lambda: rows[0, 0, 0]):
+        with pytest.raises(IndexError):
+            wrong()
+    with pytest.raises(ValueError, match="cannot have the shape"):
+        rows.reshape(3, 2)
+
+
+@stage
+def weighed(w, step, n="count", m="count", A="n, m", x="m", factor="whole", out="n"):
+    """Compute out = factor A x, by numbers in memory."""
+    for i in range(n):
+        for b in range(8):
+            total = 0.0
+            for j in range(m):
+                total += w[(A + m * i + j) * 8 + b] * w[(x + j) * 8 + b]
+            w[(out + i) * 8 + b] = factor * total
+
+
+def test_a_stage_of_ones_own_computes_what_it_says():
+    rng = np.random.default_rng(1)
+    A, x = rng.normal(size=(3, 2, 5)), rng.normal(size=(2, 5))
+
+    def add(program, A, x):
+        out = program.rows(3)
+        program.add(weighed, A=A, x=x, factor=2, out=out)
+        return (out,)
+
+    (found,) = evaluated(add, [A, x], [(3,)])
+    np.testing.assert_allclose(found, 2.0 * np.einsum("nmb,mb->nb", A, x), atol=1e-15)
+
+
+def adding(node):
+    """Whether a call adds a stage to a program."""
+    called = isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute)
+    if not called or node.func.attr not in {"add", "_add"} or not node.args:
+        return False
+    return "program" in ast.unparse(node.func.value) or node.func.attr == "_add"
+
+
+def test_no_stage_is_given_a_number_by_its_position():
+    found = unchecked = 0
+    for path in SOURCES.rglob("*.py"):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if adding(node):
+                found += 1
+                unchecked += len(node.args) > 1
+    assert found > 100 and unchecked == 0
+
+
+def test_every_stage_but_those_called_by_symbol_declares_what_it_takes():
+    plain = set()
+    for path in (SOURCES / "kernels").rglob("*.py"):
+        for node in ast.parse(path.read_text(encoding="utf-8")).body:
+            named = map(ast.unparse, getattr(node, "decorator_list", ()))
+            if isinstance(node, ast.FunctionDef) and "stage" in named:
+                own = node.args.args[2:]
+                if len(own) != len(node.args.defaults):
+                    plain.add(node.name)
+    assert plain == {"by_triangle", "rotate", "truncate"}
+    assert isinstance(weighed, Stage)
