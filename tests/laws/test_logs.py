@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import robsim as rs
+from robsim.page.export import open_recording
 from robsim.run.log import NANO, Log, Stream
 from robsim.run.recorded import recorded
 
@@ -81,8 +82,8 @@ def test_a_recorded_run_is_saved_opened_and_drawn(rhino, rows, tmp_path):
     run = rs.read_log(rows, rhino)
     assert rs.open_run(rs.save_run(run, tmp_path / "log.nc")).identical(run)
     assert len(rs.plot.run(run, rhino.scene).axes) == 5
-    shown = rs.export_html(run, tmp_path / "log.html").read_text(encoding="utf-8")
-    assert "Simulated from the same start" in shown
+    page = open_recording(rs.export_html(run, tmp_path / "log.html"))
+    assert "Simulated from the same start" in str(page.header)
 
 
 def test_every_period_has_the_last_values_until_then(rhino, rows):

@@ -253,7 +253,7 @@ def test_a_feature(own, experiment):
         1e-7,  # L of the second one is found by moving the camera a little
     )
     made = runs_of(experiment, features="angles").of_run(0)
-    read_again(made, 'kind = "angles"')
+    read_again(made, '"angles"')
     assert made.at("task.features.tolerance", 1e-3).task.features == kind(1e-3)
 
 

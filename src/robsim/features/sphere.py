@@ -42,8 +42,8 @@ class Sphere(Compiled, Declared):
         rows = seen.room(3)
         seen.program.add(
             kernels.sphere_stage,
-            point=seen.points,
-            depth=seen.depth,
+            point=seen.points[:1],
+            depth=seen.depth[:1],
             radius=seen.program.constant(self.radius),
             s=rows.s,
             L=rows.L,

@@ -67,7 +67,7 @@ class Imperfection(Declared):
     left_out: ClassVar[str] = "effects of your own"
 
     @classmethod
-    def of(cls, given: Any) -> Self:
+    def _of(cls, given: Any) -> Self:
         """Return an imperfection with this base class, also where it is a user's own object."""
         if isinstance(given, cls):
             return given
@@ -129,7 +129,7 @@ def acting(holder: Any, parts: Sequence[Any], base: type[P], first: int) -> list
         if isinstance(part, str):
             for i, each in enumerate(getattr(holder, part)):
                 off = partial(_less, each)
-                found.append(Acting(base.of(each), first + 2 * i, part, off))
+                found.append(Acting(base._of(each), first + 2 * i, part, off))
             continue
         given = {each.name: getattr(holder, each.name) for each in fields_of(part)}
         name = next(iter(given))
