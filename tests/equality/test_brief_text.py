@@ -110,6 +110,74 @@ def test_the_text_of_a_run_needs_no_library_and_is_short_again():
     assert rs.Experiment.of(run).to_toml() == scenario.with_(record=3).to_toml()
 
 
+TOOLED = """
+schema = 1
+objects = [{ name = "dots", marks = ["40, 0, 0 cm", "50, 0, 0 cm", "50, 10, 0 cm"] }]
+cameras = [{ name = "eye", on = "arm.tip", focal = 800, size = [640, 480] }]
+task = { kind = "ibvs" }
+[[robots]]
+model = "rhino_xr4"
+name = "arm"
+home = ["0 deg", "-90 deg", "90 deg", "0 deg", "10 deg"]
+[[robots.tools]]
+name = "stub"
+links = [{ name = "plate", shapes = [{ kind = "ball", radius = "1 cm" }] }]
+[[robots.tools]]
+model = "rhino_gripper"
+position = "0, 0, -10.83 cm"
+on = "tool"
+bare = true
+"""
+
+
+def test_the_tools_of_a_robot_are_called_by_their_names():
+    scenario = rs.Experiment.from_text(TOOLED)
+    (robot,) = tables_of(both(scenario), "text")["robots"]
+    stub, gripper = robot.pop("tools")
+    assert robot == {
+        "model": "rhino_xr4",
+        "name": "arm",
+        "home": ["0 deg", "-90 deg", "90 deg", "0 deg", "10 deg"],
+    }
+    assert stub["name"] == "stub" and stub["links"][0]["name"] == "plate"
+    assert gripper == {
+        "model": "rhino_gripper",
+        "position": "0, 0, -10.83 cm",
+        "on": "tool",
+        "bare": True,
+    }
+
+
+def test_the_tool_of_a_robot_is_changed_by_a_path_and_believed_elsewhere():
+    scenario = rs.Experiment.from_text(TOOLED)
+    name = "robots.arm.tools.rhino_gripper.position"
+    moved = scenario.at(name, "0, 1, -10 cm")
+    assert moved != scenario and "0, 1, -10 cm" in both(moved)
+    belief = tables_of(both(scenario.at(f"belief.{name}", "0, 1, -10 cm")), "text")["belief"]
+    tools = [{"name": "rhino_gripper", "position": "0, 1, -10 cm"}]
+    assert belief == {"robots": [{"name": "arm", "tools": tools}]}
+
+
+def test_a_robot_whose_tool_was_changed_by_hand_is_written_link_by_link():
+    scenario = rs.Experiment.from_text(TOOLED)
+    arm = scenario.scene.robot("arm")
+    assert [each.tool.name for each in arm.mountings] == ["stub", "rhino_gripper"]
+    shorter = replace(arm, links=arm.links[:-1], tip="palm", home=None)
+    assert shorter.mountings == ()
+    eye = replace(scenario.scene.camera("eye"), on="arm.palm")
+    (robot,) = tables_of(
+        both(scenario.with_(scene=replace(scenario.scene, robots=(shorter,), cameras=(eye,)))),
+        "text",
+    )["robots"]
+    assert "tools" not in robot and len(robot["links"]) == len(shorter.links)
+
+
+def test_the_study_of_a_file_stays_in_its_text():
+    study = '[study]\nruns = 100\nvary = { "task.gain" = [0.5, 1.0] }\n'
+    scenario = rs.Experiment.from_text(TOOLED + study)
+    assert tables_of(scenario.to_toml(), "text")["study"] == scenario.study
+
+
 @pytest.fixture
 def arm(tmp_path):
     arm = rs.Robot.from_dh([[0, 0, 1, 0], [0, 0, 1, 0]], name="planar")

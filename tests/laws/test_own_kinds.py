@@ -238,9 +238,10 @@ def same(compiled, called, atol):
 
 def read_again(experiment, *words):
     """Whether the text of an experiment has some words, and is of an equal experiment."""
-    text = experiment.to_toml()
+    text = experiment.to_toml(complete=True)
     assert [word for word in words if word not in text] == [], text
-    assert rs.Experiment.from_text(text) == experiment
+    for each in (text, experiment.to_toml()):
+        assert rs.Experiment.from_text(each) == experiment
 
 
 def test_a_feature(own, experiment):

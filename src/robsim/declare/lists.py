@@ -59,7 +59,7 @@ class ListOf(Spec):
             table[name] = self.write(value, c.at(name))
 
     def put_change(self, table: dict[str, Raw], name: str, old: Any, new: Any, c: Context) -> None:
-        if not self.named or not isinstance(self.item, Table):
+        if old is None or not len(old) or not self.named or not isinstance(self.item, Table):
             self.put(table, name, new, c)
             return
         key = next(filter(None, map(name_key, self.item.inside())))

@@ -69,6 +69,7 @@ class PoseTable(Spec):
 
     def put_change(self, table: dict[str, Raw], name: str, old: Any, new: Any, c: Context) -> None:
         raw: dict[str, Raw] = {}
+        old = IDENTITY if old is None else old
         if not same(old.position, new.position):
             raw["position"] = KEYS["position"].write(new.position, c)
         if not same(old.rotation, new.rotation):

@@ -35,6 +35,18 @@ NAMED = (
 
 
 @dataclass(frozen=True, eq=False)
+class Mounting:
+    """A tool on a link of the robot `before`, at `pose`, and the links and tip `of` both."""
+
+    before: Robot
+    tool: Robot
+    pose: Pose
+    on: str
+    bare: bool
+    of: tuple[tuple[Link, ...], str]
+
+
+@dataclass(frozen=True, eq=False)
 class Robot(Kinematics):
     """A tree of links, of which the first is the base; it stands at `base` on the frame `on`.
 
@@ -51,7 +63,7 @@ class Robot(Kinematics):
     none of its own; a rolling wheel has its angle as a coordinate, and no velocity.
 
     `origin` is the library robot or the URDF file that it was read from, also where it was changed
-    since; it has no part in equality.
+    since, and `mounting` the last tool that `with_tool` gave it; both have no part in equality.
     """
 
     name: str
@@ -61,6 +73,7 @@ class Robot(Kinematics):
     on: str = field(default="world", kw_only=True)
     tip: str = field(default="", kw_only=True)
     origin: Origin | None = field(default=None, kw_only=True, compare=False)
+    mounting: Mounting | None = field(default=None, kw_only=True, compare=False, repr=False)
 
     def __post_init__(self) -> None:
         checked_name(self.name, "robot")
@@ -247,10 +260,21 @@ class Robot(Kinematics):
             )
         flag(bare, "bare")
         at = one_pose(pose, f"pose of the tool '{tool.name}'") @ tool.base
-        links = mounted(self.links, tool.links, tool.name, self._link(on), at, bool(bare))
+        carrier, without = self._link(on), bool(bare)
+        links = mounted(self.links, tool.links, tool.name, carrier, at, without)
         number = [link.name for link in tool.links].index(tool.tip)
         tip = links[len(self.links) + number].name
-        return replace(self, links=links, tip=tip, home=np.concatenate([self.home, tool.home]))
+        home = np.concatenate([self.home, tool.home])
+        mounting = Mounting(self, tool, at, carrier, without, (links, tip))
+        return replace(self, links=links, tip=tip, home=home, mounting=mounting)
+
+    @property
+    def mountings(self) -> tuple[Mounting, ...]:
+        """The tools that it was given, the first one first; none where its links are others now."""
+        last = self.mounting
+        if last is None or last.of != (self.links, self.tip):
+            return ()
+        return (*last.before.mountings, last)
 
     def _full_home(self, what: str) -> Array:
         """Return home as it was given, with missing coordinates as close to zero as allowed."""

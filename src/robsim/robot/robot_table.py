@@ -68,6 +68,7 @@ class LinkedSpec(Table):
         if "read_origin" in c.facts:
             with suppress(InputError, Unsayable):
                 keys, plain = c.facts["read_origin"](value)
+                plain = tool_table(plain, plain.home) if isinstance(value, ToolTable) else plain
                 own = replace(value, origin=plain.origin)
                 return {**keys, **self.change(plain, own, c)}
         return super().write(value, c)
@@ -174,11 +175,32 @@ class RobotTable(LinkedTable):
     @classmethod
     def of(cls, value: Robot, c: Context) -> RobotTable:
         """Return the table that describes a robot, link by link."""
+        if value.mountings and "read_origin" in c.facts:
+            return _with_tools(value, c)
         tip = None if value.tip == value.links[-1].name else value.tip
         home = None if c.facts.get("brief") and _at_rest(value) else value.home
         own: Any = {"home": home, "tip": tip, "convention": convention_of(value.links)}
         own["origin"] = value.origin
         return cls(value.name, value.links, value.base, on=value.on, **own)
+
+
+def _with_tools(value: Robot, c: Context) -> RobotTable:
+    """Return the table of a robot with the tools that it was given, each with its part of home."""
+    mountings, tools = value.mountings, []
+    first = mountings[0].before
+    arm = replace(first, home=value.home[: first.nq], base=value.base, on=value.on)
+    for each in mountings:
+        at = each.before.nq
+        given = {"pose": each.pose, "on": each.on, "bare": each.bare}
+        tools.append(tool_table(each.tool, value.home[at : at + each.tool.nq], **given))
+    table = RobotTable.of(replace(arm, name=value.name, origin=value.origin), c)
+    return replace(table, tools=tuple(tools))
+
+
+def tool_table(tool: Robot, home: Any, **given: Any) -> ToolTable:
+    """Return the table of a tool at home somewhere."""
+    own: Any = {"convention": convention_of(tool.links), "origin": tool.origin, **given}
+    return ToolTable(tool.name, tool.links, home=home, tip=tool.tip, **own)
 
 
 def _at_rest(robot: Robot) -> bool:

@@ -18,7 +18,8 @@ def brief_text(experiment: Any, folder: Path) -> str | None:
     """Return a text that is read as an experiment in a file of a folder; None if there is none."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", FileWarning)  # of files that were read before
-        text = laid_out(shortest(brief_tables(experiment, folder)))
+        study = {} if experiment.study is None else {"study": experiment.study}
+        text = laid_out(shortest({**brief_tables(experiment, folder), **study}))
         return text if _says(text, experiment, folder) else None
 
 
