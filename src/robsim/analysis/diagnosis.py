@@ -176,7 +176,8 @@ def _stability(again: Repeated, truth: Truth | None) -> dict[str, Array]:
         if not all(np.isfinite(array).all() for array in used):
             continue
         # as if the twist were commanded
-        twist = unchecked(state, task_jacobian_last=state.interaction_last)
+        own = {"task_jacobian_last": state.interaction_last, "jacobian_last": np.eye(6)[..., None]}
+        twist = unchecked(state, **own)
         found["stability"][t] = least_eigenvalue(L @ -law_map(JointLaw(), twist))
         if linear:
             M = over_motions(-law_map(controller.law, state), task_jacobian)

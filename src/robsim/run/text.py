@@ -10,7 +10,7 @@ from typing import Annotated, Any, ClassVar
 
 import numpy as np
 
-from robsim.base.errors import InputError, said
+from robsim.base.errors import FileError, InputError, said
 from robsim.declare import Flag, Role, Table, Text, Time, Whole, fields_of
 from robsim.declare.problems import Broken, Problems
 from robsim.declare.spec import MISSING, Context, Live, NoText, Raw, Spec, expected
@@ -188,7 +188,8 @@ def read_experiment(tables: Mapping[str, Raw], source: str) -> dict[str, Any]:
         found = read_table(TaskTable, rest, c, *SCENE)
     made = None if found is MISSING or scene is None else _fields(scene, found, c)
     problems.stop()
-    assert made is not None
+    if made is None:  # of an object in a place of texts that has no words
+        raise FileError(f"{source}: a value is of a kind that a text cannot hold there")
     belief, task = c.facts["belief"], made["task"]
     if belief is not None and isinstance(rest.get("task"), Live) and hasattr(task, "belief"):
         made["task"] = replace(task, belief=belief)  # which reading a table gives to other tasks

@@ -124,9 +124,9 @@ class Template:
         self.paths: dict[str, Path] = {name: path_of(self.first, name) for name in varied}  # type: ignore[misc]
         belief, scene = experiment.task.belief, experiment.scene
         self.followed: dict[str, Path] = {}  # the paths in the belief, of what is true
-        for name in filter(is_true, varied if belief is not None else ()):
+        for name in filter(is_true, varied if self.first.task.belief is not None else ()):
             truth = self.paths[name].get(scene)
-            if followed(experiment, belief, name, truth):
+            if belief is None or followed(experiment, belief, name, truth):
                 self.followed[name] = scene_path(self.first.task.belief, name)  # type: ignore[assignment]
 
     def of(self, varied: Mapping[str, Array]) -> Any:
