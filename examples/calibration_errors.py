@@ -6,10 +6,7 @@ import numpy as np
 import robsim as rs
 from robsim.plot import palette
 
-SCHEMES = {
-    "PBVS": ["task.kind=pbvs"],
-    "IBVS": ["task.kind=ibvs", "task.features=pixels"],
-}
+SCHEMES = {"PBVS": ["task.kind=pbvs"], "IBVS": ["task.kind=ibvs", "task.features=pixels"]}
 GOALS = {"shown": 'task.goal={position="0, 0, -1 m"}', "computed": "task.gain=1"}
 
 

@@ -6,11 +6,7 @@ import numpy as np
 import robsim as rs
 from robsim.plot import palette
 
-SCHEMES = {
-    "PBVS": [],
-    "IBVS": ["task.kind=ibvs"],
-    "2 1/2 D": ["task.kind=hybrid", "task.mark=4"],
-}
+SCHEMES = {"PBVS": [], "IBVS": ["task.kind=ibvs"], "2 1/2 D": ["task.kind=hybrid", "task.mark=4"]}
 
 plt.rcParams.update({"font.size": 9})
 figure, panels = plt.subplots(1, 3, figsize=(7, 2.6), layout="constrained", sharey=True)

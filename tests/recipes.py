@@ -454,9 +454,7 @@ RECIPES = {
     ],
     "law camera": [part("law", {"kind": "camera", "length": "1 m"}, ARM, joints=FIVE)],
     "secondary motion avoid_limits": [part("secondary", SHAPED["secondary"], ARM)],
-    "secondary motion posture": [
-        part("secondary", {"kind": "posture", "q": ["5 deg"] * 7}, ARM),
-    ],
+    "secondary motion posture": [part("secondary", {"kind": "posture", "q": ["5 deg"] * 7}, ARM)],
     "projection large": [part("projection", SHAPED["projection"], ARM, **SHAPED)],
     "condition error_below": [
         part("when", {"kind": "error_below", "value": 0.25}, kind="switch", **SWITCHED)
@@ -502,10 +500,7 @@ RECIPES = {
     ],
     "coupling ackermann": [car("ackermann", of=["body.x"])],
     "coupling rolling": [car("rolling")],
-    "coupling chord": [
-        crawler("chord", of=["front"], at="30 cm"),
-        crawler("chord", of=["front"]),
-    ],
+    "coupling chord": [crawler("chord", of=["front"], at="30 cm"), crawler("chord", of=["front"])],
     "coupling mimic": [mimicking({"kind": "mimic", "of": "a", "ratio": 2.0, "offset": "5 deg"})],
     "sampler uniform": [sampled(UNIFORM)],
     "sampler sobol": [sampled({**UNIFORM, "kind": "sobol"})],

@@ -45,10 +45,7 @@ def test_a_shipped_scenario_is_as_short_as_its_file(name):
 def test_a_robot_of_the_library_takes_a_line():
     scenario = load_scenario(examples.path("eye_in_hand"))
     assert len(both(scenario).splitlines()) <= 45
-    wrong = {
-        "belief.cameras.camera.focal": [490, 505],
-        "belief.robots.panda.rpy": "0, 0, 1 deg",
-    }
+    wrong = {"belief.cameras.camera.focal": [490, 505], "belief.robots.panda.rpy": "0, 0, 1 deg"}
     short = both(scenario.at(wrong))
     assert len(short.splitlines()) <= 50
     assert tables_of(short, "text")["belief"] == {
@@ -76,9 +73,7 @@ def test_a_changed_robot_of_the_library_writes_the_change():
 def test_a_robot_of_another_name_keeps_its_model():
     arm = replace(rs.robots.puma560(), name="arm")
     scene = rs.Scene(
-        [arm],
-        [rs.Object("dots", marks=np.eye(3))],
-        [rs.MountedCamera("eye", LENS, "arm.flange")],
+        [arm], [rs.Object("dots", marks=np.eye(3))], [rs.MountedCamera("eye", LENS, "arm.flange")]
     )
     (robot,) = tables_of(both(rs.Experiment(scene, rs.IBVS())), "text")["robots"]
     assert robot == {"model": "puma560", "name": "arm"}

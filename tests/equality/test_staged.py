@@ -116,11 +116,7 @@ class When:
         return self.condition.holds(first, second)
 
 
-CONDITIONS = [
-    rs.ErrorBelow(0.1),
-    rs.ErrorBelow(0.02, "second"),
-    rs.NearBorder(330, (800, 800)),
-]
+CONDITIONS = [rs.ErrorBelow(0.1), rs.ErrorBelow(0.02, "second"), rs.NearBorder(330, (800, 800))]
 
 
 @pytest.mark.parametrize("when", CONDITIONS, ids=repr)

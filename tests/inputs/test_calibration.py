@@ -91,10 +91,7 @@ def on_the_hand(scene):
             lambda v: rs.calibrate(alike(v)),
             "views: the arm hardly turns from one to another: they are all alike",
         ),
-        (
-            lambda v: rs.calibrate(about_one_axis(v)),
-            "views: the arm turns about one axis only",
-        ),
+        (lambda v: rs.calibrate(about_one_axis(v)), "views: the arm turns about one axis only"),
         (
             lambda v: rs.calibrate(without_lens(v), ["distortion"]),
             "also: distortion: the camera has no coefficients; give it those to begin with",

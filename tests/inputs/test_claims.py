@@ -41,10 +41,7 @@ HOLD = """
 def test_a_folder_in_which_a_process_writes_is_not_given_to_another(here):
     other = process(HOLD)
     assert other.stdout.readline() == "claimed\n"
-    with (
-        pytest.raises(rs.FileError, match=f"process {other.pid} is writing there"),
-        claimed(here),
-    ):
+    with pytest.raises(rs.FileError, match=f"process {other.pid} is writing there"), claimed(here):
         pass
     other.communicate("\n")
     with claimed(here):

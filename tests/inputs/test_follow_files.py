@@ -59,10 +59,7 @@ MEANT = {
     'acceleration = "2 m/s^2", corner = ["1 mm", "1 deg"] }': (
         rs.FollowJoints(
             trajectory=Blends(
-                [[0, 0], [0.05, 1], [0.01, 1]],
-                speed=1.0,
-                acceleration=2.0,
-                corner=[0.001, DEG],
+                [[0, 0], [0.05, 1], [0.01, 1]], speed=1.0, acceleration=2.0, corner=[0.001, DEG]
             ),
             joints=["lift", "hook"],
         )

@@ -156,11 +156,7 @@ MISTAKES = {
     ),
     "a speed in metres": ('"10 cm/s"', '"10 cm"', "finger.speed: '10 cm': expected one number"),
     "a speed of another kind": ('"10 cm/s"', '"1 deg/s"', "finger.speed: '1 deg/s': expected one"),
-    "a speed backwards": (
-        '"10 cm/s"',
-        '"-1 cm/s"',
-        "finger.speed: must be greater than 0",
-    ),
+    "a speed backwards": ('"10 cm/s"', '"-1 cm/s"', "finger.speed: must be greater than 0"),
     "no effort": ("effort = 20", "effort = 0", "finger.effort: must be greater than 0"),
     "nobody to mimic": ('of = "finger"', 'of = "fingr"', "follows 'fingr', and there is none; did"),
     "itself to mimic": ('of = "finger"', 'of = "other"', "links: 'other' follows itself"),

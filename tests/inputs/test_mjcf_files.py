@@ -29,7 +29,7 @@ def test_bodies_stand_inside_each_other(tmp_path):
     assert arm.find("inertial").get("mass") == "0.001"
     assert arm.find("body/joint").get("type") == "slide"
     assert root.find("equality/joint").attrib == {
-        **{"joint1": "tip", "joint2": "arm", "polycoef": "0.1 0.5 0.0 0.0 0.0"},
+        **{"joint1": "tip", "joint2": "arm", "polycoef": "0.1 0.5 0.0 0.0 0.0"}
     }
 
 

@@ -433,15 +433,9 @@ VALUES = {
     "frame of a pose": (lambda: lift().pose("lift.lin1"), "did you mean 'lift.link1'? frames:"),
     "points of a view": (lambda: lift().view(points=[1, 2]), "points: expected shape (..., N, 3)"),
     "replacing": (lambda: lift().replacing(rs.Object("x")), "no object 'x' to replace"),
-    "truncation": (
-        lambda: rs.PseudoInverse(2),
-        "rcond must be a number above 0 and below 1",
-    ),
+    "truncation": (lambda: rs.PseudoInverse(2), "rcond must be a number above 0 and below 1"),
     "damping": (lambda: rs.DampedInverse(0), "damping must be a positive number, got 0"),
-    "length of a law": (
-        lambda: rs.CameraLaw(-1),
-        "CameraLaw.length must be a positive number",
-    ),
+    "length of a law": (lambda: rs.CameraLaw(-1), "CameraLaw.length must be a positive number"),
     "computed goal": (lambda: rs.GoalPose(2 * np.eye(4)), "not a rotation"),
     "unit": (lambda: rs.units.parse("5 cm", "angle"), "expected one number with a unit of angle"),
     "no unit": (lambda: rs.units.parse("5", "length"), "expected one number with a unit of length"),

@@ -723,11 +723,7 @@ WRONG = [
         '[actuation]\nacceleration = "1 rad/s"\n[run]',
         ["actuation.acceleration", "rad/s^2"],
     ),
-    (
-        "[run]",
-        '[actuation]\nencoder = "-1 deg"\n[run]',
-        ["actuation.encoder", "not below 0"],
-    ),
+    ("[run]", '[actuation]\nencoder = "-1 deg"\n[run]', ["actuation.encoder", "not below 0"]),
     # NaN, infinity, zero and below
     ("gain = 1.5", "gain = nan", ["task.gain", "finite", "nan"]),
     ("gain = 1.5", "gain = -inf", ["task.gain", "finite", "-inf"]),
@@ -1051,10 +1047,7 @@ WRONG_TASKS = [
     ),
     ('kind = "ibvs"\ninverse = "transpose"\nrcond = 0.1', ["task", "rcond", '"pseudo_inverse"']),
     ('kind = "ibvs"\nlag = "3 s"', ["task", "lag", '"estimated"']),
-    (
-        'kind = "ibvs"\nfeed_forward = "estimated"\nlag = "3 m"',
-        ["task.lag", "3 m", "unit of time"],
-    ),
+    ('kind = "ibvs"\nfeed_forward = "estimated"\nlag = "3 m"', ["task.lag", "3 m", "unit of time"]),
     ('kind = "ibvs"\ngoal = { s = [] }', ["task.goal.s", "at least 1 item"]),
     ('kind = "ibvs"\ngoal = { s = [1], q = [] }', ["task.goal", "s and q"]),
     # what is done to the command

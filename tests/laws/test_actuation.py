@@ -208,18 +208,9 @@ def _error(after, scene, dt, parts=100):
     [
         ({"lag": -1}, "Actuation.lag must be a number (s) not below 0, got -1"),
         ({"lag": [1, 2]}, "Actuation.lag must be a number (s) not below 0"),
-        (
-            {"velocity": 0},
-            "Actuation.velocity must be a positive number, or one for each",
-        ),
-        (
-            {"acceleration": [1, -2]},
-            "Actuation.acceleration must be a positive number, or",
-        ),
-        (
-            {"encoder": -0.1},
-            "Actuation.encoder must be a number not below 0, or one for",
-        ),
+        ({"velocity": 0}, "Actuation.velocity must be a positive number, or one for each"),
+        ({"acceleration": [1, -2]}, "Actuation.acceleration must be a positive number, or"),
+        ({"encoder": -0.1}, "Actuation.encoder must be a number not below 0, or one for"),
         ({"velocity": "fast"}, "Actuation.velocity: expected a number, got 'fast'"),
         ({"encoder": np.nan}, "Actuation.encoder: nan"),
     ],

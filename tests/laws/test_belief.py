@@ -162,10 +162,7 @@ def test_wrong_links_give_the_command_of_the_wrong_jacobian():
     x, x_goal = ((scene.view(at).pixels - K[:2, 2]) / np.diag(K)[:2] for at in (q, goal))
     L = np.concatenate(
         [
-            [
-                [-2, 0, 2 * u, u * v, -1 - u * u, v],
-                [0, -2, 2 * v, 1 + v * v, -u * v, -u],
-            ]
+            [[-2, 0, 2 * u, u * v, -1 - u * u, v], [0, -2, 2 * v, 1 + v * v, -u * v, -u]]
             for u, v in x
         ]
     )

@@ -113,10 +113,7 @@ def moving():
     belt = rs.robots.conveyor()
     square = rs.Object("square", marks=SQUARE, pose=rs.Pose.at(0, 0, 1), on="conveyor.belt")
     scene = rs.Scene(
-        [rs.robots.free_camera(), belt],
-        [square],
-        [eye(size=None)],
-        [rs.Motion("conveyor", [0.02])],
+        [rs.robots.free_camera(), belt], [square], [eye(size=None)], [rs.Motion("conveyor", [0.02])]
     )
     task = rs.IBVS(gain=2.0, depth="goal")
     sensing = rs.Sensing(noise=1e-4)
@@ -288,27 +285,12 @@ KNOWN = [
     (hardly_any_gain, "TIME_LIMIT", "too little time", r"falls at 0\.0001 per second, with a gain"),
     (one_period, "TIME_LIMIT", "too little time", r"below the tolerance after 9\.68 s"),
     (given_in_pixels, "BEHIND_CAMERA", "goal", r"largest is 60, and at the start 0\.1\."),
-    (
-        skewed,
-        "LOCAL_MINIMUM",
-        "unreachable goal",
-        r"no pose .* has them: .* length 0\.0038, and",
-    ),
+    (skewed, "LOCAL_MINIMUM", "unreachable goal", r"no pose .* has them: .* length 0\.0038, and"),
     (skewed_and_short, "TIME_LIMIT", "unreachable goal", "no pose of the camera has them"),
-    (
-        wheels,
-        "LOCAL_MINIMUM",
-        "local minimum",
-        "too few for 8 numbers, which take 6",
-    ),
+    (wheels, "LOCAL_MINIMUM", "local minimum", "too few for 8 numbers, which take 6"),
     (hindered, "TIME_LIMIT", "too little time", "speed limit of the task slows the command"),
     (damped, "TIME_LIMIT", "too little time", r"with a gain of 1 per second, and at that rate"),
-    (
-        wrong_links,
-        "JOINT_LIMIT",
-        "robot model",
-        "believed wrongly: 'forearm'",
-    ),
+    (wrong_links, "JOINT_LIMIT", "robot model", "believed wrongly: 'forearm'"),
 ]
 
 

@@ -465,10 +465,7 @@ def test_a_chord_that_does_not_fit_is_refused(curve, chord, told):
         (curves.Arc(0.2, -4.0), (0.3, 0.06)),
         (curves.Catenary((0, 0), (1, 0), 9.0), (0.5, -0.2)),
         (curves.Line(1.0), (3.0, 0.5)),
-        (
-            curves.Polyline([(0.001 * i, 0.2 * (i % 2)) for i in range(400)], 4e-4),
-            (0.3, 0.0),
-        ),
+        (curves.Polyline([(0.001 * i, 0.2 * (i % 2)) for i in range(400)], 4e-4), (0.3, 0.0)),
     ],
 )
 def test_a_chord_is_found_wherever_its_wheels_are(curve, chord):

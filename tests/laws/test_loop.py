@@ -59,10 +59,7 @@ def test_moving_the_target_instead_of_the_camera_is_the_same_loop(free_scene):
     np.testing.assert_allclose(target_moves.error_norm, camera_moves.error_norm, rtol=0.03)
     fine = [
         rs.simulate(s, t, q, duration=1, dt=1e-3).s.values[-1]
-        for s, t, q in (
-            (scene, task, START.inv()),
-            (free_scene(SQUARE), rs.IBVS(goal=GOAL), START),
-        )
+        for s, t, q in ((scene, task, START.inv()), (free_scene(SQUARE), rs.IBVS(goal=GOAL), START))
     ]
     np.testing.assert_allclose(fine[0], fine[1], atol=2e-4)
 

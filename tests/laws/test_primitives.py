@@ -232,11 +232,7 @@ def test_a_moved_copy_has_each_vertex_moved(solid):
 @EACH
 def test_motion_is_rigid(solid):
     a, b = solid.vertices, solid.at(SOMEWHERE).vertices
-    close(
-        np.linalg.norm(b[:, None] - b, axis=-1),
-        np.linalg.norm(a[:, None] - a, axis=-1),
-        1e-14,
-    )
+    close(np.linalg.norm(b[:, None] - b, axis=-1), np.linalg.norm(a[:, None] - a, axis=-1), 1e-14)
 
 
 @EACH
@@ -300,8 +296,7 @@ def test_a_size_is_a_positive_number(make, what, bad):
 @pytest.mark.parametrize("n", [2, 0, -3, 3.5, "8", None, True])
 def test_a_wheel_has_at_least_three_points(n):
     with pytest.raises(
-        InputError,
-        match=r"Wheel\.n(: expected a number| must be a whole number from 3 to 4096)",
+        InputError, match=r"Wheel\.n(: expected a number| must be a whole number from 3 to 4096)"
     ):
         Wheel(1, 1, n)
 

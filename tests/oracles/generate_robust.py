@@ -16,10 +16,7 @@ from mpmath import diff, log, mp, mpf
 from statsmodels.robust import norms, scale
 
 mp.dps = 40
-NORMS = {
-    "huber": norms.HuberT(1.345),
-    "tukey": norms.TukeyBiweight(4.685),
-}
+NORMS = {"huber": norms.HuberT(1.345), "tukey": norms.TukeyBiweight(4.685)}
 U = [0.0, 1e-9, 0.1, 0.5, 1.0, 1.344, 1.345, 1.346, 2.0, 3.3, 4.684, 4.685, 4.686, 9.0, 123.4, 1e9]
 
 

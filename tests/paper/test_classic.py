@@ -239,11 +239,7 @@ def eq10(points, f, px, py, alpha, u0, v0):
 
 def test_Ki_is_the_matrix_of_eq_10():
     f, px, py, alpha, u0, v0 = INTRINSICS
-    expected = [
-        [-f / (px * np.cos(alpha)), 0, u0],
-        [f * np.tan(alpha) / py, f / py, v0],
-        [0, 0, 1],
-    ]
+    expected = [[-f / (px * np.cos(alpha)), 0, u0], [f * np.tan(alpha) / py, f / py, v0], [0, 0, 1]]
     np.testing.assert_allclose(CAM.Ki, expected, rtol=1e-15)
 
 

@@ -93,12 +93,7 @@ def test_half_a_turn_under_l_current_goes_away_for_ever(free_scene):
 @pytest.mark.parametrize(
     ("name", "norm", "place", "turn"),
     [
-        (
-            "trap_four_points",
-            0.00231,
-            (0.1336, 0.2517, -0.9603),
-            (0.0412, -0.3486, 1.3667),
-        ),
+        ("trap_four_points", 0.00231, (0.1336, 0.2517, -0.9603), (0.0412, -0.3486, 1.3667)),
         ("trap_tilted_square", 0.02755, (-0.68896, 0, -0.76256), (0, 0.72494, 0)),
     ],
 )

@@ -92,10 +92,7 @@ def test_frames_that_are_not_there(tmp_path):
     refused(path, r"no position of joint body.x; say .* frames={'free_camera.body': ..., 'world'")
     refused(path, "frames: cam, odom, base_link", frames={"world": "earth"})
     for frames, words in (
-        (
-            {"free_camera.bod": "cam"},
-            "no 'free_camera.bod' that roams; did you mean",
-        ),
+        ({"free_camera.bod": "cam"}, "no 'free_camera.bod' that roams; did you mean"),
         ({"world": 3}, "frames: expected"),
         (3, "frames: expected"),
     ):

@@ -44,11 +44,7 @@ MIXED = table(
     ("first", "second", "p"),
     [
         (12, 2, 0.0129),  # Armitage and Berry 1994, "Statistical Methods", p. 127
-        (
-            1,
-            7,
-            0.0703,
-        ),  # Fagerland, Lydersen and Laake 2013, doi 10.1186/1471-2288-13-91
+        (1, 7, 0.0703),  # Fagerland, Lydersen and Laake 2013, doi 10.1186/1471-2288-13-91
         (0, 0, 1.0),
         (5, 5, 1.0),
     ],

@@ -232,10 +232,7 @@ def test_a_figure_is_drawn_into_the_axes_of_the_user(draw):
         (lambda t: plot.study(t.assign(began=False), "start_x", "start_y"), "800 runs could begin"),
         (lambda t: plot.study(t.assign(start_x=np.nan), "start_x", "start_y"), "no run has both"),
         (lambda t: plot.study_basin(t.drop(columns="start_x")), "x: no column 'start_x'"),
-        (
-            lambda t: plot.study_basin(t, by="start_y"),
-            "has 400 different values; expected a",
-        ),
+        (lambda t: plot.study_basin(t, by="start_y"), "has 400 different values; expected a"),
         (lambda t: plot.study_success(t.assign(task="IBVS"), "task"), "one value only, IBVS"),
         (lambda t: plot.study_success(t, "task", bins=1), "bins must be a whole number"),
         (lambda t: plot.study_map(t, "task", "task"), "two columns, got 'task' twice"),

@@ -35,7 +35,7 @@ MACHINERY = {  # of the files that know how Numba compiles
     "memory": {"typing", "numba.extending"},
     "linked": {"typing", "llvmlite", "numba.core", "numba.extending", "numba.np.arrayobj"},
     "unrolled": {
-        *("__future__", "collections.abc", "types", "typing", "llvmlite", "numba.extending"),
+        *("__future__", "collections.abc", "types", "typing", "llvmlite", "numba.extending")
     },
     "uncollected": {"gc", "typing", "numba.core"},
     "program": {"__future__", "collections.abc", "itertools", "typing", "numpy.typing"},

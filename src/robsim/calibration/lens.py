@@ -57,12 +57,7 @@ class LensCalibration(Value):
 
 
 def calibrate_lens(
-    target: Any,
-    pixels: Any,
-    size: Any,
-    *,
-    coefficients: int = 5,
-    guess: Camera | None = None,
+    target: Any, pixels: Any, size: Any, *, coefficients: int = 5, guess: Camera | None = None
 ) -> LensCalibration:
     """Return the lens of a camera from views of a target, by `cv2.calibrateCamera`.
 

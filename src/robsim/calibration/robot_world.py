@@ -8,12 +8,7 @@ import numpy as np
 
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError
-from robsim.calibration.motions import (
-    checked_poses,
-    motions_between,
-    nearest_rotation,
-    pose_of,
-)
+from robsim.calibration.motions import checked_poses, motions_between, nearest_rotation, pose_of
 from robsim.geometry.pose import Pose
 
 TIE = 1e-6  # relative: closer singular values count as the same

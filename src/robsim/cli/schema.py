@@ -15,11 +15,7 @@ FILE = "robsim.schema.json"  # which the first line of each example names
 
 
 @click.command("schema")
-@click.option(
-    "--robot",
-    is_flag=True,
-    help="Of robot files, which name robot.schema.json.",
-)
+@click.option("--robot", is_flag=True, help="Of robot files, which name robot.schema.json.")
 def command(robot: bool) -> None:
     """Print the JSON Schema of scenario files: robsim schema > robsim.schema.json.
 

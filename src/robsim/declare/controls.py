@@ -100,12 +100,7 @@ class Place:
         return self.control("number", float(value), unit=unit, united=united, low=first, high=last)
 
     def several(
-        self,
-        values: Any,
-        names: Sequence[str],
-        unit: Any,
-        united: bool = True,
-        limits: Any = None,
+        self, values: Any, names: Sequence[str], unit: Any, united: bool = True, limits: Any = None
     ) -> Control:
         """Return the control of several numbers, within limits (n, 2) where there are any."""
         numbers = [float(x) for x in values]

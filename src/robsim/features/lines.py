@@ -93,10 +93,5 @@ class VanishingPoint(Compiled, Declared):
         """Add the stages of s and L to a program, and return their rows."""
         check_groups(seen.N, 4, "VanishingPoint")
         rows = seen.room(seen.N // 2)
-        seen.program.add(
-            kernels.intersections_stage,
-            points=seen.points,
-            s=rows.s,
-            L=rows.L,
-        )
+        seen.program.add(kernels.intersections_stage, points=seen.points, s=rows.s, L=rows.L)
         return rows

@@ -54,23 +54,12 @@ class PixelPoints(Compiled, Declared):
     def stages(self, seen: Seen) -> FeatureRows:
         """Add the stages of s and L to a program, and return their rows."""
         rows = point_rows(seen)
-        seen.program.add(
-            kernels.pixels_stage,
-            camera=seen.camera,
-            s=rows.s,
-            L=rows.L,
-        )
+        seen.program.add(kernels.pixels_stage, camera=seen.camera, s=rows.s, L=rows.L)
         return rows
 
 
 def point_rows(seen: Seen) -> FeatureRows:
     """Add the stage of s and L of normalised points to a program, and return their rows."""
     rows = seen.room(2 * seen.N)
-    seen.program.add(
-        kernels.points_stage,
-        points=seen.points,
-        depth=seen.depth,
-        s=rows.s,
-        L=rows.L,
-    )
+    seen.program.add(kernels.points_stage, points=seen.points, depth=seen.depth, s=rows.s, L=rows.L)
     return rows

@@ -34,10 +34,6 @@ class Points3D(Compiled, Declared):
         """Add the stages of s and L to a program, and return their rows."""
         rows = seen.room(3 * seen.N)
         seen.program.add(
-            kernels.points_3d_stage,
-            points=seen.points,
-            depth=seen.depth,
-            s=rows.s,
-            L=rows.L,
+            kernels.points_3d_stage, points=seen.points, depth=seen.depth, s=rows.s, L=rows.L
         )
         return rows

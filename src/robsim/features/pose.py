@@ -46,13 +46,7 @@ class _PoseFeature(Compiled):
         """Add the stage of T_goal_c, the camera in axes of the goal camera; return its rows."""
         program = seen.program
         goal, room, T = seen.pose_goal(self._T_o_goal), program.rows(3, 4), program.rows(3, 4)
-        program.add(
-            kernels.from_goal_stage,
-            T_c_o=seen.pose,
-            T_o_goal=goal,
-            room=room,
-            T=T,
-        )
+        program.add(kernels.from_goal_stage, T_c_o=seen.pose, T_o_goal=goal, room=room, T=T)
         return T
 
     @cached_property
@@ -82,13 +76,7 @@ class ThetaU(_PoseFeature):
     def stages(self, seen: Seen) -> FeatureRows:
         """Add the stages of s and L to a program, and return their rows."""
         rows, T = seen.room(3), self._from_goal(seen)
-        seen.program.add(
-            kernels.theta_u_stage,
-            T=T,
-            room=seen.program.rows(4),
-            s=rows.s,
-            L=rows.L,
-        )
+        seen.program.add(kernels.theta_u_stage, T=T, room=seen.program.rows(4), s=rows.s, L=rows.L)
         return rows
 
 
@@ -120,11 +108,5 @@ class Translation(_PoseFeature):
         """Add the stages of s and L to a program, and return their rows."""
         rows, in_goal = seen.room(3), self.form == "goal"
         T = self._from_goal(seen) if in_goal else seen.pose
-        seen.program.add(
-            kernels.translation_stage,
-            T=T,
-            in_goal=in_goal,
-            s=rows.s,
-            L=rows.L,
-        )
+        seen.program.add(kernels.translation_stage, T=T, in_goal=in_goal, s=rows.s, L=rows.L)
         return rows

@@ -63,22 +63,11 @@ class Seen:
         if weights is None:
             weights = self.program.constant(np.ones(self.N))
         self.program.add(
-            fit,
-            marks=self.model,
-            x=self.points,
-            guess=self.guess,
-            T=T,
-            weights=weights,
-            room=room,
+            fit, marks=self.model, x=self.points, guess=self.guess, T=T, weights=weights, room=room
         )
         if not self.sure:
             lost = self.program.rows()
-            self.program.add(
-                lost_stage,
-                points=self.points,
-                T=T,
-                lost=lost,
-            )
+            self.program.add(lost_stage, points=self.points, T=T, lost=lost)
             self.program.rescue(lambda blocks, step: self._without_guess(blocks, T, lost), lost)
         return T
 

@@ -33,10 +33,6 @@ class Spherical(Compiled, Declared):
         """Add the stages of s and L to a program, and return their rows."""
         rows = seen.room(3 * seen.N)
         seen.program.add(
-            kernels.bearings_stage,
-            points=seen.points,
-            depth=seen.depth,
-            s=rows.s,
-            L=rows.L,
+            kernels.bearings_stage, points=seen.points, depth=seen.depth, s=rows.s, L=rows.L
         )
         return rows

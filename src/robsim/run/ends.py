@@ -78,11 +78,7 @@ def goal_variables(controller: Controller, q_end: Array, q0: Array) -> dict[str,
     goal, away, turn = off_goal(controller, runs_last(q_end, 1), q0)
     poses = homogeneous(goal)
     poses[np.isnan(away)] = np.nan
-    return {
-        "goal_pose": poses,
-        "distance_to_goal": away,
-        "angle_to_goal": turn,
-    }
+    return {"goal_pose": poses, "distance_to_goal": away, "angle_to_goal": turn}
 
 
 def off_goal(controller: Controller, q: Array, q0: Array) -> tuple[Array, Array, Array]:

@@ -62,20 +62,12 @@ class RegulatedRows:
         A = program.rows(k, n)
         if regulated.as_one:
             first = J[regulated.sights[0].key]
-            program.add(
-                commanding.product,
-                L=self.L,
-                J=first,
-                A=A,
-            )
+            program.add(commanding.product, L=self.L, J=first, A=A)
             return A
         row = 0
         for rows, part in zip(self.each, regulated.parts, strict=True):
             program.add(
-                commanding.product,
-                L=rows.L,
-                J=J[part.sights[0].key],
-                A=A[row : row + rows.k],
+                commanding.product, L=rows.L, J=J[part.sights[0].key], A=A[row : row + rows.k]
             )
             row += rows.k
         return A
@@ -86,12 +78,7 @@ class RegulatedRows:
         rates = prescribed_rates(self.given, self.regulated.sights[0].scene, columns)
         for sight in self.regulated.sights:
             J = self.jacobian(sight, own[sight.key])
-            self.program.add(
-                commanding.along,
-                A=J,
-                x=rates,
-                out=self.twist[sight.key],
-            )
+            self.program.add(commanding.along, A=J, x=rates, out=self.twist[sight.key])
         return self.moved({key: V.column for key, V in self.twist.items()}, 1).flat
 
     def _world(self) -> tuple[Placed, dict[Key, tuple[Rows, Rows]]]:
@@ -113,11 +100,7 @@ class RegulatedRows:
         T_c_o = program.rows(3, 4)
         program.add(viewing.relative, A=T_w_c, B=T_w_o, T=T_c_o)
         program.add(
-            viewing.normalise,
-            camera=camera,
-            pixels=view.pixels,
-            points=points,
-            bends=eye.bends,
+            viewing.normalise, camera=camera, pixels=view.pixels, points=points, bends=eye.bends
         )
         model = program.numbers(sight.target.marks, 2)
         depth = self._depth(sight, view.depth, points)
@@ -148,12 +131,7 @@ class RegulatedRows:
         if (factors == 1.0).all():
             return true
         found = program.rows(N)
-        program.add(
-            commanding.weigh,
-            A=true.column,
-            weights=program.each(factors),
-            B=found.column,
-        )
+        program.add(commanding.weigh, A=true.column, weights=program.each(factors), B=found.column)
         return found
 
     def _shown(self, sights: tuple[Sight, ...]) -> Seen:
@@ -184,11 +162,7 @@ class RegulatedRows:
         goal = program.numbers(self.regulated.L_goals[i], 2)
         if which == "desired":
             return rows._replace(L=goal)
-        program.add(
-            commanding.mean,
-            rows=rows.L.flat,
-            others=goal.flat,
-        )
+        program.add(commanding.mean, rows=rows.L.flat, others=goal.flat)
         return rows
 
     def _to_first(self, i: int, rows: FeatureRows) -> Rows:
@@ -197,12 +171,7 @@ class RegulatedRows:
         if A is None:
             return rows.L
         L = self.program.rows(rows.k, 6)
-        self.program.add(
-            commanding.to_first,
-            L=rows.L,
-            A=self.program.numbers(A, 2),
-            out=L,
-        )
+        self.program.add(commanding.to_first, L=rows.L, A=self.program.numbers(A, 2), out=L)
         return L
 
     def hidden(self) -> Rows:

@@ -54,10 +54,7 @@ class ServoStages:
         of = self.of = RegulatedRows(c.regulated, self.given, c.weighting)
         self.error, self.L, self.A = self.rows(k), of.L, of.A
         self._add(
-            commanding.difference,
-            s=of.s,
-            s_goal=self.program.each(c.s_goal),
-            error=self.error,
+            commanding.difference, s=of.s, s_goal=self.program.each(c.s_goal), error=self.error
         )
         if c.broyden is not None:
             self._learn()
@@ -101,12 +98,7 @@ class ServoStages:
     def rate(self) -> Rows:
         """Return the rows of the rate at which the error is to change, -gain e."""
         rate = self.rows(self.k)
-        self._add(
-            commanding.commanded,
-            gain=self.gain,
-            x=self.towards,
-            qd=rate,
-        )
+        self._add(commanding.commanded, gain=self.gain, x=self.towards, qd=rate)
         return rate
 
     def commanded(self) -> Commanded:
@@ -122,37 +114,14 @@ class ServoStages:
         if c.regulated.depths.filtered:
             for key, J in of.J.items():
                 twist = self.rows(6)
-                self._add(
-                    commanding.along,
-                    A=J,
-                    x=qd,
-                    out=twist,
-                )
+                self._add(commanding.along, A=J, x=qd, out=twist)
                 own = of.twist[key] if known else self.constant(np.zeros(6))
-                self._add(
-                    commanding.summed,
-                    x=twist,
-                    y=own,
-                    out=of.seen_twist[key],
-                )
+                self._add(commanding.summed, x=twist, y=own, out=of.seen_twist[key])
         if isinstance(c.feed_forward, EstimatedMotion):
-            self._add(
-                commanding.along,
-                A=self.A,
-                x=qd,
-                out=self._moved,
-            )
+            self._add(commanding.along, A=self.A, x=qd, out=self._moved)
         if c.broyden is not None:
-            self._add(
-                commanding.copied,
-                rows=self.plain[2].flat,
-                to=self.learnt.flat,
-            )
-            self._add(
-                commanding.copied,
-                rows=qd,
-                to=self.last[k:],
-            )
+            self._add(commanding.copied, rows=self.plain[2].flat, to=self.learnt.flat)
+            self._add(commanding.copied, rows=qd, to=self.last[k:])
             drift = self._drift if known else of.s
             factor = self.given.dt if known else self.constant(0.0)
             self._add(
@@ -189,10 +158,7 @@ class ServoStages:
             return weights
         error = self.rows(k)
         self._add(
-            commanding.masked,
-            A=self.error.column,
-            hidden=self._unused(weights),
-            out=error.column,
+            commanding.masked, A=self.error.column, hidden=self._unused(weights), out=error.column
         )
         return by_error(
             self.program, asked, ResidualRows(k, error, weights, c.tolerances, groups(each))
@@ -201,11 +167,7 @@ class ServoStages:
     def _unused(self, weights: Rows) -> Rows:
         """Return the rows (k,) that say which numbers have the weight 0."""
         found = self.rows(self.k)
-        self._add(
-            weighting.unused,
-            weights=weights,
-            out=found,
-        )
+        self._add(weighting.unused, weights=weights, out=found)
         return found
 
     def _few(self, weights: Rows) -> Rows:
@@ -281,29 +243,14 @@ class ServoStages:
             self._drift = self.of.drift()
             drift = self.rows(k)
             weights = self.constant(c.regulated.weights.ravel())
-            self._add(
-                commanding.weigh,
-                A=self._drift.column,
-                weights=weights,
-                B=drift.column,
-            )
+            self._add(commanding.weigh, A=self._drift.column, weights=weights, B=drift.column)
         if self.hidden is not None:
             seen = self.rows(k)
-            self._add(
-                commanding.masked,
-                A=drift.column,
-                hidden=self.hidden,
-                out=seen.column,
-            )
+            self._add(commanding.masked, A=drift.column, hidden=self.hidden, out=seen.column)
             drift = seen
         if self.weights is not None:
             faded = self.rows(k)
-            self._add(
-                commanding.weigh,
-                A=drift.column,
-                weights=self.weights,
-                B=faded.column,
-            )
+            self._add(commanding.weigh, A=drift.column, weights=self.weights, B=faded.column)
             drift = faded
         found = self.rows(k)
         self._add(

@@ -74,12 +74,7 @@ def by_error(program: Program, weightings: Sequence[Any], seen: ResidualRows) ->
 def _product(program: Program, x: Rows, y: Rows) -> Rows:
     """Add the stage of the products of n numbers with others; return its rows."""
     found = program.rows(*x.shape)
-    program.add(
-        commanding.weigh,
-        A=x.column,
-        weights=y,
-        B=found.column,
-    )
+    program.add(commanding.weigh, A=x.column, weights=y, B=found.column)
     return found
 
 

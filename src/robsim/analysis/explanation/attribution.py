@@ -6,14 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from robsim.analysis.explanation.finding import Finding
-from robsim.analysis.explanation.removal import (
-    Removal,
-    Trial,
-    cures,
-    outcome,
-    patient,
-    without,
-)
+from robsim.analysis.explanation.removal import Removal, Trial, cures, outcome, patient, without
 from robsim.analysis.explanation.wording import listed
 from robsim.run.experiment import Experiment
 

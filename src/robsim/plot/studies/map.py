@@ -31,13 +31,7 @@ _WIDTHS = "Greys"
 
 
 def study_map(
-    study: Any,
-    x: str,
-    y: str,
-    *,
-    bins: int = 8,
-    size: Any = None,
-    title: str | None = None,
+    study: Any, x: str, y: str, *, bins: int = 8, size: Any = None, title: str | None = None
 ) -> Figure:
     """Draw which share of the runs converged (%) against two columns of a study, as a map.
 

@@ -83,20 +83,9 @@ class Descent:
         (T,) = self.placed.frames([self.arm.place])
         e, damping, weights = program.rows(6), program.rows(), program.constant(self.weight)
         if self.pointing:
-            program.add(
-                ik_step.point_to,
-                goal=goal,
-                T=T,
-                vector_of=e[3:],
-            )
+            program.add(ik_step.point_to, goal=goal, T=T, vector_of=e[3:])
         else:
-            program.add(
-                ik_step.turn_to,
-                goal=goal,
-                T=T,
-                room=program.rows(16),
-                vector_of=e[3:],
-            )
+            program.add(ik_step.turn_to, goal=goal, T=T, room=program.rows(16), vector_of=e[3:])
         program.add(
             ik_step.residual,
             goal=goal,
@@ -111,40 +100,20 @@ class Descent:
         moves = self.tree.moves(self.tree.carried(self.arm.link), self.arm.columns)
         J = add_base_jacobian(program, self.placed.poses, self.placed.ratio, T, moves)
         if self.pointing:
-            program.add(
-                ik_step.ignore_roll,
-                T=T,
-                J=J,
-            )
+            program.add(ik_step.ignore_roll, T=T, J=J)
         if (self.weight != 1.0).any():
-            program.add(
-                weigh,
-                A=J,
-                weights=weights,
-                B=J,
-            )
+            program.add(weigh, A=J, weights=weights, B=J)
         return e, damping, J
 
     def _propose(self, rows: tuple[Rows, Rows, Rows]) -> None:
         """Add the stages of the next step."""
         (e, damping, J), n, program = rows, self.n, self.program
         downhill, room = program.rows(n), program.rows(normal.room_of(6, n))
-        program.add(
-            transpose,
-            A=J,
-            y=e,
-            x=downhill,
-        )
+        program.add(transpose, A=J, y=e, x=downhill)
         given, state = {"J": J, "downhill": downhill}, self.state
         program.add(ik_step.hold, **given, stopped=state[turns.HELD], joints=self._held())
         program.add(
-            normal.damped_step,
-            A=J,
-            y=e,
-            downhill=downhill,
-            damping=damping,
-            x=self.step,
-            room=room,
+            normal.damped_step, A=J, y=e, downhill=downhill, damping=damping, x=self.step, room=room
         )
         program.add(
             ik_step.judge,
@@ -154,10 +123,7 @@ class Descent:
             gained=state[turns.GAIN],
             still=state[turns.STILL],
         )
-        program.add(
-            turns.next_turn,
-            qd=self.step,
-        )
+        program.add(turns.next_turn, qd=self.step)
         program.add(turns.adapt_damping)
 
     def _held(self) -> list[tuple[int, Rows, Rows]]:

@@ -86,12 +86,7 @@ def frame_of(axis: ArrayLike) -> Array:
 
 
 def _numbers(
-    element: Element,
-    name: str,
-    text: str,
-    count: int,
-    findings: Findings,
-    most: float = LARGEST,
+    element: Element, name: str, text: str, count: int, findings: Findings, most: float = LARGEST
 ) -> list[float] | None:
     words = split(text, count)
     wrong = next((word for word in words[:count] if not _is_number(word)), None)

@@ -88,21 +88,9 @@ class CameraLaw(StagedLaw, Declared):
     def stages(self, of: LawRows) -> AtGain:
         """Add the stages of J^+ L^+ e; return what adds those of the command at a gain."""
         program, unit, L = of.program, of.program.constant(self.length), of.program.rows(of.k, 6)
-        program.add(
-            commanding.in_units,
-            A=of.L,
-            length=unit,
-            how=1,
-            B=L,
-        )
+        program.add(commanding.in_units, A=of.L, length=unit, how=1, B=L)
         V = inverted(program, L, of.error, of.inverse, TWIST)
-        program.add(
-            commanding.in_units,
-            A=V.column,
-            length=unit,
-            how=2,
-            B=V.column,
-        )
+        program.add(commanding.in_units, A=V.column, length=unit, how=2, B=V.column)
         return times_gain(of, realised(of, V, unit))
 
 

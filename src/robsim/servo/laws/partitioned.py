@@ -51,13 +51,7 @@ class PartitionedLaw(StagedLaw, Declared):
             )
         program, k, numbers = of.program, of.k, of.program.constant([self.roll, self.advance])
         V, axis = program.rows(6), program.rows(6)
-        program.add(
-            kernels.along_axis,
-            s=of.s,
-            errors=of.error,
-            numbers=numbers,
-            V=axis,
-        )
+        program.add(kernels.along_axis, s=of.s, errors=of.error, numbers=numbers, V=axis)
 
         def at(gain: Rows) -> Rows:
             rate, L = program.rows(k - 2), program.rows(k - 2, 4)

@@ -97,12 +97,7 @@ def times_gain(of: LawRows, unit: Rows) -> AtGain:
 
     def at(gain: Rows) -> Rows:
         qd = of.program.rows(of.n)
-        of.program.add(
-            commanding.commanded,
-            gain=gain,
-            x=unit,
-            qd=qd,
-        )
+        of.program.add(commanding.commanded, gain=gain, x=unit, qd=qd)
         return qd
 
     return at
@@ -111,19 +106,7 @@ def times_gain(of: LawRows, unit: Rows) -> AtGain:
 def realised(of: LawRows, V: Rows, length: Rows) -> Rows:
     """Add the stages of J^+ V, with |v| in units of a length (eq. 19); return the rows (n,)."""
     program, J = of.program, of.program.rows(6, of.n)
-    program.add(
-        commanding.in_units,
-        A=V.column,
-        length=length,
-        how=0,
-        B=V.column,
-    )
-    program.add(
-        commanding.in_units,
-        A=of.J,
-        length=length,
-        how=0,
-        B=J,
-    )
+    program.add(commanding.in_units, A=V.column, length=length, how=0, B=V.column)
+    program.add(commanding.in_units, A=of.J, length=length, how=0, B=J)
     _, damping, rcond = of.inverse.numbers
     return solved(program, J, V, damping, rcond, J)

@@ -133,13 +133,7 @@ class _Stages:
             return wished
         program, found = self.program, self.program.rows(self.n)
         limits = program.constant([*self._limits("speed"), math.inf, math.inf])
-        program.add(
-            scale_stage,
-            J=program.rows(6, self.n),
-            limits=limits,
-            qd=wished,
-            out=found,
-        )
+        program.add(scale_stage, J=program.rows(6, self.n), limits=limits, qd=wished, out=found)
         return found
 
     def _joints(self) -> tuple[list[int], tuple[Rows, Rows]]:
@@ -197,11 +191,7 @@ class _Stages:
         program, scene = self.program, self.scene
         q, moved = program.rows(scene.nq), dict(zip(self.controller.columns, qd, strict=True))
         rates = [moved.get(column) for column in range(scene.nv)]
-        program.add(
-            commanding.copied,
-            rows=self.given.q,
-            to=q,
-        )
+        program.add(commanding.copied, rows=self.given.q, to=q)
         add_motion(program, scene.tree.joints, q, rates, seconds)
         return self._at(frame, q)
 

@@ -74,13 +74,7 @@ class SpeedLimit(Declared):
         joint, linear, angular = (math.inf if limit is None else limit for limit in each)
         limits = program.constant([*np.full(n, joint), linear, angular])
         out = program.rows(n)
-        program.add(
-            kernels.scale_stage,
-            J=J,
-            limits=limits,
-            qd=qd,
-            out=out,
-        )
+        program.add(kernels.scale_stage, J=J, limits=limits, qd=qd, out=out)
         return out
 
 

@@ -87,13 +87,7 @@ def large_projection(A: Array, e: Array, low: float, high: float, P: Array) -> A
 
     def add(program: Program, *rows: Rows) -> tuple[Rows]:
         bounds = program.constant([low, high])
-        program.add(
-            kernels.large_stage,
-            A=rows[0],
-            error=rows[1],
-            bounds=bounds,
-            P=rows[2],
-        )
+        program.add(kernels.large_stage, A=rows[0], error=rows[1], bounds=bounds, P=rows[2])
         return (rows[2],)
 
     (out,) = evaluated(add, [A, e, P], [(n, n)])

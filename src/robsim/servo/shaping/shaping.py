@@ -77,24 +77,11 @@ class Shaping:
         if self.secondary is not None:
             wish, P = self._wish(given, n), self._projector(program, of)
             qd = program.rows(n)
-            program.add(
-                kernels.project_stage,
-                P=P,
-                wish=wish,
-                qd=of.qd,
-                out=qd,
-            )
+            program.add(kernels.project_stage, P=P, wish=wish, qd=of.qd, out=qd)
         if self.smooth_start is not None:
             mu, late = program.constant(self.smooth_start), program.rows(n)
             first = program.rows(n)
-            program.add(
-                kernels.smooth_stage,
-                mu=mu,
-                dt=given.dt,
-                first=first,
-                qd=qd,
-                out=late,
-            )
+            program.add(kernels.smooth_stage, mu=mu, dt=given.dt, first=first, qd=qd, out=late)
             qd = late
         return qd if self.limit is None else self.limit.stages(program, n, of.J, qd)
 
@@ -103,13 +90,7 @@ class Shaping:
         _, P = descent(program, [(of.A, program.rows(of.k))], of.n, RCOND)
         if self.projection:
             bounds = program.constant([self.projection.low, self.projection.high])
-            program.add(
-                kernels.large_stage,
-                A=of.A,
-                error=of.error,
-                bounds=bounds,
-                P=P,
-            )
+            program.add(kernels.large_stage, A=of.A, error=of.error, bounds=bounds, P=P)
         return P
 
     def _wish(self, given: Given, n: int) -> Rows:

@@ -113,10 +113,7 @@ class ErrorBelow(StagedCondition, Declared):
         """Add the stage of the condition, and return its row."""
         of, found = first if self.of == "first" else second, program.rows()
         program.add(
-            kernels.error_below,
-            error=of.error,
-            bound=program.constant(self.value),
-            out=found,
+            kernels.error_below, error=of.error, bound=program.constant(self.value), out=found
         )
         return found
 

@@ -78,13 +78,7 @@ class DockingLaw(StagedLaw):
 
         def at(gain: Rows) -> Rows:
             qd = program.rows(2)
-            program.add(
-                kernels.dock,
-                place=place,
-                rate=gain,
-                numbers=numbers,
-                qd=qd,
-            )
+            program.add(kernels.dock, place=place, rate=gain, numbers=numbers, qd=qd)
             return qd
 
         return at
@@ -94,12 +88,7 @@ class DockingLaw(StagedLaw):
         T_b_c, back = (program.constant(T.matrix[:3]) for T in (self.T_b_c, self.T_b_c.inv()))
         place = program.rows(3)
         program.add(
-            kernels.planar,
-            error=error,
-            T_b_c=T_b_c,
-            T_c_b=back,
-            room=program.rows(30),
-            x=place,
+            kernels.planar, error=error, T_b_c=T_b_c, T_c_b=back, room=program.rows(30), x=place
         )
         return place
 

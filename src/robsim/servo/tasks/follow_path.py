@@ -21,14 +21,7 @@ from robsim.servo.shaping.shaped import Columns, Redundant
 from robsim.servo.tasks.follower import check_trajectory
 from robsim.servo.tasks.path_follower import PathFollower, usual_rank
 from robsim.trajectory import Path, Straight
-from robsim.trajectory.pace import (
-    Acceleration,
-    Duration,
-    Pace,
-    Speed,
-    Turn,
-    TurnAcceleration,
-)
+from robsim.trajectory.pace import Acceleration, Duration, Pace, Speed, Turn, TurnAcceleration
 from robsim.world.scene import Scene
 
 ROWS = {"pose": 6, "position": 3}  # of the twist that is controlled

@@ -35,11 +35,7 @@ def followed(given: Given, trajectory: Any, n: int, at: Callable[[Any], Array]) 
         times = np.arange(int(duration / given.seconds) + 3) * given.seconds
         table = np.ascontiguousarray(at(times))
         address = given.program.address(table)
-        given.program.add(
-            following.looked_up,
-            table=address,
-            here=here,
-        )
+        given.program.add(following.looked_up, table=address, here=here)
     else:
 
         def ask(blocks: Blocks, step: int) -> None:

@@ -28,12 +28,7 @@ class Follower(Controller):
     def busy(self, given: Given, way: Followed) -> Rows:
         """Add the stage of whether the trajectory is not over, and return its row."""
         busy = given.program.rows()
-        given.program.add(
-            following.going,
-            seconds=way.seconds,
-            duration=given.dt,
-            out=busy,
-        )
+        given.program.add(following.going, seconds=way.seconds, duration=given.dt, out=busy)
         return busy
 
 

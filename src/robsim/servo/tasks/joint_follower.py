@@ -69,10 +69,7 @@ class JointFollower(Follower):
             where = {"s": given.q[q : q + 1], "s_goal": since[axis : axis + 1]}
             program.add(commanding.difference, **where, error=s[own])
         program.add(
-            commanding.difference,
-            s=s,
-            s_goal=program.constant(self.s_goal.ravel()),
-            error=error,
+            commanding.difference, s=s, s_goal=program.constant(self.s_goal.ravel()), error=error
         )
         return s, error
 
@@ -87,18 +84,8 @@ class JointFollower(Follower):
         goal, way = program.constant(np.ravel(self.goal)), program.rows(n)
         if self.relative:
             change, goal = goal, program.rows(n)
-            program.add(
-                commanding.summed,
-                x=start,
-                y=change,
-                out=goal,
-            )
-        program.add(
-            commanding.difference,
-            s=goal,
-            s_goal=start,
-            error=way,
-        )
+            program.add(commanding.summed, x=start, y=change, out=goal)
+        program.add(commanding.difference, s=goal, s_goal=start, error=way)
         seconds, ramps = self._timing(given, way)
         here = program.rows(2, n)
         program.add(
@@ -120,13 +107,7 @@ class JointFollower(Follower):
             return program.constant(self.duration), program.constant(np.full(n, ALIKE))
         seconds, ramps = program.rows(), program.rows(n)
         limits = program.constant(np.stack(self.limits.of(n)))
-        program.add(
-            following.paced,
-            ways=way,
-            limits=limits,
-            ramps=ramps,
-            seconds=seconds,
-        )
+        program.add(following.paced, ways=way, limits=limits, ramps=ramps, seconds=seconds)
         return seconds, ramps
 
     def goal_from(self, start: Array) -> Array:

@@ -68,8 +68,6 @@ class ParallelController(Several):
         for part, one in zip(self.parts, each, strict=True):
             for i, column in enumerate(self._own(part)):
                 given.program.add(
-                    commanding.copied,
-                    rows=one.qd[i : i + 1],
-                    to=qd[column : column + 1],
+                    commanding.copied, rows=one.qd[i : i + 1], to=qd[column : column + 1]
                 )
         return self._together(given, each, qd)

@@ -53,19 +53,9 @@ class PathFollower(Follower):
         of = self._frame(given)
         whole, L, error = program.rows(6), program.rows(3, 6), program.rows(k)
         s = whole[:k]
+        program.add(kernels.missed, T=of.T, end=of.end, room=of.room, s=whole, L=L)
         program.add(
-            kernels.missed,
-            T=of.T,
-            end=of.end,
-            room=of.room,
-            s=whole,
-            L=L,
-        )
-        program.add(
-            commanding.difference,
-            s=s,
-            s_goal=program.constant(np.ravel(self.s_goal)),
-            error=error,
+            commanding.difference, s=s, s_goal=program.constant(np.ravel(self.s_goal)), error=error
         )
         A = self._task_jacobian(given, of.J, L)
         way = self._straight(given, of) if self.path is None else self._along(given)
@@ -92,17 +82,8 @@ class PathFollower(Follower):
             return J[:3]
         n, program = self.columns.size, given.program
         A = program.rows(6, n)
-        program.add(
-            commanding.copied,
-            rows=J[:3].flat,
-            to=A[:3].flat,
-        )
-        program.add(
-            commanding.product,
-            L=L,
-            J=J,
-            A=A[3:],
-        )
+        program.add(commanding.copied, rows=J[:3].flat, to=A[:3].flat)
+        program.add(commanding.product, L=L, J=J, A=A[3:])
         return A
 
     def _twist(self, given: Given, of: FrameRows, way: Followed) -> Rows:
@@ -128,18 +109,8 @@ class PathFollower(Follower):
         J = jacobian_in_world(of.placed, scene.tree, self.frame, of.T, prescribed)
         rates, drift = prescribed_rates(given, scene, prescribed), program.rows(6)
         rest = program.rows(6)
-        program.add(
-            commanding.along,
-            A=J,
-            x=rates,
-            out=drift,
-        )
-        program.add(
-            commanding.difference,
-            s=V,
-            s_goal=drift,
-            error=rest,
-        )
+        program.add(commanding.along, A=J, x=rates, out=drift)
+        program.add(commanding.difference, s=V, s_goal=drift, error=rest)
         return rest
 
     def _along(self, given: Given) -> Followed:
@@ -160,13 +131,7 @@ class PathFollower(Follower):
             goal = program.rows(3, 4)
             turned = [(of.end if i % 4 == 3 else start).flat[i] for i in range(12)]
             program.add(following.remembered, to=goal.flat, rows=turned)
-        program.add(
-            kernels.apart,
-            start=start,
-            goal=goal,
-            room=of.room,
-            way=way,
-        )
+        program.add(kernels.apart, start=start, goal=goal, room=of.room, way=way)
         seconds, ramps = self._timing(given, way[6:])
         here = program.rows(2, 3, 4)
         program.add(

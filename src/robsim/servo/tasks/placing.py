@@ -105,12 +105,7 @@ class PlacingLaw(StagedLaw):
         placed = placed_at(program, tree, of.q)
         T_w_c, T = placed.frames([tree.find(self.sight.eye.name), tree.find(held_by)])
         now, goal = program.rows(3, 3), program.rows(3, 3)
-        program.add(
-            kernels.in_world,
-            T=T_w_c,
-            points=of.s.reshape(3, 3),
-            out=now,
-        )
+        program.add(kernels.in_world, T=T_w_c, points=of.s.reshape(3, 3), out=now)
         program.add(
             kernels.in_world,
             T=T_w_c,
@@ -118,11 +113,7 @@ class PlacingLaw(StagedLaw):
             out=goal,
         )
         V = self._twist(program, now, goal)
-        program.add(
-            kernels.carried,
-            T=T,
-            twist=V,
-        )
+        program.add(kernels.carried, T=T, twist=V)
         J = jacobian_in_world(placed, tree, held_by, T, self.columns)
         given = of._replace(J=J, inverse=PseudoInverse())
         qd = realised(given, V, program.constant(self.task.length))
@@ -143,14 +134,7 @@ class PlacingLaw(StagedLaw):
             twist=V,
         )
         sign = 1 if variant == "printed" else -1
-        program.add(
-            kernels.moving,
-            now=now,
-            goal=goal,
-            gain=translation,
-            sign=sign,
-            twist=V,
-        )
+        program.add(kernels.moving, now=now, goal=goal, gain=translation, sign=sign, twist=V)
         return V
 
     def twist(self, now: Array, goal: Array) -> tuple[Array, Array]:

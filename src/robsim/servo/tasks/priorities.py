@@ -26,11 +26,7 @@ from robsim.servo.tasks.several import OfParts, OfTasks, common, marks_used, uni
 from robsim.servo.tasks.task import ServoTask, Task
 from robsim.world.scene import Scene
 
-ORDERED = ListOf(
-    TaskChoice(TASKS, only=("ibvs", "pbvs", "hybrid"), protocol=Task),
-    2,
-    64,
-)
+ORDERED = ListOf(TaskChoice(TASKS, only=("ibvs", "pbvs", "hybrid"), protocol=Task), 2, 64)
 
 
 @register("task", "priorities")

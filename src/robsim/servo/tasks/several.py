@@ -99,11 +99,7 @@ class Several(OfParts):
             for part, one in zip(self.parts, each, strict=True):
                 mine = program.rows(part.columns.size)
                 for i, column in enumerate(self._own(part)):
-                    program.add(
-                        commanding.copied,
-                        rows=qd[column : column + 1],
-                        to=mine[i : i + 1],
-                    )
+                    program.add(commanding.copied, rows=qd[column : column + 1], to=mine[i : i + 1])
                 one.note(mine)
 
         weights, status = marks_used(program, self.parts, each)

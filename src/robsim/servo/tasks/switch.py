@@ -19,13 +19,7 @@ from robsim.kernels.machine.rows import Rows
 from robsim.servo.controller import Controller
 from robsim.servo.given import Commanded, Given
 from robsim.servo.shaping.shaped import Columns
-from robsim.servo.tasks.conditions import (
-    CONDITION,
-    Compared,
-    Comparison,
-    Condition,
-    staged,
-)
+from robsim.servo.tasks.conditions import CONDITION, Compared, Comparison, Condition, staged
 from robsim.servo.tasks.family import TASKS, TaskChoice
 from robsim.servo.tasks.several import OfSeveral, Place, Several, common, union
 from robsim.servo.tasks.task import Task
@@ -95,15 +89,9 @@ class Switched(Several):
         each, program = self._parts(given), given.program
         qd, second = program.rows(self.columns.size), program.rows()
         program.add(
-            kernels.thrown,
-            stays=self.latch,
-            holds=self._condition(given, each),
-            second=second,
+            kernels.thrown, stays=self.latch, holds=self._condition(given, each), second=second
         )
-        program.add(
-            commanding.cleared,
-            rows=qd,
-        )
+        program.add(commanding.cleared, rows=qd)
         for i, (part, one) in enumerate(zip(self.parts, each, strict=True)):
             to = [qd[column] for column in self._own(part)]
             program.add(commanding.taken, qd=one.qd, second=second, which=i, to=to)
@@ -133,19 +121,10 @@ def _of_its_turn(program: Program, each: Sequence[Commanded], second: Rows) -> R
     if all(one.status is None for one in each):
         return None
     found = program.rows()
-    program.add(
-        commanding.cleared,
-        rows=found.flat,
-    )
+    program.add(commanding.cleared, rows=found.flat)
     for i, one in enumerate(each):
         if one.status is not None:
-            program.add(
-                commanding.taken,
-                qd=one.status.flat,
-                second=second,
-                which=i,
-                to=[found],
-            )
+            program.add(commanding.taken, qd=one.status.flat, second=second, which=i, to=[found])
     return found
 
 

@@ -43,11 +43,5 @@ class Border(WeightsOfMarks, Declared):
         """Add the stage of the weights of the marks of a sight, and return their rows."""
         program = of.given.program
         width, found = program.constant(self.width), program.rows(of.N)
-        program.add(
-            kernels.border,
-            pixels=of.view.pixels,
-            camera=of.camera,
-            width=width,
-            out=found,
-        )
+        program.add(kernels.border, pixels=of.view.pixels, camera=of.camera, width=width, out=found)
         return found

@@ -34,11 +34,6 @@ class Fade(WeightsOfMarks, Declared):
         ramp, found = program.rows(of.N), program.rows(of.N)
         seconds = program.constant(self.time)
         program.add(
-            kernels.fade,
-            there=of.there,
-            seconds=seconds,
-            dt=of.given.dt,
-            ramp=ramp,
-            out=found,
+            kernels.fade, there=of.there, seconds=seconds, dt=of.given.dt, ramp=ramp, out=found
         )
         return found
