@@ -10,6 +10,7 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
+from refused import spec_of_key
 
 import robsim as rs
 from robsim.declare import Role
@@ -87,7 +88,7 @@ class Case:
     def _values(self, each, key) -> Iterator[tuple[Any, bool]]:
         """Yield other values of a key, and whether they are given, not guessed from its own."""
         spec, own = each.spec, self.own().get(key, MISSING)
-        spec = spec.of_key(each.name, key) if key in spec.keys(each.name) else spec
+        spec = spec_of_key(each, key)
         plain = own if own is not MISSING else written(spec, each.default)
         words = words_in(each.spec.properties(each.name, Definitions()).get(key, {}), plain)
         yield from ((value, True) for value in (*self.others.get(key, ()), *words))

@@ -9,16 +9,18 @@ from typing import Any
 from robsim.declare.amounts import Amount
 from robsim.declare.arrays import Matrix, Row
 from robsim.declare.choices import Choice
+from robsim.declare.fields import Field, fields_of
 from robsim.declare.joints import OfJoint, PerJoint
 from robsim.declare.lists import ListOf, Names
 from robsim.declare.one_of import OneOf, _form
 from robsim.declare.quantities import SI, Quantity, Vector
 from robsim.declare.scalars import Flag, Number, Whole
+from robsim.declare.spec import Spec
 from robsim.declare.tables import Table
 from robsim.declare.words import Name, Text, Word
-from robsim.geometry.pose_table import PoseTable
+from robsim.geometry.pose_table import PoseSpec
 from robsim.robot.link_table import Span
-from robsim.robot.origin import OriginKeys
+from robsim.robot.robot_table import OriginSpec
 from robsim.run.phase import Hangings, PhaseName
 from robsim.run.text import Aside, RecordSpec
 from robsim.servo.feature_block import Features
@@ -28,6 +30,18 @@ from robsim.servo.tasks.follow_path import Way
 from robsim.studies.text import VarySpec
 from robsim.studies.values import ValuesSpec
 from robsim.vision.intrinsics import Focal
+
+
+def spec_of_key(field: Field, key: str) -> Spec:
+    """Return what one key of the table around a field may hold."""
+    spec = field.spec
+    if isinstance(spec, Table) and spec.flat:
+        return next(each.spec for each in fields_of(spec.declared) if each.name == key)
+    if isinstance(spec, Choice):
+        if key != field.name:
+            return spec._field(*spec.beside_of[key]).spec
+        return spec.other or spec
+    return spec
 
 
 @singledispatch
@@ -134,7 +148,7 @@ def _(spec: Word) -> list[Any]:
 
 
 @refused.register
-def _(spec: PoseTable) -> list[Any]:
+def _(spec: PoseSpec) -> list[Any]:
     return [3, {"position": "1 m"}, {"rpy": "0, 0, 0 deg", "rotvec": "0, 0, 0 deg"}]
 
 
@@ -144,7 +158,7 @@ def _(spec: Span) -> list[Any]:
 
 
 @refused.register
-def _(spec: OriginKeys) -> list[Any]:
+def _(spec: OriginSpec) -> list[Any]:
     """Return no values: whoever replaces the keys by links refuses what is wrong."""
     return ()
 

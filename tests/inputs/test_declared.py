@@ -6,7 +6,7 @@ import tomllib
 from copy import deepcopy
 
 import pytest
-from refused import refused
+from refused import refused, spec_of_key
 
 import robsim as rs
 from robsim import robots
@@ -225,7 +225,7 @@ def test_a_wrong_value_is_refused_by_its_name(kind, name, path, table, around):
     before, told = dict(own), []
     for each in fields_of(form_of(kind)):
         for key in each.spec.keys(each.name):
-            for wrong in refused(each.spec.of_key(each.name, key)):
+            for wrong in refused(spec_of_key(each, key)):
                 own.clear()
                 own |= {**before, key: wrong}
                 told += wrongly_told(tables, key, wrong)

@@ -778,9 +778,9 @@ WRONG = [
     ('"b" }', '"b" }, { kind = "mesh", mass = "1 g" }', ["cube.shapes[1].mass", "unknown key"]),
     ('color = "b"', 'color = "$x^2$"', ["cube.shapes[0].color", "pattern", "$x^2$"]),
     ('"rhino_xr4.tool"', '"rhino_xr4.tol"', ["cameras.eye.on", "tol", "mean 'rhino_xr4.tool'"]),
-    ('"rhino_xr4"', '"rino_xr4"', ["robots[0].model", "'rino_xr4'", "mean 'rhino_xr4'"]),
+    ('"rhino_xr4"', '"rino_xr4"', ["robots.rino_xr4.model", "'rino_xr4'", "mean 'rhino_xr4'"]),
     ('"rhino_xr4"', "3", ["robots[0].model", "library", "3"]),
-    ('"rhino_xr4"', '"../puma560"', ["robots[0].model", "'../puma560'", "puma560"]),
+    ('"rhino_xr4"', '"../puma560"', ["robots.../puma560.model", "'../puma560'", "puma560"]),
     ('name = "cube"', 'name = "the cube"', ["objects.the cube.name", "starts with a letter"]),
     ('name = "cube"', 'name = "a/b"', ["objects.a/b.name", "starts with a letter"]),
     ('name = "cube"', "", ["objects[0].name", "missing"]),
@@ -804,7 +804,7 @@ WRONG = [
     (
         'position = "0, 5, -10 cm"',
         'rpy = "0, 0, 0 deg"\nrotvec = "0, 0, 0 deg"',
-        ["cameras.eye", "rpy and rotvec", "one rotation"],
+        ["cameras.eye", "rpy and rotvec: give one of them"],
     ),
     (
         'position = "0, 5, -10 cm"',
@@ -832,9 +832,9 @@ WRONG = [
     (
         'kind = "ibvs"',
         'kind = "ibvs"\ngoal = { q = [], computed = {} }',
-        ["task.goal", "computed and q: give one"],
+        ["task.goal", "q and computed: give one"],
     ),
-    ("[start]", '[start]\nposition = "0, 0, 1 m"', ["start", "q and a pose"]),
+    ("[start]", '[start]\nposition = "0, 0, 1 m"', ["start", "q and position: give one"]),
     # limits
     ('"92 deg"', '"192 deg"', ["start.q", "'forearm'", "outside its limits"]),
     (
@@ -895,7 +895,11 @@ WRONG_LINKS = [
         'dh = { theta = "0 deg", d = "0 m", a = "0 m", alpha = "0 deg" }',
         ["links.nod", "dh and place or tail"],
     ),
-    ("tail = { rotation", 'tail = { rpy = "0, 0, 1 deg", rotation', ["nod.tail", "one rotation"]),
+    (
+        "tail = { rotation",
+        'tail = { rpy = "0, 0, 1 deg", rotation',
+        ["nod.tail", "rpy and rotation: give one"],
+    ),
     ('"modified"', '"craig"', ["robots.arm.convention", "'modified'", "'craig'"]),
     ("n = 12", "n = 2", ["links.base.shapes[0].n", "3", "2"]),
     ("n = 12", "n = 1000000000", ["links.base.shapes[0].n", "4096"]),
@@ -1049,7 +1053,7 @@ WRONG_TASKS = [
     ('kind = "ibvs"\nlag = "3 s"', ["task", "lag", '"estimated"']),
     ('kind = "ibvs"\nfeed_forward = "estimated"\nlag = "3 m"', ["task.lag", "3 m", "unit of time"]),
     ('kind = "ibvs"\ngoal = { s = [] }', ["task.goal.s", "at least 1 item"]),
-    ('kind = "ibvs"\ngoal = { s = [1], q = [] }', ["task.goal", "s and q"]),
+    ('kind = "ibvs"\ngoal = { s = [1], q = [] }', ["task.goal", "q and s: give one"]),
     # what is done to the command
     ('kind = "ibvs"\njoints = []', ["task.joints", "at least 1 item"]),
     ('kind = "ibvs"\nsecondary = {}', ["task.secondary.kind", "missing", "'posture'"]),

@@ -57,7 +57,7 @@ MISTAKES = {
     "two ways at once": (
         "focal =",
         "K = [[1, 0, 0], [0, 1, 0], [0, 0, 1]]\nfocal =",
-        "cameras.eye: K and focal: give K alone",
+        "cameras.eye: K and focal: give one of them only",
     ),
 }
 
@@ -109,7 +109,8 @@ noise = "1 m"
 dt = 0.04
 """
 TOLD = [
-    "robots[0].model: no robot 'rhino_xr5' in the library; did you mean 'rhino_xr4'? robots: car,",
+    "robots.rhino_xr5.model: no robot 'rhino_xr5' in the library; did you mean 'rhino_xr4'? "
+    "robots: car,",
     "objects.cube.shapes[0].length: '5 deg': expected one number with a unit of length",
     "objects.cube.shapes[0].height: missing, and it must be given",
     "objects.cube.shapes[1].kind: no kind 'bloc'; did you mean 'block'? kinds: ball, block,",

@@ -92,7 +92,7 @@ def test_nor_is_the_file_of_a_tool_needed(bench):
         ("robots/arm", "arm", "robots.mine.urdf: .*/arm.urdf: no such file"),
         ('"robots/arm.urdf"', "3", "robots.mine.urdf: must be the path of a URDF file, got 3"),
         ("robots/arm.urdf", "bench.toml", "robots.mine.urdf: .*bench.toml:2: not valid XML"),
-        ('name = "mine"', 'model = "scara"', r"robots\[0\]: model and urdf: give one of the two"),
+        ('name = "mine"', 'model = "scara"', r"robots.scara: model and urdf: give one of the two"),
         (
             "position",
             'tip = "tol0"\nposition',

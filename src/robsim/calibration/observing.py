@@ -12,9 +12,9 @@ from robsim.base.arrays import Array, frozen, whole
 from robsim.base.errors import InputError, naming
 from robsim.calibration.impossible import off_image
 from robsim.calibration.views import CalibrationViews
+from robsim.run.beliefs import common_belief
 from robsim.run.checks import of_kind
 from robsim.run.experiment import Experiment
-from robsim.run.text import common_belief
 from robsim.statistics.random_numbers import Draws
 from robsim.studies.plan import START, planned
 from robsim.studies.rows import Rows

@@ -5,7 +5,7 @@ from __future__ import annotations
 import difflib
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields, is_dataclass, replace
 from typing import Any, ClassVar
 
 from robsim.base.errors import InputError, said, suggest
@@ -14,17 +14,8 @@ from robsim.declare.fields import fields_of
 from robsim.declare.paths import Part, field_parts
 from robsim.declare.phrases import either_of, methods_of
 from robsim.declare.problems import Broken
-from robsim.declare.spec import MISSING, Context, Live, NoText, Raw, Spec, expected, with_article
-from robsim.declare.tables import (
-    LACKING,
-    controls_of,
-    form_of,
-    keys_of,
-    merge_table,
-    pick,
-    read_table,
-    write_table,
-)
+from robsim.declare.spec import MISSING, Context, Given, NoText, Raw, Spec, expected, with_article
+from robsim.declare.tables import LACKING, controls_of, form_of, pick, read_table, write_table
 
 
 @dataclass(frozen=True)
@@ -80,10 +71,13 @@ class Choice(Spec):
         if isinstance(raw, str) and raw in self.plain:
             return raw
         if isinstance(raw, str) and self.short and raw in self._known(raw):
-            return read_table(self.family.find(raw), {}, c)
+            return read_table(self.family.find(raw), {}, c.changing(MISSING))
         if not isinstance(raw, Mapping):
             return self._read_other(raw, c)
-        kind = raw.get("kind", self.default)
+        old = self.family.name_of(c.over)
+        if old is None and is_dataclass(c.over) and "kind" not in raw:
+            return _with_fields(c.over, raw, c)
+        kind = raw.get("kind", old or self.default)
         if kind is None and self.plain:
             raise expected(self.words(), raw)
         if kind is None:
@@ -94,7 +88,7 @@ class Choice(Spec):
                 f"no kind {said(kind)}; {suggest(str(kind)[:64], self.names, 'kinds')}"
             )
             raise Broken
-        return read_table(self.family.find(kind), raw, c, "kind")
+        return read_table(self.family.find(kind), raw, c if old else c.changing(MISSING), "kind")
 
     def write(self, value: Any, c: Context) -> Raw:
         if isinstance(value, str) and value in self.plain:
@@ -109,25 +103,15 @@ class Choice(Spec):
     def keys(self, name: str) -> tuple[str, ...]:
         return (name, *self.beside_of)
 
-    def of_key(self, name: str, key: str) -> Spec:
-        if key == name:
-            return self.other or self
-        spec: Spec = self._field(*self.beside_of[key]).spec
-        return spec
-
-    def inside_of(self, raw: Raw) -> Sequence[type[Any]]:
-        name = raw.get("kind", self.default) if isinstance(raw, Mapping) else self.default
-        own = self.family.get(str(name))
-        return [own] if own is not None else self.inside()
-
     def pick(self, table: Mapping[str, Raw], name: str, c: Context) -> Any:
         beside = [key for key in self.beside_of if key in table]
-        raw = table.get(name, (beside and self.default) or MISSING)
+        usual = beside and (self.family.name_of(c.over) or self.default)
+        raw = table.get(name, usual or MISSING)
         if raw is MISSING or not isinstance(raw, str) or raw == self.none or not self.beside_of:
             self._check_beside(beside, name, raw, c)
-            if raw is MISSING or raw == self.none:
-                return MISSING
-            return raw.value if isinstance(raw, Live) else c.at(name).tried(self, raw)
+            if raw == self.none:
+                return None
+            return MISSING if raw is MISSING else c.at(name, over=c.over).tried(self, raw)
         self._check_beside(beside, name, raw, c)
         if raw in self.plain or raw not in self._known(raw):
             return c.at(name).tried(self, raw)
@@ -136,7 +120,7 @@ class Choice(Spec):
     def put(self, table: dict[str, Raw], name: str, value: Any, c: Context) -> None:
         if value is None:
             return
-        raw = self.saved(value, c.at(name))
+        raw = self.write(value, c.at(name))
         if not isinstance(raw, Mapping) or not self.beside_of:
             table[name] = raw
             return
@@ -185,17 +169,6 @@ class Choice(Spec):
         ]
         return [(name, self.words()), *beside]
 
-    def merge(self, old: Raw, new: Raw, loose: bool) -> Raw:
-        if not isinstance(old, Mapping) or not isinstance(new, Mapping):
-            return new
-        names = old.get("kind", self.default), new.get("kind", old.get("kind", self.default))
-        kinds = [self.family.get(str(name)) for name in names]
-        before, after = kinds
-        if before is None or after is None:
-            return {**old, **new}
-        kept = old if before is after else self._common(before, after, old)
-        return merge_table(after, kept, new, loose)
-
     def controls(self, value: Any, place: Any) -> Iterable[Any]:
         name = value if isinstance(value, str) else self.family.name_of(value)
         if name is None and self.other is not None and value is not None:
@@ -232,12 +205,6 @@ class Choice(Spec):
 
     def inside(self) -> Sequence[type[Any]]:
         return [self.family.find(name) for name in self.names]
-
-    def beside(self, table: dict[str, Raw], name: str, over: Mapping[str, Raw]) -> None:
-        if name in over:
-            for key, (kind, _) in self.beside_of.items():
-                if over[name] != kind:
-                    table.pop(key, None)
 
     def _allows(self, value: Any) -> bool:
         """Return whether a value is of one of the kinds that may stand here."""
@@ -290,7 +257,7 @@ class Choice(Spec):
         name = self.family.name_of(value)
         if name is None:
             raise NoText(f"{type(value).__name__} is Python code")
-        return name, write_table(value, c)
+        return name, write_table(value, c.changing(MISSING))
 
     def _field(self, kind: str, at: str) -> Any:
         form = form_of(self.family.find(kind))
@@ -303,34 +270,22 @@ class Choice(Spec):
 
     def _from_beside(self, kind: type[Any], raw: str, table: Mapping[str, Raw], c: Context) -> Any:
         """Return an object whose parameters stand beside its name."""
-        before, given = c.problems.seen, {}
+        before, given = c.problems.seen, dict[str, Any]()
+        old = c.over if type(c.over) is kind else MISSING
         key_of = {at: key for key, (k, at) in self.beside_of.items() if k == raw}
         for each in fields_of(kind):
             key = key_of.get(each.name)
             if key in table:
-                given[each.name] = each.spec.pick(table, str(key), c)
-            elif each.required:
-                pick(each, {}, c)
+                given[each.name] = each.spec.pick(table, str(key), c.changing(MISSING))
+            elif each.required and old is MISSING:
+                pick(each, {}, c.changing(MISSING))
         if c.problems.seen > before:
             return MISSING
         try:
-            return kind(**given)
+            return kind(**given) if old is MISSING else replace(old, **given)
         except InputError as error:
             c.at(*[key for key in key_of.values() if key in table][:1]).blame(error)
             return MISSING
-
-    @staticmethod
-    def _common(old: Any, new: Any, table: Mapping[str, Raw]) -> Mapping[str, Raw]:
-        """Return what of a table means the same in another kind."""
-        shared = [f for f in fields_of(form_of(old)) if (f.name, f.spec) in _named(new)]
-        keys = {"kind", *(key for each in shared for key in each.spec.keys(each.name))}
-        return {
-            key: raw for key, raw in table.items() if key in keys and key in ("kind", *keys_of(new))
-        }
-
-
-def _named(kind: type[Any]) -> list[tuple[str, Spec]]:
-    return [(each.name, each.spec) for each in fields_of(form_of(kind))]
 
 
 def _needed(kind: type[Any]) -> list[str]:
@@ -343,6 +298,15 @@ def _plain(kind: type[Any], name: str, what: str) -> Any:
     if needed := _needed(kind):
         raise InputError(f"{what}: {name!r} needs {', '.join(needed)}: give a {kind.__name__}(...)")
     return kind()
+
+
+def _with_fields(value: Any, raw: Mapping[str, Raw], c: Context) -> Any:
+    """Return an object of a user's class, which no family knows, with other fields."""
+    known = [each.name for each in fields(value) if each.init]
+    for key in raw.keys() - set(known):
+        c.at(key).report(f"unknown key {said(key)}; {suggest(key[:64], known, 'keys')}")
+    given = {key: x.value if isinstance(x, Given) else x for key, x in raw.items() if key in known}
+    return replace(value, **given)
 
 
 def _other_kind(owner: Any, name: str) -> Any:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Any, ClassVar, cast
 
 import numpy as np
 
@@ -12,9 +12,9 @@ from robsim.base.arrays import is_listed
 from robsim.base.errors import InputError, said, suggest
 from robsim.declare.fields import same
 from robsim.declare.paths import item_part
-from robsim.declare.problems import Broken, under
+from robsim.declare.problems import Broken
 from robsim.declare.scalars import Number
-from robsim.declare.spec import Context, Live, Raw, Spec, Unsayable, expected
+from robsim.declare.spec import Context, Raw, Spec, Unsayable, expected
 from robsim.declare.tables import Table, keys_of
 from robsim.declare.words import Text
 
@@ -28,6 +28,8 @@ class ListOf(Spec):
     most: int = 10_000
     alone: bool = False  # whether in Python one value may stand for a list of it
     by_hand: bool = True  # whether a person may change its values by hand
+    names: Sequence[str] = ()  # of its numbers, where a person changes them
+    in_turn: bool = False  # whether an item is read in the light of those before it
     form: ClassVar[str] = "list"
 
     def check(self, value: Any, what: str) -> tuple[Any, ...]:
@@ -41,6 +43,8 @@ class ListOf(Spec):
         return tuple(self.item.check(each, what) for each in value)
 
     def read(self, raw: Raw, c: Context) -> tuple[Any, ...]:
+        if self._changes(raw, c.over):
+            return self._read_changes(raw, c)
         if not isinstance(raw, list):
             tables = self.item.form == "table" and isinstance(raw, Mapping) and c.path
             raise expected(f"a list of tables, [[{c.path[-1]}]]" if tables else "a valid list", raw)
@@ -52,24 +56,18 @@ class ListOf(Spec):
         return tuple(made)
 
     def write(self, value: Any, c: Context) -> list[Raw]:
-        return [self.item.saved(each, c.at(i)) for i, each in enumerate(value)]
+        if not isinstance(c.over, tuple) or not c.over or not self.named:
+            return [self.item.write(each, c.at(i)) for i, each in enumerate(value)]
+        key = self._name_key
+        if [getattr(each, key) for each in c.over] != [getattr(each, key) for each in value]:
+            raise Unsayable
+        pairs = [(old, new) for old, new in zip(c.over, value, strict=True) if not same(old, new)]
+        table = cast(Table, self.item)
+        return [table.written(new, c.at(getattr(new, key), over=old), key) for old, new in pairs]
 
     def put(self, table: dict[str, Raw], name: str, value: Any, c: Context) -> None:
         if value is not None and len(value):
-            table[name] = self.write(value, c.at(name))
-
-    def put_change(self, table: dict[str, Raw], name: str, old: Any, new: Any, c: Context) -> None:
-        if old is None or not len(old) or not self.named or not isinstance(self.item, Table):
-            self.put(table, name, new, c)
-            return
-        key = next(filter(None, map(name_key, self.item.inside())))
-        if [getattr(each, key) for each in old] != [getattr(each, key) for each in new]:
-            raise Unsayable
-        table[name] = [
-            self.item.change(a, b, c.at(name, getattr(b, key)), key)
-            for a, b in zip(old, new, strict=True)
-            if not same(a, b)
-        ]
+            super().put(table, name, value, c)
 
     def words(self) -> str:
         if self.least == self.most:
@@ -84,36 +82,26 @@ class ListOf(Spec):
         counts = {"minItems": self.least, "maxItems": self.most}
         return {"type": "array", "items": self.item.schema(define), **counts}
 
-    def merge(self, old: Raw, new: Raw, loose: bool) -> Raw:
-        if isinstance(old, list) and isinstance(new, list) and self.named:
-            return _merge_named(self.item, old, new, loose)
-        if isinstance(old, list) and isinstance(new, Mapping):
-            return _merge_numbered(self.item, old, new, loose)
-        return new
-
     def controls(self, value: Any, place: Any) -> Iterable[Any]:
-        kinds = self.item.inside()
-        if isinstance(self.item, Number) and value:
+        if isinstance(self.item, Number) and value is not None and len(value):
             unit = self.item.unit
-            yield place.several(value, [str(i) for i in range(len(value))], unit, False)
-        elif kinds and self.by_hand:
-            key = next(filter(None, map(name_key, kinds)), None)
-            for i, each in enumerate(value or ()):
-                yield from self.item.controls(each, place.at(getattr(each, key) if key else i))
+            names = self.names or [str(i) for i in range(len(value))]
+            yield place.several(value, names, unit, False)
+        elif self.item.inside() and self.by_hand:
+            for name, each in zip(self._labels(value or ()), value or (), strict=True):
+                yield from self.item.controls(each, place.at(name))
 
     @property
     def si_unit(self) -> str:
         return self.item.si_unit
 
     def parts(self, keys: list[str], value: Any, c: Context) -> list[Any]:
-        kinds, first = self.item.inside(), keys[0]
-        if not kinds or not isinstance(value, tuple):
+        if not self.item.inside() or not isinstance(value, tuple):
             return []
-        key = next(filter(None, map(name_key, kinds)), None)
-        names = [getattr(each, key) if key else str(i) for i, each in enumerate(value)]
-        if first not in names:
+        names = self._labels(value)
+        if keys[0] not in names:
             return []
-        del keys[0]
+        first = keys.pop(0)
         return [item_part(self.item, names.index(first), c.at(first))]
 
     def inside(self) -> Sequence[type[Any]]:
@@ -121,8 +109,54 @@ class ListOf(Spec):
 
     @property
     def named(self) -> bool:
-        """Whether the things of the list have names, by which they are changed."""
-        return any(name_key(kind) for kind in self.item.inside())
+        """Whether the items have names, by which a text changes them."""
+        return bool(self._name_key) and isinstance(self.item, Table)
+
+    @property
+    def _name_key(self) -> str:
+        """The key under which the items have their names; "" if they have none."""
+        return next(filter(None, map(name_key, self.item.inside())), "")
+
+    def _labels(self, value: Sequence[Any]) -> list[str]:
+        """Return the names of the items, or else their numbers."""
+        key = self._name_key
+        return [getattr(each, key) if key else str(i) for i, each in enumerate(value)]
+
+    def _changes(self, raw: Raw, old: Any) -> bool:
+        """Return whether a text changes items of an old list, and is no new list."""
+        several = isinstance(old, tuple) and bool(old) and bool(self.item.inside())
+        return several and isinstance(raw, list if self.named else Mapping)
+
+    def _read_changes(self, raw: Raw, c: Context) -> tuple[Any, ...]:
+        """Return the old list, of which items are changed by their names or numbers."""
+        before, labels = c.problems.seen, self._labels(c.over)
+        changes = self._by_name(raw, c) if isinstance(raw, list) else dict(raw)
+        numbered = f"; they are numbered 0 to {len(labels) - 1}"
+        for name in changes.keys() - set(labels):
+            hint = f" to change; {suggest(name[:64], labels, 'names')}" if self.named else numbered
+            c.at(name).report(f"there is none{hint}")
+        if self.in_turn:
+            changes = {name: changes.get(name, {}) for name in labels}
+        made = [
+            c.at(name, over=old).tried(self.item, changes[name]) if name in changes else old
+            for name, old in zip(labels, c.over, strict=True)
+        ]
+        if c.problems.seen > before:
+            raise Broken
+        return tuple(made)
+
+    def _by_name(self, raw: list[Raw], c: Context) -> dict[str, Raw]:
+        """Return the changes of a list of tables by the names that they say."""
+        found: dict[str, Raw] = {}
+        for i, table in enumerate(raw):
+            name = label(table, i)
+            if isinstance(name, int):
+                c.at(i).report(f"needs the name of what it changes, got {said(table)}")
+            elif name in found:
+                c.at(name).report("there are two tables of this name; give one")
+            else:
+                found[name] = table
+        return found
 
     def _check_count(self, raw: list[Raw]) -> None:
         count = len(raw)
@@ -166,45 +200,3 @@ def label(raw: Raw, number: int) -> str | int:
     table = raw if isinstance(raw, Mapping) else {}
     name = next((table[key] for key in ("name", "model", "robot") if key in table), None)
     return name if isinstance(name, str) and name else number
-
-
-def references(table: Mapping[str, Raw]) -> set[str]:
-    """Return the keys by which a table takes its links from elsewhere, as long as it does."""
-    given = {"model", "urdf"} & table.keys()
-    return {key for key in given if not isinstance(table[key], Live)}
-
-
-def _merge_named(item: Spec, old: list[Raw], new: list[Raw], loose: bool) -> list[Raw]:
-    where: dict[Any, int] = {}
-    for i, table in enumerate(old):
-        where.setdefault(label(table, i), i)
-    merged, changed = list(old), set[str]()
-    for number, table in enumerate(new):
-        name = label(table, number)
-        with under(name):
-            if isinstance(name, int):
-                raise InputError(f"needs the name of what it changes, got {said(table)}")
-            if name in changed:
-                raise InputError("there are two tables of this name; give one")
-            changed.add(name)
-            if name in where:
-                inside = loose or bool(references(merged[where[name]]))
-                merged[where[name]] = item.merge(merged[where[name]], table, inside)
-            elif loose:
-                merged.append(table)
-            else:
-                names = [n for n in where if isinstance(n, str)]
-                hint = suggest(name[:64], names, "names")
-                raise InputError(f"there is none to change; {hint}")
-    return merged
-
-
-def _merge_numbered(item: Spec, old: list[Raw], new: Mapping[str, Raw], loose: bool) -> list[Raw]:
-    """Return a list in which things without names are changed by number: task.tasks.0.gain."""
-    merged = list(old)
-    for number, raw in new.items():
-        with under(number):
-            if not number.isdecimal() or int(number) >= len(old):
-                raise InputError(f"there is none; they are numbered 0 to {len(old) - 1}")
-            merged[int(number)] = item.merge(merged[int(number)], raw, loose)
-    return merged

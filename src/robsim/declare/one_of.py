@@ -64,13 +64,6 @@ class OneOf(Spec):
     def schema(self, define: Any) -> dict[str, Any]:
         return {"anyOf": [spec.schema(define) for spec in self.specs]}
 
-    def merge(self, old: Raw, new: Raw, loose: bool) -> Raw:
-        for spec in self.specs:
-            forms = spec.forms or (spec.form,)
-            if _form(old) in forms and _form(new) in forms and spec.inside():
-                return spec.merge(old, new, loose)
-        return new
-
     def controls(self, value: Any, place: Any) -> Iterable[Any]:
         for spec in self.specs:
             with suppress(InputError, TypeError):

@@ -134,7 +134,7 @@ def field_parts(form: type[Any], keys: list[str], value: Any, c: Context) -> lis
     if each is None:
         return []
     key = keys.pop(0)
-    part = _part(form, each, value, _facts(form, value, c).at(key))
+    part = part_of(form, each, value, facts_of(form, value, c).at(key))
     inner = each.spec.inner(each.name, key)
     if not inner:
         return [part]
@@ -152,10 +152,11 @@ def _owner(form: type[Any], key: str) -> Field | None:
 _OWNERS: dict[type[Any], dict[str, Field]] = {}
 
 
-def _facts(form: type[Any], value: Any, c: Context) -> Context:
-    inner = c.knowing(own=_Own(value, form))
-    prepare = getattr(form, "written_facts", None)
-    return inner if prepare is None else prepare(value, inner)
+def facts_of(form: type[Any], value: Any, c: Context) -> Context:
+    """Return the context inside of the table of an object."""
+    own = _Own(value, form)
+    inner = c.knowing(own=own, raw={})
+    return form.facts(own, inner) if hasattr(form, "facts") else inner
 
 
 class _Own(dict[str, Any]):
@@ -163,7 +164,8 @@ class _Own(dict[str, Any]):
 
     def __init__(self, value: Any, form: type[Any]):
         super().__init__()
-        self.value, self.stands = value, getattr(form, "stands", {})
+        self.value = value
+        self.stands = {} if form is type(value) else getattr(form, "stands", {})
 
     def __missing__(self, name: str) -> Any:
         return attrgetter(self.stands.get(name, name))(self.value)
@@ -176,11 +178,11 @@ class _Own(dict[str, Any]):
             return default
 
 
-def _part(form: type[Any], each: Field, value: Any, c: Context) -> Part:
+def part_of(form: type[Any], each: Field, value: Any, c: Context) -> Part:
     """Return the part of a field, of the object itself or of the form that says it."""
-    stands: Mapping[str, str] | None = getattr(form, "stands", None)
+    stands: Mapping[str, str] = {} if form is type(value) else getattr(form, "stands", {})
     name, spec = each.name, each.spec
-    if form is not type(value) and hasattr(form, "of") and name not in (stands or {}):
+    if form is not type(value) and hasattr(form, "of") and name not in stands:
         said = _Said(form, c)
         return Part(
             spec,
@@ -189,7 +191,7 @@ def _part(form: type[Any], each: Field, value: Any, c: Context) -> Part:
             lambda owner, new: replace(said.of(owner), **{name: new}).made(c),
             meaning=each.meaning,
         )
-    at = (stands or {}).get(name, name)
+    at = stands.get(name, name)
     keys = at.split(".") if at else []
     if not keys:
         return Part(spec, c, lambda owner: owner, _alone)

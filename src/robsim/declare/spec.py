@@ -6,6 +6,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, ClassVar
 
+import numpy as np
+
 from robsim.base.errors import FileError, InputError, said
 from robsim.declare.problems import Broken, Problems, joined
 
@@ -27,32 +29,44 @@ MISSING: Any = _Missing()
 
 
 @dataclass(frozen=True)
-class Live:
-    """A Python object that stands in tables as it is, where no text can say it."""
+class Given:
+    """A value that Python code gives in a table, as it is, where a text would say it."""
 
     value: Any
 
 
-UNREADABLE = Live(MISSING)  # stands where a value was, of which a problem is told already
+def is_numeric(value: Any) -> bool:
+    """Return whether a value is a number, or a list of numbers, also within lists."""
+    if isinstance(value, list):
+        return all(map(is_numeric, value))
+    return isinstance(value, int | float) and not isinstance(value, bool)
 
 
 @dataclass(frozen=True)
 class Context:
-    """The place of a value in a text, and what is known there.
+    """The place of a value in a text, and the facts that are known there.
 
-    `facts` are what outer tables say, such as the scene whose joints give numbers their units.
+    `facts` come from outer tables, such as the scene whose joints give numbers their units.
+    `over` is the value before, where a text changes one: `Spec.read` then takes from it all that
+    the text leaves as it is, and `Spec.write` leaves out all that is the same. It is of this place
+    alone.
     """
 
     problems: Problems
     path: tuple[str | int, ...] = ()
     facts: Mapping[str, Any] = field(default_factory=dict)
+    over: Any = MISSING
 
-    def at(self, *keys: str | int) -> Context:
+    def at(self, *keys: str | int, over: Any = MISSING) -> Context:
         """Return the context of a value inside."""
-        return replace(self, path=(*self.path, *keys))
+        return replace(self, path=(*self.path, *keys), over=over)
+
+    def changing(self, old: Any) -> Context:
+        """Return the context of a change of an old value."""
+        return replace(self, over=old)
 
     def knowing(self, **facts: Any) -> Context:
-        """Return the same place, where more is known."""
+        """Return the same place with more facts."""
         return replace(self, facts={**self.facts, **facts})
 
     def report(self, text: str) -> None:
@@ -60,36 +74,39 @@ class Context:
         self.problems.add(joined(*self.path), text)
 
     def blame(self, error: InputError) -> None:
-        """Add an error about the value here, or about what it says is inside."""
+        """Add an error about the value here, or about a value inside."""
         self.problems.add(joined(*self.path, error.path), error.text)
 
     def tried(self, spec: Spec, raw: Raw) -> Any:
         """Return the value that `raw` says, or MISSING with its problem reported."""
-        if isinstance(raw, Live):
-            return self._checked(spec, raw.value)
         try:
-            return spec.read(raw, self)
-        except Broken:  # for what is told elsewhere, so that nothing is made of the rest
+            return (
+                self._checked(spec, raw.value) if isinstance(raw, Given) else spec.read(raw, self)
+            )
+        except Broken:  # for a problem that is reported elsewhere: nothing is made of the rest
             self.problems.seen += 1
-            return MISSING
         except FileError:
             raise
         except InputError as error:
             self.blame(error)
-            return MISSING
+        return MISSING
 
     def _checked(self, spec: Spec, value: Any) -> Any:
-        """Return a Python object as the field keeps it, or MISSING with its problem reported."""
-        if value is MISSING:  # UNREADABLE
-            self.problems.seen += 1
-            return MISSING
+        """Return a Python object as the field keeps it; plain values are those of a text.
+
+        A number in SI stands for itself where a text has a unit.
+        """
+        if isinstance(value, np.generic | np.ndarray) and not np.ndim(value):
+            value = value.item()
+        united = spec.plain_spec.united and is_numeric(value)
+        if isinstance(value, bool | int | float | list | dict | str) and not united:
+            return spec.read(value, self)
         try:
             return spec.check(value, str(self.path[-1]) if self.path else "value")
-        except InputError as error:
-            self.blame(error)
-        except (TypeError, ValueError, AttributeError, OverflowError):  # of what is no number
-            self.report(f"expected {spec.accepts()}, got {said(value)}")
-        return MISSING
+        except (TypeError, ValueError, AttributeError, OverflowError) as error:
+            if isinstance(error, InputError):
+                raise
+            raise expected_given(spec, value) from None  # of an object that is no number
 
 
 class Unsayable(Exception):
@@ -112,11 +129,14 @@ class Spec:
         return value
 
     def read(self, raw: Raw, c: Context) -> Any:
-        """Return the value that a text says; InputError with what would be valid."""
+        """Return the value that a text says, over `c.over`; InputError with what would be valid."""
         raise NotImplementedError
 
     def write(self, value: Any, c: Context) -> Raw:
-        """Return how a text says the value, exactly; NoText if it cannot."""
+        """Return how a text says the value exactly, or how it differs from `c.over`.
+
+        NoText: it cannot. Unsayable: no text says the difference.
+        """
         raise NotImplementedError
 
     def words(self) -> str:
@@ -135,17 +155,9 @@ class Spec:
         """Return a JSON Schema; `define` gives the reference to that of a declared class."""
         raise NotImplementedError
 
-    def merge(self, old: Raw, new: Raw, loose: bool) -> Raw:
-        """Return the text in which `new` changes `old`; `loose` where `old` is changes itself."""
-        return new
-
     def inside(self) -> Sequence[type[Any]]:
         """Return the declared classes whose tables may stand here."""
         return ()
-
-    def inside_of(self, raw: Raw) -> Sequence[type[Any]]:
-        """Return the classes that such a raw value may be of."""
-        return self.inside()
 
     def controls(self, value: Any, place: Any) -> Iterable[Any]:
         """Return how a person may change a value at its `Place`; nothing where nobody can."""
@@ -171,41 +183,18 @@ class Spec:
         """Return the keys of the table that say this field."""
         return (name,)
 
-    def of_key(self, name: str, key: str) -> Spec:
-        """Return what one of its keys may hold."""
-        return self
-
     def inner(self, name: str, key: str) -> tuple[str, ...]:
         """Return the keys within the value of the field to which one of its keys leads."""
         return () if key == name else (key,)
 
     def pick(self, table: Mapping[str, Raw], name: str, c: Context) -> Any:
         """Return the value of the field from its table; MISSING if it is not there, or wrong."""
-        return c.at(name).tried(self, table[name]) if name in table else MISSING
+        return c.at(name, over=c.over).tried(self, table[name]) if name in table else MISSING
 
     def put(self, table: dict[str, Raw], name: str, value: Any, c: Context) -> None:
         """Write the field into its table, and nothing for None."""
         if value is not None:
-            table[name] = self.saved(value, c.at(name))
-
-    def put_change(self, table: dict[str, Raw], name: str, old: Any, new: Any, c: Context) -> None:
-        """Write what makes `new` of `old` where both tables are merged; Unsayable if nothing can.
-
-        `new` is not None.
-        """
-        self.put(table, name, new, c)
-
-    def saved(self, value: Any, c: Context) -> Raw:
-        """Return how a text says a value; the value itself where none can, if that is allowed."""
-        try:
-            return self.write(value, c)
-        except NoText:
-            if not c.facts.get("live"):
-                raise
-            return Live(value)
-
-    def beside(self, table: dict[str, Raw], name: str, over: Mapping[str, Raw]) -> None:
-        """Take out of `table` what makes no sense beside the changes `over`."""
+            table[name] = self.write(value, c.at(name, over=c.over))
 
     def properties(self, name: str, define: Any) -> dict[str, Any]:
         """Return the JSON Schema of each key."""
@@ -224,3 +213,8 @@ def with_article(noun: str) -> str:
 def expected(words: str, raw: Raw) -> InputError:
     """Return the error about a value of the wrong kind."""
     return InputError(f"must be {words}, got {said(raw)}")
+
+
+def expected_given(spec: Spec, value: Any) -> InputError:
+    """Return the error about a Python object that a field cannot hold."""
+    return InputError(f"expected {spec.accepts()}, got {said(value)}")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from collections import ChainMap
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar
@@ -10,11 +11,12 @@ from typing import Any, ClassVar
 from robsim.base.errors import InputError, said, suggest
 from robsim.base.values import hashable
 from robsim.declare.fields import Field, fields_of, is_default, same
-from robsim.declare.paths import field_parts
-from robsim.declare.problems import Broken, under
+from robsim.declare.paths import facts_of, field_parts
+from robsim.declare.problems import Broken
 from robsim.declare.spec import (
     MISSING,
     Context,
+    Given,
     NoText,
     Raw,
     Spec,
@@ -24,6 +26,7 @@ from robsim.declare.spec import (
 )
 
 LACKING = "missing, and it must be given"
+Fields = dict[str, Any]
 
 
 def form_of(kind: type[Any]) -> type[Any]:
@@ -40,40 +43,104 @@ def keys_of(kind: type[Any]) -> tuple[str, ...]:
 def read_table(
     kind: type[Any], raw: Raw, c: Context, *extra: str, form: type[Any] | None = None
 ) -> Any:
-    """Return the object that a table says; Broken or InputError with all that is wrong."""
+    """Return the object that a table says, or into which it changes the object `c.over`.
+
+    Of an object of another kind the fields stay that mean the same here. Broken, InputError: with
+    all that is wrong.
+    """
     if not isinstance(raw, Mapping):
         raise expected("a table", raw)
     form, before = form or form_of(kind), c.problems.seen
     _report_unknown(form, raw, c, extra)
-    given: dict[str, Any] = {}
-    inner = c.knowing(own=given, also=())
-    if prepare := getattr(form, "text_facts", None):
-        inner = prepare(raw, inner)
-    for each in fields_of(form):
-        value = pick(each, raw, inner)
+    source = _before(form, c)
+    gone = {key for key, each in raw.items() if isinstance(each, Given) and each.value is None}
+    raw = {key: each for key, each in raw.items() if key not in gone}
+    kept = _kept(form, source, gone | _rivals(form, raw, c))
+    given = _read_fields(form, raw, kept, c)
+    if c.problems.seen > before:
+        raise Broken
+    made = replace(source, **given) if type(source) is form else form(**given)
+    return made if form is kind else made.made(c.knowing(own=given))
+
+
+def _before(form: type[Any], c: Context) -> Any:
+    """Return the object that a table changes, as its table says it; MISSING if there is none."""
+    if c.over is MISSING or not hasattr(form, "of") or type(c.over) is form:
+        return c.over
+    return form.of(c.over, c.knowing(brief=True, short=True))
+
+
+def _rivals(form: type[Any], raw: Mapping[str, Raw], c: Context) -> set[str]:
+    """Return the fields that cannot stand beside those of a table; report some of the table's."""
+    found = set[str]()
+    for group in getattr(form, "rivals", ()):
+        ways = {
+            way: [key for name in way for key in _keys_at(form, name) if key in raw]
+            for way in group
+        }
+        given = [", ".join(keys) for keys in ways.values() if keys]
+        if len(given) > 1:
+            c.report(f"{' and '.join(given)}: give one of them only")
+        found |= {name for way, keys in ways.items() if given and not keys for name in way}
+    return found
+
+
+def _keys_at(form: type[Any], name: str) -> tuple[str, ...]:
+    return next(each.spec.keys(name) for each in fields_of(form) if each.name == name)
+
+
+def _kept(form: type[Any], source: Any, gone: set[str]) -> Fields:
+    """Return the fields of an object that stay as they are where a table does not say them."""
+    if source is MISSING:
+        return {}
+    fields = fields_of(form)
+    if type(source) is not form:
+        before = [(each.name, each.spec) for each in fields_of(type(source))]
+        fields = tuple(each for each in fields if (each.name, each.spec) in before)
+    return {each.name: getattr(source, each.name) for each in fields if each.name not in gone}
+
+
+def _read_fields(form: type[Any], raw: Mapping[str, Raw], kept: Fields, c: Context) -> Fields:
+    """Return the fields that a table says, those that are kept, and the defaults of the rest."""
+    fields, first = fields_of(form), getattr(form, "facts_from", ())
+    usual = {each.name: each.default for each in fields if not each.required}
+    usual = {name: x for name, x in usual.items() if not raw.keys() & _keys_at(form, name)}
+    given: Fields = {}
+    own = ChainMap(given, kept, usual)
+    inner = replace(c, over=MISSING).knowing(own=own, raw=raw, also=())
+    facts = getattr(form, "facts", None)
+    for each in sorted(fields, key=lambda each: each.name not in first):
+        if facts and each.name not in first:
+            inner, facts = facts(own, inner), None
+        value = pick(each, raw, inner.changing(kept.get(each.name, MISSING)))
         if value is not MISSING:
             given[each.name] = value
     if check := getattr(form, "text_check", None):
         check(raw, inner)
-    if c.problems.seen > before:
-        raise Broken
-    made = form(**given)
-    return made if form is kind else made.made(inner)
+    return dict(own)
 
 
 def pick(each: Field, raw: Mapping[str, Raw], c: Context) -> Any:
     """Return the value of a field from its table; MISSING if it is not there, or wrong."""
     before = c.problems.seen
     value = each.spec.pick(raw, each.name, c)
-    if value is MISSING and each.required and c.problems.seen == before:
+    if value is MISSING and each.required and c.over is MISSING and c.problems.seen == before:
         c.at(each.name).report(LACKING)
     return value
 
 
-def write_table(value: Any, c: Context, form: type[Any] | None = None) -> dict[str, Raw]:
-    """Return the table that says an object, exactly; NoText if a text cannot."""
+def write_table(
+    value: Any, c: Context, form: type[Any] | None = None, key: str | None = None
+) -> dict[str, Raw]:
+    """Return the table that says an object exactly, or how it differs from the object `c.over`.
+
+    The value of a `key` is there in any case. NoText: no text can say the object. Unsayable: none
+    can say the difference.
+    """
     form = form or form_of(type(value))
-    own, inner = said_of(value, c, form)
+    if c.over is not MISSING:
+        return _write_changes(value, c, form, key)
+    own, inner = _said(value, c, form)
     table: dict[str, Raw] = {}
     for each in fields_of(form):
         if not (c.facts.get("brief") and is_default(each, own[each.name])):
@@ -81,57 +148,45 @@ def write_table(value: Any, c: Context, form: type[Any] | None = None) -> dict[s
     return table
 
 
-def said_of(value: Any, c: Context, form: type[Any]) -> tuple[dict[str, Any], Context]:
-    """Return the declared fields of an object as its table says them, and what is known there."""
-    source = value if form is type(value) else form.of(value, c)
-    own = {each.name: getattr(source, each.name) for each in fields_of(form)}
-    _check_plain(source, own)
-    inner = c.knowing(own=own, owner=value)
-    prepare = getattr(form, "written_facts", None)
-    return own, prepare(value, inner) if prepare else inner
-
-
-def difference(
-    old: Any, new: Any, c: Context, form: type[Any] | None = None, key: str | None = None
-) -> dict[str, Raw]:
-    """Return the table that makes `new` of `old` where it is merged with that one's.
-
-    The value of a `key` is there in any case. Unsayable: there is no such table.
-    """
-    form = form or form_of(type(new))
-    if type(old) is not type(new):
+def _write_changes(value: Any, c: Context, form: type[Any], key: str | None) -> dict[str, Raw]:
+    if type(c.over) is not type(value):
         raise Unsayable
-    before, _ = said_of(old, c.knowing(brief=False), form)
-    after, inner = said_of(new, c.knowing(brief=False), form)
-    table: dict[str, Raw] = {}
+    plain = c.knowing(brief=False, changes=True)
+    before, _ = _said(c.over, plain, form)
+    after, inner = _said(value, plain, form)
+    new_inner = inner.knowing(brief=c.facts.get("brief"), changes=False)
+    table: dict[str, Raw] = {} if key is None else {key: after[key]}
     for each in fields_of(form):
-        a, b = before[each.name], after[each.name]
-        if each.name == key:
-            table[key] = b
-        elif not same(a, b):
-            if b is None:
-                raise Unsayable
-            each.spec.put_change(table, each.name, a, b, inner)
-            if not table.keys() & set(each.spec.keys(each.name)):
-                raise Unsayable
+        old, new = before[each.name], after[each.name]
+        if (
+            same(old, new)
+            or each.name == key
+            or (new is None and _replaced(form, each.name, after))
+        ):
+            continue
+        if new is not None:
+            where = new_inner if old is None else inner.changing(old)
+            each.spec.put(table, each.name, new, where)
+        if not table.keys() & set(each.spec.keys(each.name)):
+            raise Unsayable
     return table
 
 
-def merge_table(kind: type[Any], old: Raw, new: Raw, loose: bool) -> Raw:
-    """Return the table in which `new` changes `old`, and nothing stays that makes no sense."""
-    if not isinstance(old, Mapping) or not isinstance(new, Mapping):
-        return new
-    merged, owners = dict(old), dict[str, Field]()
-    for each in fields_of(form_of(kind)):
-        owners |= dict.fromkeys(each.spec.keys(each.name), each)
-        each.spec.beside(merged, each.name, new)
-    for key, raw in new.items():
-        if key in owners and key in merged:
-            with under(key):
-                merged[key] = owners[key].spec.merge(merged[key], raw, loose)
-        else:
-            merged[key] = raw
-    return merged
+def _replaced(form: type[Any], name: str, own: Fields) -> bool:
+    """Return whether another field says what a field no longer does."""
+    groups = (group for group in getattr(form, "rivals", ()) if any(name in way for way in group))
+    ways = (way for group in groups for way in group if name not in way)
+    return any(own[each] is not None for way in ways for each in way)
+
+
+def _said(value: Any, c: Context, form: type[Any]) -> tuple[Fields, Context]:
+    """Return the declared fields of an object as its table says them, and what is known there."""
+    c = replace(c, over=MISSING)
+    source = value if form is type(value) else form.of(value, c)
+    own = {each.name: getattr(source, each.name) for each in fields_of(form)}
+    _check_plain(source, own)
+    inner = c.knowing(own=own, raw={})
+    return own, form.facts(own, inner) if hasattr(form, "facts") else inner
 
 
 def _report_unknown(form: type[Any], raw: Mapping[str, Raw], c: Context, extra: Any) -> None:
@@ -146,7 +201,7 @@ def _report_unknown(form: type[Any], raw: Mapping[str, Raw], c: Context, extra: 
             c.at(key).report(f"unknown key {said(key)}; {suggest(key[:64], known, 'keys')}")
 
 
-def _check_plain(source: Any, own: dict[str, Any]) -> None:
+def _check_plain(source: Any, own: Fields) -> None:
     """Raise NoText if an object holds what its declared fields do not say."""
     for each in dataclasses.fields(source):
         if each.init and each.compare and each.name not in own:  # what is part of the value
@@ -159,9 +214,7 @@ def controls_of(value: Any, place: Any, form: type[Any] | None = None) -> Iterat
     """Yield the controls of all declared fields of an object, in their order."""
     form = form or form_of(type(value))
     source = value if form is type(value) else form.of(value, place.c)
-    c = place.c.knowing(own={each.name: getattr(source, each.name) for each in fields_of(form)})
-    if facts := getattr(form, "written_facts", None):
-        c = facts(value, c)
+    c = facts_of(form, value, place.c)
     for each in fields_of(form):
         inner = replace(place.at(each.name, each.meaning), c=c)
         yield from each.spec.controls(getattr(source, each.name), inner)
@@ -169,34 +222,39 @@ def controls_of(value: Any, place: Any, form: type[Any] | None = None) -> Iterat
 
 @dataclass(frozen=True)
 class Table(Spec):
-    """A table of one class, in the form of the class `says` if that is another."""
+    """A table of one class, in the form of the class `says` if that is another.
+
+    If it is `flat`, its keys stand in the table around it.
+    """
 
     kind: type[Any]
     says: type[Any] | None = None
+    flat: bool = False
     form: ClassVar[str] = "table"
+
+    @property
+    def declared(self) -> type[Any]:
+        """The class that declares the keys of the table."""
+        return self.says or form_of(self.kind)
 
     def check(self, value: Any, what: str) -> Any:
         if not isinstance(value, self.kind):
-            raise InputError(f"{what}: expected {self.words()}, got {said(value)}")
+            raise InputError(f"{what}: expected {self.accepts()}, got {said(value)}")
         return value
 
     def read(self, raw: Raw, c: Context) -> Any:
-        return read_table(self.kind, raw, c, form=self.says)
+        known = isinstance(c.over, self.kind) or type(c.over) is self.says
+        return read_table(self.kind, raw, c if known else c.changing(MISSING), form=self.says)
 
     def write(self, value: Any, c: Context) -> Raw:
+        return self.written(value, c)
+
+    def written(self, value: Any, c: Context, key: str | None = None) -> dict[str, Raw]:
+        """Return the table of a value, with the value of a `key` in any case."""
         if type(value) is not self.kind:
             raise NoText(f"{type(value).__name__} is Python code")
-        return write_table(value, c, self.says)
-
-    def put_change(self, table: dict[str, Raw], name: str, old: Any, new: Any, c: Context) -> None:
-        if old is None or form_of(type(new)) is not form_of(self.kind):
-            self.put(table, name, new, c)
-        else:
-            table[name] = self.change(old, new, c.at(name))
-
-    def change(self, old: Any, new: Any, c: Context, key: str | None = None) -> dict[str, Raw]:
-        """Return the table that makes `new` of `old`, with the value of a `key` in any case."""
-        return difference(old, new, c, self.says, key)
+        known = type(c.over) is type(value)
+        return write_table(value, c if known else c.changing(MISSING), self.says, key)
 
     def words(self) -> str:
         return with_article(self.kind.__name__)
@@ -204,9 +262,6 @@ class Table(Spec):
     def schema(self, define: Any) -> dict[str, Any]:
         reference: dict[str, Any] = define(self.says or self.kind)
         return reference
-
-    def merge(self, old: Raw, new: Raw, loose: bool) -> Raw:
-        return merge_table(self.says or self.kind, old, new, loose)
 
     def parts(self, keys: list[str], value: Any, c: Context) -> list[Any]:
         if self.says is None and not dataclasses.is_dataclass(value):
@@ -217,4 +272,43 @@ class Table(Spec):
         return (self.says or self.kind,)
 
     def controls(self, value: Any, place: Any) -> Iterable[Any]:
-        return () if value is None else controls_of(value, place, self.says)
+        around = replace(place, path=place.path.rpartition(".")[0]) if self.flat else place
+        return () if value is None else controls_of(value, around, self.says)
+
+    def keys(self, name: str) -> tuple[str, ...]:
+        return keys_of(self.declared) if self.flat else (name,)
+
+    def inner(self, name: str, key: str) -> tuple[str, ...]:
+        return (key,) if self.flat else ()
+
+    def pick(self, table: Mapping[str, Raw], name: str, c: Context) -> Any:
+        if not self.flat:
+            return super().pick(table, name, c)
+        values = {key: table[key] for key in self.keys(name) if key in table}
+        return c.tried(self, values) if values else MISSING
+
+    def put(self, table: dict[str, Raw], name: str, value: Any, c: Context) -> None:
+        if not self.flat:
+            super().put(table, name, value, c)
+        elif value is not None:
+            table |= self.written(value, c)
+
+    def properties(self, name: str, define: Any) -> dict[str, Any]:
+        if not self.flat:
+            return super().properties(name, define)
+        fields = [
+            (each, each.spec.properties(each.name, define)) for each in fields_of(self.declared)
+        ]
+        return {
+            key: {**x, "description": each.meaning}
+            for each, made in fields
+            for key, x in made.items()
+        }
+
+    def rows(self, name: str) -> list[tuple[str, str]]:
+        if not self.flat:
+            return super().rows(name)
+        rows = [
+            (each, row) for each in fields_of(self.declared) for row in each.spec.rows(each.name)
+        ]
+        return [(key, f"{words}: {each.meaning}") for each, (key, words) in rows]

@@ -8,7 +8,9 @@ from typing import Any
 
 from robsim.base.arrays import is_listed
 from robsim.base.errors import InputError, said
+from robsim.declare.lists import label
 from robsim.declare.lookup import NAMED
+from robsim.declare.spec import Given
 
 Changes = Mapping[str, Any] | Iterable[str]
 DEEPEST = 16
@@ -43,8 +45,8 @@ def value_of(text: Any) -> Any:
     return tables["value"] if len(tables) == 1 else text
 
 
-def nested(path: Any, value: Any) -> dict[str, Any]:
-    """Return the tables that hold one value.
+def nested(path: Any, value: Any, python: bool = False) -> dict[str, Any]:
+    """Return the tables that hold one value, which is that of a text, or of Python code.
 
     >>> nested("cameras.eye.size", [320, 240])
     {'cameras': [{'name': 'eye', 'size': [320, 240]}]}
@@ -55,13 +57,27 @@ def nested(path: Any, value: Any) -> dict[str, Any]:
         raise InputError(f"{said(path)} cannot be set; expected a path such as {example}")
     if isinstance(value, dict | list) and not value and keys[-1] not in EMPTY:
         raise InputError(f"{path}: {said(value)} changes nothing; name the value to change")
-    tables: Any = value
+    tables: Any = Given(value) if python and not isinstance(value, str) else value
     for i in range(len(keys) - 1, -1, -1):
         if i > 0 and keys[i - 1] in NAMED:
             tables = [{NAMED[keys[i - 1]]: keys[i], **tables}]
         else:
             tables = {keys[i]: tables}
     return dict(tables)
+
+
+def combined(old: Any, new: Any) -> Any:
+    """Return tables with those of later changes over them.
+
+    >>> combined({"task": {"gain": 1}}, {"task": {"law": "camera"}})
+    {'task': {'gain': 1, 'law': 'camera'}}
+    """
+    if isinstance(old, Mapping) and isinstance(new, Mapping):
+        return {**old, **{key: combined(old.get(key), each) for key, each in new.items()}}
+    if not (isinstance(old, list) and isinstance(new, list)):
+        return new
+    before, after = ({label(each, i): each for i, each in enumerate(some)} for some in (old, new))
+    return list(combined(before, after).values()) if all(isinstance(n, str) for n in after) else new
 
 
 def _pair(change: Any) -> tuple[str, Any]:

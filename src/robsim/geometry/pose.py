@@ -12,7 +12,7 @@ from robsim.base.arrays import Array, frozen, numbers, runs_first, runs_last
 from robsim.base.errors import InputError
 from robsim.base.warned import warn_of_degrees
 from robsim.geometry.frame_names import checked_names, joined_names
-from robsim.geometry.rotation import ROTATION_TOLERANCE, axis_rotation, check_rigid
+from robsim.geometry.rotation import ROTATION_TOLERANCE, axis_rotation, check_rigid, rpy_of
 from robsim.kernels.formulas import se3
 
 
@@ -132,6 +132,27 @@ class Pose:
         out = np.empty((3, quaternion.shape[-1]))
         se3.rotation_vector(quaternion, out)
         return runs_first(out, self.matrix.shape[:-2])
+
+    @property
+    def rpy(self) -> Array:
+        """Roll, pitch and yaw (3,) in radians of a single pose: R = Rz(yaw) Ry(pitch) Rx(roll)."""
+        return np.array(rpy_of(self.rotation))
+
+    def revised(self, **changes: Any) -> Pose:
+        """Return a copy with another position, rpy, rotvec or rotation, each of one or more."""
+        T, shape = self.matrix, self.matrix.shape[:-2]
+        for name, values in changes.items():
+            new = np.asarray(values, dtype=float)
+            if name in ("rpy", "rotvec"):
+                new = (Pose.at(rpy=new) if name == "rpy" else Pose.at(rotvec=new)).rotation
+            lead = new.shape[: -1 if name == "position" else -2] or shape
+            T = np.array(np.broadcast_to(T, (*lead, 4, 4)))
+            T[..., :3, 3 if name == "position" else slice(3)] = new
+        return Pose(T)
+
+    def held(self, **changes: Any) -> Pose:
+        """Return poses with numbers (..., runs) that differ from run to run."""
+        return self.revised(**{name: np.moveaxis(x, -1, 0) for name, x in changes.items()})
 
     @property
     def q(self) -> Array:

@@ -15,17 +15,19 @@ from robsim.declare.spec import Context, NoText, Raw, Spec, expected
 from robsim.geometry.curves.curve import CURVES
 from robsim.geometry.inertia import Inertia
 from robsim.geometry.pose import IDENTITY, Pose
-from robsim.geometry.pose_table import PoseTable
+from robsim.geometry.pose_table import POSE
 from robsim.geometry.primitives.primitive import SHAPES, Primitive
 from robsim.robot.dh_row import DHRow
 from robsim.robot.joint import Joint, Steering
 from robsim.robot.joints.coupling import COUPLINGS
-from robsim.robot.joints.registry import JOINTS, kind_of, without_parameters
+from robsim.robot.joints.registry import JOINTS, kind_of
 from robsim.robot.link import Link
 
 SHAPE = Choice(SHAPES, short=False)
 SHAPE_LIST = ListOf(SHAPE, most=256, by_hand=False)
 LABEL = Name()
+OF_JOINT = ("limits", "speed", "effort", "curve", "steering", "follows", "dh")
+POSES = ("place", "tail")
 
 
 @dataclass(frozen=True)
@@ -81,8 +83,7 @@ class LinkTable:
     stands: ClassVar[Mapping[str, str]] = {
         "joint": "joint.kind",
         "joint_name": "joint.name",
-        **{key: f"joint.{key}" for key in ("speed", "effort", "curve", "steering", "follows")},
-        **{key: f"joint.{key}" for key in ("dh", "place", "tail", "limits")},
+        **{key: f"joint.{key}" for key in (*OF_JOINT, *POSES)},
     }
 
     name: Annotated[str, LABEL, "Name of the link."]
@@ -110,9 +111,9 @@ class LinkTable:
         Any, Choice(COUPLINGS, short=False), "Coupling by which the coordinate follows others."
     ] = None
     dh: Annotated[DHRow | None, Table(DHRow), "Row of Denavit-Hartenberg constants."] = None
-    place: Annotated[Pose | None, PoseTable(), Stacked(), "Pose of the joint in the parent."] = None
+    place: Annotated[Pose | None, POSE, Stacked(), "Pose of the joint in the parent."] = None
     tail: Annotated[
-        Pose | None, PoseTable(), Stacked(), "Pose of the link in the moved frame of the joint."
+        Pose | None, POSE, Stacked(), "Pose of the link in the moved frame of the joint."
     ] = None
     limits: Annotated[Any, Span(), "Lowest and highest coordinate."] = None
     shapes: Annotated[
@@ -122,63 +123,33 @@ class LinkTable:
         Inertia | None, Table(Inertia), Role.FILE, "Mass, centre of mass and moments of inertia."
     ] = None
 
-    @classmethod
-    def text_facts(cls, raw: Mapping[str, Raw], c: Context) -> Context:
-        """Note the kind of joint, which determines the units of other values of the table."""
-        joint = raw.get("joint", "fixed")
-        name = joint.get("kind") if isinstance(joint, Mapping) else joint
-        kind = JOINTS.get(name) if isinstance(name, str) else None
-        return c.knowing(joint=kind and without_parameters(kind))
+    facts_from: ClassVar[Any] = ("joint",)
 
     @classmethod
-    def written_facts(cls, value: Link, c: Context) -> Context:
-        """Note the kind of joint of a link that is written."""
-        return c.knowing(joint=value.joint.model)
+    def facts(cls, own: Any, c: Context) -> Context:
+        """Return the context with the kind of joint, which has the units of other values."""
+        joint = own.get("joint")
+        return c.knowing(joint=joint and kind_of(joint))
 
     def made(self, c: Context) -> Link:
         """Return the link that the table describes."""
-        limits = self.limits
-        with under("limits") if limits is not None else under():
-            joint = Joint(
-                self.joint,
-                *self._poses(),
-                limits,
-                dh=self.dh,
-                name=self.joint_name,
-                speed=self.speed,
-                effort=self.effort,
-                curve=self.curve,
-                steering=self.steering,
-                follows=self.follows,
-            )
+        if self.dh is not None and (self.place is not None or self.tail is not None):
+            raise InputError("dh and place or tail: give one of the two only")
+        poses: dict[str, Any] = {key: getattr(self, key) or IDENTITY for key in POSES}
+        own = {key: getattr(self, key) for key in OF_JOINT}
+        with under("limits") if self.limits is not None else under():
+            joint = Joint(self.joint, **poses, **own, name=self.joint_name)
         return Link(self.name, self.parent, joint, self.shapes, self.inertia)
 
     @classmethod
     def of(cls, value: Link, c: Context) -> LinkTable:
         """Return the table that describes a link."""
-        if type(value) is not Link or type(value.joint) is not Joint:
-            raise NoText(f"{type(value).__name__} is Python code")
         joint = value.joint
-        return cls(
-            value.name,
-            value.parent,
-            joint.kind,
-            joint.name,
-            joint.speed,
-            joint.effort,
-            joint.curve,
-            joint.steering,
-            joint.follows,
-            joint.dh,
-            None if joint.dh or joint.place == IDENTITY else joint.place,
-            None if joint.dh or joint.tail == IDENTITY else joint.tail,
-            joint.limits,
-            value.shapes,
-            value.inertia,
-        )
-
-    def _poses(self) -> tuple[Pose, Pose]:
-        """Return the poses that are given for the joint, where a row is not."""
-        if self.dh is not None and (self.place is not None or self.tail is not None):
-            raise InputError("dh and place or tail: give one of the two only")
-        return self.place or IDENTITY, self.tail or IDENTITY
+        if type(value) is not Link or type(joint) is not Joint:
+            raise NoText(f"{type(value).__name__} is Python code")
+        own = {key: getattr(joint, key) for key in OF_JOINT}
+        for key in POSES:
+            pose = getattr(joint, key)
+            own[key] = None if joint.dh or pose == IDENTITY else pose
+        own |= {"joint": joint.kind, "joint_name": joint.name}
+        return cls(value.name, value.parent, shapes=value.shapes, inertia=value.inertia, **own)

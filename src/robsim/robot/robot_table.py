@@ -13,14 +13,14 @@ from robsim.declare.fields import same
 from robsim.declare.joints import Axes, PerJoint
 from robsim.declare.lists import label
 from robsim.declare.problems import under
-from robsim.declare.spec import Context, Raw, Spec, Unsayable
+from robsim.declare.spec import MISSING, Context, Raw, Spec, Unsayable
 from robsim.declare.words import Reference
 from robsim.geometry.pose import IDENTITY, Pose
-from robsim.geometry.pose_table import PoseTable
+from robsim.geometry.pose_table import FLAT_POSE
 from robsim.robot.joint import units_of
 from robsim.robot.link import Link, coordinate_names
 from robsim.robot.link_table import LinkTable
-from robsim.robot.origin import KEYS, Origin, OriginKeys
+from robsim.robot.origin import KEYS, Origin
 from robsim.robot.robot import Robot
 
 LINK = Table(Link, LinkTable)
@@ -41,6 +41,8 @@ class Links(ListOf):
     most: int = MOST_LINKS
 
     def read(self, raw: Raw, c: Context) -> tuple[Link, ...]:
+        if c.over is not MISSING:
+            return super().read(raw, c)
         first = raw[0] if isinstance(raw, list) and raw and isinstance(raw[0], Mapping) else {}
         if first.get("parent") or first.get("joint", "fixed") != "fixed" or "dh" in first:
             with under(label(first, 0)):
@@ -64,20 +66,57 @@ def _without_parents(links: Sequence[Link]) -> list[Link]:
 class LinkedSpec(Table):
     """Links of a text: all of them, or those of a library robot or a URDF file with changes."""
 
-    def write(self, value: Any, c: Context) -> Raw:
-        if "read_origin" in c.facts:
+    def read(self, raw: Raw, c: Context) -> Any:
+        given = [key for key in KEYS if isinstance(raw, Mapping) and key in raw]
+        if not given or "library" not in c.facts:
+            return super().read(raw, c)
+        if len(given) > 1:
+            raise InputError("model and urdf: give one of the two only")
+        rest = {key: part for key, part in raw.items() if key not in KEYS}
+        plain = c.facts["library"](raw)
+        return super().read(rest, c.changing(self._in_text(plain)))
+
+    def written(self, value: Any, c: Context, key: str | None = None) -> dict[str, Raw]:
+        if c.over is MISSING and "read_origin" in c.facts:
             with suppress(InputError, Unsayable):
                 keys, plain = c.facts["read_origin"](value)
-                plain = tool_table(plain, plain.home) if isinstance(value, ToolTable) else plain
+                plain = self._in_text(plain)
                 own = replace(value, origin=plain.origin)
-                return {**keys, **self.change(plain, own, c)}
-        return super().write(value, c)
+                return {**keys, **super().written(own, c.changing(plain))}
+        return super().written(value, c, key)
 
     def schema(self, define: Any) -> dict[str, Any]:
         form = self.says or self.kind
         taken = {"oneOf": [{"required": [key]} for key in KEYS]}
         changed = {"allOf": [define.changes(form), taken]}
         return {"anyOf": [define(form), changed]}
+
+    def _in_text(self, robot: Robot) -> Any:
+        """Return a robot in the form that the text changes: a robot, or a tool."""
+        return robot if self.kind is Robot else tool_table(robot, robot.home)
+
+
+@dataclass(frozen=True)
+class OriginSpec(Spec):
+    """The declaration of the keys `model` and `urdf`, which `LinkedSpec` reads and writes."""
+
+    def keys(self, name: str) -> tuple[str, ...]:
+        return tuple(KEYS)
+
+    def pick(self, table: Mapping[str, Raw], name: str, c: Context) -> Any:
+        return MISSING
+
+    def put(self, table: dict[str, Raw], name: str, value: Any, c: Context) -> None:
+        """Write nothing: the links stand in the table."""
+
+    def words(self) -> str:
+        return "a text"
+
+    def properties(self, name: str, define: Any) -> dict[str, Any]:
+        return {key: {"type": "string", "description": about} for key, about in KEYS.items()}
+
+    def rows(self, name: str) -> list[tuple[str, str]]:
+        return []  # the documentation speaks of both keys above the table
 
 
 def _own_joints(c: Context) -> Axes | None:
@@ -96,10 +135,7 @@ class LinkedTable:
     links: Annotated[tuple[Link, ...], Links(), "Links, the base first."]
     stands: ClassVar[Mapping[str, str]] = {"pose": "base", "links": "links", "home": "home"}
     pose: Annotated[
-        Pose | None,
-        PoseTable(flat=True),
-        Stacked(),
-        "Pose of the base in the frame that carries it.",
+        Pose | None, FLAT_POSE, Stacked(), "Pose of the base in the frame that carries it."
     ] = None
     about: Annotated[str | None, Text(), Role.LABEL, "Description in one line."] = None
     sources: Annotated[
@@ -112,19 +148,17 @@ class LinkedTable:
         Any, PerJoint(_own_joints), "Coordinates at home, where runs start by default."
     ] = None
     tip: Annotated[str | None, Name(), "Link that is taken where none is named."] = None
-    origin: Annotated[
-        Origin | None, OriginKeys(), "Library robot or URDF file whose links these are."
-    ] = None
+    origin: Annotated[Origin | None, OriginSpec(), "Library robot or URDF file of the links."] = (
+        None
+    )
+
+    facts_from: ClassVar[Any] = ("convention",)
 
     @classmethod
-    def text_facts(cls, raw: Mapping[str, Raw], c: Context) -> Context:
-        """Note the convention of the Denavit-Hartenberg rows of the links."""
-        return c.knowing(convention=raw.get("convention", "standard"))
-
-    @classmethod
-    def written_facts(cls, value: Robot, c: Context) -> Context:
-        """Note the convention of the rows of a robot that is written."""
-        return c.knowing(convention=convention_of(value.links) or "standard")
+    def facts(cls, own: Any, c: Context) -> Context:
+        """Return the context with the convention of the Denavit-Hartenberg rows of the links."""
+        said = own.get("convention") or convention_of(own.get("links") or ())
+        return c.knowing(convention=said or "standard")
 
     def robot(self) -> Robot:
         """Return a robot in the world with these links."""
@@ -175,7 +209,7 @@ class RobotTable(LinkedTable):
     @classmethod
     def of(cls, value: Robot, c: Context) -> RobotTable:
         """Return the table that describes a robot, link by link."""
-        if value.mountings and "read_origin" in c.facts:
+        if value.mountings and c.facts.get("short"):
             return _with_tools(value, c)
         tip = None if value.tip == value.links[-1].name else value.tip
         home = None if c.facts.get("brief") and _at_rest(value) else value.home

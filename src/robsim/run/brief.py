@@ -23,13 +23,13 @@ def brief_text(experiment: Any, folder: Path) -> str | None:
         return text if _says(text, experiment, folder) else None
 
 
-def brief_tables(experiment: Any, folder: Path, live: bool = False) -> Tables:
+def brief_tables(experiment: Any, folder: Path) -> Tables:
     """Return the tables of an experiment without what need not be said in a file of a folder."""
 
     def origin(robot: Any) -> Any:
         return read_origin(robot, folder)
 
-    return write_experiment(experiment, live=live, brief=True, read_origin=origin)
+    return write_experiment(experiment, brief=True, short=True, read_origin=origin)
 
 
 def _says(text: str, experiment: Any, folder: Path) -> bool:

@@ -31,7 +31,7 @@ from robsim.files.changes import Changes
 from robsim.files.toml import read_text
 from robsim.run import overview
 from robsim.run.brief import brief_text
-from robsim.run.changed import changed, read
+from robsim.run.changed import changed, pairs_of, read
 from robsim.run.checkpoint import Keeper
 from robsim.run.checks import a_task, of_kind, starts, whole_periods
 from robsim.run.mission_run import MissionRun
@@ -161,7 +161,9 @@ class Experiment(Value):
             raise InputError(f"source: expected a text, got {said(source)}")
         if not isinstance(text, str):
             raise FileError(f"{source}: expected TOML text, got {said(text)}")
-        return cls._read(read(text, source, set), source)
+        changes = pairs_of(set, source)
+        made = cls._read(read(text, source), source)
+        return cls._read(changed(made, changes), source) if changes else made
 
     @classmethod
     def _read(cls, parts: Mapping[str, Any], source: str) -> Self:
@@ -262,7 +264,8 @@ class Experiment(Value):
         """Return a copy of which a text says these changes."""
         several = np.ndim(self.start) > 1  # which no text says
         one = replace(self, start=None, varied={}) if several else replace(self, varied={})
-        made = self._read(changed(one, changes), self.source)
+        pairs = pairs_of(changes, self.source)
+        made = self._read(changed(one, pairs, python=True), self.source)
         made = replace(made, start=self.start) if several else made
         return made.with_(varied=self.varied) if self.varied else made
 

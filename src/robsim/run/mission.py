@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
@@ -11,7 +11,7 @@ import numpy as np
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError, Interrupted, naming
 from robsim.declare import Declared, ListOf, Table, register
-from robsim.declare.spec import Context, Raw
+from robsim.declare.spec import Context
 from robsim.engine.outcome import Outcome
 from robsim.engine.workers import Progress, check_progress
 from robsim.run.mission_run import Leg, MissionRun
@@ -47,7 +47,9 @@ class Mission(Declared):
     outermost: ClassVar[bool] = True  # no phase is a mission, nor is a part of another task
 
     phases: Annotated[
-        Any, ListOf(Table(Phase), 1, MOST, alone=True), "What is done one after the other."
+        Any,
+        ListOf(Table(Phase), 1, MOST, alone=True, in_turn=True),
+        "What is done one after the other.",
     ]
 
     def __post_init__(self) -> None:
@@ -58,14 +60,9 @@ class Mission(Declared):
             raise InputError(f"two phases are called {twice!r}")
 
     @classmethod
-    def text_facts(cls, raw: Mapping[str, Raw], c: Context) -> Context:
-        """Let each phase see what the phases before it have grasped and let go."""
+    def facts(cls, own: Any, c: Context) -> Context:
+        """Return the context in which each phase changes the scene of the phases after it."""
         return c.knowing(stage={"scene": c.facts.get("scene")})
-
-    @classmethod
-    def written_facts(cls, value: Mission, c: Context) -> Context:
-        """Let each phase see the same when a mission is written."""
-        return c.knowing(stage={"scene": c.facts["scene"]})
 
     @property
     def inner(self) -> tuple[Any, ...]:

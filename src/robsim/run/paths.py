@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import suppress
-from dataclasses import fields
 from typing import Any
 
 import numpy as np
 
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError, said
-from robsim.base.values import unchecked
 from robsim.declare import Table
 from robsim.declare.controls import Control, Place
 from robsim.declare.paths import Path, resolved
@@ -19,9 +17,8 @@ from robsim.declare.problems import Broken, Problems
 from robsim.declare.spec import Context, NoText, Spec
 from robsim.declare.tables import controls_of as controls
 from robsim.files.changes import value_of
-from robsim.run.start_table import StartTable
-from robsim.run.text import RUN, SCENE, RunTable, TaskTable, beliefs, common_belief
-from robsim.servo.goals.goal import started
+from robsim.run.beliefs import beliefs, common_belief, with_beliefs
+from robsim.run.text import SCENE, TaskTable, task_table
 from robsim.servo.safety.guard import Guard
 from robsim.servo.safety.safety import Safety
 from robsim.world.scene import Scene
@@ -150,24 +147,6 @@ def is_true(name: str) -> bool:
     return name.partition(".")[0] in SCENE
 
 
-def with_beliefs(task: Any, change: Callable[[Scene | None], Scene | None]) -> Any:
-    """Return a task, all tasks within which have another belief."""
-    made = {id(one): (one, change(one)) for one in beliefs(task)}
-    return task if all(new is old for old, new in made.values()) else _within(task, made)
-
-
-def _within(task: Any, made: Mapping[int, tuple[Any, Any]]) -> Any:
-    """Return a task, or a part of one, with all that is within it."""
-    if isinstance(task, tuple):
-        return tuple(_within(each, made) for each in task)
-    if hasattr(task, "belief"):
-        return unchecked(task, belief=made[id(task.belief)][1])
-    if not any(hasattr(task, name) for name in ("inner", "task")):
-        return task
-    own = {each.name: getattr(task, each.name) for each in fields(task)}
-    return unchecked(task, **{name: _within(value, made) for name, value in own.items()})
-
-
 def number_at(experiment: Any, name: str) -> Array:
     """Return the numbers in SI that an experiment has at a dotted name; InputError if none."""
     path = path_of(experiment, name)
@@ -188,11 +167,9 @@ def controls_of(of: Any) -> Iterator[Control]:
 
     The believed scene comes before the true one.
     """
-    place = Place("", Context(Problems(of.source), facts={"scene": of.scene}))
-    start = StartTable(*started(of.start, of.scene))
-    parts = {name: getattr(of, name) for name in ("sensing", "actuation", "safety", "endings")}
-    run = RunTable(**{name: getattr(of, name) for name in RUN})
-    yield from controls(TaskTable(of.task, start=start, **parts, run=run), place)
+    facts = {"scene": of.scene, "by_hand": True}
+    place = Place("", Context(Problems(of.source), facts=facts))
+    yield from controls(task_table(of), place)
     if beliefs(of.task):
         yield from _controls_of_scene(believed_by(of), place.at(BELIEF))
     yield from _controls_of_scene(of.scene, place)

@@ -126,23 +126,23 @@ class Phase(Declared):
             if both:
                 raise InputError(f"attach and release of '{both[0]}' at once")
 
-    @classmethod
-    def text_facts(cls, raw: Mapping[str, Raw], c: Context) -> Context:
-        """Let the task see what hangs where since the phases before it."""
-        stage = c.facts["stage"]
-        if stage["scene"] is None:
-            return c
-        for key in ("release", "attach"):
-            with c.problems.at(*c.path, key):
-                stage["scene"] = _changed(stage["scene"], raw, key)
-        return c.knowing(scene=stage["scene"])
+    facts_from: ClassVar[Any] = ("release", "attach")
 
     @classmethod
-    def written_facts(cls, value: Phase, c: Context) -> Context:
-        """Let the task see the same when a phase is written."""
-        stage = c.facts["stage"]
-        stage["scene"] = value.begun(stage["scene"], stage["scene"].home)
-        return c.knowing(scene=stage["scene"])
+    def facts(cls, own: Any, c: Context) -> Context:
+        """Return the context with the scene that the phases so far, this one included, leave.
+
+        The parts are known; their poses do not matter for the units of joints.
+        """
+        stage = c.facts.get("stage", {"scene": c.facts.get("scene")})
+        if (scene := stage["scene"]) is None:
+            return c
+        with c.problems.at(*c.path, "release"):
+            scene = hung(scene, own.get("release", ()), {}, scene.home)
+        with c.problems.at(*c.path, "attach"):
+            scene = hung(scene, (), own.get("attach", {}), scene.home)
+        stage["scene"] = scene
+        return c.knowing(scene=scene)
 
     def __repr__(self) -> str:
         return f"Phase({self.name!r})"
@@ -159,17 +159,3 @@ def hung(scene: Scene, release: Sequence[str], attach: Mapping[str, str], q: Arr
     for thing, frame in attach.items():
         scene = scene.attached(thing, frame, q)
     return scene
-
-
-def _changed(scene: Scene, raw: Mapping[str, Raw], key: str) -> Scene:
-    """Return the scene after the raw `attach` or `release` of a phase, as far as they make sense.
-
-    What the objects are is known; where they will be does not matter for the units of joints.
-    """
-    said = raw.get(key, ())
-    if key == "release":
-        names = [said] if isinstance(said, str) else said
-        ok = isinstance(names, Sequence) and all(isinstance(name, str) for name in names)
-        return hung(scene, names if ok else (), {}, scene.home)
-    ok = isinstance(said, Mapping) and all(isinstance(frame, str) for frame in said.values())
-    return hung(scene, (), said if ok else {}, scene.home)

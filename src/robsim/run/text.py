@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass, fields, replace
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Any, ClassVar
 
@@ -12,16 +13,18 @@ import numpy as np
 
 from robsim.base.errors import FileError, InputError, said
 from robsim.declare import Flag, Role, Table, Text, Time, Whole, fields_of
+from robsim.declare.fields import same
 from robsim.declare.problems import Broken, Problems
-from robsim.declare.spec import MISSING, Context, Live, NoText, Raw, Spec, expected
-from robsim.declare.tables import keys_of, merge_table, read_table, write_table
+from robsim.declare.spec import MISSING, Context, NoText, Raw, Spec, Unsayable, expected
+from robsim.declare.tables import keys_of, read_table, write_table
 from robsim.engine.endings import ENDING_LIST
 from robsim.engine.record import LONGEST
-from robsim.files.library import expanded
+from robsim.files.library import origin_robot
 from robsim.files.toml import write
-from robsim.geometry.pose_table import PoseTable
+from robsim.geometry.pose_table import POSE
+from robsim.run.beliefs import common_belief, with_beliefs
 from robsim.run.start_table import StartTable
-from robsim.servo.goals.goal import start_of
+from robsim.servo.goals.goal import start_of, started
 from robsim.servo.safety.safety import SAFETY
 from robsim.servo.tasks.belief import Belief
 from robsim.servo.tasks.family import TASKS, TaskChoice
@@ -30,6 +33,7 @@ from robsim.world.scene import Scene
 from robsim.world.sensing import Sensing
 
 SCENE = keys_of(Scene)
+SCENE_SPEC, BELIEF = Table(Scene), Belief()
 
 
 @dataclass(frozen=True)
@@ -70,38 +74,22 @@ class RunTable:
     @classmethod
     def text_check(cls, raw: Mapping[str, Raw], c: Context) -> None:
         """Report more steps than a run can have."""
-        own = c.facts["own"]
-        dt, duration = own.get("dt", 0.04), own.get("duration", 10.0)
+        dt, duration = c.facts["own"].get("dt") or 0.04, c.facts["own"].get("duration") or 10.0
         if duration / dt > LONGEST:
             c.report(
                 f"duration {duration:g} s in periods of {dt:g} s are more than {LONGEST} steps"
             )
 
 
+RUN = tuple(each.name for each in fields_of(RunTable))
+
+
 @dataclass(frozen=True)
-class BeliefTables(Spec):
-    """The belief of all tasks: tables as those of the scene, which differ from it."""
-
-    form: ClassVar[str] = "table"
-
-    def read(self, raw: Raw, c: Context) -> Any:
-        raise NotImplementedError  # it is read before all else: see `read_experiment`
+class ExperimentBelief(Belief):
+    """The belief of all tasks, which is read before them."""
 
     def pick(self, table: Mapping[str, Raw], name: str, c: Context) -> Any:
         return MISSING
-
-    def words(self) -> str:
-        return "tables as those of the scene: [[belief.cameras]]"
-
-    def schema(self, define: Any) -> dict[str, Any]:
-        reference: dict[str, Any] = define.changes(Scene, complete={"type": "boolean"})
-        return reference
-
-    def merge(self, old: Raw, new: Raw, loose: bool) -> Raw:
-        return merge_table(Scene, old, new, True)
-
-    def inside(self) -> Sequence[type[Any]]:
-        return (Scene,)
 
 
 @dataclass(frozen=True)
@@ -121,11 +109,6 @@ class Aside(Spec):
     def schema(self, define: Any) -> dict[str, Any]:
         return {"type": "object"}
 
-    def merge(self, old: Raw, new: Raw, loose: bool) -> Raw:
-        if not isinstance(old, Mapping) or not isinstance(new, Mapping):
-            return new
-        return {**old, **{key: self.merge(old.get(key), raw, loose) for key, raw in new.items()}}
-
 
 @dataclass(frozen=True)
 class TaskTable:
@@ -137,7 +120,7 @@ class TaskTable:
     title: Annotated[str | None, Text(), Role.LABEL, "Description in one line."] = None
     belief: Annotated[
         Any,
-        BeliefTables(),
+        ExperimentBelief(),
         "Scene as the controller believes it, where it differs from the true one.",
     ] = None
     start: Annotated[Any, Table(StartTable, StartTable), "Start of the run."] = None
@@ -163,60 +146,102 @@ class ExperimentTable(TaskTable):
     motions: Annotated[
         Any, fields_of(Scene)[3].spec, "Motions of robots that no task commands."
     ] = ()
-    display: Annotated[
-        Any, PoseTable(), Role.FIGURE, "Pose of the world in the frame of the figures."
-    ] = None
+    display: Annotated[Any, POSE, Role.FIGURE, "Pose of the world in the frame of the figures."] = (
+        None
+    )
 
 
-def read_experiment(tables: Mapping[str, Raw], source: str) -> dict[str, Any]:
-    """Return the fields of an experiment from tables; FileError with all that is wrong."""
+def read_experiment(tables: Mapping[str, Raw], source: str, old: Any = None) -> dict[str, Any]:
+    """Return the fields of an experiment from tables, or of an old one that they change.
+
+    FileError: with all that is wrong.
+    """
     problems, folder = Problems(source), Path(source).parent
-    tables = {**tables, "robots": expanded(tables.get("robots", []), problems, folder, "robots")}
-    c = Context(problems)
-    scene = c.tried(Table(Scene), {key: tables[key] for key in SCENE if key in tables})
-    scene = None if scene is MISSING else scene
-
-    def believed(raw: Raw, at: Context) -> Scene:
-        return _belief(tables, raw, at, folder)
-
-    c = c.knowing(scene=scene, believed=believed, belief=None)
-    rest = {key: raw for key, raw in tables.items() if key not in SCENE}
-    if "belief" in rest and scene is not None:
-        c = c.knowing(belief=_tried(believed, rest["belief"], c.at("belief")))
-    found: Any = MISSING
-    with suppress(Broken):
-        found = read_table(TaskTable, rest, c, *SCENE)
-    made = None if found is MISSING or scene is None else _fields(scene, found, c)
+    c = Context(problems, facts={"library": partial(origin_robot, folder=folder), "belief": None})
+    raw = {key: each for key, each in tables.items() if key in SCENE}
+    scene = c.changing(old.scene).tried(SCENE_SPEC, raw) if old else c.tried(SCENE_SPEC, raw)
+    c = c.knowing(scene=None if scene is MISSING else scene)
+    rest = {key: each for key, each in tables.items() if key not in SCENE}
+    made = _read_rest(rest, c, old)
     problems.stop()
     if made is None:  # of an object in a place of texts that has no words
         raise FileError(f"{source}: a value is of a kind that a text cannot hold there")
-    belief, task = c.facts["belief"], made["task"]
-    if belief is not None and isinstance(rest.get("task"), Live) and hasattr(task, "belief"):
-        made["task"] = replace(task, belief=belief)  # which reading a table gives to other tasks
     return made
 
 
-def write_experiment(of: Any, live: bool = False, **facts: Any) -> dict[str, Raw]:
+def _read_rest(raw: Mapping[str, Raw], c: Context, old: Any) -> dict[str, Any] | None:
+    """Return the fields of an experiment from all tables but those of its scene, which is known."""
+    scene, table = c.facts["scene"], MISSING
+    if scene is not None and old is not None:
+        task = _followed(old, scene, c)
+        shared = common_belief(task)
+        if "belief" in raw:
+            belief = c.at("belief", over=shared).tried(BELIEF, raw["belief"])
+            task = with_beliefs(task, lambda one: belief if same(one, shared) else one)
+        table = replace(task_table(old), task=task)
+    elif scene is not None and "belief" in raw:
+        c = c.knowing(belief=c.at("belief").tried(BELIEF, raw["belief"]))
+    found: Any = MISSING
+    with suppress(Broken):
+        found = read_table(TaskTable, raw, c.changing(table), *SCENE)
+    if found is MISSING or scene is None:
+        return None
+    start = old.start if old is not None and "start" not in raw else _start(found, scene, c)
+    names = ("task", "title", "sensing", "actuation", "safety", "endings")
+    own = {**{name: getattr(found, name) for name in names}, **vars(found.run or RunTable())}
+    return {"scene": scene, "start": start, **{k: x for k, x in own.items() if x is not None}}
+
+
+def _start(found: TaskTable, scene: Scene, c: Context) -> Any:
+    """Return the start that a table says; None where it says nothing."""
+    table: StartTable = found.start or StartTable()
+    with c.problems.at("start"):
+        return start_of(table.q, table.pose, scene, "q")
+    return None
+
+
+def _followed(old: Any, scene: Scene, c: Context) -> Any:
+    """Return the task of an old experiment, whose beliefs differ from a new scene as before."""
+
+    def believed(one: Scene | None) -> Scene | None:
+        if one is None or scene is old.scene:
+            return one
+        try:
+            raw = write_table(one, c.knowing(scene=old.scene, short=True).changing(old.scene))
+        except (Unsayable, NoText):
+            return one
+        found: Scene | None = c.at("belief").tried(BELIEF, raw)
+        return found
+
+    return with_beliefs(old.task, believed)
+
+
+def task_table(of: Any) -> TaskTable:
+    """Return the table of an experiment without its scene, in which nothing is left out."""
+    run = RunTable(**{name: getattr(of, name) for name in RUN})
+    parts = {name: getattr(of, name) for name in ("sensing", "actuation", "safety", "endings")}
+    start = StartTable(*started(of.start, of.scene))
+    return TaskTable(of.task, of.title, start=start, **parts, run=run)
+
+
+def write_experiment(of: Any, **facts: Any) -> dict[str, Raw]:
     """Return the tables of an experiment, exactly; NoText if it holds somebody's Python code.
 
-    With `live`, what no text can say stands in the tables as the object that it is. With the fact
-    `brief` the tables leave out what need not be said.
+    With the fact `brief` the tables leave out what need not be said, with `short` they say robots
+    and a belief by what differs.
     """
-    c = Context(Problems("<text>"), facts={"scene": of.scene, "live": live, **facts})
+    c = Context(Problems("<text>"), facts={"scene": of.scene, **facts})
     belief = common_belief(of.task)
-    said = TaskTable(
-        of.task,
-        of.title,
+    said = replace(
+        task_table(of),
         start=None if of.start is None else StartTable(of.start),
         sensing=None if of.sensing == Sensing() else of.sensing,
         actuation=None if of.actuation == Actuation() else of.actuation,
-        safety=of.safety,
-        endings=of.endings,
         run=_run_table(of, bool(facts.get("brief"))),
     )
     tables = {**write_table(of.scene, c), **write_table(said, c.knowing(apart=belief is None))}
     if belief is not None:
-        tables["belief"] = Belief().write(belief, c)
+        tables["belief"] = BELIEF.write(belief, c)
     return tables
 
 
@@ -227,74 +252,6 @@ def _run_table(of: Any, brief: bool) -> RunTable | None:
     gone = {name for name in RUN if own[name] == usual[name] and (brief or name == "first_run")}
     kept = {name: None if name in gone else value for name, value in own.items()}
     return None if len(gone) == len(RUN) else RunTable(**kept)
-
-
-RUN = tuple(each.name for each in fields_of(RunTable))
-
-
-def _fields(scene: Scene, found: TaskTable, c: Context) -> dict[str, Any] | None:
-    start: StartTable = found.start or StartTable()
-    made = {"scene": scene, "task": found.task, "title": found.title, "start": None}
-    with c.problems.at("start"):
-        made["start"] = start_of(start.q, start.pose, scene, "q")
-    for name in ("sensing", "actuation", "safety", "endings"):
-        if getattr(found, name):
-            made[name] = getattr(found, name)
-    given = vars(found.run or RunTable())
-    return {**made, **{name: value for name, value in given.items() if value is not None}}
-
-
-def _belief(truth: Mapping[str, Raw], raw: Raw, c: Context, folder: Path) -> Scene:
-    """Return the believed scene: what a table says over what is true, or alone if complete."""
-    if not isinstance(raw, Mapping):
-        raise InputError(f"must be a table, as in [[belief.cameras]], got {said(raw)}")
-    rest = {key: part for key, part in raw.items() if key != "complete"}
-    complete = raw.get("complete", False)
-    if not isinstance(complete, bool):
-        c.at("complete").report(str(expected("a valid boolean", complete)))
-    if complete is not True:
-        rest = _over(truth, rest)
-    robots = expanded(rest.get("robots", []), c.problems, folder, *c.path, "robots")
-    scene: Scene = read_table(Scene, {**rest, "robots": robots}, c)
-    return scene
-
-
-def _over(truth: Mapping[str, Raw], rest: Mapping[str, Raw]) -> dict[str, Raw]:
-    """Return the tables of the true scene with those of a belief over them."""
-    true = {key: truth[key] for key in SCENE if key in truth}
-    merged: dict[str, Raw] = merge_table(Scene, true, rest, False)
-    return merged
-
-
-def _tried(believed: Any, raw: Raw, c: Context) -> Any:
-    with c.problems.at(*c.path):
-        return believed(raw, c)
-    return None
-
-
-def common_belief(task: Any) -> Scene | None:
-    """Return what all servo tasks within a task believe; None if nothing, or not the same."""
-    each = beliefs(task)
-    return each[0] if each and all(_same(one, each[0]) for one in each) else None
-
-
-def beliefs(task: Any) -> list[Scene | None]:
-    """Return what each servo task within a task believes; None where that is the truth."""
-    if hasattr(task, "inner"):
-        return [belief for each in task.inner for belief in beliefs(each)]
-    return [task.belief] if hasattr(task, "belief") else []
-
-
-def _same(a: Scene | None, b: Scene | None) -> bool:
-    """Return whether two beliefs are one to the last bit: -0.0 is not 0.0."""
-    if a is None or b is None or a is b:
-        return a is b
-    return a == b and repr(_tables(a)) == repr(_tables(b))
-
-
-def _tables(scene: Scene) -> dict[str, Raw]:
-    c = Context(Problems("<text>"), facts={"scene": scene, "live": True})
-    return write_table(scene, c)
 
 
 def complete_text(of: Any) -> str:

@@ -17,15 +17,8 @@ from robsim.base.errors import InputError, said
 from robsim.base.values import unchecked
 from robsim.declare.paths import Path
 from robsim.robot.dh_row import rigid
-from robsim.run.paths import (
-    BELIEF,
-    believed_by,
-    followed,
-    is_true,
-    path_of,
-    scene_path,
-    with_beliefs,
-)
+from robsim.run.beliefs import with_beliefs
+from robsim.run.paths import BELIEF, believed_by, followed, is_true, path_of, scene_path
 from robsim.servo.tasks.schemes import Partitioned
 from robsim.servo.tasks.task import ServoTask
 from robsim.world.scene import Scene

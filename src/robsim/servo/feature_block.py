@@ -158,12 +158,15 @@ class Features(Spec):
 
     def read(self, raw: Raw, c: Context) -> Any:
         if isinstance(raw, list):
-            return list(ListOf(_Block(), 1, 1000).read(raw, c))
-        return _Block(alone=True).read(raw, c)
+            return list(ListOf(_Block(), 1, 1000).read(raw, c.changing(MISSING)))
+        old = c.over
+        if isinstance(old, tuple):
+            old = old[0] if len(old) == 1 else MISSING
+        return _Block(alone=True).read(raw, c.changing(old))
 
     def write(self, value: Any, c: Context) -> Raw:
         if isinstance(value, tuple):
-            return [_Block().saved(each, c) for each in value]
+            return [_Block().write(each, c) for each in value]
         return FEATURE.write(value, c)
 
     def words(self) -> str:
@@ -182,13 +185,6 @@ class Features(Spec):
     def parts(self, keys: list[str], value: Any, c: Context) -> list[Any]:
         return [] if isinstance(value, tuple) else FEATURE.parts(keys, value, c)
 
-    def merge(self, old: Raw, new: Raw, loose: bool) -> Raw:
-        if isinstance(old, dict) and isinstance(new, dict):
-            own = {key: raw for key, raw in old.items() if key in _OWN}
-            rest = {key: raw for key, raw in old.items() if key not in _OWN}
-            return {**own, **FEATURE.merge(rest, new, loose)}
-        return new
-
 
 @dataclass(frozen=True)
 class _Block(Spec):
@@ -204,15 +200,18 @@ class _Block(Spec):
             )
             raise InputError(f"expected {example}, got {said(raw)}")
         table = {"kind": raw} if isinstance(raw, str) else raw
-        before = c.problems.seen
-        own = {}
+        before, old = c.problems.seen, c.over
+        c, own = c.changing(MISSING), {}
+        if isinstance(old, FeatureBlock):
+            own = {each.name: getattr(old, each.name) for each in _FIELDS}
+            old = old.feature
         for each in _FIELDS:
             value = each.spec.pick(table, each.name, c)
             if value is not MISSING:
                 own[each.name] = value
         rest = {key: part for key, part in table.items() if key not in _OWN}
         given = raw if isinstance(raw, str) else rest
-        feature = _Feature(KINDS, protocol=Feature).read(given, c)
+        feature = _Feature(KINDS, protocol=Feature).read(given, c.changing(old))
         if c.problems.seen > before:
             raise Broken
         return feature if self.alone and not own else FeatureBlock(feature, **own)

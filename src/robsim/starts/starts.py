@@ -16,7 +16,7 @@ from robsim.declare.families import family
 from robsim.declare.words import Reference
 from robsim.geometry.looking import facing, in_cone
 from robsim.geometry.pose import Pose
-from robsim.geometry.pose_table import PoseTable
+from robsim.geometry.pose_table import POSE
 from robsim.starts.reach import Reach
 from robsim.statistics.random_numbers import Draws
 
@@ -149,7 +149,7 @@ class Shell(Start):
     angle: Annotated[
         Any, Amount(count=2, least=0, unit="rad"), "Least and largest angle in radians."
     ] = (0, 0)
-    about: Annotated[Pose | None, PoseTable(), "Pose in the world; None: the goal."] = None
+    about: Annotated[Pose | None, POSE, "Pose in the world; None: the goal."] = None
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -178,7 +178,7 @@ class Within(Start):
 
     radius: Annotated[float, Length(least=0), "Largest distance."]
     angle: Annotated[float, Angle(least=0, most=np.pi), "Largest angle."] = 0.0
-    about: Annotated[Pose | None, PoseTable(), "Pose in the world; None: the goal."] = None
+    about: Annotated[Pose | None, POSE, "Pose in the world; None: the goal."] = None
 
     def poses(self, reach: Reach, share: Array) -> Array:
         """Return poses (draws, 4, 4) of the frame that moves in the world."""
@@ -208,7 +208,7 @@ class About(Start):
         0.0,
         0.0,
     )
-    pose: Annotated[Pose | None, PoseTable(), "Pose in the world; None: the goal."] = None
+    pose: Annotated[Pose | None, POSE, "Pose in the world; None: the goal."] = None
 
     def poses(self, reach: Reach, share: Array) -> Array:
         """Return poses (draws, 4, 4) of the frame that moves in the world."""

@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError, naming, said
+from robsim.run.beliefs import beliefs, common_belief
 from robsim.run.experiment import Experiment
 from robsim.run.paths import number_at, unit_at
-from robsim.run.text import beliefs, common_belief
 from robsim.statistics.random_numbers import Draws
 from robsim.studies.in_turn import Labels, by_label, values_in_turn
 from robsim.studies.samplers import Choice, Plus, Sampler, Times

@@ -13,7 +13,7 @@ from robsim.base.errors import InputError
 from robsim.base.values import Value
 from robsim.declare.spec import Context
 from robsim.geometry.pose import Pose, as_pose, common_lead, homogeneous
-from robsim.geometry.pose_table import PoseTable
+from robsim.geometry.pose_table import POSE
 from robsim.kernels.formulas import straight as kernels
 from robsim.trajectory.pace import Acceleration, Duration, Pace, Speed, Turn, TurnAcceleration
 from robsim.trajectory.timing import Shares, Timing, checked_times
@@ -23,8 +23,8 @@ from robsim.trajectory.timing import Shares, Timing, checked_times
 class StraightTable:
     """The text form of a straight motion."""
 
-    start: Annotated[Pose, PoseTable(), "Pose at the start."]
-    end: Annotated[Pose, PoseTable(), "Pose at the end."]
+    start: Annotated[Pose, POSE, "Pose at the start."]
+    end: Annotated[Pose, POSE, "Pose at the end."]
     duration: Duration = None
     speed: Speed = None
     acceleration: Acceleration = None

@@ -31,6 +31,7 @@ from robsim.vision.camera_files.files import camera_of
 from robsim.vision.camera_files.written import write
 from robsim.vision.chapter import T_CHAPTER_CAMERA, chapter_intrinsics, intrinsics_from_chapter
 from robsim.vision.image_size import SIZE
+from robsim.vision.intrinsics import PLACES, part_of, with_part
 from robsim.vision.lens_range import valid_radius
 from robsim.vision.reframing import cut, scaled
 
@@ -75,6 +76,37 @@ class Camera(Value):
         if not isinstance(self.body, CameraBody | None):
             raise InputError(f"body: expected a CameraBody, got {said(self.body)}")
         object.__setattr__(self, "distortion", checked_distortion(self.distortion))
+
+    @property
+    def focal(self) -> Any:
+        """The focal length in pixels, or both, (2,), where they differ."""
+        return part_of(self.K, "focal")
+
+    @property
+    def center(self) -> Array:
+        """The principal point (2,) in pixels."""
+        found: Array = part_of(self.K, "center")
+        return found
+
+    @property
+    def skew(self) -> float:
+        """The skew of the axes of the image, in pixels."""
+        return float(part_of(self.K, "skew"))
+
+    def revised(self, **changes: Any) -> Camera:
+        """Return a copy with another K, focal, center, skew, size, distortion or body."""
+        K = self.K
+        for name in PLACES.keys() & changes:
+            K = with_part(K, name, changes.pop(name))
+        return replace(self, **{"K": K, **changes})
+
+    def held(self, **changes: Any) -> Camera:
+        """Return a copy with numbers (..., runs) that differ from run to run."""
+        K, parts = self.K, {name: changes.pop(name) for name in PLACES.keys() & changes}
+        for name, new in parts.items():
+            wide = np.repeat(K[..., None], new.shape[-1], axis=2) if K.ndim == 2 else K
+            K = frozen(with_part(wide, name, new))
+        return unchecked(self, **{"K": K, **changes})
 
     @classmethod
     def from_chapter(

@@ -12,16 +12,17 @@ import numpy as np
 from robsim.base.errors import InputError, said
 from robsim.base.names import checked_name
 from robsim.declare import ListOf, Name, Number, Role, Stacked, Table
+from robsim.declare.fields import same
 from robsim.declare.problems import under
 from robsim.declare.spec import Context, NoText
 from robsim.declare.words import Reference
 from robsim.geometry.pose import IDENTITY, Pose, one_pose
-from robsim.geometry.pose_table import PoseTable
+from robsim.geometry.pose_table import FLAT_POSE
 from robsim.geometry.primitives import CameraBody
 from robsim.vision.camera import Camera
 from robsim.vision.camera_files.files import rig_of
 from robsim.vision.image_size import SIZE
-from robsim.vision.intrinsics import Intrinsics
+from robsim.vision.intrinsics import CENTER, MATRIX, PIXELS, Focal, matrix_of, middle, parts_of
 
 
 @dataclass(frozen=True)
@@ -30,18 +31,28 @@ class CameraTable:
 
     stands: ClassVar[Mapping[str, str]] = {
         "pose": "pose",
-        **{key: f"camera.{key}" for key in ("size", "K", "distortion", "body")},
+        **{key: f"camera.{key}" for key in ("size", "distortion", "body")},
+        **{key: f"camera.{key}" for key in ("K", "focal", "center", "skew")},
     }
+    rivals: ClassVar[Any] = ((("K",), ("focal", "center", "skew")),)
 
     name: Annotated[str, Name(), "Name of the camera."]
     on: Annotated[str, Reference, "Frame that carries the camera."] = "world"
-    pose: Annotated[Pose, PoseTable(flat=True), Stacked(), "Pose of the camera in that frame."] = (
-        IDENTITY
-    )
+    pose: Annotated[Pose, FLAT_POSE, Stacked(), "Pose of the camera in that frame."] = IDENTITY
     size: Annotated[
         Any, SIZE, "[width, height] of the image in pixels; None: an image without border."
     ] = None
-    K: Annotated[Any, Intrinsics(), Stacked(), "Matrix of the intrinsics."] = None
+    K: Annotated[
+        Any,
+        MATRIX,
+        Stacked((3, 3)),
+        "The matrix [[fx, skew, cx], [0, fy, cy], [0, 0, 1]] in pixels.",
+    ] = None
+    focal: Annotated[Any, Focal(), Stacked((), (2,)), "The focal lengths, instead of K."] = None
+    center: Annotated[
+        Any, CENTER, Stacked((2,)), "The principal point; without it the middle of the image."
+    ] = None
+    skew: Annotated[float | None, PIXELS, Stacked(()), "The skew of the axes of the image."] = None
     distortion: Annotated[
         tuple[float, ...],
         ListOf(Number(), most=14),
@@ -54,8 +65,11 @@ class CameraTable:
 
     def made(self, c: Context) -> MountedCamera:
         """Return the mounted camera that the table describes."""
+        K = self.K
+        if K is None:
+            K = matrix_of(self.focal, self.center, self.skew, self.size)
         with under("K"):
-            lens = Camera(np.array(self.K), self.size, body=self.body)
+            lens = Camera(np.array(K), self.size, body=self.body)
         with under("distortion"):
             lens = replace(lens, distortion=self.distortion)
         return MountedCamera(self.name, lens, self.on, self.pose)
@@ -66,7 +80,22 @@ class CameraTable:
         lens = value.camera
         if type(lens) is not Camera:
             raise NoText(f"{type(lens).__name__} is Python code")
-        return cls(value.name, value.on, value.pose, lens.size, lens.K, lens.distortion, lens.body)
+        own = {key: getattr(lens, key) for key in ("size", "distortion", "body")}
+        return cls(value.name, value.on, value.pose, **own, **_intrinsics(lens, c))
+
+
+def _intrinsics(lens: Camera, c: Context) -> dict[str, Any]:
+    """Return K, or in a short text its parts, where these give the same matrix."""
+    parts = parts_of(lens.K)
+    if c.facts.get("by_hand"):
+        return parts
+    exact = same(lens.K, np.array(matrix_of(**parts, size=None)))
+    if not (c.facts.get("short") and exact):
+        return {"K": lens.K.tolist()}
+    if c.facts.get("changes"):
+        return parts
+    usual = {"center": middle(lens.size), "skew": 0.0}
+    return {key: None if same(x, usual.get(key)) else x for key, x in parts.items()}
 
 
 @dataclass(frozen=True)

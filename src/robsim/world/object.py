@@ -17,7 +17,7 @@ from robsim.declare.fields import same
 from robsim.declare.spec import Context, Raw, Spec
 from robsim.declare.words import Reference
 from robsim.geometry.pose import IDENTITY, Pose, one_pose
-from robsim.geometry.pose_table import PoseTable
+from robsim.geometry.pose_table import FLAT_POSE
 from robsim.geometry.primitives import Primitive
 from robsim.robot.link import checked_shapes
 from robsim.robot.link_table import SHAPE_LIST
@@ -74,7 +74,7 @@ class Object(Value):
         "Points (N, 3) that cameras see, in axes of the object; None: the vertices of its shapes.",
     ] = None
     pose: Annotated[
-        Pose, PoseTable(flat=True), Stacked(), "Pose of the object in the frame that carries it."
+        Pose, FLAT_POSE, Stacked(), "Pose of the object in the frame that carries it."
     ] = IDENTITY
     on: Annotated[str, Reference, "Frame that carries the object."] = "world"
 

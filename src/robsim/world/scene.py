@@ -16,7 +16,7 @@ from robsim.declare import ListOf, Role, Table, described
 from robsim.declare.problems import under
 from robsim.declare.spec import Context
 from robsim.geometry.pose import IDENTITY, Pose, homogeneous, one_pose
-from robsim.geometry.pose_table import PoseTable
+from robsim.geometry.pose_table import POSE
 from robsim.robot.frame import Frame
 from robsim.robot.robot import Robot
 from robsim.robot.robot_table import MOST, ROBOT
@@ -73,18 +73,13 @@ class Scene(Coordinates):
         "Motions of robots that no task commands.",
     ] = ()
     display: Annotated[
-        Pose, PoseTable(), Role.FIGURE, "Pose of the world in the frame of the figures."
+        Pose, POSE, Role.FIGURE, "Pose of the world in the frame of the figures."
     ] = field(default=IDENTITY, kw_only=True)
 
     @classmethod
-    def text_facts(cls, raw: Mapping[str, Any], c: Context) -> Context:
-        """Note the robots of a text, which its motions need."""
-        return c.knowing(parts=c.facts["own"])
-
-    @classmethod
-    def written_facts(cls, value: Scene, c: Context) -> Context:
-        """Note the robots of a scene that is written, which its motions need."""
-        return c.knowing(parts=c.facts["own"])
+    def facts(cls, own: Any, c: Context) -> Context:
+        """Return the context with the robots of the scene, which its motions need."""
+        return c.knowing(parts=own)
 
     @classmethod
     def text_check(cls, raw: Mapping[str, Any], c: Context) -> None:

@@ -15,7 +15,7 @@ from robsim.declare.spec import Spec
 from robsim.geometry.mesh_files import Piece, pieces_of
 from robsim.geometry.mesh_places import FILE, PACKAGE, mesh_path
 from robsim.geometry.pose import IDENTITY, Pose
-from robsim.geometry.pose_table import PoseTable
+from robsim.geometry.pose_table import FLAT_POSE
 from robsim.geometry.primitives.primitive import Colour, Face, Primitive
 from robsim.geometry.primitives.surface import Surface
 
@@ -70,7 +70,7 @@ class Mesh(Primitive):
     """
 
     pose: Annotated[
-        Pose, PoseTable(flat=True), Role.FILE, "Pose of the mesh in the frame that carries it."
+        Pose, FLAT_POSE, Role.FILE, "Pose of the mesh in the frame that carries it."
     ] = field(default=IDENTITY, kw_only=True)
     filename: Annotated[str, MeshName(most=1000), Role.FILE, "Name of the file of the mesh."]
     scale: Annotated[tuple[float, float, float], Scale(), Role.FILE, "Scale along x, y and z."] = (

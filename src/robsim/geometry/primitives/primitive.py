@@ -20,7 +20,7 @@ from robsim.declare.words import Color
 from robsim.geometry.hull import Hull
 from robsim.geometry.inertia import Inertia
 from robsim.geometry.pose import IDENTITY, Pose, one_pose
-from robsim.geometry.pose_table import PoseTable
+from robsim.geometry.pose_table import FLAT_POSE
 
 Face = tuple[int, ...]
 SHAPES = family("shape")
@@ -38,9 +38,9 @@ class Primitive:
     and the same all through.
     """
 
-    pose: Annotated[
-        Pose, PoseTable(flat=True), "Pose of the solid in the frame that carries it."
-    ] = field(default=IDENTITY, kw_only=True)
+    pose: Annotated[Pose, FLAT_POSE, "Pose of the solid in the frame that carries it."] = field(
+        default=IDENTITY, kw_only=True
+    )
     mass: Annotated[
         float | None,
         Quantity(above=0, dimension="mass"),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Annotated, Any, ClassVar
 
@@ -13,13 +13,12 @@ from robsim.base.errors import GoalError, InputError
 from robsim.base.values import Value
 from robsim.declare.arrays import Row
 from robsim.declare.joints import PerJoint, coordinates
-from robsim.declare.paths import field_parts
 from robsim.declare.problems import under
-from robsim.declare.spec import Context, NoText, Raw, Spec
-from robsim.declare.tables import controls_of, merge_table, read_table, write_table
+from robsim.declare.spec import MISSING, Context, NoText, Raw
+from robsim.declare.tables import Table, write_table
 from robsim.features.feature import Observation
 from robsim.geometry.pose import Pose, homogeneous, one_pose
-from robsim.geometry.pose_table import KEYS, PoseTable
+from robsim.geometry.pose_table import FLAT_POSE, POSE
 from robsim.robot.joints.floating import Floating
 from robsim.servo.sight import Sight, relative
 from robsim.vision.camera import Visibility
@@ -97,26 +96,25 @@ Goal = TaughtGoal | GoalPose | GoalFeatures
 class GoalTable:
     """The table of a goal in a text: a configuration, a pose, or numbers."""
 
+    rivals: ClassVar[Any] = ((("q",), ("pose",), ("computed",), ("s",)),)
+
     q: Annotated[
         Any,
         PerJoint(coordinates),
         "Configuration at which the goal is shown, one number for each coordinate.",
     ] = None
-    pose: Annotated[
-        Pose | None, PoseTable(flat=True), "Pose of a free camera at which the goal is shown."
-    ] = None
+    pose: Annotated[Pose | None, FLAT_POSE, "Pose of a free camera at which the goal is shown."] = (
+        None
+    )
     computed: Annotated[
         Pose | None,
-        PoseTable(),
+        POSE,
         "Pose of the target in camera axes, T_c_o, from which the goal is computed.",
     ] = None
     s: Annotated[Any, Row(), "Features at the goal, as numbers."] = None
 
     def made(self, c: Context) -> Goal:
         """Return the goal; InputError if it is said in several ways."""
-        given = [name for name, value in vars(self).items() if value is not None]
-        if len(given) > 1:
-            raise InputError(f"{' and '.join(given)}: give one of them")
         if self.s is not None:
             return GoalFeatures(self.s)
         if self.computed is not None:
@@ -130,39 +128,32 @@ class GoalTable:
             return cls(computed=value.T_c_o)
         if isinstance(value, GoalFeatures):
             return cls(s=value.s)
-        scene = c.facts["scene"]
+        scene = c.facts.get("scene")
+        if scene is None:
+            return cls()
         if c.facts.get("by_hand"):
             return cls(*started(value.q, scene))
         return cls(None if value.q is None else scene.coordinates(value.q, limits=False))
 
 
 @dataclass(frozen=True)
-class GoalSpec(Spec):
+class GoalSpec(Table):
     """A goal; in Python also the configuration q at which it is shown."""
 
+    kind: Any = Goal
+    says: type[Any] | None = GoalTable
     takes_none: ClassVar[bool] = True  # which is home
-    form: ClassVar[str] = "table"
 
     def check(self, value: Any, what: str) -> Goal:
         return value if isinstance(value, Goal) else TaughtGoal(value)
 
-    def read(self, raw: Raw, c: Context) -> Goal:
-        given = raw if isinstance(raw, Mapping) else {}
-        ways = [key for key in ("computed", "s", "q") if key in given]
-        ways += ["a pose"] if given.keys() & KEYS.keys() else []
-        if len(ways) > 1:
-            raise InputError(f"{' and '.join(ways)}: give one of them only")
-        made: Goal = read_table(GoalTable, raw, c).made(c)
-        return made
-
-    def write(self, value: Any, c: Context) -> dict[str, Raw]:
+    def written(self, value: Any, c: Context, key: str | None = None) -> dict[str, Raw]:
         if type(value) not in (TaughtGoal, GoalPose, GoalFeatures):
             raise NoText(f"{type(value).__name__} is Python code")
-        return write_table(GoalTable.of(value, c), c)
+        return write_table(value, c.changing(MISSING), GoalTable)
 
     def put(self, table: dict[str, Raw], name: str, value: Any, c: Context) -> None:
-        raw = self.saved(value, c.at(name))
-        if raw:
+        if raw := self.write(value, c.at(name)):
             table[name] = raw
 
     def words(self) -> str:
@@ -171,31 +162,9 @@ class GoalSpec(Spec):
     def accepts(self) -> str:
         return "q (nq,), {robot: q}, a TaughtGoal, a GoalPose or GoalFeatures"
 
-    def schema(self, define: Any) -> dict[str, Any]:
-        reference: dict[str, Any] = define(GoalTable)
-        return reference
-
-    def controls(self, value: Any, place: Any) -> Iterable[Any]:
-        if isinstance(value, TaughtGoal):
-            return controls_of(GoalTable(*started(value.q, place.c.facts["scene"])), place)
-        return controls_of(value, place, GoalTable)
-
-    def parts(self, keys: list[str], value: Any, c: Context) -> list[Any]:
-        return field_parts(GoalTable, keys, value, c)
-
-    def merge(self, old: Raw, new: Raw, loose: bool) -> Raw:
-        if not isinstance(old, dict) or not isinstance(new, dict):
-            return new
-        ways = {"q": ["q"], "computed": ["computed"], "s": ["s"], "pose": [*KEYS]}
-        given = [way for way, keys in ways.items() if any(key in new for key in keys)]
-        kept = {k: v for way in given for k, v in old.items() if k in ways[way]}
-        return merge_table(GoalTable, kept if given else old, new, loose)
-
 
 def start_of(q: Any, pose: Pose | None, scene: Any, what: str) -> Any:
     """Return coordinates of the robots from a text; None (home) where it says nothing."""
-    if q is not None and pose is not None:
-        raise InputError("q and a pose: give one of the two only")
     if scene is None or (q is None and pose is None):
         return None
     if pose is None:

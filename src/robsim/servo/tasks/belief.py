@@ -5,37 +5,46 @@ from __future__ import annotations
 from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Any
 
 from robsim.base.errors import InputError, said
-from robsim.declare.spec import Context, Raw, Spec, Unsayable
-from robsim.declare.tables import difference, write_table
+from robsim.declare import Table
+from robsim.declare.spec import MISSING, Context, Raw, Unsayable, expected
 from robsim.world.scene import Scene
 
 
 @dataclass(frozen=True)
-class Belief(Spec):
+class Belief(Table):
     """A scene; in a text the differences from the true scene, or a `complete` scene.
 
     A task that says nothing has the belief of the whole experiment.
     """
 
-    form: ClassVar[str] = "table"
-
-    def check(self, value: Any, what: str) -> Scene:
-        if not isinstance(value, Scene):
-            raise InputError(f"{what}: expected a Scene, got {said(value)}")
-        return value
+    kind: type[Any] = Scene
 
     def read(self, raw: Raw, c: Context) -> Scene:
-        scene: Scene = c.facts["believed"](raw, c)
+        if not isinstance(raw, Mapping):
+            raise InputError(f"must be a table, as in [[belief.cameras]], got {said(raw)}")
+        complete = raw.get("complete", False)
+        if not isinstance(complete, bool):
+            c.at("complete").report(str(expected("a valid boolean", complete)))
+        rest = {key: part for key, part in raw.items() if key != "complete"}
+        before = (
+            MISSING
+            if complete is True
+            else c.facts["scene"]
+            if c.over in (MISSING, None)
+            else c.over
+        )
+        scene: Scene = super().read(rest, c.changing(before))
         return scene
 
-    def write(self, value: Any, c: Context) -> dict[str, Raw]:
-        if c.facts.get("brief"):
+    def written(self, value: Any, c: Context, key: str | None = None) -> dict[str, Raw]:
+        if c.facts.get("short"):
             with suppress(Unsayable):
-                return difference(c.facts["scene"], value, c)
-        return {"complete": True, **write_table(value, c.knowing(scene=value))}
+                return super().written(value, c.changing(c.facts["scene"]))
+        whole = super().written(value, c.changing(MISSING).knowing(scene=value))
+        return {"complete": True, **whole}
 
     def pick(self, table: Mapping[str, Raw], name: str, c: Context) -> Any:
         if name in table or c.facts.get("belief") is None:
@@ -43,8 +52,8 @@ class Belief(Spec):
         return c.facts["belief"]
 
     def put(self, table: dict[str, Raw], name: str, value: Any, c: Context) -> None:
-        if value is not None and c.facts.get("apart"):
-            table[name] = self.saved(value, c.at(name))
+        if c.facts.get("apart"):
+            super().put(table, name, value, c)
 
     def words(self) -> str:
         return "what differs from the true scene, as in [[belief.cameras]]"

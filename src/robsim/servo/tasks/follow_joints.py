@@ -14,7 +14,7 @@ from robsim.declare import Choice, Declared, Number, Time, register
 from robsim.declare.joints import Axes, PerJoint, followed, named_numbers
 from robsim.declare.problems import Broken
 from robsim.declare.quantities import written
-from robsim.declare.spec import Context, NoText, Raw, expected
+from robsim.declare.spec import Context, Raw, expected
 from robsim.servo.laws.gain import PER_SECOND
 from robsim.servo.laws.inverse import RCOND
 from robsim.servo.shaping.shaped import JOINTS, Columns
@@ -138,35 +138,28 @@ class FollowJoints(Declared):
             object.__setattr__(self, given[0], self._checked_goal(given[0]))
         self._check_plan()
 
+    rivals: ClassVar[Any] = ((("to",), ("by",), ("trajectory",)),)
+    facts_from: ClassVar[Any] = ("joints",)
+
     @classmethod
-    def text_facts(cls, raw: Any, c: Context) -> Context:
+    def facts(cls, own: Any, c: Context) -> Context:
         """Return the context with the joints of the task, in whose units the numbers are."""
-        given = [key for key in WAYS if key in raw]
-        if len(given) > 1:
-            c.report(f"{' and '.join(given)}: give one of them")
-            raise Broken
-        scene, names = c.facts.get("scene"), raw.get("joints")
+        scene = c.facts.get("scene")
+        if sum(way in c.facts["raw"] for way in WAYS) > 1:
+            raise Broken  # which is reported already
         if scene is None:
             return c
-        names = (names,) if isinstance(names, str) else names
-        named = next((key for key in ("to", "by") if isinstance(raw.get(key), Mapping)), None)
+        goals = {key: c.facts["raw"].get(key, own.get(key)) for key in ("to", "by")}
+        named = next((key for key, x in goals.items() if isinstance(x, Mapping)), None)
         try:
             if named is not None:
-                axes = axes_called(scene, raw[named], named)
+                axes = axes_called(scene, goals[named], named)
             else:
-                axes = axes_named(scene, tuple(names) if isinstance(names, list | tuple) else None)
+                axes = axes_named(scene, own.get("joints"))
         except InputError as error:
             c.blame(error)
             return c
         return c.knowing(followed=_axes(scene, axes))
-
-    @classmethod
-    def written_facts(cls, value: FollowJoints, c: Context) -> Context:
-        """Return the context with the joints of a task that is written."""
-        try:
-            return c.knowing(followed=_axes(c.facts["scene"], value.axes(c.facts["scene"])))
-        except InputError as error:
-            raise NoText(str(error)) from None
 
     def columns(self, scene: Scene) -> Columns:
         """Return the velocities of the joints of the task."""

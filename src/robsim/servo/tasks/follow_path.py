@@ -10,10 +10,11 @@ import numpy as np
 from robsim.base.arrays import Array, frozen, numbers
 from robsim.base.errors import InputError
 from robsim.declare import ListOf, Number, Table, Word, fields_of, register
+from robsim.declare.quantities import listed
 from robsim.declare.spec import Context, Raw, Spec
 from robsim.declare.words import Reference
 from robsim.geometry.pose import Pose, is_pose_like, one_pose
-from robsim.geometry.pose_table import KEYS, PoseTable
+from robsim.geometry.pose_table import PoseSpec
 from robsim.servo.laws.gain import PER_SECOND
 from robsim.servo.laws.inverse import INVERSE
 from robsim.servo.servo_controller import rcond_of
@@ -28,7 +29,7 @@ ROWS = {"pose": 6, "position": 3}  # of the twist that is controlled
 
 
 @dataclass(frozen=True)
-class PathGoal(PoseTable):
+class PathGoal(PoseSpec):
     """The goal of a path: a pose, in Python also a position."""
 
     def check(self, value: Any, what: str) -> Any:
@@ -36,10 +37,10 @@ class PathGoal(PoseTable):
 
     def write(self, value: Any, c: Context) -> dict[str, Raw]:
         to = value if isinstance(value, Pose) else Pose.at(*value)
-        return {"position": KEYS["position"].write(to.position, c), **super().write(to, c)}
+        return {"position": listed(to.position, "m"), **self.written(to, c)}
 
     def read(self, raw: Raw, c: Context) -> Pose:
-        made = super().read(raw, c)
+        made: Pose = super().read(raw, c)
         if c.facts.get("mask") == "position" and "position" not in raw:
             raise InputError("expected position, which the mask is for")
         return made
@@ -146,10 +147,12 @@ class FollowPath(Redundant):
             object.__setattr__(self, "to", self._checked_goal())
         self._check_plan()
 
+    facts_from: ClassVar[Any] = ("mask",)
+
     @classmethod
-    def text_facts(cls, raw: Any, c: Context) -> Context:
+    def facts(cls, own: Any, c: Context) -> Context:
         """Return the context with the mask, which decides what `to` must say."""
-        return c.knowing(mask=raw.get("mask"))
+        return c.knowing(mask=own.get("mask"))
 
     def columns(self, scene: Scene) -> Columns:
         """Return the velocities that move the frame, and can be commanded."""

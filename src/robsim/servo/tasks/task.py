@@ -113,16 +113,16 @@ class ServoTask(Shaped):
         return any(getattr(block.feature, "uses_depth", True) for block in self.blocks)
 
     @classmethod
-    def text_facts(cls, raw: Any, c: Context) -> Context:
-        """Return the context; report a camera or target that a text must name."""
-        blocks = raw.get("features")
-        each = blocks if isinstance(blocks, list) else [blocks]
+    def text_check(cls, raw: Any, c: Context) -> None:
+        """Report a camera or target that a text must name."""
+        own, scene = c.facts["own"], c.facts.get("scene")
+        given = own.get("features")
+        blocks = blocks_of(given) if given else [None]
         for key, find in (("camera", "camera"), ("target", "object")):
-            own = [isinstance(block, dict) and key in block for block in each]
-            if key not in raw and not all(own) and c.facts.get("scene") is not None:
+            unnamed = any(getattr(block, key, None) is None for block in blocks)
+            if scene is not None and unnamed and own.get(key) is None and key not in raw:
                 with c.problems.at(*c.path, key):
-                    getattr(c.facts["scene"], find)(None)
-        return c
+                    getattr(scene, find)(None)
 
     @cached_property
     def blocks(self) -> tuple[FeatureBlock, ...]:
