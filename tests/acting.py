@@ -88,7 +88,7 @@ class Case:
     def _values(self, each, key) -> Iterator[tuple[Any, bool]]:
         """Yield other values of a key, and whether they are given, not guessed from its own."""
         spec, own = each.spec, self.own().get(key, MISSING)
-        spec = spec_of_key(each, key)
+        spec = spec_of_key(each, key) if key in spec.keys(each.name) else spec
         plain = own if own is not MISSING else written(spec, each.default)
         words = words_in(each.spec.properties(each.name, Definitions()).get(key, {}), plain)
         yield from ((value, True) for value in (*self.others.get(key, ()), *words))

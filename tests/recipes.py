@@ -405,9 +405,16 @@ OF_CAMERA = {
     "name": ["other"],
     "on": ["world"],
     "size": [[300, 200]],
+    "center": [[310, 250]],
+    "skew": [5.0],
     "distortion": [[0.1, 0.0, 0.0, 0.0]],
     "body": [{"length": "1 cm", "width": "1 cm", "height": "1 cm"}],
 }
+BY_MATRIX = deepcopy(WHOLE)
+del BY_MATRIX["cameras"][0]["focal"]
+BY_MATRIX["cameras"][0]["K"] = [[800, 0, 320], [0, 790, 240], [0, 0, 1]]
+OTHER_K = {"K": [[[700, 0, 320], [0, 790, 240], [0, 0, 1]]]}
+TURN = [[0, -1, 0], [1, 0, 0], [0, 0, 1]]
 OF_SENSING = {
     "noise": [1.0],
     "quantisation": [1.0],
@@ -611,6 +618,11 @@ RECIPES = {
             "acceleration": {"acceleration": "0.5 rad/s^2"},
         }.items()
     },
+    "PoseTable": [
+        linked("place", {"position": "1, 2, 3 cm", "rpy": "0, 0, 10 deg"}),
+        linked("place", {"rotvec": "0, 0, 10 deg"}),
+        (*linked("place", {"rotation": TURN}), {"rotation": [[[1, 0, 0], [0, 1, 0], [0, 0, 1]]]}),
+    ],
     "FeatureBlock": [(*part("features", [BLOCK, "log_depth"], index=0), OF_BLOCK)],
     "GoalTable": [
         part("goal", {"q": [f"{x:.9f} rad" for x in HOME]}, ARM),
@@ -652,7 +664,7 @@ RECIPES = {
         (WHOLE, ("objects", 0), {"name": ["a"], "on": ["world"]}),
         (solid(BALL)[0], ("objects", 1)),
     ],
-    "CameraTable": [(WHOLE, ("cameras", 0), OF_CAMERA)],
+    "CameraTable": [(WHOLE, ("cameras", 0), OF_CAMERA), (BY_MATRIX, ("cameras", 0), OTHER_K)],
     "Motion": [(WHOLE, ("motions", 0), {"robot": ["drone"]})],
     "Sensing": [(*top("sensing", {"outliers": 0.3}), OF_SENSING)],
     "Occlusion": [

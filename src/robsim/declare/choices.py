@@ -78,6 +78,7 @@ class Choice(Spec):
         if old is None and is_dataclass(c.over) and "kind" not in raw:
             return _with_fields(c.over, raw, c)
         kind = raw.get("kind", old or self.default)
+        kind = None if isinstance(kind, Given) else kind
         if kind is None and self.plain:
             raise expected(self.words(), raw)
         if kind is None:

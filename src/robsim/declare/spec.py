@@ -30,9 +30,10 @@ MISSING: Any = _Missing()
 
 @dataclass(frozen=True)
 class Given:
-    """A value that Python code gives in a table, as it is, where a text would say it."""
+    """A value that Python code gives in a table, as it is, and a table of changes of it."""
 
     value: Any
+    changes: Mapping[str, Raw] | None = None
 
 
 def is_numeric(value: Any) -> bool:
@@ -80,9 +81,10 @@ class Context:
     def tried(self, spec: Spec, raw: Raw) -> Any:
         """Return the value that `raw` says, or MISSING with its problem reported."""
         try:
-            return (
-                self._checked(spec, raw.value) if isinstance(raw, Given) else spec.read(raw, self)
-            )
+            if not isinstance(raw, Given):
+                return spec.read(raw, self)
+            value = self._checked(spec, raw.value)
+            return value if raw.changes is None else spec.read(raw.changes, self.changing(value))
         except Broken:  # for a problem that is reported elsewhere: nothing is made of the rest
             self.problems.seen += 1
         except FileError:

@@ -72,6 +72,8 @@ def combined(old: Any, new: Any) -> Any:
     >>> combined({"task": {"gain": 1}}, {"task": {"law": "camera"}})
     {'task': {'gain': 1, 'law': 'camera'}}
     """
+    if isinstance(old, Given) and isinstance(new, Mapping):
+        return Given(old.value, combined(old.changes or {}, new))
     if isinstance(old, Mapping) and isinstance(new, Mapping):
         return {**old, **{key: combined(old.get(key), each) for key, each in new.items()}}
     if not (isinstance(old, list) and isinstance(new, list)):

@@ -15,7 +15,7 @@ from robsim.base.errors import FileError, InputError, said
 from robsim.declare import Flag, Role, Table, Text, Time, Whole, fields_of
 from robsim.declare.fields import same
 from robsim.declare.problems import Broken, Problems
-from robsim.declare.spec import MISSING, Context, NoText, Raw, Spec, Unsayable, expected
+from robsim.declare.spec import MISSING, Context, Given, NoText, Raw, Spec, Unsayable, expected
 from robsim.declare.tables import keys_of, read_table, write_table
 from robsim.engine.endings import ENDING_LIST
 from robsim.engine.record import LONGEST
@@ -171,13 +171,15 @@ def read_experiment(tables: Mapping[str, Raw], source: str, old: Any = None) -> 
 
 def _read_rest(raw: Mapping[str, Raw], c: Context, old: Any) -> dict[str, Any] | None:
     """Return the fields of an experiment from all tables but those of its scene, which is known."""
-    scene, table = c.facts["scene"], MISSING
+    scene, table, shared = c.facts["scene"], MISSING, None
     if scene is not None and old is not None:
         task = _followed(old, scene, c)
         shared = common_belief(task)
         if "belief" in raw:
-            belief = c.at("belief", over=shared).tried(BELIEF, raw["belief"])
-            task = with_beliefs(task, lambda one: belief if same(one, shared) else one)
+            gone = raw["belief"] == Given(None)
+            believed = None if gone else c.at("belief", over=shared).tried(BELIEF, raw["belief"])
+            task = with_beliefs(task, lambda one: believed if same(one, shared) else one)
+            shared = believed
         table = replace(task_table(old), task=task)
     elif scene is not None and "belief" in raw:
         c = c.knowing(belief=c.at("belief").tried(BELIEF, raw["belief"]))
@@ -187,6 +189,9 @@ def _read_rest(raw: Mapping[str, Raw], c: Context, old: Any) -> dict[str, Any] |
     if found is MISSING or scene is None:
         return None
     start = old.start if old is not None and "start" not in raw else _start(found, scene, c)
+    if isinstance(raw.get("task"), Given):  # which believes as the task before
+        own_task = with_beliefs(found.task, lambda one: shared if one is None else one)
+        found = replace(found, task=own_task)
     names = ("task", "title", "sensing", "actuation", "safety", "endings")
     own = {**{name: getattr(found, name) for name in names}, **vars(found.run or RunTable())}
     return {"scene": scene, "start": start, **{k: x for k, x in own.items() if x is not None}}
