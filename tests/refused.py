@@ -39,7 +39,7 @@ def spec_of_key(field: Field, key: str) -> Spec:
         return next(each.spec for each in fields_of(spec.declared) if each.name == key)
     if isinstance(spec, Choice):
         if key != field.name:
-            return spec._field(*spec.beside_of[key]).spec
+            return next(each.spec for beside, _, each in spec._beside() if beside == key)
         return spec.other or spec
     return spec
 

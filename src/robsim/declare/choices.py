@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, fields, is_dataclass, replace
 from typing import Any, ClassVar
 
 from robsim.base.errors import InputError, said, suggest
 from robsim.declare.families import Family, plural
-from robsim.declare.fields import fields_of
+from robsim.declare.fields import Field, fields_of
 from robsim.declare.paths import Part, field_parts
 from robsim.declare.phrases import either_of, methods_of
 from robsim.declare.problems import Broken
@@ -106,17 +106,28 @@ class Choice(Spec):
 
     def pick(self, table: Mapping[str, Raw], name: str, c: Context) -> Any:
         beside = [key for key in self.beside_of if key in table]
-        usual = beside and (self.family.name_of(c.over) or self.default)
-        raw = table.get(name, usual or MISSING)
-        if raw is MISSING or not isinstance(raw, str) or raw == self.none or not self.beside_of:
-            self._check_beside(beside, name, raw, c)
-            if raw == self.none:
-                return None
-            return MISSING if raw is MISSING else c.at(name, over=c.over).tried(self, raw)
-        self._check_beside(beside, name, raw, c)
-        if raw in self.plain or raw not in self._known(raw):
-            return c.at(name).tried(self, raw)
-        return self._from_beside(self.family.find(raw), raw, table, c)
+        raw = table.get(name, (beside and (self.family.name_of(c.over) or self.default)) or MISSING)
+        for key in beside:
+            if self.beside_of[key][0] != raw:
+                c.report(f'{key} is for {name} = "{self.beside_of[key][0]}" only')
+        if isinstance(raw, str) and raw == self.none:
+            return None
+        for key, (kind, at) in self.beside_of.items():
+            if kind == raw:
+                return self._with_one(self.family.find(raw), at, key, table, c)
+        return MISSING if raw is MISSING else c.at(name, over=c.over).tried(self, raw)
+
+    def _with_one(
+        self, kind: type[Any], at: str, key: str, table: Mapping[str, Raw], c: Context
+    ) -> Any:
+        """Return an object of a kind, of which one field stands under a key beside its name."""
+        old = c.over if type(c.over) is kind else MISSING
+        before, each = c.problems.seen, replace(field_of(kind, at), name=key)
+        value = pick(each, table, c.changing(MISSING if old is MISSING else getattr(old, at)))
+        if c.problems.seen > before:
+            return MISSING
+        given = {} if value is MISSING else {at: value}
+        return kind(**given) if old is MISSING else replace(old, **given)
 
     def put(self, table: dict[str, Raw], name: str, value: Any, c: Context) -> None:
         if value is None:
@@ -158,17 +169,20 @@ class Choice(Spec):
         return {"anyOf": [*named, *more, *tables] or [{"type": "object"}]}
 
     def properties(self, name: str, define: Any) -> dict[str, Any]:
-        made = {name: self.schema(define)}
-        for key, (kind, at) in self.beside_of.items():
-            made[key] = self._field(kind, at).spec.schema(define)
-        return made
+        beside = {key: each.spec.schema(define) for key, _, each in self._beside()}
+        return {name: self.schema(define), **beside}
 
     def rows(self, name: str) -> list[tuple[str, str]]:
         beside = [
-            (key, f"{self._field(kind, at).spec.rows(at)[0][1]}; with {name} = {kind!r}")
-            for key, (kind, at) in self.beside_of.items()
+            (key, f"{each.spec.rows(each.name)[0][1]}; with {name} = {kind!r}")
+            for key, kind, each in self._beside()
         ]
         return [(name, self.words()), *beside]
+
+    def _beside(self) -> Iterator[tuple[str, str, Field]]:
+        """Yield the keys beside the name, each with the kind and the field that it is for."""
+        for key, (kind, at) in self.beside_of.items():
+            yield key, kind, field_of(self.family.find(kind), at)
 
     def controls(self, value: Any, place: Any) -> Iterable[Any]:
         name = value if isinstance(value, str) else self.family.name_of(value)
@@ -260,33 +274,10 @@ class Choice(Spec):
             raise NoText(f"{type(value).__name__} is Python code")
         return name, write_table(value, c.changing(MISSING))
 
-    def _field(self, kind: str, at: str) -> Any:
-        form = form_of(self.family.find(kind))
-        return next(each for each in fields_of(form) if each.name == at)
 
-    def _check_beside(self, given: list[str], name: str, raw: Raw, c: Context) -> None:
-        for key in given:
-            if self.beside_of[key][0] != raw:
-                c.report(f'{key} is for {name} = "{self.beside_of[key][0]}" only')
-
-    def _from_beside(self, kind: type[Any], raw: str, table: Mapping[str, Raw], c: Context) -> Any:
-        """Return an object whose parameters stand beside its name."""
-        before, given = c.problems.seen, dict[str, Any]()
-        old = c.over if type(c.over) is kind else MISSING
-        key_of = {at: key for key, (k, at) in self.beside_of.items() if k == raw}
-        for each in fields_of(kind):
-            key = key_of.get(each.name)
-            if key in table:
-                given[each.name] = each.spec.pick(table, str(key), c.changing(MISSING))
-            elif each.required and old is MISSING:
-                pick(each, {}, c.changing(MISSING))
-        if c.problems.seen > before:
-            return MISSING
-        try:
-            return kind(**given) if old is MISSING else replace(old, **given)
-        except InputError as error:
-            c.at(*[key for key in key_of.values() if key in table][:1]).blame(error)
-            return MISSING
+def field_of(kind: type[Any], name: str) -> Field:
+    """Return the declared field of that name."""
+    return next(each for each in fields_of(form_of(kind)) if each.name == name)
 
 
 def _needed(kind: type[Any]) -> list[str]:

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import fields
 from typing import Any
 
 from robsim.base.errors import InputError
 from robsim.declare.lookup import dotted_names, nearest
 from robsim.declare.problems import Problems
+from robsim.declare.tables import keys_of
 from robsim.files.changes import Changes, combined, nested, pairs
 from robsim.files.toml import Tables, parse
 from robsim.run.text import ExperimentTable, read_experiment, task_table
 
-TOP = {each.name for each in fields(ExperimentTable)}
+TOP = keys_of(ExperimentTable)
 
 
 def read(text: str, source: str) -> dict[str, Any]:

@@ -21,7 +21,6 @@ from robsim.engine.endings import ENDING_LIST
 from robsim.engine.record import LONGEST
 from robsim.files.library import origin_robot
 from robsim.files.toml import write
-from robsim.geometry.pose_table import POSE
 from robsim.run.beliefs import common_belief, with_beliefs
 from robsim.run.start_table import StartTable
 from robsim.servo.goals.goal import start_of, started
@@ -138,17 +137,7 @@ class TaskTable:
 class ExperimentTable(TaskTable):
     """The whole text of an experiment: a scene, and what is done in it."""
 
-    robots: Annotated[Any, fields_of(Scene)[0].spec, "Robots of the scene."] = ()
-    objects: Annotated[
-        Any, fields_of(Scene)[1].spec, "Objects that cameras look at, or that stand in the scene."
-    ] = ()
-    cameras: Annotated[Any, fields_of(Scene)[2].spec, "Cameras where they are mounted."] = ()
-    motions: Annotated[
-        Any, fields_of(Scene)[3].spec, "Motions of robots that no task commands."
-    ] = ()
-    display: Annotated[Any, POSE, Role.FIGURE, "Pose of the world in the frame of the figures."] = (
-        None
-    )
+    scene: Annotated[Any, Table(Scene, flat=True), "What there is."] = None
 
 
 def read_experiment(tables: Mapping[str, Raw], source: str, old: Any = None) -> dict[str, Any]:
