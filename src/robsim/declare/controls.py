@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from robsim.declare.quantities import listed, written
+from robsim.declare.quantities import Exact
 from robsim.declare.spec import Context, Raw
 
 # how far from zero a slider reaches where no bound is declared and the value is small, by unit
@@ -52,11 +52,9 @@ class Control:
             return f'"{value}"'  # which is a text also where it reads as something else
         if not self.united:
             return value
-        if self.form == "number":
-            return written(value, self.unit)
         if isinstance(self.unit, str):
-            return listed(value, self.unit)
-        return [written(x, unit) for x, unit in zip(value, self.unit, strict=True)]
+            return Exact(value, self.unit)
+        return [Exact(x, unit) for x, unit in zip(value, self.unit, strict=True)]
 
 
 @dataclass(frozen=True)

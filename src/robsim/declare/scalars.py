@@ -1,24 +1,45 @@
-"""Plain values: numbers, whole numbers and truth values."""
+"""Plain values: numbers within bounds, whole numbers and truth values."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+import operator
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from typing import Any
+from functools import cached_property
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
-from robsim.base.arrays import flag, numbers
+from robsim.base.arrays import Array, flag, numbers
 from robsim.base.errors import InputError, said
 from robsim.declare.spec import Context, NoText, Raw, Spec, expected
 
 LARGEST = 1e9  # of any number in SI units, so that no product of poses overflows
 
 
-@dataclass(frozen=True)
+class Bound(NamedTuple):
+    """How a bound is said, how one that is broken is, what keeps it, and its key in a schema."""
+
+    word: str
+    demand: str
+    holds: Callable[[float, float], bool]
+    key: str
+
+
+BOUNDS = {
+    "above": Bound("above", "greater than", operator.gt, "exclusiveMinimum"),
+    "least": Bound("not below", "greater than or equal to", operator.ge, "minimum"),
+    "below": Bound("below", "less than", operator.lt, "exclusiveMaximum"),
+    "most": Bound("not above", "less than or equal to", operator.le, "maximum"),
+}
+
+
+@dataclass(frozen=True, kw_only=True)
 class Number(Spec):
     """A finite number within bounds, in `unit` where that is not an SI unit."""
+
+    shape: ClassVar[Any] = ()  # of the numbers of one value
 
     above: float | None = None
     least: float | None = None
@@ -26,88 +47,85 @@ class Number(Spec):
     most: float | None = None
     unit: str = ""
 
-    def check(self, value: Any, what: str) -> float:
-        number = numbers(value, what, ())
-        if isinstance(value, bool) or number.ndim or self._outside(float(number)):
-            unit = f" ({self.unit})" if self.unit else ""
-            raise InputError(f"{what}{unit} must be {self.words()}, got {said(value)}")
-        return float(number)
+    @cached_property
+    def limits(self) -> list[tuple[Bound, float]]:
+        """The bounds that are given, each with its number."""
+        own = ((bound, getattr(self, name)) for name, bound in BOUNDS.items())
+        return [(bound, limit) for bound, limit in own if limit is not None]
 
-    def read(self, raw: Raw, c: Context) -> float:
-        number = bare(raw)
-        if bound := self._outside(number) or (abs(number) > LARGEST and f"at most {LARGEST:g}"):
-            raise expected(bound, raw)
+    @property
+    def bounds(self) -> str:
+        """What bounds a number, as the end of a phrase; "" where nothing does."""
+        return " and".join(f" {bound.word} {limit:g}" for bound, limit in self.limits)
+
+    def broken(self, number: float) -> str:
+        """Return what a number must be for the first bound that it breaks, or ""."""
+        for bound, limit in self.limits:
+            if not bound.holds(number, limit):
+                return f"{bound.demand} {limit:g}"
+        return ""
+
+    def within(self, number: float, raw: Raw) -> float:
+        """Return a number that a text says as `raw`; InputError if it breaks a bound."""
+        if demand := self.broken(number):
+            raise expected(demand, raw)
         return number
 
-    def write(self, value: Any, c: Context) -> float:
+    def check(self, value: Any, what: str) -> Any:
+        number = checked_numbers(value, what, self, self).tolist()
+        return tuple(number) if self.shape else number
+
+    def read(self, raw: Raw, c: Context) -> Any:
+        return self.within(bare(raw), raw)
+
+    def write(self, value: Any, c: Context) -> Any:
         if not math.isfinite(value):
             raise NoText(f"{value!r} is not a finite number")
         return float(value)
 
     def words(self) -> str:
+        unit = f" ({self.si_unit})" if self.si_unit else ""
         if self.above == 0 and self.below is None:
-            return "a positive number"
-        return f"a number {self._bounds()}".rstrip()
-
-    def accepts(self) -> str:
-        return f"{self.words()} ({self.unit})" if self.unit else self.words()
+            return f"a positive number{unit}"
+        return f"a number{unit}{self.bounds}"
 
     def schema(self, define: Any) -> dict[str, Any]:
-        return {"type": "number", **self._limits()}
+        return {"type": "number", **{bound.key: limit for bound, limit in self.limits}}
 
     def controls(self, value: Any, place: Any) -> Iterable[Any]:
         if not isinstance(value, float | int) or not math.isfinite(value):
             return ()
         ends = self.above is not None, self.below is not None
-        return [place.slider(value, *self._slide(), ends)]
+        low, high = self.above if ends[0] else self.least, self.below if ends[1] else self.most
+        return [place.slider(value, self.si_unit, low, high, self.united, ends)]
 
-    def _slide(self) -> tuple[Any, ...]:
-        """Return the unit in which a number is shown, its bounds, and whether texts have it."""
-        low = self.least if self.above is None else self.above
-        return self.unit, low, self.most if self.below is None else self.below, False
 
-    def _outside(self, number: float) -> str:
-        """Return the bound that a number breaks."""
-        if self.above is not None and not number > self.above:
-            return f"greater than {self.above:g}"
-        if self.least is not None and not number >= self.least:
-            return f"greater than or equal to {self.least:g}"
-        if self.below is not None and not number < self.below:
-            return f"less than {self.below:g}"
-        if self.most is not None and not number <= self.most:
-            return f"less than or equal to {self.most:g}"
-        return ""
+ANY, POSITIVE, NOT_NEGATIVE = Number(), Number(above=0), Number(least=0)
 
-    def _bounds(self) -> str:
-        said = {
-            "above": self.above,
-            "not below": self.least,
-            "below": self.below,
-            "not above": self.most,
-        }
-        return " and ".join(f"{word} {x:g}" for word, x in said.items() if x is not None)
 
-    def _limits(self) -> dict[str, float]:
-        named = {
-            "exclusiveMinimum": self.above,
-            "minimum": self.least,
-            "exclusiveMaximum": self.below,
-            "maximum": self.most,
-        }
-        return {key: x for key, x in named.items() if x is not None}
+def checked_numbers(value: Any, what: str, spec: Any, item: Number) -> Array:
+    """Return an array of the shape of a spec, each number of which keeps the bounds of `item`.
+
+    Without a shape it may be a number, a list of them, or rows.
+    """
+    array = numbers(value, what, spec.shape or ())
+    each = array.ravel().tolist() if item.limits else []
+    deepest = 2 if spec.shape is None else len(spec.shape)
+    wrong = isinstance(value, bool) or array.ndim > deepest or not array.size
+    if wrong or any(map(item.broken, each)):
+        raise InputError(f"{what} must be {spec.accepts()}, got {said(value)}")
+    return array
 
 
 def bare(raw: Raw) -> float:
     """Return a number without a unit."""
     if isinstance(raw, bool) or not isinstance(raw, int | float):
         raise expected("a valid number", raw)
-    try:
-        number = float(raw)
-    except OverflowError:
-        raise expected("a finite number", raw) from None
-    if not math.isfinite(number):
+    if isinstance(raw, float) and not math.isfinite(raw):
         raise expected("a finite number", raw)
-    return number
+    if abs(raw) > LARGEST:
+        raise expected(f"a number of at most {LARGEST:g}", raw)
+    return float(raw)
 
 
 @dataclass(frozen=True)
@@ -125,12 +143,8 @@ class Whole(Spec):
         return int(value)
 
     def read(self, raw: Raw, c: Context) -> int:
-        if isinstance(raw, bool) or not isinstance(raw, int):
-            raise expected("a valid integer", raw)
-        if raw < self.least:
-            raise expected(f"greater than or equal to {self.least}", raw)
-        if raw > self.most:
-            raise expected(f"less than or equal to {self.most}", raw)
+        if not isinstance(raw, int) or isinstance(raw, bool) or not self.least <= raw <= self.most:
+            raise expected(self.words(), raw)
         return raw
 
     def write(self, value: Any, c: Context) -> int:
@@ -172,6 +186,3 @@ class Flag(Spec):
 
     def controls(self, value: Any, place: Any) -> Iterable[Any]:
         return [place.control("flag", value)] if isinstance(value, bool) else ()
-
-
-# texts with units

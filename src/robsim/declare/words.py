@@ -10,6 +10,7 @@ from typing import Any, ClassVar
 from robsim.base.errors import InputError, said, suggest
 from robsim.base.names import NAME_PATTERN, checked_name
 from robsim.declare.families import plural
+from robsim.declare.phrases import either_of
 from robsim.declare.spec import Context, NoText, Raw, Spec, expected
 
 
@@ -55,8 +56,6 @@ class Name(Text):
     most: int = 64
 
     def read(self, raw: Raw, c: Context) -> str:
-        if not isinstance(raw, str):
-            raise expected("a valid string", raw)
         return checked_name(raw, "name")
 
     def words(self) -> str:
@@ -107,8 +106,7 @@ class Word(Spec):
         return str(value)
 
     def words(self) -> str:
-        *most, last = map(repr, self.choices)
-        return f"{', '.join(most)} or {last}" if most else last
+        return either_of(*map(repr, self.choices))
 
     def schema(self, define: Any) -> dict[str, Any]:
         return {"enum": list(self.choices)}

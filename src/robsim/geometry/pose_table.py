@@ -14,7 +14,7 @@ from robsim.declare import ListOf, Number, Vector
 from robsim.declare.fields import same
 from robsim.declare.paths import Part
 from robsim.declare.problems import Broken, under
-from robsim.declare.quantities import listed
+from robsim.declare.quantities import Exact
 from robsim.declare.spec import MISSING, Context, NoText, Raw, Spec, expected
 from robsim.geometry.angles import angles_of
 from robsim.geometry.pose import IDENTITY, Pose, one_pose
@@ -162,7 +162,7 @@ class PoseTable(Spec):
 def _brief_rotation(pose: Pose) -> dict[str, Raw] | None:
     """Return the angles of a pose as a text says them; None if no angles give its rotation."""
     found = angles_of(pose)
-    return {found[0]: listed(found[1], "rad")} if found else None
+    return {found[0]: Exact(found[1], "rad")} if found else None
 
 
 def pose_from(values: Mapping[str, Any]) -> Pose:

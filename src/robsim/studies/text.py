@@ -13,9 +13,9 @@ import numpy as np
 from robsim.base.errors import FileError, InputError, said
 from robsim.declare import Choice as ChoiceSpec
 from robsim.declare import Flag, Whole
-from robsim.declare.amounts import unit_in
-from robsim.declare.arrays import Matrix
+from robsim.declare.arrays import Numbers
 from robsim.declare.problems import Broken, Problems
+from robsim.declare.quantities import DIMENSIONS, read_quantity
 from robsim.declare.spec import MISSING, Context, NoText, Raw, Spec, expected
 from robsim.declare.tables import read_table, write_table
 from robsim.files.changes import Changes
@@ -114,7 +114,9 @@ class StudyTable:
     ] = None
     seed: Annotated[int | None, Whole(0, 2**64 - 1), "Seed of all that is drawn."] = None
     start: Annotated[Any, ChoiceSpec(START, short=False), "Where starts are drawn."] = None
-    starts: Annotated[Any, Matrix(), "Coordinates of all starts, one row for each run."] = None
+    starts: Annotated[
+        Any, Numbers(shape=("k", "n")), "Coordinates of all starts, one row for each run."
+    ] = None
     vary: Annotated[Any, VarySpec(), "What differs from run to run, by dotted names."] = None
     trajectories: Annotated[
         int | None, Whole(1, 10**7), "Every n-th instant that is kept, in a store."
@@ -164,9 +166,8 @@ def _check_units(experiment: Experiment, vary: Raw) -> None:
     for name, raw in _by_name(vary, c).items():
         wanted = unit_at(experiment, name)
         for text in _texts(raw) if is_drawn(raw) else ():
-            unit = unit_in(text)
-            if unit != wanted:
-                c.at(name).report(f"{said(text)}: expected {wanted or 'a bare number'}")
+            with c.problems.at(*c.path, name):
+                read_quantity(text, wanted if wanted in DIMENSIONS else "1")
     c.problems.stop()
 
 

@@ -29,7 +29,7 @@ class Plan(NamedTuple):
 
 
 POINTS = ListOf(Coordinates, 2)
-CORNERS = OneOrEach(followed, "limits")
+CORNERS = OneOrEach(followed)
 
 
 @dataclass(frozen=True)
