@@ -663,7 +663,7 @@ WRONG = [
     ("[task]", "[taks]", ["taks", "did you mean 'task'"]),
     ("[task]", "[[task]]", ["task", "table"]),
     ("[[robots]]", "[robots]", ["robots", "[[robots]]"]),
-    ('title = "Rhino over a cube"', "title = 3", ["title", "string", "3"]),
+    ('title = "Rhino over a cube"', "title = 3", ["title", "a text", "3"]),
     # unknown keys
     ("gain = 1.5", "gian = 1.5", ["task.gian", "did you mean 'gain'"]),
     ("focal =", "fokal =", ["cameras.eye.fokal", "did you mean 'focal'"]),
@@ -1092,7 +1092,7 @@ WRONG_TASKS = [
     ('kind = "switch"', ["task.first", "task.second", "task.when", "missing"]),
     (switch('kind = "errorbelow"'), ["task.when.kind", "mean 'error_below'", "near_border"]),
     (switch('kind = "near_border", margin = 3'), ["task.when.size", "missing"]),
-    (switch() + "\nlatch = 1", ["task.latch", "boolean", "1"]),
+    (switch() + "\nlatch = 1", ["task.latch", "true or false", "1"]),
     (
         switch(second=', secondary = { kind = "posture", q = ["1 m"] }'),
         ["task.second.secondary.q", "expected 5"],

@@ -14,8 +14,8 @@ from robsim.base.units import pattern
 from robsim.declare.arrays import Numbers
 from robsim.declare.problems import Broken, joined, under
 from robsim.declare.quantities import DIMENSIONS, Exact, examples, read_quantity
-from robsim.declare.scalars import ANY, POSITIVE, Number
-from robsim.declare.spec import Context, NoText, Raw, Spec, expected
+from robsim.declare.scalars import POSITIVE, Number
+from robsim.declare.spec import Context, NoText, Raw, expected
 
 NOUNS = {"": "coordinates", "/s": "velocities", "/s^2": "accelerations"}
 
@@ -174,27 +174,26 @@ class OneOrEach(PerJoint):
 
 
 @dataclass(frozen=True)
-class OfJoint(Spec):
+class OfJoint(Number):
     """A number in the unit of the joint whose table is around it; `per` is "" or "/s"."""
 
     per: str = ""
-    item: Number = ANY
     united: ClassVar[bool] = True
 
-    def check(self, value: Any, what: str) -> Any:
-        return self.item.check(value, what)
-
     def read(self, raw: Raw, c: Context) -> float:
-        return self.item.within(read_quantity(raw, f"{unit_of(c)}{self.per}"), raw)
+        return self.within(read_quantity(raw, f"{unit_of(c)}{self.per}"), raw)
 
     def write(self, value: Any, c: Context) -> str:
         return Exact(value, f"{unit_of(c)}{self.per}")
 
     def words(self) -> str:
-        return f"{self.item.words()} in the unit of the joint{self.per}"
+        return f"{super().words()} in the unit of the joint{self.per}"
 
     def schema(self, define: Any) -> dict[str, Any]:
         return {"type": "string"}
+
+    def controls(self, value: Any, place: Any) -> Iterable[Any]:
+        return ()
 
 
 def unit_of(c: Context) -> str:

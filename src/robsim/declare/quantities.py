@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Any, ClassVar, get_args
 
 import numpy as np
 
@@ -14,25 +14,8 @@ from robsim.declare.scalars import LARGEST, Number, bare
 from robsim.declare.spec import Context, Raw
 
 LONGEST = 200  # characters of a quantity
-
-
-SI: dict[units.Dimension, str] = {
-    "length": "m",
-    "angle": "rad",
-    "time": "s",
-    "speed": "m/s",
-    "turn rate": "rad/s",
-    "acceleration": "m/s^2",
-    "turn acceleration": "rad/s^2",
-    "mass": "kg",
-    "density": "kg/m^3",
-    "inertia": "kg m^2",
-}
-
-
+SI: dict[units.Dimension, str] = {each: units.names(each)[0] for each in get_args(units.Dimension)}
 DIMENSIONS = {unit: dimension for dimension, unit in SI.items()}
-
-
 EXAMPLES = {
     "angle": "90 deg",
     "length": "5 cm",
@@ -56,7 +39,7 @@ def read_quantity(raw: Raw, *of: str, count: int | None = None) -> Any:
     if not (len(raw) <= LONGEST if text else plain and not abs(raw) > LARGEST):
         raise _refused(raw, of, count)
     found = _parsed(" ".join(raw.split()) if text else raw, of, count)
-    if not all(abs(number) <= LARGEST for number in (found if count else [found])):
+    if not all(abs(number) <= LARGEST for number in (found if count else (found,))):
         raise UnitError(f"{said(raw)}: expected a number of at most {LARGEST:g} in SI units")
     return found
 

@@ -11,7 +11,7 @@ from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
-from robsim.base.arrays import Array, flag, numbers
+from robsim.base.arrays import Array, numbers
 from robsim.base.errors import InputError, said
 from robsim.declare.spec import Context, NoText, Raw, Spec, expected
 
@@ -129,26 +129,44 @@ def bare(raw: Raw) -> float:
 
 
 @dataclass(frozen=True)
-class Whole(Spec):
+class Plain(Spec):
+    """A value that is the same in a text and in Python."""
+
+    def demand(self, value: Any) -> str:
+        """Return what a value must be where it is something else, or ""."""
+        raise NotImplementedError
+
+    def check(self, value: Any, what: str) -> Any:
+        if demand := self.demand(value):
+            raise InputError(f"{what} must be {demand}, got {said(value)}")
+        return value
+
+    def read(self, raw: Raw, c: Context) -> Any:
+        if demand := self.demand(raw):
+            raise expected(demand, raw)
+        return raw
+
+    def write(self, value: Any, c: Context) -> Any:
+        if demand := self.demand(value):
+            raise NoText(f"{said(value)} is not {demand}")
+        return value
+
+
+@dataclass(frozen=True)
+class Whole(Plain):
     """A whole number from `least` to `most`."""
 
     least: int = 0
     most: int = 2**63 - 1
 
-    def check(self, value: Any, what: str) -> int:
+    def demand(self, value: Any) -> str:
+        whole = isinstance(value, int) and not isinstance(value, bool)
+        return "" if whole and self.least <= value <= self.most else self.words()
+
+    def check(self, value: Any, what: str) -> Any:
         number = numbers(value, what, ())
         whole = not isinstance(value, bool) and not number.ndim and number == np.round(number)
-        if not whole or not self.least <= int(value) <= self.most:
-            raise InputError(f"{what} must be {self.words()}, got {said(value)}")
-        return int(value)
-
-    def read(self, raw: Raw, c: Context) -> int:
-        if not isinstance(raw, int) or isinstance(raw, bool) or not self.least <= raw <= self.most:
-            raise expected(self.words(), raw)
-        return raw
-
-    def write(self, value: Any, c: Context) -> int:
-        return int(value)
+        return super().check(int(value) if whole else value, what)
 
     def words(self) -> str:
         most = f"to {self.most}" if self.most < 2**63 - 1 else "on"
@@ -164,19 +182,14 @@ class Whole(Spec):
 
 
 @dataclass(frozen=True)
-class Flag(Spec):
+class Flag(Plain):
     """A truth value."""
 
-    def check(self, value: Any, what: str) -> bool:
-        return flag(value, what)
+    def demand(self, value: Any) -> str:
+        return "" if isinstance(value, bool) else self.words()
 
-    def read(self, raw: Raw, c: Context) -> bool:
-        if not isinstance(raw, bool):
-            raise expected("a valid boolean", raw)
-        return raw
-
-    def write(self, value: Any, c: Context) -> bool:
-        return bool(value)
+    def check(self, value: Any, what: str) -> Any:
+        return super().check(bool(value) if isinstance(value, np.bool_) else value, what)
 
     def words(self) -> str:
         return "true or false"

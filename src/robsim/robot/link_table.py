@@ -10,7 +10,6 @@ from robsim.base.errors import InputError
 from robsim.declare import Choice, ListOf, Name, Number, Role, Stacked, Table
 from robsim.declare.joints import Axes, OfJoint, PerJoint, unit_of
 from robsim.declare.problems import under
-from robsim.declare.scalars import POSITIVE
 from robsim.declare.spec import Context, NoText, Raw
 from robsim.geometry.curves.curve import CURVES
 from robsim.geometry.inertia import Inertia
@@ -78,7 +77,7 @@ class LinkTable:
         str | None, LABEL, "Name of the joint and its coordinates; None: that of the link."
     ] = None
     speed: Annotated[
-        float | None, OfJoint("/s", POSITIVE), Role.FILE, "Largest speed of the drive."
+        float | None, OfJoint("/s", above=0), Role.FILE, "Largest speed of the drive."
     ] = None
     effort: Annotated[
         float | None,

@@ -24,14 +24,9 @@ class PhaseName(Text):
 
     most: int = 64
 
-    def check(self, value: Any, what: str) -> str:
-        name = super().check(value, what)
-        if not name.strip() or not name.isprintable() or "." in name or len(name) > self.most:
-            raise expected(self.words(), name)
-        return name
-
-    def read(self, raw: Raw, c: Context) -> str:
-        return self.check(super().read(raw, c), "name")
+    def demand(self, value: Any) -> str:
+        fits = not super().demand(value) and value.strip() and value.isprintable()
+        return "" if fits and "." not in value else self.words()
 
     def words(self) -> str:
         return f"a name without dots of 1 to {self.most} characters"
