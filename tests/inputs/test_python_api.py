@@ -264,7 +264,7 @@ TASK = {
     "target": [
         ("dot", "no object 'dot'", "did you mean 'dots'?", "objects: dots"),
         ("eye", "no object 'eye'", "objects: dots"),
-        ([1], "IBVS.target must be the name of an object, got [1]"),
+        ([1], "IBVS.target must be the name of an object, of 0 to 129"),
     ],
     "belief": [
         (3, "IBVS.belief: expected a Scene, got 3"),

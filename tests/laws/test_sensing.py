@@ -344,7 +344,7 @@ def test_all_at_once_gives_the_same_bits_alone_in_a_batch_in_chunks_and_threads(
             "Occlusion.marks: expected a list, each a whole number from 0 to",
         ),
         (lambda: rs.Occlusion([0.5], 1.0), "Occlusion.marks must be a whole number from 0 to"),
-        (lambda: rs.Occlusion([0], 1.0, target=3), "Occlusion.target must be a text, got 3"),
+        (lambda: rs.Occlusion([0], 1.0, target=3), "Occlusion.target must be a text, of"),
         (lambda: closed(occlusions=rs.Occlusion([9], 1.0)), "has 4 marks, numbered from 0; there"),
         (
             lambda: closed(occlusions=rs.Occlusion([0], 1.0, camera="camra")),

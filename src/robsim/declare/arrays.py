@@ -9,15 +9,15 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from robsim.base.arrays import frozen
+from robsim.base.arrays import frozen, numbers
 from robsim.base.errors import InputError
 from robsim.declare.problems import under
-from robsim.declare.scalars import ANY, Number, checked_numbers
-from robsim.declare.spec import Context, Raw, Spec, expected
+from robsim.declare.scalars import ANY, Number, Plain
+from robsim.declare.spec import Context, Raw, expected
 
 
 @dataclass(frozen=True, kw_only=True)
-class Numbers(Spec):
+class Numbers(Plain):
     """Numbers in a list, or in rows, each as `item` declares it, which become an array.
 
     A word in the shape stands for any size. Without a shape they may be one number, or either.
@@ -28,13 +28,19 @@ class Numbers(Spec):
 
     form: ClassVar[str] = "list"
 
-    def check(self, value: Any, what: str) -> Any:
-        return frozen(checked_numbers(value, what, self, self.item))
+    def demand(self, value: Any) -> str:
+        deepest = 2 if self.shape is None else len(self.shape)
+        each = value.ravel().tolist() if self.item.limits else []
+        wrong = value.ndim > deepest or not value.size or any(map(self.item.demand, each))
+        return self.text_words() if wrong else ""
 
-    def read(self, raw: Raw, c: Context) -> Any:
+    def taken(self, value: Any, what: str) -> Any:
+        return frozen(numbers(value, what, self.shape or ()))
+
+    def parsed(self, raw: Raw, c: Context) -> Any:
         nested = self._each(raw, self.item.read, c)
         try:
-            return self.check(nested, "")
+            return self.taken(nested, "")
         except InputError:
             raise expected(self.text_words(), raw) from None
 

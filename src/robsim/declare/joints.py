@@ -134,7 +134,10 @@ class OneOrEach(PerJoint):
     item: Number = field(default=POSITIVE, kw_only=True)  # or of at least 0
     forms: ClassVar[tuple[str, ...]] = ("plain", "list")
 
-    def check(self, value: Any, what: str) -> Any:
+    def demand(self, value: Any) -> str:
+        return ""  # once it is taken
+
+    def taken(self, value: Any, what: str) -> Any:
         return one_or_each(value, what, "joint", zero=self.item.least == 0)
 
     def read(self, raw: Raw, c: Context) -> Any:
@@ -180,8 +183,8 @@ class OfJoint(Number):
     per: str = ""
     united: ClassVar[bool] = True
 
-    def read(self, raw: Raw, c: Context) -> float:
-        return self.within(read_quantity(raw, f"{unit_of(c)}{self.per}"), raw)
+    def parsed(self, raw: Raw, c: Context) -> Any:
+        return read_quantity(raw, f"{unit_of(c)}{self.per}")
 
     def write(self, value: Any, c: Context) -> str:
         return Exact(value, f"{unit_of(c)}{self.per}")

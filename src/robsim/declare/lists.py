@@ -93,7 +93,7 @@ class ListOf(Spec):
 
     def controls(self, value: Any, place: Any) -> Iterable[Any]:
         kinds = self.item.inside()
-        if isinstance(self.item, Number) and not self.item.shape and value:
+        if type(self.item) is Number and value:
             unit = self.item.unit
             yield place.several(value, [str(i) for i in range(len(value))], unit, False)
         elif kinds and self.by_hand:

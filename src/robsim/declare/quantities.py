@@ -9,8 +9,9 @@ from typing import Any, ClassVar, get_args
 import numpy as np
 
 from robsim.base import units
+from robsim.base.arrays import numbers
 from robsim.base.errors import UnitError, said
-from robsim.declare.scalars import LARGEST, Number, bare
+from robsim.declare.scalars import LARGEST, Number
 from robsim.declare.spec import Context, Raw
 
 LONGEST = 200  # characters of a quantity
@@ -104,10 +105,10 @@ class Quantity(Number):
     @property
     def example(self) -> str:
         """How a text says it."""
-        return example_of(self.si_unit, *self.shape)
+        return example_of(self.si_unit)
 
-    def read(self, raw: Raw, c: Context) -> Any:
-        return self.within(read_quantity(raw, self.si_unit), raw)
+    def parsed(self, raw: Raw, c: Context) -> Any:
+        return read_quantity(raw, self.si_unit)
 
     def write(self, value: Any, c: Context) -> Any:
         return Exact(value, self.si_unit)
@@ -147,13 +148,18 @@ class Vector(Quantity):
     count: int = 3
 
     @property
-    def shape(self) -> tuple[int, ...]:
-        """The shape of the numbers."""
-        return (self.count,)
+    def example(self) -> str:
+        """How a text says it."""
+        return example_of(self.si_unit, self.count)
 
-    def read(self, raw: Raw, c: Context) -> tuple[float, ...]:
-        made: tuple[float, ...] = read_quantity(raw, self.si_unit, count=self.count)
-        return made
+    def demand(self, value: Any) -> str:
+        return "" if np.ndim(value) == 1 else self.accepts()
+
+    def taken(self, value: Any, what: str) -> Any:
+        return tuple(numbers(value, what, (self.count,)).tolist())
+
+    def parsed(self, raw: Raw, c: Context) -> Any:
+        return read_quantity(raw, self.si_unit, count=self.count)
 
     def words(self) -> str:
         return f'{self.count} numbers with a unit of {self.dimension}, as in "{self.example}"'
@@ -170,9 +176,8 @@ class Vector(Quantity):
 class Amount(Number):
     """A number in SI or a quantity such as "5 cm": who uses it knows of what it is."""
 
-    def read(self, raw: Raw, c: Context) -> float:
-        number = read_quantity(raw, *DIMENSIONS) if isinstance(raw, str) else bare(raw)
-        return self.within(number, raw)
+    def parsed(self, raw: Raw, c: Context) -> Any:
+        return read_quantity(raw, *DIMENSIONS) if isinstance(raw, str) else super().parsed(raw, c)
 
     def words(self) -> str:
         return f'{super().words()}, in SI or with a unit ("5 cm")'

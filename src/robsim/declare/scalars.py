@@ -7,11 +7,11 @@ import operator
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from robsim.base.arrays import Array, numbers
+from robsim.base.arrays import numbers
 from robsim.base.errors import InputError, said
 from robsim.declare.spec import Context, NoText, Raw, Spec, expected
 
@@ -35,11 +35,46 @@ BOUNDS = {
 }
 
 
-@dataclass(frozen=True, kw_only=True)
-class Number(Spec):
-    """A finite number within bounds, in `unit` where that is not an SI unit."""
+@dataclass(frozen=True)
+class Plain(Spec):
+    """A value that one test decides on, whether it comes from a text or from Python."""
 
-    shape: ClassVar[Any] = ()  # of the numbers of one value
+    def demand(self, value: Any) -> str:
+        """Return what a value must be where it is something else, or ""."""
+        raise NotImplementedError
+
+    def taken(self, value: Any, what: str) -> Any:
+        """Return a Python value as it is kept; what it cannot be is refused later."""
+        return value
+
+    def parsed(self, raw: Raw, c: Context) -> Any:
+        """Return what a text says, likewise."""
+        return raw
+
+    def within(self, value: Any, raw: Raw) -> Any:
+        """Return a value that a text says as `raw`; InputError unless it is one."""
+        if demand := self.demand(value):
+            raise expected(demand, raw)
+        return value
+
+    def check(self, value: Any, what: str) -> Any:
+        made = self.taken(value, what)
+        if self.demand(made):
+            raise InputError(f"{what} must be {self.accepts()}, got {said(value)}")
+        return made
+
+    def read(self, raw: Raw, c: Context) -> Any:
+        return self.within(self.parsed(raw, c), raw)
+
+    def write(self, value: Any, c: Context) -> Any:
+        if demand := self.demand(value):
+            raise NoText(f"{said(value)} is not {demand}")
+        return value
+
+
+@dataclass(frozen=True, kw_only=True)
+class Number(Plain):
+    """A finite number within bounds, in `unit` where that is not an SI unit."""
 
     above: float | None = None
     least: float | None = None
@@ -58,30 +93,26 @@ class Number(Spec):
         """What bounds a number, as the end of a phrase; "" where nothing does."""
         return " and".join(f" {bound.word} {limit:g}" for bound, limit in self.limits)
 
-    def broken(self, number: float) -> str:
-        """Return what a number must be for the first bound that it breaks, or ""."""
+    def demand(self, value: Any) -> str:
+        if not isinstance(value, float) or not math.isfinite(value):
+            return "a finite number"
         for bound, limit in self.limits:
-            if not bound.holds(number, limit):
+            if not bound.holds(value, limit):
                 return f"{bound.demand} {limit:g}"
         return ""
 
-    def within(self, number: float, raw: Raw) -> float:
-        """Return a number that a text says as `raw`; InputError if it breaks a bound."""
-        if demand := self.broken(number):
-            raise expected(demand, raw)
-        return number
+    def taken(self, value: Any, what: str) -> Any:
+        return numbers(value, what, ()).tolist()
 
-    def check(self, value: Any, what: str) -> Any:
-        number = checked_numbers(value, what, self, self).tolist()
-        return tuple(number) if self.shape else number
-
-    def read(self, raw: Raw, c: Context) -> Any:
-        return self.within(bare(raw), raw)
+    def parsed(self, raw: Raw, c: Context) -> Any:
+        if isinstance(raw, bool) or not isinstance(raw, int | float):
+            raise expected("a valid number", raw)
+        if LARGEST < abs(raw) < math.inf:
+            raise expected(f"a number of at most {LARGEST:g}", raw)
+        return float(raw)
 
     def write(self, value: Any, c: Context) -> Any:
-        if not math.isfinite(value):
-            raise NoText(f"{value!r} is not a finite number")
-        return float(value)
+        return super().write(float(value), c)
 
     def words(self) -> str:
         unit = f" ({self.si_unit})" if self.si_unit else ""
@@ -103,55 +134,6 @@ class Number(Spec):
 ANY, POSITIVE, NOT_NEGATIVE = Number(), Number(above=0), Number(least=0)
 
 
-def checked_numbers(value: Any, what: str, spec: Any, item: Number) -> Array:
-    """Return an array of the shape of a spec, each number of which keeps the bounds of `item`.
-
-    Without a shape it may be a number, a list of them, or rows.
-    """
-    array = numbers(value, what, spec.shape or ())
-    each = array.ravel().tolist() if item.limits else []
-    deepest = 2 if spec.shape is None else len(spec.shape)
-    wrong = isinstance(value, bool) or array.ndim > deepest or not array.size
-    if wrong or any(map(item.broken, each)):
-        raise InputError(f"{what} must be {spec.accepts()}, got {said(value)}")
-    return array
-
-
-def bare(raw: Raw) -> float:
-    """Return a number without a unit."""
-    if isinstance(raw, bool) or not isinstance(raw, int | float):
-        raise expected("a valid number", raw)
-    if isinstance(raw, float) and not math.isfinite(raw):
-        raise expected("a finite number", raw)
-    if abs(raw) > LARGEST:
-        raise expected(f"a number of at most {LARGEST:g}", raw)
-    return float(raw)
-
-
-@dataclass(frozen=True)
-class Plain(Spec):
-    """A value that is the same in a text and in Python."""
-
-    def demand(self, value: Any) -> str:
-        """Return what a value must be where it is something else, or ""."""
-        raise NotImplementedError
-
-    def check(self, value: Any, what: str) -> Any:
-        if demand := self.demand(value):
-            raise InputError(f"{what} must be {demand}, got {said(value)}")
-        return value
-
-    def read(self, raw: Raw, c: Context) -> Any:
-        if demand := self.demand(raw):
-            raise expected(demand, raw)
-        return raw
-
-    def write(self, value: Any, c: Context) -> Any:
-        if demand := self.demand(value):
-            raise NoText(f"{said(value)} is not {demand}")
-        return value
-
-
 @dataclass(frozen=True)
 class Whole(Plain):
     """A whole number from `least` to `most`."""
@@ -163,10 +145,9 @@ class Whole(Plain):
         whole = isinstance(value, int) and not isinstance(value, bool)
         return "" if whole and self.least <= value <= self.most else self.words()
 
-    def check(self, value: Any, what: str) -> Any:
+    def taken(self, value: Any, what: str) -> Any:
         number = numbers(value, what, ())
-        whole = not isinstance(value, bool) and not number.ndim and number == np.round(number)
-        return super().check(int(value) if whole else value, what)
+        return int(value) if not number.ndim and number == np.round(number) else value
 
     def words(self) -> str:
         most = f"to {self.most}" if self.most < 2**63 - 1 else "on"
@@ -188,8 +169,8 @@ class Flag(Plain):
     def demand(self, value: Any) -> str:
         return "" if isinstance(value, bool) else self.words()
 
-    def check(self, value: Any, what: str) -> Any:
-        return super().check(bool(value) if isinstance(value, np.bool_) else value, what)
+    def taken(self, value: Any, what: str) -> Any:
+        return bool(value) if isinstance(value, np.bool_) else value
 
     def words(self) -> str:
         return "true or false"

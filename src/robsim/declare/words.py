@@ -24,13 +24,16 @@ class Text(Plain):
     least: int = 0
 
     def demand(self, value: Any) -> str:
-        if not isinstance(value, str):
-            return self.words()
-        if not self.least <= len(value) <= self.most:
-            return f"a text of {self.least} to {self.most} characters"
-        if self.pattern and not re.fullmatch(self.pattern, value):
-            return f"a text of the pattern {self.pattern}"
-        return ""
+        fits = isinstance(value, str) and self.least <= len(value) <= self.most
+        if fits and re.fullmatch(self.pattern or "(?s:.*)", value):
+            return ""
+        pattern = f", of the pattern {self.pattern}" if self.pattern else ""
+        return f"{self.words()}, of {self.least} to {self.most} characters{pattern}"
+
+    def check(self, value: Any, what: str) -> Any:
+        if demand := self.demand(value):
+            raise InputError(f"{what} must be {demand}, got {said(value)}")
+        return value
 
     def words(self) -> str:
         return "a text"

@@ -7,10 +7,11 @@ from dataclasses import dataclass, field
 from typing import Annotated, Any, ClassVar
 
 from robsim.base.arrays import Array
-from robsim.base.errors import InputError, naming, said
+from robsim.base.errors import InputError, naming
 from robsim.declare import Declared, Role, Text, Time, Word
 from robsim.declare.lists import Names
-from robsim.declare.spec import Context, Raw, Spec, expected
+from robsim.declare.scalars import Plain
+from robsim.declare.spec import Context, Raw
 from robsim.declare.words import Reference
 from robsim.engine.outcome import Outcome
 from robsim.servo.tasks.family import TASKS, TaskChoice
@@ -33,26 +34,17 @@ class PhaseName(Text):
 
 
 @dataclass(frozen=True)
-class Hangings(Spec):
+class Hangings(Plain):
     """A table {object: frame}."""
 
     form: ClassVar[str] = "table"
 
-    def check(self, value: Any, what: str) -> dict[str, str]:
-        if not isinstance(value, Mapping):
-            raise InputError(f"{what}: expected {self.words()}, got {said(value)}")
-        return {
-            Reference.check(thing, what): Reference.check(frame, f"{what} of {thing!r}")
-            for thing, frame in value.items()
-        }
+    def demand(self, value: Any) -> str:
+        names = [*value, *value.values()] if isinstance(value, Mapping) else [None]
+        return self.words() if any(map(Reference.demand, names)) else ""
 
-    def read(self, raw: Raw, c: Context) -> dict[str, str]:
-        if not isinstance(raw, Mapping):
-            raise expected(self.words(), raw)
-        return {thing: Reference.read(frame, c.at(thing)) for thing, frame in raw.items()}
-
-    def write(self, value: Any, c: Context) -> dict[str, str]:
-        return dict(value)
+    def taken(self, value: Any, what: str) -> Any:
+        return dict(value) if isinstance(value, Mapping) else value
 
     def put(self, table: dict[str, Raw], name: str, value: Any, c: Context) -> None:
         if value:
