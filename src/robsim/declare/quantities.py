@@ -174,10 +174,11 @@ class Vector(Quantity):
 
 @dataclass(frozen=True, kw_only=True)
 class Amount(Number):
-    """A number in SI or a quantity such as "5 cm": who uses it knows of what it is."""
+    """A number in SI or a quantity such as "5 cm", `of` one of the units that the place says."""
 
     def parsed(self, raw: Raw, c: Context) -> Any:
-        return read_quantity(raw, *DIMENSIONS) if isinstance(raw, str) else super().parsed(raw, c)
+        of = c.facts.get("of", DIMENSIONS)
+        return read_quantity(raw, *of) if isinstance(raw, str) else super().parsed(raw, c)
 
     def words(self) -> str:
         return f'{super().words()}, in SI or with a unit ("5 cm")'
