@@ -36,11 +36,12 @@ def _plainness(text: str) -> tuple[int, int, int]:
 
 def _texts(numbers: tuple[float, ...], unit: str) -> Iterator[str]:
     """Yield texts that are read as these very numbers, the last in SI."""
-    dimension = DIMENSIONS.get(unit)
-    for each in sorted(units.names(dimension), key="rad".__eq__) if dimension else ():
-        words = [_in_unit(x, each, dimension) for x in numbers]
-        if None not in words:
-            yield f"{', '.join(map(str, words))} {each}"
+    if unit in DIMENSIONS:
+        dimension = DIMENSIONS[unit]
+        for each in sorted(units.names(dimension), key="rad".__eq__):
+            words = [_in_unit(x, each, dimension) for x in numbers]
+            if None not in words:
+                yield f"{', '.join(map(str, words))} {each}"
     yield f"{', '.join(map(_plain, numbers))} {unit}".removesuffix(" 1")
 
 

@@ -104,10 +104,13 @@ class Place:
         each = [float(x) for x in values]
         units = [unit] * len(each) if isinstance(unit, str) else unit
         bounds = limits if limits is not None else [(None, None)] * len(each)
-        ends = [_range(x, u, *b, x, 1.0) for x, u, b in zip(each, units, bounds, strict=True)]
-        low, high = map(list, zip(*ends, strict=True))
+        ends = [
+            _range(x, u, low, high, x, 1.0)
+            for x, u, (low, high) in zip(each, units, bounds, strict=True)
+        ]
+        first, last = map(list, zip(*ends, strict=True))
         more = {"names": tuple(names), "unit": unit, "united": united}
-        return self.control("numbers", each, low=low, high=high, **more)
+        return self.control("numbers", each, low=first, high=last, **more)
 
 
 def _range(

@@ -102,7 +102,7 @@ class PerJoint(Numbers):
                 made[key] = self.read_one(text, *of)
         return made
 
-    def read_one(self, raw: Raw, *of: str) -> float:
+    def read_one(self, raw: Raw, *of: str) -> Any:
         """Return a number in SI of a text in one of these units."""
         return self.item.within(read_quantity(raw, *of), raw)
 
