@@ -6,8 +6,7 @@ import math
 from functools import singledispatch
 from typing import Any
 
-from robsim.declare.amounts import Amount
-from robsim.declare.arrays import Matrix, Row
+from robsim.declare.arrays import Numbers
 from robsim.declare.choices import Choice
 from robsim.declare.fields import Field, fields_of
 from robsim.declare.joints import OfJoint, PerJoint
@@ -51,18 +50,10 @@ def refused(spec: Any) -> list[Any]:
 
 
 @refused.register
-def _(spec: Amount) -> list[Any]:
-    return ["fast", "5 parsecs", True, ["x"], [[1.0], [1.0, 2.0]]]
-
-
-@refused.register
-def _(spec: Row) -> list[Any]:
-    return [3, [], ["x"], [True]]
-
-
-@refused.register
-def _(spec: Matrix) -> list[Any]:
-    return [3, [[1.0], [1.0, 2.0]], [["x"]], []]
+def _(spec: Numbers) -> list[Any]:
+    """Return texts that are none of numbers, and lists of another shape."""
+    wrong = ["fast", "5 parsecs", True, ["x"], [[1.0], [1.0, 2.0]]]
+    return wrong if spec.shape is None else [*wrong, 3, [], [True]]
 
 
 @refused.register

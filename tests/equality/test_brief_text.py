@@ -13,7 +13,7 @@ import robsim as rs
 from robsim import examples, load_scenario
 from robsim.base.units import parse
 from robsim.declare.brief import shortest
-from robsim.declare.quantities import DIMENSIONS, listed, written
+from robsim.declare.quantities import DIMENSIONS, Exact
 from robsim.files.layout import laid_out
 from robsim.files.toml import parse as tables_of
 
@@ -252,23 +252,23 @@ def test_whatever_is_changed_comes_back_from_a_short_text(changes):
 
 @given(x=st.floats(-1e9, 1e9), unit=st.sampled_from(sorted(DIMENSIONS)))
 def test_a_number_in_its_shortest_unit_is_the_same_to_the_last_bit(x, unit):
-    text = shortest(written(x, unit))
+    text = shortest(Exact(x, unit))
     assert np.float64(parse(text, DIMENSIONS[unit])).tobytes() == np.float64(x).tobytes()
-    assert len(text) <= len(written(x, unit))
+    assert len(text) <= len(Exact(x, unit))
 
 
 def test_numbers_are_as_people_write_them():
     said = {
-        "22.86 cm": written(0.2286, "m"),
-        "90 deg": written(np.deg2rad(90), "rad"),
-        "40 ms": written(0.04, "s"),
-        "-147 deg": written(-147 * rs.units.deg, "rad"),
-        "1, 2, 3 mm": listed([0.001, 0.002, 0.003], "m"),
-        "0 m": written(0.0, "m"),
-        "-0 m": written(-0.0, "m"),
-        "1 rad": written(1.0, "rad"),
-        "2.7 g/cm^3": written(2700.0, "kg/m^3"),
-        "0.5": written(0.5, "1"),
+        "22.86 cm": Exact(0.2286, "m"),
+        "90 deg": Exact(np.deg2rad(90), "rad"),
+        "40 ms": Exact(0.04, "s"),
+        "-147 deg": Exact(-147 * rs.units.deg, "rad"),
+        "1, 2, 3 mm": Exact([0.001, 0.002, 0.003], "m"),
+        "0 m": Exact(0.0, "m"),
+        "-0 m": Exact(-0.0, "m"),
+        "1 rad": Exact(1.0, "rad"),
+        "2.7 g/cm^3": Exact(2700.0, "kg/m^3"),
+        "0.5": Exact(0.5, "1"),
     }
     assert {text: shortest(exact) for text, exact in said.items()} == {t: t for t in said}
     assert shortest({"a": [1.0, -0.0, 0.5, True, "1.0 m"]})["a"] == [1, -0.0, 0.5, True, "1.0 m"]

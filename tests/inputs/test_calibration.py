@@ -225,7 +225,7 @@ TILTED = seen_from((0, 0, 0), (0.1, 0, 0), (0, 0.1, 0.2))
         (BOARD, gaps(TILTED, np.s_[1, 3:]), {}, "pixels: 3 marks seen in view 1; a lens takes 4"),
         (BOARD, TILTED, {"coefficients": 3}, "coefficients: expected 0, 4, 5 or 8, got 3"),
         (BOARD, TILTED, {"guess": 800}, "guess: expected a Camera, got 800"),
-        (BOARD, TILTED, {"size": (640, 0)}, "size must be (width, height) in whole pixels"),
+        (BOARD, TILTED, {"size": (640, 0)}, "size must be a whole number from 1 to 1000000"),
         (
             np.array(BOARD) + [[0, 0, 0.01 * (i % 3)] for i in range(12)],
             TILTED,

@@ -337,7 +337,7 @@ BAD = {
     "no schema": ("schema = 1", "", "schema", "missing", "schema = 1"),
     "another schema": ("schema = 1", "schema = 7", "schema", "7", "schema = 1"),
     "a text for a number": ("gain = 2", 'gain = "2"', "task.gain", "'2'", "number"),
-    "a number for a text": ('name = "dots"', "name = 3", "name", "3", "string"),
+    "a number for a text": ('name = "dots"', "name = 3", "name", "3", "starts with a letter"),
     "NaN": ("gain = 2", "gain = nan", "task.gain", "nan", "finite"),
     "infinity": ("800, 0, 320", "inf, 0, 320", "cameras.eye.K", "inf", "finite"),
     "no unit": ('["10 cm"]', '["10"]', "start.q[0]", "'10'", "cm", "m"),

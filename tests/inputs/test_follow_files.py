@@ -160,7 +160,7 @@ TO = 'to = { position = "1, 0, 2 m" }\n'
         ),
         (
             JOINTS + 'to = { lift = "5 cm" }\nspeed = ["1 m/s", "1 m/s"]\nacceleration = "1 m/s^2"',
-            ["task.speed", "2 limits, expected 1"],
+            ["task.speed", "2 velocities, expected 1"],
         ),
         (
             JOINTS + 'joints = "lift"\ntrajectory = { kind = "spline" }',

@@ -204,12 +204,12 @@ def test_a_bad_tolerance_of_a_feature_is_named(tolerance, message):
 
 TASK = {
     "gain": [
-        (0, "gain (per second) must be a positive number", "got 0"),
+        (0, "gain must be a positive number (per second)", "got 0"),
         (-1, "got -1"),
         (NAN, "IBVS.gain: nan; every number must be finite"),
         (INF, "IBVS.gain: inf; every number must be finite"),
         ("fast", "IBVS.gain: no gain 'fast'; gains: adaptive, or a positive number"),
-        ([1.0, 2.0], "gain (per second) must be a positive number, got [1.0, 2.0]"),
+        ([1.0, 2.0], "gain must be a positive number (per second), got [1.0, 2.0]"),
         (None, "IBVS.gain: expected a gain, got None; gains: adaptive, or a positive number"),
     ],
     "tolerance": [(0, "tolerance must be a positive number, got 0"), (NAN, "tolerance: nan")],
@@ -264,7 +264,7 @@ TASK = {
     "target": [
         ("dot", "no object 'dot'", "did you mean 'dots'?", "objects: dots"),
         ("eye", "no object 'eye'", "objects: dots"),
-        ([1], "IBVS.target: expected a text, got [1]"),
+        ([1], "IBVS.target must be the name of an object, of 0 to 129"),
     ],
     "belief": [
         (3, "IBVS.belief: expected a Scene, got 3"),
@@ -414,7 +414,10 @@ VALUES = {
     "K nan": (lambda: rs.Camera([[NAN, 0, 0], [0, 1, 0], [0, 0, 1]]), "K: nan at index (0, 0)"),
     "K shape": (lambda: rs.Camera(np.eye(2)), "K: expected shape (..., 3, 3), got (2, 2)"),
     "K last row": (lambda: rs.Camera(2 * np.eye(3)), "K must be [[fx, skew, cx], [0, fy, cy]"),
-    "image of no size": (lambda: rs.Camera(K, (0, 480)), "(width, height) in whole pixels, got"),
+    "image of no size": (
+        lambda: rs.Camera(K, (0, 480)),
+        "image size must be a whole number from 1 to 1000000, got 0",
+    ),
     "distortion": (lambda: rs.Camera(K, distortion=(1, 2, 3)), "0, 4 (k1 k2 p1 p2), 5"),
     "chapter": (lambda: rs.Camera.from_chapter(0, 1, 1, 0, 0, 0), "f must be a positive number"),
     "block": (lambda: rs.Block(0, 1, 1), "Block.length must be a positive number (m), got 0"),

@@ -99,8 +99,8 @@ def test_a_mission_and_other_things_are_no_experiments():
 WRONG = {
     "Uniform: low 2.0 is above high 1.0": lambda: rs.Uniform(2, 1),
     "LogUniform: low 2.0 is above high 1.0": lambda: rs.LogUniform(2, 1),
-    "LogUniform.low: expected a number above 0": lambda: rs.LogUniform(0, 1),
-    "Normal.std: expected a number not below 0": lambda: rs.Normal(0, -1),
+    "LogUniform.low must be a positive number": lambda: rs.LogUniform(0, 1),
+    "Normal.std must be a number not below 0": lambda: rs.Normal(0, -1),
     "Uniform.low.*finite": lambda: rs.Uniform(np.nan, 1),
     "Uniform.low: expected.*'a'": lambda: rs.Uniform("a", 1),
     "Grid: low and high are one number each": lambda: rs.Grid([1, 2], 3),

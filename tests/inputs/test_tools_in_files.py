@@ -65,7 +65,7 @@ def test_a_belief_may_have_the_tool_elsewhere():
 @pytest.mark.parametrize(
     ("old", "new", "told"),
     [
-        ("true", "1", "tools.rhino_gripper.bare: must be a valid boolean, got 1"),
+        ("true", "1", "tools.rhino_gripper.bare: must be true or false, got 1"),
         ("bare = true", 'on = "tol"', "tools.rhino_gripper: no frame 'tol' in robot 'rhino_xr4'"),
         (
             "rhino_gripper",

@@ -24,9 +24,9 @@ REFUSED = {
     "estimated": (dict(feed_forward="estimated"), "use feed_forward='known'"),
     "negative": (dict(weighting=Negative()), "Negative.weigh: expected weights from 0 to 1"),
     "unknown": (dict(weighting="edge"), "no weighting 'edge'"),
-    "no width": (dict(weighting=lambda: rs.Border(width=0)), "Border.width .px. must be"),
+    "no width": (dict(weighting=lambda: rs.Border(width=0)), "Border.width must be"),
     "no time": (dict(weighting=lambda: rs.Fade(time=0)), "Fade.time"),
-    "no noise": (dict(weighting=lambda: rs.Tukey(noise=0)), "Tukey.noise .px. must be"),
+    "no noise": (dict(weighting=lambda: rs.Tukey(noise=0)), "Tukey.noise must be"),
     "no image of the goal": (
         dict(goal=rs.GoalFeatures(np.zeros(80)), weighting="huber"),
         "Huber goes by the image of the marks at the goal",

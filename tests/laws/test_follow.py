@@ -440,7 +440,7 @@ class Endless:
         ({"trajectory": Endless()}, r"trajectory.duration \(seconds\): inf"),
         ({"to": [0.0], "duration": 1.0, "gain": 0.0}, "gain"),
         ({"to": [0.0], "duration": 1.0, "tolerance": -1.0}, "tolerance must be a positive"),
-        ({"to": [0.0], "duration": 1.0, "joints": 5}, "joints: expected a text, got 5"),
+        ({"to": [0.0], "duration": 1.0, "joints": 5}, "joints must be a text, of"),
     ],
 )
 def test_bad_tasks_for_joints_are_one_clear_error(told, message):
@@ -523,7 +523,7 @@ PACE = {"speed": 1.0, "acceleration": 1.0}
         ({"to": np.stack([HERE] * 2), "duration": 1.0}, "expected one pose, got a batch"),
         ({"to": 2 * HERE, "duration": 1.0}, "to: not a rotation"),
         ({"to": HERE, "duration": 1.0, "mask": "turn"}, "no mask 'turn'; masks: pose, position"),
-        ({"to": HERE, "duration": 1.0, "frame": 3}, "frame: expected a text, got 3"),
+        ({"to": HERE, "duration": 1.0, "frame": 3}, "frame must be a text, of"),
         (
             {"to": HERE, "duration": 1.0, "inverse": "transpose"},
             "no inverse 'transpose'; inverses: pseudo",

@@ -337,12 +337,12 @@ def test_secondary_motions_are_values():
 @pytest.mark.parametrize(
     "make, message",
     [
-        (lambda: AvoidLimits(gain=0), "gain .per second. must be a positive number"),
+        (lambda: AvoidLimits(gain=0), "gain must be a positive number .per second."),
         (lambda: AvoidLimits(margin=0.5), "margin must be a number above 0 and below 0.5, got 0.5"),
         (lambda: AvoidLimits(margin=-0.1), "margin must be a number above 0"),
         (lambda: Posture("home"), "Posture.q: expected numbers"),
-        (lambda: Posture([]), r"one number for each joint, of shape \(n,\), got \(0,\)"),
-        (lambda: Posture([[1.0]]), r"one number for each joint, of shape \(n,\), got \(1, 1\)"),
+        (lambda: Posture([]), r"q must be one number for each joint, got \[\]"),
+        (lambda: Posture([[1.0]]), r"q must be one number for each joint, got \[\[1.0\]\]"),
         (lambda: Posture([1.0, np.nan]), r"Posture.q: nan at index \(1,\)"),
         (lambda: Posture([1.0], gain=None), "Posture.gain: expected a number, got None"),
         (lambda: Posture([1.0]).check(["a", "b"]), "1 coordinates for 2 commanded ones: a, b"),

@@ -327,10 +327,10 @@ def test_all_at_once_gives_the_same_bits_alone_in_a_batch_in_chunks_and_threads(
 @pytest.mark.parametrize(
     ("made", "words"),
     [
-        (lambda: rs.Sensing(noise=-0.5), "noise (px) must be a number not below 0, got -0.5"),
+        (lambda: rs.Sensing(noise=-0.5), "noise must be a number (px) not below 0, got -0.5"),
         (lambda: rs.Sensing(noise=np.nan), "Sensing.noise: nan"),
         (lambda: rs.Sensing(noise="0.5 px"), "Sensing.noise: expected a number, got '0.5 px'"),
-        (lambda: rs.Sensing(noise=[0.5, 0.5]), "noise (px) must be a number not below 0"),
+        (lambda: rs.Sensing(noise=[0.5, 0.5]), "noise must be a number (px) not below 0"),
         (lambda: rs.Sensing(dropped=1.0), "dropped must be a number not below 0 and below 1"),
         (lambda: rs.Sensing(outliers=1.5), "outliers must be a number not below 0 and below 1"),
         (lambda: rs.Sensing(latency=-0.1), "latency must be a number (s) not below 0"),
@@ -339,9 +339,12 @@ def test_all_at_once_gives_the_same_bits_alone_in_a_batch_in_chunks_and_threads(
         (lambda: rs.Sensing(occlusions={}), "Occlusion, got {}"),
         (lambda: rs.Occlusion([0], 0.0), "Occlusion.start must be a positive number (s), got 0"),
         (lambda: rs.Occlusion([0], 2.0, 1.0), "an occlusion from 2 s must end later, not 1"),
-        (lambda: rs.Occlusion([], 1.0), "Occlusion.marks: expected numbers from 0 on, got []"),
-        (lambda: rs.Occlusion([0.5], 1.0), "Occlusion.marks: expected numbers from 0 on"),
-        (lambda: rs.Occlusion([0], 1.0, target=3), "Occlusion.target: expected a text, got 3"),
+        (
+            lambda: rs.Occlusion([], 1.0),
+            "Occlusion.marks: expected a list, each a whole number from 0 to",
+        ),
+        (lambda: rs.Occlusion([0.5], 1.0), "Occlusion.marks must be a whole number from 0 to"),
+        (lambda: rs.Occlusion([0], 1.0, target=3), "Occlusion.target must be a text, of"),
         (lambda: closed(occlusions=rs.Occlusion([9], 1.0)), "has 4 marks, numbered from 0; there"),
         (
             lambda: closed(occlusions=rs.Occlusion([0], 1.0, camera="camra")),

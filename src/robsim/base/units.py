@@ -70,20 +70,25 @@ def parse(
     if dimension not in _UNITS:
         raise UnitError(f"no dimension {dimension!r}; dimensions: {', '.join(_UNITS)}")
     units = _UNITS[dimension]
-    example = "1, 2, 3 " if count else "1.5 "
-    expected = f"expected {'a vector' if count else 'one number'} with a unit of {dimension}"
-    expected += f' ({", ".join(units)}), as in "{example}{next(iter(units))}"'
     match = _QUANTITY.fullmatch(text) if isinstance(text, str) and len(text) < 1000 else None
     if match is None or not match[1].strip() or match[2] not in units:
-        raise UnitError(f"{text!r}: {expected}")
+        raise UnitError(f"{text!r}: {_expected(dimension, count)}")
     words = match[1].replace(",", " ").split()
     if len(words) != (count or 1):
-        raise UnitError(f"{text!r} has {len(words)} numbers, not {count or 1}: {expected}")
+        wrong = f"{text!r} has {len(words)} numbers, not {count or 1}"
+        raise UnitError(f"{wrong}: {_expected(dimension, count)}")
     try:
         numbers = tuple(_scaled(word, units[match[2]]) for word in words)
     except (DecimalException, OverflowError):
-        raise UnitError(f"{text!r}: {expected}") from None
+        raise UnitError(f"{text!r}: {_expected(dimension, count)}") from None
     return numbers if count else numbers[0]
+
+
+def _expected(dimension: Dimension, count: int | None) -> str:
+    """Return the end of a message on a text that is none of a dimension."""
+    what, example = ("a vector", "1, 2, 3") if count else ("one number", "1.5")
+    listed, first = ", ".join(_UNITS[dimension]), next(iter(_UNITS[dimension]))
+    return f'expected {what} with a unit of {dimension} ({listed}), as in "{example} {first}"'
 
 
 def names(dimension: Dimension) -> tuple[str, ...]:

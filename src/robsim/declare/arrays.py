@@ -1,69 +1,83 @@
-"""Arrays of bare numbers."""
+"""Arrays of numbers, which a text says as lists."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import reduce
 from typing import Any, ClassVar
+
+import numpy as np
 
 from robsim.base.arrays import frozen, numbers
 from robsim.base.errors import InputError
-from robsim.declare.lists import ListOf
-from robsim.declare.scalars import Number
-from robsim.declare.spec import Context, Raw, Spec
-
-MOST = 10_000  # numbers of a list
+from robsim.declare.problems import under
+from robsim.declare.scalars import ANY, Number, Plain
+from robsim.declare.spec import Context, Raw, expected
 
 
-@dataclass(frozen=True)
-class Row(Spec):
-    """A list of numbers, which becomes an array (n,)."""
+@dataclass(frozen=True, kw_only=True)
+class Numbers(Plain):
+    """Numbers in a list, or in rows, each as `item` declares it, which become an array.
+
+    A word in the shape stands for any size. Without a shape they may be one number, or either.
+    """
+
+    item: Number = ANY
+    shape: tuple[int | str, ...] | None = ("n",)
 
     form: ClassVar[str] = "list"
 
-    def check(self, value: Any, what: str) -> Any:
-        array = numbers(value, what, ("n",))
-        if array.ndim != 1 or not array.size:
-            raise InputError(f"{what}: expected shape (n,), got {array.shape}")
-        return frozen(array)
+    def demand(self, value: Any) -> str:
+        deepest = 2 if self.shape is None else len(self.shape)
+        each = value.ravel().tolist() if self.item.limits else []
+        wrong = value.ndim > deepest or not value.size or any(map(self.item.demand, each))
+        return self.text_words() if wrong else ""
 
-    def read(self, raw: Raw, c: Context) -> tuple[float, ...]:
-        return ListOf(Number(), 1, MOST).read(raw, c)
+    def taken(self, value: Any, what: str) -> Any:
+        return frozen(numbers(value, what, self.shape or ()))
 
-    def write(self, value: Any, c: Context) -> list[float]:
-        return [float(x) for x in value]
+    def parsed(self, raw: Raw, c: Context) -> Any:
+        nested = self._each(raw, self.item.read, c)
+        try:
+            return self.taken(nested, "")
+        except InputError:
+            raise expected(self.text_words(), raw) from None
 
-    def words(self) -> str:
-        return "a list of numbers"
-
-    def schema(self, define: Any) -> dict[str, Any]:
-        return {"type": "array", "items": {"type": "number"}, "minItems": 1}
-
-
-@dataclass(frozen=True)
-class Matrix(Spec):
-    """A list of rows of one length, which becomes an array (rows, columns)."""
-
-    columns: int | None = None
-    form: ClassVar[str] = "list"
-
-    def check(self, value: Any, what: str) -> Any:
-        array = numbers(value, what, ("k", "n" if self.columns is None else self.columns))
-        if array.ndim != 2 or not array.size:
-            raise InputError(f"{what}: expected {self.words()}, got shape {array.shape}")
-        return frozen(array)
-
-    def read(self, raw: Raw, c: Context) -> Any:
-        row = ListOf(Number(), self.columns or 1, self.columns or MOST)
-        rows = ListOf(row, 1, MOST).read(raw, c)
-        if len({len(each) for each in rows}) > 1:
-            raise InputError(f"rows of unequal lengths {sorted({len(each) for each in rows})}")
-        return rows
-
-    def write(self, value: Any, c: Context) -> list[list[float]]:
-        return [[float(x) for x in row] for row in value]
+    def write(self, value: Any, c: Context) -> Any:
+        return self._each(np.asarray(value).tolist(), self.item.write, c)
 
     def words(self) -> str:
-        return f"a matrix of {self.columns} columns" if self.columns else "a matrix"
+        return self._list_of(self.item.words())
+
+    def text_words(self) -> str:
+        return self._list_of(self.item.text_words())
+
+    def rows(self, name: str) -> list[tuple[str, str]]:
+        return [(key, self._list_of(holds)) for key, holds in self.item.rows(name)]
 
     def schema(self, define: Any) -> dict[str, Any]:
-        return {"type": "array", "items": {"type": "array", "items": {"type": "number"}}}
+        one = self.item.schema(define)
+        if self.shape is None:
+            return {"anyOf": [one, {"type": "array"}]}
+        return reduce(lambda items, _: {"type": "array", "items": items}, self.shape, one)
+
+    def _list_of(self, words: str) -> str:
+        """Return the phrase for numbers of which each is `words`."""
+        if self.shape is None:
+            return f"{words}, or a list of these"
+        *rows, count = self.shape
+        if rows:
+            of = "rows of one length" if isinstance(count, str) else f"{count} columns"
+            return f"a matrix of {of}"
+        return f"a list of {'one or more' if isinstance(count, str) else count}: {words}"
+
+    def _each(self, raw: Raw, change: Callable[[Any, Context], Any], c: Context) -> Any:
+        """Return nested lists with what each of their numbers becomes."""
+        if not isinstance(raw, list):
+            return change(raw, c)
+        made = []
+        for i, each in enumerate(raw):
+            with under(i):
+                made.append(self._each(each, change, c))
+        return made

@@ -36,21 +36,18 @@ def _plainness(text: str) -> tuple[int, int, int]:
 
 def _texts(numbers: tuple[float, ...], unit: str) -> Iterator[str]:
     """Yield texts that are read as these very numbers, the last in SI."""
-    if unit == "1":
-        yield from (", ".join(map(_plain, numbers)),)
-        return
-    dimension = DIMENSIONS[unit]
-    for each in sorted(units.names(dimension), key=lambda name: name == "rad"):
-        factor = units.factor(each, dimension)
-        words = [_in_unit(x, each, factor, dimension) for x in numbers]
-        if None not in words:
-            yield f"{', '.join(map(str, words))} {each}"
-    yield f"{', '.join(map(_plain, numbers))} {unit}"
+    if unit in DIMENSIONS:
+        dimension = DIMENSIONS[unit]
+        for each in sorted(units.names(dimension), key="rad".__eq__):
+            words = [_in_unit(x, each, dimension) for x in numbers]
+            if None not in words:
+                yield f"{', '.join(map(str, words))} {each}"
+    yield f"{', '.join(map(_plain, numbers))} {unit}".removesuffix(" 1")
 
 
-def _in_unit(x: float, unit: str, factor: float, dimension: units.Dimension) -> str | None:
+def _in_unit(x: float, unit: str, dimension: units.Dimension) -> str | None:
     """Return the shortest number that is x in a unit; None where there is none."""
-    ratio = x / factor
+    ratio = x / units.factor(unit, dimension)
     rounded = (round(ratio, digits) for digits in range(16))
     near = (math.nextafter(ratio, side) for side in (-math.inf, math.inf))
     for each in (*rounded, ratio, *near):

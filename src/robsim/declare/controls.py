@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from robsim.declare.quantities import listed, written
+from robsim.declare.quantities import Exact
 from robsim.declare.spec import Context, Raw
 
 # how far from zero a slider reaches where no bound is declared and the value is small, by unit
@@ -52,11 +52,9 @@ class Control:
             return f'"{value}"'  # which is a text also where it reads as something else
         if not self.united:
             return value
-        if self.form == "number":
-            return written(value, self.unit)
         if isinstance(self.unit, str):
-            return listed(value, self.unit)
-        return [written(x, unit) for x, unit in zip(value, self.unit, strict=True)]
+            return Exact(value, self.unit)
+        return [Exact(x, unit) for x, unit in zip(value, self.unit, strict=True)]
 
 
 @dataclass(frozen=True)
@@ -94,7 +92,7 @@ class Place:
 
         A bound that is not a value itself is left out by a thousandth of the reach.
         """
-        first, last = _reach(value, unit, low, high)
+        first, last = _range(value, unit, low, high, 0.0, FACTOR)
         gap = 1e-3 * (last - first)
         first, last = first + gap * open_ends[0], last - gap * open_ends[1]
         return self.control("number", float(value), unit=unit, united=united, low=first, high=last)
@@ -103,24 +101,23 @@ class Place:
         self, values: Any, names: Sequence[str], unit: Any, united: bool = True, limits: Any = None
     ) -> Control:
         """Return the control of several numbers, within limits (n, 2) where there are any."""
-        numbers = [float(x) for x in values]
-        units = [unit] * len(numbers) if isinstance(unit, str) else unit
-        bounds = limits if limits is not None else [(-math.inf, math.inf)] * len(numbers)
+        each = [float(x) for x in values]
+        units = [unit] * len(each) if isinstance(unit, str) else unit
+        bounds = limits if limits is not None else [(None, None)] * len(each)
         ends = [
-            _around(x, u, float(low), float(high))
-            for x, u, (low, high) in zip(numbers, units, bounds, strict=True)
+            _range(x, u, low, high, x, 1.0)
+            for x, u, (low, high) in zip(each, units, bounds, strict=True)
         ]
-        given = {"names": tuple(names), "unit": unit, "united": united}
-        low, high = [each[0] for each in ends], [each[1] for each in ends]
-        return self.control("numbers", numbers, low=low, high=high, **given)
+        first, last = map(list, zip(*ends, strict=True))
+        more = {"names": tuple(names), "unit": unit, "united": united}
+        return self.control("numbers", each, low=first, high=last, **more)
 
 
-def _reach(value: float, unit: str, low: float | None, high: float | None) -> tuple[float, float]:
-    far = max(FACTOR * abs(value), REACH.get(unit, 1.0))
-    return -far if low is None else low, far if high is None else high
-
-
-def _around(value: float, unit: str, low: float, high: float) -> tuple[float, float]:
-    """Return the limits of a number; where there are none, as far around it as one reaches."""
-    far = max(abs(value), REACH.get(unit, 1.0))
-    return (value - far if low == -math.inf else low, value + far if high == math.inf else high)
+def _range(
+    value: float, unit: str, low: float | None, high: float | None, middle: float, factor: float
+) -> tuple[float, float]:
+    """Return the bounds of a number, or where there are none how far it reaches from a middle."""
+    far = max(factor * abs(value), REACH.get(unit, 1.0))
+    ends = (low, middle - far), (high, middle + far)
+    first, last = (float(x) if x is not None and math.isfinite(x) else reach for x, reach in ends)
+    return first, last

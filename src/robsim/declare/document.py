@@ -7,7 +7,7 @@ from typing import Any
 
 from robsim.declare.fields import Field, fields_of
 from robsim.declare.spec import MISSING
-from robsim.declare.tables import form_of
+from robsim.declare.tables import Table, form_of
 
 GROUPS = ("", "goal", "features", "depth", "law", "weighting", "shaping")
 
@@ -35,6 +35,10 @@ def _group(kind: type[Any], each: Field) -> str:
 
 
 def _rows(each: Field) -> Iterator[tuple[str, str, str, str]]:
+    if isinstance(each.spec, Table) and each.spec.flat:
+        for inner in fields_of(each.spec.declared):
+            yield from _rows(inner)
+        return
     for i, (key, holds) in enumerate(each.spec.rows(each.name)):
         default = "" if i else _default(each)
         yield f"`{key}`", _cell(holds), default, _cell("" if i else each.meaning)

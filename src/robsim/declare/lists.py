@@ -83,7 +83,7 @@ class ListOf(Spec):
         return {"type": "array", "items": self.item.schema(define), **counts}
 
     def controls(self, value: Any, place: Any) -> Iterable[Any]:
-        if isinstance(self.item, Number) and value is not None and len(value):
+        if type(self.item) is Number and value is not None and len(value):
             unit = self.item.unit
             names = self.names or [str(i) for i in range(len(value))]
             yield place.several(value, names, unit, False)

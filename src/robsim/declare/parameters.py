@@ -20,12 +20,9 @@ class _Docstring:
 
     def __init__(self, text: str):
         self.text = text
-        self.made: str | None = None
 
     def __get__(self, value: object, kind: type[Any]) -> str:
-        if self.made is None:
-            self.made = with_parameters(self.text, _arguments(kind))
-        return self.made
+        return with_parameters(self.text, _arguments(kind))
 
 
 def _arguments(kind: type[Any]) -> tuple[Field, ...]:

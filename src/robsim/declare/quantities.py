@@ -4,34 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Any, ClassVar, get_args
+
+import numpy as np
 
 from robsim.base import units
 from robsim.base.arrays import numbers
-from robsim.base.errors import InputError, UnitError, said
+from robsim.base.errors import UnitError, said
 from robsim.declare.scalars import LARGEST, Number
-from robsim.declare.spec import Context, Raw, Spec, expected
+from robsim.declare.spec import Context, Raw
 
 LONGEST = 200  # characters of a quantity
-
-
-SI: dict[units.Dimension, str] = {
-    "length": "m",
-    "angle": "rad",
-    "time": "s",
-    "speed": "m/s",
-    "turn rate": "rad/s",
-    "acceleration": "m/s^2",
-    "turn acceleration": "rad/s^2",
-    "mass": "kg",
-    "density": "kg/m^3",
-    "inertia": "kg m^2",
-}
-
-
+SI: dict[units.Dimension, str] = {each: units.names(each)[0] for each in get_args(units.Dimension)}
 DIMENSIONS = {unit: dimension for dimension, unit in SI.items()}
-
-
 EXAMPLES = {
     "angle": "90 deg",
     "length": "5 cm",
@@ -46,7 +31,66 @@ EXAMPLES = {
 }
 
 
-@dataclass(frozen=True)
+def read_quantity(raw: Raw, *of: str, count: int | None = None) -> Any:
+    """Return a number in SI of a text such as "22.86 cm", or `count` of "1, 2, 3 mm".
+
+    `of` are the SI units of what it may be of; of "1" it is bare, as a quaternion's numbers are.
+    """
+    text, plain = isinstance(raw, str), isinstance(raw, int | float)
+    if not (len(raw) <= LONGEST if text else plain and not abs(raw) > LARGEST):
+        raise _refused(raw, of, count)
+    found = _parsed(" ".join(raw.split()) if text else raw, of, count)
+    if not all(abs(number) <= LARGEST for number in (found if count else (found,))):
+        raise UnitError(f"{said(raw)}: expected a number of at most {LARGEST:g} in SI units")
+    return found
+
+
+def _parsed(text: Raw, of: tuple[str, ...], count: int | None) -> Any:
+    """Return numbers in SI of a text with a unit of the first dimension that it fits."""
+    for unit in of:
+        try:
+            if unit == "1":
+                return float(text)
+            return units.parse(text, DIMENSIONS[unit], *([count] if count else []))
+        except ValueError:
+            if len(of) == 1 and unit != "1":
+                raise
+    raise _refused(text, of, count)
+
+
+def _refused(raw: Raw, of: tuple[str, ...], count: int | None) -> UnitError:
+    wanted = "a bare number"
+    if of != ("1",):
+        wanted = f"a short text with a unit, as in {examples(*of, count=count)}"
+    return UnitError(f"{said(raw)}: expected {wanted}")
+
+
+def examples(*of: str, count: int | None = None) -> str:
+    """Return examples of quantities of one or two of these SI units, as a phrase."""
+    return " or ".join(f'"{example_of(unit, count)}"' for unit in of[:2])
+
+
+def example_of(unit: str, count: int | None = None) -> str:
+    """Return how a text says a quantity of an SI unit, or `count` of them."""
+    number, name = EXAMPLES[DIMENSIONS[unit]].split(" ", 1)
+    return f"{', '.join('123'[:count]) if count else number} {name}"
+
+
+class Exact(str):
+    """The text of numbers in SI, such as '0.1, 0.2 m', which knows them; bare of unit "1"."""
+
+    numbers: tuple[float, ...]
+    unit: str
+
+    def __new__(cls, numbers: Any, unit: str) -> Exact:
+        """Return the text of a number, or of several."""
+        own = tuple(map(float, np.atleast_1d(numbers)))
+        made = super().__new__(cls, f"{', '.join(map(repr, own))} {unit}".removesuffix(" 1"))
+        made.numbers, made.unit = own, unit
+        return made
+
+
+@dataclass(frozen=True, kw_only=True)
 class Quantity(Number):
     """A number with a unit in a text, such as "5 cm", which becomes one in SI."""
 
@@ -58,41 +102,27 @@ class Quantity(Number):
     def si_unit(self) -> str:
         return SI[self.dimension]
 
-    def check(self, value: Any, what: str) -> float:
-        number = numbers(value, what, ())
-        if isinstance(value, bool) or number.ndim or self._outside(float(number)):
-            raise InputError(f"{what} must be {self.words()}, got {said(value)}")
-        return float(number)
+    @property
+    def example(self) -> str:
+        """How a text says it."""
+        return example_of(self.si_unit)
 
-    def read(self, raw: Raw, c: Context) -> float:
-        number = quantity(raw, self.dimension)
-        if bound := self._outside(number):
-            raise expected(bound, raw)
-        return number
+    def parsed(self, raw: Raw, c: Context) -> Any:
+        return read_quantity(raw, self.si_unit)
 
     def write(self, value: Any, c: Context) -> Any:
-        return written(value, SI[self.dimension])
-
-    def words(self) -> str:
-        if self.above == 0 and self.below is None:
-            return f"a positive number ({SI[self.dimension]})"
-        return f"a number ({SI[self.dimension]}) {self._bounds()}".rstrip()
+        return Exact(value, self.si_unit)
 
     def text_words(self) -> str:
-        bounds = f" {self._bounds()}" if self._bounds() else ""
-        return f'a quantity{bounds} such as "{EXAMPLES[self.dimension]}"'
+        return f'a quantity{self.bounds} such as "{self.example}"'
 
     def schema(self, define: Any) -> dict[str, Any]:
         pattern = units.pattern(self.dimension)
-        return {"type": "string", "pattern": pattern, "examples": [EXAMPLES[self.dimension]]}
+        return {"type": "string", "pattern": pattern, "examples": [self.example]}
 
     def rows(self, name: str) -> list[tuple[str, str]]:
-        bounds = f", {self._bounds()}" if self._bounds() else ""
-        return [(name, f'{self.dimension}, as in "{EXAMPLES[self.dimension]}"{bounds}')]
-
-    def _slide(self) -> tuple[Any, ...]:
-        _, low, high, _ = super()._slide()
-        return SI[self.dimension], low, high, True
+        bounds = f",{self.bounds}" if self.bounds else ""
+        return [(name, f'{self.dimension}, as in "{self.example}"{bounds}')]
 
 
 def Length(**bounds: Any) -> Quantity:
@@ -111,128 +141,47 @@ def Time(**bounds: Any) -> Quantity:
 
 
 @dataclass(frozen=True)
-class Vector(Spec):
+class Vector(Quantity):
     """Several quantities of one dimension in one text, such as "1, 2, 3 mm"."""
-
-    united: ClassVar[bool] = True
 
     dimension: units.Dimension = "length"
     count: int = 3
 
     @property
-    def si_unit(self) -> str:
-        return SI[self.dimension]
+    def example(self) -> str:
+        """How a text says it."""
+        return example_of(self.si_unit, self.count)
 
-    def check(self, value: Any, what: str) -> tuple[float, ...]:
-        given = numbers(value, what, (self.count,))
-        if given.ndim != 1:
-            raise InputError(f"{what}: expected shape ({self.count},), got {given.shape}")
-        return tuple(given.tolist())
+    def demand(self, value: Any) -> str:
+        return "" if np.ndim(value) == 1 else self.accepts()
 
-    def read(self, raw: Raw, c: Context) -> tuple[float, ...]:
-        return quantities(raw, self.dimension, self.count)
+    def taken(self, value: Any, what: str) -> Any:
+        return tuple(numbers(value, what, (self.count,)).tolist())
 
-    def write(self, value: Any, c: Context) -> str:
-        return listed(value, SI[self.dimension])
+    def parsed(self, raw: Raw, c: Context) -> Any:
+        return read_quantity(raw, self.si_unit, count=self.count)
 
     def words(self) -> str:
-        return f'{self.count} numbers with a unit of {self.dimension}, as in "{self._example}"'
+        return f'{self.count} numbers with a unit of {self.dimension}, as in "{self.example}"'
 
     def accepts(self) -> str:
-        return f"{self.count} numbers ({SI[self.dimension]})"
-
-    def schema(self, define: Any) -> dict[str, Any]:
-        pattern = units.pattern(self.dimension)
-        return {"type": "string", "pattern": pattern, "examples": [self._example]}
+        return f"{self.count} numbers ({self.si_unit})"
 
     def controls(self, value: Any, place: Any) -> Iterable[Any]:
-        return [] if value is None else [place.several(value, "xyz", SI[self.dimension])]
-
-    @property
-    def _example(self) -> str:
-        return f"{', '.join('123'[: self.count])} {EXAMPLES[self.dimension].split(' ', 1)[1]}"
+        names = "xyz"[: self.count]
+        return [] if value is None else [place.several(value, names, self.si_unit)]
 
 
-def quantity(raw: Raw, dimension: units.Dimension) -> float:
-    """Return one number in SI from a text such as "22.86 cm"."""
-    return _numbers(raw, dimension, None)[0]
+@dataclass(frozen=True, kw_only=True)
+class Amount(Number):
+    """A number in SI or a quantity such as "5 cm", `of` one of the units that the place says."""
 
+    def parsed(self, raw: Raw, c: Context) -> Any:
+        of = c.facts.get("of", DIMENSIONS)
+        return read_quantity(raw, *of) if isinstance(raw, str) else super().parsed(raw, c)
 
-def quantities(raw: Raw, dimension: units.Dimension, count: int) -> tuple[float, ...]:
-    """Return several numbers in SI from a text such as "1, 2, 3 mm"."""
-    return _numbers(raw, dimension, count)
+    def words(self) -> str:
+        return f'{super().words()}, in SI or with a unit ("5 cm")'
 
-
-def coordinate(raw: Raw, unit: str) -> float:
-    """Return one coordinate or velocity; its unit, such as "rad" or "m/s", as the joint has it.
-
-    The numbers of a quaternion, of unit "1", are bare.
-    """
-    if unit != "1":
-        return quantity(raw, DIMENSIONS[unit])
-    try:
-        return _within(float(raw), raw)
-    except (TypeError, ValueError, OverflowError):
-        raise UnitError(f"{said(raw)}: expected a bare number") from None
-
-
-def either(raw: Raw, *dimensions: units.Dimension) -> float:
-    """Return a quantity of one of these dimensions, where the joint is not known yet."""
-    for dimension in dimensions:
-        try:
-            return quantity(raw, dimension)
-        except _TooLarge:
-            raise
-        except UnitError:
-            continue
-    examples = " or ".join(f'"{EXAMPLES[dimension]}"' for dimension in dimensions)
-    raise UnitError(f"{said(raw)}: expected one number with its unit, as in {examples}")
-
-
-class Exact(str):
-    """The text of numbers in SI, such as '0.1, 0.2 m', which knows them."""
-
-    numbers: tuple[float, ...]
-    unit: str
-
-    def __new__(cls, numbers: Iterable[Any], unit: str) -> Exact:
-        """Return the text of some numbers; bare where their unit is "1"."""
-        own = tuple(map(float, numbers))
-        made = super().__new__(cls, f"{', '.join(map(repr, own))} {unit}".removesuffix(" 1"))
-        made.numbers, made.unit = own, unit
-        return made
-
-
-def written(number: float, unit: str) -> str:
-    """Return the text of a number with its unit, such as '0.1 m'; bare where the unit is "1"."""
-    return Exact([number], unit)
-
-
-def listed(values: Any, unit: str) -> str:
-    """Return the text of several numbers with their unit, such as '0.1, 0.2 kg m^2'."""
-    return Exact(values, unit)
-
-
-class _TooLarge(UnitError):
-    """The error about a quantity of the right dimension that is too large."""
-
-
-def _numbers(raw: Raw, dimension: units.Dimension, count: int | None) -> tuple[float, ...]:
-    text = _short(raw, f'"{", ".join("123"[:count])} cm"' if count else '"1.5 cm"')
-    read = units.parse(text, dimension, count) if count else (units.parse(text, dimension),)
-    return tuple(_within(number, raw) for number in read)
-
-
-def _short(raw: Raw, example: str) -> Any:
-    """Return what `units.parse` may see: a short text, or a number, which it refuses."""
-    if isinstance(raw, str) and len(raw) <= LONGEST:
-        return " ".join(raw.split())
-    if isinstance(raw, int | float) and not abs(raw) > LARGEST:
-        return raw
-    raise UnitError(f"{said(raw)}: expected a short text with a unit, as in {example}")
-
-
-def _within(number: float, raw: Raw) -> float:
-    if not abs(number) <= LARGEST:
-        raise _TooLarge(f"{said(raw)}: expected a number of at most {LARGEST:g} in SI units")
-    return number
+    def schema(self, define: Any) -> dict[str, Any]:
+        return {"type": ["number", "string"]}

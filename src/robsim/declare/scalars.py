@@ -1,23 +1,79 @@
-"""Plain values: numbers, whole numbers and truth values."""
+"""Plain values: numbers within bounds, whole numbers and truth values."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+import operator
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from typing import Any
+from functools import cached_property
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from robsim.base.arrays import flag, numbers
+from robsim.base.arrays import numbers
 from robsim.base.errors import InputError, said
 from robsim.declare.spec import Context, NoText, Raw, Spec, expected
 
 LARGEST = 1e9  # of any number in SI units, so that no product of poses overflows
 
 
+class Bound(NamedTuple):
+    """How a bound is said, how one that is broken is, what keeps it, and its key in a schema."""
+
+    word: str
+    demand: str
+    holds: Callable[[float, float], bool]
+    key: str
+
+
+BOUNDS = {
+    "above": Bound("above", "greater than", operator.gt, "exclusiveMinimum"),
+    "least": Bound("not below", "greater than or equal to", operator.ge, "minimum"),
+    "below": Bound("below", "less than", operator.lt, "exclusiveMaximum"),
+    "most": Bound("not above", "less than or equal to", operator.le, "maximum"),
+}
+
+
 @dataclass(frozen=True)
-class Number(Spec):
+class Plain(Spec):
+    """A value that one test decides on, whether it comes from a text or from Python."""
+
+    def demand(self, value: Any) -> str:
+        """Return what a value must be where it is something else, or ""."""
+        raise NotImplementedError
+
+    def taken(self, value: Any, what: str) -> Any:
+        """Return a Python value as it is kept; what it cannot be is refused later."""
+        return value
+
+    def parsed(self, raw: Raw, c: Context) -> Any:
+        """Return what a text says, likewise."""
+        return raw
+
+    def within(self, value: Any, raw: Raw) -> Any:
+        """Return a value that a text says as `raw`; InputError unless it is one."""
+        if demand := self.demand(value):
+            raise expected(demand, raw)
+        return value
+
+    def check(self, value: Any, what: str) -> Any:
+        made = self.taken(value, what)
+        if self.demand(made):
+            raise InputError(f"{what} must be {self.accepts()}, got {said(value)}")
+        return made
+
+    def read(self, raw: Raw, c: Context) -> Any:
+        return self.within(self.parsed(raw, c), raw)
+
+    def write(self, value: Any, c: Context) -> Any:
+        if demand := self.demand(value):
+            raise NoText(f"{said(value)} is not {demand}")
+        return value
+
+
+@dataclass(frozen=True, kw_only=True)
+class Number(Plain):
     """A finite number within bounds, in `unit` where that is not an SI unit."""
 
     above: float | None = None
@@ -26,115 +82,72 @@ class Number(Spec):
     most: float | None = None
     unit: str = ""
 
-    def check(self, value: Any, what: str) -> float:
-        number = numbers(value, what, ())
-        if isinstance(value, bool) or number.ndim or self._outside(float(number)):
-            unit = f" ({self.unit})" if self.unit else ""
-            raise InputError(f"{what}{unit} must be {self.words()}, got {said(value)}")
-        return float(number)
+    @cached_property
+    def limits(self) -> list[tuple[Bound, float]]:
+        """The bounds that are given, each with its number."""
+        own = ((bound, getattr(self, name)) for name, bound in BOUNDS.items())
+        return [(bound, limit) for bound, limit in own if limit is not None]
 
-    def read(self, raw: Raw, c: Context) -> float:
-        number = bare(raw)
-        if bound := self._outside(number) or (abs(number) > LARGEST and f"at most {LARGEST:g}"):
-            raise expected(bound, raw)
-        return number
+    @property
+    def bounds(self) -> str:
+        """What bounds a number, as the end of a phrase; "" where nothing does."""
+        return " and".join(f" {bound.word} {limit:g}" for bound, limit in self.limits)
 
-    def write(self, value: Any, c: Context) -> float:
-        if not math.isfinite(value):
-            raise NoText(f"{value!r} is not a finite number")
-        return float(value)
+    def demand(self, value: Any) -> str:
+        if not isinstance(value, float) or not math.isfinite(value):
+            return "a finite number"
+        for bound, limit in self.limits:
+            if not bound.holds(value, limit):
+                return f"{bound.demand} {limit:g}"
+        return ""
+
+    def taken(self, value: Any, what: str) -> Any:
+        return numbers(value, what, ()).tolist()
+
+    def parsed(self, raw: Raw, c: Context) -> Any:
+        if isinstance(raw, bool) or not isinstance(raw, int | float):
+            raise expected("a valid number", raw)
+        if LARGEST < abs(raw) < math.inf:
+            raise expected(f"a number of at most {LARGEST:g}", raw)
+        return float(raw)
+
+    def write(self, value: Any, c: Context) -> Any:
+        return super().write(float(value), c)
 
     def words(self) -> str:
+        unit = f" ({self.si_unit})" if self.si_unit else ""
         if self.above == 0 and self.below is None:
-            return "a positive number"
-        return f"a number {self._bounds()}".rstrip()
-
-    def accepts(self) -> str:
-        return f"{self.words()} ({self.unit})" if self.unit else self.words()
+            return f"a positive number{unit}"
+        return f"a number{unit}{self.bounds}"
 
     def schema(self, define: Any) -> dict[str, Any]:
-        return {"type": "number", **self._limits()}
+        return {"type": "number", **{bound.key: limit for bound, limit in self.limits}}
 
     def controls(self, value: Any, place: Any) -> Iterable[Any]:
         if not isinstance(value, float | int) or not math.isfinite(value):
             return ()
         ends = self.above is not None, self.below is not None
-        return [place.slider(value, *self._slide(), ends)]
-
-    def _slide(self) -> tuple[Any, ...]:
-        """Return the unit in which a number is shown, its bounds, and whether texts have it."""
-        low = self.least if self.above is None else self.above
-        return self.unit, low, self.most if self.below is None else self.below, False
-
-    def _outside(self, number: float) -> str:
-        """Return the bound that a number breaks."""
-        if self.above is not None and not number > self.above:
-            return f"greater than {self.above:g}"
-        if self.least is not None and not number >= self.least:
-            return f"greater than or equal to {self.least:g}"
-        if self.below is not None and not number < self.below:
-            return f"less than {self.below:g}"
-        if self.most is not None and not number <= self.most:
-            return f"less than or equal to {self.most:g}"
-        return ""
-
-    def _bounds(self) -> str:
-        said = {
-            "above": self.above,
-            "not below": self.least,
-            "below": self.below,
-            "not above": self.most,
-        }
-        return " and ".join(f"{word} {x:g}" for word, x in said.items() if x is not None)
-
-    def _limits(self) -> dict[str, float]:
-        named = {
-            "exclusiveMinimum": self.above,
-            "minimum": self.least,
-            "exclusiveMaximum": self.below,
-            "maximum": self.most,
-        }
-        return {key: x for key, x in named.items() if x is not None}
+        low, high = self.above if ends[0] else self.least, self.below if ends[1] else self.most
+        return [place.slider(value, self.si_unit, low, high, self.united, ends)]
 
 
-def bare(raw: Raw) -> float:
-    """Return a number without a unit."""
-    if isinstance(raw, bool) or not isinstance(raw, int | float):
-        raise expected("a valid number", raw)
-    try:
-        number = float(raw)
-    except OverflowError:
-        raise expected("a finite number", raw) from None
-    if not math.isfinite(number):
-        raise expected("a finite number", raw)
-    return number
+ANY, POSITIVE, NOT_NEGATIVE = Number(), Number(above=0), Number(least=0)
 
 
 @dataclass(frozen=True)
-class Whole(Spec):
+class Whole(Plain):
     """A whole number from `least` to `most`."""
 
     least: int = 0
     most: int = 2**63 - 1
 
-    def check(self, value: Any, what: str) -> int:
+    def demand(self, value: Any) -> str:
+        whole = isinstance(value, int) and not isinstance(value, bool)
+        return "" if whole and self.least <= value <= self.most else self.words()
+
+    def taken(self, value: Any, what: str) -> Any:
         number = numbers(value, what, ())
-        whole = not isinstance(value, bool) and not number.ndim and number == np.round(number)
-        if not whole or not self.least <= int(value) <= self.most:
-            raise InputError(f"{what} must be {self.words()}, got {said(value)}")
-        return int(value)
-
-    def read(self, raw: Raw, c: Context) -> int:
-        if isinstance(raw, bool) or not isinstance(raw, int):
-            raise expected("a valid integer", raw)
-        if raw < self.least:
-            raise expected(f"greater than or equal to {self.least}", raw)
-        if raw > self.most:
-            raise expected(f"less than or equal to {self.most}", raw)
-        return raw
-
-    def write(self, value: Any, c: Context) -> int:
-        return int(value)
+        return int(value) if not number.ndim and number == np.round(number) else value
 
     def words(self) -> str:
         most = f"to {self.most}" if self.most < 2**63 - 1 else "on"
@@ -150,19 +163,14 @@ class Whole(Spec):
 
 
 @dataclass(frozen=True)
-class Flag(Spec):
+class Flag(Plain):
     """A truth value."""
 
-    def check(self, value: Any, what: str) -> bool:
-        return flag(value, what)
+    def demand(self, value: Any) -> str:
+        return "" if isinstance(value, bool) else self.words()
 
-    def read(self, raw: Raw, c: Context) -> bool:
-        if not isinstance(raw, bool):
-            raise expected("a valid boolean", raw)
-        return raw
-
-    def write(self, value: Any, c: Context) -> bool:
-        return bool(value)
+    def taken(self, value: Any, what: str) -> Any:
+        return bool(value) if isinstance(value, np.bool_) else value
 
     def words(self) -> str:
         return "true or false"
@@ -172,6 +180,3 @@ class Flag(Spec):
 
     def controls(self, value: Any, place: Any) -> Iterable[Any]:
         return [place.control("flag", value)] if isinstance(value, bool) else ()
-
-
-# texts with units

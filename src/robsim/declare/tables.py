@@ -304,11 +304,3 @@ class Table(Spec):
             for each, made in fields
             for key, x in made.items()
         }
-
-    def rows(self, name: str) -> list[tuple[str, str]]:
-        if not self.flat:
-            return super().rows(name)
-        rows = [
-            (each, row) for each in fields_of(self.declared) for row in each.spec.rows(each.name)
-        ]
-        return [(key, f"{words}: {each.meaning}") for each, (key, words) in rows]

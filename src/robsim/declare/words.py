@@ -5,39 +5,34 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Any
 
-from robsim.base.errors import InputError, said, suggest
-from robsim.base.names import NAME_PATTERN, checked_name
+from robsim.base.errors import InputError, is_one_of, said, suggest
+from robsim.base.names import LONGEST_NAME, NAME_PATTERN, checked_name
 from robsim.declare.families import plural
-from robsim.declare.spec import Context, NoText, Raw, Spec, expected
+from robsim.declare.phrases import either_of
+from robsim.declare.scalars import Plain
+from robsim.declare.spec import Context, Raw
 
 
 @dataclass(frozen=True)
-class Text(Spec):
+class Text(Plain):
     """A text of a bounded length, which may have to fit a pattern."""
 
     most: int = 2000
     pattern: str | None = None
     least: int = 0
 
-    def check(self, value: Any, what: str) -> str:
-        if not isinstance(value, str):
-            raise InputError(f"{what}: expected a text, got {said(value)}")
-        return value
+    def demand(self, value: Any) -> str:
+        fits = isinstance(value, str) and self.least <= len(value) <= self.most
+        if fits and re.fullmatch(self.pattern or "(?s:.*)", value):
+            return ""
+        pattern = f", of the pattern {self.pattern}" if self.pattern else ""
+        return f"{self.words()}, of {self.least} to {self.most} characters{pattern}"
 
-    def read(self, raw: Raw, c: Context) -> str:
-        if not isinstance(raw, str):
-            raise expected("a valid string", raw)
-        if not self.least <= len(raw) <= self.most:
-            raise expected(f"a string of {self.least} to {self.most} characters", raw)
-        if self.pattern and not re.fullmatch(self.pattern, raw):
-            raise expected(f"a string of the pattern {self.pattern}", raw)
-        return raw
-
-    def write(self, value: Any, c: Context) -> str:
-        if not isinstance(value, str):
-            raise NoText(f"{said(value)} is not a text")
+    def check(self, value: Any, what: str) -> Any:
+        if demand := self.demand(value):
+            raise InputError(f"{what} must be {demand}, got {said(value)}")
         return value
 
     def words(self) -> str:
@@ -52,63 +47,51 @@ class Text(Spec):
 class Name(Text):
     """A name that is safe in files, figures and paths."""
 
-    most: int = 64
+    most: int = LONGEST_NAME
+    pattern: str | None = NAME_PATTERN
 
     def read(self, raw: Raw, c: Context) -> str:
-        if not isinstance(raw, str):
-            raise expected("a valid string", raw)
         return checked_name(raw, "name")
 
     def words(self) -> str:
         return "a name"
-
-    def schema(self, define: Any) -> dict[str, Any]:
-        return {"type": "string", "pattern": f"^{NAME_PATTERN}$"}
 
 
 @dataclass(frozen=True)
 class ColorSpec(Text):
     """A colour by a name that Matplotlib knows; in Python in any form that Matplotlib takes."""
 
-    pattern: str | None = r"[A-Za-z0-9#][A-Za-z0-9 #:._-]{0,63}"
+    most: int = 64
+    pattern: str | None = r"[A-Za-z0-9#][A-Za-z0-9 #:._-]*"
 
     def check(self, value: Any, what: str) -> Any:
         return value  # which only Matplotlib knows
 
-    def write(self, value: Any, c: Context) -> str:
-        if not isinstance(value, str):
-            raise NoText(f"the color {said(value)} is not a text")
-        return value
+    def words(self) -> str:
+        return "the name of a color"
 
 
 Color = ColorSpec()
 
 
 @dataclass(frozen=True)
-class Word(Spec):
+class Word(Plain):
     """One of a few words."""
 
     choices: tuple[str, ...]
     noun: str = "choice"
-    form: ClassVar[str] = "plain"
 
-    def check(self, value: Any, what: str) -> str:
-        if not isinstance(value, str) or value not in self.choices:
+    def demand(self, value: Any) -> str:
+        return "" if is_one_of(value, self.choices) else self.words()
+
+    def check(self, value: Any, what: str) -> Any:
+        if self.demand(value):
             hint = suggest(value, self.choices, plural(self.noun))
             raise InputError(f"{what}: no {self.noun} {said(value)}; {hint}")
         return value
 
-    def read(self, raw: Raw, c: Context) -> str:
-        if not isinstance(raw, str) or raw not in self.choices:
-            raise expected(self.words(), raw)
-        return raw
-
-    def write(self, value: Any, c: Context) -> str:
-        return str(value)
-
     def words(self) -> str:
-        *most, last = map(repr, self.choices)
-        return f"{', '.join(most)} or {last}" if most else last
+        return either_of(*map(repr, self.choices))
 
     def schema(self, define: Any) -> dict[str, Any]:
         return {"enum": list(self.choices)}

@@ -8,10 +8,9 @@ from typing import Annotated, Any, ClassVar
 
 from robsim.base.errors import InputError
 from robsim.declare import Choice, ListOf, Name, Number, Role, Stacked, Table
-from robsim.declare.joints import OfJoint, unit_of
-from robsim.declare.problems import Broken, under
-from robsim.declare.quantities import coordinate, written
-from robsim.declare.spec import Context, NoText, Raw, Spec, expected
+from robsim.declare.joints import Axes, OfJoint, PerJoint, unit_of
+from robsim.declare.problems import under
+from robsim.declare.spec import Context, NoText, Raw
 from robsim.geometry.curves.curve import CURVES
 from robsim.geometry.inertia import Inertia
 from robsim.geometry.pose import IDENTITY, Pose
@@ -44,36 +43,20 @@ class JointChoice(Choice):
         return super().write(kind, c)
 
 
+def _ends(c: Context) -> Axes:
+    """Return the ends of the range of the joint whose table is around."""
+    return Axes([unit_of(c)] * 2, ["lowest", "highest"])
+
+
 @dataclass(frozen=True)
-class Span(Spec):
+class Span(PerJoint):
     """The declaration of joint limits: the lowest and highest coordinate, in the joint's unit."""
 
-    united: ClassVar[bool] = True
-    form: ClassVar[str] = "list"
+    def controls(self, value: Any, place: Any) -> Iterable[Any]:
+        return ()
 
-    def read(self, raw: Raw, c: Context) -> tuple[float, ...]:
-        if not isinstance(raw, list) or len(raw) != 2:
-            raise expected("a list of 2 items, [lowest, highest]", raw)
-        before = c.problems.seen
-        for i, text in enumerate(raw):
-            if not isinstance(text, str):
-                c.at(i).report(str(expected("a string with a unit", text)))
-        if c.problems.seen > before:
-            raise Broken
-        unit, made = unit_of(c), []
-        for i, text in enumerate(raw):
-            with under(i):
-                made.append(coordinate(text, unit))
-        return tuple(made)
-
-    def write(self, value: Any, c: Context) -> list[str]:
-        return [written(x, unit_of(c)) for x in value]
-
-    def words(self) -> str:
+    def _list_of(self, words: str) -> str:
         return "[lowest, highest] in the unit of the joint"
-
-    def schema(self, define: Any) -> dict[str, Any]:
-        return {"type": "array", "items": {"type": "string"}, "minItems": 2, "maxItems": 2}
 
 
 @dataclass(frozen=True)
@@ -115,7 +98,7 @@ class LinkTable:
     tail: Annotated[
         Pose | None, POSE, Stacked(), "Pose of the link in the moved frame of the joint."
     ] = None
-    limits: Annotated[Any, Span(), "Lowest and highest coordinate."] = None
+    limits: Annotated[Any, Span(_ends), "Lowest and highest coordinate."] = None
     shapes: Annotated[
         tuple[Primitive, ...], SHAPE_LIST, Role.FIGURE, "Solids that figures show of the link."
     ] = ()

@@ -7,10 +7,11 @@ from dataclasses import dataclass, field
 from typing import Annotated, Any, ClassVar
 
 from robsim.base.arrays import Array
-from robsim.base.errors import InputError, naming, said
+from robsim.base.errors import InputError, naming
 from robsim.declare import Declared, Role, Text, Time, Word
 from robsim.declare.lists import Names
-from robsim.declare.spec import Context, Raw, Spec, expected
+from robsim.declare.scalars import Plain
+from robsim.declare.spec import Context, Raw
 from robsim.declare.words import Reference
 from robsim.engine.outcome import Outcome
 from robsim.servo.tasks.family import TASKS, TaskChoice
@@ -24,40 +25,26 @@ class PhaseName(Text):
 
     most: int = 64
 
-    def check(self, value: Any, what: str) -> str:
-        name = super().check(value, what)
-        if not name.strip() or not name.isprintable() or "." in name or len(name) > self.most:
-            raise expected(self.words(), name)
-        return name
-
-    def read(self, raw: Raw, c: Context) -> str:
-        return self.check(super().read(raw, c), "name")
+    def demand(self, value: Any) -> str:
+        fits = not super().demand(value) and value.strip() and value.isprintable()
+        return "" if fits and "." not in value else self.words()
 
     def words(self) -> str:
         return f"a name without dots of 1 to {self.most} characters"
 
 
 @dataclass(frozen=True)
-class Hangings(Spec):
+class Hangings(Plain):
     """A table {object: frame}."""
 
     form: ClassVar[str] = "table"
 
-    def check(self, value: Any, what: str) -> dict[str, str]:
-        if not isinstance(value, Mapping):
-            raise InputError(f"{what}: expected {self.words()}, got {said(value)}")
-        return {
-            Reference.check(thing, what): Reference.check(frame, f"{what} of {thing!r}")
-            for thing, frame in value.items()
-        }
+    def demand(self, value: Any) -> str:
+        names = [*value, *value.values()] if isinstance(value, Mapping) else [None]
+        return self.words() if any(map(Reference.demand, names)) else ""
 
-    def read(self, raw: Raw, c: Context) -> dict[str, str]:
-        if not isinstance(raw, Mapping):
-            raise expected(self.words(), raw)
-        return {thing: Reference.read(frame, c.at(thing)) for thing, frame in raw.items()}
-
-    def write(self, value: Any, c: Context) -> dict[str, str]:
-        return dict(value)
+    def taken(self, value: Any, what: str) -> Any:
+        return dict(value) if isinstance(value, Mapping) else value
 
     def put(self, table: dict[str, Raw], name: str, value: Any, c: Context) -> None:
         if value:

@@ -36,7 +36,7 @@ class SceneName(Text):
     find: str = "camera"
     most: int = 129
 
-    def read(self, raw: Raw, c: Context) -> str:
+    def read(self, raw: Raw, c: Context) -> Any:
         name, scene = super().read(raw, c), c.facts.get("scene")
         if scene is not None:
             getattr(scene, self.find)(name)

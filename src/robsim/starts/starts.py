@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError, said
 from robsim.declare import Angle, Declared, Flag, Length, register
-from robsim.declare.amounts import Amount
+from robsim.declare.arrays import Numbers
 from robsim.declare.families import family
+from robsim.declare.quantities import Amount
 from robsim.declare.words import Reference
 from robsim.geometry.looking import facing, in_cone
 from robsim.geometry.pose import Pose
@@ -21,7 +22,10 @@ from robsim.starts.reach import Reach
 from robsim.statistics.random_numbers import Draws
 
 START = family("start")
-PAIR = Amount(count=2, unit="rad")
+PAIR = Numbers(item=Angle(), shape=(2,))
+DISTANCES = Numbers(item=Length(least=0), shape=(2,))
+ANGLES = Numbers(item=Angle(least=0), shape=(2,))
+COORDINATES = Numbers(item=Amount(), shape=None)
 FULL_TURN = (-np.pi, np.pi)
 
 
@@ -82,15 +86,17 @@ class LookAt(Start):
         str | None, Reference, "Object that is looked at; None: that of the task."
     ] = None
     distance: Annotated[
-        Any, Amount(count=2, above=0, unit="m"), "Least and largest distance in metres."
+        Any, Numbers(item=Length(above=0), shape=(2,)), "Least and largest distance in metres."
     ] = field(kw_only=True)
     roll: Annotated[Any, PAIR, "Least and largest angle about the optical axis in radians."] = (
         FULL_TURN
     )
     cone: Annotated[float, Angle(least=0, most=np.pi), "Largest angle to the axis."] = np.pi / 4
-    axis: Annotated[Any, Amount(count=3), "Direction from the target; None: that of the goal."] = (
-        None
-    )
+    axis: Annotated[
+        Any,
+        Numbers(item=Amount(), shape=(3,)),
+        "Direction from the target; None: that of the goal.",
+    ] = None
     aside: Annotated[
         float, Length(least=0), "Radius in which the point that is looked at lies."
     ] = 0.0
@@ -143,12 +149,8 @@ class Shell(Start):
 
     numbers: ClassVar[int] = 6
 
-    distance: Annotated[
-        Any, Amount(count=2, least=0, unit="m"), "Least and largest distance in metres."
-    ]
-    angle: Annotated[
-        Any, Amount(count=2, least=0, unit="rad"), "Least and largest angle in radians."
-    ] = (0, 0)
+    distance: Annotated[Any, DISTANCES, "Least and largest distance in metres."]
+    angle: Annotated[Any, ANGLES, "Least and largest angle in radians."] = (0, 0)
     about: Annotated[Pose | None, POSE, "Pose in the world; None: the goal."] = None
 
     def __post_init__(self) -> None:
@@ -201,13 +203,11 @@ class About(Start):
     numbers: ClassVar[int] = 6
 
     position: Annotated[
-        Any, Amount(count=3, least=0, unit="m"), "Largest offset along each axis."
+        Any, Numbers(item=Length(least=0), shape=(3,)), "Largest offset along each axis."
     ] = (0.0, 0.0, 0.0)
-    rpy: Annotated[Any, Amount(count=3, least=0, unit="rad"), "Largest roll, pitch and yaw."] = (
-        0.0,
-        0.0,
-        0.0,
-    )
+    rpy: Annotated[
+        Any, Numbers(item=Angle(least=0), shape=(3,)), "Largest roll, pitch and yaw."
+    ] = (0.0, 0.0, 0.0)
     pose: Annotated[Pose | None, POSE, "Pose in the world; None: the goal."] = None
 
     def poses(self, reach: Reach, share: Array) -> Array:
@@ -226,8 +226,8 @@ class Anywhere(Start):
     True
     """
 
-    low: Annotated[Any, Amount(), "Lowest coordinates, (nq,)."] = None
-    high: Annotated[Any, Amount(), "Highest coordinates, (nq,)."] = None
+    low: Annotated[Any, COORDINATES, "Lowest coordinates, (nq,)."] = None
+    high: Annotated[Any, COORDINATES, "Highest coordinates, (nq,)."] = None
 
     def coordinates(self, reach: Reach, draws: Draws) -> tuple[Array, NDArray[np.bool_]]:
         """Return coordinates (draws, nq), and whether each was reached."""

@@ -13,13 +13,15 @@ from robsim.base.arrays import Array
 from robsim.base.errors import InputError, said
 from robsim.declare import Choice as ChoiceSpec
 from robsim.declare import Declared, register
-from robsim.declare.amounts import Amount
+from robsim.declare.arrays import Numbers
 from robsim.declare.families import family
+from robsim.declare.quantities import Amount
 from robsim.statistics.random_numbers import Draws
 from robsim.studies.values import ValuesSpec
 
 SAMPLER = family("sampler")
-AMOUNT, POSITIVE = Amount(), Amount(above=0)
+AMOUNT = Numbers(item=Amount(), shape=None)
+POSITIVE = Numbers(item=Amount(above=0), shape=None)
 
 
 @runtime_checkable
@@ -146,7 +148,7 @@ class Normal(Declared):
     """
 
     mean: Annotated[Any, AMOUNT, "Mean."]
-    std: Annotated[Any, Amount(least=0), "Standard deviation."]
+    std: Annotated[Any, Numbers(item=Amount(least=0), shape=None), "Standard deviation."]
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import islice
 from typing import Annotated, Any, ClassVar
@@ -13,9 +13,9 @@ import numpy as np
 from robsim.base.errors import FileError, InputError, said
 from robsim.declare import Choice as ChoiceSpec
 from robsim.declare import Flag, Whole
-from robsim.declare.amounts import unit_in
-from robsim.declare.arrays import Matrix
+from robsim.declare.arrays import Numbers
 from robsim.declare.problems import Broken, Problems
+from robsim.declare.quantities import DIMENSIONS
 from robsim.declare.spec import MISSING, Context, NoText, Raw, Spec, expected
 from robsim.declare.tables import read_table, write_table
 from robsim.files.changes import Changes
@@ -43,7 +43,9 @@ class VarySpec(Spec):
     def read(self, raw: Raw, c: Context) -> dict[str, Any]:
         found = {}
         for name, each in _by_name(raw, c).items():
-            value = c.at(name).tried(SAMPLED, each) if is_drawn(each) else each
+            unit = unit_at(c.facts["experiment"], name)
+            inner = c.at(name).knowing(of=[unit if unit in DIMENSIONS else "1"])
+            value = inner.tried(SAMPLED, each) if is_drawn(each) else each
             if value is not MISSING:
                 found[name] = value
         return found
@@ -114,7 +116,9 @@ class StudyTable:
     ] = None
     seed: Annotated[int | None, Whole(0, 2**64 - 1), "Seed of all that is drawn."] = None
     start: Annotated[Any, ChoiceSpec(START, short=False), "Where starts are drawn."] = None
-    starts: Annotated[Any, Matrix(), "Coordinates of all starts, one row for each run."] = None
+    starts: Annotated[
+        Any, Numbers(shape=("k", "n")), "Coordinates of all starts, one row for each run."
+    ] = None
     vary: Annotated[Any, VarySpec(), "What differs from run to run, by dotted names."] = None
     trajectories: Annotated[
         int | None, Whole(1, 10**7), "Every n-th instant that is kept, in a store."
@@ -152,35 +156,10 @@ def _table_of(experiment: Experiment) -> StudyTable:
             'vary = { "task.gain" = { kind = "uniform", low = 0.5, high = 2 } }'
         )
     with problems.at(STUDY):
-        told: StudyTable = read_table(StudyTable, raw, Context(problems, (STUDY,)))
+        c = Context(problems, (STUDY,), {"experiment": experiment})
+        told: StudyTable = read_table(StudyTable, raw, c)
     problems.stop()
-    _check_units(experiment, raw.get("vary", {}))
     return told
-
-
-def _check_units(experiment: Experiment, vary: Raw) -> None:
-    """Raise FileError for a quantity of another dimension than that of its name."""
-    c = Context(Problems(experiment.source), (STUDY, "vary"))
-    for name, raw in _by_name(vary, c).items():
-        wanted = unit_at(experiment, name)
-        for text in _texts(raw) if is_drawn(raw) else ():
-            unit = unit_in(text)
-            if unit != wanted:
-                c.at(name).report(f"{said(text)}: expected {wanted or 'a bare number'}")
-    c.problems.stop()
-
-
-def _texts(raw: Raw) -> Iterator[str]:
-    """Yield the quantities in the table of a sampler of numbers."""
-    if isinstance(raw, Mapping):
-        for key, each in raw.items():
-            if key not in ("kind", "values"):
-                yield from _texts(each)
-    elif isinstance(raw, list):
-        for each in raw:
-            yield from _texts(each)
-    elif isinstance(raw, str):
-        yield raw
 
 
 def text_of(plan: Plan) -> str:

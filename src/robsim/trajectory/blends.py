@@ -29,7 +29,7 @@ class Plan(NamedTuple):
 
 
 POINTS = ListOf(Coordinates, 2)
-CORNERS = OneOrEach(followed, "limits")
+CORNERS = OneOrEach(followed)
 
 
 @dataclass(frozen=True)
@@ -47,14 +47,12 @@ class BlendsTable:
 
     def made(self, c: Context) -> Blends:
         """Return the trajectory that the table describes."""
-        limits = {"speed": self.speed, "acceleration": self.acceleration}
-        return Blends(np.array(self.points), **limits, corner=self.corner)
+        return Blends(**vars(self))
 
     @classmethod
     def of(cls, value: Blends, c: Context) -> BlendsTable:
         """Return the table that describes a trajectory."""
-        limits = value.limits
-        return cls(value.points, limits.speed, limits.acceleration, value.corner)
+        return cls(value.points, value.limits.speed, value.limits.acceleration, value.corner)
 
 
 @register("trajectory", "blends")

@@ -9,11 +9,11 @@ import numpy as np
 
 from robsim.base.arrays import Array, one_or_each
 from robsim.base.errors import InputError
-from robsim.declare.joints import OneOrEach, PerJoint, followed, per
+from robsim.declare.joints import OneOrEach, PerJoint, followed
 
 Each = float | tuple[float, ...]  # one number for all, or one for each
-SPEEDS = OneOrEach(per(followed, "/s"), "limits", ("turn rate", "speed"))
-ACCELERATIONS = OneOrEach(per(followed, "/s^2"), "limits", ("turn acceleration", "acceleration"))
+SPEEDS = OneOrEach(followed, "/s")
+ACCELERATIONS = OneOrEach(followed, "/s^2")
 Speed = Annotated[Any, SPEEDS, "Largest speed of each axis."]
 Acceleration = Annotated[Any, ACCELERATIONS, "Largest acceleration of each axis."]
 Coordinates = PerJoint(followed)

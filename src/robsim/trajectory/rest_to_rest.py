@@ -13,7 +13,6 @@ from robsim.base.arrays import Array, frozen, numbers
 from robsim.base.errors import InputError
 from robsim.base.values import Value
 from robsim.declare.joints import PerJoint, followed
-from robsim.declare.spec import Context, NoText
 from robsim.geometry.pose import common_lead
 from robsim.trajectory.timing import Timing, checked_times
 
@@ -24,11 +23,6 @@ class Ends(PerJoint):
 
     def check(self, value: Any, what: str) -> Array:
         return frozen(numbers(value, what, ("n",)))
-
-    def write(self, value: Any, c: Context) -> list[str]:
-        if value.ndim > 1:
-            raise NoText(f"a text holds one motion, not a batch of shape {value.shape[:-1]}")
-        return super().write(value, c)
 
 
 ENDS = Ends(followed)

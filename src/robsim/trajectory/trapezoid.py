@@ -27,7 +27,7 @@ class TrapezoidTable:
 
     def made(self, c: Context) -> Trapezoid:
         """Return the motion that the table describes."""
-        return Trapezoid(self.start, self.end, speed=self.speed, acceleration=self.acceleration)
+        return Trapezoid(**vars(self))
 
     @classmethod
     def of(cls, value: Trapezoid, c: Context) -> TrapezoidTable:

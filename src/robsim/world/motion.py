@@ -8,25 +8,11 @@ from typing import Annotated, Any
 
 from robsim.base.arrays import Array, frozen, numbers
 from robsim.base.errors import InputError, said, suggest
-from robsim.base.units import Dimension
 from robsim.base.values import Value
 from robsim.declare import described
 from robsim.declare.joints import Axes, PerJoint
-from robsim.declare.spec import Context, NoText
+from robsim.declare.spec import Context
 from robsim.declare.words import Reference
-
-
-@dataclass(frozen=True)
-class Rates(PerJoint):
-    """The declaration of a robot's velocities; in Python also a function of time."""
-
-    noun: str = "rates"
-    dimensions: tuple[Dimension, ...] = ("turn rate", "speed")
-
-    def write(self, value: Any, c: Context) -> list[str]:
-        if callable(value):
-            raise NoText(f"the motion of '{c.facts['own']['robot']}' is Python code")
-        return super().write(value, c)
 
 
 def _own_velocities(c: Context) -> Axes | None:
@@ -55,7 +41,7 @@ class Motion(Value):
     robot: Annotated[str, Reference, "Name of the robot that moves."]
     rates: Annotated[
         Array | Callable[[float], Any],
-        Rates(_own_velocities),
+        PerJoint(_own_velocities, "/s"),
         "Velocities of the robot: constant, or a function of the time in seconds.",
     ]
 

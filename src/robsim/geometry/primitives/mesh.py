@@ -4,46 +4,19 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 from pathlib import Path, PurePosixPath
-from typing import Annotated, Any
+from typing import Annotated
 
 import numpy as np
 
-from robsim.base.arrays import Array, numbers
+from robsim.base.arrays import Array
 from robsim.base.errors import FileError, InputError, said
 from robsim.declare import ListOf, Number, Role, Text, register
-from robsim.declare.spec import Spec
 from robsim.geometry.mesh_files import Piece, pieces_of
 from robsim.geometry.mesh_places import FILE, PACKAGE, mesh_path
 from robsim.geometry.pose import IDENTITY, Pose
 from robsim.geometry.pose_table import FLAT_POSE
 from robsim.geometry.primitives.primitive import Colour, Face, Primitive
 from robsim.geometry.primitives.surface import Surface
-
-SCALE = Number()
-
-
-@dataclass(frozen=True)
-class MeshName(Text):
-    """The declaration of a mesh's file name, which must stay within its package."""
-
-    def check(self, value: Any, what: str) -> str:
-        _check_mesh_name(value)
-        return str(value)
-
-
-@dataclass(frozen=True)
-class Scale(ListOf):
-    """The declaration of three scale factors other than 0."""
-
-    item: Spec = SCALE
-    least: int = 3
-    most: int = 3
-
-    def check(self, value: Any, what: str) -> tuple[float, ...]:
-        scale = numbers(value, what, (3,))
-        if scale.shape != (3,) or not scale.all():
-            raise InputError(f"{what} must be three numbers other than 0, got {value}")
-        return tuple(scale.tolist())
 
 
 @dataclass(frozen=True)
@@ -72,12 +45,10 @@ class Mesh(Primitive):
     pose: Annotated[
         Pose, FLAT_POSE, Role.FILE, "Pose of the mesh in the frame that carries it."
     ] = field(default=IDENTITY, kw_only=True)
-    filename: Annotated[str, MeshName(most=1000), Role.FILE, "Name of the file of the mesh."]
-    scale: Annotated[tuple[float, float, float], Scale(), Role.FILE, "Scale along x, y and z."] = (
-        1.0,
-        1.0,
-        1.0,
-    )
+    filename: Annotated[str, Text(1000), Role.FILE, "Name of the file of the mesh."]
+    scale: Annotated[
+        tuple[float, float, float], ListOf(Number(), 3, 3), Role.FILE, "Scale along x, y and z."
+    ] = (1.0, 1.0, 1.0)
     color: Colour = "k"
     mass: None = field(default=None, kw_only=True)
     density: None = field(default=None, kw_only=True)
@@ -85,6 +56,9 @@ class Mesh(Primitive):
 
     def __post_init__(self) -> None:
         super().__post_init__()
+        _check_mesh_name(self.filename)
+        if not all(self.scale):
+            raise InputError(f"Mesh.scale must be three numbers other than 0, got {self.scale}")
         if self.mass is not None or self.density is not None:
             raise InputError("the inertia of a mesh is not known: give the link's")
 

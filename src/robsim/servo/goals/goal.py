@@ -11,7 +11,7 @@ import numpy as np
 from robsim.base.arrays import Array, frozen, numbers, runs_last
 from robsim.base.errors import GoalError, InputError
 from robsim.base.values import Value
-from robsim.declare.arrays import Row
+from robsim.declare.arrays import Numbers
 from robsim.declare.joints import PerJoint, coordinates
 from robsim.declare.problems import under
 from robsim.declare.spec import MISSING, Context, NoText, Raw
@@ -111,7 +111,7 @@ class GoalTable:
         POSE,
         "Pose of the target in camera axes, T_c_o, from which the goal is computed.",
     ] = None
-    s: Annotated[Any, Row(), "Features at the goal, as numbers."] = None
+    s: Annotated[Any, Numbers(), "Features at the goal, as numbers."] = None
 
     def made(self, c: Context) -> Goal:
         """Return the goal; InputError if it is said in several ways."""

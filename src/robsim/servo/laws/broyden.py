@@ -11,7 +11,7 @@ from robsim.base.arrays import Array, frozen, numbers
 from robsim.base.errors import InputError
 from robsim.base.values import Value
 from robsim.declare import family, register
-from robsim.declare.arrays import Matrix
+from robsim.declare.arrays import Numbers
 from robsim.kernels.control import broyden as kernels
 from robsim.servo.laws.inverse import rank
 
@@ -33,7 +33,7 @@ class Broyden(Value):
 
     start: Annotated[
         Any,
-        Matrix(),
+        Numbers(shape=("k", "n")),
         "First estimate (k, n) of ds/dq, in units of s per rad or m of each commanded joint, "
         "of rank 6 or, where it is smaller, of full rank; None: the modelled L J at the "
         "start.",

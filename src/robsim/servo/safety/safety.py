@@ -11,14 +11,8 @@ import numpy as np
 from robsim.base.arrays import Array
 from robsim.base.errors import FrameError, InputError, naming
 from robsim.declare import Declared, Flag, Role, Table, Time, Word, described
-from robsim.declare.joints import (
-    OneOrEach,
-    accelerations,
-    check_count,
-    coordinates,
-    limits_of,
-    velocities,
-)
+from robsim.declare.joints import OneOrEach, check_count, coordinates, limits_of, velocities
+from robsim.declare.scalars import NOT_NEGATIVE
 from robsim.world.frame_box import FrameBox
 from robsim.world.scene import Scene
 
@@ -78,17 +72,17 @@ class Safety(Declared):
 
     speed: Annotated[
         Each | None,
-        OneOrEach(velocities, "numbers", ("turn rate", "speed")),
+        OneOrEach(velocities, "/s"),
         "Limit of |qdot|, by which the whole command is slowed down; None: none.",
     ] = None
     acceleration: Annotated[
         Each | None,
-        OneOrEach(accelerations, "numbers", ("turn acceleration", "acceleration")),
+        OneOrEach(velocities, "/s^2"),
         "Limit of the change of each velocity in a second, also when braking; None: none.",
     ] = None
     margin: Annotated[
         Each | None,
-        OneOrEach(coordinates, "numbers", zero=True),
+        OneOrEach(coordinates, item=NOT_NEGATIVE),
         "Distance that joints keep from their limits; None: limits are not watched.",
     ] = None
     fence: Annotated[Fence | None, Table(Fence), "Box that a frame does not leave."] = None

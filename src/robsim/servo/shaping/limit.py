@@ -17,7 +17,7 @@ from robsim.kernels.control import limit as kernels
 from robsim.kernels.machine.program import Program, evaluated
 from robsim.kernels.machine.rows import Rows
 
-JOINT = OneOrEach(commanded, "speeds", ("turn rate", "speed"), later=True)
+JOINT = OneOrEach(commanded, "/s", later=True)
 
 
 @described

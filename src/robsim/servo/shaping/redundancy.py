@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from robsim.base.arrays import Array, numbers
 from robsim.base.errors import InputError, said
 from robsim.declare import Choice, Declared, Number, family, register
-from robsim.declare.joints import PerJoint, commanded, per
+from robsim.declare.joints import PerJoint, commanded
 from robsim.kernels.control import redundancy as kernels
 from robsim.kernels.control.descent import descend, scratch_of
 from robsim.kernels.machine.program import Program, evaluated
@@ -164,7 +164,7 @@ class Posture(Declared):
 
     q: Annotated[
         Any,
-        PerJoint(per(commanded, "/s", cut=True), later=True),
+        PerJoint(commanded, later=True),
         "Preferred coordinates, one for each commanded velocity.",
     ]
     gain: Gain = 1.0

@@ -11,9 +11,8 @@ import numpy as np
 from robsim.base.arrays import Array, frozen, numbers
 from robsim.base.errors import InputError, said
 from robsim.declare import Choice, Declared, Number, Time, register
-from robsim.declare.joints import Axes, PerJoint, followed, named_numbers
+from robsim.declare.joints import Axes, PerJoint, followed
 from robsim.declare.problems import Broken
-from robsim.declare.quantities import written
 from robsim.declare.spec import Context, Raw, expected
 from robsim.servo.laws.gain import PER_SECOND
 from robsim.servo.laws.inverse import RCOND
@@ -36,26 +35,20 @@ class JointGoal(PerJoint):
         return value  # as far as the task itself can tell
 
     def read(self, raw: Raw, c: Context) -> Any:
-        if not isinstance(raw, Mapping):
-            return super().read(raw, c)
-        if not raw:
+        if raw == {}:
             raise expected("at least 1 joint", raw)
-        if (axes := self.axes(c)) is None:
-            raise Broken
-        return named_numbers(raw, axes, c)
+        return self.read_each(raw, c) if isinstance(raw, Mapping) else super().read(raw, c)
 
     def write(self, value: Any, c: Context) -> Any:
         if not isinstance(value, dict):
             return super().write(value, c)
-        axes = self.axes(c)
-        both = zip(value.items(), axes.units if axes else (), strict=True)
-        return {name: written(x, unit) for (name, x), unit in both}
+        return dict(zip(value, super().write([*value.values()], c), strict=True))
 
     def schema(self, define: Any) -> dict[str, Any]:
         each = {"type": ["string", "number"]}
         return {"anyOf": [super().schema(define), {"type": "object", "additionalProperties": each}]}
 
-    def words(self) -> str:
+    def _list_of(self, words: str) -> str:
         return "{ joint = number } with units, or a list of one for each"
 
     def accepts(self) -> str:

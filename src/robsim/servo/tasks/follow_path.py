@@ -10,7 +10,7 @@ import numpy as np
 from robsim.base.arrays import Array, frozen, numbers
 from robsim.base.errors import InputError
 from robsim.declare import ListOf, Number, Table, Word, fields_of, register
-from robsim.declare.quantities import listed
+from robsim.declare.quantities import Exact
 from robsim.declare.spec import Context, Raw, Spec
 from robsim.declare.words import Reference
 from robsim.geometry.pose import Pose, is_pose_like, one_pose
@@ -37,7 +37,7 @@ class PathGoal(PoseSpec):
 
     def write(self, value: Any, c: Context) -> dict[str, Raw]:
         to = value if isinstance(value, Pose) else Pose.at(*value)
-        return {"position": listed(to.position, "m"), **self.written(to, c)}
+        return {"position": Exact(to.position, "m"), **self.written(to, c)}
 
     def read(self, raw: Raw, c: Context) -> Pose:
         made: Pose = super().read(raw, c)

@@ -12,6 +12,7 @@ import numpy as np
 from robsim.base.arrays import Array, frozen
 from robsim.declare import register
 from robsim.declare.joints import OneOrEach, check_count, coordinates
+from robsim.declare.scalars import NOT_NEGATIVE
 from robsim.kernels.bodies.actuation import count
 from robsim.world.imperfections.imperfection import RunFacts, Statement
 from robsim.world.imperfections.joint_effect import JointEffect, JointPlace, JointRows
@@ -20,7 +21,7 @@ from robsim.world.scene import Scene
 
 Steps = Annotated[
     Each,
-    OneOrEach(coordinates, "numbers", zero=True),
+    OneOrEach(coordinates, item=NOT_NEGATIVE),
     "Step in which revolute and prismatic coordinates are measured.",
 ]
 

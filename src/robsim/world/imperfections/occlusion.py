@@ -7,17 +7,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Annotated, Any, ClassVar
 
-from robsim.base.arrays import numbers
-from robsim.base.errors import InputError, said, suggest
+from robsim.base.errors import InputError, suggest
 from robsim.base.units import Dimension
 from robsim.declare import ListOf, Quantity, Stacked, Table, Time, Whole, register
-from robsim.declare.spec import Context, Raw, Spec
+from robsim.declare.spec import Context, Raw
 from robsim.declare.words import Reference
 from robsim.kernels.images.hiding import hide
 from robsim.world.imperfections.image_effect import ImageEffect, ImageRows, MarkGroup, Place
 from robsim.world.imperfections.imperfection import RunFacts, Statement
-
-MARK = Whole(0, 10_000)
 
 
 @dataclass(frozen=True)
@@ -35,21 +32,7 @@ class Forever(Quantity):
             super().put(table, name, value, c)
 
 
-@dataclass(frozen=True)
-class Marks(ListOf):
-    """The declaration of the numbers of marks; in Python also a single number."""
-
-    item: Spec = MARK
-    least: int = 1
-
-    def check(self, value: Any, what: str) -> tuple[int, ...]:
-        flat = numbers(value, what, ())
-        if flat.ndim > 1 or not flat.size or (flat != flat.round()).any() or (flat < 0).any():
-            raise InputError(f"{what}: expected numbers from 0 on, got {said(value)}")
-        return tuple(int(n) for n in flat.reshape(-1))
-
-
-MARKS = Marks()
+MARKS = ListOf(Whole(0, 10_000), 1, alone=True)
 
 
 @register("image effect", "occlusion")

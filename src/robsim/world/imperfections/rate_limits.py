@@ -9,21 +9,17 @@ from typing import Annotated, Any, ClassVar
 import numpy as np
 
 from robsim.declare import register
-from robsim.declare.joints import OneOrEach, accelerations, check_count, limits_of, velocities
+from robsim.declare.joints import OneOrEach, check_count, limits_of, velocities
 from robsim.world.imperfections.imperfection import RunFacts, Statement
 from robsim.world.imperfections.joint_effect import JointEffect, JointPlace, Response
 
 Each = float | Sequence[float]  # one number for all, or one for each
 Velocity = Annotated[
     Each | None,
-    OneOrEach(velocities, "numbers", ("turn rate", "speed")),
+    OneOrEach(velocities, "/s"),
     "Limit of |v|, at which commands are cut off joint by joint; None: none.",
 ]
-Acceleration = Annotated[
-    Each | None,
-    OneOrEach(accelerations, "numbers", ("turn acceleration", "acceleration")),
-    "Limit of |v'|; None: none.",
-]
+Acceleration = Annotated[Each | None, OneOrEach(velocities, "/s^2"), "Limit of |v'|; None: none."]
 
 
 class RateLimit(JointEffect):
