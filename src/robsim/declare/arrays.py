@@ -58,6 +58,8 @@ class Numbers(Plain):
 
     def schema(self, define: Any) -> dict[str, Any]:
         one = self.item.schema(define)
+        if self.json:
+            return dict(self.json)
         if self.shape is None:
             return {"anyOf": [one, {"type": "array"}]}
         return reduce(lambda items, _: {"type": "array", "items": items}, self.shape, one)

@@ -70,6 +70,7 @@ class PerJoint(Numbers):
     per: str = ""
     later: bool = False
     united: ClassVar[bool] = True
+    json: ClassVar[Mapping[str, Any]] = {"type": "array", "items": {"type": ["string", "number"]}}
 
     @property
     def of_any(self) -> tuple[str, ...]:
@@ -115,9 +116,6 @@ class PerJoint(Numbers):
 
     def _list_of(self, words: str) -> str:
         return f"one number for each joint, as in {examples(*self.of_any)}"
-
-    def schema(self, define: Any) -> dict[str, Any]:
-        return {"type": "array", "items": {"type": ["string", "number"]}}
 
     def controls(self, value: Any, place: Any) -> Iterable[Any]:
         axes = self.axes_at(place.c)
@@ -182,6 +180,7 @@ class OfJoint(Number):
 
     per: str = ""
     united: ClassVar[bool] = True
+    json: ClassVar[Mapping[str, Any]] = {"type": "string"}
 
     def parsed(self, raw: Raw, c: Context) -> Any:
         return read_quantity(raw, f"{unit_of(c)}{self.per}")
@@ -191,9 +190,6 @@ class OfJoint(Number):
 
     def words(self) -> str:
         return f"{super().words()} in the unit of the joint{self.per}"
-
-    def schema(self, define: Any) -> dict[str, Any]:
-        return {"type": "string"}
 
     def controls(self, value: Any, place: Any) -> Iterable[Any]:
         return ()

@@ -70,13 +70,15 @@ class ListOf(Spec):
             super().put(table, name, value, c)
 
     def words(self) -> str:
+        if self.phrase:
+            return self.phrase
         if self.least == self.most:
             return f"a list of {self.least}: {self.item.words()}"
         return f"a list, each {self.item.words()}"
 
     def accepts(self) -> str:
         words = self.words().replace(self.item.words(), self.item.accepts())
-        return words.partition(", as in")[0]
+        return self.python_phrase or words.partition(", as in")[0]
 
     def schema(self, define: Any) -> dict[str, Any]:
         counts = {"minItems": self.least, "maxItems": self.most}
@@ -179,12 +181,10 @@ class Names(ListOf):
     least: int = 1
     alone: bool = True
     forms: ClassVar[tuple[str, ...]] = ("plain", "list")
+    phrase: ClassVar[str] = "a name, or a list of names"
 
     def read(self, raw: Raw, c: Context) -> tuple[Any, ...]:
         return super().read([raw] if isinstance(raw, str) else raw, c)
-
-    def words(self) -> str:
-        return "a name, or a list of names"
 
     def schema(self, define: Any) -> dict[str, Any]:
         return {"anyOf": [{"type": "string"}, super().schema(define)]}

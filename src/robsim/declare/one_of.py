@@ -16,11 +16,11 @@ class OneOf(Spec):
     """One of several forms of a value: plain, a list, or a table."""
 
     specs: tuple[Spec, ...]
-    phrase: str = ""  # what is expected, where the specs do not say it well
+    summary: str = ""  # what is expected, where the specs do not say it well
 
     def __init__(self, *specs: Spec, words: str = ""):
         object.__setattr__(self, "specs", specs)
-        object.__setattr__(self, "phrase", words)
+        object.__setattr__(self, "summary", words)
 
     @property
     def forms(self) -> tuple[str, ...]:  # type: ignore[override]
@@ -56,10 +56,10 @@ class OneOf(Spec):
         raise NoText(f"{type(value).__name__} is Python code")
 
     def words(self) -> str:
-        return self.phrase or ", or ".join(spec.words() for spec in self.specs)
+        return self.summary or ", or ".join(spec.words() for spec in self.specs)
 
     def accepts(self) -> str:
-        return self.phrase or ", or ".join(spec.accepts() for spec in self.specs)
+        return self.summary or ", or ".join(spec.accepts() for spec in self.specs)
 
     def schema(self, define: Any) -> dict[str, Any]:
         return {"anyOf": [spec.schema(define) for spec in self.specs]}

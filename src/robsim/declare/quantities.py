@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar, get_args
 
@@ -176,12 +176,11 @@ class Vector(Quantity):
 class Amount(Number):
     """A number in SI or a quantity such as "5 cm", `of` one of the units that the place says."""
 
+    json: ClassVar[Mapping[str, Any]] = {"type": ["number", "string"]}
+
     def parsed(self, raw: Raw, c: Context) -> Any:
         of = c.facts.get("of", DIMENSIONS)
         return read_quantity(raw, *of) if isinstance(raw, str) else super().parsed(raw, c)
 
     def words(self) -> str:
         return f'{super().words()}, in SI or with a unit ("5 cm")'
-
-    def schema(self, define: Any) -> dict[str, Any]:
-        return {"type": ["number", "string"]}

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 import operator
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
@@ -121,7 +121,10 @@ class Number(Plain):
         return f"a number{unit}{self.bounds}"
 
     def schema(self, define: Any) -> dict[str, Any]:
-        return {"type": "number", **{bound.key: limit for bound, limit in self.limits}}
+        return dict(self.json) or {
+            "type": "number",
+            **{bound.key: limit for bound, limit in self.limits},
+        }
 
     def controls(self, value: Any, place: Any) -> Iterable[Any]:
         if not isinstance(value, float | int) or not math.isfinite(value):
@@ -166,17 +169,14 @@ class Whole(Plain):
 class Flag(Plain):
     """A truth value."""
 
+    phrase: ClassVar[str] = "true or false"
+    json: ClassVar[Mapping[str, Any]] = {"type": "boolean"}
+
     def demand(self, value: Any) -> str:
         return "" if isinstance(value, bool) else self.words()
 
     def taken(self, value: Any, what: str) -> Any:
         return bool(value) if isinstance(value, np.bool_) else value
-
-    def words(self) -> str:
-        return "true or false"
-
-    def schema(self, define: Any) -> dict[str, Any]:
-        return {"type": "boolean"}
 
     def controls(self, value: Any, place: Any) -> Iterable[Any]:
         return [place.control("flag", value)] if isinstance(value, bool) else ()

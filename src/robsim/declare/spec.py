@@ -125,6 +125,9 @@ class Spec:
     forms: ClassVar[tuple[str, ...]] = ()  # where it is several
     takes_none: ClassVar[bool] = False  # whether None is checked as well, where it is the default
     united: ClassVar[bool] = False  # whether a text says it with a unit, and Python without
+    phrase: ClassVar[str] = ""  # for what is expected, where it is always the same
+    python_phrase: ClassVar[str] = ""  # for what Python code may give, likewise
+    json: ClassVar[Mapping[str, Any]] = {}  # its JSON Schema, likewise
 
     def check(self, value: Any, what: str) -> Any:
         """Return the value as the object keeps it; InputError that names `what`."""
@@ -143,11 +146,11 @@ class Spec:
 
     def words(self) -> str:
         """Return what is expected, as a phrase."""
-        raise NotImplementedError
+        return self.phrase
 
     def accepts(self) -> str:
         """Return what Python code may give, as a phrase: what a text says, without its units."""
-        return self.words().partition(", as in")[0]
+        return self.python_phrase or self.words().partition(", as in")[0]
 
     def text_words(self) -> str:
         """Return likewise what is expected in a text, where that is something else."""
@@ -155,7 +158,7 @@ class Spec:
 
     def schema(self, define: Any) -> dict[str, Any]:
         """Return a JSON Schema; `define` gives the reference to that of a declared class."""
-        raise NotImplementedError
+        return dict(self.json)
 
     def inside(self) -> Sequence[type[Any]]:
         """Return the declared classes whose tables may stand here."""

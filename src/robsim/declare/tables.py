@@ -257,7 +257,7 @@ class Table(Spec):
         return write_table(value, c if known else c.changing(MISSING), self.says, key)
 
     def words(self) -> str:
-        return with_article(self.kind.__name__)
+        return self.phrase or with_article(self.kind.__name__)
 
     def schema(self, define: Any) -> dict[str, Any]:
         reference: dict[str, Any] = define(self.says or self.kind)

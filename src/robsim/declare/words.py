@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 from robsim.base.errors import InputError, is_one_of, said, suggest
 from robsim.base.names import LONGEST_NAME, NAME_PATTERN, checked_name
@@ -22,6 +22,7 @@ class Text(Plain):
     most: int = 2000
     pattern: str | None = None
     least: int = 0
+    phrase: ClassVar[str] = "a text"
 
     def demand(self, value: Any) -> str:
         fits = isinstance(value, str) and self.least <= len(value) <= self.most
@@ -35,9 +36,6 @@ class Text(Plain):
             raise InputError(f"{what} must be {demand}, got {said(value)}")
         return value
 
-    def words(self) -> str:
-        return "a text"
-
     def schema(self, define: Any) -> dict[str, Any]:
         pattern = {"pattern": f"^{self.pattern}$"} if self.pattern else {}
         return {"type": "string", "minLength": self.least, "maxLength": self.most, **pattern}
@@ -49,12 +47,10 @@ class Name(Text):
 
     most: int = LONGEST_NAME
     pattern: str | None = NAME_PATTERN
+    phrase: ClassVar[str] = "a name"
 
     def read(self, raw: Raw, c: Context) -> str:
         return checked_name(raw, "name")
-
-    def words(self) -> str:
-        return "a name"
 
 
 @dataclass(frozen=True)
@@ -63,12 +59,10 @@ class ColorSpec(Text):
 
     most: int = 64
     pattern: str | None = r"[A-Za-z0-9#][A-Za-z0-9 #:._-]*"
+    phrase: ClassVar[str] = "the name of a color"
 
     def check(self, value: Any, what: str) -> Any:
         return value  # which only Matplotlib knows
-
-    def words(self) -> str:
-        return "the name of a color"
 
 
 Color = ColorSpec()

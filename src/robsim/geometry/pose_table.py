@@ -73,15 +73,11 @@ class PoseSpec(Table):
 
     kind: type[Any] = Pose
     says: type[Any] | None = PoseTable
+    phrase: ClassVar[str] = "a pose: position, and one of rpy, rotvec and rotation"
+    python_phrase: ClassVar[str] = "a Pose"
 
     def check(self, value: Any, what: str) -> Pose:
         return one_pose(value, what)
-
-    def words(self) -> str:
-        return "a pose: position, and one of rpy, rotvec and rotation"
-
-    def accepts(self) -> str:
-        return "a Pose"
 
     def parts(self, keys: list[str], value: Any, c: Context) -> list[Any]:
         return [] if value is None else super().parts(keys, value, c)

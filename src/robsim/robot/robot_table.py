@@ -100,6 +100,8 @@ class LinkedSpec(Table):
 class OriginSpec(Spec):
     """The declaration of the keys `model` and `urdf`, which `LinkedSpec` reads and writes."""
 
+    phrase: ClassVar[str] = "a text"
+
     def keys(self, name: str) -> tuple[str, ...]:
         return tuple(KEYS)
 
@@ -108,9 +110,6 @@ class OriginSpec(Spec):
 
     def put(self, table: dict[str, Raw], name: str, value: Any, c: Context) -> None:
         """Write nothing: the links stand in the table."""
-
-    def words(self) -> str:
-        return "a text"
 
     def properties(self, name: str, define: Any) -> dict[str, Any]:
         return {key: {"type": "string", "description": about} for key, about in KEYS.items()}

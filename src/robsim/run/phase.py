@@ -38,6 +38,11 @@ class Hangings(Plain):
     """A table {object: frame}."""
 
     form: ClassVar[str] = "table"
+    phrase: ClassVar[str] = '{ object = "frame" }'
+    json: ClassVar[Mapping[str, Any]] = {
+        "type": "object",
+        "additionalProperties": {"type": "string"},
+    }
 
     def demand(self, value: Any) -> str:
         names = [*value, *value.values()] if isinstance(value, Mapping) else [None]
@@ -49,12 +54,6 @@ class Hangings(Plain):
     def put(self, table: dict[str, Raw], name: str, value: Any, c: Context) -> None:
         if value:
             super().put(table, name, value, c)
-
-    def words(self) -> str:
-        return '{ object = "frame" }'
-
-    def schema(self, define: Any) -> dict[str, Any]:
-        return {"type": "object", "additionalProperties": {"type": "string"}}
 
 
 @dataclass(frozen=True)

@@ -40,6 +40,10 @@ class RecordSpec(Spec):
     """The choice of what is recorded of a run."""
 
     form: ClassVar[str] = "plain"
+    phrase: ClassVar[str] = '"all", "summary" or a whole number n, to keep every n-th step'
+    json: ClassVar[Mapping[str, Any]] = {
+        "anyOf": [{"enum": ["all", "summary"]}, {"type": "integer", "minimum": 1}]
+    }
 
     def read(self, raw: Raw, c: Context) -> Any:
         whole = isinstance(raw, int) and not isinstance(raw, bool) and raw >= 1
@@ -49,12 +53,6 @@ class RecordSpec(Spec):
 
     def write(self, value: Any, c: Context) -> Any:
         return value if isinstance(value, str) else int(value)
-
-    def words(self) -> str:
-        return '"all", "summary" or a whole number n, to keep every n-th step'
-
-    def schema(self, define: Any) -> dict[str, Any]:
-        return {"anyOf": [{"enum": ["all", "summary"]}, {"type": "integer", "minimum": 1}]}
 
 
 @dataclass(frozen=True)
@@ -96,17 +94,13 @@ class Aside(Spec):
     """A table that is no part of the experiment, and is read by who knows it."""
 
     form: ClassVar[str] = "table"
+    phrase: ClassVar[str] = "a table"
+    json: ClassVar[Mapping[str, Any]] = {"type": "object"}
 
     def read(self, raw: Raw, c: Context) -> Any:
         if not isinstance(raw, Mapping):
             raise expected(self.words(), raw)
         return MISSING
-
-    def words(self) -> str:
-        return "a table"
-
-    def schema(self, define: Any) -> dict[str, Any]:
-        return {"type": "object"}
 
 
 @dataclass(frozen=True)

@@ -51,7 +51,8 @@ class Cameras(OneOf):
     """The name of a camera, or the names of the two of a stereo pair."""
 
     def __init__(self) -> None:
-        super().__init__(SceneName(), ListOf(SceneName(), 2, 2))
+        words = "the name of a camera, or two of a stereo pair"
+        super().__init__(SceneName(), ListOf(SceneName(), 2, 2), words=words)
 
     def check(self, value: Any, what: str) -> Any:
         if isinstance(value, str):
@@ -61,9 +62,6 @@ class Cameras(OneOf):
         if len(names) != 2 or not texts or len(set(names)) < 2:
             raise InputError(f"{what}: expected a name, or two different ones, got {said(value)}")
         return names
-
-    def words(self) -> str:
-        return "the name of a camera, or two of a stereo pair"
 
     def accepts(self) -> str:
         return self.words()
@@ -78,6 +76,7 @@ class Indices(ListOf):
 
     item: Spec = INDEX
     least: int = 1
+    phrase: ClassVar[str] = "different whole numbers from 0 on"
 
     def check(self, value: Any, what: str) -> tuple[int, ...]:
         numbers = tuple(value) if is_listed(value) else ()
@@ -91,9 +90,6 @@ class Indices(ListOf):
         if len(set(numbers)) < len(numbers):
             raise expected(self.words(), raw)
         return numbers
-
-    def words(self) -> str:
-        return "different whole numbers from 0 on"
 
 
 CAMERAS, TARGET, INDICES = Cameras(), SceneName(find="object"), Indices()
@@ -192,6 +188,7 @@ class _Block(Spec):
 
     alone: bool = False
     form: ClassVar[str] = "table"
+    phrase: ClassVar[str] = "a feature"
 
     def read(self, raw: Raw, c: Context) -> Any:
         if not isinstance(raw, str | dict):
@@ -225,9 +222,6 @@ class _Block(Spec):
             if getattr(value, each.name) != each.default:
                 each.spec.put(table, each.name, getattr(value, each.name), c)
         return table["kind"] if len(table) == 1 else table
-
-    def words(self) -> str:
-        return "a feature"
 
     def schema(self, define: Any) -> dict[str, Any]:
         own: dict[str, Any] = {}

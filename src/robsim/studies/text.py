@@ -39,6 +39,9 @@ class VarySpec(Spec):
     """The dotted names that differ from run to run: a sampler, a list, or values by label."""
 
     form: ClassVar[str] = "table"
+    phrase: ClassVar[str] = (
+        'a table such as { "task.gain" = { kind = "uniform", low = 1, high = 2 } }'
+    )
 
     def read(self, raw: Raw, c: Context) -> dict[str, Any]:
         found = {}
@@ -52,9 +55,6 @@ class VarySpec(Spec):
 
     def write(self, value: Any, c: Context) -> list[Raw]:
         return [{"name": name, **_table(x, c.at(name))} for name, x in value.items()]
-
-    def words(self) -> str:
-        return 'a table such as { "task.gain" = { kind = "uniform", low = 1, high = 2 } }'
 
     def schema(self, define: Any) -> dict[str, Any]:
         listed: list[Any] = [{"type": "array"}, {"type": "object"}]

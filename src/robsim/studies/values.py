@@ -48,6 +48,7 @@ class ValuesSpec(Spec):
     """A list of values of any kind, as the varied name takes them."""
 
     form: ClassVar[str] = "list"
+    phrase: ClassVar[str] = "a list of values"
 
     def check(self, value: Any, what: str) -> tuple[Any, ...]:
         if isinstance(value, dict):
@@ -64,9 +65,6 @@ class ValuesSpec(Spec):
             if not is_raw(each):
                 raise NoText(f"{type(each).__name__} is an object")
         return list(value)
-
-    def words(self) -> str:
-        return "a list of values"
 
     def schema(self, define: Any) -> dict[str, Any]:
         return {"type": "array", "minItems": 1, "maxItems": MOST}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -30,6 +30,7 @@ class Focal(ListOf):
     least: int = 2
     most: int = 2
     names: Sequence[str] = ("fx", "fy")
+    phrase: ClassVar[str] = "[fx, fy] in pixels, or one number for both"
 
     def read(self, raw: Raw, c: Context) -> tuple[Any, ...]:
         plain = isinstance(raw, int | float) and not isinstance(raw, bool)
@@ -41,9 +42,6 @@ class Focal(ListOf):
 
     def controls(self, value: Any, place: Any) -> Iterable[Any]:
         return super().controls(np.broadcast_to(value, 2).tolist(), place)
-
-    def words(self) -> str:
-        return "[fx, fy] in pixels, or one number for both"
 
     def schema(self, define: Any) -> dict[str, Any]:
         return {"anyOf": [{"type": "number"}, super().schema(define)]}

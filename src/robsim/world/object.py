@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Annotated, Any
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 
@@ -31,6 +31,7 @@ class MarkList(ListOf):
     """The declaration of points in the axes of the object, an array (N, 3) in Python."""
 
     item: Spec = POSITION
+    phrase: ClassVar[str] = 'a list of points, as in ["0, 0, 1 cm"]'
 
     def read(self, raw: Raw, c: Context) -> Any:
         return np.array(super().read(raw, c)).reshape(-1, 3)
@@ -39,9 +40,6 @@ class MarkList(ListOf):
         shapes = c.facts["own"]["shapes"]
         if not (c.facts.get("brief") and same(value, vertices_of(shapes))):
             table[name] = self.write(value, c.at(name))  # also where there are none
-
-    def words(self) -> str:
-        return 'a list of points, as in ["0, 0, 1 cm"]'
 
 
 MARKS = MarkList()

@@ -143,6 +143,8 @@ class GoalSpec(Table):
     kind: Any = Goal
     says: type[Any] | None = GoalTable
     takes_none: ClassVar[bool] = True  # which is home
+    phrase: ClassVar[str] = "a goal: q, a pose, computed or s"
+    python_phrase: ClassVar[str] = "q (nq,), {robot: q}, a TaughtGoal, a GoalPose or GoalFeatures"
 
     def check(self, value: Any, what: str) -> Goal:
         return value if isinstance(value, Goal) else TaughtGoal(value)
@@ -155,12 +157,6 @@ class GoalSpec(Table):
     def put(self, table: dict[str, Raw], name: str, value: Any, c: Context) -> None:
         if raw := self.write(value, c.at(name)):
             table[name] = raw
-
-    def words(self) -> str:
-        return "a goal: q, a pose, computed or s"
-
-    def accepts(self) -> str:
-        return "q (nq,), {robot: q}, a TaughtGoal, a GoalPose or GoalFeatures"
 
 
 def start_of(q: Any, pose: Pose | None, scene: Any, what: str) -> Any:

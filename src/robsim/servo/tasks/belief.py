@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 from robsim.base.errors import InputError, said
 from robsim.declare import Table
@@ -21,6 +21,8 @@ class Belief(Table):
     """
 
     kind: type[Any] = Scene
+    phrase: ClassVar[str] = "what differs from the true scene, as in [[belief.cameras]]"
+    python_phrase: ClassVar[str] = "a Scene"
 
     def read(self, raw: Raw, c: Context) -> Scene:
         if not isinstance(raw, Mapping):
@@ -54,12 +56,6 @@ class Belief(Table):
     def put(self, table: dict[str, Raw], name: str, value: Any, c: Context) -> None:
         if c.facts.get("apart"):
             super().put(table, name, value, c)
-
-    def words(self) -> str:
-        return "what differs from the true scene, as in [[belief.cameras]]"
-
-    def accepts(self) -> str:
-        return "a Scene"
 
     def schema(self, define: Any) -> dict[str, Any]:
         reference: dict[str, Any] = define.changes(Scene, complete={"type": "boolean"})

@@ -30,6 +30,7 @@ class JointGoal(PerJoint):
     """The goal of joints: {joint: number}, or a list of one number for each joint."""
 
     forms: ClassVar[tuple[str, ...]] = ("table", "list")
+    python_phrase: ClassVar[str] = "{joint: number}, or an array (n,)"
 
     def check(self, value: Any, what: str) -> Any:
         return value  # as far as the task itself can tell
@@ -50,9 +51,6 @@ class JointGoal(PerJoint):
 
     def _list_of(self, words: str) -> str:
         return "{ joint = number } with units, or a list of one for each"
-
-    def accepts(self) -> str:
-        return "{joint: number}, or an array (n,)"
 
 
 WAYS = ("to", "by", "trajectory")  # of saying where to go

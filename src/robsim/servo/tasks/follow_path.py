@@ -32,6 +32,8 @@ ROWS = {"pose": 6, "position": 3}  # of the twist that is controlled
 class PathGoal(PoseSpec):
     """The goal of a path: a pose, in Python also a position."""
 
+    python_phrase: ClassVar[str] = "a Pose, or a position (3,)"
+
     def check(self, value: Any, what: str) -> Any:
         return value  # as far as the mask goes, which the task checks
 
@@ -45,15 +47,14 @@ class PathGoal(PoseSpec):
             raise InputError("expected position, which the mask is for")
         return made
 
-    def accepts(self) -> str:
-        return "a Pose, or a position (3,)"
-
 
 @dataclass(frozen=True)
 class Way(Spec):
     """A path in a text: a straight segment, or a list of segments one after the other."""
 
     forms: ClassVar[tuple[str, ...]] = ("table", "list")
+    phrase: ClassVar[str] = "a table with start and end, or a list of these"
+    python_phrase: ClassVar[str] = "a Straight or a Path"
 
     def read(self, raw: Raw, c: Context) -> Straight | Path:
         if isinstance(raw, list):
@@ -65,12 +66,6 @@ class Way(Spec):
         if type(value) is Path:
             return ListOf(Table(Straight)).write(value.parts, c)
         return Table(Straight).write(value, c)
-
-    def words(self) -> str:
-        return "a table with start and end, or a list of these"
-
-    def accepts(self) -> str:
-        return "a Straight or a Path"
 
     def schema(self, define: Any) -> dict[str, Any]:
         one = define(Straight)
