@@ -70,7 +70,6 @@ import os, signal, sys
 import robsim as rs
 from robsim.base import output
 from robsim.studies import store
-from robsim.studies.text import load_plan
 
 put, count = store.write_whole, 0
 def counted(path, data):

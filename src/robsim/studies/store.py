@@ -7,7 +7,7 @@ import re
 import shutil
 from collections.abc import Iterator
 from dataclasses import dataclass
-from itertools import pairwise
+from itertools import islice, pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -24,7 +24,7 @@ from robsim.studies.columns import frame, nothing
 from robsim.studies.facts import Columns
 from robsim.studies.plan import Plan
 from robsim.studies.rows import Done
-from robsim.studies.text import checked_text, plan_of
+from robsim.studies.text import plan_of, text_of
 from robsim.studies.tracks import Tracks, track_bytes
 
 if TYPE_CHECKING:
@@ -32,6 +32,7 @@ if TYPE_CHECKING:
 
 FORMAT = 1
 TEXT, ABOUT, TRACKS = "study.toml", "study.json", "trajectories.zarr"
+COMPARED = 50  # values of an axis that are compared with what their text says
 BYTES = 150  # of a row on the disk
 _PART = re.compile(r"rows-(\d{13})-(\d{13})\.parquet")
 
@@ -181,6 +182,23 @@ class Store:
                 f"{plan.runs} runs need about {need / 1e9:.3g} GB in {self.folder}, and "
                 f"{free / 1e9:.3g} GB are free: fewer runs, or another disk"
             )
+
+
+def checked_text(plan: Plan) -> str:
+    """Return the text of a study, once it is known to say the same study; InputError if not."""
+    text = text_of(plan)
+    again = plan_of(Experiment.from_text(text))
+    if again.experiment != plan.experiment or text_of(again) != text:
+        raise InputError("no text says this study exactly, as a store needs: run it without one")
+    for axis, other in zip(plan.axes, again.axes, strict=True):
+        pairs = zip((axis.values or {}).values(), (other.values or {}).values(), strict=False)
+        for one, two in () if axis.is_number else islice(pairs, COMPARED):
+            if plan.experiment.at(axis.name, one) != again.experiment.at(axis.name, two):
+                raise InputError(
+                    f"vary: {axis.name}: no text says these values exactly, as a store needs: "
+                    "give them as texts or tables of a file, or run without a store"
+                )
+    return text
 
 
 def _versions() -> dict[str, str]:
