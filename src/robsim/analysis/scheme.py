@@ -22,6 +22,7 @@ from robsim.engine.workers import Progress
 from robsim.files.table import Run
 from robsim.run.checks import whole_periods
 from robsim.run.experiment import Experiment
+from robsim.world.scene import Scene
 
 Measures = dict[str, Array]  # (B,) of each measure
 
@@ -67,20 +68,18 @@ def run_and_measure(scheme: Scheme, progress: Progress | None) -> tuple[xr.Datas
     """
     if scheme.experiment.record == "summary":
         return _summarised(scheme, progress)
+    scene = scheme.experiment.scene
     try:
         run = scheme.run(progress)
     except Interrupted as stop:
-        raise Interrupted(str(stop), (stop.run, measured(scheme, stop.run))) from None
-    return run, measured(scheme, run)
+        raise Interrupted(str(stop), (stop.run, measured(scene, stop.run))) from None
+    return run, measured(scene, run)
 
 
-def measured(scheme: Scheme, run: xr.Dataset) -> Measures:
-    """Return the measures of a run or a batch, computed by several threads."""
+def measured(scene: Scene, run: xr.Dataset) -> Measures:
+    """Return the measures of a run or a batch in its scene, computed by several threads."""
     with ThreadPoolExecutor(processors()) as pool:
-        parts = list(
-            pool.map(_of, (Recorded(part, scheme.experiment.scene) for part in blocks(run)))
-        )
-    return joined(parts)
+        return joined(list(pool.map(_of, (Recorded(part, scene) for part in blocks(run)))))
 
 
 def joined(parts: list[Measures]) -> Measures:
@@ -99,7 +98,7 @@ def _summarised(scheme: Scheme, progress: Progress | None) -> tuple[Run, Measure
     found: list[Measures] = []
 
     def keep(run: xr.Dataset) -> None:
-        found.append(measured(scheme, run))
+        found.append(measured(scheme.experiment.scene, run))
         ends.append(_end(run))
 
     try:

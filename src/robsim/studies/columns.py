@@ -37,11 +37,13 @@ TABLE_BYTES = 400  # likewise while its table is made
 
 
 def varied(plan: Plan, runs: Codes) -> Columns:
-    """Return a column of each varied number, or one of the code of each varied value."""
+    """Return a column of each varied number, or one of the labels of each varied value."""
+    import pandas as pd
+
     made: Columns = {}
     for axis in plan.axes:
         if not axis.is_number:
-            made[axis.name] = plan.codes(axis, runs)
+            made[axis.name] = pd.Categorical.from_codes(plan.codes(axis, runs), axis.labels)
             continue
         numbers = plan.numbers(axis, runs)
         if numbers.ndim == 1:
@@ -64,15 +66,11 @@ def frame(plan: Plan, runs: Codes, facts: Columns) -> pd.DataFrame:
     """Return the table of some runs, one row each."""
     import pandas as pd
 
-    own = varied(plan, runs)
-    for axis in plan.axes:
-        if not axis.is_number:
-            own[axis.name] = pd.Categorical.from_codes(own[axis.name], axis.labels)
     outcomes = [outcome.name for outcome in Outcome]
     places = np.array([int(outcome) for outcome in Outcome])
     codes = np.searchsorted(places, facts["outcome"])
     told = {**facts, "outcome": pd.Categorical.from_codes(codes, outcomes)}
-    table = pd.DataFrame({"run": runs, "draw": runs // plan.cells, **own, **told})
+    table = pd.DataFrame({"run": runs, "draw": runs // plan.cells, **varied(plan, runs), **told})
     table.attrs["units"] = {
         name: axis.unit
         for axis in plan.axes

@@ -8,13 +8,14 @@ import numpy as np
 
 from robsim.analysis.measures import MEASURES
 from robsim.analysis.recorded import runs_in_a_block
-from robsim.analysis.scheme import Scheme, measured
+from robsim.analysis.scheme import measured
 from robsim.base.arrays import runs_last
 from robsim.engine.loop import Loop
 from robsim.run import ends
 from robsim.run.checks import whole_periods
 from robsim.run.error import error_variables
 from robsim.run.experiment import Experiment
+from robsim.run.paths import is_true
 
 Columns = dict[str, Any]
 OWN = ("time", "pixel_error", "distance_to_goal", "angle_to_goal", "path_length")  # in all tables
@@ -51,12 +52,7 @@ def tracks(loop: Loop, every: int) -> Columns:
 
 def block(experiment: Experiment) -> int:
     """Return how many runs are measured at a time; one where the scene differs between them."""
-    true = [
-        name
-        for name in experiment.varied
-        if name.partition(".")[0] in ("cameras", "objects", "robots")
-    ]
-    if true:
+    if any(map(is_true, experiment.varied)):
         return 1
     return runs_in_a_block(whole_periods(experiment.dt, experiment.duration) + 1)
 
@@ -64,6 +60,5 @@ def block(experiment: Experiment) -> int:
 def measures(experiment: Experiment, loop: Loop) -> Columns:
     """Return the standard measures (runs,) of runs with all instants, but for `OWN`."""
     true = experiment.of_run(0) if experiment.varied else experiment
-    run = experiment.dataset(loop)
-    found = measured(Scheme("study", true.with_(varied={})), run)
+    found = measured(true.scene, experiment.dataset(loop))
     return {name: found[name] for name in MEASURES if name not in OWN}

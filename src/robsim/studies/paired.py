@@ -175,11 +175,13 @@ def paired(
     labels, rows = _arranged(table, by)
     values = None if measure is None else reading.numbers_in(table, measure)
     arrived = reading.outcomes(table) == Outcome.CONVERGED
-    runs = _Runs(table["began"].to_numpy(bool), arrived, values)
+    runs = table["began"].to_numpy(bool), arrived, values
     pairs = []
     for i, j in combinations(range(len(labels)), 2):
-        counts, away = runs.compared(rows[:, i], rows[:, j])
-        pairs.append(_pair(labels[i], labels[j], counts, away, level))
+        counts, away = _compared(rows[:, i], rows[:, j], *runs)
+        p = mcnemar(counts.only_first, counts.only_second)
+        found = paired_difference(*counts[:4], level), median_interval(away, level)
+        pairs.append(Pair(labels[i], labels[j], counts, p, p, *found))
     if not any(pair.difference.of + pair.counts.apart for pair in pairs):
         raise InputError(f"no draw has runs with two values of {by!r}: nothing can be compared")
     unit = reading.unit_of(table, measure) if measure else ""
@@ -206,38 +208,27 @@ def _arranged(table: pd.DataFrame, by: str) -> tuple[tuple[str, ...], NDArray[np
     return labels, rows
 
 
-@dataclass(frozen=True)
-class _Runs:
-    """What is compared of the runs: arrays with a value for each row of the table."""
+def _compared(
+    first: NDArray[np.intp],
+    second: NDArray[np.intp],
+    started: NDArray[np.bool_],
+    arrived: NDArray[np.bool_],
+    values: Array | None,
+) -> tuple[Counts, Array]:
+    """Return counts of draws (both, first, second, neither, apart, missing), and differences.
 
-    started: NDArray[np.bool_]
-    arrived: NDArray[np.bool_]
-    values: Array | None
-
-    def compared(self, first: NDArray[np.intp], second: NDArray[np.intp]) -> tuple[Counts, Array]:
-        """Return counts of draws (both, first, second, neither, apart, missing), and differences.
-
-        `first` and `second` (draws,) are the rows of the two runs of each draw, -1 for none.
-        """
-        there = (first >= 0) & (second >= 0)
-        missing = int(((first >= 0) | (second >= 0)).sum() - there.sum())
-        one, two = first[there], second[there]
-        begun = self.started[one] & self.started[two]
-        one, two = one[begun], two[begun]
-        a, b = self.arrived[one], self.arrived[two]
-        kinds = (a & b, a & ~b, ~a & b, ~a & ~b, ~begun)
-        counts = Counts._make([*(int(each.sum()) for each in kinds), missing])
-        if self.values is None:
-            return counts, np.empty(0)
-        away = (self.values[one] - self.values[two])[a & b]
-        return counts, away[np.isfinite(away)]
-
-
-def _pair(first: str, second: str, counts: Counts, away: Array, level: float) -> Pair:
-    """Return the comparison of two values from the counts and the differences of the measure."""
-    p = mcnemar(counts.only_first, counts.only_second)
-    difference = paired_difference(*counts[:4], level)
-    return Pair(first, second, counts, p, p, difference, median_interval(away, level))
+    `first` and `second` (draws,) are the rows of the two runs of each draw, -1 for none.
+    """
+    there = (first >= 0) & (second >= 0)
+    missing = int(((first >= 0) | (second >= 0)).sum() - there.sum())
+    one, two = first[there], second[there]
+    begun = started[one] & started[two]
+    one, two = one[begun], two[begun]
+    a, b = arrived[one], arrived[two]
+    kinds = (a & b, a & ~b, ~a & b, ~a & ~b, ~begun)
+    counts = Counts._make([*(int(each.sum()) for each in kinds), missing])
+    away = np.empty(0) if values is None else (values[one] - values[two])[a & b]
+    return counts, away[np.isfinite(away)]
 
 
 def _holm(pairs: list[Pair]) -> list[Pair]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from functools import cached_property, partial
 from typing import Any, NamedTuple
@@ -77,25 +77,17 @@ class Rows:
     def parts(self, runs: Codes) -> Iterator[Part]:
         """Yield experiments which together have these runs, with the places of their runs."""
         plain = [axis for axis in self.plan.axes if not axis.is_number]
-        codes = np.stack([self.plan.codes(axis, runs) for axis in plain], axis=1) if plain else None
-        for at in _alike(codes, len(runs)):
-            own = {} if codes is None else dict(zip(plain, codes[at[0]].tolist(), strict=True))
-            variant = self._variant(
-                {a.name: list((a.values or {}).values())[i] for a, i in own.items()}
-            )
-            yield from self._with_numbers(variant, runs, at)
+        codes = {axis.name: self.plan.codes(axis, runs) for axis in plain}
+        for at in _alike(codes.values(), len(runs)):
+            own = {a.name: list((a.values or {}).values())[codes[a.name][at[0]]] for a in plain}
+            yield from self._with_numbers(self._variant(own), runs, at)
 
     def _with_numbers(self, variant: Experiment, runs: Codes, at: Codes) -> Iterator[Part]:
         """Yield the variant with numbers of its own in each run, or one for each number."""
         numbers = {a.name: self._numbers(a, runs[at]) for a in self.plan.axes if a.is_number}
         bulk = {name: x for name, x in numbers.items() if may_differ(variant, name, x)}
         single = {name: x for name, x in numbers.items() if name not in bulk}
-        table = (
-            np.concatenate([x.reshape(len(at), -1) for x in single.values()], axis=1)
-            if single
-            else None
-        )
-        for some in _alike(table, len(at)):
+        for some in _alike(single.values(), len(at)):
             own = {name: _plain(x[some[0]]) for name, x in single.items()}
             one = self._variant_of(variant, own) if own else variant
             varied = {name: frozen(x[some]) for name, x in bulk.items()}
@@ -198,12 +190,10 @@ class Rows:
         return self._templates[key][0]
 
 
-def _alike(table: Any, count: int) -> Iterator[Codes]:
-    """Yield the rows of a table that are the same, group by group; all if there is no table."""
-    if table is None:
-        yield np.arange(count)
-        return
-    _, group = np.unique(table, axis=0, return_inverse=True)
+def _alike(columns: Iterable[Any], count: int) -> Iterator[Codes]:
+    """Yield the rows in which all of some columns (count, ...) are the same, group by group."""
+    table = [np.zeros((count, 1)), *(np.reshape(x, (count, -1)) for x in columns)]
+    _, group = np.unique(np.concatenate(table, axis=1), axis=0, return_inverse=True)
     for number in range(group.max() + 1):
         yield np.flatnonzero(group.reshape(-1) == number)
 

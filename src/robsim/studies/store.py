@@ -214,16 +214,13 @@ def _facts(table: Any, part: Stored, plan: Plan) -> Columns:
         data = table.to_pandas()
         if not np.array_equal(data["run"], np.arange(part.first, part.last)):
             raise ValueError
-        known = {"run", "draw"} | {name for name in data if str(name).split("[")[0] in _names(plan)}
+        names = {axis.name for axis in plan.axes}
+        known = {"run", "draw"} | {name for name in data if str(name).split("[")[0] in names}
         facts = {str(name): data[name].to_numpy() for name in data if name not in known}
         codes = np.array([int(Outcome[name]) for name in facts["outcome"]], dtype=np.int8)
     except (KeyError, ValueError):
         raise FileError(f"{part.path}: not as RobSim wrote it") from None
     return {**facts, "outcome": codes}
-
-
-def _names(plan: Plan) -> set[str]:
-    return {axis.name for axis in plan.axes}
 
 
 def as_parquet(table: pd.DataFrame) -> memoryview:
