@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from robsim.analysis.leaves import changed, leaves, with_fields
+from robsim.analysis.leaves import changed, counterpart, leaves, with_fields
 from robsim.geometry.pose import Pose
 from robsim.robot.robot import Robot
 from robsim.servo.sight import Sight
@@ -46,8 +46,7 @@ class Mistake:
             larger = _larger(leaf.depth_scale) if leaf.needs_depth else leaf.depth_scale
             return with_fields(leaf, depth_scale=larger)
         belief = scene if leaf.belief is None else leaf.belief
-        find: Any = {MountedCamera: belief.camera, Robot: belief.robot, Object: belief.object}
-        believed = find[type(self.part)](self.part.name)
+        believed = counterpart(belief, self.part)
         return replace(leaf, belief=belief.replacing(self.wrong(believed)))
 
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from robsim.analysis.explanation.removal import Change, Removal
 from robsim.analysis.explanation.wording import away, length, listed, number
-from robsim.analysis.leaves import changed, leaves
+from robsim.analysis.leaves import changed, counterpart, leaves
 from robsim.geometry.pose import Pose
 from robsim.robot.robot import Robot
 from robsim.run.experiment import Experiment
@@ -122,17 +122,10 @@ def _right(true: FeatureBlock, *fields: str) -> Change:
     """Return the change that gives fields of a believed part their true values."""
     values = {name: getattr(true, name) for name in fields}
 
-    def part_of(belief: Scene) -> Any:
-        find = {MountedCamera: belief.camera, Robot: belief.robot, Object: belief.object}
-        return find[type(true)](true.name)
+    def right(leaf: Any) -> Any:
+        if leaf.belief is None:
+            return leaf
+        part = replace(counterpart(leaf.belief, true), **values)
+        return replace(leaf, belief=leaf.belief.replacing(part))
 
-    def change(case: Experiment) -> Experiment:
-        def right(leaf: Any) -> Any:
-            if leaf.belief is None:
-                return leaf
-            part = replace(part_of(leaf.belief), **values)
-            return replace(leaf, belief=leaf.belief.replacing(part))
-
-        return case.with_(task=changed(case.task, right))
-
-    return change
+    return lambda case: case.with_(task=changed(case.task, right))

@@ -19,8 +19,8 @@ def least_curvature(inquiry: Inquiry) -> float:
     The Hessian is over the commanded joints at the end of the run, from differences of the
     gradient (L J)' e; NaN if V is not known.
     """
-    columns = inquiry.again.loop.controller.columns
-    n, q = columns.size, inquiry.again.snapshots[-1].q
+    columns = inquiry.controller.columns
+    n, q = columns.size, inquiry.snapshots[-1].q
     steps = STEP * np.concatenate([np.eye(n), -np.eye(n)], axis=1)
     truth = true_features(inquiry.case.task, inquiry.case.scene, _moved(inquiry, q, steps))
     if truth is None or not (np.isfinite(truth.error).all() and np.isfinite(truth.rates).all()):
@@ -33,7 +33,7 @@ def least_curvature(inquiry: Inquiry) -> float:
 
 def _moved(inquiry: Inquiry, q: Array, steps: Array) -> Array:
     """Return states (nq, B): q (nq, 1) moved by steps (n, B) of the commanded velocities."""
-    scene, controller = inquiry.case.scene, inquiry.again.loop.controller
+    scene, controller = inquiry.case.scene, inquiry.controller
     out = np.repeat(q, steps.shape[1], axis=1)
     velocities = np.zeros((scene.nv, steps.shape[1]))
     velocities[controller.columns] = steps

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from robsim.analysis.explanation import views
 from robsim.analysis.explanation.finding import Finding
 from robsim.analysis.explanation.inquiry import Inquiry
 from robsim.analysis.explanation.stalls import too_few
@@ -16,10 +15,9 @@ SLOWED = 0.7  # share of the gain below which the decay counts as slowed down
 
 def slow(inquiry: Inquiry) -> Finding | None:
     """Report an error that still falls when the time is over."""
-    rate, arrival = inquiry.decay, inquiry.arrival
-    if not _on_its_way(inquiry):
+    if not inquiry.on_its_way:
         return None
-    gain = views.gain_of(inquiry.case)
+    rate, arrival, gain = inquiry.decay, inquiry.arrival, inquiry.gain
     trial = inquiry.trial(lambda case: case)
     if trial is not None and trial.converged:
         late = f"given more time it {trial.ending}"
@@ -35,16 +33,11 @@ def slow(inquiry: Inquiry) -> Finding | None:
     return Finding("too little time", sentence, evidence)
 
 
-def _on_its_way(inquiry: Inquiry) -> bool:
-    return inquiry.falls and bool(np.isfinite(inquiry.arrival))
-
-
 def lagging(inquiry: Inquiry) -> Finding | None:
     """Report an error that does not fall any more."""
-    if _on_its_way(inquiry):
+    if inquiry.on_its_way:
         return None
-    third = inquiry.errors[-max(len(inquiry.errors) // 3, 3) :]
-    low, high = float(third.min()), float(third.max())
+    low, high = float(inquiry.late_errors.min()), float(inquiry.late_errors.max())
     sentence = (
         f"In the last third of its time the error stays between {inquiry.size(low)} and "
         f"{inquiry.size(high)}: what the law commands does not make it smaller any more."

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -76,7 +76,7 @@ class Evidence:
             return ()
         what = "The recorded commands are"
         of = "those of this controller for the same images and joints"
-        return (Finding("commands", self._followed(found, what, of), _evidence(found)),)
+        return (Finding("commands", self._followed(found, what, of), asdict(found)),)
 
     @cached_property
     def _moved(self) -> Agreement | None:
@@ -99,7 +99,7 @@ class Evidence:
         found = self._moved
         if found is not None and not found.is_same:
             what, of = "The joints move with", "the velocities that were commanded"
-            yield Finding("motion", self._followed(found, what, of), _evidence(found))
+            yield Finding("motion", self._followed(found, what, of), asdict(found))
 
     def _followed(self, found: Agreement, what: str, of: str) -> str:
         if not found.rest < 0.5:
@@ -184,13 +184,3 @@ def _elsewhere(sight: Sight, rms: float, mean: Array) -> Finding:
         f"{number(mean[1])}): the lens, a pose or the target is another, or images are late."
     )
     return Finding("places", text, {"rms_px": rms, "column_px": mean[0], "row_px": mean[1]})
-
-
-def _evidence(found: Agreement) -> dict[str, float]:
-    return {
-        "scale": found.scale,
-        "periods": float(found.periods),
-        "lag": found.lag,
-        "rest": found.rest,
-        "largest": found.largest,
-    }

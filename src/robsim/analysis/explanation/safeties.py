@@ -12,7 +12,6 @@ from robsim.analysis.explanation.removal import Change, Removal
 from robsim.analysis.explanation.wording import degrees, length, number
 from robsim.analysis.repeated import Repeated
 from robsim.base.arrays import Array
-from robsim.run.experiment import Experiment
 from robsim.servo.safety.safety import Safety
 from robsim.servo.shaping.shaping import coordinates_of
 from robsim.world.imperfections.imperfection import Statement
@@ -37,13 +36,8 @@ def safeties(again: Repeated) -> list[Removal]:
 
 def _lifted(field: str) -> Change:
     """Return the change of an experiment whose safety does not have a limit."""
-
-    def change(case: Experiment) -> Experiment:
-        without: dict[str, Any] = {field: None}
-        assert case.safety is not None
-        return case.with_(safety=replace(case.safety, **without))
-
-    return change
+    without: dict[str, Any] = {field: None}
+    return lambda case: case.with_(safety=replace(case.safety or Safety(), **without))
 
 
 def _commands(again: Repeated) -> Array:

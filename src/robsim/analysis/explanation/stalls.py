@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from robsim.analysis.diagnosis import law_map
-from robsim.analysis.explanation import views
 from robsim.analysis.explanation.curvature import least_curvature
 from robsim.analysis.explanation.finding import Finding
 from robsim.analysis.explanation.inquiry import Inquiry
@@ -57,7 +56,7 @@ def camera_law(inquiry: Inquiry) -> Finding | None:
     state = last.state
     twist = np.linalg.pinv(state.interaction_last[..., 0]) @ state.error_last[:, 0]
     joints = int(np.linalg.matrix_rank(state.jacobian_last[..., 0]))
-    V = float(views.gain_of(inquiry.case) * np.linalg.norm(twist))
+    V = float(inquiry.gain * np.linalg.norm(twist))
     e = float(np.linalg.norm(state.error_last))
     if joints >= 6 or 1e-3 * e > V:
         return None
@@ -101,7 +100,7 @@ def own_law(inquiry: Inquiry) -> Finding | None:
 def lost_direction(inquiry: Inquiry) -> Finding | None:
     """Report the motion that the features or the joints lost in a singularity."""
     decision, names = inquiry.again.decisions[-1], inquiry.case.scene.velocity_names
-    controller = inquiry.again.loop.controller
+    controller = inquiry.controller
     task_jacobian, J = decision.command.task_jacobian[..., 0], decision.J[..., 0]
     if not np.isfinite(task_jacobian).all():
         return None

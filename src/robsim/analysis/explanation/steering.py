@@ -14,7 +14,7 @@ AT_THE_LIMIT = 0.999  # of the largest angle
 
 def steering(inquiry: Inquiry) -> Finding | None:
     """Report a car that is to turn while it stands, or beyond its steering limit."""
-    last, tree = inquiry.again.snapshots[-1], inquiry.case.scene.tree
+    last, tree = inquiry.snapshots[-1], inquiry.case.scene.tree
     for row, velocity, steering in tree.cars:
         name = inquiry.case.scene.coordinate_names[row]
         speed, turn = (float(rate) for rate in last.qd[velocity : velocity + 2, 0])
