@@ -6,7 +6,7 @@ import warnings
 from collections.abc import Iterator
 from dataclasses import dataclass, is_dataclass, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -253,8 +253,7 @@ def _borderless_task(task: Any) -> Any:
     belief = getattr(task, "belief", None)
     if not isinstance(belief, Scene) or not is_dataclass(task):  # as a user's task need not be
         return task
-    changes: dict[str, Any] = {"belief": borderless(belief)}
-    return replace(task, **changes)
+    return replace(cast(Any, task), belief=borderless(belief))
 
 
 def borderless(scene: Scene) -> Scene:

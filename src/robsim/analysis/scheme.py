@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 import xarray as xr
@@ -25,6 +25,8 @@ from robsim.run.experiment import Experiment
 from robsim.world.scene import Scene
 
 Measures = dict[str, Array]  # (B,) of each measure
+T = TypeVar("T")
+R = TypeVar("R")
 
 
 @dataclass(frozen=True, eq=False)
@@ -128,6 +130,32 @@ def _parts(scheme: Scheme, progress: Progress | None) -> Iterator[tuple[Scheme, 
     for i in range(0, len(starts), size):
         some = scheme.with_(start=starts[i : i + size], first_run=first + i)
         yield some, share_of(progress, i / len(starts), min(size / len(starts), 1.0))
+
+
+def until_stopped(
+    steps: Sequence[Callable[[Progress | None], T]],
+    made: Callable[[list[T]], R],
+    progress: Progress | None,
+) -> R:
+    """Return what is made of the results of steps; Interrupted holds that of those before a stop.
+
+    Each step is called with its share of the progress.
+    """
+    found: list[T] = []
+    complete, count = True, len(steps)
+    with interrupt.held(begun=False) as stops:
+        for i, step in enumerate(steps):
+            try:
+                found.append(step(share_of(progress, i / count, 1 / count)))
+            except Interrupted as stop:
+                found.append(stop.run)
+                complete = False
+            if stops or not complete:
+                break
+        result = made(found)
+    if stops or not complete:
+        raise Interrupted("stopped by the user; what was simulated so far is in .run", result)
+    return result
 
 
 def share_of(progress: Progress | None, begin: float, width: float) -> Progress | None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -121,21 +120,12 @@ class Calibration(CalibrationFit):
 
     @property
     def _rows(self) -> list[tuple[str, ...]]:
-        """The head and the rows of the table."""
-        values = self._values
-        made: list[tuple[str, ...]] = [("number", "unit", "value", "std")]
-        pairs = zip(self.names, self.free.units, self.deviations.values(), strict=True)
-        for name, unit, std in pairs:
-            factor, shown = SHOWN[unit]
-            made.append((name, shown, f"{factor * values[name]:z.6g}", f"{factor * std:.2g}"))
-        return made
-
-    @property
-    def _values(self) -> Mapping[str, float]:
-        """The numbers by name; of poses, position and rotation vector."""
-        return dict(self._numbers())
-
-    def _numbers(self) -> Iterator[tuple[str, float]]:
+        """The head and the rows of the table; of poses, position and rotation vector."""
         poses = [[*T.position.tolist(), *T.rotvec.tolist()] for T in (self.mount, self.place)]
-        own = [*poses[0], *poses[1], *self.model.numbers(self.free)]
-        return zip(self.names, own, strict=True)
+        values = [*poses[0], *poses[1], *self.model.numbers(self.free)]
+        made: list[tuple[str, ...]] = [("number", "unit", "value", "std")]
+        each = zip(self.deviations.items(), self.free.units, values, strict=True)
+        for (name, std), unit, value in each:
+            factor, shown = SHOWN[unit]
+            made.append((name, shown, f"{factor * value:z.6g}", f"{factor * std:.2g}"))
+        return made

@@ -74,25 +74,8 @@ class Reach:
         link = Pose(self._tree.find(".".join(body))[1])
         there = robot.base.inv() @ Pose(T) @ (link.inv() @ on).inv()
         found = robot.ik(there, link=body[1], restarts=RESTARTS)
-        home = self.scene.home
-        q = np.tile(home, (len(T), 1))
-        names = [name.startswith(f"{robot.name}.") for name in self._names]
-        q[:, np.flatnonzero(names)] = found.q
+        q = self.scene.coordinates({robot.name: found.q}, limits=False)
         return q, np.asarray(found.success)
-
-    @property
-    def _names(self) -> list[str]:
-        """The names of the coordinates, each with that of its robot in front."""
-        tree = self._tree
-        bodies = [""] * tree.nq
-        for member in tree.members:
-            for i in range(member.q.start, member.q.stop):
-                bodies[i] = self._robot_of(member.body)
-        return [f"{name}." for name in bodies]
-
-    def _robot_of(self, body: int) -> str:
-        names = (name for name, (at, _) in self._tree.where.items() if at == body and "." in name)
-        return next(names, "").partition(".")[0]
 
     def _carrier(self) -> tuple[str, str]:
         """Return the robot and the link that carry the frame."""

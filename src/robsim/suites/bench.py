@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import partial
 from typing import Any
 
-from robsim.analysis.scheme import share_of
-from robsim.base import interrupt
+from robsim.analysis.scheme import until_stopped
 from robsim.base.arrays import flag, is_listed
-from robsim.base.errors import InputError, Interrupted, said
+from robsim.base.errors import InputError, said
 from robsim.engine.workers import Progress, check_progress
 from robsim.suites.benchmark import Benchmark, counted
 from robsim.suites.registry import names, suite_of
@@ -54,7 +54,7 @@ def bench(
     trials = [trial for suite in chosen for trial in _trials(suite, own, builtin, how)]
     for trial in trials:
         trial.check()
-    return _run(chosen, trials, progress)
+    return until_stopped([trial.rows for trial in trials], partial(counted, chosen), progress)
 
 
 def _chosen(suites: Any) -> list[Any]:
@@ -80,22 +80,3 @@ def _trials(suite: Any, own: Mapping[str, Any], builtin: bool, how: Mapping[str,
     every = {**(suite.schemes if builtin else {}), **own}
     made = {name: task_of(name, scheme, goal, gain) for name, scheme in every.items()}
     return [Trial(suite, name, task, how) for name, task in made.items()]
-
-
-def _run(suites: list[Any], trials: list[Any], progress: Progress | None) -> Benchmark:
-    """Return what trials give; Interrupted holds that of those before a stop."""
-    found: list[Any] = []
-    complete, count = True, len(trials)
-    with interrupt.held(begun=False) as stops:
-        for i, trial in enumerate(trials):
-            try:
-                found.append(trial.rows(share_of(progress, i / count, 1 / count)))
-            except Interrupted as stop:
-                found.append(stop.run)
-                complete = False
-            if stops or not complete:
-                break
-        made = counted(suites, found)
-    if stops or not complete:
-        raise Interrupted("stopped by the user; what was simulated so far is in .run", made)
-    return made

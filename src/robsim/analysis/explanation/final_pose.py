@@ -40,11 +40,8 @@ def final_pose(inquiry: Inquiry) -> list[Finding]:
     if not inquiry.trials:
         return [first]
     cured = _nearer(off, float(inquiry.depths[-1]))
-    causes = (
-        Criterion(cured, lambda _: "the camera stands where it should")
-        .attributed(inquiry.case, wrong)
-        .causes
-    )
+    stands = Criterion(cured, lambda _: "the camera stands where it should")
+    causes = stands.attributed(inquiry.case, wrong).causes
     return [first, *(causes or _same_image(inquiry, cured, bool(wrong)))]
 
 

@@ -52,10 +52,10 @@ def nearest_to_goal(servo: Servo, seen: Sequence[Pose], depth: float) -> Nearest
     best = int(np.square(e).sum(0).argmin())
     one = np.ascontiguousarray(T[..., best : best + 1])
     *_, flags = servo.sights[0].image(np.eye(3, 4)[..., None], one)
-    seen = bool((flags == Visibility.IN_IMAGE).all())
+    in_image = bool((flags == Visibility.IN_IMAGE).all())
     left = e[:, best]
     size, length = float(np.abs(left).max()), float(np.linalg.norm(left))
-    return Nearest(Pose(homogeneous(one)[0]), size, length, seen)
+    return Nearest(Pose(homogeneous(one)[0]), size, length, in_image)
 
 
 def _starts(sight: Sight, seen: Sequence[Pose], depth: float) -> Array:

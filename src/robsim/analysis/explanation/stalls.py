@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from robsim.analysis.diagnosis import law_map
-from robsim.analysis.explanation.curvature import least_curvature
 from robsim.analysis.explanation.finding import Finding
 from robsim.analysis.explanation.inquiry import Inquiry
 from robsim.analysis.explanation.wording import listed, number
+from robsim.analysis.field import STEP, Field
+from robsim.analysis.truth import true_features
 from robsim.base.arrays import Array
 from robsim.servo.laws.law import CameraLaw, JointLaw
 
@@ -35,6 +38,25 @@ def null_space(inquiry: Inquiry) -> Finding | None:
     evidence["lyapunov_rate"] = inquiry.value("lyapunov_rate")
     evidence |= {"least_curvature": curved} if np.isfinite(curved) else {}
     return Finding("local minimum", sentence, evidence)
+
+
+def least_curvature(inquiry: Inquiry) -> float:
+    """Return the least eigenvalue of the Hessian of V over its largest magnitude.
+
+    The Hessian is over the commanded joints at the end of the run, from differences of the
+    gradient (L J)' e; NaN if V is not known.
+    """
+    columns = inquiry.controller.columns
+    n, q = columns.size, inquiry.snapshots[-1].q
+    steps = STEP * np.concatenate([np.eye(n), -np.eye(n)], axis=1)
+    near = Field(inquiry.controller).moved(np.repeat(q, 2 * n, axis=1), steps)
+    truth = true_features(inquiry.case.task, inquiry.case.scene, near)
+    if truth is None or not (np.isfinite(truth.error).all() and np.isfinite(truth.rates).all()):
+        return math.nan
+    gradient = np.einsum("tkn,tk->tn", truth.rates[..., columns], truth.error)
+    H = (gradient[:n] - gradient[n:]) / (2 * STEP)
+    eigenvalues = np.linalg.eigvalsh(0.5 * (H + H.T))
+    return float(eigenvalues[0] / np.abs(eigenvalues).max())
 
 
 def too_few(inquiry: Inquiry) -> str:
