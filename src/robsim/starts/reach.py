@@ -15,7 +15,6 @@ from robsim.geometry.pose import Pose, homogeneous
 from robsim.robot.tree import Tree
 from robsim.run.ends import at_goal, goal_pose, pose_of, regarded
 from robsim.servo.controller import Controller
-from robsim.starts.free_flyer import flies, flown
 from robsim.world.scene import Scene
 
 RESTARTS = 10  # searches of inverse kinematics for a start, which another draw may replace
@@ -88,3 +87,25 @@ class Reach:
                 "coordinates, as in start=rs.Uniform(low, high)"
             )
         return robot, link
+
+
+def flies(controller: Controller, frame: str) -> bool:
+    """Return whether all that a task commands is one floating joint on the world with the frame."""
+    tree = controller.scene.tree
+    body, _ = tree.find(frame)
+    free = tree.models[body].free and tree.parent[body] == 0
+    return bool(free and (tree.owners[controller.columns] == body).all())
+
+
+def flown(scene: Scene, frame: str, T: Array) -> Array:
+    """Return coordinates (n, nq) that bring a frame that flies to poses (n, 4, 4) in the world.
+
+    The other coordinates stay at home.
+    """
+    tree = scene.tree
+    body, T_b_f = tree.find(frame)
+    place = Pose(homogeneous(tree.joints.place[body][..., None])[0])
+    q = np.tile(scene.home, (len(T), 1))
+    first = tree.iq[body]
+    q[:, first : first + 7] = (place.inv() @ Pose(T) @ Pose(T_b_f).inv()).q
+    return q

@@ -20,7 +20,7 @@ from robsim.run.varied import Template, may_differ
 from robsim.starts.draw_starts import draw_starts
 from robsim.starts.reach import Reach
 from robsim.studies.axes import Axis
-from robsim.studies.facts import Columns, block, facts, measures, tracks
+from robsim.studies.columns import Columns, block, facts, measures, tracks
 from robsim.studies.plan import Codes, Plan
 
 MOST_KEPT = 100  # variants whose templates are kept

@@ -11,8 +11,7 @@ import numpy as np
 from robsim.base import interrupt
 from robsim.base.errors import InputError
 from robsim.base.room import room
-from robsim.studies.columns import BYTES, MORE_BYTES, nothing
-from robsim.studies.facts import Columns
+from robsim.studies.columns import BYTES, MORE_BYTES, Columns, nothing
 from robsim.studies.plan import Plan
 from robsim.studies.rows import Done, Rows, Stopped
 from robsim.studies.store import Store

@@ -20,8 +20,7 @@ from robsim.files.toml import read_text
 from robsim.kernels.machine.store import KERNEL_HASH
 from robsim.run.experiment import Experiment
 from robsim.run.result import VERSION
-from robsim.studies.columns import frame, nothing
-from robsim.studies.facts import Columns
+from robsim.studies.columns import Columns, frame, nothing
 from robsim.studies.plan import Plan
 from robsim.studies.rows import Done
 from robsim.studies.text import plan_of, text_of

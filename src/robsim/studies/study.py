@@ -21,9 +21,8 @@ from robsim.engine.outcome import Outcome
 from robsim.run.experiment import Experiment
 from robsim.statistics.estimate import Estimate
 from robsim.statistics.proportions import clustered, share
-from robsim.studies.columns import TABLE_BYTES, frame
+from robsim.studies.columns import TABLE_BYTES, Columns, frame
 from robsim.studies.counts import MOST_GROUPS, Counts, counted
-from robsim.studies.facts import Columns
 from robsim.studies.paired import Paired, paired
 from robsim.studies.plan import Plan
 from robsim.studies.reading import column, groups_of, numbers_in

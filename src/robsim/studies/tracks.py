@@ -11,7 +11,7 @@ import numpy as np
 from robsim.base.errors import InputError
 from robsim.base.output import draft_beside, refused
 from robsim.run.checks import whole_periods
-from robsim.studies.facts import Columns
+from robsim.studies.columns import Columns
 from robsim.studies.plan import Plan
 
 if TYPE_CHECKING:
