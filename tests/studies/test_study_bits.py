@@ -140,7 +140,7 @@ def test_a_worker_is_told_all_it_needs(noisy, how):
     for name, values in here.facts.items():
         np.testing.assert_array_equal(there.facts[name], values)
     with pytest.raises(rs.InputError, match=r"this worker has RobSim .* install the same"):
-        cluster.run_chunk(work, ("0.0", "x"), 5, 20)
+        cluster.run_chunk(work, {"robsim": "0.0", "kernels": "x"}, 5, 20)
 
 
 @pytest.mark.full

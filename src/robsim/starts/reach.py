@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 from robsim.base.arrays import Array, runs_last
 from robsim.base.errors import InputError
 from robsim.geometry.pose import Pose, homogeneous
-from robsim.robot.tree import Tree
 from robsim.run.ends import at_goal, goal_pose, pose_of, regarded
 from robsim.servo.controller import Controller
 from robsim.world.scene import Scene
@@ -30,11 +29,6 @@ class Reach:
     def scene(self) -> Scene:
         """The true scene."""
         return self.controller.scene
-
-    @property
-    def _tree(self) -> Tree:
-        tree: Tree = self.scene.tree
-        return tree
 
     @cached_property
     def frame(self) -> str:
@@ -56,7 +50,7 @@ class Reach:
     def middle(self, target: str) -> Array:
         """Return the middle (3,) of the marks of an object in the world, at home."""
         thing = self.scene.object(target)
-        place = self._tree.frame(self._tree.bodies(self._home), thing.name)
+        place = self.scene.tree.frame(self.scene.tree.bodies(self._home), thing.name)
         middle: Array = Pose(homogeneous(place)[0]) @ thing.marks.mean(axis=0)
         return middle
 
@@ -69,8 +63,8 @@ class Reach:
             return flown(self.scene, self.frame, T), np.ones(len(T), dtype=bool)
         body = self._carrier()
         robot = self.scene.robot(body[0])
-        on = Pose(self._tree.find(self.frame)[1])
-        link = Pose(self._tree.find(".".join(body))[1])
+        on = Pose(self.scene.tree.find(self.frame)[1])
+        link = Pose(self.scene.tree.find(".".join(body))[1])
         there = robot.base.inv() @ Pose(T) @ (link.inv() @ on).inv()
         found = robot.ik(there, link=body[1], restarts=RESTARTS)
         q = self.scene.coordinates({robot.name: found.q}, limits=False)

@@ -10,15 +10,13 @@ from typing import Any
 
 from robsim.base import interrupt
 from robsim.base.errors import InputError, RobSimError, said
-from robsim.kernels.machine.store import KERNEL_HASH
-from robsim.run.result import VERSION
 from robsim.studies.plan import Plan
 from robsim.studies.rows import Done, Rows
 from robsim.studies.running import Chunk, Progress, Sink, chunks, done
+from robsim.studies.store import VERSIONS
 
 PATIENCE = 10.0  # seconds, for a scheduler to answer
 LOOK = 0.02  # seconds between looks for a stop
-VERSIONS = VERSION, KERNEL_HASH  # which a worker must have, for the same bits
 AHEAD = 2  # chunks for each thread of the cluster that are given out at a time
 
 
@@ -113,12 +111,12 @@ def _result(future: Any) -> Done:
     )
 
 
-def run_chunk(plan: bytes, versions: tuple[str, str], first: int, last: int) -> Done:
+def run_chunk(plan: bytes, versions: dict[str, str], first: int, last: int) -> Done:
     """Simulate some runs in a worker, in one thread; InputError if its version is another."""
     if versions != VERSIONS:
         raise InputError(
-            f"this worker has RobSim {VERSION} with kernels {KERNEL_HASH:.12}, the study "
-            f"{versions[0]} with {versions[1]:.12}: install the same"
+            "this worker has RobSim {robsim} with kernels {kernels:.12}, ".format(**VERSIONS)
+            + "the study {robsim} with {kernels:.12}: install the same".format(**versions)
         )
     return _rows(plan).done(first, last)
 

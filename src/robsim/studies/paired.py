@@ -87,7 +87,7 @@ class Paired(Printed):
                 [name.replace("_", " "), *(str(getattr(pair.counts, name)) for pair in pairs)]
                 for name in Counts._fields[:4]
             ),
-            [f"difference, % [{percent}]", *(_percent(pair.difference) for pair in pairs)],
+            [f"difference, % [{percent}]", *(pair.difference.text("+z.1f", 100) for pair in pairs)],
             ["p", *(_p(pair.p) for pair in pairs)],
         ]
         if len(pairs) > 1:
@@ -131,10 +131,6 @@ def _left_out(counts: Counts) -> str:
     missing = f"in {counts.missing} draws one was not run" if counts.missing else ""
     why = ", ".join(text for text in (apart, missing) if text)
     return f"{why}: they do not count" if why else ""
-
-
-def _percent(share: Estimate) -> str:
-    return share.text("+z.1f", 100)
 
 
 def _p(p: float) -> str:

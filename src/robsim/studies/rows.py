@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
 from functools import cached_property, partial
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +23,7 @@ from robsim.studies.axes import Axis
 from robsim.studies.columns import Columns, block, facts, measures, tracks
 from robsim.studies.plan import Codes, Plan
 
+T = TypeVar("T")
 MOST_KEPT = 100  # variants whose templates are kept
 
 
@@ -88,8 +89,7 @@ class Rows:
         bulk = {name: x for name, x in numbers.items() if may_differ(variant, name, x)}
         single = {name: x for name, x in numbers.items() if name not in bulk}
         for some in _alike(single.values(), len(at)):
-            own = {name: _plain(x[some[0]]) for name, x in single.items()}
-            one = self._variant_of(variant, own) if own else variant
+            one = _with_values(variant, {name: _plain(x[some[0]]) for name, x in single.items()})
             varied = {name: frozen(x[some]) for name, x in bulk.items()}
             yield Part(at[some], one.with_(varied=varied) if varied else one)
 
@@ -103,17 +103,7 @@ class Rows:
     def _variant(self, values: dict[str, Any]) -> Experiment:
         """Return the experiment with other objects under some names."""
         key = tuple((name, id(value)) for name, value in values.items())
-        if key not in self._variants:
-            if len(self._variants) >= MOST_KEPT:
-                self._variants.clear()
-            self._variants[key] = self._variant_of(self.plan.experiment, values)
-        return self._variants[key]
-
-    def _variant_of(self, base: Experiment, values: dict[str, Any]) -> Experiment:
-        if not values:
-            return base
-        ordered = sorted(values.items(), key=lambda each: each[0].count("."))
-        return base.at(dict(ordered))
+        return _kept(self._variants, key, lambda: _with_values(self.plan.experiment, values))
 
     def starts(self, draws: Codes) -> tuple[Array, Codes, NDArray[np.bool_]]:
         """Return the starts (draws, nq) of some draws, how many were drawn, and which will do.
@@ -183,11 +173,22 @@ class Rows:
             return None
         parts = experiment.sensing, experiment.actuation
         key = id(experiment.task), id(experiment.scene), *parts, *experiment.varied
-        if key not in self._templates:
-            if len(self._templates) >= MOST_KEPT:
-                self._templates.clear()
-            self._templates[key] = Template(experiment), experiment
-        return self._templates[key][0]
+        return _kept(self._templates, key, lambda: (Template(experiment), experiment))[0]
+
+
+def _kept(known: dict[Any, T], key: Any, make: Callable[[], T]) -> T:
+    """Return what is known by a key, which is made when it is first asked for."""
+    if key not in known:
+        if len(known) >= MOST_KEPT:
+            known.clear()
+        known[key] = make()
+    return known[key]
+
+
+def _with_values(base: Experiment, values: dict[str, Any]) -> Experiment:
+    """Return an experiment with other values under some names, a whole before its parts."""
+    ordered = sorted(values.items(), key=lambda each: each[0].count("."))
+    return base.at(dict(ordered)) if values else base
 
 
 def _alike(columns: Iterable[Any], count: int) -> Iterator[Codes]:

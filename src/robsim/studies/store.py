@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
 FORMAT = 1
+VERSIONS = {"robsim": VERSION, "kernels": KERNEL_HASH}  # which decide the bits of a run
 TEXT, ABOUT, TRACKS = "study.toml", "study.json", "trajectories.zarr"
 COMPARED = 50  # values of an axis that are compared with what their text says
 BYTES = 150  # of a row on the disk
@@ -62,7 +63,7 @@ class Store:
             self._check(text, resume)
             return
         self._check_room(plan)
-        about = {"format": FORMAT, **_versions(), "runs": plan.runs, "draws": plan.draws}
+        about = {"format": FORMAT, **VERSIONS, "runs": plan.runs, "draws": plan.draws}
         write_whole(self.folder / TEXT, text)
         write_whole(self.folder / ABOUT, json.dumps(about, indent=1) + "\n")
 
@@ -126,10 +127,8 @@ class Store:
         """
         if plan.trajectories:
             Tracks(self.folder / TRACKS).put(plan, first, found.tracks)
-        name = f"rows-{first:013d}-{last:013d}.parquet"
-        write_whole(
-            self.folder / name, as_parquet(frame(plan, np.arange(first, last), found.facts))
-        )
+        rows = as_parquet(frame(plan, np.arange(first, last), found.facts))
+        write_whole(self.folder / f"rows-{first:013d}-{last:013d}.parquet", rows)
 
     def facts(self, plan: Plan) -> tuple[Any, Columns]:
         """Return the numbers of the runs that are there, and what came out of them."""
@@ -163,7 +162,7 @@ class Store:
                 f"{self.folder} holds this study already; resume it (resume=True, --resume), or "
                 "choose another folder"
             )
-        other = {key: (about.get(key), now) for key, now in _versions().items()}
+        other = {key: (about.get(key), now) for key, now in VERSIONS.items()}
         differ = [f"{key} {was}, now {now}" for key, (was, now) in other.items() if was != now]
         if differ:
             raise FileError(
@@ -198,11 +197,6 @@ def checked_text(plan: Plan) -> str:
                     "give them as texts or tables of a file, or run without a store"
                 )
     return text
-
-
-def _versions() -> dict[str, str]:
-    """Return what decides the bits of a run."""
-    return {"robsim": VERSION, "kernels": KERNEL_HASH}
 
 
 def _facts(table: Any, part: Stored, plan: Plan) -> Columns:

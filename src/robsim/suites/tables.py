@@ -76,8 +76,8 @@ def columns(suite: Suite | Reproduction, rows: pd.DataFrame) -> list[list[str]]:
 def _verdicts(rows: pd.DataFrame) -> list[list[str]]:
     """Return columns of published numbers, what they are now, and whether that agrees."""
     numbers = {
-        head: [f"{digits(x)} {unit}" for x, unit in zip(rows[key], rows["unit"], strict=True)]
-        for head, key in (("value", "value"), ("expected", "expected"), ("within", "within"))
+        key: [f"{digits(x)} {unit}" for x, unit in zip(rows[key], rows["unit"], strict=True)]
+        for key in ("value", "expected", "within")
     }
     verdict = ["agrees" if good else "DIFFERS" for good in rows["success"]]
     texts = {"case": [*rows["scheme"]], "measure": [*rows["measure"]], **numbers}

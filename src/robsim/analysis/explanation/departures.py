@@ -134,9 +134,7 @@ def own_motion(inquiry: Inquiry) -> Finding | None:
 def near_border(inquiry: Inquiry) -> Finding | None:
     """Report a mark that came close to the border of its image."""
     margins = inquiry.diagnosis["border_margin"].values
-    if inquiry.controller.excused:
-        return None
-    if not np.isfinite(margins).any():
+    if inquiry.controller.excused or not np.isfinite(margins).any():
         return None
     t = int(np.nanargmin(margins))
     if margins[t] > 5 or t == 0:

@@ -25,6 +25,7 @@ from robsim.run.experiment import Experiment
 from robsim.servo.basis import Basis
 from robsim.servo.controller import Controller
 from robsim.servo.laws.gain import AdaptiveGain
+from robsim.servo.laws.law import Law
 from robsim.servo.servo_controller import Servo
 from robsim.servo.sight import Sight
 
@@ -81,6 +82,10 @@ class Inquiry:
         """What the last command is based on; None unless the run is of one servo task."""
         basis = self.again.decisions[-1].basis
         return basis if isinstance(basis, Basis) else None
+
+    def last_under(self, law: type[Law]) -> Basis | None:
+        """Return what the last command is based on, if it follows from exactly this kind of law."""
+        return self.last if self.servo and type(self.servo.law) is law else None
 
     @cached_property
     def errors(self) -> Array:

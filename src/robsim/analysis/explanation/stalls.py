@@ -20,12 +20,12 @@ SHARE = 0.35  # least component of a unit direction for its joint to be named
 
 def null_space(inquiry: Inquiry) -> Finding | None:
     """Report a joint law whose error lies in the null space of (L J)^+."""
-    last, servo = inquiry.last, inquiry.servo
-    if last is None or servo is None or type(servo.law) is not JointLaw:
+    last = inquiry.last_under(JointLaw)
+    if last is None:
         return None
     k, rank = len(last.error), int(inquiry.value("rank_task_jacobian"))
     norm = float(np.linalg.norm(last.state.error_last))
-    speed = float(np.linalg.norm(law_map(servo.law, last.state) @ last.state.error_last))
+    speed = float(np.linalg.norm(law_map(JointLaw(), last.state) @ last.state.error_last))
     curved = least_curvature(inquiry)
     place = "a local minimum of V" if curved > -1e-9 else "an equilibrium of the law"
     sentence = (
@@ -72,8 +72,8 @@ def too_few(inquiry: Inquiry) -> str:
 
 def camera_law(inquiry: Inquiry) -> Finding | None:
     """Report a camera law whose twist the joints cannot follow at all."""
-    last, servo = inquiry.last, inquiry.servo
-    if last is None or servo is None or type(servo.law) is not CameraLaw:
+    last = inquiry.last_under(CameraLaw)
+    if last is None:
         return None
     state = last.state
     twist = np.linalg.pinv(state.interaction_last[..., 0]) @ state.error_last[:, 0]
@@ -92,11 +92,11 @@ def camera_law(inquiry: Inquiry) -> Finding | None:
 
 def ascending(inquiry: Inquiry) -> Finding | None:
     """Report a camera law under which V grows, as the joints cannot follow every twist."""
-    last, servo = inquiry.last, inquiry.servo
-    rates = inquiry.diagnosis["lyapunov_rate"].values
-    if last is None or servo is None or type(servo.law) is not CameraLaw:
+    last = inquiry.last_under(CameraLaw)
+    if last is None:
         return None
-    rank, steepest = int(np.linalg.matrix_rank(last.state.jacobian_last[..., 0])), np.nanmax(rates)
+    steepest = np.nanmax(inquiry.diagnosis["lyapunov_rate"].values)
+    rank = int(np.linalg.matrix_rank(last.state.jacobian_last[..., 0]))
     if rank >= 6 or not steepest > 0:
         return None
     sentence = (
@@ -110,9 +110,9 @@ def ascending(inquiry: Inquiry) -> Finding | None:
 
 def own_law(inquiry: Inquiry) -> Finding | None:
     """Report a law of another kind that commands no motion."""
-    last, servo = inquiry.last, inquiry.servo
-    if last is not None and servo is not None and type(servo.law) in (JointLaw, CameraLaw):
+    if inquiry.last_under(JointLaw) or inquiry.last_under(CameraLaw):
         return None
+    servo = inquiry.servo
     name = type(servo.law).__name__ if servo else type(inquiry.case.task).__name__
     return Finding(
         "law", f"{name} commands (almost) nothing here: this is an equilibrium of its own."
