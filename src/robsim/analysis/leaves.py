@@ -6,11 +6,7 @@ from collections.abc import Callable
 from dataclasses import fields, replace
 from typing import Any
 
-from robsim.robot.robot import Robot
 from robsim.servo.tasks.task import ServoTask, Task
-from robsim.world.mounted_camera import MountedCamera
-from robsim.world.object import Object
-from robsim.world.scene import Scene
 
 Change = Callable[[ServoTask], ServoTask]
 
@@ -44,12 +40,6 @@ def with_fields(leaf: ServoTask, **values: Any) -> ServoTask:
     own = {each.name for each in fields(leaf)}
     given: dict[str, Any] = {name: value for name, value in values.items() if name in own}
     return replace(leaf, **given)
-
-
-def counterpart(scene: Scene, part: Any) -> Any:
-    """Return what in a scene is of the same kind and name as a robot, an object or a camera."""
-    find: Any = {MountedCamera: scene.camera, Robot: scene.robot, Object: scene.object}
-    return find[type(part)](part.name)
 
 
 def weighs_robustly(task: Task) -> bool:

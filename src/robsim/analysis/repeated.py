@@ -19,7 +19,7 @@ from robsim.run.commanded import is_recorded
 from robsim.run.difference import difference
 from robsim.run.experiment import Experiment
 from robsim.run.origin import check_run, made_with, whole_duration
-from robsim.servo.controller import Decision
+from robsim.servo.controller import Controller, Decision
 from robsim.world.actuation import Actuation
 from robsim.world.sensing import Sensing
 
@@ -42,6 +42,11 @@ class Repeated:
     decisions: list[Decision]
     run: xr.Dataset
     outcome: Outcome
+
+    @property
+    def controller(self) -> Controller:
+        """The controller of the run."""
+        return self.loop.controller
 
 
 def case_of(run: xr.Dataset, experiment: Experiment | None = None) -> Experiment:

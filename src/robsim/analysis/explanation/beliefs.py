@@ -10,7 +10,7 @@ import numpy as np
 
 from robsim.analysis.explanation.removal import Change, Removal
 from robsim.analysis.explanation.wording import away, length, listed, number
-from robsim.analysis.leaves import changed, counterpart, leaves
+from robsim.analysis.leaves import changed, leaves
 from robsim.geometry.pose import Pose
 from robsim.robot.robot import Robot
 from robsim.run.experiment import Experiment
@@ -125,7 +125,8 @@ def _right(true: FeatureBlock, *fields: str) -> Change:
     def right(leaf: Any) -> Any:
         if leaf.belief is None:
             return leaf
-        part = replace(counterpart(leaf.belief, true), **values)
-        return replace(leaf, belief=leaf.belief.replacing(part))
+        known = *leaf.belief.robots, *leaf.belief.objects, *leaf.belief.cameras
+        wrong = next(part for part in known if part.name == true.name)
+        return replace(leaf, belief=leaf.belief.replacing(replace(wrong, **values)))
 
     return lambda case: case.with_(task=changed(case.task, right))

@@ -177,7 +177,7 @@ def _until(inquiry: Inquiry, why: str) -> str:
 
 
 def _ended(inquiry: Inquiry) -> str:
-    loop = inquiry.again.loop
+    loop = inquiry.loop
     ending = loop.endings[int(loop.recorder.ending[0])]
     return _until(inquiry, f"the run ended since {ending!r} held")
 

@@ -106,7 +106,8 @@ def explain(
     check_run(run)
     if is_recorded(run):
         return _of_recorded(run, experiment, flag(trials, "trials"))
-    inquiry = Inquiry(repeated(case_of(run, experiment), run), flag(trials, "trials"))
+    again = repeated(case_of(run, experiment), run)
+    inquiry = Inquiry(**vars(again), trials=flag(trials, "trials"))
     found = _notable(inquiry, run) if inquiry.outcome in _WELL else _failure(inquiry)
     return Explanation(inquiry.outcome, what_happened(inquiry), inquiry.end, *found)
 

@@ -26,7 +26,7 @@ BETTER = 0.1  # share of its distance below which the camera counts as at its go
 
 def final_pose(inquiry: Inquiry) -> list[Finding]:
     """Report a converged run that stands away from its goal pose, and the cause."""
-    loop = inquiry.again.loop
+    loop = inquiry.loop
     off, full = miss(loop), _determined(loop.controller)
     far, turned = (FAR, TURNED) if full else (ends.FAR, ends.TURNED)
     if math.isnan(off[0]) and ends.free_motions(loop.controller):

@@ -26,7 +26,7 @@ def imperfections(inquiry: Inquiry) -> list[Removal]:
     return [
         *_acting("sensing", inquiry),
         *_acting("actuation", inquiry),
-        *safeties(inquiry.again),
+        *safeties(inquiry),
         *wrong_depths(inquiry),
         *false_beliefs(inquiry.case),
         *own_motions(inquiry),
@@ -47,7 +47,7 @@ def _acting(part: str, inquiry: Inquiry) -> Iterator[Removal]:
 
 def _facts(inquiry: Inquiry) -> RunFacts:
     """Return the facts of a run from which imperfections state their part in it."""
-    case, run = inquiry.case, inquiry.again.run
+    case, run = inquiry.case, inquiry.run
     qd = run["qd"].values[: max(len(inquiry.snapshots) - 1, 1)]
     moved = run["qd_actual"].values[: len(qd)] if "qd_actual" in run else qd
     task = inquiry.gain, weighs_robustly(case.task), inquiry.controller.columns

@@ -17,13 +17,10 @@ from robsim.analysis.field import seen_pose
 from robsim.analysis.leaves import leaves
 from robsim.analysis.repeated import Repeated
 from robsim.base.arrays import Array, runs_last
-from robsim.engine.outcome import Outcome
-from robsim.engine.snapshot import Snapshot
 from robsim.geometry.pose import Pose, homogeneous
 from robsim.run import ends
 from robsim.run.experiment import Experiment
 from robsim.servo.basis import Basis
-from robsim.servo.controller import Controller
 from robsim.servo.laws.gain import AdaptiveGain
 from robsim.servo.laws.law import Law
 from robsim.servo.servo_controller import Servo
@@ -34,36 +31,15 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False)
-class Inquiry:
+class Inquiry(Repeated):
     """A repeated run, and whether it may be repeated with changes."""
 
-    again: Repeated
     trials: bool
-
-    @property
-    def case(self) -> Experiment:
-        """The case that made the run."""
-        return self.again.case
-
-    @property
-    def outcome(self) -> Outcome:
-        """The outcome of the run."""
-        return self.again.outcome
-
-    @property
-    def snapshots(self) -> list[Snapshot]:
-        """What was measured and commanded at each instant."""
-        return self.again.snapshots
-
-    @property
-    def controller(self) -> Controller:
-        """The controller of the run."""
-        return self.again.loop.controller
 
     @cached_property
     def diagnosis(self) -> xr.Dataset:
         """The diagnosis at every instant."""
-        return diagnosed(self.again)
+        return diagnosed(self)
 
     @property
     def servo(self) -> Servo | None:
@@ -80,7 +56,7 @@ class Inquiry:
     @property
     def last(self) -> Basis | None:
         """What the last command is based on; None unless the run is of one servo task."""
-        basis = self.again.decisions[-1].basis
+        basis = self.decisions[-1].basis
         return basis if isinstance(basis, Basis) else None
 
     def last_under(self, law: type[Law]) -> Basis | None:

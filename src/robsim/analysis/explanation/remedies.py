@@ -194,7 +194,7 @@ def robustly(inquiry: Inquiry) -> Iterator[Finding]:
     It helps if the run converges then. Where noise lets no run converge, it helps if the mean
     distance to the goal over the second half is less than half of what it was.
     """
-    again, q = inquiry.again, list[Array]()
+    q: list[Array] = []
     case = changes.weighed_robustly(inquiry.case) if _lie(inquiry.case) else None
     trial = tried(case, lambda snapshot, _: q.append(snapshot.q)) if case is not None else None
     if trial is None:
@@ -205,7 +205,7 @@ def robustly(inquiry: Inquiry) -> Iterator[Finding]:
         sentence = f"{how} the same start {trial.ending}."
         yield Finding("weighting", sentence, {"converges_after_s": trial.end_time})
         return
-    was = _distance(again.loop, [snapshot.q for snapshot in again.snapshots])
+    was = _distance(inquiry.loop, [snapshot.q for snapshot in inquiry.snapshots])
     now = _distance(trial.loop, q)
     if trial.outcome is inquiry.outcome and now < NEARER * was:
         sentence = (

@@ -121,7 +121,7 @@ def own_law(inquiry: Inquiry) -> Finding | None:
 
 def lost_direction(inquiry: Inquiry) -> Finding | None:
     """Report the motion that the features or the joints lost in a singularity."""
-    decision, names = inquiry.again.decisions[-1], inquiry.case.scene.velocity_names
+    decision, names = inquiry.decisions[-1], inquiry.case.scene.velocity_names
     controller = inquiry.controller
     task_jacobian, J = decision.command.task_jacobian[..., 0], decision.J[..., 0]
     if not np.isfinite(task_jacobian).all():
