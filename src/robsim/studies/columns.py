@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import pandas as pd
 
 from robsim.analysis.measures import MEASURES
 from robsim.analysis.recorded import runs_in_a_block
@@ -18,9 +19,6 @@ from robsim.run.error import error_variables
 from robsim.run.experiment import Experiment
 from robsim.run.paths import is_true
 from robsim.studies.plan import Codes, Plan
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 MEANINGS = {
     "run": "number of the run",
@@ -49,8 +47,6 @@ OWN = ("time", "pixel_error", "distance_to_goal", "angle_to_goal", "path_length"
 
 def varied(plan: Plan, runs: Codes) -> Columns:
     """Return a column of each varied number, or one of the labels of each varied value."""
-    import pandas as pd
-
     made: Columns = {}
     for axis in plan.axes:
         if not axis.is_number:
@@ -75,8 +71,6 @@ def nothing(plan: Plan) -> Columns:
 
 def frame(plan: Plan, runs: Codes, facts: Columns) -> pd.DataFrame:
     """Return the table of some runs, one row each."""
-    import pandas as pd
-
     outcomes = [outcome.name for outcome in Outcome]
     places = np.array([int(outcome) for outcome in Outcome])
     codes = np.searchsorted(places, facts["outcome"])

@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+import pandas as pd
 from numpy.typing import NDArray
 
 from robsim.base.arrays import Array
@@ -18,9 +19,6 @@ from robsim.statistics.estimate import Estimate
 from robsim.statistics.paired_tests import mcnemar, median_interval, paired_difference
 from robsim.statistics.proportions import check_level
 from robsim.studies import reading
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 MOST_COMPARED = 20  # values, which make 190 pairs
 

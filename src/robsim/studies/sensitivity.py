@@ -5,9 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import pandas as pd
 from numpy.typing import NDArray
 
 from robsim.base.arrays import Array
@@ -19,9 +20,6 @@ from robsim.statistics.estimate import Estimate
 from robsim.statistics.proportions import check_level
 from robsim.studies import reading
 from robsim.studies.reading import Among
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 FEWEST = 20  # runs of which anything is told
 MOST_BINS, IN_A_BIN = 10, 10  # into which a number is cut, and how many runs each has at least

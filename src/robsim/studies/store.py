@@ -9,9 +9,10 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import islice, pairwise
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+import pandas as pd
 
 from robsim.base.errors import FileError, InputError
 from robsim.base.output import refused, write_whole
@@ -25,9 +26,6 @@ from robsim.studies.plan import Plan
 from robsim.studies.rows import Done
 from robsim.studies.text import plan_of, text_of
 from robsim.studies.tracks import Tracks, track_bytes
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 FORMAT = 1
 VERSIONS = {"robsim": VERSION, "kernels": KERNEL_HASH}  # which decide the bits of a run

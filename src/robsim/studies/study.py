@@ -9,9 +9,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import pandas as pd
+import xarray as xr
 
 from robsim.base.arrays import whole
 from robsim.base.errors import InputError, ReplayWarning, said
@@ -31,10 +33,6 @@ from robsim.studies.sensitivity import Sensitivity, sensitivity
 from robsim.studies.store import TRACKS, as_parquet
 from robsim.studies.text import text_of
 from robsim.studies.tracks import Tracks
-
-if TYPE_CHECKING:
-    import pandas as pd
-    import xarray as xr
 
 
 @dataclass(frozen=True, eq=False, repr=False)
