@@ -139,8 +139,12 @@ def _comparison(
     dims = ("scheme", *(("run",) if "run" in first.dims else ()))
     shape = (len(done), *(first.sizes[dim] for dim in dims[1:]))
     data = {
-        key: (dims, np.stack([each[key] for _, each in found]).reshape(shape), _attributes(key))
-        for key in MEASURES
+        key: (
+            dims,
+            np.stack([values[key] for _, values in found]).reshape(shape),
+            {"units": each.unit, "long_name": each.meaning},
+        )
+        for key, each in MEASURES.items()
     }
     begun = np.stack([began(run["outcome"].values, run["end_time"].values) for run in ran])
     ending = {
@@ -156,10 +160,6 @@ def _comparison(
         {scheme.name: scheme.experiment.scene for scheme in done},
         tuple(_differences(done)),
     )
-
-
-def _attributes(key: str) -> dict[str, str]:
-    return {"units": MEASURES[key].unit, "long_name": MEASURES[key].meaning}
 
 
 def _differences(schemes: Sequence[Scheme]) -> Iterable[str]:

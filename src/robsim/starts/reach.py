@@ -49,10 +49,8 @@ class Reach:
 
     def middle(self, target: str) -> Array:
         """Return the middle (3,) of the marks of an object in the world, at home."""
-        thing = self.scene.object(target)
-        place = self.scene.tree.frame(self.scene.tree.bodies(self._home), thing.name)
-        middle: Array = Pose(homogeneous(place)[0]) @ thing.marks.mean(axis=0)
-        return middle
+        marks = self.scene.object(target).marks
+        return np.asarray(self.scene.pose(target) @ marks.mean(axis=0))
 
     def coordinates(self, T: Array) -> tuple[Array, NDArray[np.bool_]]:
         """Return coordinates (n, nq) that bring the frame to poses (n, 4, 4), and which do.

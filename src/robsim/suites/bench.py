@@ -10,7 +10,7 @@ from robsim.analysis.scheme import until_stopped
 from robsim.base.arrays import flag, is_listed
 from robsim.base.errors import InputError, said
 from robsim.engine.workers import Progress, check_progress
-from robsim.suites.benchmark import Benchmark, counted
+from robsim.suites.benchmark import Benchmark, joined
 from robsim.suites.registry import names, suite_of
 from robsim.suites.reproduction import Repeated, Reproduction
 from robsim.suites.schemes import checked, task_of
@@ -54,7 +54,7 @@ def bench(
     trials = [trial for suite in chosen for trial in _trials(suite, own, builtin, how)]
     for trial in trials:
         trial.check()
-    return until_stopped([trial.rows for trial in trials], partial(counted, chosen), progress)
+    return until_stopped([trial.rows for trial in trials], partial(joined, chosen), progress)
 
 
 def _chosen(suites: Any) -> list[Any]:
