@@ -22,7 +22,7 @@ from robsim.vision.image import pixel_rates
 
 POSE = ("x", "y", "z", "rx", "ry", "rz")
 LENS = ("focal", "center", "distortion")
-COEFFICIENTS = ("k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6")
+LENS_NAMES = ("fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6")
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,9 +58,8 @@ def unknowns(views: CalibrationViews, also: Iterable[str]) -> Unknowns:
             raise InputError(f"also: no {said(name)}; {suggest(name, known, 'names')}")
     lens = _lens(views.lens, chosen)
     offsets = [joints[name] for name in joints if name in chosen]
-    labels = ("fx", "fy", "cx", "cy", *COEFFICIENTS)
     names = [f"{part}.{axis}" for part in ("mount", "target") for axis in POSE]
-    names += [labels[i] for i in lens] + [views.scene.coordinate_names[i] for i in offsets]
+    names += [LENS_NAMES[i] for i in lens] + [views.scene.coordinate_names[i] for i in offsets]
     units = ["m"] * 3 + ["rad"] * 3
     units = [*units, *units, *("px" if i < 4 else "1" for i in lens)]
     units += [views.scene.coordinate_units[i] for i in offsets]
