@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from robsim.analysis.repeated import Repeated, case_of, repeated
+from robsim.analysis.repeated import Repeated, repeated
 from robsim.analysis.truth import Truth, true_features
 from robsim.base.arrays import Array, last_view
 from robsim.base.values import unchecked
@@ -89,8 +89,7 @@ def diagnose(run: xr.Dataset, experiment: Experiment | None = None) -> xr.Datase
     >>> int(diagnosis.rank_interaction[0]), bool((diagnosis.lyapunov_rate < 0).all())
     (6, True)
     """
-    case = case_of(run, experiment)
-    whole = diagnosed(repeated(case, run))
+    whole = diagnosed(repeated(run, experiment))
     record = run.attrs["record"]
     return whole.isel(time=slice(0, None, 1 if isinstance(record, str) else int(record)))
 

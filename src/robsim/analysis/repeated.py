@@ -49,7 +49,7 @@ class Repeated:
         return self.loop.controller
 
 
-def case_of(run: xr.Dataset, experiment: Experiment | None = None) -> Experiment:
+def _case(run: xr.Dataset, experiment: Experiment | None) -> Experiment:
     """Return the experiment of a single run, from its own text or from the one that is given.
 
     `experiment` is needed where it is Python code; start and settings are those of the run. A run
@@ -112,9 +112,9 @@ def advanced(case: Experiment, see: See | None = None) -> Loop:
     return loop
 
 
-def repeated(case: Experiment, run: xr.Dataset) -> Repeated:
+def repeated(run: xr.Dataset, experiment: Experiment | None = None) -> Repeated:
     """Simulate a run again and keep every step; InputError unless it ends with the same bits."""
-    one = _single(run)
+    case, one = _case(run, experiment), _single(run)
     outcome, seconds = _ended(one)
     periods = round(seconds / case.dt)
     if periods > LONGEST:

@@ -17,7 +17,7 @@ from robsim.analysis.explanation.recorded import Evidence
 from robsim.analysis.explanation.remedies import remedies
 from robsim.analysis.explanation.removal import Removal, patient, tried, without
 from robsim.analysis.explanation.wording import listed, number
-from robsim.analysis.repeated import case_of, repeated
+from robsim.analysis.repeated import repeated
 from robsim.base.arrays import flag
 from robsim.base.html import table
 from robsim.engine.outcome import Outcome
@@ -106,8 +106,7 @@ def explain(
     check_run(run)
     if is_recorded(run):
         return _of_recorded(run, experiment, flag(trials, "trials"))
-    again = repeated(case_of(run, experiment), run)
-    inquiry = Inquiry(**vars(again), trials=flag(trials, "trials"))
+    inquiry = Inquiry(**vars(repeated(run, experiment)), trials=flag(trials, "trials"))
     found = _notable(inquiry, run) if inquiry.outcome in _WELL else _failure(inquiry)
     return Explanation(inquiry.outcome, what_happened(inquiry), inquiry.end, *found)
 

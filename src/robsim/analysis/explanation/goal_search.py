@@ -48,7 +48,7 @@ def nearest_to_goal(servo: Servo, seen: Sequence[Pose], depth: float) -> Nearest
     if servo.regulated.given is None or len(servo.sights) != 1:
         return None
     with np.errstate(all="ignore"):  # a pose that is none is left
-        e, T = _Search(servo).minimised(_starts(servo.sights[0], seen, depth))
+        e, T = _minimised(servo, _starts(servo.sights[0], seen, depth))
     best = int(np.square(e).sum(0).argmin())
     one = np.ascontiguousarray(T[..., best : best + 1])
     *_, flags = servo.sights[0].image(np.eye(3, 4)[..., None], one)
@@ -69,44 +69,40 @@ def _starts(sight: Sight, seen: Sequence[Pose], depth: float) -> Array:
     return runs_last(np.concatenate([[each.matrix for each in seen], T])[:, :3], 2)
 
 
-@dataclass(frozen=True, eq=False)
-class _Search:
-    """What a task regulates, as a function of where its camera is."""
+def _minimised(servo: Servo, T: Array) -> tuple[Array, Array]:
+    """Return errors (k, B) where the descents end, in tolerances, and T there."""
+    e, L = _errors(servo, T)
+    damping = np.full(T.shape[2], 1e-3)
+    for _ in range(ROUNDS):
+        there = _moved(T, _step(e, L, damping, _depth(servo, T)))
+        e_there, L_there = _errors(servo, there)
+        better = np.square(e_there).sum(0) < np.square(e).sum(0)
+        damping = np.clip(np.where(better, damping / 5, damping * 4), 1e-12, 1e12)
+        T = np.where(better, there, T)
+        e, L = np.where(better, e_there, e), np.where(better, L_there, L)
+    return e, T
 
-    servo: Servo
 
-    def minimised(self, T: Array) -> tuple[Array, Array]:
-        """Return errors (k, B) where the descents end, in tolerances, and T there."""
-        e, L = self._errors(T)
-        damping = np.full(T.shape[2], 1e-3)
-        for _ in range(ROUNDS):
-            there = _moved(T, _step(e, L, damping, self._depth(T)))
-            e_there, L_there = self._errors(there)
-            better = np.square(e_there).sum(0) < np.square(e).sum(0)
-            damping = np.clip(np.where(better, damping / 5, damping * 4), 1e-12, 1e12)
-            T = np.where(better, there, T)
-            e, L = np.where(better, e_there, e), np.where(better, L_there, L)
-        return e, T
+def _errors(servo: Servo, T: Array) -> tuple[Array, Array]:
+    """Return the measured e (k, B) and L (k, 6, B); infinite behind the camera."""
+    regulated = servo.regulated
+    (sight,) = regulated.sights
+    depth, pixels, _ = sight.image(np.eye(3, 4)[..., None], T)
+    more = {"model": sight.target.marks, "guess_last": np.ascontiguousarray(T)}
+    seen = Observation.of_last(pixels, depth, sight.eye.camera, **more)
+    views_ = [part.at_goal({sight.key: seen}, {}) for part in regulated.parts]
+    each = list(zip(regulated.parts, views_, strict=True))
+    s = np.concatenate([part.measure(view) for part, view in each])
+    L = np.concatenate([part.interaction(view) for part, view in each])
+    scale = (servo.tolerance / servo.tolerances)[:, None]
+    e = scale * (s - regulated.s_goal)
+    return np.where(np.isfinite(e).all(0), e, np.inf), scale[:, None] * L
 
-    def _errors(self, T: Array) -> tuple[Array, Array]:
-        """Return the measured e (k, B) and L (k, 6, B); infinite behind the camera."""
-        regulated = self.servo.regulated
-        (sight,) = regulated.sights
-        depth, pixels, _ = sight.image(np.eye(3, 4)[..., None], T)
-        more = {"model": sight.target.marks, "guess_last": np.ascontiguousarray(T)}
-        seen = Observation.of_last(pixels, depth, sight.eye.camera, **more)
-        views_ = [part.at_goal({sight.key: seen}, {}) for part in regulated.parts]
-        each = list(zip(regulated.parts, views_, strict=True))
-        s = np.concatenate([part.measure(view) for part, view in each])
-        L = np.concatenate([part.interaction(view) for part, view in each])
-        scale = (self.servo.tolerance / self.servo.tolerances)[:, None]
-        e = scale * (s - regulated.s_goal)
-        return np.where(np.isfinite(e).all(0), e, np.inf), scale[:, None] * L
 
-    def _depth(self, T: Array) -> Array:
-        """Return the depths (B,) of the middle of the marks."""
-        middle: Array = self.servo.sights[0].target.marks.mean(axis=0)
-        return np.asarray(np.einsum("jb,j->b", T[2, :3], middle) + T[2, 3])
+def _depth(servo: Servo, T: Array) -> Array:
+    """Return the depths (B,) of the middle of the marks."""
+    middle: Array = servo.sights[0].target.marks.mean(axis=0)
+    return np.asarray(np.einsum("jb,j->b", T[2, :3], middle) + T[2, 3])
 
 
 def _moved(T: Array, V: Array) -> Array:
