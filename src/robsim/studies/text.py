@@ -43,7 +43,8 @@ class VarySpec(Spec):
         for name, each in found.items():
             if is_drawn(each):
                 found[name] = c.at(name).tried(SAMPLED, each)
-                _check_units(found[name], each, c.at(name))
+                if found[name] is not MISSING:
+                    _check_units(each, unit_at(c.facts["experiment"], name), c.at(name))
         return {name: each for name, each in found.items() if each is not MISSING}
 
     def write(self, value: Any, c: Context) -> dict[str, Raw]:
@@ -69,32 +70,20 @@ def _flat(raw: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
     found: dict[str, Any] = {}
     for key, value in raw.items():
         name = f"{prefix}{key}"
-        if isinstance(value, Mapping) and not is_drawn(value) and _holds_sampler(value):
-            found |= _flat(value, f"{name}.")
-        else:
-            found[name] = value
+        is_table = isinstance(value, Mapping) and not is_drawn(value)
+        inner = _flat(value, f"{name}.") if is_table else {}
+        found |= inner if any(map(is_drawn, inner.values())) else {name: value}
     return found
 
 
-def _holds_sampler(raw: Any) -> bool:
-    return isinstance(raw, Mapping) and (is_drawn(raw) or any(map(_holds_sampler, raw.values())))
-
-
-def _check_units(sampler: Any, raw: Raw, c: Context) -> None:
-    """Report a quantity of another dimension than that of the name of a sampler, once it is one."""
-    wanted = unit_at(c.facts["experiment"], str(c.path[-1]))
-    for text in () if sampler is MISSING else _quantities(raw):
-        if unit_in(text) != wanted:
-            c.report(f"{said(text)}: expected {wanted or 'a bare number'}")
-
-
-def _quantities(raw: Raw) -> list[str]:
-    """Return the quantities in the table of a sampler of numbers."""
-    if isinstance(raw, str):
-        return [raw]
+def _check_units(raw: Raw, wanted: str, c: Context) -> None:
+    """Report the quantities in the table of a sampler of numbers that are of another dimension."""
     if isinstance(raw, Mapping):
         raw = [each for key, each in raw.items() if key not in ("kind", "values")]
-    return [text for each in raw for text in _quantities(each)] if isinstance(raw, list) else []
+    for each in raw if isinstance(raw, list) else ():
+        _check_units(each, wanted, c)
+    if isinstance(raw, str) and unit_in(raw) != wanted:
+        c.report(f"{said(raw)}: expected {wanted or 'a bare number'}")
 
 
 @dataclass(frozen=True)
