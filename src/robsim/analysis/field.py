@@ -10,7 +10,7 @@ from typing import Any, cast
 
 import numpy as np
 
-from robsim.base.arrays import Array, runs_last, some_runs
+from robsim.base.arrays import Array, some_runs
 from robsim.base.errors import InputError, RankWarning
 from robsim.geometry.pose import Pose, homogeneous
 from robsim.servo.command import Command
@@ -81,16 +81,6 @@ class Field:
         bodies = np.unique(tree.owners[self.controller.columns])
         return sum(tree.models[body].wheeled for body in bodies)
 
-    @cached_property
-    def goal_pose(self) -> Pose:
-        """The believed T_c_o of the first camera and target at the goal; at home for numbers."""
-        sight = self.controller.sights[0]
-        if self._regulated is not None:
-            T_c_o = self._regulated.goals[sight.key].guess_last
-            assert T_c_o is not None
-            return Pose(homogeneous(T_c_o)[0])
-        return self.pose(runs_last(self.scene.home, 1))[0]
-
     @property
     def goal(self) -> Array | None:
         """The coordinates (nq, 1) at which the goal was taught, if it was."""
@@ -102,8 +92,11 @@ class Field:
         if self.goal is not None:
             return self.pose(self.goal)[0]
         regulated = self._regulated
-        known = regulated is not None and regulated.exact and regulated.given is None
-        return self.goal_pose if known else None
+        if regulated is None or not regulated.exact or regulated.given is not None:
+            return None
+        T_c_o = regulated.goals[self.controller.sights[0].key].guess_last
+        assert T_c_o is not None
+        return Pose(homogeneous(T_c_o)[0])
 
     def pose(self, q: Array) -> Pose:
         """Return T_c_o (B) of the first target in the first camera."""

@@ -46,8 +46,7 @@ def _camera(believed: MountedCamera, true: MountedCamera) -> Iterator[Removal]:
     if not np.array_equal(mine.K, real.K) or mine.distortion != real.distortion:
         sentence = f"The intrinsics of '{true.name}' are believed wrongly: {_lens(mine, real)}."
         evidence = {"focal_ratio": float(mine.K[0, 0] / real.K[0, 0])}
-        name = f"the intrinsics of '{true.name}'"
-        yield _false("intrinsics", name, sentence, _right(true, "camera"), evidence)
+        yield _false("intrinsics", "intrinsics", true, ("camera",), sentence, evidence)
     yield from _placed(believed, true, "hand-eye", "hand-eye pose")
 
 
@@ -79,8 +78,7 @@ def _robot(believed: Robot, true: Robot) -> Iterator[Removal]:
         wrong = [f"'{name}'" for name, joint in joints[1].items() if joints[0].get(name) != joint]
         which = f": {listed(wrong)}" if wrong else ""
         sentence = f"Links of '{true.name}' are believed wrongly{which}."
-        name = f"the links of '{true.name}'"
-        yield _false("robot model", name, sentence, _right(true, "links"))
+        yield _false("robot model", "links", true, ("links",), sentence)
     yield from _placed(believed, true, "base", "base", "base")
 
 
@@ -88,8 +86,7 @@ def _object(believed: Object, true: Object) -> Iterator[Removal]:
     if not np.array_equal(believed.marks, true.marks):
         off = float(np.linalg.norm(believed.marks - true.marks, axis=1).max())
         sentence = f"The marks on '{true.name}' are believed up to {length(off)} off."
-        name = f"the marks of '{true.name}'"
-        yield _false("target model", name, sentence, _right(true, "marks"), {"off_m": off})
+        yield _false("target model", "marks", true, ("marks",), sentence, {"off_m": off})
     yield from _placed(believed, true, "target pose", "pose")
 
 
@@ -108,14 +105,21 @@ def _placed(
         f"{leads}."
     )
     evidence = {"angle_deg": float(np.degrees(angle)), "off_m": metres}
-    name = f"the {noun} of '{true.name}'"
-    yield _false(about, name, sentence, _right(true, field, "on"), evidence)
+    yield _false(about, noun, true, (field, "on"), sentence, evidence)
 
 
 def _false(
-    about: str, name: str, sentence: str, change: Change, evidence: dict[str, float] | None = None
+    about: str,
+    noun: str,
+    true: FeatureBlock,
+    fields: tuple[str, ...],
+    sentence: str,
+    evidence: dict[str, float] | None = None,
 ) -> Removal:
-    return Removal(about, name, sentence, change, evidence or {}, f"with {name} put right")
+    """Return the false belief in what some fields of a part say, put right by their true values."""
+    name = f"the {noun} of '{true.name}'"
+    change, undone = _right(true, *fields), f"with {name} put right"
+    return Removal(about, name, sentence, change, evidence or {}, undone)
 
 
 def _right(true: FeatureBlock, *fields: str) -> Change:
