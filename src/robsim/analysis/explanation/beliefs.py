@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from robsim.analysis.explanation.removal import Change, Removal
+from robsim.analysis.explanation.removal import Removal
 from robsim.analysis.explanation.wording import away, length, listed, number
 from robsim.analysis.leaves import changed, leaves
 from robsim.geometry.pose import Pose
@@ -117,14 +117,7 @@ def _false(
     evidence: dict[str, float] | None = None,
 ) -> Removal:
     """Return the false belief in what some fields of a part say, put right by their true values."""
-    name = f"the {noun} of '{true.name}'"
-    change, undone = _right(true, *fields), f"with {name} put right"
-    return Removal(about, name, sentence, change, evidence or {}, undone)
-
-
-def _right(true: FeatureBlock, *fields: str) -> Change:
-    """Return the change that gives fields of a believed part their true values."""
-    values = {name: getattr(true, name) for name in fields}
+    name, values = f"the {noun} of '{true.name}'", {each: getattr(true, each) for each in fields}
 
     def right(leaf: Any) -> Any:
         if leaf.belief is None:
@@ -133,4 +126,7 @@ def _right(true: FeatureBlock, *fields: str) -> Change:
         wrong = next(part for part in known if part.name == true.name)
         return replace(leaf, belief=leaf.belief.replacing(replace(wrong, **values)))
 
-    return lambda case: case.with_(task=changed(case.task, right))
+    def change(case: Experiment) -> Experiment:
+        return case.with_(task=changed(case.task, right))
+
+    return Removal(about, name, sentence, change, evidence or {}, f"with {name} put right")
