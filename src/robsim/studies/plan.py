@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import permutations
@@ -94,9 +94,7 @@ class Plan:
     def codes(self, axis: Axis, runs: Codes) -> Codes:
         """Return which of its values an axis has in some runs, (runs,)."""
         if not axis.in_turn:
-            own, where = np.unique(runs // self.cells, return_inverse=True)
-            picked: Codes = axis.sampler.picked(self.source(axis.name, own))
-            return picked[where]
+            return np.asarray(self._drawn(axis.name, runs, axis.sampler.picked))
         sizes = [len(each.values or ()) for each in self.in_turn]
         digits = np.unravel_index(runs % self.cells, sizes)
         found: Codes = digits[self.in_turn.index(axis)]
@@ -106,9 +104,12 @@ class Plan:
         """Return the numbers (runs, ...) of an axis in some runs, in SI."""
         if axis.values is not None:
             return np.array(list(axis.values.values()), dtype=float)[self.codes(axis, runs)]
+        return np.asarray(self._drawn(axis.name, runs, axis.numbers))
+
+    def _drawn(self, name: str, runs: Codes, draw: Callable[[Draws], Any]) -> Any:
+        """Return what is drawn for some runs, once for each draw."""
         own, where = np.unique(runs // self.cells, return_inverse=True)
-        drawn: Array = axis.numbers(self.source(axis.name, own))
-        return drawn[where]
+        return draw(self.source(name, own))[where]
 
 
 def planned(

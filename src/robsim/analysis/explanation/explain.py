@@ -186,10 +186,8 @@ def _left_alone(inquiry: Inquiry, run: xr.Dataset) -> tuple[str, ...]:
     """Return how a run that was stopped would have ended."""
     if inquiry.outcome is not Outcome.RUNNING or not inquiry.trials:
         return ()
-    case: Experiment = inquiry.case.with_(
-        duration=float(run.attrs["duration"]) - 0.5 * inquiry.case.dt
-    )
-    trial = tried(case)
+    duration = float(run.attrs["duration"]) - 0.5 * inquiry.case.dt
+    trial = tried(inquiry.case.with_(duration=duration))
     if trial is None:
         return ()
     return (f"Left alone it ends as {trial.outcome.name} after {number(trial.end_time)} s.",)

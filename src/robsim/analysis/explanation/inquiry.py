@@ -12,7 +12,7 @@ import numpy as np
 from robsim.analysis.diagnosis import diagnosed
 from robsim.analysis.explanation.goal_search import Nearest, nearest_to_goal
 from robsim.analysis.explanation.removal import Change, Trial, patient, tried
-from robsim.analysis.explanation.wording import number
+from robsim.analysis.explanation.wording import in_unit, number
 from robsim.analysis.field import seen_pose
 from robsim.analysis.leaves import leaves
 from robsim.analysis.repeated import Repeated
@@ -152,8 +152,7 @@ class Inquiry(Repeated):
 
     def size(self, error: float) -> str:
         """Return an error as text with its unit."""
-        unit = self.controller.units[0]
-        return number(error) if unit == "1" else f"{number(error)} {unit}"
+        return in_unit(error, self.controller.units[0])
 
     def with_unit(self, name: str, t: int = -1) -> str:
         """Return one number of the diagnosis with its unit, by default at the end."""

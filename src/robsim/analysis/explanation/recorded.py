@@ -12,7 +12,7 @@ import numpy as np
 
 from robsim.analysis.agreement import Agreement, agreement, smoothed
 from robsim.analysis.explanation.finding import Finding
-from robsim.analysis.explanation.wording import counted, number, when
+from robsim.analysis.explanation.wording import counted, in_unit, number, when
 from robsim.base.arrays import Array, runs_last
 from robsim.engine.outcome import Outcome
 from robsim.run.commanded import RECORDED_K, commands
@@ -164,15 +164,12 @@ class Evidence:
         if outcome is Outcome.OUT_OF_IMAGE:
             return f"{end} the log ends, and not all marks are seen."
         error = np.abs(self.run["error"].values[-1])
-        tolerances = self.controller.tolerances
-        worst = int(np.argmax(error / tolerances)) if error.size else 0
         if not error.size:
             return f"{end} the log ends."
+        tolerances = self.controller.tolerances
+        worst = int(np.argmax(error / tolerances))
         unit = str(self.run["feature_unit"].values[worst])
-        size, small = (
-            number(x) if unit == "1" else f"{number(x)} {unit}"
-            for x in (error[worst], tolerances[worst])
-        )
+        size, small = (in_unit(x[worst], unit) for x in (error, tolerances))
         how = "converged" if outcome is Outcome.CONVERGED else "before it has converged"
         return f"{end} the log ends {how}: the largest error is {size}, and the tolerance {small}."
 
