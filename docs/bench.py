@@ -8,8 +8,8 @@ import sys
 from pathlib import Path
 
 import robsim as rs
-from robsim.suites import tables
 from robsim.suites.registry import names
+from robsim.suites.tables import SuiteTable
 
 PAGE = Path(__file__).parent / "bench.md"
 
@@ -18,7 +18,7 @@ def section(name: str) -> str:
     """Return the table of a suite between its two marks."""
     found = rs.bench(name)
     (suite,) = found.suites
-    head, *rows = zip(*tables.columns(suite, found.data), strict=True)
+    head, *rows = zip(*SuiteTable(suite, found.data)._texts(), strict=True)
     rule = ["---"] * 2 + ["---:"] * (len(head) - 2)
     lines = [f"| {' | '.join(row)} |" for row in (head, rule, *rows)]
     return "\n".join([f"<!-- {name} -->", "", *lines, "", f"<!-- end of {name} -->"])

@@ -206,14 +206,14 @@ def test_commands_tell_what_is_no_study(called, tmp_path):
 
 
 def test_names_without_quotes_are_taken_as_meant(tmp_path):
-    from robsim.studies.text import load_plan
+    from robsim.studies.text import plan_of
 
     path = tmp_path / "s.toml"
     path.write_text(
         TEXT + '[study]\nruns = 5\nvary.task.gain = { kind = "uniform", low = 1, high = 2 }'
     )
-    assert load_plan(path).axes[0].name == "task.gain"
-    assert load_plan(path, ["study.runs=7"]).draws == 7
+    assert plan_of(rs.load_scenario(path)).axes[0].name == "task.gain"
+    assert plan_of(rs.load_scenario(path, ["study.runs=7"])).draws == 7
     start = '{ kind = "look_at", distance = ["1 m", "2 m"], roll = ["-1 deg", "120 deg"] }'
-    roll = load_plan(path, [f"study.start={start}"]).start.roll
+    roll = plan_of(rs.load_scenario(path, [f"study.start={start}"])).start.roll
     np.testing.assert_allclose(roll, np.radians([-1, 120]))

@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 
 import robsim as rs
-from robsim.analysis.advising.causes import limited_by
 from robsim.analysis.advising.floor import floor
-from robsim.analysis.advising.limit import largest
+from robsim.analysis.advising.limit import largest, limited_by
 from robsim.analysis.advising.linear import Linear
 from robsim.analysis.advising.mistakes import mistakes
 from robsim.analysis.advising.notes import notes

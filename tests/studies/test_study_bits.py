@@ -2,6 +2,7 @@
 
 import errno
 import os
+import pickle
 import signal
 import subprocess
 import sys
@@ -70,7 +71,6 @@ import os, signal, sys
 import robsim as rs
 from robsim.base import output
 from robsim.studies import store
-from robsim.studies.text import load_plan
 
 put, count = store.write_whole, 0
 def counted(path, data):
@@ -135,12 +135,12 @@ def test_trajectories_are_those_of_the_runs(noisy, how, tmp_path):
 
 def test_a_worker_is_told_all_it_needs(noisy, how):
     plan = rs.study(noisy, 12, **how).plan
-    work = cluster._packed(plan)
-    there, here = cluster.run_chunk(work, 5, 20), Rows(plan).done(5, 20)
+    work = pickle.dumps(plan)
+    there, here = cluster.run_chunk(work, cluster.VERSIONS, 5, 20), Rows(plan).done(5, 20)
     for name, values in here.facts.items():
         np.testing.assert_array_equal(there.facts[name], values)
     with pytest.raises(rs.InputError, match=r"this worker has RobSim .* install the same"):
-        cluster.run_chunk(work._replace(versions=("0.0", "x")), 5, 20)
+        cluster.run_chunk(work, {"robsim": "0.0", "kernels": "x"}, 5, 20)
 
 
 @pytest.mark.full

@@ -10,10 +10,9 @@ from typing import Any
 
 import numpy as np
 
-from robsim.analysis.advising.causes import limited_by
 from robsim.analysis.advising.effects import Effect, effects, rounded
 from robsim.analysis.advising.floor import Floor, deviation, floor
-from robsim.analysis.advising.limit import largest
+from robsim.analysis.advising.limit import largest, limited_by
 from robsim.analysis.advising.linear import WHO, Linear
 from robsim.analysis.advising.notes import notes
 from robsim.analysis.explanation.wording import away, number

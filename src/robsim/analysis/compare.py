@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import fields
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -11,9 +12,8 @@ import xarray as xr
 
 from robsim.analysis.comparison import Comparison
 from robsim.analysis.measures import MEASURES
-from robsim.analysis.scheme import Measures, Scheme, run_and_measure, share_of
-from robsim.base import interrupt
-from robsim.base.errors import InputError, Interrupted, naming, said, suggest
+from robsim.analysis.scheme import Measures, Scheme, run_and_measure, until_stopped
+from robsim.base.errors import InputError, naming, said, suggest
 from robsim.engine.workers import Progress, check_progress
 from robsim.run.checks import of_kind, starts
 from robsim.run.commanded import is_recorded
@@ -63,23 +63,8 @@ def compare(
     how = {"threads": threads, "chunk": chunk}
     schemes = [_scheme(name, one, how) for name, one in experiments.items()]
     _check(schemes)
-    runs: dict[str, xr.Dataset] = {}
-    found: dict[str, Measures] = {}
-    complete = True
-    with interrupt.held(begun=False) as stops:
-        for i, scheme in enumerate(schemes):
-            reported = share_of(progress, i / len(schemes), 1 / len(schemes))
-            try:
-                runs[scheme.name], found[scheme.name] = run_and_measure(scheme, reported)
-            except Interrupted as stop:
-                runs[scheme.name], found[scheme.name] = stop.run
-                complete = False
-            if stops or not complete:
-                break
-        made = _comparison(schemes, runs, found)
-    if stops or not complete:
-        raise Interrupted("stopped by the user; what was simulated so far is in .run", made)
-    return made
+    steps = [partial(run_and_measure, scheme) for scheme in schemes]
+    return until_stopped(steps, partial(_comparison, schemes), progress)
 
 
 def _scheme(name: str, one: Any, how: Mapping[str, Any]) -> Scheme:
@@ -146,38 +131,35 @@ def _check(schemes: Sequence[Scheme]) -> None:
 
 
 def _comparison(
-    schemes: Sequence[Scheme], runs: dict[str, xr.Dataset], found: dict[str, Measures]
+    schemes: Sequence[Scheme], found: Sequence[tuple[xr.Dataset, Measures]]
 ) -> Comparison:
-    """Return the comparison of the schemes that were run."""
-    done = [scheme for scheme in schemes if scheme.name in runs]
-    first = runs[done[0].name]
+    """Return the comparison of the first schemes, from the run and the measures of each."""
+    done, ran = schemes[: len(found)], [run for run, _ in found]
+    first = ran[0]
     dims = ("scheme", *(("run",) if "run" in first.dims else ()))
     shape = (len(done), *(first.sizes[dim] for dim in dims[1:]))
-    values = [found[scheme.name] for scheme in done]
     data = {
-        key: (dims, np.stack([each[key] for each in values]).reshape(shape), _attributes(key))
-        for key in MEASURES
+        key: (
+            dims,
+            np.stack([values[key] for _, values in found]).reshape(shape),
+            {"units": each.unit, "long_name": each.meaning},
+        )
+        for key, each in MEASURES.items()
     }
-    endings = np.stack([runs[scheme.name]["outcome"].values for scheme in done])
-    ended = [(runs[scheme.name]["outcome"], runs[scheme.name]["end_time"]) for scheme in done]
-    begun = np.stack([began(outcome.values, end.values) for outcome, end in ended])
+    begun = np.stack([began(run["outcome"].values, run["end_time"].values) for run in ran])
     ending = {
-        "outcome": (dims, endings, first["outcome"].attrs),
+        "outcome": (dims, np.stack([run["outcome"].values for run in ran]), first["outcome"].attrs),
         "began": (dims, begun, {"units": "1", "long_name": "whether the start could begin"}),
     }
-    coordinates = {"scheme": [scheme.name for scheme in done]}
-    coordinates |= {dim: first[dim].values for dim in dims[1:]}
+    names = [scheme.name for scheme in done]
+    coordinates = {"scheme": names, **{dim: first[dim].values for dim in dims[1:]}}
     attributes = {"title": "RobSim comparison", "robsim": first.attrs["robsim"]}
     return Comparison(
-        runs,
+        dict(zip(names, ran, strict=True)),
         xr.Dataset({**ending, **data}, coordinates, attributes),
         {scheme.name: scheme.experiment.scene for scheme in done},
         tuple(_differences(done)),
     )
-
-
-def _attributes(key: str) -> dict[str, str]:
-    return {"units": MEASURES[key].unit, "long_name": MEASURES[key].meaning}
 
 
 def _differences(schemes: Sequence[Scheme]) -> Iterable[str]:

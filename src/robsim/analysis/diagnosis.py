@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from robsim.analysis.repeated import Repeated, case_of, repeated
+from robsim.analysis.repeated import Repeated, repeated
 from robsim.analysis.truth import Truth, true_features
 from robsim.base.arrays import Array, last_view
 from robsim.base.values import unchecked
@@ -89,8 +89,7 @@ def diagnose(run: xr.Dataset, experiment: Experiment | None = None) -> xr.Datase
     >>> int(diagnosis.rank_interaction[0]), bool((diagnosis.lyapunov_rate < 0).all())
     (6, True)
     """
-    case = case_of(run, experiment)
-    whole = diagnosed(repeated(case, run))
+    whole = diagnosed(repeated(run, experiment))
     record = run.attrs["record"]
     return whole.isel(time=slice(0, None, 1 if isinstance(record, str) else int(record)))
 
@@ -137,7 +136,7 @@ def _lyapunov(truth: Truth | None, rates: Array) -> dict[str, Array]:
 
 def _conditions(again: Repeated) -> dict[str, Array]:
     """Return ranks and singular values of the matrices that the law was given."""
-    controller, basis = again.loop.controller, bases(again)
+    controller, basis = again.controller, bases(again)
     task_jacobian = _over_time([one.command.task_jacobian for one in again.snapshots])
     found: dict[str, Array] = {}
     if basis is None:
@@ -165,7 +164,7 @@ def _stability(again: Repeated, truth: Truth | None) -> dict[str, Array]:
     """Return the first-order stability measures of the closed loop."""
     T, basis = len(again.snapshots), bases(again)
     found = {name: np.full(T, np.nan) for name in ("stability", "stability_motion", "contraction")}
-    controller = again.loop.controller
+    controller = again.controller
     if truth is None or basis is None or not isinstance(controller, Servo):
         return found
     linear = type(controller.law) in (JointLaw, CameraLaw)
@@ -236,7 +235,7 @@ def _margins(again: Repeated, q: Array) -> dict[str, NDArray[Any]]:
 def _border_margins(again: Repeated, q: Array) -> tuple[Array, NDArray[np.int64]]:
     """Return the least distance (T,) of a mark from its image border, and which mark."""
     each = []
-    for sight in again.loop.controller.sights:
+    for sight in again.controller.sights:
         low, high = sight.eye.camera.border.T[:, None, :, None]
         pixels = sight.project(q).pixels
         each.append(np.minimum(pixels - low, high - pixels).min(axis=1))
@@ -270,7 +269,7 @@ def _least(margins: Array) -> tuple[Array, NDArray[np.int64]]:
 def _singularity(again: Repeated, truth: Truth | None, T: int) -> Array:
     if truth is None:
         return np.full(T, np.nan)
-    controller = again.loop.controller
+    controller = again.controller
     values = singular_values(truth.weights[..., None] * truth.rates[..., controller.columns])
     least: Array = values[:, min(controller.full_rank, values.shape[1]) - 1]
     return least / values[:, 0]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Literal, get_args, overload
 
@@ -97,9 +97,6 @@ class Equilibria(Value, Sequence[Equilibrium]):
 
     def __len__(self) -> int:
         return len(self.found)
-
-    def __iter__(self) -> Iterator[Equilibrium]:
-        return iter(self.found)
 
     def of(self, kind: Kind) -> tuple[Equilibrium, ...]:
         """Return all equilibria of one kind."""

@@ -6,11 +6,11 @@ import warnings
 from collections.abc import Iterator
 from dataclasses import dataclass, is_dataclass, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
-from robsim.base.arrays import Array, runs_last, some_runs
+from robsim.base.arrays import Array, some_runs
 from robsim.base.errors import InputError, RankWarning
 from robsim.geometry.pose import Pose, homogeneous
 from robsim.servo.command import Command
@@ -20,7 +20,7 @@ from robsim.servo.laws.depth_filter import DepthFilter
 from robsim.servo.laws.feed_forward import EstimatedMotion
 from robsim.servo.regulated import Regulated
 from robsim.servo.servo_controller import Servo
-from robsim.servo.sight import Key, relative
+from robsim.servo.sight import Key, Sight, relative
 from robsim.servo.standalone import Standalone
 from robsim.servo.tasks.follow_joints import FollowJoints
 from robsim.servo.tasks.follow_path import FollowPath
@@ -61,7 +61,7 @@ class Field:
             )
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", RankWarning)  # given when the user's task was bound
-            return cls(_borderless_task(task).bind(_borderless(scene)))
+            return cls(_borderless_task(task).bind(borderless(scene)))
 
     @property
     def scene(self) -> Scene:
@@ -81,16 +81,6 @@ class Field:
         bodies = np.unique(tree.owners[self.controller.columns])
         return sum(tree.models[body].wheeled for body in bodies)
 
-    @cached_property
-    def goal_pose(self) -> Pose:
-        """The believed T_c_o of the first camera and target at the goal; at home for numbers."""
-        sight = self.controller.sights[0]
-        if self._regulated is not None:
-            T_c_o = self._regulated.goals[sight.key].guess_last
-            assert T_c_o is not None
-            return Pose(homogeneous(T_c_o)[0])
-        return self.pose(runs_last(self.scene.home, 1))[0]
-
     @property
     def goal(self) -> Array | None:
         """The coordinates (nq, 1) at which the goal was taught, if it was."""
@@ -102,13 +92,15 @@ class Field:
         if self.goal is not None:
             return self.pose(self.goal)[0]
         regulated = self._regulated
-        known = regulated is not None and regulated.exact and regulated.given is None
-        return self.goal_pose if known else None
+        if regulated is None or not regulated.exact or regulated.given is not None:
+            return None
+        T_c_o = regulated.goals[self.controller.sights[0].key].guess_last
+        assert T_c_o is not None
+        return Pose(homogeneous(T_c_o)[0])
 
     def pose(self, q: Array) -> Pose:
         """Return T_c_o (B) of the first target in the first camera."""
-        seen = self.controller.sights[0].project(q)
-        return Pose(homogeneous(relative(seen.T_w_c, seen.T_w_o)))
+        return seen_pose(self.controller.sights[0], q)
 
     @property
     def _regulated(self) -> Regulated | None:
@@ -222,15 +214,20 @@ class Field:
             )
 
 
+def seen_pose(sight: Sight, q: Array) -> Pose:
+    """Return T_c_o (B): the true poses of the target in camera axes at q (nq, B)."""
+    seen = sight.project(q)
+    return Pose(homogeneous(relative(seen.T_w_c, seen.T_w_o)))
+
+
 def _memories(task: Any) -> Iterator[str]:
     """Yield the parts of a task, or of tasks in it, that depend on more than the state."""
     if isinstance(task, Switch) and task.latch:
         yield "Switch with latch=True"
     if isinstance(task, FollowJoints | FollowPath):
         yield f"{type(task).__name__} goes by the time"
-    for part in _parts(task).values():
-        for one in part if isinstance(part, tuple) else (part,):
-            yield from _memories(one)
+    for part in getattr(task, "inner", ()):
+        yield from _memories(part)
     for name, kind in (
         ("interaction", Broyden),
         ("depth", DepthFilter),
@@ -242,28 +239,18 @@ def _memories(task: Any) -> Iterator[str]:
         yield f"smooth_start={task.smooth_start:g}"
 
 
-def _parts(task: Any) -> dict[str, Any]:
-    """Return the tasks within a task, by the names of their fields."""
-    return {
-        name: getattr(task, name) for name in ("first", "second", "tasks") if hasattr(task, name)
-    }
-
-
 def _borderless_task(task: Any) -> Any:
     """Return the task with a believed scene whose images have no border either."""
-    changes = {
-        name: tuple(map(_borderless_task, part))
-        if isinstance(part, tuple)
-        else _borderless_task(part)
-        for name, part in _parts(task).items()
-    }
-    if isinstance(getattr(task, "belief", None), Scene):
-        changes["belief"] = _borderless(task.belief)
-    whole = not changes or not is_dataclass(task)  # a user's task need not be a dataclass
-    return task if whole else replace(task, **changes)
+    if inner := getattr(task, "inner", ()):
+        return task.with_inner(list(map(_borderless_task, inner)))
+    belief = getattr(task, "belief", None)
+    if not isinstance(belief, Scene) or not is_dataclass(task):  # as a user's task need not be
+        return task
+    return replace(cast(Any, task), belief=borderless(belief))
 
 
-def _borderless(scene: Scene) -> Scene:
+def borderless(scene: Scene) -> Scene:
+    """Return the scene with cameras whose images have no border."""
     eyes = (replace(eye, camera=replace(eye.camera, size=None)) for eye in scene.cameras)
     return scene.replacing(*eyes)
 

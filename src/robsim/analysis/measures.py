@@ -14,17 +14,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
+import xarray as xr
 
 from robsim.analysis.recorded import Recorded
 from robsim.base.arrays import Array, length
 from robsim.run.ends import angle
 from robsim.world.scene import Scene
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 SPOT = 1e-3  # share of the distance to the target below which a path is a turn on the spot
 

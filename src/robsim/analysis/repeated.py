@@ -19,7 +19,7 @@ from robsim.run.commanded import is_recorded
 from robsim.run.difference import difference
 from robsim.run.experiment import Experiment
 from robsim.run.origin import check_run, made_with, whole_duration
-from robsim.servo.controller import Decision
+from robsim.servo.controller import Controller, Decision
 from robsim.world.actuation import Actuation
 from robsim.world.sensing import Sensing
 
@@ -43,8 +43,13 @@ class Repeated:
     run: xr.Dataset
     outcome: Outcome
 
+    @property
+    def controller(self) -> Controller:
+        """The controller of the run."""
+        return self.loop.controller
 
-def case_of(run: xr.Dataset, experiment: Experiment | None = None) -> Experiment:
+
+def _case(run: xr.Dataset, experiment: Experiment | None) -> Experiment:
     """Return the experiment of a single run, from its own text or from the one that is given.
 
     `experiment` is needed where it is Python code; start and settings are those of the run. A run
@@ -107,9 +112,9 @@ def advanced(case: Experiment, see: See | None = None) -> Loop:
     return loop
 
 
-def repeated(case: Experiment, run: xr.Dataset) -> Repeated:
+def repeated(run: xr.Dataset, experiment: Experiment | None = None) -> Repeated:
     """Simulate a run again and keep every step; InputError unless it ends with the same bits."""
-    one = _single(run)
+    case, one = _case(run, experiment), _single(run)
     outcome, seconds = _ended(one)
     periods = round(seconds / case.dt)
     if periods > LONGEST:

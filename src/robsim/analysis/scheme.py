@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 import xarray as xr
@@ -22,8 +22,11 @@ from robsim.engine.workers import Progress
 from robsim.files.table import Run
 from robsim.run.checks import whole_periods
 from robsim.run.experiment import Experiment
+from robsim.world.scene import Scene
 
 Measures = dict[str, Array]  # (B,) of each measure
+T = TypeVar("T")
+R = TypeVar("R")
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,20 +70,18 @@ def run_and_measure(scheme: Scheme, progress: Progress | None) -> tuple[xr.Datas
     """
     if scheme.experiment.record == "summary":
         return _summarised(scheme, progress)
+    scene = scheme.experiment.scene
     try:
         run = scheme.run(progress)
     except Interrupted as stop:
-        raise Interrupted(str(stop), (stop.run, measured(scheme, stop.run))) from None
-    return run, measured(scheme, run)
+        raise Interrupted(str(stop), (stop.run, measured(scene, stop.run))) from None
+    return run, measured(scene, run)
 
 
-def measured(scheme: Scheme, run: xr.Dataset) -> Measures:
-    """Return the measures of a run or a batch, computed by several threads."""
+def measured(scene: Scene, run: xr.Dataset) -> Measures:
+    """Return the measures of a run or a batch in its scene, computed by several threads."""
     with ThreadPoolExecutor(processors()) as pool:
-        parts = list(
-            pool.map(_of, (Recorded(part, scheme.experiment.scene) for part in blocks(run)))
-        )
-    return joined(parts)
+        return joined(list(pool.map(_of, (Recorded(part, scene) for part in blocks(run)))))
 
 
 def joined(parts: list[Measures]) -> Measures:
@@ -99,7 +100,7 @@ def _summarised(scheme: Scheme, progress: Progress | None) -> tuple[Run, Measure
     found: list[Measures] = []
 
     def keep(run: xr.Dataset) -> None:
-        found.append(measured(scheme, run))
+        found.append(measured(scheme.experiment.scene, run))
         ends.append(_end(run))
 
     try:
@@ -129,6 +130,32 @@ def _parts(scheme: Scheme, progress: Progress | None) -> Iterator[tuple[Scheme, 
     for i in range(0, len(starts), size):
         some = scheme.with_(start=starts[i : i + size], first_run=first + i)
         yield some, share_of(progress, i / len(starts), min(size / len(starts), 1.0))
+
+
+def until_stopped(
+    steps: Sequence[Callable[[Progress | None], T]],
+    made: Callable[[list[T]], R],
+    progress: Progress | None,
+) -> R:
+    """Return what is made of the results of steps; Interrupted holds that of those before a stop.
+
+    Each step is called with its share of the progress.
+    """
+    found: list[T] = []
+    complete, count = True, len(steps)
+    with interrupt.held(begun=False) as stops:
+        for i, step in enumerate(steps):
+            try:
+                found.append(step(share_of(progress, i / count, 1 / count)))
+            except Interrupted as stop:
+                found.append(stop.run)
+                complete = False
+            if stops or not complete:
+                break
+        result = made(found)
+    if stops or not complete:
+        raise Interrupted("stopped by the user; what was simulated so far is in .run", result)
+    return result
 
 
 def share_of(progress: Progress | None, begin: float, width: float) -> Progress | None:

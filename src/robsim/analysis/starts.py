@@ -13,8 +13,7 @@ from robsim.analysis.field import Field
 from robsim.base.arrays import Array, numbers, runs_last
 from robsim.base.errors import InputError, said
 from robsim.starts.draw_starts import draw_starts
-from robsim.starts.free_flyer import flies
-from robsim.starts.reach import Reach
+from robsim.starts.reach import Reach, flies
 from robsim.starts.starts import LookAt, Start
 from robsim.statistics.random_numbers import Draws
 

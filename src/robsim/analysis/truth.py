@@ -11,7 +11,7 @@ from robsim.base.arrays import Array
 from robsim.base.errors import InputError
 from robsim.servo.regulated import Regulated
 from robsim.servo.regulated_stages import regulated_at
-from robsim.servo.tasks.task import ServoTask, Task
+from robsim.servo.tasks.task import Task
 from robsim.world.scene import Scene
 
 
@@ -37,11 +37,6 @@ class Truth:
         return Truth(error, L, rates, weights * self.weights)
 
 
-def true_task(task: ServoTask) -> ServoTask:
-    """Return the task with the true scene and depth, and with L current."""
-    return with_fields(task, belief=None, depth="true", depth_scale=1.0, interaction="current")
-
-
 def true_features(task: Task, scene: Scene, q: Array) -> Truth | None:
     """Return the truth at coordinates q (nq, T); None where a true camera cannot see the goal.
 
@@ -49,7 +44,8 @@ def true_features(task: Task, scene: Scene, q: Array) -> Truth | None:
     """
     every = np.arange(scene.nv)
     try:
-        true = [true_task(leaf) for leaf in leaves(task)]
+        right = {"belief": None, "depth": "true", "depth_scale": 1.0, "interaction": "current"}
+        true = [with_fields(leaf, **right) for leaf in leaves(task)]
         found = [leaf.regulated(leaf.sights(scene), every) for leaf in true]
     except InputError:
         return None

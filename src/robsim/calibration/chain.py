@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robsim.base.arrays import Array, runs_first, runs_last
-from robsim.geometry.pose import Pose, homogeneous
 from robsim.world.scene import Scene
 
 
@@ -28,8 +27,7 @@ class Chain:
 
     def poses(self, q: Array) -> Array:
         """Return the poses T_m_f (V, 4, 4) of the target's frame in the camera's, at q (V, nq)."""
-        T_w_m, T_w_f = self._frames(q)
-        return (Pose(T_w_m).inv() @ Pose(T_w_f)).matrix
+        return (self.scene.pose(self.on, q).inv() @ self.scene.pose(self.under, q)).matrix
 
     def rates(self, q: Array, X: Array, columns: NDArray[np.int64]) -> Array:
         """Return the rates (V, N, 3, n) of points X (V, N, 3) of the target with velocities.
@@ -37,7 +35,7 @@ class Chain:
         Points and rates are in axes of the camera's frame `on`.
         """
         tree, bodies = self.scene.tree, self.scene.tree.bodies(runs_last(q, 1))
-        T_w_m, T_w_f = self._frames(q)
+        T_w_m, T_w_f = (self.scene.pose(name, q).matrix for name in (self.on, self.under))
         P = X @ T_w_m[:, :3, :3].swapaxes(1, 2) + T_w_m[:, None, :3, 3]
         moved = [
             self._carried(J[:, :, columns], P - T[:, None, :3, 3])
@@ -54,11 +52,3 @@ class Chain:
         """Return the rates (V, N, 3, n) of points at `arm` (V, N, 3) from an origin of rates J."""
         turned = np.cross(J[:, None, 3:], arm[..., None], axisa=2, axisb=2, axisc=2)
         return np.asarray(J[:, None, :3] + turned)
-
-    def _frames(self, q: Array) -> tuple[Array, Array]:
-        """Return the poses (V, 4, 4) of both frames in the world."""
-        tree, bodies = self.scene.tree, self.scene.tree.bodies(runs_last(q, 1))
-        shape = len(q), 4, 4
-        found = (homogeneous(tree.frame(bodies, name)) for name in (self.on, self.under))
-        first, second = (np.broadcast_to(T, shape) for T in found)
-        return first, second

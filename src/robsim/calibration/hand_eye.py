@@ -32,7 +32,8 @@ def tsai_lenz(motions: Motions) -> Pose:
     """
     P_A = _half_sines(motions.A.rotvec)
     P_B = _half_sines(motions.B.rotvec)
-    swap = max(SWAPS, key=lambda each: float(_least_singular(P_A + each * P_B)))
+    every = [_rows(P_A + each * P_B) for each in SWAPS]
+    swap = SWAPS[np.argmax([np.linalg.svd(M, compute_uv=False)[-1] for M in every])]
     p = np.linalg.lstsq(_rows(P_A + swap * P_B), (swap * P_B - P_A).ravel(), rcond=None)[0]
     R = Pose.at(rotvec=_turn(p)).rotation @ np.diag(swap)
     return pose_of(R, _translation(motions, R))
@@ -41,11 +42,6 @@ def tsai_lenz(motions: Motions) -> Pose:
 def _rows(P: Array) -> Array:
     """Return [P]x (3 n, 3) of vectors P (n, 3), one below the other."""
     return cross_matrix(P).reshape(-1, 3)
-
-
-def _least_singular(P: Array) -> Any:
-    """Return the least singular value of all [P]x together."""
-    return np.linalg.svd(_rows(P), compute_uv=False)[-1]
 
 
 def _half_sines(w: Array) -> Array:

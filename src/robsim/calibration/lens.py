@@ -12,7 +12,7 @@ from robsim.base.arrays import Array, frozen, numbers, whole
 from robsim.base.errors import InputError, said
 from robsim.base.tables import aligned
 from robsim.base.values import Value
-from robsim.calibration.model import COEFFICIENTS
+from robsim.calibration.model import LENS_NAMES
 from robsim.geometry.pose import Pose
 from robsim.vision.camera import Camera
 from robsim.vision.image_size import SIZE
@@ -24,7 +24,6 @@ FEWEST_VIEWS, FEWEST_MARKS = 3, 4
 FLAT = 1e-9  # of the size of the target, by which its marks may leave a plane
 PARALLEL = np.radians(5)  # between planes of views that do not count as parallel
 COUNTS = (0, 4, 5, 8)
-NAMES = ("fx", "fy", "cx", "cy", *COEFFICIENTS)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -48,7 +47,7 @@ class LensCalibration(Value):
         """Return a table of the numbers with their standard deviations."""
         K = self.camera.K
         values = [*K[[0, 1, 0, 1], [0, 1, 2, 2]].tolist(), *self.camera.distortion]
-        pairs = zip(NAMES, values, self.deviations.values(), strict=False)
+        pairs = zip(LENS_NAMES, values, self.deviations.values(), strict=False)
         rows = [("number", "value", "std"), *((n, f"{x:.6g}", f"{s:.2g}") for n, x, s in pairs)]
         return "\n".join([repr(self), *aligned([list(c) for c in zip(*rows, strict=True)], 1)])
 
@@ -119,7 +118,7 @@ def _calibrated(
     camera = Camera(K, size, distortion=tuple(np.ravel(lens)[:count].tolist()))
     poses = Pose.at(*np.reshape(shifts, (-1, 3)).T, rotvec=np.reshape(turns, (-1, 3)))
     std = np.ravel(deviations)[: 4 + count].tolist()
-    own = dict(zip(NAMES[: 4 + count], std, strict=True))
+    own = dict(zip(LENS_NAMES[: 4 + count], std, strict=True))
     return LensCalibration(camera, float(rms), own, poses, frozen(np.ravel(errors)))
 
 

@@ -13,7 +13,6 @@ from robsim.base.arrays import Array, is_listed, runs_first, runs_last
 from robsim.base.errors import InputError, is_one_of, said, suggest
 from robsim.base.values import Value
 from robsim.calibration.chain import Chain
-from robsim.calibration.lens_rates import lens_rates
 from robsim.calibration.motions import cross_matrix
 from robsim.calibration.views import CalibrationViews
 from robsim.geometry.pose import Pose
@@ -23,7 +22,7 @@ from robsim.vision.image import pixel_rates
 
 POSE = ("x", "y", "z", "rx", "ry", "rz")
 LENS = ("focal", "center", "distortion")
-COEFFICIENTS = ("k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6")
+LENS_NAMES = ("fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6")
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,9 +58,8 @@ def unknowns(views: CalibrationViews, also: Iterable[str]) -> Unknowns:
             raise InputError(f"also: no {said(name)}; {suggest(name, known, 'names')}")
     lens = _lens(views.lens, chosen)
     offsets = [joints[name] for name in joints if name in chosen]
-    labels = ("fx", "fy", "cx", "cy", *COEFFICIENTS)
     names = [f"{part}.{axis}" for part in ("mount", "target") for axis in POSE]
-    names += [labels[i] for i in lens] + [views.scene.coordinate_names[i] for i in offsets]
+    names += [LENS_NAMES[i] for i in lens] + [views.scene.coordinate_names[i] for i in offsets]
     units = ["m"] * 3 + ["rad"] * 3
     units = [*units, *units, *("px" if i < 4 else "1" for i in lens)]
     units += [views.scene.coordinate_units[i] for i in offsets]
@@ -204,3 +202,36 @@ def _joint_rates(
     T = model.mount
     rates = chain.rates(q + model.offsets, T @ X, columns)
     return T.rotation.T @ rates
+
+
+def lens_rates(x: Array, pixels: Array, camera: Camera, coefficients: int) -> Array:
+    """Return the rates (..., 2, 4 + n) of pixels with fx, fy, cx, cy and n coefficients.
+
+    Of normalised points x (..., 2) with their pixels (..., 2); the coefficients are in the order of
+    OpenCV, k1 k2 p1 p2 k3 k4 k5 k6 (`robsim.kernels.formulas.camera.distort`).
+    """
+    (fx, skew, cx), (_, fy, cy), _ = camera.K
+    y_bent = (pixels[..., 1] - cy) / fy
+    x_bent = (pixels[..., 0] - cx - skew * y_bent) / fx
+    zero, one = np.zeros_like(x_bent), np.ones_like(x_bent)
+    column = [x_bent, zero, one, zero]
+    row = [zero, y_bent, zero, one]
+    for dx, dy in _bends(x, camera.lens)[:coefficients]:
+        column.append(fx * dx + skew * dy)
+        row.append(fy * dy)
+    return np.stack([np.stack(column, -1), np.stack(row, -1)], -2)
+
+
+def _bends(x: Array, lens: Array) -> list[tuple[Array, Array]]:
+    """Return the rates of both coordinates of the distorted point with each coefficient."""
+    k1, k2, _, _, k3, k4, k5, k6 = lens
+    x, y = x[..., 0], x[..., 1]
+    r2 = x * x + y * y
+    under = 1.0 + r2 * (k4 + r2 * (k5 + r2 * k6))
+    f = (1.0 + r2 * (k1 + r2 * (k2 + r2 * k3))) / under
+    radial = [r2**n / under for n in (1, 2, 3)]
+    k1_2, k3_ = radial[:2], radial[2:]
+    k4_6 = [-f * each for each in radial]
+    tangential = [(2 * x * y, r2 + 2 * y * y), (r2 + 2 * x * x, 2 * x * y)]
+    along = [(x * each, y * each) for each in (*k1_2, *k3_, *k4_6)]
+    return [*along[:2], *tangential, *along[2:]]

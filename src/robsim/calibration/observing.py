@@ -10,8 +10,7 @@ import numpy as np
 
 from robsim.base.arrays import Array, frozen, whole
 from robsim.base.errors import InputError, naming
-from robsim.calibration.impossible import off_image
-from robsim.calibration.views import CalibrationViews
+from robsim.calibration.views import CalibrationViews, off_image
 from robsim.run.beliefs import common_belief
 from robsim.run.checks import of_kind
 from robsim.run.experiment import Experiment

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -14,7 +13,6 @@ from robsim.base.errors import InputError, is_one_of, said, suggest
 from robsim.base.html import table
 from robsim.base.tables import aligned
 from robsim.calibration.fit import CalibrationFit
-from robsim.calibration.misfit import misfit, rms_of
 from robsim.calibration.model import Model
 from robsim.calibration.next_poses import NextPoses, next_poses
 from robsim.run.checks import of_kind
@@ -25,6 +23,7 @@ if TYPE_CHECKING:
     from robsim.calibration.cost import CalibrationCost
 
 SHOWN = {"m": (1e3, "mm"), "rad": (180 / math.pi, "deg"), "px": (1.0, "px"), "1": (1.0, "")}
+FAR = 3.0  # pixels, or times the noise: detectors are wrong by tenths, views mixed up by tens
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -121,21 +120,44 @@ class Calibration(CalibrationFit):
 
     @property
     def _rows(self) -> list[tuple[str, ...]]:
-        """The head and the rows of the table."""
-        values = self._values
+        """The head and the rows of the table; of poses, position and rotation vector."""
+        poses = [[*T.position.tolist(), *T.rotvec.tolist()] for T in (self.mount, self.place)]
+        values = [*poses[0], *poses[1], *self.model.numbers(self.free)]
         made: list[tuple[str, ...]] = [("number", "unit", "value", "std")]
-        pairs = zip(self.names, self.free.units, self.deviations.values(), strict=True)
-        for name, unit, std in pairs:
+        each = zip(self.deviations.items(), self.free.units, values, strict=True)
+        for (name, std), unit, value in each:
             factor, shown = SHOWN[unit]
-            made.append((name, shown, f"{factor * values[name]:z.6g}", f"{factor * std:.2g}"))
+            made.append((name, shown, f"{factor * value:z.6g}", f"{factor * std:.2g}"))
         return made
 
-    @property
-    def _values(self) -> Mapping[str, float]:
-        """The numbers by name; of poses, position and rotation vector."""
-        return dict(self._numbers())
 
-    def _numbers(self) -> Iterator[tuple[str, float]]:
-        poses = [[*T.position.tolist(), *T.rotvec.tolist()] for T in (self.mount, self.place)]
-        own = [*poses[0], *poses[1], *self.model.numbers(self.free)]
-        return zip(self.names, own, strict=True)
+def rms_of(residuals: Array) -> float:
+    """Return the root mean square of residuals of any shape, NaN apart.
+
+    >>> rms_of(np.array([3.0, np.nan, -3.0]))
+    3.0
+    """
+    return float(np.sqrt(np.nanmean(np.square(residuals))))
+
+
+def misfit(residuals: Array, noise: float) -> str:
+    """Return a sentence on residuals (V, N, 2) in pixels that are too large; empty for others.
+
+    Too large is a root mean square above 3 pixels, and above three times the noise, pixels, where
+    that is known (0: it is not). NaN stands for marks that are not seen.
+
+    >>> misfit(np.full((3, 4, 2), 0.3), 0.0)
+    ''
+    >>> misfit(np.array([[[6.0, 8.0]], [[3.0, 4.0]]]), 0.5)[:59]
+    'the marks are 5.59 px off (rms), worst in view 0 (7.07 px):'
+    """
+    rms = rms_of(residuals)
+    if rms <= FAR * max(1.0, noise):
+        return ""
+    each = [rms_of(view) for view in residuals]
+    worst = int(np.argmax(each))
+    return (
+        f"the marks are {rms:.3g} px off (rms), worst in view {worst} ({each[worst]:.3g} px): "
+        "swapped columns and rows, another size or order of the marks, or views and joints that "
+        "do not belong together?"
+    )

@@ -15,6 +15,7 @@ from robsim.cli.figures import save_figure
 from robsim.cli.files import exists, results_folder
 from robsim.cli.options import changes
 from robsim.cli.progress import counting, drawing, stopped, warnings_as_lines
+from robsim.cli.scenarios import load
 from robsim.cli.tell import tell
 
 if TYPE_CHECKING:
@@ -48,11 +49,11 @@ def command(
     The rows go into a folder as Parquet files, some at a time: what is stopped or killed goes on
     with --resume, to the same bits.
     """
-    from robsim.studies.text import load_plan
+    from robsim.studies.text import plan_of
 
     if resume and (output is None or not exists(output / "study.json")):
         raise FileError("nothing to resume: say with -o which folder holds the study")
-    plan = load_plan(file, changes)
+    plan = plan_of(load(file, changes))
     with _client(scheduler) as client, results_folder(output, f"{file.stem}-study", True, ()) as to:
         tell(plan)
         found = _finished(plan, to, resume, client, chunk, threads)

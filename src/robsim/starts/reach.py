@@ -12,10 +12,8 @@ from numpy.typing import NDArray
 from robsim.base.arrays import Array, runs_last
 from robsim.base.errors import InputError
 from robsim.geometry.pose import Pose, homogeneous
-from robsim.robot.tree import Tree
 from robsim.run.ends import at_goal, goal_pose, pose_of, regarded
 from robsim.servo.controller import Controller
-from robsim.starts.free_flyer import flies, flown
 from robsim.world.scene import Scene
 
 RESTARTS = 10  # searches of inverse kinematics for a start, which another draw may replace
@@ -31,11 +29,6 @@ class Reach:
     def scene(self) -> Scene:
         """The true scene."""
         return self.controller.scene
-
-    @property
-    def _tree(self) -> Tree:
-        tree: Tree = self.scene.tree
-        return tree
 
     @cached_property
     def frame(self) -> str:
@@ -56,10 +49,8 @@ class Reach:
 
     def middle(self, target: str) -> Array:
         """Return the middle (3,) of the marks of an object in the world, at home."""
-        thing = self.scene.object(target)
-        place = self._tree.frame(self._tree.bodies(self._home), thing.name)
-        middle: Array = Pose(homogeneous(place)[0]) @ thing.marks.mean(axis=0)
-        return middle
+        marks = self.scene.object(target).marks
+        return np.asarray(self.scene.pose(target) @ marks.mean(axis=0))
 
     def coordinates(self, T: Array) -> tuple[Array, NDArray[np.bool_]]:
         """Return coordinates (n, nq) that bring the frame to poses (n, 4, 4), and which do.
@@ -70,29 +61,12 @@ class Reach:
             return flown(self.scene, self.frame, T), np.ones(len(T), dtype=bool)
         body = self._carrier()
         robot = self.scene.robot(body[0])
-        on = Pose(self._tree.find(self.frame)[1])
-        link = Pose(self._tree.find(".".join(body))[1])
+        on = Pose(self.scene.tree.find(self.frame)[1])
+        link = Pose(self.scene.tree.find(".".join(body))[1])
         there = robot.base.inv() @ Pose(T) @ (link.inv() @ on).inv()
         found = robot.ik(there, link=body[1], restarts=RESTARTS)
-        home = self.scene.home
-        q = np.tile(home, (len(T), 1))
-        names = [name.startswith(f"{robot.name}.") for name in self._names]
-        q[:, np.flatnonzero(names)] = found.q
+        q = self.scene.coordinates({robot.name: found.q}, limits=False)
         return q, np.asarray(found.success)
-
-    @property
-    def _names(self) -> list[str]:
-        """The names of the coordinates, each with that of its robot in front."""
-        tree = self._tree
-        bodies = [""] * tree.nq
-        for member in tree.members:
-            for i in range(member.q.start, member.q.stop):
-                bodies[i] = self._robot_of(member.body)
-        return [f"{name}." for name in bodies]
-
-    def _robot_of(self, body: int) -> str:
-        names = (name for name, (at, _) in self._tree.where.items() if at == body and "." in name)
-        return next(names, "").partition(".")[0]
 
     def _carrier(self) -> tuple[str, str]:
         """Return the robot and the link that carry the frame."""
@@ -105,3 +79,25 @@ class Reach:
                 "coordinates, as in start=rs.Uniform(low, high)"
             )
         return robot, link
+
+
+def flies(controller: Controller, frame: str) -> bool:
+    """Return whether all that a task commands is one floating joint on the world with the frame."""
+    tree = controller.scene.tree
+    body, _ = tree.find(frame)
+    free = tree.models[body].free and tree.parent[body] == 0
+    return bool(free and (tree.owners[controller.columns] == body).all())
+
+
+def flown(scene: Scene, frame: str, T: Array) -> Array:
+    """Return coordinates (n, nq) that bring a frame that flies to poses (n, 4, 4) in the world.
+
+    The other coordinates stay at home.
+    """
+    tree = scene.tree
+    body, T_b_f = tree.find(frame)
+    place = Pose(homogeneous(tree.joints.place[body][..., None])[0])
+    q = np.tile(scene.home, (len(T), 1))
+    first = tree.iq[body]
+    q[:, first : first + 7] = (place.inv() @ Pose(T) @ Pose(T_b_f).inv()).q
+    return q

@@ -26,7 +26,7 @@ def ranks(values: Array) -> Array:
     return np.asarray((np.cumsum(counts) - (counts - 1) / 2)[place])
 
 
-def spearman(x: Array, y: Array, level: float = 0.95, of: int | None = None) -> Estimate:
+def spearman(x: Array, y: Array, level: float = 0.95) -> Estimate:
     """Return the rank correlation of Spearman of x and y (n,), with its interval.
 
     It is the correlation of the ranks. The interval is that of Fisher's z = artanh(rho), with the
@@ -34,13 +34,12 @@ def spearman(x: Array, y: Array, level: float = 0.95, of: int | None = None) -> 
     requirements for estimating Pearson, Kendall and Spearman correlations", Psychometrika 65, 23),
     or that of the delta method, sd(a b - rho (a^2 + b^2) / 2) / ((1 - rho^2) sqrt(n)) of
     standardised ranks a and b, where it is larger: the first holds for ellipses of points, and is
-    too small where the points lie on a bend. `of` is how many of the values are independent of
-    each other, all by default. Neither x nor y may be constant.
+    too small where the points lie on a bend. Neither x nor y may be constant.
 
     >>> spearman(np.arange(20.0), np.arange(20.0) ** 2).value
     1.0
     """
-    n, quantile = len(x) if of is None else of, normal_quantile(level)
+    n, quantile = len(x), normal_quantile(level)
     a, b = _standardised(ranks(x)), _standardised(ranks(y))
     rho = float(np.clip((a * b).mean(), -1.0, 1.0))
     if n < FEWEST:
@@ -65,9 +64,7 @@ def _spread(square: float, n: int) -> float:
     return math.sqrt((1 + square / 2) / (n - 3))
 
 
-def correlation_ratio(
-    groups: NDArray[np.intp], y: Array, level: float = 0.95, of: int | None = None
-) -> Estimate:
+def correlation_ratio(groups: NDArray[np.intp], y: Array, level: float = 0.95) -> Estimate:
     """Return the correlation ratio eta of the ranks of y (n,) on groups (n,), with its interval.
 
     eta^2 is the share of the variance of the ranks that lies between the groups. That share itself
@@ -81,13 +78,12 @@ def correlation_ratio(
     artanh^2(sqrt(H / (n - 1))) / s^2 is taken as a noncentral chi squared of k - 1 degrees of
     freedom, as H is (Andrews 1954), on the scale of Fisher's z. Its s is the larger of that of
     `spearman` and that of the delta method, which knows how the ranks scatter within the groups.
-    `of` is how many of the values are independent. y may not be constant.
+    y may not be constant.
 
     >>> correlation_ratio(np.arange(40) % 2, np.arange(40.0) % 2).value
     1.0
     """
-    n, alpha = len(y) if of is None else of, (1 - level) / 2
-    check_level(level)
+    n, alpha = len(y), (1 - check_level(level)) / 2
     k, raw, scatter = _between(groups, ranks(y))
     if n - k < FEWEST:
         return Estimate(math.sqrt(raw), 0.0, 1.0, n)

@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError, naming, said
@@ -15,7 +14,7 @@ from robsim.run.beliefs import beliefs, common_belief
 from robsim.run.experiment import Experiment
 from robsim.run.paths import number_at, unit_at
 from robsim.statistics.random_numbers import Draws
-from robsim.studies.in_turn import Labels, by_label, values_in_turn
+from robsim.studies.in_turn import by_label, values_in_turn
 from robsim.studies.samplers import Choice, Plus, Sampler, Times
 
 SCALE = 10.0  # pixels, below which a focal length is a factor, as in `Scene.believe`
@@ -73,11 +72,6 @@ class Axis:
                 experiment.at(self.name, end)
         return replace(self, ends=found)
 
-    def picked(self, draws: Draws) -> NDArray[np.int64]:
-        """Return the numbers (draws,) of the values that are drawn."""
-        found: NDArray[np.int64] = self.sampler.picked(draws)
-        return found
-
 
 def axis_of(experiment: Experiment, name: Any, given: Any) -> Axis:
     """Return the axis of a name; InputError or FileError for what cannot be varied so."""
@@ -85,12 +79,10 @@ def axis_of(experiment: Experiment, name: Any, given: Any) -> Axis:
         raise InputError(f"vary: expected dotted names such as 'task.gain', got {said(name)}")
     unit = unit_at(experiment, name)
     what = f"vary: {name}"
-    values = values_in_turn(given, what)
-    if values is not None:
-        return _of_values(experiment, Axis(name, None, unit=unit), values)
-    if isinstance(given, Choice):
-        own = by_label(given.values, what)
-        return _of_values(experiment, Axis(name, None, given, unit=unit), own)
+    sampler = given if isinstance(given, Choice) else None
+    labelled = by_label(given.values, what) if sampler else values_in_turn(given, what)
+    if labelled is not None:
+        return _of_values(experiment, Axis(name, None, sampler, unit=unit), *labelled)
     if not isinstance(given, Sampler) or isinstance(given, type):
         raise InputError(
             f"{what}: expected a sampler such as rs.Uniform(low, high), or a list of values, "
@@ -104,9 +96,8 @@ def axis_of(experiment: Experiment, name: Any, given: Any) -> Axis:
         raise InputError(f"{what}: {said(given)} has not the shape of what is there") from None
 
 
-def _of_values(experiment: Experiment, axis: Axis, own: Labels) -> Axis:
+def _of_values(experiment: Experiment, axis: Axis, values: dict[str, Any], named: bool) -> Axis:
     """Return an axis of values that are all valid under its name; in SI where they are numbers."""
-    values = own.values
     numeric = axis.name.endswith(".focal") and all(map(_is_number, values.values()))
     if numeric and max(map(abs, values.values())) < SCALE:
         nominal = number_at(experiment, axis.name)
@@ -117,7 +108,7 @@ def _of_values(experiment: Experiment, axis: Axis, own: Labels) -> Axis:
         numbers = [number_at(experiment.at(axis.name, x), axis.name) for x in values.values()]
         if all(x.ndim == 0 for x in numbers):
             values = dict(zip(values, map(float, numbers), strict=True))
-    return replace(axis, values=values, named=own.given)
+    return replace(axis, values=values, named=named)
 
 
 def _check_belief(experiment: Experiment, name: str, value: Any, made: Experiment) -> None:

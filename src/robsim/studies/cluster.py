@@ -6,26 +6,18 @@ import pickle
 import time
 from contextlib import suppress
 from functools import lru_cache
-from typing import Any, NamedTuple
+from typing import Any
 
 from robsim.base import interrupt
 from robsim.base.errors import InputError, RobSimError, said
-from robsim.kernels.machine.store import KERNEL_HASH
-from robsim.run.result import VERSION
 from robsim.studies.plan import Plan
 from robsim.studies.rows import Done, Rows
 from robsim.studies.running import Chunk, Progress, Sink, chunks, done
+from robsim.studies.store import VERSIONS
 
 PATIENCE = 10.0  # seconds, for a scheduler to answer
 LOOK = 0.02  # seconds between looks for a stop
 AHEAD = 2  # chunks for each thread of the cluster that are given out at a time
-
-
-class Work(NamedTuple):
-    """What a worker is told: a plan, as it travels, and the versions that must be there."""
-
-    plan: bytes
-    versions: tuple[str, str]
 
 
 def connect(address: str) -> Any:
@@ -60,8 +52,8 @@ def distribute(plan: Plan, sink: Sink, size: int, client: Any, progress: Progres
 
     A chunk whose worker dies runs again on another. InputError: a worker of another version.
     """
-    at_once = AHEAD * _threads(client)
-    work, finished = _packed(plan), done(sink, plan)
+    at_once = AHEAD * int(sum(client.ncores().values()))
+    work, finished = pickle.dumps(plan), done(sink, plan)
     left, going = chunks(sink, plan, size), dict[Any, Chunk]()
     with interrupt.held() as stops:
         try:
@@ -81,10 +73,10 @@ def distribute(plan: Plan, sink: Sink, size: int, client: Any, progress: Progres
     return False
 
 
-def _give(client: Any, work: Work, left: Any, going: dict[Any, Chunk], at_once: int) -> None:
+def _give(client: Any, work: bytes, left: Any, going: dict[Any, Chunk], at_once: int) -> None:
     """Give out chunks until so many are on their way."""
     for first, last in left:
-        going[client.submit(run_chunk, work, first, last, pure=False)] = first, last
+        going[client.submit(run_chunk, work, VERSIONS, first, last, pure=False)] = first, last
         if len(going) >= at_once:
             return
 
@@ -119,29 +111,19 @@ def _result(future: Any) -> Done:
     )
 
 
-def run_chunk(work: Work, first: int, last: int) -> Done:
+def run_chunk(plan: bytes, versions: dict[str, str], first: int, last: int) -> Done:
     """Simulate some runs in a worker, in one thread; InputError if its version is another."""
-    if work.versions != (VERSION, KERNEL_HASH):
+    if versions != VERSIONS:
         raise InputError(
-            f"this worker has RobSim {VERSION} with kernels {KERNEL_HASH:.12}, the study "
-            f"{work.versions[0]} with {work.versions[1]:.12}: install the same"
+            "this worker has RobSim {robsim} with kernels {kernels:.12}, ".format(**VERSIONS)
+            + "the study {robsim} with {kernels:.12}: install the same".format(**versions)
         )
-    return _rows(work.plan).done(first, last)
+    return _rows(plan).done(first, last)
 
 
 @lru_cache(maxsize=4)
 def _rows(plan: bytes) -> Rows:
     return Rows(pickle.loads(plan), threads=1)  # from our own client, as all tasks of Dask are
-
-
-def _packed(plan: Plan) -> Work:
-    """Return what workers are told."""
-    return Work(pickle.dumps(plan), (VERSION, KERNEL_HASH))
-
-
-def _threads(client: Any) -> int:
-    """Return the number of threads of all workers."""
-    return int(sum(client.ncores().values()))
 
 
 def _distributed() -> Any:

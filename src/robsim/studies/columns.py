@@ -1,17 +1,24 @@
-"""The columns of a study's table: what they mean, their units, and their places in memory."""
+"""The columns of a study's table: what is kept of each run, what it means, its place in memory."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
+import pandas as pd
 
+from robsim.analysis.measures import MEASURES
+from robsim.analysis.recorded import runs_in_a_block
+from robsim.analysis.scheme import measured
+from robsim.base.arrays import runs_last
+from robsim.engine.loop import Loop
 from robsim.engine.outcome import Outcome
-from robsim.studies.facts import Columns
+from robsim.run import ends
+from robsim.run.checks import whole_periods
+from robsim.run.error import error_variables
+from robsim.run.experiment import Experiment
+from robsim.run.paths import is_true
 from robsim.studies.plan import Codes, Plan
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 MEANINGS = {
     "run": "number of the run",
@@ -34,14 +41,16 @@ MEANINGS = {
 BYTES = 120  # of a run in memory: what came out of it
 MORE_BYTES = 104  # likewise of its standard measures
 TABLE_BYTES = 400  # likewise while its table is made
+Columns = dict[str, Any]
+OWN = ("time", "pixel_error", "distance_to_goal", "angle_to_goal", "path_length")  # in all tables
 
 
 def varied(plan: Plan, runs: Codes) -> Columns:
-    """Return a column of each varied number, or one of the code of each varied value."""
+    """Return a column of each varied number, or one of the labels of each varied value."""
     made: Columns = {}
     for axis in plan.axes:
         if not axis.is_number:
-            made[axis.name] = plan.codes(axis, runs)
+            made[axis.name] = pd.Categorical.from_codes(plan.codes(axis, runs), axis.labels)
             continue
         numbers = plan.numbers(axis, runs)
         if numbers.ndim == 1:
@@ -62,17 +71,11 @@ def nothing(plan: Plan) -> Columns:
 
 def frame(plan: Plan, runs: Codes, facts: Columns) -> pd.DataFrame:
     """Return the table of some runs, one row each."""
-    import pandas as pd
-
-    own = varied(plan, runs)
-    for axis in plan.axes:
-        if not axis.is_number:
-            own[axis.name] = pd.Categorical.from_codes(own[axis.name], axis.labels)
     outcomes = [outcome.name for outcome in Outcome]
     places = np.array([int(outcome) for outcome in Outcome])
     codes = np.searchsorted(places, facts["outcome"])
     told = {**facts, "outcome": pd.Categorical.from_codes(codes, outcomes)}
-    table = pd.DataFrame({"run": runs, "draw": runs // plan.cells, **own, **told})
+    table = pd.DataFrame({"run": runs, "draw": runs // plan.cells, **varied(plan, runs), **told})
     table.attrs["units"] = {
         name: axis.unit
         for axis in plan.axes
@@ -80,3 +83,46 @@ def frame(plan: Plan, runs: Codes, facts: Columns) -> pd.DataFrame:
         if str(name).split("[")[0] == axis.name
     }
     return table
+
+
+def facts(loop: Loop) -> Columns:
+    """Return a column (runs,) of each fact about the start and the end of the runs."""
+    found, controller = ends.variables(loop), loop.controller
+    q0, s_goal = runs_last(loop.q0, 1), controller.s_goal.T[:, None]
+    with np.errstate(all="ignore"):  # a run that went wrong is data
+        _, away, turn = ends.off_goal(controller, q0, loop.q0)
+        place = ends.pose_of(ends.regarded(controller), q0)[:, 3]
+        error = error_variables(loop.recorder.last, s_goal)["error_norm"][:, 0]
+    return {
+        **{f"start_{axis}": place[i].copy() for i, axis in enumerate("xyz")},
+        "start_distance": away,
+        "start_angle": turn,
+        "outcome": found["outcome"],
+        "began": ends.began(found["outcome"], found["end_time"]),
+        "end_time": found["end_time"],
+        "error_norm": error,
+        **{name: found[name] for name in OWN if name in found},
+    }
+
+
+def tracks(loop: Loop, every: int) -> Columns:
+    """Return coordinates, velocities and length of the error (runs, instants, ...) of the runs."""
+    own = loop.recorder.every or 1
+    series = type(loop.recorder.series)(*(x[:, :: every // own] for x in loop.recorder.series))
+    with np.errstate(all="ignore"):
+        error = error_variables(series, loop.controller.s_goal.T[:, None])["error_norm"]
+    return {"q": series.q, "qd": series.qd, "error_norm": error}
+
+
+def block(experiment: Experiment) -> int:
+    """Return how many runs are measured at a time; one where the scene differs between them."""
+    if any(map(is_true, experiment.varied)):
+        return 1
+    return runs_in_a_block(whole_periods(experiment.dt, experiment.duration) + 1)
+
+
+def measures(experiment: Experiment, loop: Loop) -> Columns:
+    """Return the standard measures (runs,) of runs with all instants, but for `OWN`."""
+    true = experiment.of_run(0) if experiment.varied else experiment
+    found = measured(true.scene, experiment.dataset(loop))
+    return {name: found[name] for name in MEASURES if name not in OWN}

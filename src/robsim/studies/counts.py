@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+
+import pandas as pd
 
 from robsim.base.errors import InputError, said, suggest
 from robsim.base.tables import Printed
@@ -12,9 +13,6 @@ from robsim.engine.outcome import Outcome
 from robsim.statistics.estimate import Estimate
 from robsim.statistics.proportions import clustered, share
 from robsim.studies.reading import groups_of
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 MOST_GROUPS = 200
 

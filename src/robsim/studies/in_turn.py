@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields, is_dataclass
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, Any
 
 import numpy as np
 
@@ -13,12 +13,7 @@ from robsim.declare import Flag, Whole, register
 from robsim.studies.samplers import Between
 from robsim.studies.values import MOST, check_values
 
-
-class Labels(NamedTuple):
-    """Values by their labels, and whether somebody has given these."""
-
-    values: dict[str, Any]
-    given: bool
+Labels = tuple[dict[str, Any], bool]  # values by their labels, and whether somebody gave these
 
 
 @register("sampler", "grid")
@@ -50,10 +45,10 @@ class Grid(Between):
 def values_in_turn(axis: Any, what: str) -> Labels | None:
     """Return the values that every draw is run with, by their labels; None for what is drawn."""
     if isinstance(axis, Grid):
-        return Labels(labelled(axis.values), False)
+        return labelled(axis.values), False
     if isinstance(axis, dict):
         check_values(list(axis.values()), what, twice=True)
-        return Labels(_checked_labels(axis, what), True)
+        return _checked_labels(axis, what), True
     if isinstance(axis, list | tuple | np.ndarray):
         return by_label(check_values(axis, what), what)
     return None
@@ -66,8 +61,8 @@ def by_label(values: tuple[Any, ...], what: str) -> Labels:
         if len({str(label) for label in labels}) < len(labels):
             raise InputError(f"{what}: a label is there twice")
         pairs = {each["label"]: each["value"] for each in values}
-        return Labels(_checked_labels(pairs, what), True)
-    return Labels(labelled(values), False)
+        return _checked_labels(pairs, what), True
+    return labelled(values), False
 
 
 def _checked_labels(values: dict[Any, Any], what: str) -> dict[str, Any]:
@@ -126,8 +121,5 @@ def _said(value: Any, names: list[str]) -> list[str]:
 def _parts(value: Any) -> dict[str, Any]:
     if isinstance(value, dict):
         return value
-    return (
-        {each.name: getattr(value, each.name) for each in fields(value)}
-        if is_dataclass(value)
-        else {}
-    )
+    names = [each.name for each in fields(value)] if is_dataclass(value) else []
+    return {name: getattr(value, name) for name in names}

@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+import pandas as pd
 from numpy.typing import NDArray
 
 from robsim.base.arrays import Array
@@ -18,9 +19,6 @@ from robsim.statistics.estimate import Estimate
 from robsim.statistics.paired_tests import mcnemar, median_interval, paired_difference
 from robsim.statistics.proportions import check_level
 from robsim.studies import reading
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 MOST_COMPARED = 20  # values, which make 190 pairs
 
@@ -87,7 +85,7 @@ class Paired(Printed):
                 [name.replace("_", " "), *(str(getattr(pair.counts, name)) for pair in pairs)]
                 for name in Counts._fields[:4]
             ),
-            [f"difference, % [{percent}]", *(_percent(pair.difference) for pair in pairs)],
+            [f"difference, % [{percent}]", *(pair.difference.text("+z.1f", 100) for pair in pairs)],
             ["p", *(_p(pair.p) for pair in pairs)],
         ]
         if len(pairs) > 1:
@@ -133,10 +131,6 @@ def _left_out(counts: Counts) -> str:
     return f"{why}: they do not count" if why else ""
 
 
-def _percent(share: Estimate) -> str:
-    return share.text("+z.1f", 100)
-
-
 def _p(p: float) -> str:
     """Return p to two digits; those below the smallest number are told as such."""
     return "<1e-300" if p < 1e-300 else f"{p:.2g}"
@@ -175,11 +169,13 @@ def paired(
     labels, rows = _arranged(table, by)
     values = None if measure is None else reading.numbers_in(table, measure)
     arrived = reading.outcomes(table) == Outcome.CONVERGED
-    runs = _Runs(table["began"].to_numpy(bool), arrived, values)
+    runs = table["began"].to_numpy(bool), arrived, values
     pairs = []
     for i, j in combinations(range(len(labels)), 2):
-        counts, away = runs.compared(rows[:, i], rows[:, j])
-        pairs.append(_pair(labels[i], labels[j], counts, away, level))
+        counts, away = _compared(rows[:, i], rows[:, j], *runs)
+        p = mcnemar(counts.only_first, counts.only_second)
+        found = paired_difference(*counts[:4], level), median_interval(away, level)
+        pairs.append(Pair(labels[i], labels[j], counts, p, p, *found))
     if not any(pair.difference.of + pair.counts.apart for pair in pairs):
         raise InputError(f"no draw has runs with two values of {by!r}: nothing can be compared")
     unit = reading.unit_of(table, measure) if measure else ""
@@ -206,38 +202,27 @@ def _arranged(table: pd.DataFrame, by: str) -> tuple[tuple[str, ...], NDArray[np
     return labels, rows
 
 
-@dataclass(frozen=True)
-class _Runs:
-    """What is compared of the runs: arrays with a value for each row of the table."""
+def _compared(
+    first: NDArray[np.intp],
+    second: NDArray[np.intp],
+    started: NDArray[np.bool_],
+    arrived: NDArray[np.bool_],
+    values: Array | None,
+) -> tuple[Counts, Array]:
+    """Return counts of draws (both, first, second, neither, apart, missing), and differences.
 
-    started: NDArray[np.bool_]
-    arrived: NDArray[np.bool_]
-    values: Array | None
-
-    def compared(self, first: NDArray[np.intp], second: NDArray[np.intp]) -> tuple[Counts, Array]:
-        """Return counts of draws (both, first, second, neither, apart, missing), and differences.
-
-        `first` and `second` (draws,) are the rows of the two runs of each draw, -1 for none.
-        """
-        there = (first >= 0) & (second >= 0)
-        missing = int(((first >= 0) | (second >= 0)).sum() - there.sum())
-        one, two = first[there], second[there]
-        begun = self.started[one] & self.started[two]
-        one, two = one[begun], two[begun]
-        a, b = self.arrived[one], self.arrived[two]
-        kinds = (a & b, a & ~b, ~a & b, ~a & ~b, ~begun)
-        counts = Counts._make([*(int(each.sum()) for each in kinds), missing])
-        if self.values is None:
-            return counts, np.empty(0)
-        away = (self.values[one] - self.values[two])[a & b]
-        return counts, away[np.isfinite(away)]
-
-
-def _pair(first: str, second: str, counts: Counts, away: Array, level: float) -> Pair:
-    """Return the comparison of two values from the counts and the differences of the measure."""
-    p = mcnemar(counts.only_first, counts.only_second)
-    difference = paired_difference(*counts[:4], level)
-    return Pair(first, second, counts, p, p, difference, median_interval(away, level))
+    `first` and `second` (draws,) are the rows of the two runs of each draw, -1 for none.
+    """
+    there = (first >= 0) & (second >= 0)
+    missing = int(((first >= 0) | (second >= 0)).sum() - there.sum())
+    one, two = first[there], second[there]
+    begun = started[one] & started[two]
+    one, two = one[begun], two[begun]
+    a, b = arrived[one], arrived[two]
+    kinds = (a & b, a & ~b, ~a & b, ~a & ~b, ~begun)
+    counts = Counts._make([*(int(each.sum()) for each in kinds), missing])
+    away = np.empty(0) if values is None else (values[one] - values[two])[a & b]
+    return counts, away[np.isfinite(away)]
 
 
 def _holm(pairs: list[Pair]) -> list[Pair]:

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import permutations, product
+from itertools import permutations
 from typing import Any
 
 import numpy as np
@@ -16,6 +16,7 @@ from robsim.base.arrays import Array, flag, whole
 from robsim.base.errors import InputError, said
 from robsim.run.checks import of_kind, starts
 from robsim.run.experiment import Experiment
+from robsim.run.paths import is_true
 from robsim.run.staged import Staged
 from robsim.starts.starts import Anywhere, Start
 from robsim.statistics.random_numbers import MOST_EVEN, Draws
@@ -59,21 +60,16 @@ class Plan:
 
     def cells_of(self, names: Iterable[str]) -> Codes:
         """Return the combinations in which all but these names have their first values."""
-        sizes = [len(axis.values or ()) for axis in self.in_turn]
-        chosen = [
-            range(size if axis.name in names else 1)
-            for axis, size in zip(self.in_turn, sizes, strict=True)
-        ]
-        places = list(product(*chosen))
-        if not sizes:
-            return np.zeros(1, dtype=np.int64)
-        return np.array([np.ravel_multi_index(place, sizes) for place in places], dtype=np.int64)
+        cells = np.arange(self.cells)
+        for axis in self.in_turn:
+            if axis.name not in names:
+                cells = cells[self.codes(axis, cells) == 0]
+        return cells
 
     @property
     def seen(self) -> Codes:
         """The combinations whose true scenes differ, in each of which a start must do."""
-        true = ("cameras", "objects", "robots", "motions")
-        return self.cells_of([a.name for a in self.in_turn if a.name.partition(".")[0] in true])
+        return self.cells_of([axis.name for axis in self.in_turn if is_true(axis.name)])
 
     @property
     def runs(self) -> int:
@@ -90,13 +86,15 @@ class Plan:
 
     def source(self, name: str, draws: Codes, attempt: int = 0) -> Draws:
         """Return the random numbers of a name for some draws."""
-        return Draws(self.seed, name, draws, attempt, (self._even_count, self._even_first(name)))
+        even = {a.name: math.prod(a.shape) for a in self.axes if is_even(a.sampler)}
+        before = list(even).index(name) if name in even else 0
+        evenly = sum(even.values()), sum(list(even.values())[:before])
+        return Draws(self.seed, name, draws, attempt, evenly)
 
     def codes(self, axis: Axis, runs: Codes) -> Codes:
         """Return which of its values an axis has in some runs, (runs,)."""
         if not axis.in_turn:
-            own, where = np.unique(runs // self.cells, return_inverse=True)
-            return axis.picked(self.source(axis.name, own))[where]
+            return np.asarray(self._drawn(axis.name, runs, axis.sampler.picked))
         sizes = [len(each.values or ()) for each in self.in_turn]
         digits = np.unravel_index(runs % self.cells, sizes)
         found: Codes = digits[self.in_turn.index(axis)]
@@ -106,24 +104,12 @@ class Plan:
         """Return the numbers (runs, ...) of an axis in some runs, in SI."""
         if axis.values is not None:
             return np.array(list(axis.values.values()), dtype=float)[self.codes(axis, runs)]
+        return np.asarray(self._drawn(axis.name, runs, axis.numbers))
+
+    def _drawn(self, name: str, runs: Codes, draw: Callable[[Draws], Any]) -> Any:
+        """Return what is drawn for some runs, once for each draw."""
         own, where = np.unique(runs // self.cells, return_inverse=True)
-        drawn: Array = axis.numbers(self.source(axis.name, own))
-        return drawn[where]
-
-    @cached_property
-    def _evenly(self) -> list[tuple[str, int]]:
-        """The names whose numbers are of Sobol's sequence, with how many they have."""
-        chosen = (axis for axis in self.axes if is_even(axis.sampler))
-        return [(axis.name, math.prod(axis.shape)) for axis in chosen]
-
-    @property
-    def _even_count(self) -> int:
-        return sum(count for _, count in self._evenly)
-
-    def _even_first(self, name: str) -> int:
-        names = [each for each, _ in self._evenly]
-        before = self._evenly[: names.index(name)] if name in names else []
-        return sum(count for _, count in before)
+        return draw(self.source(name, own))[where]
 
 
 def planned(

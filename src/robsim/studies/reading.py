@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
+import pandas as pd
 from numpy.typing import NDArray
 
 from robsim.analysis.measures import MEASURES
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError, is_one_of, said, suggest
 from robsim.engine.outcome import Outcome
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 NEEDED = ("outcome", "began")
 STARTS = {"start_x": "m", "start_y": "m", "start_z": "m"}
@@ -44,8 +42,6 @@ def table_of(study: Any) -> pd.DataFrame:
 
     InputError: neither of both, a column that it must have is not there, or no row.
     """
-    import pandas as pd
-
     table = getattr(study, "table", study)
     if not isinstance(table, pd.DataFrame):
         raise InputError(f"expected a study or its table, a DataFrame, got {said(study)}")
@@ -71,11 +67,9 @@ def column(table: pd.DataFrame, name: Any) -> pd.Series[Any]:
 
 def is_number(table: pd.DataFrame, name: str) -> bool:
     """Return whether a column holds real numbers; truth values are none."""
-    from pandas.api import types
-
     kind = column(table, name).dtype
-    other = types.is_bool_dtype(kind) or types.is_complex_dtype(kind)
-    return bool(types.is_numeric_dtype(kind) and not other)
+    other = pd.api.types.is_bool_dtype(kind) or pd.api.types.is_complex_dtype(kind)
+    return bool(pd.api.types.is_numeric_dtype(kind) and not other)
 
 
 def numbers_in(table: pd.DataFrame, name: str) -> Array:
@@ -99,8 +93,6 @@ def groups_of(table: pd.DataFrame, name: str, most: int = MOST_GROUPS) -> Groups
 
     InputError: a column that is not there, has no value, or has more than `most` values.
     """
-    import pandas as pd
-
     try:
         index, values = pd.factorize(column(table, name), sort=is_number(table, name))
     except TypeError:

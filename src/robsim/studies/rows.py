@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
 from functools import cached_property, partial
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,9 +20,10 @@ from robsim.run.varied import Template, may_differ
 from robsim.starts.draw_starts import draw_starts
 from robsim.starts.reach import Reach
 from robsim.studies.axes import Axis
-from robsim.studies.facts import Columns, block, facts, measures, tracks
+from robsim.studies.columns import Columns, block, facts, measures, tracks
 from robsim.studies.plan import Codes, Plan
 
+T = TypeVar("T")
 MOST_KEPT = 100  # variants whose templates are kept
 
 
@@ -77,27 +78,18 @@ class Rows:
     def parts(self, runs: Codes) -> Iterator[Part]:
         """Yield experiments which together have these runs, with the places of their runs."""
         plain = [axis for axis in self.plan.axes if not axis.is_number]
-        codes = np.stack([self.plan.codes(axis, runs) for axis in plain], axis=1) if plain else None
-        for at in _alike(codes, len(runs)):
-            own = {} if codes is None else dict(zip(plain, codes[at[0]].tolist(), strict=True))
-            variant = self._variant(
-                {a.name: list((a.values or {}).values())[i] for a, i in own.items()}
-            )
-            yield from self._with_numbers(variant, runs, at)
+        codes = {axis.name: self.plan.codes(axis, runs) for axis in plain}
+        for at in _alike(codes.values(), len(runs)):
+            own = {a.name: list((a.values or {}).values())[codes[a.name][at[0]]] for a in plain}
+            yield from self._with_numbers(self._variant(own), runs, at)
 
     def _with_numbers(self, variant: Experiment, runs: Codes, at: Codes) -> Iterator[Part]:
         """Yield the variant with numbers of its own in each run, or one for each number."""
         numbers = {a.name: self._numbers(a, runs[at]) for a in self.plan.axes if a.is_number}
         bulk = {name: x for name, x in numbers.items() if may_differ(variant, name, x)}
         single = {name: x for name, x in numbers.items() if name not in bulk}
-        table = (
-            np.concatenate([x.reshape(len(at), -1) for x in single.values()], axis=1)
-            if single
-            else None
-        )
-        for some in _alike(table, len(at)):
-            own = {name: _plain(x[some[0]]) for name, x in single.items()}
-            one = self._variant_of(variant, own) if own else variant
+        for some in _alike(single.values(), len(at)):
+            one = _with_values(variant, {name: _plain(x[some[0]]) for name, x in single.items()})
             varied = {name: frozen(x[some]) for name, x in bulk.items()}
             yield Part(at[some], one.with_(varied=varied) if varied else one)
 
@@ -111,17 +103,7 @@ class Rows:
     def _variant(self, values: dict[str, Any]) -> Experiment:
         """Return the experiment with other objects under some names."""
         key = tuple((name, id(value)) for name, value in values.items())
-        if key not in self._variants:
-            if len(self._variants) >= MOST_KEPT:
-                self._variants.clear()
-            self._variants[key] = self._variant_of(self.plan.experiment, values)
-        return self._variants[key]
-
-    def _variant_of(self, base: Experiment, values: dict[str, Any]) -> Experiment:
-        if not values:
-            return base
-        ordered = sorted(values.items(), key=lambda each: each[0].count("."))
-        return base.at(dict(ordered))
+        return _kept(self._variants, key, lambda: _with_values(self.plan.experiment, values))
 
     def starts(self, draws: Codes) -> tuple[Array, Codes, NDArray[np.bool_]]:
         """Return the starts (draws, nq) of some draws, how many were drawn, and which will do.
@@ -191,19 +173,28 @@ class Rows:
             return None
         parts = experiment.sensing, experiment.actuation
         key = id(experiment.task), id(experiment.scene), *parts, *experiment.varied
-        if key not in self._templates:
-            if len(self._templates) >= MOST_KEPT:
-                self._templates.clear()
-            self._templates[key] = Template(experiment), experiment
-        return self._templates[key][0]
+        return _kept(self._templates, key, lambda: (Template(experiment), experiment))[0]
 
 
-def _alike(table: Any, count: int) -> Iterator[Codes]:
-    """Yield the rows of a table that are the same, group by group; all if there is no table."""
-    if table is None:
-        yield np.arange(count)
-        return
-    _, group = np.unique(table, axis=0, return_inverse=True)
+def _kept(known: dict[Any, T], key: Any, make: Callable[[], T]) -> T:
+    """Return what is known by a key, which is made when it is first asked for."""
+    if key not in known:
+        if len(known) >= MOST_KEPT:
+            known.clear()
+        known[key] = make()
+    return known[key]
+
+
+def _with_values(base: Experiment, values: dict[str, Any]) -> Experiment:
+    """Return an experiment with other values under some names, a whole before its parts."""
+    ordered = sorted(values.items(), key=lambda each: each[0].count("."))
+    return base.at(dict(ordered)) if values else base
+
+
+def _alike(columns: Iterable[Any], count: int) -> Iterator[Codes]:
+    """Yield the rows in which all of some columns (count, ...) are the same, group by group."""
+    table = [np.zeros((count, 1)), *(np.reshape(x, (count, -1)) for x in columns)]
+    _, group = np.unique(np.concatenate(table, axis=1), axis=0, return_inverse=True)
     for number in range(group.max() + 1):
         yield np.flatnonzero(group.reshape(-1) == number)
 

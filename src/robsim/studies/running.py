@@ -4,37 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
 from robsim.base import interrupt
 from robsim.base.errors import InputError
 from robsim.base.room import room
-from robsim.studies.columns import BYTES, MORE_BYTES, nothing
-from robsim.studies.facts import Columns
+from robsim.studies.columns import BYTES, MORE_BYTES, Columns, nothing
 from robsim.studies.plan import Plan
 from robsim.studies.rows import Done, Rows, Stopped
+from robsim.studies.store import Store
 
 Progress = Callable[[float], None]
 CHECKED = 32  # draws, and combinations of what is in turn, that are tried before anything runs
 Chunk = tuple[int, int]  # runs from one until before another
-
-
-class Sink(Protocol):
-    """Where the rows of a study go."""
-
-    def missing(self, runs: int) -> Iterator[Chunk]:
-        """Yield the runs that have no row yet, from one until before another."""
-        ...
-
-    def put(self, plan: Plan, first: int, last: int, found: Done) -> None:
-        """Take what came out of some runs."""
-        ...
-
-    def facts(self, plan: Plan) -> tuple[Any, Columns]:
-        """Return the numbers of the runs that are there, and what came out of them."""
-        ...
 
 
 @dataclass(eq=False)
@@ -73,6 +57,9 @@ class Memory:
             return np.arange(self.runs), self.columns
         columns = self.columns or nothing(plan)
         return np.flatnonzero(self.done), {n: x[self.done[: len(x)]] for n, x in columns.items()}
+
+
+Sink = Memory | Store  # where the rows of a study go
 
 
 def chunks(sink: Sink, plan: Plan, size: int) -> Iterator[Chunk]:

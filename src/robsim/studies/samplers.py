@@ -190,8 +190,7 @@ class Given(Declared):
     @property
     def shape(self) -> tuple[int, ...]:
         """The shape of one value."""
-        shape: tuple[int, ...] = self.values.shape[1:]
-        return shape
+        return tuple(self.values.shape[1:])
 
     def drawn(self, draws: Draws, shape: tuple[int, ...]) -> Array:
         """Return a value (draws, *shape) for each draw; beyond the last they begin anew."""
@@ -215,13 +214,11 @@ class _OfAnother(Declared):
     @property
     def shape(self) -> tuple[int, ...]:
         """The shape of one value."""
-        shape: tuple[int, ...] = self.of.shape
-        return shape
+        return tuple(self.of.shape)
 
     def drawn(self, draws: Draws, shape: tuple[int, ...]) -> Array:
         """Return what is drawn (draws, *shape), without the value of the experiment."""
-        made: Array = self.of.drawn(draws, shape)
-        return made
+        return np.asarray(self.of.drawn(draws, shape))
 
 
 @register("sampler", "plus")

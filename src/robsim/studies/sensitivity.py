@@ -5,9 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import pandas as pd
 from numpy.typing import NDArray
 
 from robsim.base.arrays import Array
@@ -19,9 +20,6 @@ from robsim.statistics.estimate import Estimate
 from robsim.statistics.proportions import check_level
 from robsim.studies import reading
 from robsim.studies.reading import Among
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 FEWEST = 20  # runs of which anything is told
 MOST_BINS, IN_A_BIN = 10, 10  # into which a number is cut, and how many runs each has at least
@@ -150,19 +148,16 @@ def _effect(
     table: pd.DataFrame, name: str, values: Array, known: NDArray[np.bool_], level: float
 ) -> Effect:
     """Return how much values (rows,) depend on a column, over the rows that are known."""
-    if not reading.is_number(table, name):
-        which = reading.several_groups(table, name).which
-        groups, depends = _by_draw(table, which, values, known & (which >= 0))
-        _check(groups, depends, name)
-        eta = correlation_ratio(groups, depends, level)
-        none = Estimate(math.nan, math.nan, math.nan, len(groups))
-        return Effect(name, "choice", len(set(groups.tolist())), eta, none)
-    column = reading.numbers_in(table, name)
-    numbers, depends = _by_draw(table, column, values, known & np.isfinite(column))
-    _check(numbers, depends, name)
-    bins = _bins(numbers)
-    eta = correlation_ratio(bins, depends, level)
-    return Effect(name, "number", len(set(bins.tolist())), eta, spearman(numbers, depends, level))
+    number = reading.is_number(table, name)
+    own = reading.numbers_in(table, name) if number else reading.several_groups(table, name).which
+    known = known & (np.isfinite(own) if number else own >= 0)
+    here, depends = _by_draw(table, own, values, known)
+    _check(here, depends, name)
+    groups = _bins(here) if number else here
+    eta = correlation_ratio(groups, depends, level)
+    none = Estimate(math.nan, math.nan, math.nan, len(groups))
+    rho = spearman(here, depends, level) if number else none
+    return Effect(name, "number" if number else "choice", len(set(groups.tolist())), eta, rho)
 
 
 def _check(numbers: NDArray[Any], values: Array, name: str) -> None:

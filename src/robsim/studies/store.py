@@ -7,11 +7,12 @@ import re
 import shutil
 from collections.abc import Iterator
 from dataclasses import dataclass
-from itertools import pairwise
+from itertools import islice, pairwise
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+import pandas as pd
 
 from robsim.base.errors import FileError, InputError
 from robsim.base.output import refused, write_whole
@@ -20,18 +21,16 @@ from robsim.files.toml import read_text
 from robsim.kernels.machine.store import KERNEL_HASH
 from robsim.run.experiment import Experiment
 from robsim.run.result import VERSION
-from robsim.studies.columns import frame, nothing
-from robsim.studies.facts import Columns
+from robsim.studies.columns import Columns, frame, nothing
 from robsim.studies.plan import Plan
 from robsim.studies.rows import Done
-from robsim.studies.text import checked_text, plan_of
+from robsim.studies.text import plan_of, text_of
 from robsim.studies.tracks import Tracks, track_bytes
 
-if TYPE_CHECKING:
-    import pandas as pd
-
 FORMAT = 1
+VERSIONS = {"robsim": VERSION, "kernels": KERNEL_HASH}  # which decide the bits of a run
 TEXT, ABOUT, TRACKS = "study.toml", "study.json", "trajectories.zarr"
+COMPARED = 50  # values of an axis that are compared with what their text says
 BYTES = 150  # of a row on the disk
 _PART = re.compile(r"rows-(\d{13})-(\d{13})\.parquet")
 
@@ -62,7 +61,7 @@ class Store:
             self._check(text, resume)
             return
         self._check_room(plan)
-        about = {"format": FORMAT, **_versions(), "runs": plan.runs, "draws": plan.draws}
+        about = {"format": FORMAT, **VERSIONS, "runs": plan.runs, "draws": plan.draws}
         write_whole(self.folder / TEXT, text)
         write_whole(self.folder / ABOUT, json.dumps(about, indent=1) + "\n")
 
@@ -126,10 +125,8 @@ class Store:
         """
         if plan.trajectories:
             Tracks(self.folder / TRACKS).put(plan, first, found.tracks)
-        name = f"rows-{first:013d}-{last:013d}.parquet"
-        write_whole(
-            self.folder / name, as_parquet(frame(plan, np.arange(first, last), found.facts))
-        )
+        rows = as_parquet(frame(plan, np.arange(first, last), found.facts))
+        write_whole(self.folder / f"rows-{first:013d}-{last:013d}.parquet", rows)
 
     def facts(self, plan: Plan) -> tuple[Any, Columns]:
         """Return the numbers of the runs that are there, and what came out of them."""
@@ -163,7 +160,7 @@ class Store:
                 f"{self.folder} holds this study already; resume it (resume=True, --resume), or "
                 "choose another folder"
             )
-        other = {key: (about.get(key), now) for key, now in _versions().items()}
+        other = {key: (about.get(key), now) for key, now in VERSIONS.items()}
         differ = [f"{key} {was}, now {now}" for key, (was, now) in other.items() if was != now]
         if differ:
             raise FileError(
@@ -183,9 +180,21 @@ class Store:
             )
 
 
-def _versions() -> dict[str, str]:
-    """Return what decides the bits of a run."""
-    return {"robsim": VERSION, "kernels": KERNEL_HASH}
+def checked_text(plan: Plan) -> str:
+    """Return the text of a study, once it is known to say the same study; InputError if not."""
+    text = text_of(plan)
+    again = plan_of(Experiment.from_text(text))
+    if again.experiment != plan.experiment or text_of(again) != text:
+        raise InputError("no text says this study exactly, as a store needs: run it without one")
+    for axis, other in zip(plan.axes, again.axes, strict=True):
+        pairs = zip((axis.values or {}).values(), (other.values or {}).values(), strict=False)
+        for one, two in () if axis.is_number else islice(pairs, COMPARED):
+            if plan.experiment.at(axis.name, one) != again.experiment.at(axis.name, two):
+                raise InputError(
+                    f"vary: {axis.name}: no text says these values exactly, as a store needs: "
+                    "give them as texts or tables of a file, or run without a store"
+                )
+    return text
 
 
 def _facts(table: Any, part: Stored, plan: Plan) -> Columns:
@@ -196,16 +205,13 @@ def _facts(table: Any, part: Stored, plan: Plan) -> Columns:
         data = table.to_pandas()
         if not np.array_equal(data["run"], np.arange(part.first, part.last)):
             raise ValueError
-        known = {"run", "draw"} | {name for name in data if str(name).split("[")[0] in _names(plan)}
+        names = {axis.name for axis in plan.axes}
+        known = {"run", "draw"} | {name for name in data if str(name).split("[")[0] in names}
         facts = {str(name): data[name].to_numpy() for name in data if name not in known}
         codes = np.array([int(Outcome[name]) for name in facts["outcome"]], dtype=np.int8)
     except (KeyError, ValueError):
         raise FileError(f"{part.path}: not as RobSim wrote it") from None
     return {**facts, "outcome": codes}
-
-
-def _names(plan: Plan) -> set[str]:
-    return {axis.name for axis in plan.axes}
 
 
 def as_parquet(table: pd.DataFrame) -> memoryview:

@@ -9,9 +9,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import pandas as pd
+import xarray as xr
 
 from robsim.base.arrays import whole
 from robsim.base.errors import InputError, ReplayWarning, said
@@ -21,9 +23,8 @@ from robsim.engine.outcome import Outcome
 from robsim.run.experiment import Experiment
 from robsim.statistics.estimate import Estimate
 from robsim.statistics.proportions import clustered, share
-from robsim.studies.columns import TABLE_BYTES, frame
+from robsim.studies.columns import TABLE_BYTES, Columns, frame
 from robsim.studies.counts import MOST_GROUPS, Counts, counted
-from robsim.studies.facts import Columns
 from robsim.studies.paired import Paired, paired
 from robsim.studies.plan import Plan
 from robsim.studies.reading import column, groups_of, numbers_in
@@ -32,10 +33,6 @@ from robsim.studies.sensitivity import Sensitivity, sensitivity
 from robsim.studies.store import TRACKS, as_parquet
 from robsim.studies.text import text_of
 from robsim.studies.tracks import Tracks
-
-if TYPE_CHECKING:
-    import pandas as pd
-    import xarray as xr
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Mapping
 from dataclasses import dataclass
-from itertools import islice
 from typing import Annotated, Any, ClassVar
 
 import numpy as np
@@ -14,13 +12,12 @@ from robsim.base.errors import FileError, InputError, said
 from robsim.declare import Choice as ChoiceSpec
 from robsim.declare import Flag, Whole
 from robsim.declare.arrays import Numbers
-from robsim.declare.problems import Broken, Problems
+from robsim.declare.problems import Problems
 from robsim.declare.quantities import DIMENSIONS
 from robsim.declare.spec import MISSING, Context, NoText, Raw, Spec, expected
 from robsim.declare.tables import read_table, write_table
-from robsim.files.changes import Changes
 from robsim.files.toml import parse, write
-from robsim.run.experiment import Experiment, load_scenario
+from robsim.run.experiment import Experiment
 from robsim.run.paths import path_of, unit_at
 from robsim.starts.starts import START
 from robsim.studies.axes import Axis
@@ -30,7 +27,6 @@ from robsim.studies.samplers import SAMPLER, Choice
 from robsim.studies.values import is_raw
 
 STUDY = "study"  # the key of the table
-COMPARED = 50  # values of an axis that are compared with what their text says
 SAMPLED = ChoiceSpec(SAMPLER, short=False)
 
 
@@ -44,29 +40,23 @@ class VarySpec(Spec):
     )
 
     def read(self, raw: Raw, c: Context) -> dict[str, Any]:
-        found = {}
-        for name, each in _by_name(raw, c).items():
-            unit = unit_at(c.facts["experiment"], name)
-            inner = c.at(name).knowing(of=[unit if unit in DIMENSIONS else "1"])
-            value = inner.tried(SAMPLED, each) if is_drawn(each) else each
-            if value is not MISSING:
-                found[name] = value
-        return found
+        if not isinstance(raw, Mapping):
+            raise expected(self.words(), raw)
+        found = _flat(raw)
+        for name, each in found.items():
+            if is_drawn(each):
+                unit = unit_at(c.facts["experiment"], name)
+                inner = c.at(name).knowing(of=[unit if unit in DIMENSIONS else "1"])
+                found[name] = inner.tried(SAMPLED, each)
+        return {name: each for name, each in found.items() if each is not MISSING}
 
-    def write(self, value: Any, c: Context) -> list[Raw]:
-        return [{"name": name, **_table(x, c.at(name))} for name, x in value.items()]
+    def write(self, value: Any, c: Context) -> dict[str, Raw]:
+        each = value.items()
+        return {k: x if isinstance(x, list) else SAMPLED.write(x, c.at(k)) for k, x in each}
 
     def schema(self, define: Any) -> dict[str, Any]:
         listed: list[Any] = [{"type": "array"}, {"type": "object"}]
         return {"type": "object", "additionalProperties": {"anyOf": listed}}
-
-
-def _table(axis: Any, c: Context) -> dict[str, Raw]:
-    """Return the table of an axis, without its name."""
-    if isinstance(axis, list):
-        return {"values": axis}
-    table: dict[str, Raw] = SAMPLED.write(axis, c)
-    return table
 
 
 def is_drawn(raw: Raw) -> bool:
@@ -75,41 +65,22 @@ def is_drawn(raw: Raw) -> bool:
     return isinstance(kind, str) and kind in SAMPLER.names
 
 
-def _by_name(raw: Raw, c: Context) -> dict[str, Raw]:
-    """Return what varies by its names: of a table, or of a list of tables that say their names."""
-    if isinstance(raw, Mapping):
-        return _flat(raw)
-    if not isinstance(raw, list):
-        raise expected(VarySpec().words(), raw)
-    found: dict[str, Raw] = {}
-    for i, each in enumerate(raw):
-        if not isinstance(each, Mapping) or not isinstance(each.get("name"), str):
-            c.at(i).report(f"expected a table with a name, got {said(each)}")
-            raise Broken
-        rest = {key: x for key, x in each.items() if key != "name"}
-        found[each["name"]] = rest["values"] if rest.keys() == {"values"} else rest
-    return found
-
-
 def _flat(raw: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
     """Return names that were written without quotes, and hence as nested tables, in one piece."""
     found: dict[str, Any] = {}
     for key, value in raw.items():
         name = f"{prefix}{key}"
-        if isinstance(value, Mapping) and not is_drawn(value) and _holds_sampler(value):
-            found |= _flat(value, f"{name}.")
-        else:
-            found[name] = value
+        is_table = isinstance(value, Mapping) and not is_drawn(value)
+        inner = _flat(value, f"{name}.") if is_table else {}
+        found |= inner if any(map(is_drawn, inner.values())) else {name: value}
     return found
-
-
-def _holds_sampler(raw: Any) -> bool:
-    return isinstance(raw, Mapping) and (is_drawn(raw) or any(map(_holds_sampler, raw.values())))
 
 
 @dataclass(frozen=True)
 class StudyTable:
     """The table of a study in the text of its experiment."""
+
+    rivals: ClassVar[Any] = ((("start",), ("starts",)),)
 
     runs: Annotated[
         int | None, Whole(1, MOST_RUNS), "How many draws; each is run with all that is in turn."
@@ -128,23 +99,16 @@ class StudyTable:
     ] = False
 
 
-def load_plan(path: str | os.PathLike[str], set: Changes = ()) -> Plan:
-    """Return the plan of a scenario file with a table `[study]`; FileError if it has none."""
-    return plan_of(load_scenario(path, set))
-
-
 def plan_of(experiment: Experiment) -> Plan:
-    """Return the plan that the table `[study]` of an experiment's text says."""
+    """Return the plan that the table `[study]` of an experiment's text says; or FileError."""
     source, told = experiment.source, _table_of(experiment)
-    if told.start is not None and told.starts is not None:
-        raise FileError(f"{source}: study: start and starts: give one of the two only")
     start = told.start if told.starts is None else np.array(told.starts)
     given = told.runs, told.seed, start, told.vary, told.trajectories, told.measures
     try:
         return planned(experiment, *given)
     except InputError as error:
         text = str(error).removeprefix(f"{source}: ")
-        raise FileError(f"{source}: study: {text}" if source else f"study: {text}") from None
+        raise FileError(": ".join(filter(None, [source, STUDY, text]))) from None
 
 
 def _table_of(experiment: Experiment) -> StudyTable:
@@ -167,46 +131,28 @@ def text_of(plan: Plan) -> str:
 
     InputError: it is made of Python code that no text can hold.
     """
-    tables = parse(plan.experiment.to_toml(complete=True), "text")
-    vary = {axis.name: _said(plan, axis) for axis in plan.axes}
-    kept = plan.trajectories, plan.measures
-    own = StudyTable(plan.draws, plan.seed, plan.start, plan.q0, vary or None, *kept)
+    one, kept = plan.experiment, (plan.trajectories, plan.measures)
+    c = Context(Problems("<text>"), facts={"scene": one.scene, "apart": True})
+    tables = parse(one.to_toml(complete=True), "text")
     try:
-        return write({**tables, STUDY: write_table(own, Context(Problems("<text>")))})
+        vary = {axis.name: _said(one, axis, c) for axis in plan.axes}
+        own = StudyTable(plan.draws, plan.seed, plan.start, plan.q0, vary or None, *kept)
+        return write({**tables, STUDY: write_table(own, c)})
     except NoText as reason:
         raise InputError(f"this study has no text: {reason}") from None
 
 
-def checked_text(plan: Plan) -> str:
-    """Return the text of a study, once it is known to say the same study; InputError if not."""
-    text = text_of(plan)
-    again = plan_of(Experiment.from_text(text))
-    if again.experiment != plan.experiment or text_of(again) != text:
-        raise InputError("no text says this study exactly, as a store needs: run it without one")
-    for axis, other in zip(plan.axes, again.axes, strict=True):
-        same = axis.labels == other.labels
-        pairs = zip((axis.values or {}).values(), (other.values or {}).values(), strict=False)
-        for one, two in islice((pair for pair in pairs if not axis.is_number), COMPARED):
-            same &= plan.experiment.at(axis.name, one) == again.experiment.at(axis.name, two)
-        if not same:
-            raise InputError(
-                f"vary: {axis.name}: no text says these values exactly, as a store needs: give "
-                "them as texts or tables of a file, or run without a store"
-            )
-    return text
-
-
-def _said(plan: Plan, axis: Axis) -> Any:
+def _said(experiment: Experiment, axis: Axis, c: Context) -> Any:
     """Return an axis as a text says it: objects by their tables, with their labels."""
     if axis.values is None:
         return axis.sampler
-    raw = [_raw(plan.experiment, axis.name, value) for value in axis.values.values()]
+    raw = [_raw(experiment, axis.name, value, c) for value in axis.values.values()]
     if axis.named or list(labelled(tuple(raw))) != axis.labels:
         raw = [{"label": k, "value": x} for k, x in zip(axis.labels, raw, strict=True)]
     return raw if axis.in_turn else Choice(raw)
 
 
-def _raw(experiment: Experiment, name: str, value: Any) -> Raw:
+def _raw(experiment: Experiment, name: str, value: Any, c: Context) -> Raw:
     """Return how a text says a value at a name."""
     if is_raw(value):
         return value
@@ -215,8 +161,4 @@ def _raw(experiment: Experiment, name: str, value: Any) -> Raw:
     path = path_of(experiment, name)
     if value is None or path is None:
         raise InputError(f"vary: {name}: a text cannot say {said(value)}")
-    c = Context(Problems("<text>"), facts={"scene": experiment.scene, "apart": True})
-    try:
-        return path.leaf.spec.write(value, c)
-    except NoText as reason:
-        raise InputError(f"this study has no text: {reason}") from None
+    return path.leaf.spec.write(value, c)

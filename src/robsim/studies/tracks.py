@@ -4,18 +4,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import xarray as xr
 
 from robsim.base.errors import InputError
 from robsim.base.output import draft_beside, refused
 from robsim.run.checks import whole_periods
-from robsim.studies.facts import Columns
+from robsim.studies.columns import Columns
 from robsim.studies.plan import Plan
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 RUNS = 256  # that are one chunk of an array
 DIMENSIONS = {"q": ("run", "time", "coordinate"), "qd": ("run", "time", "velocity")}
@@ -37,8 +35,6 @@ class Tracks:
 
     def open(self, runs: Any) -> xr.Dataset:
         """Return the instants of the runs whose rows are there; they are read when used."""
-        import xarray as xr
-
         zarr()
         with refused(self.path, "read"):
             data: xr.Dataset = xr.open_zarr(self.path, consolidated=False, chunks=None)

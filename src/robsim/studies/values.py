@@ -11,7 +11,7 @@ import numpy as np
 from robsim.base.arrays import is_listed
 from robsim.base.errors import InputError, said
 from robsim.base.values import hashable
-from robsim.declare.spec import Context, NoText, Raw, Spec, expected
+from robsim.declare.spec import Context, Raw, Spec
 
 MOST = 10_000
 
@@ -56,14 +56,9 @@ class ValuesSpec(Spec):
         return check_values(value, what)
 
     def read(self, raw: Raw, c: Context) -> tuple[Any, ...]:
-        if not isinstance(raw, list):
-            raise expected(self.words(), raw)
         return check_values(raw, "values")
 
     def write(self, value: Any, c: Context) -> list[Raw]:
-        for each in value:
-            if not is_raw(each):
-                raise NoText(f"{type(each).__name__} is an object")
         return list(value)
 
     def schema(self, define: Any) -> dict[str, Any]:

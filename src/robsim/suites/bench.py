@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import partial
 from typing import Any
 
-from robsim.analysis.scheme import share_of
-from robsim.base import interrupt
+from robsim.analysis.scheme import until_stopped
 from robsim.base.arrays import flag, is_listed
-from robsim.base.errors import InputError, Interrupted, said
+from robsim.base.errors import InputError, said
 from robsim.engine.workers import Progress, check_progress
-from robsim.suites.benchmark import Benchmark, counted
+from robsim.suites.benchmark import Benchmark, joined
 from robsim.suites.registry import names, suite_of
-from robsim.suites.reproduction import Repeated, Reproduction
+from robsim.suites.reproduction import Reproduction, repeated
 from robsim.suites.schemes import checked, task_of
 from robsim.suites.suite import Suite
 from robsim.suites.trial import Trial
@@ -51,10 +51,8 @@ def bench(
     if not flag(builtin, "builtin") and not own:
         raise InputError("no scheme to compare: give some, or builtin=True")
     how = {"threads": threads, "chunk": chunk}
-    trials = [trial for suite in chosen for trial in _trials(suite, own, builtin, how)]
-    for trial in trials:
-        trial.check()
-    return _run(chosen, trials, progress)
+    steps = [step for suite in chosen for step in _steps(suite, own, builtin, how)]
+    return until_stopped(steps, partial(joined, chosen), progress)
 
 
 def _chosen(suites: Any) -> list[Any]:
@@ -72,30 +70,14 @@ def _chosen(suites: Any) -> list[Any]:
     return found
 
 
-def _trials(suite: Any, own: Mapping[str, Any], builtin: bool, how: Mapping[str, Any]) -> list[Any]:
-    """Return what is to be simulated in a suite."""
+def _steps(suite: Any, own: Mapping[str, Any], builtin: bool, how: Mapping[str, Any]) -> list[Any]:
+    """Return what makes the rows of each scheme in a suite, once it is known that it can."""
     if isinstance(suite, Reproduction):
-        return [Repeated(suite, how)]
+        return [partial(repeated, suite, how)]  # what ships is checked by tests
     goal, gain = suite.task_goal, suite.gain
     every = {**(suite.schemes if builtin else {}), **own}
     made = {name: task_of(name, scheme, goal, gain) for name, scheme in every.items()}
-    return [Trial(suite, name, task, how) for name, task in made.items()]
-
-
-def _run(suites: list[Any], trials: list[Any], progress: Progress | None) -> Benchmark:
-    """Return what trials give; Interrupted holds that of those before a stop."""
-    found: list[Any] = []
-    complete, count = True, len(trials)
-    with interrupt.held(begun=False) as stops:
-        for i, trial in enumerate(trials):
-            try:
-                found.append(trial.rows(share_of(progress, i / count, 1 / count)))
-            except Interrupted as stop:
-                found.append(stop.run)
-                complete = False
-            if stops or not complete:
-                break
-        made = counted(suites, found)
-    if stops or not complete:
-        raise Interrupted("stopped by the user; what was simulated so far is in .run", made)
-    return made
+    trials = [Trial(suite, name, task, how) for name, task in made.items()]
+    for trial in trials:
+        trial.check()
+    return [trial.rows for trial in trials]

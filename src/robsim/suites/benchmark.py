@@ -9,11 +9,9 @@ from typing import Any
 import pandas as pd
 
 from robsim import __version__
-from robsim.base.html import table as html
-from robsim.base.tables import aligned, latex_text
-from robsim.suites import tables
 from robsim.suites.reproduction import Reproduction
 from robsim.suites.suite import Suite
+from robsim.suites.tables import SuiteTable, counted
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,7 +37,7 @@ class Benchmark:
         `not_begun`; medians `time` (s) and `path_length` (m) of those that succeeded, and
         `distance_to_goal` (m) and `angle_to_goal` (rad) of those that began.
         """
-        parts = [tables.counted(suite, self._rows(suite)) for suite in self.suites]
+        parts = [counted(each.suite, each.rows) for each in self._tables]
         return pd.concat(parts, ignore_index=True) if parts else pd.DataFrame()
 
     def csv(self) -> str:
@@ -48,13 +46,11 @@ class Benchmark:
 
     def latex(self) -> str:
         """Return a tabular of LaTeX for each suite, for \\usepackage{booktabs}."""
-        parts = ((tables.heading(suite), self._columns(suite)) for suite in self.suites)
-        texts = (f"% {head}\n{latex_text(list(zip(*cells, strict=True)))}" for head, cells in parts)
-        return "\n\n".join(texts) + "\n"
+        return "\n\n".join(each.latex() for each in self._tables) + "\n"
 
     def __str__(self) -> str:
         """Return a table for each suite, with what counts as success and where it comes from."""
-        return "\n\n".join("\n".join(self._lines(suite)) for suite in self.suites)
+        return "\n\n".join(map(str, self._tables))
 
     def __repr__(self) -> str:
         """Return the tables, also where a notebook shows them as text."""
@@ -62,25 +58,16 @@ class Benchmark:
 
     def _repr_html_(self) -> str:
         """Return the tables for notebooks."""
-        shown = []
-        for suite in self.suites:
-            head, *rows = zip(*self._columns(suite), strict=True)
-            note = "\n".join(tables.notes(suite, self._rows(suite)))
-            shown.append(html(tables.heading(suite), rows, head, note))
-        return "".join(shown)
+        return "".join(each._repr_html_() for each in self._tables)
 
-    def _lines(self, suite: Suite | Reproduction) -> list[str]:
-        notes = tables.notes(suite, self._rows(suite))
-        return [tables.heading(suite), *aligned(self._columns(suite)), *notes]
-
-    def _columns(self, suite: Suite | Reproduction) -> list[list[str]]:
-        return tables.columns(suite, self._rows(suite))
-
-    def _rows(self, suite: Suite | Reproduction) -> pd.DataFrame:
-        return self.data[self.data["suite"] == suite.name]
+    @property
+    def _tables(self) -> list[SuiteTable]:
+        """The table of each suite."""
+        every = self.data
+        return [SuiteTable(suite, every[every["suite"] == suite.name]) for suite in self.suites]
 
 
-def counted(suites: Sequence[Any], parts: Sequence[pd.DataFrame]) -> Benchmark:
+def joined(suites: Sequence[Any], parts: Sequence[pd.DataFrame]) -> Benchmark:
     """Return the benchmark of suites from the rows of each trial; those without rows are left."""
     kept = [part for part in parts if len(part)]
     data = pd.concat(kept or parts[:1], ignore_index=True)

@@ -49,42 +49,36 @@ class Reproduction:
     numbers: tuple[Number, ...]
 
 
-@dataclass(frozen=True, eq=False)
-class Repeated:
-    """The scenarios of a suite of numbers, simulated again."""
+def repeated(
+    suite: Reproduction, how: Mapping[str, Any], progress: Progress | None
+) -> pd.DataFrame:
+    """Return a row for each number of a suite; Interrupted holds those before a stop."""
+    experiments = {each.case: each.experiment() for each in suite.numbers}
+    try:
+        return _table(suite, compare(experiments, progress=progress, **how))
+    except Interrupted as stop:
+        raise Interrupted(str(stop), _table(suite, stop.run)) from None
 
-    suite: Reproduction
-    how: Mapping[str, Any]
 
-    def check(self) -> None:
-        """Do nothing: what ships is checked by tests."""
+def _table(suite: Reproduction, found: Comparison) -> pd.DataFrame:
+    done = [each for each in suite.numbers if each.case in found.names]
+    return pd.DataFrame([_row(i, suite, each, found) for i, each in enumerate(done)])
 
-    def rows(self, progress: Progress | None) -> pd.DataFrame:
-        """Return a row for each number; Interrupted holds those of scenarios before a stop."""
-        experiments = {each.case: each.experiment() for each in self.suite.numbers}
-        try:
-            return self._table(compare(experiments, progress=progress, **self.how))
-        except Interrupted as stop:
-            raise Interrupted(str(stop), self._table(stop.run)) from None
 
-    def _table(self, found: Comparison) -> pd.DataFrame:
-        done = [each for each in self.suite.numbers if each.case in found.names]
-        return pd.DataFrame([self._row(i, each, found) for i, each in enumerate(done)])
-
-    def _row(self, i: int, number: Number, found: Comparison) -> dict[str, Any]:
-        of_case = found.data.sel(scheme=number.case)
-        value = float(of_case[number.measure])
-        return {
-            "suite": self.suite.name,
-            "version": self.suite.version,
-            "scheme": number.case,
-            "run": i,
-            "outcome": Outcome(int(of_case["outcome"])).words,
-            "began": bool(of_case["began"]),
-            "success": abs(value - number.expected) <= number.within,
-            "measure": number.measure,
-            "unit": MEASURES[number.measure].unit,
-            "value": value,
-            "expected": number.expected,
-            "within": number.within,
-        }
+def _row(i: int, suite: Reproduction, number: Number, found: Comparison) -> dict[str, Any]:
+    of_case = found.data.sel(scheme=number.case)
+    value = float(of_case[number.measure])
+    return {
+        "suite": suite.name,
+        "version": suite.version,
+        "scheme": number.case,
+        "run": i,
+        "outcome": Outcome(int(of_case["outcome"])).words,
+        "began": bool(of_case["began"]),
+        "success": abs(value - number.expected) <= number.within,
+        "measure": number.measure,
+        "unit": MEASURES[number.measure].unit,
+        "value": value,
+        "expected": number.expected,
+        "within": number.within,
+    }

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
-from robsim.base.tables import digits
+from robsim.base.tables import Printed, digits
 from robsim.statistics.proportions import share
 from robsim.suites.reproduction import Reproduction
 from robsim.suites.suite import Suite
@@ -21,9 +22,32 @@ MEDIANS = {  # of the runs that succeeded, or of those that began: head, and fac
 }
 
 
-def heading(suite: Suite | Reproduction) -> str:
-    """Return the name, the version and the title of a suite, in a line."""
-    return f"{suite.name}, version {suite.version}: {suite.title}"
+@dataclass(frozen=True, repr=False)
+class SuiteTable(Printed):
+    """The rows of a suite as a table, with what counts as success, and where it comes from."""
+
+    suite: Suite | Reproduction
+    rows: pd.DataFrame
+
+    def _title(self) -> str:
+        return f"{self.suite.name}, version {self.suite.version}: {self.suite.title}"
+
+    def _texts(self) -> list[list[str]]:
+        if isinstance(self.suite, Reproduction):
+            return _verdicts(self.rows)
+        table = counted(self.suite, self.rows)
+        return _crossed(self.suite, table) if self.suite.crossed else _long(table)
+
+    def _notes(self) -> list[str]:
+        return [*_meaning(self.suite, self.rows), f"source: {self.suite.source}"]
+
+    def __str__(self) -> str:
+        """Return the table with its title and its notes."""
+        return f"{self._title()}\n{super().__str__()}"
+
+    def latex(self) -> str:
+        """Return the table as LaTeX, for \\usepackage{booktabs}, with its title as a remark."""
+        return f"% {self._title()}\n{super().latex()}"
 
 
 def counted(suite: Suite | Reproduction, rows: pd.DataFrame) -> pd.DataFrame:
@@ -65,19 +89,11 @@ def _median(values: Any) -> float:
     return float(np.median(values)) if len(values) else np.nan
 
 
-def columns(suite: Suite | Reproduction, rows: pd.DataFrame) -> list[list[str]]:
-    """Return the columns of the table of a suite as text, each with its head."""
-    if isinstance(suite, Reproduction):
-        return _verdicts(rows)
-    table = counted(suite, rows)
-    return _crossed(suite, table) if suite.crossed else _long(table)
-
-
 def _verdicts(rows: pd.DataFrame) -> list[list[str]]:
     """Return columns of published numbers, what they are now, and whether that agrees."""
     numbers = {
-        head: [f"{digits(x)} {unit}" for x, unit in zip(rows[key], rows["unit"], strict=True)]
-        for head, key in (("value", "value"), ("expected", "expected"), ("within", "within"))
+        key: [f"{digits(x)} {unit}" for x, unit in zip(rows[key], rows["unit"], strict=True)]
+        for key in ("value", "expected", "within")
     }
     verdict = ["agrees" if good else "DIFFERS" for good in rows["success"]]
     texts = {"case": [*rows["scheme"]], "measure": [*rows["measure"]], **numbers}
@@ -125,11 +141,6 @@ def _cell(count: int, of: int, time: float) -> str:
     found = share(int(count), int(of))
     value, low, high = (100 * each for each in (found.value, found.low, found.high))
     return f"{value:.0f} [{low:.0f}, {high:.0f}]  {digits(time)}"
-
-
-def notes(suite: Suite | Reproduction, rows: pd.DataFrame) -> list[str]:
-    """Return what counts as success, what the numbers are of, and the source."""
-    return [*_meaning(suite, rows), f"source: {suite.source}"]
 
 
 def _meaning(suite: Suite | Reproduction, rows: pd.DataFrame) -> Iterator[str]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -66,18 +65,15 @@ def effects(linear: Linear) -> tuple[Effect, ...]:
     A distance counts as the angle at which it is seen from the target; where nothing moves, that
     comes first which lowers the largest gain or the slowest rate most.
     """
-    depth = float(np.mean([Z.mean() for Z in linear.field.images(linear.q)[1].values()]))
-    return tuple(sorted(_each(linear), key=lambda one: _order(one, depth)))
+    field, limit = linear.field, of_modes(linear.scaled.modes, linear.calm)
+    depth = float(np.mean([Z.mean() for Z in field.images(linear.q)[1].values()]))
+    each = mistakes(linear.task, field.scene, field.controller.sights)
+    found = [_effect(linear, mistake, limit) for mistake in each]
+    return tuple(sorted(found, key=lambda one: _order(one, depth)))
 
 
 def _order(one: Effect, depth: float) -> tuple[float, float, float]:
     return -max(one.metres / depth, one.radians), min(one.limit, one.rate), one.limit
-
-
-def _each(linear: Linear) -> Iterator[Effect]:
-    limit = of_modes(linear.scaled.modes, linear.calm)
-    for mistake in mistakes(linear.task, linear.field.scene, linear.field.controller.sights):
-        yield _effect(linear, mistake, limit)
 
 
 def _effect(linear: Linear, mistake: Mistake, limit: float) -> Effect:

@@ -50,10 +50,7 @@ def floor(
     The covariance X of the state settles where X = A X A' + B W B', with W that of the command.
     """
     U, short = response.basis, timing.short
-    loop, together = (
-        scaled.at(1.0, short),
-        short.every // timing.every,
-    )  # images that one stands for
+    loop, together = scaled.at(1.0, short), short.every // timing.every  # images that are one
     if not settles(loop):
         return Floor(math.inf, math.inf, math.inf)
     share = pixel / math.sqrt(together)

@@ -1,24 +1,29 @@
-"""The largest factor of the gains at which a linear loop is stable."""
+"""The largest factor of the gains at which a linear loop is stable, and what limits it most."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import math
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from robsim.analysis.advising.linear import Linear
 from robsim.analysis.advising.sampled import Matrix, Sampled
 from robsim.analysis.advising.scaled import Scaled, mode
 from robsim.analysis.advising.timing import Timing
+from robsim.analysis.explanation.wording import number
 from robsim.base.arrays import Array
+from robsim.run.experiment import Experiment
 
 FIRST, LAST = 0.01, 1e9  # rate times delay at the first factor, and the largest factor over it
 UP, BLOCK = 1.1, 64  # from one factor that is tried to the next, and how many are at once
 LOWER, LOWEST = 0.1, 1e-8  # of the first factor: where even the last is unstable, none is stable
 PARTS, CUTS = 33, 4  # of an interval, and how often it is cut
 ROUNDS, PER_LOSS = 400, 150.0  # of a power iteration, at least, and times 1/(1 - lost)
+NOTABLE = 1.05  # factor by which the limit must rise without a cause
 
 
 class Maps(NamedTuple):
@@ -123,3 +128,27 @@ def _limit(made: Made, first: float) -> float:
         stable = made(factors).settle()
         stable[-1] = False
     return float(factors[max(int(np.argmin(stable)) - 1, 0)])
+
+
+def limited_by(experiment: Experiment, linear: Linear, gain: float) -> str:
+    """Return what the largest gain would be highest without, in words.
+
+    `gain` is that of the task, at which all motions would decay if all was believed rightly.
+    """
+    found = sorted(_without(experiment, linear, gain))
+    limit = largest(linear.scaled, linear.timing)
+    if not found or not found[-1][0] > NOTABLE * limit:
+        return f"the control period of {number(1000 * linear.timing.dt)} ms"
+    return found[-1][1]
+
+
+def _without(experiment: Experiment, linear: Linear, gain: float) -> Iterator[tuple[float, str]]:
+    """Yield the largest factors of the gain without each cause."""
+    for part in ("sensing", "actuation"):
+        holder = getattr(experiment, part)
+        for each in holder.acting():
+            left = Timing.of(experiment.with_(**{part: each.removed(holder)}))
+            if left != linear.timing:
+                yield largest(linear.scaled, left), each.effect.cause(experiment.dt)
+    if math.isfinite(gain):
+        yield of_modes([gain], linear.timing), "what is believed, or the law"

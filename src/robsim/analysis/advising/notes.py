@@ -9,7 +9,7 @@ import numpy as np
 
 from robsim.analysis.advising.linear import Linear
 from robsim.analysis.equilibria import inside
-from robsim.analysis.explanation.wording import counted, listed, number
+from robsim.analysis.explanation.wording import counted, in_unit, listed
 from robsim.analysis.leaves import leaves, weighs_robustly
 from robsim.base.arrays import is_any
 from robsim.run.experiment import Experiment
@@ -40,8 +40,7 @@ def _left(linear: Linear) -> str:
     """Return the largest error at rest, where it is above the tolerance."""
     controller = linear.field.controller
     size = float(np.abs(linear.field.command(linear.q).error).max())
-    unit = "" if controller.units[0] == "1" else f" {controller.units[0]}"
-    return "" if size < controller.tolerance else f"{number(size)}{unit}"
+    return "" if size < controller.tolerance else in_unit(size, controller.units[0])
 
 
 def _imperfections(experiment: Experiment) -> Iterator[str]:

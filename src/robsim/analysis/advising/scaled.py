@@ -36,10 +36,8 @@ class Scaled:
         now, seen = response.inside(response.now), response.inside(response.seen)
         if doubled is None:
             return cls(now, seen, np.zeros_like(now), np.zeros_like(seen))
-        more_now, more_seen = (
-            response.inside(doubled.now) - now,
-            response.inside(doubled.seen) - seen,
-        )
+        twice = response.inside(doubled.now), response.inside(doubled.seen)
+        more_now, more_seen = twice[0] - now, twice[1] - seen
         return cls(more_now, more_seen, now - more_now, seen - more_seen)
 
     @property

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from robsim.analysis.explanation.removal import Change, Removal
+from robsim.analysis.explanation.removal import Removal
 from robsim.analysis.explanation.wording import away, length, listed, number
 from robsim.analysis.leaves import changed, leaves
 from robsim.geometry.pose import Pose
@@ -46,8 +46,7 @@ def _camera(believed: MountedCamera, true: MountedCamera) -> Iterator[Removal]:
     if not np.array_equal(mine.K, real.K) or mine.distortion != real.distortion:
         sentence = f"The intrinsics of '{true.name}' are believed wrongly: {_lens(mine, real)}."
         evidence = {"focal_ratio": float(mine.K[0, 0] / real.K[0, 0])}
-        name = f"the intrinsics of '{true.name}'"
-        yield _false("intrinsics", name, sentence, _right(true, "camera"), evidence)
+        yield _false("intrinsics", "intrinsics", true, ("camera",), sentence, evidence)
     yield from _placed(believed, true, "hand-eye", "hand-eye pose")
 
 
@@ -79,8 +78,7 @@ def _robot(believed: Robot, true: Robot) -> Iterator[Removal]:
         wrong = [f"'{name}'" for name, joint in joints[1].items() if joints[0].get(name) != joint]
         which = f": {listed(wrong)}" if wrong else ""
         sentence = f"Links of '{true.name}' are believed wrongly{which}."
-        name = f"the links of '{true.name}'"
-        yield _false("robot model", name, sentence, _right(true, "links"))
+        yield _false("robot model", "links", true, ("links",), sentence)
     yield from _placed(believed, true, "base", "base", "base")
 
 
@@ -88,8 +86,7 @@ def _object(believed: Object, true: Object) -> Iterator[Removal]:
     if not np.array_equal(believed.marks, true.marks):
         off = float(np.linalg.norm(believed.marks - true.marks, axis=1).max())
         sentence = f"The marks on '{true.name}' are believed up to {length(off)} off."
-        name = f"the marks of '{true.name}'"
-        yield _false("target model", name, sentence, _right(true, "marks"), {"off_m": off})
+        yield _false("target model", "marks", true, ("marks",), sentence, {"off_m": off})
     yield from _placed(believed, true, "target pose", "pose")
 
 
@@ -108,31 +105,28 @@ def _placed(
         f"{leads}."
     )
     evidence = {"angle_deg": float(np.degrees(angle)), "off_m": metres}
-    name = f"the {noun} of '{true.name}'"
-    yield _false(about, name, sentence, _right(true, field, "on"), evidence)
+    yield _false(about, noun, true, (field, "on"), sentence, evidence)
 
 
 def _false(
-    about: str, name: str, sentence: str, change: Change, evidence: dict[str, float] | None = None
+    about: str,
+    noun: str,
+    true: FeatureBlock,
+    fields: tuple[str, ...],
+    sentence: str,
+    evidence: dict[str, float] | None = None,
 ) -> Removal:
-    return Removal(about, name, sentence, change, evidence or {}, f"with {name} put right")
+    """Return the false belief in what some fields of a part say, put right by their true values."""
+    name, values = f"the {noun} of '{true.name}'", {each: getattr(true, each) for each in fields}
 
-
-def _right(true: FeatureBlock, *fields: str) -> Change:
-    """Return the change that gives fields of a believed part their true values."""
-    values = {name: getattr(true, name) for name in fields}
-
-    def part_of(belief: Scene) -> Any:
-        find = {MountedCamera: belief.camera, Robot: belief.robot, Object: belief.object}
-        return find[type(true)](true.name)
+    def right(leaf: Any) -> Any:
+        if leaf.belief is None:
+            return leaf
+        known = *leaf.belief.robots, *leaf.belief.objects, *leaf.belief.cameras
+        wrong = next(part for part in known if part.name == true.name)
+        return replace(leaf, belief=leaf.belief.replacing(replace(wrong, **values)))
 
     def change(case: Experiment) -> Experiment:
-        def right(leaf: Any) -> Any:
-            if leaf.belief is None:
-                return leaf
-            part = replace(part_of(leaf.belief), **values)
-            return replace(leaf, belief=leaf.belief.replacing(part))
-
         return case.with_(task=changed(case.task, right))
 
-    return change
+    return Removal(about, name, sentence, change, evidence or {}, f"with {name} put right")

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
+from robsim.analysis.field import borderless
 from robsim.analysis.leaves import changed, leaves
 from robsim.robot.robot import Robot
 from robsim.run.experiment import Experiment
@@ -14,8 +15,7 @@ from robsim.servo.tasks.task import ServoTask
 
 def without_border(case: Experiment) -> Experiment:
     """Return the case with cameras whose images have no border."""
-    eyes = [replace(eye, camera=replace(eye.camera, size=None)) for eye in case.scene.cameras]
-    return case.with_(scene=case.scene.replacing(*eyes))
+    return case.with_(scene=borderless(case.scene))
 
 
 def larger_image(case: Experiment) -> Experiment:

@@ -18,7 +18,7 @@ def blind_start(inquiry: Inquiry) -> Finding | None:
     """Report a start from which the camera does not see the target."""
     if inquiry.end > 0:
         return None
-    excused = inquiry.again.loop.controller.excused
+    excused = inquiry.controller.excused
     sees = "sees too few marks to command by" if excused else "does not see all marks"
     sentence = f"The run starts where the camera {sees}: take another start."
     return Finding("start", sentence)
@@ -111,8 +111,8 @@ def limit_alone(inquiry: Inquiry) -> Finding | None:
 def came_and_went(inquiry: Inquiry) -> Finding | None:
     """Report how few marks were in the image, and how well they determined the command."""
     marks = inquiry.diagnosis["marks_in_image"].values
-    every = inquiry.again.loop.controller.marks
-    if not inquiry.again.loop.controller.excused or marks.min() == every:
+    every = inquiry.controller.marks
+    if not inquiry.controller.excused or marks.min() == every:
         return None
     conditions = inquiry.diagnosis["condition_task_jacobian"].values
     worst = float(np.nanmax(conditions)) if np.isfinite(conditions).any() else np.nan
@@ -134,9 +134,7 @@ def own_motion(inquiry: Inquiry) -> Finding | None:
 def near_border(inquiry: Inquiry) -> Finding | None:
     """Report a mark that came close to the border of its image."""
     margins = inquiry.diagnosis["border_margin"].values
-    if inquiry.again.loop.controller.excused:
-        return None
-    if not np.isfinite(margins).any():
+    if inquiry.controller.excused or not np.isfinite(margins).any():
         return None
     t = int(np.nanargmin(margins))
     if margins[t] > 5 or t == 0:

@@ -33,7 +33,7 @@ def _local_minimum(inquiry: Inquiry) -> str:
 
 
 def _singular(inquiry: Inquiry) -> str:
-    controller = inquiry.again.loop.controller
+    controller = inquiry.controller
     rank = int(inquiry.value("rank_task_jacobian"))
     return (
         f"{when(inquiry.end)} the robot stands still in a singularity: L J has rank {rank}, and "
@@ -43,7 +43,7 @@ def _singular(inquiry: Inquiry) -> str:
 
 
 def _out_of_image(inquiry: Inquiry) -> str:
-    if inquiry.again.loop.controller.excused:
+    if inquiry.controller.excused:
         return f"{when(inquiry.end)} too few marks are left to command: {in_use(inquiry)}."
     sight, mark, place = lost_mark(inquiry, Visibility.OUT_OF_IMAGE)
     side = _side(sight, place)
@@ -55,7 +55,7 @@ def _out_of_image(inquiry: Inquiry) -> str:
 
 def in_use(inquiry: Inquiry, t: int = -1) -> str:
     """Return how many marks are in the image at an instant, and of what rank L J is."""
-    controller = inquiry.again.loop.controller
+    controller = inquiry.controller
     marks, rank = (int(inquiry.value(each, t)) for each in ("marks_in_image", "rank_task_jacobian"))
     return (
         f"{marks} of {controller.marks} are in the image, and L J of those that count has rank "
@@ -84,8 +84,8 @@ def _behind(inquiry: Inquiry) -> str:
 
 def lost_mark(inquiry: Inquiry, flag: Visibility) -> tuple[Sight, int, np.ndarray]:
     """Return the sight and the mark that is lost at the end, and its pixel."""
-    projections = inquiry.again.snapshots[-1].projections
-    for sight in inquiry.again.loop.controller.sights:
+    projections = inquiry.snapshots[-1].projections
+    for sight in inquiry.controller.sights:
         gone = np.flatnonzero(projections[sight.key].visibility[:, 0] == flag)
         if gone.size:
             mark = int(gone[0])
@@ -103,12 +103,12 @@ def _joint_limit(inquiry: Inquiry) -> str:
 
 def beyond_limit(inquiry: Inquiry) -> tuple[str, str, float, str, float]:
     """Return the coordinate beyond a limit: its name, the side, the limit, unit and speed."""
-    scene, last = inquiry.case.scene, inquiry.again.snapshots[-1]
+    scene, last = inquiry.case.scene, inquiry.snapshots[-1]
     q, limits = last.q[:, 0], scene.limits
     below, above = limits[:, 0] - q, q - limits[:, 1]
     i = int(np.maximum(below, above).argmax())
     high = bool(above[i] > below[i])
-    before = inquiry.again.snapshots[max(len(inquiry.again.snapshots) - 2, 0)].q[:, 0]
+    before = inquiry.snapshots[max(len(inquiry.snapshots) - 2, 0)].q[:, 0]
     speed = abs(float(q[i] - before[i])) / inquiry.case.dt
     side = "upper" if high else "lower"
     name, unit = scene.coordinate_names[i], scene.coordinate_units[i]
@@ -138,7 +138,7 @@ def _not_finite(inquiry: Inquiry) -> str:
 
 def not_finite(inquiry: Inquiry) -> str:
     """Return which quantity is not finite at the end."""
-    last = inquiry.again.snapshots[-1]
+    last = inquiry.snapshots[-1]
     if not np.isfinite(last.q).all():
         return "the state"
     if not np.isfinite(last.command.error).all():
@@ -156,8 +156,7 @@ def _time_limit(inquiry: Inquiry) -> str:
 
 def _course(inquiry: Inquiry) -> str:
     """Return how the error behaves in the last third of the run."""
-    third = inquiry.errors[-max(len(inquiry.errors) // 3, 3) :]
-    low, high = float(third.min()), float(third.max())
+    low, high = float(inquiry.late_errors.min()), float(inquiry.late_errors.max())
     if inquiry.falls:
         return f"falls by {number(100 * (1 - np.exp(-inquiry.decay)))} percent per second"
     if high < 1.02 * low:
@@ -166,21 +165,21 @@ def _course(inquiry: Inquiry) -> str:
 
 
 def _running(inquiry: Inquiry) -> str:
+    return _until(inquiry, "the run was stopped by the user")
+
+
+def _until(inquiry: Inquiry, why: str) -> str:
+    """Return a sentence on a run that was ended, and its error then."""
     return (
-        f"{when(inquiry.end)} the run was stopped by the user; the largest error was "
-        f"{inquiry.size(inquiry.errors[-1])} then, and the tolerance is "
-        f"{inquiry.size(inquiry.tolerance)}."
+        f"{when(inquiry.end)} {why}; the largest error was {inquiry.size(inquiry.errors[-1])} "
+        f"then, and the tolerance is {inquiry.size(inquiry.tolerance)}."
     )
 
 
 def _ended(inquiry: Inquiry) -> str:
-    loop = inquiry.again.loop
+    loop = inquiry.loop
     ending = loop.endings[int(loop.recorder.ending[0])]
-    return (
-        f"{when(inquiry.end)} the run ended since {ending!r} held; the largest error was "
-        f"{inquiry.size(inquiry.errors[-1])} then, and the tolerance is "
-        f"{inquiry.size(inquiry.tolerance)}."
-    )
+    return _until(inquiry, f"the run ended since {ending!r} held")
 
 
 _SENTENCES: dict[Outcome, Callable[[Inquiry], str]] = {

@@ -17,7 +17,7 @@ from robsim.analysis.explanation.recorded import Evidence
 from robsim.analysis.explanation.remedies import remedies
 from robsim.analysis.explanation.removal import Removal, patient, tried, without
 from robsim.analysis.explanation.wording import listed, number
-from robsim.analysis.repeated import case_of, repeated
+from robsim.analysis.repeated import repeated
 from robsim.base.arrays import flag
 from robsim.base.html import table
 from robsim.engine.outcome import Outcome
@@ -29,6 +29,7 @@ from robsim.run.origin import check_run, made_with
 if TYPE_CHECKING:
     import xarray as xr
 
+Account = tuple[tuple[Finding, ...], tuple[Finding, ...], tuple[str, ...]]  # see `Explanation`
 _WELL = (Outcome.CONVERGED, Outcome.RUNNING, Outcome.ENDED)
 
 
@@ -56,19 +57,17 @@ class Explanation:
 
     def __str__(self) -> str:
         """Return a few plain sentences, one line for each finding."""
-        why = "Note" if self.outcome in _WELL else "Why"
-        lines = [self.what, *(f"{why}: {cause.sentence}" for cause in self.causes)]
-        lines += [f"Note: {remark}" for remark in self.remarks]
-        lines += [f"Try: {advice.sentence}" for advice in self.advice]
-        return "\n".join(lines)
+        return "\n".join([self.what, *(f"{head}: {text}" for head, text in self._rows())])
 
     def _repr_html_(self) -> str:
         """Return what `print` shows as a table for notebooks."""
+        return table(self.what, self._rows())
+
+    def _rows(self) -> list[tuple[str, str]]:
         why = "Note" if self.outcome in _WELL else "Why"
         rows = [(why, cause.sentence) for cause in self.causes]
         rows += [("Note", remark) for remark in self.remarks]
-        rows += [("Try", advice.sentence) for advice in self.advice]
-        return table(self.what, rows)
+        return rows + [("Try", advice.sentence) for advice in self.advice]
 
     def __repr__(self) -> str:
         """Return one line: the outcome, and how many causes and pieces of advice."""
@@ -107,27 +106,25 @@ def explain(
     check_run(run)
     if is_recorded(run):
         return _of_recorded(run, experiment, flag(trials, "trials"))
-    case = case_of(run, experiment)
-    inquiry = Inquiry(repeated(case, run), flag(trials, "trials"))
-    if inquiry.outcome in _WELL:
-        remarks = _left_alone(inquiry, run)
-        notable = (*final_pose(inquiry), *reasons(inquiry)) if _ended(inquiry) else ()
-        return _explanation(inquiry, notable, (), remarks)
-    wrong = imperfections(inquiry.again)
-    found = Criterion().attributed(case, wrong) if trials else Attribution()
+    inquiry = Inquiry(**vars(repeated(run, experiment)), trials=flag(trials, "trials"))
+    found = _notable(inquiry, run) if inquiry.outcome in _WELL else _failure(inquiry)
+    return Explanation(inquiry.outcome, what_happened(inquiry), inquiry.end, *found)
+
+
+def _notable(inquiry: Inquiry, run: xr.Dataset) -> Account:
+    """Return what is notable in a run that went well, or that somebody ended."""
+    converged = inquiry.outcome is Outcome.CONVERGED
+    notable = (*final_pose(inquiry), *reasons(inquiry)) if converged else ()
+    return notable, (), _left_alone(inquiry, run)
+
+
+def _failure(inquiry: Inquiry) -> Account:
+    """Return the causes of a failure, advice, and remarks."""
+    wrong, trials = imperfections(inquiry), inquiry.trials
+    found = Criterion().attributed(inquiry.case, wrong) if trials else Attribution()
     causes = found.causes or tuple(reasons(inquiry))
     advice = tuple(remedies(inquiry)) if trials else ()
-    return _explanation(inquiry, causes, advice, _remarks(case, found, wrong, trials))
-
-
-def _explanation(
-    inquiry: Inquiry,
-    causes: tuple[Finding, ...],
-    advice: tuple[Finding, ...],
-    remarks: tuple[str, ...],
-) -> Explanation:
-    what = what_happened(inquiry)
-    return Explanation(inquiry.outcome, what, inquiry.end, causes, advice, remarks)
+    return causes, advice, _remarks(inquiry.case, found, wrong, trials)
 
 
 def _of_recorded(run: xr.Dataset, experiment: Experiment | None, trials: bool) -> Explanation:
@@ -143,10 +140,6 @@ def _of_recorded(run: xr.Dataset, experiment: Experiment | None, trials: bool) -
     causes = tuple(evidence.findings())
     outcome = Outcome(int(run["outcome"]))
     return Explanation(outcome, evidence.what(), end, causes, (), tuple(remarks))
-
-
-def _ended(inquiry: Inquiry) -> bool:
-    return inquiry.outcome is Outcome.CONVERGED
 
 
 def _all_right(case: Experiment, wrong: list[Removal]) -> str:
@@ -193,10 +186,8 @@ def _left_alone(inquiry: Inquiry, run: xr.Dataset) -> tuple[str, ...]:
     """Return how a run that was stopped would have ended."""
     if inquiry.outcome is not Outcome.RUNNING or not inquiry.trials:
         return ()
-    case: Experiment = inquiry.case.with_(
-        duration=float(run.attrs["duration"]) - 0.5 * inquiry.case.dt
-    )
-    trial = tried(case)
+    duration = float(run.attrs["duration"]) - 0.5 * inquiry.case.dt
+    trial = tried(inquiry.case.with_(duration=duration))
     if trial is None:
         return ()
     return (f"Left alone it ends as {trial.outcome.name} after {number(trial.end_time)} s.",)

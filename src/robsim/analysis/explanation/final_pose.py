@@ -26,21 +26,22 @@ BETTER = 0.1  # share of its distance below which the camera counts as at its go
 
 def final_pose(inquiry: Inquiry) -> list[Finding]:
     """Report a converged run that stands away from its goal pose, and the cause."""
-    loop = inquiry.again.loop
+    loop = inquiry.loop
     off, full = miss(loop), _determined(loop.controller)
     far, turned = (FAR, TURNED) if full else (ends.FAR, ends.TURNED)
     if math.isnan(off[0]) and ends.free_motions(loop.controller):
         return [_undetermined(inquiry)]  # of a goal that is numbers: no pose is the right one
     if not (off[0] > far or off[1] > turned):
         return []
-    wrong = imperfections(inquiry.again)
+    wrong = imperfections(inquiry)
     first = _displaced(loop.controller, off, bool(wrong))
     if not full:
         return [first, _undetermined(inquiry)]
     if not inquiry.trials:
         return [first]
     cured = _nearer(off, float(inquiry.depths[-1]))
-    causes = Criterion(cured, _stands).attributed(inquiry.case, wrong).causes
+    stands = Criterion(cured, lambda _: "the camera stands where it should")
+    causes = stands.attributed(inquiry.case, wrong).causes
     return [first, *(causes or _same_image(inquiry, cured, bool(wrong)))]
 
 
@@ -64,7 +65,7 @@ def _displaced(controller: Controller, off: tuple[float, float], wrong: bool) ->
 
 def _undetermined(inquiry: Inquiry) -> Finding:
     """Report why features at their goal do not determine the pose."""
-    controller = inquiry.again.loop.controller
+    controller = inquiry.controller
     free, count = ends.free_motions(controller), controller.columns.size
     if free:
         sentence = (
@@ -132,7 +133,3 @@ def _nearer(off: tuple[float, float], depth: float) -> Cure:
         return trial if now < max(TURNED, BETTER * apparent(off)) else None
 
     return cured
-
-
-def _stands(trial: Trial) -> str:
-    return "the camera stands where it should"

@@ -54,6 +54,6 @@ def _where(inquiry: Inquiry) -> str:
 
 def _sizes(inquiry: Inquiry) -> dict[str, float]:
     """Return the largest feature at the goal and at the start."""
-    run = inquiry.again.run
+    run = inquiry.run
     wanted, seen = (float(np.abs(s).max()) for s in (run["s_goal"].values, run["s"].values[0]))
     return {"goal": wanted, "start": seen}

@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from robsim.analysis.explanation import views
-from robsim.analysis.repeated import Repeated
 from robsim.base.arrays import Array, runs_last
 from robsim.features.feature import Observation
 from robsim.geometry.pose import Pose, homogeneous
 from robsim.geometry.rotation import random_quaternions
 from robsim.kernels.formulas import se3
 from robsim.servo.servo_controller import Servo
+from robsim.servo.sight import Sight
 from robsim.statistics.random_numbers import Draws
 from robsim.vision.camera import Visibility
 
@@ -38,85 +38,71 @@ class Nearest:
     seen: bool
 
 
-def nearest_to_goal(again: Repeated) -> Nearest | None:
+def nearest_to_goal(servo: Servo, seen: Sequence[Pose], depth: float) -> Nearest | None:
     """Return the nearest pose; None unless one camera regulates features given as numbers.
 
-    From poses all around the target damped steps V = -(L'L + mu D)^-1 L'e of the camera lessen the
-    error, as long as that goes (Levenberg 1944; Marquardt 1963).
+    From poses T_c_o that were `seen`, with marks at a depth (m), and from all around damped steps
+    V = -(L'L + mu D)^-1 L'e of the camera lessen the error, as long as that goes (Levenberg 1944;
+    Marquardt 1963).
     """
-    servo = views.servo_of(again)
-    if servo is None or servo.regulated.given is None or len(servo.sights) != 1:
+    if servo.regulated.given is None or len(servo.sights) != 1:
         return None
-    search = _Search(servo)
-    T = _starts(again)
     with np.errstate(all="ignore"):  # a pose that is none is left
-        e, T = search.minimised(T)
+        e, T = _minimised(servo, _starts(servo.sights[0], seen, depth))
     best = int(np.square(e).sum(0).argmin())
     one = np.ascontiguousarray(T[..., best : best + 1])
     *_, flags = servo.sights[0].image(np.eye(3, 4)[..., None], one)
-    seen = bool((flags == Visibility.IN_IMAGE).all())
+    in_image = bool((flags == Visibility.IN_IMAGE).all())
     left = e[:, best]
     size, length = float(np.abs(left).max()), float(np.linalg.norm(left))
-    return Nearest(Pose(homogeneous(one)[0]), size, length, seen)
+    return Nearest(Pose(homogeneous(one)[0]), size, length, in_image)
 
 
-def _starts(again: Repeated) -> Array:
-    """Return poses T_c_o (3, 4, B): of the start, of the end, and from all around."""
-    sight = again.loop.controller.sights[0]
+def _starts(sight: Sight, seen: Sequence[Pose], depth: float) -> Array:
+    """Return poses T_c_o (3, 4, B): those that were seen, and from all around."""
     share = Draws(0, "goal search", np.arange(STARTS)).uniform(6)
-    ends = [views.pose_at(sight, again.snapshots[i].q[:, 0]).matrix for i in (0, -1)]
     T = np.array(Pose.from_quaternion(np.zeros(3), random_quaternions(share[:, :3])).matrix)
-    depth = NEARER * (FARTHER / NEARER) ** share[:, 3] * float(views.mean_depths(again)[0])
+    depths = NEARER * (FARTHER / NEARER) ** share[:, 3] * depth
     aside = ASIDE * (2.0 * share[:, 4:] - 1.0)
-    middle = np.concatenate([aside, np.ones((STARTS, 1))], axis=1) * depth[:, None]
+    middle = np.concatenate([aside, np.ones((STARTS, 1))], axis=1) * depths[:, None]
     T[:, :3, 3] = middle - T[:, :3, :3] @ sight.target.marks.mean(axis=0)
-    return runs_last(np.concatenate([ends, T])[:, :3], 2)
+    return runs_last(np.concatenate([[each.matrix for each in seen], T])[:, :3], 2)
 
 
-@dataclass(frozen=True, eq=False)
-class _Search:
-    """What a task regulates, as a function of where its camera is."""
+def _minimised(servo: Servo, T: Array) -> tuple[Array, Array]:
+    """Return errors (k, B) where the descents end, in tolerances, and T there."""
+    e, L = _errors(servo, T)
+    damping = np.full(T.shape[2], 1e-3)
+    for _ in range(ROUNDS):
+        there = _moved(T, _step(e, L, damping, _depth(servo, T)))
+        e_there, L_there = _errors(servo, there)
+        better = np.square(e_there).sum(0) < np.square(e).sum(0)
+        damping = np.clip(np.where(better, damping / 5, damping * 4), 1e-12, 1e12)
+        T = np.where(better, there, T)
+        e, L = np.where(better, e_there, e), np.where(better, L_there, L)
+    return e, T
 
-    servo: Servo
 
-    def minimised(self, T: Array) -> tuple[Array, Array]:
-        """Return errors (k, B) where the descents end, in tolerances, and T there."""
-        e, L = self._errors(T)
-        damping = np.full(T.shape[2], 1e-3)
-        for _ in range(ROUNDS):
-            there = _moved(T, _step(e, L, damping, self._depth(T)))
-            e_there, L_there = self._errors(there)
-            better = np.square(e_there).sum(0) < np.square(e).sum(0)
-            damping = np.clip(np.where(better, damping / 5, damping * 4), 1e-12, 1e12)
-            T = np.where(better, there, T)
-            e, L = np.where(better, e_there, e), np.where(better, L_there, L)
-        return e, T
+def _errors(servo: Servo, T: Array) -> tuple[Array, Array]:
+    """Return the measured e (k, B) and L (k, 6, B); infinite behind the camera."""
+    regulated = servo.regulated
+    (sight,) = regulated.sights
+    depth, pixels, _ = sight.image(np.eye(3, 4)[..., None], T)
+    more = {"model": sight.target.marks, "guess_last": np.ascontiguousarray(T)}
+    seen = Observation.of_last(pixels, depth, sight.eye.camera, **more)
+    views_ = [part.at_goal({sight.key: seen}, {}) for part in regulated.parts]
+    each = list(zip(regulated.parts, views_, strict=True))
+    s = np.concatenate([part.measure(view) for part, view in each])
+    L = np.concatenate([part.interaction(view) for part, view in each])
+    scale = (servo.tolerance / servo.tolerances)[:, None]
+    e = scale * (s - regulated.s_goal)
+    return np.where(np.isfinite(e).all(0), e, np.inf), scale[:, None] * L
 
-    def image(self, T: Array) -> tuple[Array, Array]:
-        """Return the depths (N, B) of the marks, and their true pixels (N, 2, B)."""
-        sight = self.servo.sights[0]
-        depth, pixels, _ = sight.image(np.eye(3, 4)[..., None], T)
-        return depth, pixels
 
-    def _errors(self, T: Array) -> tuple[Array, Array]:
-        """Return the measured e (k, B) and L (k, 6, B); infinite behind the camera."""
-        regulated = self.servo.regulated
-        (sight,) = regulated.sights
-        depth, pixels = self.image(T)
-        more = {"model": sight.target.marks, "guess_last": np.ascontiguousarray(T)}
-        seen = Observation.of_last(pixels, depth, sight.eye.camera, **more)
-        views_ = [part.at_goal({sight.key: seen}, {}) for part in regulated.parts]
-        each = list(zip(regulated.parts, views_, strict=True))
-        s = np.concatenate([part.measure(view) for part, view in each])
-        L = np.concatenate([part.interaction(view) for part, view in each])
-        scale = (self.servo.tolerance / self.servo.tolerances)[:, None]
-        e = scale * (s - regulated.s_goal)
-        return np.where(np.isfinite(e).all(0), e, np.inf), scale[:, None] * L
-
-    def _depth(self, T: Array) -> Array:
-        """Return the depths (B,) of the middle of the marks."""
-        middle: Array = self.servo.sights[0].target.marks.mean(axis=0)
-        return np.asarray(np.einsum("jb,j->b", T[2, :3], middle) + T[2, 3])
+def _depth(servo: Servo, T: Array) -> Array:
+    """Return the depths (B,) of the middle of the marks."""
+    middle: Array = servo.sights[0].target.marks.mean(axis=0)
+    return np.asarray(np.einsum("jb,j->b", T[2, :3], middle) + T[2, 3])
 
 
 def _moved(T: Array, V: Array) -> Array:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from robsim.analysis.explanation import views
 from robsim.analysis.explanation.ends import not_finite
 from robsim.analysis.explanation.finding import Finding
 from robsim.analysis.explanation.inquiry import Inquiry
@@ -17,7 +16,7 @@ def loop_gain(inquiry: Inquiry) -> Finding | None:
     """Report a gain that is too high for the control period."""
     radius = inquiry.diagnosis["contraction"].values
     motion = inquiry.diagnosis["stability_motion"].values
-    product = views.gain_of(inquiry.case) * inquiry.case.dt
+    product = inquiry.gain * inquiry.case.dt
     known = np.isfinite(radius)
     ideal = abs(1 - product)  # if Lhat = L
     value = float(np.median(radius[known])) if known.any() else ideal

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -9,16 +10,19 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from robsim.analysis.diagnosis import diagnosed
-from robsim.analysis.explanation import views
 from robsim.analysis.explanation.goal_search import Nearest, nearest_to_goal
 from robsim.analysis.explanation.removal import Change, Trial, patient, tried
-from robsim.analysis.explanation.wording import number
+from robsim.analysis.explanation.wording import in_unit, number
+from robsim.analysis.field import seen_pose
+from robsim.analysis.leaves import leaves
 from robsim.analysis.repeated import Repeated
-from robsim.base.arrays import Array
-from robsim.engine.outcome import Outcome
-from robsim.geometry.pose import Pose
+from robsim.base.arrays import Array, runs_last
+from robsim.geometry.pose import Pose, homogeneous
+from robsim.run import ends
 from robsim.run.experiment import Experiment
 from robsim.servo.basis import Basis
+from robsim.servo.laws.gain import AdaptiveGain
+from robsim.servo.laws.law import Law
 from robsim.servo.servo_controller import Servo
 from robsim.servo.sight import Sight
 
@@ -27,78 +31,90 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False)
-class Inquiry:
+class Inquiry(Repeated):
     """A repeated run, and whether it may be repeated with changes."""
 
-    again: Repeated
     trials: bool
-
-    @property
-    def case(self) -> Experiment:
-        """The case that made the run."""
-        return self.again.case
-
-    @property
-    def outcome(self) -> Outcome:
-        """The outcome of the run."""
-        return self.again.outcome
 
     @cached_property
     def diagnosis(self) -> xr.Dataset:
         """The diagnosis at every instant."""
-        return diagnosed(self.again)
+        return diagnosed(self)
 
-    @cached_property
+    @property
     def servo(self) -> Servo | None:
         """The controller; None unless it is that of one servo task."""
-        return views.servo_of(self.again)
+        return self.controller if isinstance(self.controller, Servo) else None
+
+    @cached_property
+    def gain(self) -> float:
+        """The largest gain of the task, per second; NaN for a user's own kind of task."""
+        gains = [leaf.gain for leaf in leaves(self.case.task)]
+        numbers = (each.at_zero if isinstance(each, AdaptiveGain) else each for each in gains)
+        return max(numbers, default=math.nan)
 
     @property
     def last(self) -> Basis | None:
         """What the last command is based on; None unless the run is of one servo task."""
-        basis = self.again.decisions[-1].basis
+        basis = self.decisions[-1].basis
         return basis if isinstance(basis, Basis) else None
+
+    def last_under(self, law: type[Law]) -> Basis | None:
+        """Return what the last command is based on, if it follows from exactly this kind of law."""
+        return self.last if self.servo and type(self.servo.law) is law else None
 
     @cached_property
     def errors(self) -> Array:
         """The largest measured error max|e| (T,) at each instant."""
-        return views.largest_errors(self.again)
+        sizes = [np.abs(one.command.error[:, 0]).max() for one in self.snapshots]
+        return np.array(sizes, dtype=np.float64)
+
+    @property
+    def late_errors(self) -> Array:
+        """The errors of the last third of the run, of three instants at least."""
+        return self.errors[-max(len(self.errors) // 3, 3) :]
 
     @cached_property
     def depths(self) -> Array:
-        """The mean depth (T,) of the marks in metres."""
-        return views.mean_depths(self.again)
+        """The mean true depth (T,) of the marks in the first camera, in metres."""
+        depths = [float(one.projections[self.sight.key].depth.mean()) for one in self.snapshots]
+        return np.array(depths, dtype=np.float64)
 
     @property
     def sight(self) -> Sight:
         """The first camera and its target in the true scene."""
-        return self.again.loop.controller.sights[0]
+        return self.controller.sights[0]
 
     @cached_property
     def goal_pose(self) -> Pose | None:
         """The intended pose T_c_o at the goal; None where the goal is made of numbers."""
-        return views.goal_pose(self.again.loop.controller)
+        T = ends.at_goal(self.controller)
+        return None if T is None else Pose(homogeneous(T)[0])
 
     @cached_property
     def nearest(self) -> Nearest | None:
         """The pose whose features are nearest to those of a goal that is given as numbers."""
-        return nearest_to_goal(self.again)
+        seen = [seen_pose(self.sight, self.snapshots[i].q)[0] for i in (0, -1)]
+        return None if self.servo is None else nearest_to_goal(self.servo, seen, self.depths[0])
 
     @cached_property
     def turn(self) -> Array | None:
         """The rotation vector (3,) from the goal to the start, in camera axes."""
-        away = views.from_goal(self.again.loop.controller, self.case.start)
-        return None if away is None else away.rotvec
+        if self.goal_pose is None:
+            return None
+        sight = ends.regarded(self.controller).sights[0]
+        start = seen_pose(sight, runs_last(np.asarray(self.case.start), 1))[0]
+        return (self.goal_pose @ start.inv()).rotvec
 
     @property
     def end(self) -> float:
         """The time in seconds at which the run ended."""
-        return (len(self.again.snapshots) - 1) * self.case.dt
+        return (len(self.snapshots) - 1) * self.case.dt
 
     @property
     def tolerance(self) -> float:
         """The tolerance of the error."""
-        return self.again.loop.controller.tolerance
+        return self.controller.tolerance
 
     def value(self, name: str, t: int = -1) -> float:
         """Return one number of the diagnosis, by default at the end."""
@@ -116,8 +132,8 @@ class Inquiry:
     @property
     def falls(self) -> bool:
         """Whether the error is still falling at the end."""
-        third = self.errors[-max(len(self.errors) // 3, 3) :]
-        if self.decay > 0.2 * views.gain_of(self.case) and (np.diff(third) < 0).all():
+        third = self.late_errors
+        if self.decay > 0.2 * self.gain and (np.diff(third) < 0).all():
             return True  # as fast as the gain allows
         return self.decay * len(third) * self.case.dt > 0.05 and bool(third[-1] < 1.2 * third.min())
 
@@ -126,12 +142,17 @@ class Inquiry:
         """The time in seconds at which the error would fall below the tolerance; or NaN."""
         size = self.errors[-1]
         if not self.decay > 0 or not size > self.tolerance:
-            return float("nan")
+            return math.nan
         return self.end + float(np.log(size / self.tolerance)) / self.decay
+
+    @property
+    def on_its_way(self) -> bool:
+        """Whether the error falls, and would fall below the tolerance."""
+        return self.falls and math.isfinite(self.arrival)
 
     def size(self, error: float) -> str:
         """Return an error as text with its unit."""
-        return views.size(self.again, error)
+        return in_unit(error, self.controller.units[0])
 
     def with_unit(self, name: str, t: int = -1) -> str:
         """Return one number of the diagnosis with its unit, by default at the end."""
@@ -142,8 +163,8 @@ class Inquiry:
     @cached_property
     def decay(self) -> float:
         """The rate per second at which the error fell in the last third, by least squares."""
-        sizes = self.errors[-max(len(self.errors) // 3, 3) :]
+        sizes = self.late_errors
         if len(sizes) < 2 or not (sizes > 0).all() or not np.isfinite(sizes).all():
-            return float("nan")
+            return math.nan
         times = np.arange(len(sizes)) * self.case.dt
         return -float(np.polyfit(times, np.log(sizes), 1)[0])

@@ -1,25 +1,25 @@
-"""Reasons why an error was not small in time: slow decay, or a stationary error."""
+"""Reasons why an error was not small in time: slow decay, a stationary error, a car's steering."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from robsim.analysis.explanation import views
 from robsim.analysis.explanation.finding import Finding
 from robsim.analysis.explanation.inquiry import Inquiry
 from robsim.analysis.explanation.stalls import too_few
-from robsim.analysis.explanation.wording import number
+from robsim.analysis.explanation.wording import degrees, length, number
 from robsim.analysis.leaves import leaves
+from robsim.robot.joint import Steering
 
 SLOWED = 0.7  # share of the gain below which the decay counts as slowed down
+AT_THE_LIMIT = 0.999  # of the largest angle
 
 
 def slow(inquiry: Inquiry) -> Finding | None:
     """Report an error that still falls when the time is over."""
-    rate, arrival = inquiry.decay, inquiry.arrival
-    if not _on_its_way(inquiry):
+    if not inquiry.on_its_way:
         return None
-    gain = views.gain_of(inquiry.case)
+    rate, arrival, gain = inquiry.decay, inquiry.arrival, inquiry.gain
     trial = inquiry.trial(lambda case: case)
     if trial is not None and trial.converged:
         late = f"given more time it {trial.ending}"
@@ -35,19 +35,51 @@ def slow(inquiry: Inquiry) -> Finding | None:
     return Finding("too little time", sentence, evidence)
 
 
-def _on_its_way(inquiry: Inquiry) -> bool:
-    return inquiry.falls and bool(np.isfinite(inquiry.arrival))
-
-
 def lagging(inquiry: Inquiry) -> Finding | None:
     """Report an error that does not fall any more."""
-    if _on_its_way(inquiry):
+    if inquiry.on_its_way:
         return None
-    third = inquiry.errors[-max(len(inquiry.errors) // 3, 3) :]
-    low, high = float(third.min()), float(third.max())
+    low, high = float(inquiry.late_errors.min()), float(inquiry.late_errors.max())
     sentence = (
         f"In the last third of its time the error stays between {inquiry.size(low)} and "
         f"{inquiry.size(high)}: what the law commands does not make it smaller any more."
         f"{too_few(inquiry)}"
     )
     return Finding("standing error", sentence, {"low": low, "high": high})
+
+
+def steering(inquiry: Inquiry) -> Finding | None:
+    """Report a car that is to turn while it stands, or beyond its steering limit."""
+    last, tree = inquiry.snapshots[-1], inquiry.case.scene.tree
+    for row, velocity, steering in tree.cars:
+        name = inquiry.case.scene.coordinate_names[row]
+        speed, turn = (float(rate) for rate in last.qd[velocity : velocity + 2, 0])
+        if inquiry.falls or turn == 0.0:
+            continue
+        if speed == 0.0:
+            return _standing(name, turn)
+        asked = float(np.arctan(steering.wheelbase * turn / speed))
+        beyond = abs(asked) > steering.limit * (1 + 1e-9)
+        if beyond and last.q[row, 0] * np.sign(asked) > AT_THE_LIMIT * steering.limit:
+            return _at_the_limit(name, steering, abs(asked))
+    return None
+
+
+def _standing(name: str, turn: float) -> Finding:
+    sentence = (
+        f"The law asks for {number(turn)} rad/s of a car that stands: however '{name}' is, only a "
+        "car that drives can turn."
+    )
+    return Finding("standing car", sentence, {"turn_rad_s": turn})
+
+
+def _at_the_limit(name: str, steering: Steering, asked: float) -> Finding:
+    radius = steering.wheelbase / float(np.tan(steering.limit))
+    sentence = (
+        f"'{name}' is at its limit of {degrees(steering.limit)}, and the law asks for "
+        f"{degrees(asked)}: the car drives no circle smaller than {length(radius)} in radius. Let "
+        "the way ahead take longer than the turn, by a larger gain of what turns it, or start "
+        "farther away."
+    )
+    evidence = {"limit_rad": steering.limit, "asked_rad": asked, "radius_m": radius}
+    return Finding("steering limit", sentence, evidence)

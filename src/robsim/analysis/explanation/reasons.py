@@ -19,7 +19,7 @@ from robsim.analysis.explanation.finding import Finding
 from robsim.analysis.explanation.given_goals import unreachable_goal, unseen_goal
 from robsim.analysis.explanation.growth import growing, loop_gain, misled, singular_feature
 from robsim.analysis.explanation.inquiry import Inquiry
-from robsim.analysis.explanation.lateness import lagging, slow
+from robsim.analysis.explanation.lateness import lagging, slow, steering
 from robsim.analysis.explanation.stalls import (
     ascending,
     camera_law,
@@ -27,7 +27,6 @@ from robsim.analysis.explanation.stalls import (
     null_space,
     own_law,
 )
-from robsim.analysis.explanation.steering import steering
 from robsim.engine.outcome import Outcome
 
 Reason = Callable[[Inquiry], Finding | None]

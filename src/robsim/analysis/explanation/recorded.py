@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -12,7 +12,7 @@ import numpy as np
 
 from robsim.analysis.agreement import Agreement, agreement, smoothed
 from robsim.analysis.explanation.finding import Finding
-from robsim.analysis.explanation.wording import counted, number, when
+from robsim.analysis.explanation.wording import counted, in_unit, number, when
 from robsim.base.arrays import Array, runs_last
 from robsim.engine.outcome import Outcome
 from robsim.run.commanded import RECORDED_K, commands
@@ -76,7 +76,7 @@ class Evidence:
             return ()
         what = "The recorded commands are"
         of = "those of this controller for the same images and joints"
-        return (Finding("commands", self._followed(found, what, of), _evidence(found)),)
+        return (Finding("commands", self._followed(found, what, of), asdict(found)),)
 
     @cached_property
     def _moved(self) -> Agreement | None:
@@ -99,7 +99,7 @@ class Evidence:
         found = self._moved
         if found is not None and not found.is_same:
             what, of = "The joints move with", "the velocities that were commanded"
-            yield Finding("motion", self._followed(found, what, of), _evidence(found))
+            yield Finding("motion", self._followed(found, what, of), asdict(found))
 
     def _followed(self, found: Agreement, what: str, of: str) -> str:
         if not found.rest < 0.5:
@@ -164,15 +164,12 @@ class Evidence:
         if outcome is Outcome.OUT_OF_IMAGE:
             return f"{end} the log ends, and not all marks are seen."
         error = np.abs(self.run["error"].values[-1])
-        tolerances = self.controller.tolerances
-        worst = int(np.argmax(error / tolerances)) if error.size else 0
         if not error.size:
             return f"{end} the log ends."
+        tolerances = self.controller.tolerances
+        worst = int(np.argmax(error / tolerances))
         unit = str(self.run["feature_unit"].values[worst])
-        size, small = (
-            number(x) if unit == "1" else f"{number(x)} {unit}"
-            for x in (error[worst], tolerances[worst])
-        )
+        size, small = (in_unit(x[worst], unit) for x in (error, tolerances))
         how = "converged" if outcome is Outcome.CONVERGED else "before it has converged"
         return f"{end} the log ends {how}: the largest error is {size}, and the tolerance {small}."
 
@@ -184,13 +181,3 @@ def _elsewhere(sight: Sight, rms: float, mean: Array) -> Finding:
         f"{number(mean[1])}): the lens, a pose or the target is another, or images are late."
     )
     return Finding("places", text, {"rms_px": rms, "column_px": mean[0], "row_px": mean[1]})
-
-
-def _evidence(found: Agreement) -> dict[str, float]:
-    return {
-        "scale": found.scale,
-        "periods": float(found.periods),
-        "lag": found.lag,
-        "rest": found.rest,
-        "largest": found.largest,
-    }

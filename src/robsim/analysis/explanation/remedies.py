@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 
 import numpy as np
@@ -11,12 +11,13 @@ from robsim.analysis.explanation import changes
 from robsim.analysis.explanation.finding import Finding
 from robsim.analysis.explanation.inquiry import Inquiry
 from robsim.analysis.explanation.removal import tried
-from robsim.analysis.explanation.robustly import robustly
-from robsim.analysis.explanation.views import gain_of
-from robsim.analysis.explanation.wording import number
-from robsim.analysis.leaves import leaves
+from robsim.analysis.explanation.wording import length, number
+from robsim.analysis.leaves import leaves, weighs_robustly
+from robsim.base.arrays import Array
 from robsim.base.errors import InputError
+from robsim.engine.loop import Loop
 from robsim.engine.outcome import Outcome
+from robsim.run import ends
 from robsim.run.experiment import Experiment
 from robsim.servo.laws.inverse import INVERSES
 from robsim.servo.laws.law import LAWS
@@ -26,9 +27,13 @@ from robsim.servo.tasks.schemes import IBVS, PBVS
 from robsim.servo.tasks.task import ServoTask
 
 ENOUGH = 3  # pieces of advice
+LOWER = {0.5: "half", 0.25: "a quarter of", 0.1: "a tenth of"}  # factors of the gain
+HIGHER = {2.0: "twice", 4.0: "four times", 10.0: "ten times"}
 BRISK = 1.0  # gain times period above which the loop overshoots
 
-Remedy = Callable[[Inquiry], Iterator[tuple[str, str, Experiment | None]]]
+Offer = tuple[str, str, Experiment | None]  # what it is about, with what, and the case
+Remedy = Callable[[Inquiry], Iterator[Offer]]
+NEARER = 0.5  # share of the distance without robust weights below which they are advised
 
 
 def remedies(inquiry: Inquiry) -> list[Finding]:
@@ -46,7 +51,7 @@ def remedies(inquiry: Inquiry) -> list[Finding]:
     return found
 
 
-def interaction(inquiry: Inquiry) -> Iterator[tuple[str, str, Experiment | None]]:
+def interaction(inquiry: Inquiry) -> Iterator[Offer]:
     """Yield the case with each other named choice of L."""
     given = [leaf.interaction for leaf in leaves(inquiry.case.task)]
     used = {which if isinstance(which, str) else "" for which in given}
@@ -58,7 +63,7 @@ def interaction(inquiry: Inquiry) -> Iterator[tuple[str, str, Experiment | None]
             yield "interaction", f"With L {which}", case
 
 
-def law(inquiry: Inquiry) -> Iterator[tuple[str, str, Experiment | None]]:
+def law(inquiry: Inquiry) -> Iterator[Offer]:
     """Yield the case with the other law."""
     servo = inquiry.servo
     used = LAWS.name_of(servo.law) if servo else None
@@ -67,7 +72,7 @@ def law(inquiry: Inquiry) -> Iterator[tuple[str, str, Experiment | None]]:
         yield "law", f"With law '{which}'", case
 
 
-def other_scheme(inquiry: Inquiry) -> Iterator[tuple[str, str, Experiment | None]]:
+def other_scheme(inquiry: Inquiry) -> Iterator[Offer]:
     """Yield the case with image-based instead of position-based servoing, or vice versa.
 
     For a unicycle, docking is yielded as well.
@@ -82,7 +87,7 @@ def other_scheme(inquiry: Inquiry) -> Iterator[tuple[str, str, Experiment | None
             yield other.__name__, f"With {other.__name__}", case
 
 
-def inverse(inquiry: Inquiry) -> Iterator[tuple[str, str, Experiment | None]]:
+def inverse(inquiry: Inquiry) -> Iterator[Offer]:
     """Yield the case with a damped inverse in a singularity, else with a pseudo-inverse."""
     used = INVERSES.name_of(inquiry.servo.inverse) if inquiry.servo else None
     other = "damped" if inquiry.outcome is Outcome.SINGULAR else "pseudo_inverse"
@@ -91,74 +96,60 @@ def inverse(inquiry: Inquiry) -> Iterator[tuple[str, str, Experiment | None]]:
         yield "inverse", f"With inverse='{other}'", case
 
 
-def no_limit(inquiry: Inquiry) -> Iterator[tuple[str, str, Experiment | None]]:
+def no_limit(inquiry: Inquiry) -> Iterator[Offer]:
     """Yield the case without its speed limit."""
     if any(leaf.limit for leaf in leaves(inquiry.case.task)):
         case = changes.with_leaves(inquiry.case, limit=None)
         yield "limit", "Without its speed limit", case
 
 
-def gain_lower(inquiry: Inquiry) -> Iterator[tuple[str, str, Experiment | None]]:
+def gain_lower(inquiry: Inquiry) -> Iterator[Offer]:
     """Yield the case with half, a quarter and a tenth of the gain, unless time is short."""
     if not (inquiry.outcome is Outcome.TIME_LIMIT and inquiry.falls):
-        yield from _gains(inquiry, (0.5, 0.25, 0.1))
+        for factor, word in LOWER.items():
+            yield _gain(inquiry, inquiry.patient, factor, word)
 
 
-def gain_higher(inquiry: Inquiry) -> Iterator[tuple[str, str, Experiment | None]]:
+def gain_higher(inquiry: Inquiry) -> Iterator[Offer]:
     """Yield the case with two, four and ten times the gain, in the same time."""
-    yield from _gains(inquiry, (2.0, 4.0, 10.0), hurried=True)
+    for factor, word in HIGHER.items():
+        if factor * inquiry.gain * inquiry.case.dt < BRISK:
+            yield _gain(inquiry, inquiry.case, factor, word)
 
 
-def _gains(
-    inquiry: Inquiry, factors: tuple[float, ...], hurried: bool = False
-) -> Iterator[tuple[str, str, Experiment | None]]:
-    for factor in factors:
-        if hurried and not factor * gain_of(inquiry.case) * inquiry.case.dt < BRISK:
-            return
-        case = inquiry.case if hurried else inquiry.patient
-        gain = factor * gain_of(inquiry.case)
-        how = f"With {_FACTORS[factor]} the gain ({number(gain)} per second)"
-        yield "gain", how, changes.with_gain(case, factor)
+def _gain(inquiry: Inquiry, case: Experiment, factor: float, word: str) -> Offer:
+    how = f"With {word} the gain ({number(factor * inquiry.gain)} per second)"
+    return "gain", how, changes.with_gain(case, factor)
 
 
-_FACTORS = {
-    0.5: "half",
-    0.25: "a quarter of",
-    0.1: "a tenth of",
-    2.0: "twice",
-    4.0: "four times",
-    10.0: "ten times",
-}
-
-
-def image(inquiry: Inquiry) -> Iterator[tuple[str, str, Experiment | None]]:
+def image(inquiry: Inquiry) -> Iterator[Offer]:
     """Yield the case with a larger image."""
     case = changes.larger_image(inquiry.patient)
     yield "image", "With an image twice as wide and high", case
 
 
-def weighting(inquiry: Inquiry) -> Iterator[tuple[str, str, Experiment | None]]:
+def weighting(inquiry: Inquiry) -> Iterator[Offer]:
     """Yield the case in which marks may leave the image, unless they may already."""
-    if not inquiry.again.loop.controller.excused:
+    if not inquiry.controller.excused:
         case = changes.with_leaves(inquiry.patient, weighting="border")
         yield "weighting", "With weighting='border'", case
 
 
-def avoid_limits(inquiry: Inquiry) -> Iterator[tuple[str, str, Experiment | None]]:
+def avoid_limits(inquiry: Inquiry) -> Iterator[Offer]:
     """Yield the case with limit avoidance, if the robot is redundant."""
-    controller = inquiry.again.loop.controller
+    controller = inquiry.controller
     if controller.columns.size > controller.full_rank:
         case = changes.with_leaves(inquiry.patient, secondary=AvoidLimits())
         yield "secondary", "With secondary=AvoidLimits()", case
 
 
-def longer(inquiry: Inquiry) -> Iterator[tuple[str, str, Experiment | None]]:
+def longer(inquiry: Inquiry) -> Iterator[Offer]:
     """Yield the case with more time, if the error still falls."""
     if inquiry.falls:
         yield "duration", "Given more time", inquiry.patient
 
 
-def feed_forward(inquiry: Inquiry) -> Iterator[tuple[str, str, Experiment | None]]:
+def feed_forward(inquiry: Inquiry) -> Iterator[Offer]:
     """Yield the case with feed-forward, if something moves on its own."""
     if not inquiry.case.scene.motions:
         return
@@ -167,13 +158,13 @@ def feed_forward(inquiry: Inquiry) -> Iterator[tuple[str, str, Experiment | None
         yield "feed_forward", f"With feed_forward='{which}'", case
 
 
-def tolerance(inquiry: Inquiry) -> Iterator[tuple[str, str, Experiment | None]]:
+def tolerance(inquiry: Inquiry) -> Iterator[Offer]:
     """Yield the case with a tolerance above the final error."""
     if inquiry.falls:
         return
     third = inquiry.errors[-max(len(inquiry.errors) // 3, 1) :]
     wanted = float(f"{1.5 * float(np.median(third)):.2g}")
-    own = inquiry.again.loop.controller.tolerances
+    own = inquiry.controller.tolerances
     if (own == own[0]).all() and inquiry.tolerance < wanted < 0.2 * inquiry.errors[0]:
         case = changes.with_leaves(inquiry.case, tolerance=wanted)
         yield "tolerance", f"With a tolerance of {inquiry.size(wanted)}", case
@@ -191,13 +182,48 @@ _REMEDIES: dict[Outcome, tuple[Remedy, ...]] = {
     Outcome.DIVERGED: (gain_lower, inverse, interaction, law, other_scheme),
     Outcome.NOT_FINITE: (gain_lower, inverse, interaction, law),
     Outcome.TIME_LIMIT: (
-        feed_forward,
-        no_limit,
-        inverse,
-        gain_higher,
-        longer,
-        gain_lower,
-        law,
-        tolerance,
+        *(feed_forward, no_limit, inverse, gain_higher),
+        *(longer, gain_lower, law, tolerance),
     ),
 }
+
+
+def robustly(inquiry: Inquiry) -> Iterator[Finding]:
+    """Yield the advice to weigh robustly, if marks lie, none is weighed so, and it helps.
+
+    It helps if the run converges then. Where noise lets no run converge, it helps if the mean
+    distance to the goal over the second half is less than half of what it was.
+    """
+    q: list[Array] = []
+    case = changes.weighed_robustly(inquiry.case) if _lie(inquiry.case) else None
+    trial = tried(case, lambda snapshot, _: q.append(snapshot.q)) if case is not None else None
+    if trial is None:
+        return
+    others = any(leaf.weighting for leaf in leaves(inquiry.case.task))
+    how = f"With weighting='tukey'{' beside what it has' * others}"
+    if trial.converged:
+        sentence = f"{how} the same start {trial.ending}."
+        yield Finding("weighting", sentence, {"converges_after_s": trial.end_time})
+        return
+    was = _distance(inquiry.loop, [snapshot.q for snapshot in inquiry.snapshots])
+    now = _distance(trial.loop, q)
+    if trial.outcome is inquiry.outcome and now < NEARER * was:
+        sentence = (
+            f"{how} the same run ends {length(now)} off its goal instead of {length(was)} (means "
+            "over its second half)."
+        )
+        yield Finding("weighting", sentence, {"off_m": now, "was_off_m": was})
+
+
+def _lie(case: Experiment) -> bool:
+    """Return whether marks lie that nothing weighs robustly."""
+    effects = [each.effect for each in case.sensing.acting()]
+    strays = any(effect.deviation(True) < effect.deviation(False) for effect in effects)
+    return strays and not weighs_robustly(case.task)
+
+
+def _distance(loop: Loop, q: Sequence[Array]) -> float:
+    """Return the mean distance (m) to the goal over the second half of coordinates (nq, 1)."""
+    late = np.concatenate(q[len(q) // 2 :], axis=1)
+    start = np.repeat(loop.q0, late.shape[1], axis=0)
+    return float(ends.off_goal(loop.controller, late, start)[1].mean())

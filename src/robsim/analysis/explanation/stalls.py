@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from robsim.analysis.diagnosis import law_map
-from robsim.analysis.explanation import views
-from robsim.analysis.explanation.curvature import least_curvature
 from robsim.analysis.explanation.finding import Finding
 from robsim.analysis.explanation.inquiry import Inquiry
 from robsim.analysis.explanation.wording import listed, number
+from robsim.analysis.field import STEP, Field
+from robsim.analysis.truth import true_features
 from robsim.base.arrays import Array
 from robsim.servo.laws.law import CameraLaw, JointLaw
 
@@ -18,12 +20,12 @@ SHARE = 0.35  # least component of a unit direction for its joint to be named
 
 def null_space(inquiry: Inquiry) -> Finding | None:
     """Report a joint law whose error lies in the null space of (L J)^+."""
-    last, servo = inquiry.last, inquiry.servo
-    if last is None or servo is None or type(servo.law) is not JointLaw:
+    last = inquiry.last_under(JointLaw)
+    if last is None:
         return None
     k, rank = len(last.error), int(inquiry.value("rank_task_jacobian"))
     norm = float(np.linalg.norm(last.state.error_last))
-    speed = float(np.linalg.norm(law_map(servo.law, last.state) @ last.state.error_last))
+    speed = float(np.linalg.norm(law_map(JointLaw(), last.state) @ last.state.error_last))
     curved = least_curvature(inquiry)
     place = "a local minimum of V" if curved > -1e-9 else "an equilibrium of the law"
     sentence = (
@@ -36,6 +38,25 @@ def null_space(inquiry: Inquiry) -> Finding | None:
     evidence["lyapunov_rate"] = inquiry.value("lyapunov_rate")
     evidence |= {"least_curvature": curved} if np.isfinite(curved) else {}
     return Finding("local minimum", sentence, evidence)
+
+
+def least_curvature(inquiry: Inquiry) -> float:
+    """Return the least eigenvalue of the Hessian of V over its largest magnitude.
+
+    The Hessian is over the commanded joints at the end of the run, from differences of the
+    gradient (L J)' e; NaN if V is not known.
+    """
+    columns = inquiry.controller.columns
+    n, q = columns.size, inquiry.snapshots[-1].q
+    steps = STEP * np.concatenate([np.eye(n), -np.eye(n)], axis=1)
+    near = Field(inquiry.controller).moved(np.repeat(q, 2 * n, axis=1), steps)
+    truth = true_features(inquiry.case.task, inquiry.case.scene, near)
+    if truth is None or not (np.isfinite(truth.error).all() and np.isfinite(truth.rates).all()):
+        return math.nan
+    gradient = np.einsum("tkn,tk->tn", truth.rates[..., columns], truth.error)
+    H = (gradient[:n] - gradient[n:]) / (2 * STEP)
+    eigenvalues = np.linalg.eigvalsh(0.5 * (H + H.T))
+    return float(eigenvalues[0] / np.abs(eigenvalues).max())
 
 
 def too_few(inquiry: Inquiry) -> str:
@@ -51,13 +72,13 @@ def too_few(inquiry: Inquiry) -> str:
 
 def camera_law(inquiry: Inquiry) -> Finding | None:
     """Report a camera law whose twist the joints cannot follow at all."""
-    last, servo = inquiry.last, inquiry.servo
-    if last is None or servo is None or type(servo.law) is not CameraLaw:
+    last = inquiry.last_under(CameraLaw)
+    if last is None:
         return None
     state = last.state
     twist = np.linalg.pinv(state.interaction_last[..., 0]) @ state.error_last[:, 0]
     joints = int(np.linalg.matrix_rank(state.jacobian_last[..., 0]))
-    V = float(views.gain_of(inquiry.case) * np.linalg.norm(twist))
+    V = float(inquiry.gain * np.linalg.norm(twist))
     e = float(np.linalg.norm(state.error_last))
     if joints >= 6 or 1e-3 * e > V:
         return None
@@ -71,11 +92,11 @@ def camera_law(inquiry: Inquiry) -> Finding | None:
 
 def ascending(inquiry: Inquiry) -> Finding | None:
     """Report a camera law under which V grows, as the joints cannot follow every twist."""
-    last, servo = inquiry.last, inquiry.servo
-    rates = inquiry.diagnosis["lyapunov_rate"].values
-    if last is None or servo is None or type(servo.law) is not CameraLaw:
+    last = inquiry.last_under(CameraLaw)
+    if last is None:
         return None
-    rank, steepest = int(np.linalg.matrix_rank(last.state.jacobian_last[..., 0])), np.nanmax(rates)
+    steepest = np.nanmax(inquiry.diagnosis["lyapunov_rate"].values)
+    rank = int(np.linalg.matrix_rank(last.state.jacobian_last[..., 0]))
     if rank >= 6 or not steepest > 0:
         return None
     sentence = (
@@ -89,9 +110,9 @@ def ascending(inquiry: Inquiry) -> Finding | None:
 
 def own_law(inquiry: Inquiry) -> Finding | None:
     """Report a law of another kind that commands no motion."""
-    last, servo = inquiry.last, inquiry.servo
-    if last is not None and servo is not None and type(servo.law) in (JointLaw, CameraLaw):
+    if inquiry.last_under(JointLaw) or inquiry.last_under(CameraLaw):
         return None
+    servo = inquiry.servo
     name = type(servo.law).__name__ if servo else type(inquiry.case.task).__name__
     return Finding(
         "law", f"{name} commands (almost) nothing here: this is an equilibrium of its own."
@@ -100,8 +121,8 @@ def own_law(inquiry: Inquiry) -> Finding | None:
 
 def lost_direction(inquiry: Inquiry) -> Finding | None:
     """Report the motion that the features or the joints lost in a singularity."""
-    decision, names = inquiry.again.decisions[-1], inquiry.case.scene.velocity_names
-    controller = inquiry.again.loop.controller
+    decision, names = inquiry.decisions[-1], inquiry.case.scene.velocity_names
+    controller = inquiry.controller
     task_jacobian, J = decision.command.task_jacobian[..., 0], decision.J[..., 0]
     if not np.isfinite(task_jacobian).all():
         return None

@@ -21,6 +21,15 @@ def number(value: float) -> str:
     return f"{value:.3g}"
 
 
+def in_unit(value: float, unit: str) -> str:
+    """Return a number with its unit, unless that is "1".
+
+    >>> in_unit(0.5, "px"), in_unit(0.5, "1")
+    ('0.5 px', '0.5')
+    """
+    return number(value) if unit == "1" else f"{number(value)} {unit}"
+
+
 def when(seconds: float) -> str:
     """Return a time as the start of a sentence.
 

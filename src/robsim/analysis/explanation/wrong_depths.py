@@ -3,32 +3,28 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from robsim.analysis.diagnosis import diagnosed
-from robsim.analysis.explanation import views
-from robsim.analysis.explanation.removal import Removal
+from robsim.analysis.explanation.inquiry import Inquiry
+from robsim.analysis.explanation.removal import Change, Removal
 from robsim.analysis.explanation.wording import length, number
-from robsim.analysis.leaves import changed, leaves
-from robsim.analysis.repeated import Repeated
-from robsim.run.experiment import Experiment
+from robsim.analysis.leaves import changed, leaves, with_fields
 from robsim.servo.laws.depth_filter import DepthFilter
 from robsim.world.imperfections.imperfection import Statement
 
 
-def wrong_depths(again: Repeated) -> Iterator[Removal]:
+def wrong_depths(inquiry: Inquiry) -> Iterator[Removal]:
     """Yield the imperfections of scaled depths and of assumed or estimated depths."""
-    scales = {leaf.depth_scale for leaf in leaves(again.case.task)} - {1.0}
+    scales = {leaf.depth_scale for leaf in leaves(inquiry.case.task)} - {1.0}
     if scales:
-        sentence, evidence = _scaled(again, np.ravel(next(iter(scales))))
+        sentence, evidence = _scaled(inquiry, np.ravel(next(iter(scales))))
         change, undone = _each_leaf(depth_scale=1.0), "with the true depths"
         yield Removal("depth scale", "the wrong depths", sentence, change, evidence, undone)
-    odd = [leaf.depth for leaf in leaves(again.case.task) if leaf.depth != "true"]
+    odd = [leaf.depth for leaf in leaves(inquiry.case.task) if leaf.depth != "true"]
     if odd:
-        depths = views.mean_depths(again)
+        depths = inquiry.depths
         depths = depths[depths > 0] if (depths > 0).any() else depths
         low, high = float(depths.min()), float(depths.max())
         sentence = (
@@ -46,9 +42,9 @@ def _worded(depth: Any) -> str:
     return "that of the goal" if depth == "goal" else f"taken as {length(depth)}"
 
 
-def _scaled(again: Repeated, scale: Any) -> Statement:
+def _scaled(inquiry: Inquiry, scale: Any) -> Statement:
     low, high = float(np.min(scale)), float(np.max(scale))
-    product = high * views.gain_of(again.case) * again.case.dt
+    product = high * inquiry.gain * inquiry.case.dt
     evidence = {"least": low, "most": high, "gain_dt": product, "limit": 2.0}
     if low == high:
         sentence = (
@@ -63,19 +59,18 @@ def _scaled(again: Repeated, scale: Any) -> Statement:
         f"{number(high)}, not the same for all marks, to which the loop is sensitive (Malis and "
         "Rives 2003)"
     )
-    slowest = diagnosed(again)["contraction"].values[-1]
+    slowest = inquiry.value("contraction")
     if not np.isfinite(slowest):
         return f"{sentence}.", evidence
-    ideal = abs(1 - views.gain_of(again.case) * again.case.dt)
+    ideal = abs(1 - inquiry.gain * inquiry.case.dt)
     sentence += (
         f": of the error of the motion that is served worst {100 * slowest:.4g} percent are left "
         f"after a period, where {100 * ideal:.4g} should be."
     )
-    return sentence, evidence | {"contraction": float(slowest), "ideal": ideal}
+    return sentence, evidence | {"contraction": slowest, "ideal": ideal}
 
 
-def _each_leaf(**values: Any) -> Any:
-    def change(case: Experiment) -> Experiment:
-        return case.with_(task=changed(case.task, lambda leaf: replace(leaf, **values)))
-
-    return change
+def _each_leaf(**values: Any) -> Change:
+    return lambda case: case.with_(
+        task=changed(case.task, lambda leaf: with_fields(leaf, **values))
+    )

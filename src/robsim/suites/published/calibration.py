@@ -8,9 +8,10 @@ the textbooks are some with robust weights, for marks that lie.
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import pandas as pd
 
 from robsim.base.arrays import Array
 from robsim.geometry.pose import Pose
@@ -18,9 +19,6 @@ from robsim.statistics.random_numbers import SUITES, uniform
 from robsim.suites.poses import SIZE, between, flying, in_cap, looking
 from robsim.suites.schemes import BUILT_IN
 from robsim.suites.suite import Suite, square
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 STARTS, SEED, FOCAL = 50, 7, 500.0
 KINDS = {

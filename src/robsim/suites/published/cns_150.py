@@ -8,9 +8,10 @@ of 20 cm, and how a pair is drawn: both cameras within 45 degrees of the normal 
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import pandas as pd
 
 from robsim.base.arrays import Array
 from robsim.geometry.pose import Pose
@@ -18,9 +19,6 @@ from robsim.run.ends import angle
 from robsim.statistics.random_numbers import SUITES, uniform
 from robsim.suites.poses import between, flying, in_cap, looking
 from robsim.suites.suite import Suite, square
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 THIRDS = (3, 43), (45, 92), (94, 180)  # degrees between start and goal
 PAIRS = 50  # of each third

@@ -9,17 +9,15 @@ motion is seen, the images show the jump alone, as those of a run before its fir
 from __future__ import annotations
 
 from itertools import product
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import pandas as pd
 
 from robsim.geometry.pose import Pose
 from robsim.statistics.random_numbers import SUITES, uniform
 from robsim.suites.poses import flying, in_cap
 from robsim.suites.suite import Suite, square
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 JUMPS = 0.0, 0.02, 0.05, 0.1  # metres
 LATENCIES = 0.0, 0.1, 0.2, 0.3, 0.4  # seconds

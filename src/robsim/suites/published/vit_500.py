@@ -8,18 +8,16 @@ plane z = 0, the goal at the middle of the box, 640 x 480 pixels, a gain of 1 an
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import pandas as pd
 
 from robsim.base.arrays import Array
 from robsim.geometry.pose import Pose
 from robsim.statistics.random_numbers import SUITES, uniform
 from robsim.suites.poses import between, flying, looking
 from robsim.suites.suite import Suite, square
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 STARTS, SEED = 500, 41
 MIDDLE, HALF = np.array([0.0, 0.0, 0.61]), np.array([0.6, 0.6, 0.15])  # of the box, metres
