@@ -21,7 +21,7 @@ from robsim.geometry.pose_table import PoseSpec
 from robsim.robot.link_table import Span
 from robsim.robot.robot_table import OriginSpec
 from robsim.run.phase import Hangings, PhaseName
-from robsim.run.text import Aside, RecordSpec
+from robsim.run.text import Aside
 from robsim.servo.feature_block import Features
 from robsim.servo.goals.goal import GoalSpec
 from robsim.servo.tasks.belief import Belief
@@ -162,11 +162,6 @@ def _(spec: PhaseName) -> list[Any]:
 @refused.register
 def _(spec: Hangings) -> list[Any]:
     return [3, "cup", ["cup"], {"cup": 1}]
-
-
-@refused.register
-def _(spec: RecordSpec) -> list[Any]:
-    return [0, "some", True]
 
 
 @refused.register

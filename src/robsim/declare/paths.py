@@ -183,12 +183,11 @@ def part_of(form: type[Any], each: Field, value: Any, c: Context) -> Part:
     stands: Mapping[str, str] = {} if form is type(value) else getattr(form, "stands", {})
     name, spec = each.name, each.spec
     if form is not type(value) and hasattr(form, "of") and name not in stands:
-        said = _Said(form, c)
         return Part(
             spec,
             c,
-            lambda owner: getattr(said.of(owner), name),
-            lambda owner, new: replace(said.of(owner), **{name: new}).made(c),
+            lambda owner: getattr(form.of(owner, c), name),
+            lambda owner, new: replace(form.of(owner, c), **{name: new}).made(c),
             meaning=each.meaning,
         )
     at = stands.get(name, name)
@@ -202,19 +201,6 @@ def part_of(form: type[Any], each: Field, value: Any, c: Context) -> Part:
     shaped = each.stacked
     part = replace(part, shapes=shaped.shapes, above=shaped.above)
     return replace(part, stack=lambda owner, x: hold(owner, shaped.bound(x)))
-
-
-class _Said:
-    """The form that says the last object that was asked for: a part is got before it is put."""
-
-    def __init__(self, form: type[Any], c: Context):
-        self.form, self.c, self.last, self.made = form, c, None, None
-
-    def of(self, owner: Any) -> Any:
-        """Return the form of an object."""
-        if self.made is None or self.last is not owner:
-            self.last, self.made = owner, self.form.of(owner, self.c)
-        return self.made
 
 
 def _setter(keys: Sequence[str], way: Callable[..., Any]) -> Callable[[Any, Any], Any]:

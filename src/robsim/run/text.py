@@ -11,8 +11,8 @@ from typing import Annotated, Any, ClassVar
 
 import numpy as np
 
-from robsim.base.errors import FileError, InputError, said
-from robsim.declare import Flag, Role, Table, Text, Time, Whole, fields_of
+from robsim.base.errors import FileError, InputError
+from robsim.declare import Flag, OneOf, Role, Table, Text, Time, Whole, Word, fields_of
 from robsim.declare.fields import same
 from robsim.declare.problems import Broken, Problems
 from robsim.declare.spec import MISSING, Context, Given, NoText, Raw, Spec, Unsayable, expected
@@ -35,24 +35,11 @@ SCENE = keys_of(Scene)
 SCENE_SPEC, BELIEF = Table(Scene), Belief()
 
 
-@dataclass(frozen=True)
-class RecordSpec(Spec):
-    """The choice of what is recorded of a run."""
-
-    form: ClassVar[str] = "plain"
-    phrase: ClassVar[str] = '"all", "summary" or a whole number n, to keep every n-th step'
-    json: ClassVar[Mapping[str, Any]] = {
-        "anyOf": [{"enum": ["all", "summary"]}, {"type": "integer", "minimum": 1}]
-    }
-
-    def read(self, raw: Raw, c: Context) -> Any:
-        whole = isinstance(raw, int) and not isinstance(raw, bool) and raw >= 1
-        if whole or raw in ("all", "summary"):
-            return raw
-        raise InputError(f"{said(raw)}: expected {self.words()}")
-
-    def write(self, value: Any, c: Context) -> Any:
-        return value if isinstance(value, str) else int(value)
+RECORD = OneOf(
+    Word(("all", "summary")),
+    Whole(1),
+    words='"all", "summary" or a whole number n, to keep every n-th step',
+)
 
 
 @dataclass(frozen=True)
@@ -63,7 +50,7 @@ class RunTable:
     duration: Annotated[float | None, Time(above=0), "Longest duration of a run."] = None
     seed: Annotated[int | None, Whole(0, 2**64 - 1), "Seed of all random numbers."] = None
     hold: Annotated[bool | None, Flag(), "Whether a run goes on after convergence."] = None
-    record: Annotated[Any, RecordSpec(), "Instants that are recorded."] = None
+    record: Annotated[Any, RECORD, "Instants that are recorded."] = None
     first_run: Annotated[
         int | None, Whole(0, 2**62 - 1), "Number of the first run, for its noise."
     ] = None
