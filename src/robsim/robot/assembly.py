@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -12,10 +13,7 @@ from robsim.base.arrays import Array, frozen
 from robsim.base.errors import InputError
 from robsim.geometry.curves import Curve
 from robsim.geometry.pose import IDENTITY
-from robsim.kernels.formulas import curve as curve_kernels
-from robsim.kernels.formulas import joints as motions
-from robsim.kernels.formulas import ties
-from robsim.kernels.formulas import tree as kernels
+from robsim.kernels.formulas.curve import Curves
 from robsim.robot.frame import (
     Frame,
     check_source,
@@ -26,57 +24,97 @@ from robsim.robot.frame import (
     rows_of,
     steers,
 )
-from robsim.robot.joint import Chord, Joint, Rolling, Steering
+from robsim.robot.joint import FIXED, Chord, Joint, Rolling, Steering
 from robsim.robot.joints.car import STEERED
-from robsim.robot.joints.coupling import UPRIGHT, Stand
-from robsim.robot.member import Member, OwnMotion
+from robsim.robot.joints.coupling import UPRIGHT, Coupling, Stand
+from robsim.robot.joints.kind import JointKind
+from robsim.robot.member import Member
+
+
+class Body(NamedTuple):
+    """A body of a tree, and the joint that it stands on; body 0 is the world."""
+
+    parent: int
+    kind: JointKind
+    x: int  # its first coordinate among those of the tree and, after them, those that follow
+    q: int = -1  # the same where it is one of the tree's own, or -1
+    v: int = -1  # its first velocity, or -1
+    curve: int = 0  # the number of the curve of a rail
+    bend: int = 0  # the ratio that is the curvature there
+    slope: int = 0  # the ratio of a rail that follows another coordinate
+
+
+class Tie(NamedTuple):
+    """A coordinate that follows another one, a row of x; the ratio 1 + i is that of tie i."""
+
+    follows: Coupling
+    source: int
+    curve: int  # the number of the curve of a chord
+    numbers: tuple[float, float, float]
+
+
+class Wheel(NamedTuple):
+    """A wheel that rolls below its vehicle."""
+
+    q: int  # its angle
+    v: int  # the speed of the vehicle; its turn rate is the next
+    steering: int  # the coordinate by which the wheel is turned, or -1
+    ratio: int  # of what the speed adds to that of the wheel; that of the turn rate is the next
+    numbers: tuple[float, float, float]  # radius, and x and y of the hub on the vehicle
+
+
+class Joints(NamedTuple):
+    """The constants of a tree, body by body; body 0 is the world."""
+
+    bodies: tuple[Body, ...]
+    place: Array  # (bodies, 3, 4)
+    members: tuple[Member, ...]  # that have coordinates of their own
+    ties: tuple[Tie, ...]  # each after the one that it depends on
+    wheels: tuple[Wheel, ...]
+    curves: Curves
+    ratios: int  # how many
 
 
 @dataclass
 class Assembly:
-    """The conversion of the frames of a tree to rows, parents and sources first."""
+    """The conversion of the frames of a tree to bodies, parents and sources first."""
 
     frames: list[Frame]
     where: dict[str, tuple[int, Array]] = field(default_factory=dict)
     moves: list[tuple[int, int, int, int, int]] = field(default_factory=list)
     cars: list[tuple[int, int, Steering]] = field(default_factory=list)
     members: list[Member] = field(default_factory=list)
-    own: list[OwnMotion] = field(default_factory=list)
-    staged: list[OwnMotion] = field(default_factory=list)
+    curves: list[Curve] = field(default_factory=list)
+    wheels: list[Wheel] = field(default_factory=list)
 
     def __post_init__(self) -> None:
         self.first = first_indices(self.frames)  # coordinates keep the declared order
         self.nq, self.nv = self.first.pop(None)
         self.where["world"] = (0, IDENTITY.matrix)
         self.owners = owners_of(self.frames)
-        self.ties = in_order([f for f in self.frames if f.joint.tied])
+        tied = in_order([f for f in self.frames if f.joint.tied])
         self.rows = rows_of(self.frames, self.first)  # of all coordinates, by name
-        self.rows |= {frame.label: self.nq + i for i, frame in enumerate(self.ties)}
-        for frame in self.ties:
+        self.rows |= {frame.label: self.nq + i for i, frame in enumerate(tied)}
+        for frame in tied:
             check_source(frame, self.owners)
-        self.curves: list[Curve] = []
-        self.bodies = [(0, 0, 0, -1, -1, 0, 0)]  # rows of `kernels.Joints`
+        self.bodies = [Body(0, FIXED.model, 0)]
         self.places = [np.eye(4)]  # of each body in its parent
         self.carriers: list[Frame | None] = [None]  # of each body, the frame with its joint
-        self.wheels: list[tuple[int, int, int, int]] = []
-        self.wheel_numbers: list[tuple[float, float, float]] = []
-        self.ratios = 1 + len(self.ties)
+        self.ratios = 1 + len(tied)
         for frame in parents_first(self.frames):
             self._add(frame)
-        self.tied = [self._tie(i, frame) for i, frame in enumerate(self.ties)]
+        self.ties = [self._tie(frame) for frame in tied]
 
-    def joints(self) -> kernels.Joints:
-        """Return the constants of all joints for the kernels."""
-        return kernels.Joints(
-            _table(self.bodies, 7),
+    def joints(self) -> Joints:
+        """Return the constants of all joints."""
+        return Joints(
+            tuple(self.bodies),
             _places(self.places),
-            ties.Ties(
-                _table([row for row, _ in self.tied], 5), _numbers([n for _, n in self.tied])
-            ),
-            ties.Wheels(_table(self.wheels, 4), _numbers(self.wheel_numbers)),
+            tuple(self.members),
+            tuple(self.ties),
+            tuple(self.wheels),
             _joined(self.curves),
             self.ratios,
-            tuple(self.staged),
         )
 
     def _add(self, frame: Frame) -> None:
@@ -88,35 +126,35 @@ class Assembly:
             return
         body, own = len(self.bodies), joint.parts
         q, v = self.first[frame.name]
-        iq, iv = (q if own.coordinates else -1), (v if own.velocities else -1)
-        ix = self.rows.get(frame.label, q)  # the first, where a joint has several coordinates
+        x = self.rows.get(frame.label, q)  # the first, where a joint has several coordinates
         which = bend = 0
         if joint.curve is not None:
             which, bend = self._curve(joint.curve), self.ratios
             self.ratios += 1
         self.where[frame.name] = (body, joint.tail.matrix)
-        self.bodies.append((above, joint.model.code, ix, iq, iv, which, bend))
+        iq, iv = (q if own.coordinates else -1), (v if own.velocities else -1)
+        slope = max(1 + x - self.nq, 0)
+        self.bodies.append(Body(above, joint.model, x, iq, iv, which, bend, slope))
         self.places.append(start)
         self.carriers.append(frame)
         if own.coordinates:
-            self._count(joint, body, iq, v)
+            self._count(joint, body, q, v)
         self._move(frame, body, iv, bend)
         if joint.steering is not None:
-            self.cars.append((iq + STEERED, iv, joint.steering))
+            self.cars.append((q + STEERED, v, joint.steering))
         if isinstance(joint.follows, Rolling):
-            self._roll(frame, body, iq, joint.follows.radius)
+            self._roll(frame, body, q, joint.follows.radius)
 
     def _count(self, joint: Joint, body: int, q: int, v: int) -> None:
         """Add a joint that has coordinates of its own, which start at rows q and v."""
         own = joint.parts
         rows = slice(q, q + len(own.coordinates)), slice(v, v + len(own.velocities))
-        member = Member(body, joint.model, *rows, rolls=joint.follows is not None)
-        self.members.append(member)
-        if joint.model.code == motions.OWN:
-            made = OwnMotion(member, self.ratios)
-            (self.own if joint.model.placing is None else self.staged).append(made)
-            self.moves += made.moves
-            self.ratios += len(made.moves)
+        rolls = joint.follows is not None
+        self.members.append(Member(body, joint.model, *rows, rolls, self.ratios))
+        if joint.model.own:
+            made = self.members[-1].moves
+            self.moves += made
+            self.ratios += len(made)
 
     def _move(self, frame: Frame, body: int, iv: int, bend: int) -> None:
         """Add the motions of a body by its own velocities, or by the one that it follows."""
@@ -141,14 +179,13 @@ class Assembly:
             owner = self.owners[name]
         return None if steers(owner, name) else self.first[owner.name][1]
 
-    def _tie(self, i: int, frame: Frame) -> tuple[tuple[int, ...], tuple[float, ...]]:
-        """Return a row of `kernels.Ties`: its integers and its numbers."""
-        follows, ratio = frame.joint.follows, 1 + i
+    def _tie(self, frame: Frame) -> Tie:
+        """Return how a coordinate follows another one."""
+        follows = frame.joint.follows
         assert follows is not None and follows.tied
-        source = self.rows[follows.of]
         which = self._chorded(frame) if follows.on_a_curve else 0
         numbers = follows.constants(self._stand(frame) if follows.on_a_car else None)
-        return (follows.code, source, ratio, which, follows.given), numbers
+        return Tie(follows, self.rows[follows.of], which, numbers)
 
     def _chorded(self, frame: Frame) -> int:
         """Return the number of the curve of the rail that a chord is on."""
@@ -162,7 +199,7 @@ class Assembly:
     def _stand(self, frame: Frame) -> Stand:
         """Return the wheelbase of the car of a steered wheel, and the wheel's x and y on it."""
         body = self.where[frame.name][0]
-        above, start = self.bodies[body][0], _one(frame.name, self.places[body])
+        above, start = self.bodies[body].parent, _one(frame.name, self.places[body])
         carrier = self.carriers[above]
         if carrier is None or carrier.joint.steering is None or abs(start[2, 2] - 1) > UPRIGHT:
             raise InputError(f"'{frame.name}' must stand upright on a car, to steer as its wheel")
@@ -170,7 +207,7 @@ class Assembly:
 
     def _roll(self, frame: Frame, body: int, row: int, radius: float) -> None:
         """Add a rolling wheel: the place of its hub on its vehicle, and its steering coordinate."""
-        above, hub, steering = self.bodies[body][0], _one(frame.name, self.places[body]), -1
+        above, hub, steering = self.bodies[body].parent, _one(frame.name, self.places[body]), -1
         carrier = self.carriers[above]
         if carrier is not None and carrier.joint.tied:
             steering = self.rows[carrier.label]
@@ -179,7 +216,7 @@ class Assembly:
             if aside > UPRIGHT:
                 raise InputError(f"'{frame.name}': its hub is {aside:g} m beside what steers it")
             hub = self.places[above] @ hub
-            above = self.bodies[above][0]
+            above = self.bodies[above].parent
             carrier = self.carriers[above]
         if carrier is None or not carrier.joint.model.wheeled:
             raise InputError(f"'{frame.name}' rolls, and stands on no vehicle (unicycle or car)")
@@ -187,9 +224,8 @@ class Assembly:
             raise InputError(f"'{frame.name}': its axis must lie across its vehicle, along y")
         first, v = self.ratios, self.first[carrier.name][1]
         self.ratios += 2
-        signed = radius * float(np.sign(hub[1, 2]))
-        self.wheels.append((row, v, steering, first))
-        self.wheel_numbers.append((signed, float(hub[0, 3]), float(hub[1, 3])))
+        numbers = radius * float(np.sign(hub[1, 2])), float(hub[0, 3]), float(hub[1, 3])
+        self.wheels.append(Wheel(row, v, steering, first, numbers))
         self.moves += [(v, body, 1, 2, first), (v + 1, body, 1, 2, first + 1)]
 
     def _curve(self, curve: Curve) -> int:
@@ -224,16 +260,8 @@ def _places(places: Sequence[Array]) -> Array:
     return frozen(np.ascontiguousarray(last))
 
 
-def _table(rows: Sequence[Sequence[int]], width: int) -> NDArray[np.int64]:
-    return integers(np.array(rows, dtype=np.int64).reshape(-1, width))
-
-
-def _numbers(rows: Sequence[Sequence[float]]) -> Array:
-    return frozen(np.array(rows, dtype=np.float64).reshape(-1, 3))
-
-
-def _joined(curves: Sequence[Curve]) -> curve_kernels.Curves:
+def _joined(curves: Sequence[Curve]) -> Curves:
     pieces = [np.empty((0, 7)), *(curve.pieces for curve in curves)]
     ends = np.cumsum([len(p) for p in pieces])
     lengths = frozen(np.array([curve.length for curve in curves], dtype=float))
-    return curve_kernels.Curves(integers(ends), lengths, frozen(np.concatenate(pieces)))
+    return Curves(integers(ends), lengths, frozen(np.concatenate(pieces)))

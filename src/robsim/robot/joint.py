@@ -14,7 +14,6 @@ from robsim.base.values import unchecked
 from robsim.base.warned import warn_of_degrees
 from robsim.geometry.curves import Curve
 from robsim.geometry.pose import IDENTITY, Pose, one_pose
-from robsim.kernels.formulas import joints as kernels
 from robsim.robot.dh_row import DHRow
 from robsim.robot.joints.ackermann import Ackermann
 from robsim.robot.joints.car import Steering
@@ -41,7 +40,6 @@ __all__ = [
 
 LIMIT_SLACK = 1e-9  # metres or radians by which rounding may exceed a limit
 POSES = ("place", "tail")  # that a row gives
-ROWED = ("fixed", "revolute", "prismatic")  # kinds whose constants a DH row may give
 _NEEDED: dict[str, type[Any]] = {"curve": Curve, "steering": Steering}  # fields that a kind needs
 
 
@@ -168,7 +166,7 @@ class Joint:
         """Keep the constants of a row; InputError if poses are given that are not these."""
         if not isinstance(row, DHRow):
             raise InputError(f"joint dh: expected a DHRow, got {said(row)}")
-        if self.model.name not in ROWED:
+        if not self.model.rowed:
             raise InputError(f"a {self.model.name} joint has place and tail, not dh")
         given = self.place, self.tail
         place, tail = row.constants(self.model.turns)
@@ -178,7 +176,7 @@ class Joint:
         object.__setattr__(self, "tail", tail)
 
     def _check_kind(self) -> None:
-        if self.model.code != kernels.OWN and JOINTS.get(self.model.name) is type(self.model):
+        if not self.model.own and JOINTS.get(self.model.name) is type(self.model):
             object.__setattr__(self, "kind", self.model.name)  # built-in kinds are stored by name
         else:
             check_kind(self.model)

@@ -6,12 +6,9 @@ from collections.abc import Sequence
 from typing import Any
 
 from robsim.kernels.bodies import moving
-from robsim.kernels.formulas import joints as kinds
-from robsim.kernels.formulas.tree import IQ, IV, KIND, Joints
 from robsim.kernels.machine.program import Program
 from robsim.kernels.machine.rows import Rows
-
-IN_PLANE = {kinds.PLANAR: 3, kinds.UNICYCLE: 2, kinds.CAR: 2}  # velocities
+from robsim.robot.assembly import Joints
 
 
 def add_motion(
@@ -23,33 +20,24 @@ def add_motion(
     (see `add_rolling`) and joints of the user's kinds in Python are not moved here.
     """
     steady: list[tuple[Any, Any]] = []
-    for row in joints.rows[1:]:
-        kind, first, at = row[KIND], row[IQ], row[IV]
-        rate = rates[at] if at >= 0 else None
-        if rate is None or kind == kinds.OWN:
+    for member in joints.members:
+        stage, own, v = member.kind.moving, q[member.q], rates[member.v]
+        called = member.kind.own and member.kind.placing is None
+        if called or not v or v[0] is None:
             continue
-        if kind == kinds.FLOATING:
-            program.add(moving.fly, dt=dt, q=q[first : first + 7], v=Rows(rate, (6,)))
-        elif kind in IN_PLANE:
-            v = Rows(rate, (IN_PLANE[kind],))
-            program.add(moving.glide, dt=dt, q=q[first : first + 3], v=v)
-        else:
-            steady.append((q[first], rate))
-    for each in joints.staged:
-        member = each.member
-        own, v = q[member.q], rates[member.v]
-        if v[0] is None:
-            continue
-        if member.kind.moving is not None:
-            given = {"dt": dt, "q": own, "v": Rows(v[0], (len(v),))}
-            program.add(member.kind.moving, **given, numbers=program.constant(each.constants))
-        else:
+        if stage is None:
             steady += zip(own, v, strict=True)
+            continue
+        given = {"dt": dt, "q": own, "v": Rows(v[0], (len(v),))}
+        if "numbers" in stage.signature.given:
+            given["numbers"] = program.constant(member.constants)
+        program.add(stage, **given)
     if steady:
         program.add(moving.run, dt=dt, moves=steady)
 
 
 def add_rolling(program: Program, joints: Joints, q: Rows, v: Rows, ratio: Rows, dt: Rows) -> None:
     """Add the stages that roll the wheels of vehicles, by ratios in rows that hold before."""
-    for n, m, _, k in joints.wheels.rows:
-        program.add(moving.roll, dt=dt, angle=q[n], v=v[m : m + 2], ratio=ratio[k : k + 2])
+    for wheel in joints.wheels:
+        m, k = wheel.v, wheel.ratio
+        program.add(moving.roll, dt=dt, angle=q[wheel.q], v=v[m : m + 2], ratio=ratio[k : k + 2])

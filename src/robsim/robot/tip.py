@@ -88,7 +88,7 @@ def _depths(links: Iterable[Link]) -> dict[str, int]:
             above = by_name[above].parent
         count = 0 if above is None else depth[above]
         for link in reversed(chain):
-            count += link.joint.kind != "fixed"
+            count += link.joint.moves
             depth[link.name] = count
     return {name: depth[name] for name in by_name}
 

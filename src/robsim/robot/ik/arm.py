@@ -73,7 +73,7 @@ class Arm:
         turns = np.zeros(len(self.limits), dtype=np.bool_)
         turning = np.array([kind.turns for kind in self.tree.kinds(self.columns)], dtype=np.bool_)
         turns[row[turning & (row >= 0)]] = True
-        turns[np.intersect1d(self.tree.joints.ties.rows[:, 1], np.flatnonzero(turns))] = False
+        turns[[tie.source for tie in self.tree.joints.ties if tie.source < len(turns)]] = False
         endless = turns & np.isinf(self.limits).all(axis=1)
         low, high = self.limits.T.copy()
         low[endless], high[endless] = -math.pi, math.pi

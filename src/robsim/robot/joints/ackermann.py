@@ -6,7 +6,8 @@ from dataclasses import dataclass
 from typing import ClassVar, Literal
 
 from robsim.declare import check_fields, register
-from robsim.kernels.formulas import ties as kernels
+from robsim.kernels.bodies import placing
+from robsim.kernels.machine.stage import Stage
 from robsim.robot.joints.coupling import Coupling, Of, Source, Stand
 
 
@@ -22,7 +23,7 @@ class Ackermann(Coupling):
     'body.steering'
     """
 
-    code: ClassVar[int] = kernels.ACKERMANN
+    stage: ClassVar[Stage | None] = placing.steer
     limited: ClassVar[bool] = False
     on_a_car: ClassVar[bool] = True
     wanted: ClassVar[str] = "the steering angle of a car"

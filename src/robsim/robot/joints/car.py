@@ -12,7 +12,6 @@ from robsim.base.arrays import Array, numbers
 from robsim.base.errors import InputError
 from robsim.declare import Angle, Length, Quantity, check_fields, described, register
 from robsim.geometry.pose import common_lead
-from robsim.kernels.formulas import joints as kernels
 from robsim.robot.joints.planar import InPlane
 
 STEERED = 3  # the steering angle among the coordinates
@@ -29,7 +28,6 @@ class Car(InPlane):
     velocities: ClassVar[tuple[str, ...]] = (".v", ".omega")
     rates: ClassVar[tuple[str, ...]] = ("m/s", "rad/s")
     moves: ClassVar[tuple[tuple[bool, int], ...]] = ((False, 0), (True, 2))
-    code: ClassVar[int] = kernels.CAR
     wheeled: ClassVar[bool] = True
     needs: ClassVar[str | None] = "steering"
 

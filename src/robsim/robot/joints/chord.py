@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
 
 from robsim.base.errors import InputError
 from robsim.declare import Length, Word, check_fields, register
 from robsim.geometry.curves import Curve
-from robsim.kernels.formulas import ties as kernels
+from robsim.kernels.bodies import placing
+from robsim.kernels.machine.rows import Rows
 from robsim.robot.joints.coupling import Coupling, Of, Source, Stand
 
 GIVEN = ("angle", "arc", "height", "tilt")  # in the order of the kernel's numbers
@@ -36,7 +37,6 @@ class Chord(Coupling):
     0.4
     """
 
-    code: ClassVar[int] = kernels.CHORD
     limited: ClassVar[bool] = False
     on_a_curve: ClassVar[bool] = True
     wanted: ClassVar[str] = "a rail of its own speed"
@@ -69,11 +69,6 @@ class Chord(Coupling):
         return "an angle" if self.gives in ("angle", "tilt") else "a length"
 
     @property
-    def given(self) -> int:
-        """The number of the quantity that it gives, for the kernel."""
-        return GIVEN.index(self.gives)
-
-    @property
     def relation(self) -> str:
         """The quantity that it gives, and the chord, for overviews."""
         return f"{self.gives} of the chord of {self.length:g} m from {self.of}"
@@ -86,6 +81,11 @@ class Chord(Coupling):
         """Return length, radius, and the position of the third wheel."""
         assert self.at is not None  # set in __post_init__
         return self.length, self.radius, self.at
+
+    def add_stages(self, placed: Any, which: int, **rows: Rows) -> None:
+        """Add the stage of what it gives, on the curve with this number."""
+        what = GIVEN.index(self.gives)
+        placed.program.add(placing.hang, **placed.curves, **rows, which=which, what=what)
 
     def check(self, name: str, curve: Curve) -> None:
         """Raise InputError if a wheel does not fit a bend, or the chord does not fit the curve.

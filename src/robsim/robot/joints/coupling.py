@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Annotated, ClassVar, Literal, NamedTuple
+from typing import Annotated, Any, ClassVar, Literal, NamedTuple
 
 from robsim.declare import Text, family
+from robsim.kernels.machine.rows import Rows
+from robsim.kernels.machine.stage import Stage
 from robsim.robot.joints.kind import JointKind
 
 COUPLINGS = family("coupling")
@@ -31,7 +33,7 @@ class Stand(NamedTuple):
 class Coupling:
     """The base class of all ways in which a coordinate follows another."""
 
-    code: ClassVar[int] = -1  # of its kernel
+    stage: ClassVar[Stage | None] = None  # that computes the coordinate
     tied: ClassVar[bool] = True  # whether the coordinate is not a state of its own
     limited: ClassVar[bool] = True  # whether limits of the coordinate are checked
     on_a_car: ClassVar[bool] = False  # whether it needs its position on a car
@@ -45,11 +47,6 @@ class Coupling:
         return None
 
     @property
-    def given(self) -> int:
-        """The number of the quantity that the kernel computes."""
-        return 0
-
-    @property
     def relation(self) -> str:
         """The coupling in a few words, for overviews."""
         return ""
@@ -59,5 +56,9 @@ class Coupling:
         return False
 
     def constants(self, stand: Stand | None) -> tuple[float, float, float]:
-        """Return the constants of its kernel."""
+        """Return the constants of its stage."""
         return 0.0, 0.0, 0.0
+
+    def add_stages(self, placed: Any, which: int, **rows: Rows) -> None:
+        """Add the stage of the coordinate to what is placed; `which` numbers the curve it is on."""
+        placed.program.add(self.stage, **rows)

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from robsim.declare import register
+from robsim.kernels.machine.stage import Stage
 from robsim.robot.joints.kind import JointKind
 
 
@@ -15,4 +16,5 @@ class Fixed(JointKind):
     """A joint that does not move."""
 
     name: ClassVar[str] = "fixed"
-    code: ClassVar[int] = 0  # it is folded into the constants of other joints
+    rowed: ClassVar[bool] = True
+    fused: ClassVar[Stage | None] = None  # it is folded into the constants of other joints

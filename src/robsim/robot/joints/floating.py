@@ -11,7 +11,8 @@ from robsim.base.arrays import Array, length
 from robsim.base.errors import InputError
 from robsim.declare import register
 from robsim.geometry.rotation import random_quaternions
-from robsim.kernels.formulas import joints as kernels
+from robsim.kernels.bodies import moving, placing
+from robsim.kernels.machine.stage import Stage
 from robsim.robot.joints.kind import AROUND, JointKind
 
 
@@ -31,8 +32,8 @@ class Floating(JointKind):
     moves: ClassVar[tuple[tuple[bool, int], ...]] = tuple(
         (turns, axis) for turns in (False, True) for axis in range(3)
     )
-    code: ClassVar[int] = kernels.FLOATING
-    straight: ClassVar[bool] = False
+    fused: ClassVar[Stage | None] = placing.fly
+    moving: ClassVar[Stage | None] = moving.fly
     roams: ClassVar[bool] = True
     free: ClassVar[bool] = True
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import fields, is_dataclass
 from typing import Any, ClassVar, NamedTuple
 
@@ -9,7 +10,8 @@ import numpy as np
 
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError, said
-from robsim.kernels.formulas import joints as kernels
+from robsim.kernels.bodies.placing import carry
+from robsim.kernels.machine.rows import Rows
 from robsim.kernels.machine.stage import Stage
 
 AROUND = 0.5  # metres either way of home, for joints without limits; angles have a full turn
@@ -25,6 +27,16 @@ class Parts(NamedTuple):
     rates: tuple[str, ...] = ()  # units of the velocities
     # what the velocities are: (about an axis, which axis of the moving frame)
     moves: tuple[tuple[bool, int], ...] = ()
+
+
+class PlacedBody(NamedTuple):
+    """A body that stages place: the rows that they read and write, and how it is joined."""
+
+    parent: Rows
+    place: Rows
+    x: Rows  # its first coordinate, or the motion of a user's kind
+    pose: Rows
+    body: Any
 
 
 class JointKind:
@@ -48,11 +60,14 @@ class JointKind:
     wheeled      whether it cannot move sideways, (v, omega) being its velocities
     free         whether its coordinates are a pose: a position and a unit quaternion
     follower     whether its coordinate may depend on others, as `Mimic` does
+    rowed        whether a Denavit-Hartenberg row gives its constants
     needs        the field that its `Joint` must have: "curve", "steering" or none
     placing      the compiled stage that computes motion and twists instead of the methods, from
                  the coordinates and the `constants` of the joint
     moving       likewise the stage that moves the coordinates by velocities that are held; without
                  it, if `placing` is given, each velocity is the rate of one coordinate
+    fused        of RobSim's kinds the stage that places bodies at once, from their first
+                 coordinates; their `moves` stand for the twists
     """
 
     name: ClassVar[str] = ""
@@ -61,16 +76,17 @@ class JointKind:
     velocities: ClassVar[tuple[str, ...]] = ()
     rates: ClassVar[tuple[str, ...]] = ()
     moves: ClassVar[tuple[tuple[bool, int], ...]] = ()
-    code: ClassVar[int] = kernels.OWN  # of its kernel; all kinds without one are OWN
     straight: ClassVar[bool] = True
     turns: ClassVar[bool] = False
     roams: ClassVar[bool] = False
     wheeled: ClassVar[bool] = False
     free: ClassVar[bool] = False
     follower: ClassVar[bool] = False
+    rowed: ClassVar[bool] = False
     needs: ClassVar[str | None] = None
     placing: ClassVar[Stage | None] = None
     moving: ClassVar[Stage | None] = None
+    fused: ClassVar[Stage | None] = carry
 
     def __init_subclass__(cls, **options: Any) -> None:
         """Fill in the attributes that follow from those that the class defines."""
@@ -82,6 +98,11 @@ class JointKind:
             cls.rates = tuple(f"{unit}/s" for unit in cls.units)
         if ("integrate" in own or "moving" in own) and "straight" not in own:
             cls.straight = False
+
+    @property
+    def own(self) -> bool:
+        """Whether it is of the user's own: its motion comes first, and then is carried along."""
+        return self.fused is carry
 
     @property
     def parts(self) -> Parts:
@@ -119,6 +140,10 @@ class JointKind:
     def integrate(self, q: Array, v: Array, dt: float) -> Array:
         """Return coordinates (B, n) after velocities v (B, nv) were held for dt seconds."""
         return q + v * dt
+
+    def add_placing(self, placed: Any, bodies: Iterable[PlacedBody]) -> None:
+        """Add the stage that places bodies on joints of this kind."""
+        placed.program.add(self.fused, each=[tuple(each[:4]) for each in bodies])
 
     @property
     def rest(self) -> Array:
@@ -180,7 +205,7 @@ def check_kind(kind: JointKind) -> None:
     who = type(kind).__name__
     if not kind.name or not isinstance(kind.name, str):
         raise InputError(f"{who}.name: expected a word such as 'helical', got {said(kind.name)}")
-    if kind.code != kernels.OWN:
+    if not kind.own:
         raise InputError(f"{who} derives from a kind that is compiled; derive from JointKind")
     for method in ("motion", "twists") if kind.placing is None else ():
         if getattr(type(kind), method) is getattr(JointKind, method):

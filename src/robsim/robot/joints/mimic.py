@@ -9,7 +9,8 @@ import numpy as np
 
 from robsim.declare import Number, check_fields, register
 from robsim.declare.joints import OfJoint
-from robsim.kernels.formulas import ties as kernels
+from robsim.kernels.bodies import placing
+from robsim.kernels.machine.stage import Stage
 from robsim.robot.joints.coupling import Coupling, Of, Source, Stand
 
 
@@ -22,7 +23,7 @@ class Mimic(Coupling):
     1.0
     """
 
-    code: ClassVar[int] = kernels.MIMIC
+    stage: ClassVar[Stage | None] = placing.mimic
     of: Of
     ratio: Annotated[float, Number(), "Ratio of its change to that of the other coordinate."] = 1.0
     offset: Annotated[float, OfJoint(), "Value where the other coordinate is zero."] = 0.0

@@ -9,14 +9,16 @@ import numpy as np
 
 from robsim.base.arrays import Array, length
 from robsim.declare import register
-from robsim.kernels.formulas import joints as kernels
+from robsim.kernels.bodies import moving, placing
+from robsim.kernels.machine.stage import Stage
 from robsim.robot.joints.kind import AROUND, JointKind, turned
 
 
 class InPlane(JointKind):
     """The base of kinds whose first coordinates are x, y and heading theta in the plane z = 0."""
 
-    straight: ClassVar[bool] = False
+    fused: ClassVar[Stage | None] = placing.glide
+    moving: ClassVar[Stage | None] = moving.glide
     roams: ClassVar[bool] = True
 
     def sample(self, share: Array, home: Array, limits: Array) -> Array:
@@ -41,4 +43,3 @@ class Planar(InPlane):
     units: ClassVar[tuple[str, ...]] = ("m", "m", "rad")
     velocities: ClassVar[tuple[str, ...]] = (".vx", ".vy", ".omega")
     moves: ClassVar[tuple[tuple[bool, int], ...]] = ((False, 0), (False, 1), (True, 2))
-    code: ClassVar[int] = kernels.PLANAR

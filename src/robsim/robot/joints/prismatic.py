@@ -6,7 +6,8 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from robsim.declare import register
-from robsim.kernels.formulas import joints as kernels
+from robsim.kernels.bodies import placing
+from robsim.kernels.machine.stage import Stage
 from robsim.robot.joints.kind import JointKind
 
 
@@ -19,5 +20,6 @@ class Prismatic(JointKind):
     coordinates: ClassVar[tuple[str, ...]] = ("",)
     units: ClassVar[tuple[str, ...]] = ("m",)
     moves: ClassVar[tuple[tuple[bool, int], ...]] = ((False, 2),)
-    code: ClassVar[int] = kernels.PRISMATIC
+    fused: ClassVar[Stage | None] = placing.slide
     follower: ClassVar[bool] = True
+    rowed: ClassVar[bool] = True

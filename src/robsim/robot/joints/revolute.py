@@ -6,7 +6,8 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from robsim.declare import register
-from robsim.kernels.formulas import joints as kernels
+from robsim.kernels.bodies import placing
+from robsim.kernels.machine.stage import Stage
 from robsim.robot.joints.kind import JointKind
 
 
@@ -19,6 +20,7 @@ class Revolute(JointKind):
     coordinates: ClassVar[tuple[str, ...]] = ("",)
     units: ClassVar[tuple[str, ...]] = ("rad",)
     moves: ClassVar[tuple[tuple[bool, int], ...]] = ((True, 2),)
-    code: ClassVar[int] = kernels.REVOLUTE
+    fused: ClassVar[Stage | None] = placing.turn
     turns: ClassVar[bool] = True
     follower: ClassVar[bool] = True
+    rowed: ClassVar[bool] = True

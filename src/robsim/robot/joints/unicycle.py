@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from robsim.declare import register
-from robsim.kernels.formulas import joints as kernels
 from robsim.robot.joints.planar import InPlane
 
 
@@ -21,5 +20,4 @@ class Unicycle(InPlane):
     velocities: ClassVar[tuple[str, ...]] = (".v", ".omega")
     rates: ClassVar[tuple[str, ...]] = ("m/s", "rad/s")
     moves: ClassVar[tuple[tuple[bool, int], ...]] = ((False, 0), (True, 2))
-    code: ClassVar[int] = kernels.UNICYCLE
     wheeled: ClassVar[bool] = True

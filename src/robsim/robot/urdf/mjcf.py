@@ -61,7 +61,7 @@ def _tops(links: Sequence[Link]) -> Iterator[tuple[str, Pose | None]]:
                 continue
             above, joint = known[link.parent], link.joint
             pose = None if above is None else above @ joint.place @ joint.tail
-            known[link.name] = pose if joint.kind == "fixed" else None
+            known[link.name] = None if joint.moves else pose
             if joint.kind == "floating" or link.parent is None:
                 yield link.name, pose
         waiting = later
@@ -90,7 +90,7 @@ def _bodies(text: Text, top: Link, pose: Pose, links: Sequence[Link]) -> None:
 def _body(text: Text, link: Link) -> None:
     """Write the inertia, the joints and the geoms of one body."""
     inertial = link.inertial
-    if inertial is None and link.joint.kind != "fixed":
+    if inertial is None and link.joint.moves:
         inertial = TOKEN
     if inertial is not None:
         _inertial(text, inertial)
