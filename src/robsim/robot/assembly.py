@@ -21,12 +21,11 @@ from robsim.robot.frame import (
     in_order,
     owners_of,
     parents_first,
-    rows_of,
     steers,
 )
 from robsim.robot.joint import FIXED, Chord, Joint, Rolling, Steering
 from robsim.robot.joints.car import STEERED
-from robsim.robot.joints.coupling import UPRIGHT, Coupling, Stand
+from robsim.robot.joints.coupling import UPRIGHT, Coupling
 from robsim.robot.joints.kind import JointKind
 from robsim.robot.member import Member
 
@@ -93,8 +92,9 @@ class Assembly:
         self.where["world"] = (0, IDENTITY.matrix)
         self.owners = owners_of(self.frames)
         tied = in_order([f for f in self.frames if f.joint.tied])
-        self.rows = rows_of(self.frames, self.first)  # of all coordinates, by name
-        self.rows |= {frame.label: self.nq + i for i, frame in enumerate(tied)}
+        own = [name for frame in self.frames for name in frame.coordinates]
+        names = [*own, *(frame.label for frame in tied)]
+        self.rows = {name: i for i, name in enumerate(names)}  # of all coordinates
         for frame in tied:
             check_source(frame, self.owners)
         self.bodies = [Body(0, FIXED.model, 0)]
@@ -184,7 +184,7 @@ class Assembly:
         follows = frame.joint.follows
         assert follows is not None and follows.tied
         which = self._chorded(frame) if follows.on_a_curve else 0
-        numbers = follows.constants(self._stand(frame) if follows.on_a_car else None)
+        numbers = self._stand(frame) if follows.on_a_car else follows.constants
         return Tie(follows, self.rows[follows.of], which, numbers)
 
     def _chorded(self, frame: Frame) -> int:
@@ -196,14 +196,14 @@ class Assembly:
         follows.check(frame.name, curve)
         return self._curve(curve)
 
-    def _stand(self, frame: Frame) -> Stand:
+    def _stand(self, frame: Frame) -> tuple[float, float, float]:
         """Return the wheelbase of the car of a steered wheel, and the wheel's x and y on it."""
         body = self.where[frame.name][0]
         above, start = self.bodies[body].parent, _one(frame.name, self.places[body])
         carrier = self.carriers[above]
         if carrier is None or carrier.joint.steering is None or abs(start[2, 2] - 1) > UPRIGHT:
             raise InputError(f"'{frame.name}' must stand upright on a car, to steer as its wheel")
-        return Stand(carrier.joint.steering.wheelbase, float(start[0, 3]), float(start[1, 3]))
+        return carrier.joint.steering.wheelbase, float(start[0, 3]), float(start[1, 3])
 
     def _roll(self, frame: Frame, body: int, row: int, radius: float) -> None:
         """Add a rolling wheel: the place of its hub on its vehicle, and its steering coordinate."""

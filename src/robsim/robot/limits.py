@@ -59,17 +59,15 @@ def _mimicked(
 ) -> tuple[int, tuple[float, float]]:
     """Return the coordinate that a link mimics in the end, and its limits due to the link's.
 
-    InputError if what is mimicked does not mimic, but follows in
-    another way.
+    InputError if what is mimicked does not mimic, but follows in another way.
     """
     mimic = link.joint.follows
     assert isinstance(mimic, Mimic) and link.joint.limits is not None
-    while mimic.of not in number:
+    mimic = mimic.root(follows)
+    if mimic.of not in number:
         above = follows[mimic.of]
-        if not isinstance(above, Mimic):
-            raise InputError(
-                f"limits of '{link.name}' are not looked at, because what it mimics follows by "
-                f"{type(above).__name__}: limit '{above.of}'"
-            )
-        mimic = mimic.through(above)
+        raise InputError(
+            f"limits of '{link.name}' are not looked at, because what it mimics follows by "
+            f"{type(above).__name__}: limit '{above.of}'"
+        )
     return number[mimic.of], mimic.source_limits(link.joint.limits)

@@ -35,7 +35,7 @@ class Member(NamedTuple):
         ]
 
     def at(self, q: Array) -> tuple[Array, Array]:
-        """Return the motion (12, B), row by row, and the twists (6 nv, B) of the joint at q[n, b]."""
+        """Return the motion (12, B), row by row, and the twists (6 nv, B) at q[n, b]."""
         some = _rows(q, self.q)
         T = _called(self.kind, "motion", (4, 4), some)
         twists = _called(self.kind, "twists", (self.twists // 6, 6), some)

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar, Literal
+from typing import Any, ClassVar
 
 from robsim.declare import check_fields, register
 from robsim.kernels.bodies import placing
 from robsim.kernels.machine.stage import Stage
-from robsim.robot.joints.coupling import Coupling, Of, Source, Stand
+from robsim.robot.joints.coupling import Coupling, Of, Yield
 
 
 @register("coupling", "ackermann")
@@ -24,6 +24,7 @@ class Ackermann(Coupling):
     """
 
     stage: ClassVar[Stage | None] = placing.steer
+    yields: ClassVar[Yield | None] = "an angle"
     limited: ClassVar[bool] = False
     on_a_car: ClassVar[bool] = True
     wanted: ClassVar[str] = "the steering angle of a car"
@@ -33,20 +34,10 @@ class Ackermann(Coupling):
         check_fields(self)
 
     @property
-    def yields(self) -> Literal["an angle", "a length"]:
-        """The kind of coordinate that it gives: an angle."""
-        return "an angle"
-
-    @property
     def relation(self) -> str:
         """The steering angle that it follows, for overviews."""
         return f"{self.of}, by Ackermann"
 
-    def fits(self, source: Source) -> bool:
+    def fits(self, source: Any, steers: bool) -> bool:
         """Return whether the source is a steering angle."""
-        return source.steers
-
-    def constants(self, stand: Stand | None) -> tuple[float, float, float]:
-        """Return the wheelbase and the position of the wheel on its car."""
-        assert stand is not None  # it is on a car
-        return stand.wheelbase, stand.x, stand.y
+        return steers

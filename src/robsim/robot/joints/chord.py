@@ -12,7 +12,7 @@ from robsim.declare import Length, Word, check_fields, register
 from robsim.geometry.curves import Curve
 from robsim.kernels.bodies import placing
 from robsim.kernels.machine.rows import Rows
-from robsim.robot.joints.coupling import Coupling, Of, Source, Stand
+from robsim.robot.joints.coupling import Coupling, Of, Yield
 
 GIVEN = ("angle", "arc", "height", "tilt")  # in the order of the kernel's numbers
 
@@ -64,7 +64,7 @@ class Chord(Coupling):
             )
 
     @property
-    def yields(self) -> Literal["an angle", "a length"]:
+    def yields(self) -> Yield:
         """The kind of coordinate that it gives: an angle, or a length."""
         return "an angle" if self.gives in ("angle", "tilt") else "a length"
 
@@ -73,12 +73,13 @@ class Chord(Coupling):
         """The quantity that it gives, and the chord, for overviews."""
         return f"{self.gives} of the chord of {self.length:g} m from {self.of}"
 
-    def fits(self, source: Source) -> bool:
+    def fits(self, source: Any, steers: bool) -> bool:
         """Return whether the source is a rail that follows nothing."""
-        return source.kind.needs == "curve" and source.follows is None
+        return source.model.needs == "curve" and source.follows is None
 
-    def constants(self, stand: Stand | None) -> tuple[float, float, float]:
-        """Return length, radius, and the position of the third wheel."""
+    @property
+    def constants(self) -> tuple[float, float, float]:
+        """The length, the radius, and the position of the third wheel."""
         assert self.at is not None  # set in __post_init__
         return self.length, self.radius, self.at
 

@@ -2,32 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, ClassVar, Literal, NamedTuple
+from typing import Annotated, Any, ClassVar, Literal
 
 from robsim.declare import Text, family
 from robsim.kernels.machine.rows import Rows
 from robsim.kernels.machine.stage import Stage
-from robsim.robot.joints.kind import JointKind
 
 COUPLINGS = family("coupling")
 Of = Annotated[str, Text(129, least=1), "Name of the coordinate that this one follows."]
+Yield = Literal["an angle", "a length"]
 UPRIGHT = 1e-9  # how far the axis of a wheel may point from where it should
-
-
-class Source(NamedTuple):
-    """The coordinate that another one follows."""
-
-    kind: JointKind
-    follows: Coupling | None
-    steers: bool  # whether it is the steering angle of a car
-
-
-class Stand(NamedTuple):
-    """The position of a wheel on its car."""
-
-    wheelbase: float
-    x: float
-    y: float
 
 
 class Coupling:
@@ -42,7 +26,7 @@ class Coupling:
     of: str
 
     @property
-    def yields(self) -> Literal["an angle", "a length"] | None:
+    def yields(self) -> Yield | None:
         """The kind of coordinate that it gives: an angle, a length, or None for either."""
         return None
 
@@ -51,13 +35,14 @@ class Coupling:
         """The coupling in a few words, for overviews."""
         return ""
 
-    def fits(self, source: Source) -> bool:
-        """Return whether the coordinate can follow that source."""
-        return False
-
-    def constants(self, stand: Stand | None) -> tuple[float, float, float]:
-        """Return the constants of its stage."""
+    @property
+    def constants(self) -> tuple[float, float, float]:
+        """The constants of its stage, but for what is on a car: wheelbase, and x and y on it."""
         return 0.0, 0.0, 0.0
+
+    def fits(self, source: Any, steers: bool) -> bool:
+        """Return whether the source, a joint, is a suitable one; `steers`: by a steering angle."""
+        return False
 
     def add_stages(self, placed: Any, which: int, **rows: Rows) -> None:
         """Add the stage of the coordinate to what is placed; `which` numbers the curve it is on."""

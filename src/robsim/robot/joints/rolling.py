@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, ClassVar
 
 from robsim.declare import Length, check_fields, register
-from robsim.robot.joints.coupling import Coupling
+from robsim.robot.joints.coupling import Coupling, Yield
 
 
 @register("coupling", "rolling")
@@ -20,13 +20,9 @@ class Rolling(Coupling):
     0.1
     """
 
+    yields: ClassVar[Yield | None] = "an angle"
     tied: ClassVar[bool] = False  # its angle is a state, integrated from the motion
     radius: Annotated[float, Length(above=0), "Radius of the wheel."]
 
     def __post_init__(self) -> None:
         check_fields(self)
-
-    @property
-    def yields(self) -> Literal["an angle", "a length"]:
-        """The kind of coordinate that it gives: an angle."""
-        return "an angle"

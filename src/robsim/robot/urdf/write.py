@@ -148,13 +148,12 @@ def _unchained(links: Sequence[Link]) -> list[Link]:
     Pinocchio and yourdfpy know no others.
     """
     follows = {k.label: k.joint.follows for k in links}
-    found = []
-    for link in links:
-        tie, above = link.joint.follows, None
-        while isinstance(tie, Mimic) and isinstance(above := follows.get(tie.of), Mimic):
-            tie = tie.through(above)
-        found.append(replace(link, joint=replace(link.joint, follows=tie)))
-    return found
+    return [
+        replace(k, joint=replace(k.joint, follows=k.joint.follows.root(follows)))
+        if isinstance(k.joint.follows, Mimic)
+        else k
+        for k in links
+    ]
 
 
 def _tied(links: Iterable[Link]) -> set[str]:
