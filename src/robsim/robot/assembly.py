@@ -36,8 +36,6 @@ class Body(NamedTuple):
     parent: int
     kind: JointKind
     x: int  # its first coordinate among those of the tree and, after them, those that follow
-    q: int = -1  # the same where it is one of the tree's own, or -1
-    v: int = -1  # its first velocity, or -1
     curve: int = 0  # the number of the curve of a rail
     bend: int = 0  # the ratio that is the curvature there
     slope: int = 0  # the ratio of a rail that follows another coordinate
@@ -132,14 +130,13 @@ class Assembly:
             which, bend = self._curve(joint.curve), self.ratios
             self.ratios += 1
         self.where[frame.name] = (body, joint.tail.matrix)
-        iq, iv = (q if own.coordinates else -1), (v if own.velocities else -1)
         slope = max(1 + x - self.nq, 0)
-        self.bodies.append(Body(above, joint.model, x, iq, iv, which, bend, slope))
+        self.bodies.append(Body(above, joint.model, x, which, bend, slope))
         self.places.append(start)
         self.carriers.append(frame)
         if own.coordinates:
             self._count(joint, body, q, v)
-        self._move(frame, body, iv, bend)
+        self._move(frame, body, v, bend)
         if joint.steering is not None:
             self.cars.append((q + STEERED, v, joint.steering))
         if isinstance(joint.follows, Rolling):
@@ -156,7 +153,7 @@ class Assembly:
             self.moves += made
             self.ratios += len(made)
 
-    def _move(self, frame: Frame, body: int, iv: int, bend: int) -> None:
+    def _move(self, frame: Frame, body: int, v: int, bend: int) -> None:
         """Add the motions of a body by its own velocities, or by the one that it follows."""
         joint, ratio = frame.joint, 0
         moves: Sequence[tuple[bool, int]] = joint.parts.moves
@@ -164,12 +161,12 @@ class Assembly:
             root = self._root(frame)
             if root is None:
                 return  # its source is a steering angle, which no velocity moves
-            iv, ratio = root, 1 + self.rows[frame.label] - self.nq
+            v, ratio = root, 1 + self.rows[frame.label] - self.nq
             moves = joint.model.moves
         for i, (turns, axis) in enumerate(moves):
-            self.moves.append((iv + i, body, int(turns), axis, ratio))
+            self.moves.append((v + i, body, int(turns), axis, ratio))
         if bend:
-            self.moves.append((iv, body, 1, 2, bend))
+            self.moves.append((v, body, 1, 2, bend))
 
     def _root(self, frame: Frame) -> int | None:
         """Return the row of the velocity that moves a coordinate, or None if there is none."""

@@ -40,9 +40,7 @@ class Tree:
         self.nq, self.nv = built.nq, built.nv
         self.where: dict[str, tuple[int, Array]] = built.where
         self.joints: Joints = built.joints()
-        # of each body, its parent, and first coordinate and velocity of its own, or -1
-        columns = zip(*((body.parent, body.q, body.v) for body in built.bodies), strict=True)
-        self.parent, self.iq, self.iv = map(integers, columns)
+        self.parent = integers([body.parent for body in built.bodies])
         self.models: tuple[JointKind, ...] = tuple(body.kind for body in built.bodies)
         self.members = self.joints.members  # joints with own coordinates
         called = (each for each in self.members if each.kind.own and each.kind.placing is None)
@@ -152,17 +150,11 @@ class Tree:
 
     def advance(self, q: Array, v: Array, dt: float) -> None:
         """Move q[n, b] by velocities v[m, b] held for dt, after the cars have steered for them."""
-        self.steer(q, v, dt)
-        self.roll(q, v, dt)
-
-    def steer(self, q: Array, v: Array, dt: float) -> None:
-        """Turn the wheels of cars, as far as their steering rate allows in a period dt."""
+        rates = v.copy()
         for row, velocity, s in self.cars:
             motions.steer(row, velocity, s.wheelbase, s.limit, s.rate, dt, q, v)
-
-    def roll(self, q: Array, v: Array, seconds: float) -> None:
-        """Move q[n, b] by velocities v[m, b], with cars steered as they are."""
-        self.flow(q, self.driven(q, v), seconds)
+            motions.obey(row, velocity, s.wheelbase, q, rates)
+        self.flow(q, rates, dt)
 
     def flow(self, q: Array, v: Array, seconds: float) -> None:
         """Move q[n, b] along the motions of velocities v[m, b], without the limits of steering."""
@@ -182,14 +174,6 @@ class Tree:
             add_rolling(program, self.joints, q, v, placed.ratio, dt)
         add_motion(program, self.joints, q, list(v), dt)
         return Function(program, q, q, self.nq)
-
-    def driven(self, q: Array, v: Array) -> Array:
-        """Return the velocities v[m, b] that the steering angles of cars allow."""
-        if self.cars:
-            v = v.copy()
-        for row, velocity, s in self.cars:
-            motions.obey(row, velocity, s.wheelbase, q, v)
-        return v
 
     def carried(self, name: str) -> Array:
         """Return 1.0 for each move that affects the frame, else 0.0."""
@@ -231,9 +215,8 @@ class Tree:
     def owners(self) -> NDArray[np.int64]:
         """The body (nv,) whose joint has each velocity."""
         found = np.empty(self.nv, dtype=np.int64)
-        for body in np.argsort(self.iv, kind="stable"):
-            if self.iv[body] >= 0:
-                found[self.iv[body] :] = body  # until the next one begins
+        for member in self.members:
+            found[member.v] = member.body
         return frozen(found)
 
     def kinds(self, columns: NDArray[np.int64]) -> list[JointKind]:
