@@ -211,12 +211,10 @@ class Joint:
             if self.follows is None:
                 object.__setattr__(self, "limits", self.model.span(self.needed))
             return
-        if numbers(self.limits, "joint limits", (2,)).ndim != 1:
-            raise InputError(f"joint limits must be (lowest, highest), got {self.limits}")
+        limits = numbers(self.limits, "joint limits", (2,))
         if not self.model.single:
             raise InputError(f"a {self.model.name} joint has no limits, got {self.limits}")
-        low, high = self.limits
-        if not low < high:
+        if limits.ndim != 1 or not limits[0] < limits[1]:
             raise InputError(f"joint limits must be (lowest, highest), got {self.limits}")
         if self.follows is not None and not self.follows.limited:
             raise InputError(
@@ -225,7 +223,7 @@ class Joint:
             )
         if self.kind == "revolute":
             warn_of_degrees(self.limits, "joint limits")
-        object.__setattr__(self, "limits", (float(low), float(high)))
+        object.__setattr__(self, "limits", tuple(limits.tolist()))
 
 
 FIXED = Joint()

@@ -85,17 +85,11 @@ class Arm:
         Uniform within the limits, by the seed and the number of the start alone, the same for every
         run: so a run has the same bits in every batch.
         """
-        found = self._starts.get((count, seed))
-        if found is None:
+        of, found = self.kept.get("starts", (None, None))
+        if of != (count, seed):
             found = self._drawn(count, seed)
-            self._starts.clear()  # the last ones are those that will be wanted again
-            self._starts[count, seed] = found
-        return found
-
-    @cached_property
-    def _starts(self) -> dict[tuple[int, int], tuple[Array, Array]]:
-        """The last starts, by their number and seed."""
-        return {}
+            self.kept["starts"] = (count, seed), found  # the last are those that will be wanted
+        return found  # type: ignore[no-any-return]
 
     def _drawn(self, count: int, seed: int) -> tuple[Array, Array]:
         """Return the starts, computed."""

@@ -14,7 +14,7 @@ from robsim.robot.joint import Joint, Mimic
 from robsim.robot.joints.registry import kind_of
 from robsim.robot.urdf.findings import Findings
 from robsim.robot.urdf.values import LARGEST, frame_of, number, origin, vector
-from robsim.robot.urdf.words import TAIL, child, named, needed, needed_child, safe
+from robsim.robot.urdf.words import TAIL, child, named, needed, safe
 
 KINDS: dict[str, str] = {
     "fixed": "fixed",
@@ -80,8 +80,11 @@ def _kind(element: Element, findings: Findings) -> str | None:
 
 def _end(element: Element, tag: str, findings: Findings) -> str | None:
     """Return the link name of the parent or the child."""
-    end = needed_child(element, tag, findings)
-    return None if end is None else needed(end, "link", findings)
+    end = child(element, tag)
+    if end is None:
+        findings.error(element, f"<{tag}> is missing; it must be given")
+        return None
+    return needed(end, "link", findings)
 
 
 def _turn(element: Element, kind: str | None, findings: Findings) -> Pose:
