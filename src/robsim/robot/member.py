@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -36,10 +37,10 @@ class Member(NamedTuple):
 
     def at(self, q: Array) -> tuple[Array, Array]:
         """Return the motion (12, B), row by row, and the twists (6 nv, B) at q[n, b]."""
-        some = _rows(q, self.q)
+        some, runs = [_rows(q, self.q)], q.shape[1]
         T = _called(self.kind, "motion", (4, 4), some)
         twists = _called(self.kind, "twists", (self.twists // 6, 6), some)
-        return T[:, :3].reshape(len(some), 12).T, twists.reshape(len(some), self.twists).T
+        return T[:, :3].reshape(runs, 12).T, twists.reshape(runs, self.twists).T
 
     @property
     def constants(self) -> Array:
@@ -53,8 +54,8 @@ class Member(NamedTuple):
 
     def advance(self, q: Array, v: Array, dt: float) -> None:
         """Move its rows of q[n, b] by velocities v[m, b] held for dt seconds, in place."""
-        some, rates = _rows(q, self.q), _rows(v, self.v)
-        q[self.q] = _called(self.kind, "integrate", some.shape[1:], some, rates, dt).T
+        both, shape = [_rows(q, self.q), _rows(v, self.v)], (len(self.kind.coordinates),)
+        q[self.q] = _called(self.kind, "integrate", shape, both, dt).T
 
 
 def _rows(values: Array, rows: slice) -> Array:
@@ -62,22 +63,17 @@ def _rows(values: Array, rows: slice) -> Array:
     return np.ascontiguousarray(values[rows].T)
 
 
-def _called(kind: JointKind, method: str, shape: tuple[int, ...], q: Array, *others: Any) -> Array:
+def _called(
+    kind: JointKind, method: str, shape: tuple[int, ...], arrays: Sequence[Array], *more: Any
+) -> Array:
     """Return the results of a method for each run, NaN for runs that ended or failed.
 
     InputError if it is of another shape.
     """
-    for array in (q, *others[:-1]):
-        frozen(array)
-    fine = np.isfinite(q).all(axis=1)
-    for other in others[:-1]:
-        fine &= np.isfinite(other).all(axis=1)
-    if fine.all():
-        return _returned(kind, method, getattr(kind, method)(q, *others), (len(q), *shape))
-    out = np.full((len(q), *shape), np.nan)
+    fine = np.all([np.isfinite(array).all(axis=1) for array in arrays], axis=0)
+    out = np.full((len(fine), *shape), np.nan)
     if fine.any():
-        some = (frozen(array[fine]) for array in (q, *others[:-1]))
-        given = getattr(kind, method)(*some, *others[-1:])
+        given = getattr(kind, method)(*(frozen(array[fine]) for array in arrays), *more)
         out[fine] = _returned(kind, method, given, (int(fine.sum()), *shape))
     return out
 

@@ -10,9 +10,8 @@ from numpy.typing import ArrayLike
 from robsim.base.arrays import Array
 from robsim.declare import register
 from robsim.geometry.hull import Hull
-from robsim.geometry.primitives.circle import circle
 from robsim.geometry.primitives.primitive import Colour, Corners, Face, Primitive, Radius
-from robsim.geometry.primitives.revolved import dome, faces_of, points_of
+from robsim.geometry.primitives.revolved import circle, dome, faces_of, points_of
 
 
 @register("shape", "ball")

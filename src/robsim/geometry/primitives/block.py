@@ -12,7 +12,10 @@ from robsim.base.arrays import Array
 from robsim.declare import register
 from robsim.geometry.hull import Hull
 from robsim.geometry.primitives.primitive import Colour, Face, Primitive, Size, principal_moments
-from robsim.geometry.primitives.tube import RING, SIDES
+
+# a rectangular tube of two rings of four corners, 0-3 and 4-7
+RING = ((-1, -1), (1, -1), (1, 1), (-1, 1))
+SIDES: tuple[Face, ...] = tuple((i, (i + 1) % 4, (i + 1) % 4 + 4, i + 4) for i in range(4))
 
 
 @register("shape", "block")

@@ -11,9 +11,8 @@ from robsim.base.arrays import Array
 from robsim.declare import register
 from robsim.geometry.hull import Hull
 from robsim.geometry.pose import Pose
-from robsim.geometry.primitives.block import Block
+from robsim.geometry.primitives.block import RING, SIDES, Block
 from robsim.geometry.primitives.primitive import Colour, Face, Primitive, Size, principal_moments
-from robsim.geometry.primitives.tube import RING, SIDES
 
 
 @register("shape", "camera")

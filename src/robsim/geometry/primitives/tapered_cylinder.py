@@ -13,7 +13,6 @@ from robsim.base.arrays import Array
 from robsim.declare import Length, register
 from robsim.geometry.hull import Hull
 from robsim.geometry.pose import Pose
-from robsim.geometry.primitives.circle import circle, on_circle
 from robsim.geometry.primitives.primitive import (
     Colour,
     Corners,
@@ -23,6 +22,7 @@ from robsim.geometry.primitives.primitive import (
     Size,
     principal_moments,
 )
+from robsim.geometry.primitives.revolved import circle, on_circle
 from robsim.geometry.primitives.wheel import Wheel
 
 STEPS = 4  # cylinders that stand for it in files of simulators

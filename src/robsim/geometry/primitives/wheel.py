@@ -10,7 +10,6 @@ from numpy.typing import ArrayLike
 from robsim.base.arrays import Array
 from robsim.declare import register
 from robsim.geometry.hull import Hull
-from robsim.geometry.primitives.circle import circle, on_circle
 from robsim.geometry.primitives.primitive import (
     Colour,
     Corners,
@@ -20,6 +19,7 @@ from robsim.geometry.primitives.primitive import (
     Size,
     principal_moments,
 )
+from robsim.geometry.primitives.revolved import circle, on_circle
 
 
 @register("shape", "wheel")
