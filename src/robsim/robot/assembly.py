@@ -10,19 +10,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from robsim.base.arrays import Array, frozen
-from robsim.base.errors import InputError
+from robsim.base.errors import FrameError, InputError
 from robsim.geometry.curves import Curve
 from robsim.geometry.pose import IDENTITY
 from robsim.kernels.formulas.curve import Curves
-from robsim.robot.frame import (
-    Frame,
-    check_source,
-    first_indices,
-    in_order,
-    owners_of,
-    parents_first,
-    steers,
-)
+from robsim.robot.frame import Frame, check_source, in_order, parents_first, steers
 from robsim.robot.joint import FIXED, Chord, Joint, Rolling, Steering
 from robsim.robot.joints.car import STEERED
 from robsim.robot.joints.coupling import UPRIGHT, Coupling
@@ -85,14 +77,15 @@ class Assembly:
     wheels: list[Wheel] = field(default_factory=list)
 
     def __post_init__(self) -> None:
-        self.first = first_indices(self.frames)  # coordinates keep the declared order
-        self.nq, self.nv = self.first.pop(None)
+        self.nq = self.nv = 0
+        self.first: dict[str, tuple[int, int]] = {}  # coordinate and velocity of each frame
+        self.owners: dict[str, Frame] = {}  # of each coordinate, by its name
+        self.rows: dict[str, int] = {}  # likewise
+        for frame in self.frames:
+            self._number(frame)
         self.where["world"] = (0, IDENTITY.matrix)
-        self.owners = owners_of(self.frames)
         tied = in_order([f for f in self.frames if f.joint.tied])
-        own = [name for frame in self.frames for name in frame.coordinates]
-        names = [*own, *(frame.label for frame in tied)]
-        self.rows = {name: i for i, name in enumerate(names)}  # of all coordinates
+        self.rows |= {frame.label: self.nq + i for i, frame in enumerate(tied)}
         for frame in tied:
             check_source(frame, self.owners)
         self.bodies = [Body(0, FIXED.model, 0)]
@@ -102,6 +95,19 @@ class Assembly:
         for frame in parents_first(self.frames):
             self._add(frame)
         self.ties = [self._tie(frame) for frame in tied]
+
+    def _number(self, frame: Frame) -> None:
+        """Give a frame its rows of coordinates and velocities, in the order of declaration."""
+        if frame.name in self.first or frame.name == "world":
+            raise FrameError(f"two frames are called '{frame.name}'")
+        self.first[frame.name] = self.nq, self.nv
+        for name in [frame.label] if frame.joint.tied else frame.coordinates:
+            if name in self.owners:
+                raise FrameError(f"two coordinates are called '{name}'")
+            self.owners[name] = frame
+        self.rows |= {name: self.nq + i for i, name in enumerate(frame.coordinates)}
+        self.nq += len(frame.joint.parts.coordinates)
+        self.nv += len(frame.joint.parts.velocities)
 
     def joints(self) -> Joints:
         """Return the constants of all joints."""

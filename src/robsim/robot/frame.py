@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass
 from graphlib import CycleError, TopologicalSorter
 
@@ -51,33 +50,6 @@ def check_source(frame: Frame, owners: dict[str, Frame]) -> None:
     assert follows is not None
     if not follows.fits(owners[name].joint, steers(owners[name], name)):
         raise InputError(f"'{frame.name}' must follow {follows.wanted}, and '{name}' is none")
-
-
-def owners_of(frames: Iterable[Frame]) -> dict[str, Frame]:
-    """Return the frame of each coordinate, by the coordinate's name.
-
-    FrameError: two coordinates have one name.
-    """
-    found: dict[str, Frame] = {}
-    for frame in frames:
-        for name in [frame.label] if frame.joint.tied else frame.coordinates:
-            if name in found:
-                raise FrameError(f"two coordinates are called '{name}'")
-            found[name] = frame
-    return found
-
-
-def first_indices(frames: list[Frame]) -> dict[str | None, tuple[int, int]]:
-    """Return the first coordinate and velocity of each frame; under None their total numbers."""
-    first: dict[str | None, tuple[int, int]] = {}
-    nq = nv = 0
-    for frame in frames:
-        if frame.name in first or frame.name == "world":
-            raise FrameError(f"two frames are called '{frame.name}'")
-        first[frame.name] = (nq, nv)
-        own = frame.joint.parts
-        nq, nv = nq + len(own.coordinates), nv + len(own.velocities)
-    return {**first, None: (nq, nv)}
 
 
 def in_order(tied: list[Frame]) -> list[Frame]:

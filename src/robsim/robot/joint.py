@@ -112,12 +112,11 @@ class Joint:
         return self.follows is not None and self.follows.tied
 
     @cached_property
-    def parts(self) -> Parts:
+    def parts(self) -> JointKind | Parts:
         """The own coordinates and velocities; none if the joint follows others."""
-        if self.tied:
-            return Parts()
-        own = self.model.parts
-        return own if self.follows is None else own._replace(velocities=(), rates=(), moves=())
+        if self.follows is None:
+            return self.model
+        return Parts() if self.tied else Parts(self.model.coordinates, self.model.units)
 
     @property
     def needed(self) -> Any:

@@ -28,6 +28,11 @@ class Member(NamedTuple):
     first: int  # row of the first of these ratios
 
     @property
+    def is_called(self) -> bool:
+        """Whether it is of a user's kind in Python."""
+        return self.kind.own and self.kind.placing is None
+
+    @property
     def moves(self) -> list[tuple[int, int, int, int, int]]:
         """The rows (velocity, body, whether it turns, axis, ratio) of the twists' components."""
         return [

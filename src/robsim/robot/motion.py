@@ -5,8 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
+import numpy as np
+
 from robsim.kernels.bodies import moving
-from robsim.kernels.machine.program import Program
+from robsim.kernels.machine.program import Blocks, Program
 from robsim.kernels.machine.rows import Rows
 from robsim.robot.assembly import Joints
 
@@ -17,13 +19,13 @@ def add_motion(
     """Add the stages that move coordinates q (nq,) by velocities, each in a row, for dt.
 
     One without a row, None, is zero. What depends on others moves with them, and wheels that roll
-    (see `add_rolling`) and joints of the user's kinds in Python are not moved here.
+    (see `add_rolling`) and joints of the user's kinds in Python (see `call_motion`) are not moved
+    here.
     """
     steady: list[tuple[Any, Any]] = []
     for member in joints.members:
         stage, own, v = member.kind.moving, q[member.q], rates[member.v]
-        called = member.kind.own and member.kind.placing is None
-        if called or not v or v[0] is None:
+        if member.is_called or not v or v[0] is None:
             continue
         if stage is None:
             steady += zip(own, v, strict=True)
@@ -34,6 +36,29 @@ def add_motion(
         program.add(stage, **given)
     if steady:
         program.add(moving.run, dt=dt, moves=steady)
+
+
+def call_motion(
+    program: Program, joints: Joints, q: Rows, rates: Sequence[Rows | None], dt: Rows
+) -> None:
+    """Let Python move the coordinates of joints of the user's kinds, likewise."""
+    called = [member for member in joints.members if member.is_called]
+
+    def move(blocks: Blocks, step: int) -> None:
+        times, x, v = blocks.get(dt), blocks.get(q), np.zeros((len(rates), blocks.runs))
+        for i, rate in enumerate(rates):
+            if rate is not None:
+                v[i] = blocks.get(rate)
+        for seconds in np.unique(times):
+            some = times == seconds
+            moved = x[:, some]
+            for each in called:
+                each.advance(moved, v[:, some], float(seconds))
+            x[:, some] = moved
+        blocks.put(q, x)
+
+    if called:
+        program.call(move)
 
 
 def add_rolling(program: Program, joints: Joints, q: Rows, v: Rows, ratio: Rows, dt: Rows) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from itertools import groupby
 
 import numpy as np
@@ -28,6 +27,7 @@ class Placed:
     def __init__(self, program: Program, joints: Joints, q: Rows) -> None:
         self.program, self.joints, self.q, (self.nq,) = program, joints, q, q.shape
         own = [each for each in joints.members if each.kind.own]
+        self._called = [each for each in own if each.is_called]
         self.poses = program.constant(np.tile(np.eye(4)[:3], (len(joints.bodies), 1, 1)))
         self.ratio = program.constant(np.ones(joints.ratios))
         motions = program.rows(len(own), 3, 4)
@@ -37,6 +37,8 @@ class Placed:
 
     def add(self) -> None:
         """Add the stages: what depends on others first, then bodies after their parents."""
+        if self._called:
+            self.program.call(self._call)
         self.follow()
         self._stage()
         bodies = [self._stands(i) for i in range(1, len(self.joints.bodies))]
@@ -82,11 +84,12 @@ class Placed:
         """Let a joint of a user's kind have its motion and twists from given rows."""
         self._motion[own.body] = motion
         self.program.add(copied, rows=twists, to=self._twists(own))
+        self._called.remove(own)
 
-    def prepare(self, own: Iterable[Member], blocks: Blocks) -> None:
-        """Write the motions and twists of joints of the user's kinds."""
+    def _call(self, blocks: Blocks, step: int) -> None:
+        """Write the motions and twists of joints of the user's kinds in Python."""
         q = blocks.get(self.q)
-        for each in own:
+        for each in self._called:
             motion, twists = each.at(q)
             blocks.put(self._motion[each.body], motion)
             blocks.put(self._twists(each), twists)

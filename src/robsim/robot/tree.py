@@ -43,8 +43,8 @@ class Tree:
         self.parent = integers([body.parent for body in built.bodies])
         self.models: tuple[JointKind, ...] = tuple(body.kind for body in built.bodies)
         self.members = self.joints.members  # joints with own coordinates
-        called = (each for each in self.members if each.kind.own and each.kind.placing is None)
-        self.own: tuple[Member, ...] = tuple(called)  # of kinds of the user's own in Python
+        # those of kinds of the user's own in Python
+        self.own: tuple[Member, ...] = tuple(each for each in self.members if each.is_called)
         # of each move: its velocity, body, whether it turns, axis, ratio; by velocity, then body
         self.moved = integers(np.array(sorted(built.moves), dtype=np.int64).reshape(-1, 5))
         self.velocity, self.body = self.moved[:, 0], self.moved[:, 1]

@@ -18,8 +18,6 @@ from robsim.world.scene import Scene
 def placed_at(program: Program, tree: Tree, q: Rows) -> Placed:
     """Add the stages that place the bodies of a tree at coordinates in rows from q."""
     placed = Placed(program, tree.joints, q)
-    if tree.own:
-        program.call(lambda blocks, step: placed.prepare(tree.own, blocks))
     placed.add()
     return placed
 

@@ -19,13 +19,12 @@ UNITS = "rad", "m", "1"
 
 
 class Parts(NamedTuple):
-    """The coordinates and velocities of a kind of joint, named by suffixes to the joint's name."""
+    """The part of a kind of joint that one has which follows others, named as `JointKind` does."""
 
     coordinates: tuple[str, ...] = ()
-    units: tuple[str, ...] = ()  # of the coordinates
+    units: tuple[str, ...] = ()
     velocities: tuple[str, ...] = ()
-    rates: tuple[str, ...] = ()  # units of the velocities
-    # what the velocities are: (about an axis, which axis of the moving frame)
+    rates: tuple[str, ...] = ()
     moves: tuple[tuple[bool, int], ...] = ()
 
 
@@ -52,6 +51,8 @@ class JointKind:
     units        of each: "rad", "m" or "1"
     velocities   likewise; those of the coordinates where they are not given
     rates        units of the velocities, "rad/s" or "m/s"
+    moves        of RobSim's kinds what each velocity is: (whether it turns, about or along which
+                 axis of the moving frame)
     straight     whether each velocity is the rate of one coordinate: so it is where a kind has no
                  `integrate` of its own
     turns        whether it only turns about its z axis by its coordinate, so that a whole turn
@@ -67,7 +68,7 @@ class JointKind:
     moving       likewise the stage that moves the coordinates by velocities that are held; without
                  it, if `placing` is given, each velocity is the rate of one coordinate
     fused        of RobSim's kinds the stage that places bodies at once, from their first
-                 coordinates; their `moves` stand for the twists
+                 coordinates
     """
 
     name: ClassVar[str] = ""
@@ -103,11 +104,6 @@ class JointKind:
     def own(self) -> bool:
         """Whether it is of the user's own: its motion comes first, and then is carried along."""
         return self.fused is carry
-
-    @property
-    def parts(self) -> Parts:
-        """The coordinates and velocities, with their units and the axes that they move."""
-        return Parts(self.coordinates, self.units, self.velocities, self.rates, self.moves)
 
     @property
     def single(self) -> bool:
