@@ -6,10 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robsim.base.arrays import Array
-from robsim.kernels.control import commanding
 from robsim.kernels.machine.program import Blocks, Program
 from robsim.kernels.machine.rows import Rows
-from robsim.robot.placed import Placed, add_jacobian
+from robsim.robot.placed import Placed, add_base_jacobian
 from robsim.robot.tree import Tree
 from robsim.servo.given import Given
 from robsim.world.scene import Scene
@@ -29,11 +28,8 @@ def jacobian_in_world(
 
     n are the velocities that are chosen.
     """
-    program, here = placed.program, placed.program.constant(np.eye(4)[:3])
-    for r in range(3):
-        program.add(commanding.copied, rows=T[r, 3:], to=here[r, 3:])
     moves = tree.moves(tree.carried(frame), columns)
-    return add_jacobian(program, placed.poses, placed.ratio, here, moves)
+    return add_base_jacobian(placed.program, placed.poses, placed.ratio, T, moves)
 
 
 def prescribed_rates(given: Given, scene: Scene, columns: NDArray[np.int64]) -> Rows:

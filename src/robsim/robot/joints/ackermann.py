@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Any
 
 from robsim.declare import check_fields, register
 from robsim.kernels.bodies import placing
-from robsim.kernels.machine.stage import Stage
-from robsim.robot.joints.coupling import Coupling, Of, Yield
+from robsim.robot.joints.coupling import Coupling, Of
 
 
 @register("coupling", "ackermann")
@@ -23,11 +22,11 @@ class Ackermann(Coupling):
     'body.steering'
     """
 
-    stage: ClassVar[Stage | None] = placing.steer
-    yields: ClassVar[Yield | None] = "an angle"
-    limited: ClassVar[bool] = False
-    on_a_car: ClassVar[bool] = True
-    wanted: ClassVar[str] = "the steering angle of a car"
+    stage = placing.steer
+    yields = "an angle"
+    limited = False
+    on_a_car = True
+    wanted = "the steering angle of a car"
     of: Of
 
     def __post_init__(self) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
 
@@ -37,9 +37,9 @@ class Chord(Coupling):
     0.4
     """
 
-    limited: ClassVar[bool] = False
-    on_a_curve: ClassVar[bool] = True
-    wanted: ClassVar[str] = "a rail of its own speed"
+    limited = False
+    on_a_curve = True
+    wanted = "a rail of its own speed"
     of: Of
     length: Annotated[float, Length(above=0), "Distance between the centres of the two wheels."]
     radius: Annotated[

@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
 
 from robsim.declare import register
-from robsim.kernels.machine.stage import Stage
 from robsim.robot.joints.kind import JointKind
 
 
@@ -15,6 +13,6 @@ from robsim.robot.joints.kind import JointKind
 class Fixed(JointKind):
     """A joint that does not move."""
 
-    name: ClassVar[str] = "fixed"
-    rowed: ClassVar[bool] = True
-    fused: ClassVar[Stage | None] = None  # it is folded into the constants of other joints
+    name = "fixed"
+    rowed = True
+    fused = None  # it is folded into the constants of other joints

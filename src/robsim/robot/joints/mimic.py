@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Annotated, Any, ClassVar
+from typing import Annotated, Any
 
 import numpy as np
 
 from robsim.declare import Number, check_fields, register
 from robsim.declare.joints import OfJoint
 from robsim.kernels.bodies import placing
-from robsim.kernels.machine.stage import Stage
 from robsim.robot.joints.coupling import Coupling, Of
 
 
@@ -24,7 +23,7 @@ class Mimic(Coupling):
     1.0
     """
 
-    stage: ClassVar[Stage | None] = placing.mimic
+    stage = placing.mimic
     of: Of
     ratio: Annotated[float, Number(), "Ratio of its change to that of the other coordinate."] = 1.0
     offset: Annotated[float, OfJoint(), "Value where the other coordinate is zero."] = 0.0

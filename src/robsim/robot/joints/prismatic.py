@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
 
 from robsim.declare import register
 from robsim.kernels.bodies import placing
-from robsim.kernels.machine.stage import Stage
 from robsim.robot.joints.kind import JointKind
 
 
@@ -16,10 +14,10 @@ from robsim.robot.joints.kind import JointKind
 class Prismatic(JointKind):
     """A joint that slides along z, by a distance in metres."""
 
-    name: ClassVar[str] = "prismatic"
-    coordinates: ClassVar[tuple[str, ...]] = ("",)
-    units: ClassVar[tuple[str, ...]] = ("m",)
-    moves: ClassVar[tuple[tuple[bool, int], ...]] = ((False, 2),)
-    fused: ClassVar[Stage | None] = placing.slide
-    follower: ClassVar[bool] = True
-    rowed: ClassVar[bool] = True
+    name = "prismatic"
+    coordinates = ("",)
+    units = ("m",)
+    moves = ((False, 2),)
+    fused = placing.slide
+    follower = True
+    rowed = True

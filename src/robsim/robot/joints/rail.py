@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Any
 
 from robsim.declare import register
 from robsim.geometry.curves import Curve
 from robsim.kernels.bodies import placing
-from robsim.kernels.machine.stage import Stage
 from robsim.robot.joints.kind import JointKind, PlacedBody
 
 
@@ -18,13 +17,13 @@ from robsim.robot.joints.kind import JointKind, PlacedBody
 class Rail(JointKind):
     """A joint that follows the `curve` of its `Joint`, x along it, by an arc length in metres."""
 
-    name: ClassVar[str] = "rail"
-    coordinates: ClassVar[tuple[str, ...]] = ("",)
-    units: ClassVar[tuple[str, ...]] = ("m",)
-    moves: ClassVar[tuple[tuple[bool, int], ...]] = ((False, 0),)  # and the bend of the curve
-    fused: ClassVar[Stage | None] = placing.ride
-    follower: ClassVar[bool] = True
-    needs: ClassVar[str | None] = "curve"
+    name = "rail"
+    coordinates = ("",)
+    units = ("m",)
+    moves = ((False, 0),)  # and the bend of the curve
+    fused = placing.ride
+    follower = True
+    needs = "curve"
 
     def span(self, part: Curve) -> tuple[float, float]:
         """Return the arc lengths of the ends of the curve."""

@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
 
 from robsim.declare import register
 from robsim.kernels.bodies import placing
-from robsim.kernels.machine.stage import Stage
 from robsim.robot.joints.kind import JointKind
 
 
@@ -16,11 +14,11 @@ from robsim.robot.joints.kind import JointKind
 class Revolute(JointKind):
     """A joint that turns about z, by an angle in radians."""
 
-    name: ClassVar[str] = "revolute"
-    coordinates: ClassVar[tuple[str, ...]] = ("",)
-    units: ClassVar[tuple[str, ...]] = ("rad",)
-    moves: ClassVar[tuple[tuple[bool, int], ...]] = ((True, 2),)
-    fused: ClassVar[Stage | None] = placing.turn
-    turns: ClassVar[bool] = True
-    follower: ClassVar[bool] = True
-    rowed: ClassVar[bool] = True
+    name = "revolute"
+    coordinates = ("",)
+    units = ("rad",)
+    moves = ((True, 2),)
+    fused = placing.turn
+    turns = True
+    follower = True
+    rowed = True

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated, ClassVar
+from typing import Annotated
 
 from robsim.declare import Length, check_fields, register
-from robsim.robot.joints.coupling import Coupling, Yield
+from robsim.robot.joints.coupling import Coupling
 
 
 @register("coupling", "rolling")
@@ -20,8 +20,8 @@ class Rolling(Coupling):
     0.1
     """
 
-    yields: ClassVar[Yield | None] = "an angle"
-    tied: ClassVar[bool] = False  # its angle is a state, integrated from the motion
+    yields = "an angle"
+    tied = False  # its angle is a state, integrated from the motion
     radius: Annotated[float, Length(above=0), "Radius of the wheel."]
 
     def __post_init__(self) -> None:
