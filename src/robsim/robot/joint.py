@@ -24,19 +24,7 @@ from robsim.robot.joints.mimic import Mimic
 from robsim.robot.joints.registry import JOINTS, kind_of, single_kinds
 from robsim.robot.joints.rolling import Rolling
 
-__all__ = [
-    "FIXED",
-    "LIMIT_SLACK",
-    "Ackermann",
-    "Chord",
-    "Coupling",
-    "Joint",
-    "JointKind",
-    "Mimic",
-    "Rolling",
-    "Steering",
-    "units_of",
-]
+__all__ = ["Ackermann", "Chord", "Coupling", "Joint", "JointKind", "Mimic", "Rolling", "Steering"]
 
 LIMIT_SLACK = 1e-9  # metres or radians by which rounding may exceed a limit
 POSES = ("place", "tail")  # that a row gives

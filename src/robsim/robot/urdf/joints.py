@@ -137,25 +137,15 @@ def _limits(element: Element, kind: str | None, findings: Findings) -> tuple[flo
         can = "; or write type 'continuous'" if kind == "revolute" else ""
         findings.error(element, f"<limit> is missing; a {kind} joint needs lower and upper{can}")
         return None
-    span = _span(limit, findings)
-    if span is None:
+    lower, upper = (number(limit, name, findings, 0.0, np.inf) for name in ("lower", "upper"))
+    if lower is None or upper is None or -lower == upper == LARGEST:  # our writer's for no limits
         return None
-    lower, upper = span
-    if -lower == upper == LARGEST:  # our writer's values for no limits
+    wrong = _wrong_limits(lower, upper)
+    if wrong is not None:
+        findings.error(limit, wrong)
         return None
     if lower == upper or (lower <= -LARGEST and upper >= LARGEST):
         findings.odd(limit, f"lower {lower:g} and upper {upper:g} are read as without limits")
-        return None
-    return _bounded(limit, lower, upper, findings)
-
-
-def _bounded(
-    limit: Element, lower: float, upper: float, findings: Findings
-) -> tuple[float, float] | None:
-    """Return limits within the largest number, or None after an error."""
-    if lower >= LARGEST or upper <= -LARGEST:
-        text = f"lower {lower:g} and upper {upper:g}: at most {LARGEST:g} is allowed"
-        findings.error(limit, text)
         return None
     for name, value in (("lower", lower), ("upper", upper)):
         if abs(value) > LARGEST:
@@ -163,19 +153,15 @@ def _bounded(
     return max(lower, -LARGEST), min(upper, LARGEST)
 
 
-def _span(limit: Element, findings: Findings) -> tuple[float, float] | None:
-    """Return (lower, upper) as written, with a default of 0."""
-    lower, upper = (number(limit, name, findings, 0.0, np.inf) for name in ("lower", "upper"))
-    if lower is None or upper is None:
-        return None
+def _wrong_limits(lower: float, upper: float) -> str | None:
+    """Return what is wrong with limits; None: nothing."""
     if lower > upper:
-        findings.error(limit, f"lower {lower:g} is above upper {upper:g}; it must be below")
-        return None
+        return f"lower {lower:g} is above upper {upper:g}; it must be below"
     if lower == upper != 0:
-        text = f"lower and upper are both {lower:g}; write type 'fixed', or let it move"
-        findings.error(limit, text)
-        return None
-    return lower, upper
+        return f"lower and upper are both {lower:g}; write type 'fixed', or let it move"
+    if lower >= LARGEST or upper <= -LARGEST:
+        return f"lower {lower:g} and upper {upper:g}: at most {LARGEST:g} is allowed"
+    return None
 
 
 def _mimic(element: Element, kind: str | None, findings: Findings) -> Mimic | None:

@@ -11,7 +11,7 @@ import numpy as np
 from robsim.base.errors import FileWarning
 from robsim.geometry.inertia import Inertia
 from robsim.geometry.pose import Pose
-from robsim.geometry.primitives import Ball, Block, Capsule, Mesh, Wheel
+from robsim.geometry.primitives import Ball, Block, Capsule, Mesh, Primitive, Wheel
 from robsim.robot.joint import Joint, Mimic
 from robsim.robot.link import Link
 from robsim.robot.tree import Tree
@@ -91,19 +91,23 @@ def _body(text: Text, link: Link) -> None:
     _joints(text, link.joint, link.label)
     for shape in link.shapes:
         for solid in plain(shape, SOLIDS):
+            form, sizes = _form(solid)
             color, where = spaced(rgba(solid.color)), _place(solid.pose)
-            match solid:
-                case Block():
-                    half = spaced((solid.length / 2, solid.width / 2, solid.height / 2))
-                    text.put("geom", type="box", size=half, rgba=color, **where)
-                case Wheel():
-                    size = spaced((solid.radius, solid.width / 2))
-                    text.put("geom", type="cylinder", size=size, rgba=color, **where)
-                case Capsule():
-                    size = spaced((solid.radius, solid.length / 2))
-                    text.put("geom", type="capsule", size=size, rgba=color, **where)
-                case Ball():
-                    text.put("geom", type="sphere", size=solid.radius, rgba=color, **where)
+            text.put("geom", type=form, size=spaced(sizes), rgba=color, **where)
+
+
+def _form(solid: Primitive) -> tuple[str, tuple[float, ...]]:
+    """Return the type of a geom and its sizes, which are halves of lengths."""
+    match solid:
+        case Block():
+            return "box", (solid.length / 2, solid.width / 2, solid.height / 2)
+        case Wheel():
+            return "cylinder", (solid.radius, solid.width / 2)
+        case Capsule():
+            return "capsule", (solid.radius, solid.length / 2)
+        case Ball():
+            return "sphere", (solid.radius,)
+    raise TypeError(solid)  # it is none of SOLIDS
 
 
 def _joints(text: Text, joint: Joint, name: str) -> None:
