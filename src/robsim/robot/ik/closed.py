@@ -52,16 +52,6 @@ class ClosedIK(Value):
     within: NDArray[np.bool_]
 
 
-@dataclass(frozen=True)
-class _Axes:
-    """The joint axes at q = 0: h (n, 3) along them, p (n, 3) on them, and T of the link."""
-
-    h: Array
-    p: Array
-    T: Array
-    rows: NDArray[np.int64]  # of the coordinates
-
-
 def solve_closed(arm: Arm, T: object, tolerance: float) -> ClosedIK:
     """Return all solutions for poses T (..., 4, 4) of the link in the base.
 
@@ -82,11 +72,10 @@ def solve_closed(arm: Arm, T: object, tolerance: float) -> ClosedIK:
 
 def _form(arm: Arm) -> tuple[Any, ...]:
     """Return what the kernel needs of the stages of an arm; InputError if it has no closed form."""
-    found = _axes(arm)
-    centre = _check(found, arm.link)
-    h, p, turned = found.h, found.p, found.T[:3, :3].T
+    h, p, T, rows = _axes(arm)
+    centre, turned = _check(h, p, arm.link), T[:3, :3].T
     base = np.stack([np.cross(h[1], h[0]), h[1], h[0]])  # rows: x, y, z that joint 1 carries
-    tool = np.stack([turned @ (centre - found.T[:3, 3]), turned @ h[-1], turned @ h[-2]])
+    tool = np.stack([turned @ (centre - T[:3, 3]), turned @ h[-1], turned @ h[-2]])
     corners = np.stack([p[0], p[1], p[2], *p[3:][: len(h) == 5], centre]) - p[0]
     z, x = base[2] @ corners.T, base[0] @ corners.T
     axes = np.zeros(41)
@@ -94,7 +83,7 @@ def _form(arm: Arm) -> tuple[Any, ...]:
     axes[kernels.WRIST :][: h[3:].size] = (h[3:] @ base.T).ravel()
     axes[kernels.BARS :][: 2 * len(corners) - 2] = np.column_stack([np.diff(z), np.diff(x)]).ravel()
     axes[kernels.SIGNS :] = *(h[2:4] @ h[1]), base[1] @ corners[-1]
-    return _stages(arm, axes, found.rows)
+    return _stages(arm, axes, rows)
 
 
 def _stages(arm: Arm, axes: Array, rows: NDArray[np.int64]) -> tuple[Any, ...]:
@@ -122,9 +111,10 @@ def _stages(arm: Arm, axes: Array, rows: NDArray[np.int64]) -> tuple[Any, ...]:
     return program.prepared()
 
 
-def _axes(arm: Arm) -> _Axes:
-    """Return the axes of the joints that carry the link, from the base on.
+def _axes(arm: Arm) -> tuple[Array, Array, Array, NDArray[np.int64]]:
+    """Return the axes of the joints that carry the link, from the base on, at q = 0.
 
+    These are h (n, 3) along them, p (n, 3) on them, T of the link, and the rows of coordinates.
     InputError: one of these joints is not revolute.
     """
     tree = arm.tree
@@ -138,12 +128,11 @@ def _axes(arm: Arm) -> _Axes:
     bodies = tree.bodies(q[:, None])
     poses = bodies.poses[tree.owners[columns], :, :, 0]
     T = homogeneous(tree.frame(bodies, arm.link))[0]
-    return _Axes(poses[:, :, 2], poses[:, :, 3], T, rows)
+    return poses[:, :, 2], poses[:, :, 3], T, rows
 
 
-def _check(axes: _Axes, link: str) -> Array:
+def _check(h: Array, p: Array, link: str) -> Array:
     """Return the point that joints 4 and up leave in place; raise InputError for other arms."""
-    h, p = axes.h, axes.p
     needs = [
         (_is_square(h[0], h[1]), "axis 2 is square to axis 1"),
         (_is_parallel(h[1], h[2]), "axis 3 is parallel to axis 2"),
