@@ -12,7 +12,7 @@ from robsim.kernels.control.commanding import copied, jacobian
 from robsim.kernels.formulas.jacobian import Moves
 from robsim.kernels.formulas.tree import Bodies
 from robsim.kernels.machine.program import Blocks, Program, evaluated
-from robsim.kernels.machine.rows import Address, Rows
+from robsim.kernels.machine.rows import Rows
 from robsim.robot.assembly import Joints
 from robsim.robot.joints.kind import PlacedBody
 from robsim.robot.member import Member
@@ -33,7 +33,8 @@ class Placed:
         motions = program.rows(len(own), 3, 4)
         self.place = program.numbers(joints.place, 3)
         self._motion = {each.body: rows for each, rows in zip(own, motions, strict=True)}
-        self.curves = self._kept_curves()
+        tables = zip(("first", "lengths", "pieces"), joints.curves, strict=True)
+        self.curves = {name: program.address(array) for name, array in tables}
 
     def add(self) -> None:
         """Add the stages: what depends on others first, then bodies after their parents."""
@@ -116,10 +117,6 @@ class Placed:
     def _x(self, i: int) -> Rows:
         """Return the row of a coordinate: of the tree, or of those that depend on others."""
         return self.q[i] if i < self.nq else self._followers[i - self.nq]
-
-    def _kept_curves(self) -> dict[str, Address]:
-        tables = zip(("first", "lengths", "pieces"), self.joints.curves, strict=True)
-        return {name: self.program.address(array) for name, array in tables}
 
 
 def frame_jacobian(bodies: Bodies, T: Array, moves: Moves) -> Array:

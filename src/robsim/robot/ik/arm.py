@@ -50,17 +50,6 @@ class Arm:
         return integers(np.flatnonzero(self.tree.carries(self.link)))
 
     @cached_property
-    def place(self) -> tuple[int, Array]:
-        """The body that carries the link, and the link's constant pose (3, 4) in it."""
-        body, offset = self.tree.find(self.link)
-        return body, frozen(np.ascontiguousarray(offset[:3]))
-
-    @cached_property
-    def is_limited(self) -> bool:
-        """Whether there are limits at all."""
-        return bool(np.isfinite(self.limits).any())
-
-    @cached_property
     def free(self) -> Arm:
         """The arm without its joint limits."""
         nowhere = np.full_like(self.limits, np.inf) * [-1.0, 1.0]

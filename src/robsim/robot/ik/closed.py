@@ -97,7 +97,7 @@ def _stages(arm: Arm, axes: Array, rows: NDArray[np.int64]) -> tuple[Any, ...]:
     program.add(kernels.fold, joints=[(q[i], limits[i]) for i in rows])
     placed = Placed(program, arm.tree.joints, q)
     placed.add()
-    (T,) = placed.frames([arm.place])
+    (T,) = placed.frames([arm.tree.find(arm.link)])
     program.add(
         kernels.reach,
         T=T,

@@ -77,7 +77,7 @@ class Descent:
         """Add the stages of the error and the Jacobian; return their rows, and of the damping."""
         program, state = self.program, self.state
         goal = state[turns.GOAL : turns.GOAL + 12].reshape(3, 4)
-        (T,) = self.placed.frames([self.arm.place])
+        (T,) = self.placed.frames([self.tree.find(self.arm.link)])
         e, damping, weights = program.rows(6), program.rows(), program.constant(self.weight)
         if self.pointing:
             program.add(ik_step.point_to, goal=goal, T=T, vector_of=e[3:])

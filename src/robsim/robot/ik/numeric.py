@@ -30,7 +30,7 @@ def solve(arm: Arm, T: Any, q0: Array, mask: Any, effort: Effort) -> IKResult:
     goals, first = _runs(goal, lead, 2), _runs(q0, lead, 1)
     found = search(_descent(arm, mask), goals, first, effort)
     solved = found.counts[kernels.REASON] == kernels.SOLVED
-    if arm.is_limited and np.count_nonzero(solved) < solved.size:
+    if np.isfinite(arm.limits).any() and np.count_nonzero(solved) < solved.size:
         _explain_by_limits(arm, mask, goals, found, effort)
     return _result(found, solved, lead)
 

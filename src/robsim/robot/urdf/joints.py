@@ -116,15 +116,12 @@ def _drive(
         return None, None
     found = []
     for name in ("velocity", "effort"):
-        value: float | None = None
         if name not in limit.attributes:
             findings.odd(limit, f"{name} is missing, which the specification asks for")
-        else:
-            value = number(limit, name, findings, most=np.inf)
-        if value is not None and value < 0:
+        value = number(limit, name, findings, 0.0, most=np.inf) or 0.0
+        if value < 0:
             findings.error(limit, f"{name} is {value:g}; it must not be below 0")
-            value = None
-        found.append(value or None)
+        found.append(value if value > 0 else None)
     return found[0], found[1]
 
 
