@@ -108,6 +108,13 @@ class Placed:
         self.program.add(placing.frames, each=each)
         return [T for _, _, T in each]
 
+    def base_jacobian(self, T: Rows, moves: Moves) -> Rows:
+        """Return the rows of the Jacobian (6, n) of a frame at T, in axes of the world."""
+        here = self.program.constant(np.eye(3, 4))
+        for r in range(3):
+            self.program.add(copied, rows=T[r, 3:], to=here[r, 3:])
+        return add_jacobian(self.program, self.poses, self.ratio, here, moves)
+
     def _stands(self, i: int) -> PlacedBody:
         """Return the rows of a body, and of what moves it."""
         body = self.joints.bodies[i]
@@ -127,14 +134,6 @@ def frame_jacobian(bodies: Bodies, T: Array, moves: Moves) -> Array:
 
     (J,) = evaluated(add, [bodies.poses, bodies.ratio, T], [(6, moves.columns.size)])
     return J
-
-
-def add_base_jacobian(program: Program, poses: Rows, ratios: Rows, T: Rows, moves: Moves) -> Rows:
-    """Add the stages of the Jacobian of a frame at T in axes of the world, and return its rows."""
-    here = program.constant(np.eye(3, 4))
-    for r in range(3):
-        program.add(copied, rows=T[r, 3:], to=here[r, 3:])
-    return add_jacobian(program, poses, ratios, here, moves)
 
 
 def add_jacobian(program: Program, poses: Rows, ratios: Rows, T: Rows, moves: Moves) -> Rows:

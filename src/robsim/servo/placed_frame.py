@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from robsim.base.arrays import Array
 from robsim.kernels.machine.program import Blocks, Program
 from robsim.kernels.machine.rows import Rows
-from robsim.robot.placed import Placed, add_base_jacobian
+from robsim.robot.placed import Placed
 from robsim.robot.tree import Tree
 from robsim.servo.given import Given
 from robsim.world.scene import Scene
@@ -28,8 +28,7 @@ def jacobian_in_world(
 
     n are the velocities that are chosen.
     """
-    moves = tree.moves(tree.carried(frame), columns)
-    return add_base_jacobian(placed.program, placed.poses, placed.ratio, T, moves)
+    return placed.base_jacobian(T, tree.moves(tree.carried(frame), columns))
 
 
 def prescribed_rates(given: Given, scene: Scene, columns: NDArray[np.int64]) -> Rows:

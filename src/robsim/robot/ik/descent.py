@@ -18,7 +18,7 @@ from robsim.kernels.machine.rows import Rows
 from robsim.robot.assembly import integers
 from robsim.robot.ik.arm import Arm
 from robsim.robot.motion import add_motion, call_motion
-from robsim.robot.placed import Placed, add_base_jacobian
+from robsim.robot.placed import Placed
 
 
 class Descent:
@@ -95,7 +95,7 @@ class Descent:
             damping=damping,
         )
         moves = self.tree.moves(self.tree.carried(self.arm.link), self.arm.columns)
-        J = add_base_jacobian(program, self.placed.poses, self.placed.ratio, T, moves)
+        J = self.placed.base_jacobian(T, moves)
         if self.pointing:
             program.add(ik_step.ignore_roll, T=T, J=J)
         if (self.weight != 1.0).any():
