@@ -30,7 +30,7 @@ def add_motion(
         if stage is None:
             steady += zip(own, v, strict=True)
             continue
-        given = {"dt": dt, "q": own, "v": Rows(v[0], (len(v),))}
+        given = {"dt": dt, "q": own[: member.kind.moved], "v": Rows(v[0], (len(v),))}
         if "numbers" in stage.signature.given:
             given["numbers"] = program.constant(member.constants)
         program.add(stage, **given)

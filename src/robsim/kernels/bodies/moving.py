@@ -51,8 +51,8 @@ def fly(w, step, dt="row", q="7", v="6"):
 
 
 @stage
-def glide(w, step, dt="row", q="n", v="velocities", n="count", velocities="count"):
-    """Move a body in its plane, of which q begins with x, y, theta."""
+def glide(w, step, dt="row", q="3", v="velocities", velocities="count"):
+    """Move a body in its plane: (dt, q, v, velocities)."""
     v, q = vector(w, v, velocities), vector(w, q, 3)
     for b in range(WIDTH):
         joints.integrate_in_plane(v[:, b : b + 1], w[dt * WIDTH + b], q[:, b : b + 1])

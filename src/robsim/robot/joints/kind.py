@@ -67,6 +67,7 @@ class JointKind:
                  the coordinates and the `constants` of the joint
     moving       likewise the stage that moves the coordinates by velocities that are held; without
                  it, if `placing` is given, each velocity is the rate of one coordinate
+    moved        how many of its coordinates `moving` moves, the first ones; None: all
     fused        of RobSim's kinds the stage that places bodies at once, from their first
                  coordinates
     """
@@ -87,6 +88,7 @@ class JointKind:
     needs: ClassVar[str | None] = None
     placing: ClassVar[Stage | None] = None
     moving: ClassVar[Stage | None] = None
+    moved: ClassVar[int | None] = None
     fused: ClassVar[Stage | None] = carry
 
     def __init_subclass__(cls, **options: Any) -> None:

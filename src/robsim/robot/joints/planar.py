@@ -17,6 +17,7 @@ class InPlane(JointKind):
 
     fused = placing.glide
     moving = moving.glide
+    moved = 3
     roams = True
 
     def sample(self, share: Array, home: Array, limits: Array) -> Array:
