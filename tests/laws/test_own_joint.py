@@ -314,7 +314,10 @@ def test_what_is_no_kind_is_refused():
 
 LACKING = {
     "no name": ({"name": ""}, "Mine.name: expected a word"),
-    "a code": ({"code": 1}, "Mine derives from a kind that is compiled; derive from JointKind"),
+    "a shipped stage": (
+        {"fused": rs.Joint("revolute").model.fused},
+        "Mine derives from a kind that is compiled; derive from JointKind",
+    ),
     "no motion": ({"motion": rs.JointKind.motion}, "Mine.motion is missing"),
     "no coordinates": ({"coordinates": ()}, "expected coordinates and their units, velocities"),
     "a unit too few": ({"units": ("rad",)}, "expected coordinates and their units"),

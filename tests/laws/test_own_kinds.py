@@ -306,11 +306,45 @@ def test_a_compiled_joint_that_cannot_move_is_refused(own):
         rs.Joint(Stuck())
 
 
+SWAY = '''
+"""Joints that slide along y."""
+
+from dataclasses import dataclass
+
+from robsim.declare import register
+from robsim.kernels.formulas.lane_poses import compose
+from robsim.kernels.machine.lanes import get, put
+from robsim.kernels.machine.stage import stage
+from robsim.robot.joints.kind import JointKind
+
+
+@stage
+def sway(w, step, each="each: parent=3, 4; place=3, 4; x=row; T=3, 4"):
+    """Place bodies that slide along y."""
+    for i in range(each[0]):
+        A, B, x, T = each[4 * i + 1], each[4 * i + 2], each[4 * i + 3], each[4 * i + 4]
+        compose(w, A, B, T)
+        for r in range(0, 12, 4):
+            put(w, T + r + 3, get(w, T + r + 3) + get(w, T + r + 1) * get(w, x))
+
+
+@register("joint kind", "sway")
+@dataclass(frozen=True)
+class Sway(JointKind):
+    """A joint that slides along y."""
+
+    name = "sway"
+    coordinates = ("",)
+    units = ("m",)
+    moves = ((False, 1),)
+    fused = sway
+'''
 IGNORED = shutil.ignore_patterns("__pycache__")
 ADDED = {
     "features/angles.py": ANGLES,
     "servo/laws/smooth.py": SMOOTH,
     "robot/joints/geared.py": GEARED,
+    "robot/joints/sway.py": SWAY,
 }
 SHIPPED = """
 import json, runpy, sys
@@ -318,12 +352,17 @@ import robsim.features
 import robsim as rs
 from robsim.cli.uses import uses
 pages = runpy.run_path(sys.argv[1])
+askew = rs.Joint("sway", rs.Pose.at(rpy=(0, 0, 0.5)))
+crab = rs.Robot("crab", [rs.Link("base"), rs.Link("crab", "base", askew)])
 print(json.dumps({
     "file": rs.__file__,
     "kinds": pages["kinds"](),
     "scenario": pages["scenario"](),
     "uses": uses(),
     "room": robsim.features.Angles.__name__,
+    "swayed": crab.fk(crab.integrate([0.1], [1.0], 0.2))[:3, 3].tolist(),
+    "sways": crab.jacobian([0.1])[:, 0].tolist(),
+    "found": bool(crab.ik(crab.fk([0.3])).success),
 }))
 changes = ["task.features=angles", "task.law={kind='smooth', most=0.2}", "run.duration=0.4 s"]
 loop = rs.load_scenario(rs.examples.path("eye_in_hand"), changes).loop()
@@ -332,7 +371,7 @@ assert loop.sequence.compiled
 
 
 def test_a_kind_of_ours_is_one_file_too(tmp_path):
-    """In a copy of RobSim with these three files: no list, page or table is written by hand."""
+    """In a copy of RobSim with these files: no list, page or table is written by hand."""
     copy = shutil.copytree(Path(rs.__file__).parent, tmp_path / "robsim", ignore=IGNORED)
     for name, text in ADDED.items():
         (copy / name).write_text(text)
@@ -347,7 +386,11 @@ def test_a_kind_of_ours_is_one_file_too(tmp_path):
     assert done.returncode == 0, done.stderr
     found = json.loads(done.stdout)
     assert Path(found["file"]).is_relative_to(tmp_path) and found["room"] == "Angles"
-    for name in ("angles", "smooth", "geared"):
+    y = np.array([-np.sin(0.5), np.cos(0.5), 0.0])
+    np.testing.assert_allclose(found["swayed"], 0.3 * y, atol=1e-15)
+    np.testing.assert_allclose(found["sways"], [*y, 0, 0, 0], atol=1e-15)
+    assert found["found"]
+    for name in ("angles", "smooth", "geared", "sway"):
         assert f"### `{name}`" in found["kinds"] and f'"{name}"' in found["scenario"]
     changes = [change for kind, change in found["uses"] if kind == "change"]
     assert {"task.features=angles", "task.law=smooth"} <= set(changes)

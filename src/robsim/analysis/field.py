@@ -193,7 +193,7 @@ class Field:
         wheels of vehicles have turned does not count.
         """
         far = np.zeros((a.shape[1], b.shape[1]))
-        for _, kind, rows, _, rolls in self.scene.tree.members:
+        for _, kind, rows, _, rolls, _ in self.scene.tree.members:
             if not rolls:
                 far = np.maximum(far, kind.distance(a[rows].T[:, None], b[rows].T))
         return far

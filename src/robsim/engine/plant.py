@@ -15,7 +15,7 @@ from robsim.kernels.bodies.actuation import follow
 from robsim.kernels.control.commanding import copied
 from robsim.kernels.machine.program import Program
 from robsim.kernels.machine.rows import Rows
-from robsim.robot.motion import add_motion, add_rolling
+from robsim.robot.motion import add_motion, add_rolling, call_motion
 from robsim.robot.placed import Placed
 from robsim.world.imperfections.imperfection import Acting
 from robsim.world.imperfections.joint_effect import JointEffect, JointPlace, JointRows
@@ -59,7 +59,7 @@ class Plant:
         """
         placed = Placed(self.program, self.scene.tree.joints, self._copied(self.q))
         self._integrate(seconds, placed, self._copied(self.speed))
-        self._add(placed)
+        placed.add()
         return placed
 
     def _integrate(self, dt: Rows, placed: Placed, speed: Rows) -> None:
@@ -70,8 +70,7 @@ class Plant:
         joints, x = self.scene.tree.joints, placed.q
         add_motion(self.program, joints, x, list(v), dt)
         add_rolling(self.program, joints, x, v, placed.ratio, dt)
-        if self.scene.tree.own:
-            self.program.call(lambda chunk, step: self._advance(chunk, dt, x, v))
+        call_motion(self.program, joints, x, list(v), dt)
 
     def _copied(self, rows: Rows) -> Rows:
         """Add the stage that copies rows to new ones, and return these."""
@@ -118,14 +117,7 @@ class Plant:
 
     def place(self) -> None:
         """Add the stages that place all bodies at q."""
-        self._add(self.placed)
-
-    def _add(self, placed: Placed) -> None:
-        """Add the stages that place all bodies, with the motions of joints of the user's kinds."""
-        own = self.scene.tree.own
-        if own:
-            self.program.call(lambda chunk, step: placed.prepare(own, chunk))
-        placed.add()
+        self.placed.add()
 
     def command(self, qd: Rows) -> None:
         """Add the stage of all velocities: as commanded in rows qd, else prescribed."""
@@ -164,14 +156,3 @@ class Plant:
     def _prescribe(self, chunk: Chunk, step: int) -> None:
         drift = self.scene.drift(step * self.seconds)[:, None]
         chunk.put(self.drift, np.repeat(drift, chunk.runs, axis=1))
-
-    def _advance(self, chunk: Chunk, dt: Rows, x: Rows, v: Rows) -> None:
-        """Move joints of the user's kinds, from x by velocities v for a time, all of them rows."""
-        times, q, rates = chunk.get(dt), chunk.get(x), chunk.get(v)
-        for seconds in np.unique(times):
-            some = times == seconds
-            moved = q[:, some]
-            for each in self.scene.tree.own:
-                each.advance(moved, rates[:, some], float(seconds))
-            q[:, some] = moved
-        chunk.put(x, q)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import Any
 
 from robsim.base import units
 from robsim.base.arrays import Array
@@ -19,12 +20,11 @@ def angles_of(T: Pose) -> tuple[str, tuple[float, ...]] | None:
     ('rpy', (0.0, 0.5, 0.0))
     """
     wanted = T.rotation.tobytes()
-    for given in _near(rpy_of(T.rotation)):
-        if Pose.at(rpy=given).rotation.tobytes() == wanted:
-            return "rpy", given
-    for given in _near(T.rotvec):
-        if Pose.at(rotvec=given).rotation.tobytes() == wanted:
-            return "rotvec", given
+    for key in ("rpy", "rotvec"):
+        for given in _near(rpy_of(T.rotation) if key == "rpy" else T.rotvec):
+            turn: Any = {key: given}
+            if Pose.at(**turn).rotation.tobytes() == wanted:
+                return key, given
     return None
 
 

@@ -17,7 +17,8 @@ def in_cone(axis: Array, cone: float, along: Array, around: Array) -> Array:
     turn = np.pi * (2.0 * around - 1.0)
     across = np.sqrt(np.maximum(1.0 - height**2, 0.0))
     inside = np.stack([across * np.cos(turn), across * np.sin(turn), height], axis=1)
-    return combined(inside, facing(axis[None], np.zeros(1))[0])
+    R = facing(axis[None], np.zeros(1))[0]  # row by row, as none depends on how many there are
+    return np.stack([(inside * row).sum(axis=1) for row in R], axis=1)
 
 
 def facing(z: Array, roll: Array, y: Array | None = None) -> Array:
@@ -32,8 +33,3 @@ def facing(z: Array, roll: Array, y: Array | None = None) -> Array:
     x /= np.sqrt((x * x).sum(axis=1, keepdims=True))
     y, (c, s) = np.cross(z, x), (np.cos(roll)[:, None], np.sin(roll)[:, None])
     return np.stack([c * x + s * y, c * y - s * x, z], axis=2)
-
-
-def combined(parts: Array, R: Array) -> Array:
-    """Return R p (B, 3) of vectors (B, 3), of which none depends on how many there are."""
-    return np.stack([(parts * row).sum(axis=1) for row in R], axis=1)

@@ -4,79 +4,121 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from robsim.base.arrays import Array, frozen
-from robsim.base.errors import InputError
+from robsim.base.errors import FrameError, InputError
 from robsim.geometry.curves import Curve
 from robsim.geometry.pose import IDENTITY
-from robsim.kernels.formulas import curve as curve_kernels
-from robsim.kernels.formulas import joints as motions
-from robsim.kernels.formulas import ties
-from robsim.kernels.formulas import tree as kernels
-from robsim.robot.frame import (
-    Frame,
-    check_source,
-    first_indices,
-    in_order,
-    owners_of,
-    parents_first,
-    rows_of,
-    steers,
-)
-from robsim.robot.joint import Chord, Joint, Rolling, Steering
+from robsim.kernels.formulas.curve import Curves
+from robsim.robot.frame import Frame, check_source, in_order, parents_first, steers
+from robsim.robot.joint import FIXED, Chord, Joint, Rolling, Steering
 from robsim.robot.joints.car import STEERED
-from robsim.robot.joints.coupling import UPRIGHT, Stand
-from robsim.robot.member import Member, OwnMotion
+from robsim.robot.joints.coupling import UPRIGHT, Coupling
+from robsim.robot.joints.kind import JointKind
+from robsim.robot.member import Member
+
+
+class Body(NamedTuple):
+    """A body of a tree, and the joint that it stands on; body 0 is the world."""
+
+    parent: int
+    kind: JointKind
+    x: int  # its first coordinate among those of the tree and, after them, those that follow
+    curve: int = 0  # the number of the curve of a rail
+    bend: int = 0  # the ratio that is the curvature there
+    slope: int = 0  # the ratio of a rail that follows another coordinate
+
+
+class Tie(NamedTuple):
+    """A coordinate that follows another one, a row of x; the ratio 1 + i is that of tie i."""
+
+    follows: Coupling
+    source: int
+    curve: int  # the number of the curve of a chord
+    numbers: tuple[float, float, float]
+
+
+class Wheel(NamedTuple):
+    """A wheel that rolls below its vehicle."""
+
+    q: int  # its angle
+    v: int  # the speed of the vehicle; its turn rate is the next
+    steering: int  # the coordinate by which the wheel is turned, or -1
+    ratio: int  # of what the speed adds to that of the wheel; that of the turn rate is the next
+    numbers: tuple[float, float, float]  # radius, and x and y of the hub on the vehicle
+
+
+class Joints(NamedTuple):
+    """The constants of a tree, body by body; body 0 is the world."""
+
+    bodies: tuple[Body, ...]
+    place: Array  # (bodies, 3, 4)
+    members: tuple[Member, ...]  # that have coordinates of their own
+    ties: tuple[Tie, ...]  # each after the one that it depends on
+    wheels: tuple[Wheel, ...]
+    curves: Curves
+    ratios: int  # how many
 
 
 @dataclass
 class Assembly:
-    """The conversion of the frames of a tree to rows, parents and sources first."""
+    """The conversion of the frames of a tree to bodies, parents and sources first."""
 
     frames: list[Frame]
     where: dict[str, tuple[int, Array]] = field(default_factory=dict)
     moves: list[tuple[int, int, int, int, int]] = field(default_factory=list)
     cars: list[tuple[int, int, Steering]] = field(default_factory=list)
     members: list[Member] = field(default_factory=list)
-    own: list[OwnMotion] = field(default_factory=list)
-    staged: list[OwnMotion] = field(default_factory=list)
+    curves: list[Curve] = field(default_factory=list)
+    wheels: list[Wheel] = field(default_factory=list)
 
     def __post_init__(self) -> None:
-        self.first = first_indices(self.frames)  # coordinates keep the declared order
-        self.nq, self.nv = self.first.pop(None)
+        self.nq = self.nv = 0
+        self.first: dict[str, tuple[int, int]] = {}  # coordinate and velocity of each frame
+        self.owners: dict[str, Frame] = {}  # of each coordinate, by its name
+        self.rows: dict[str, int] = {}  # likewise
+        for frame in self.frames:
+            self._number(frame)
         self.where["world"] = (0, IDENTITY.matrix)
-        self.owners = owners_of(self.frames)
-        self.ties = in_order([f for f in self.frames if f.joint.tied])
-        self.rows = rows_of(self.frames, self.first)  # of all coordinates, by name
-        self.rows |= {frame.label: self.nq + i for i, frame in enumerate(self.ties)}
-        for frame in self.ties:
+        tied = in_order([f for f in self.frames if f.joint.tied])
+        self.rows |= {frame.label: self.nq + i for i, frame in enumerate(tied)}
+        for frame in tied:
             check_source(frame, self.owners)
-        self.curves: list[Curve] = []
-        self.bodies = [(0, 0, 0, -1, -1, 0, 0)]  # rows of `kernels.Joints`
+        self.bodies = [Body(0, FIXED.model, 0)]
         self.places = [np.eye(4)]  # of each body in its parent
         self.carriers: list[Frame | None] = [None]  # of each body, the frame with its joint
-        self.wheels: list[tuple[int, int, int, int]] = []
-        self.wheel_numbers: list[tuple[float, float, float]] = []
-        self.ratios = 1 + len(self.ties)
+        self.ratios = 1 + len(tied)
         for frame in parents_first(self.frames):
             self._add(frame)
-        self.tied = [self._tie(i, frame) for i, frame in enumerate(self.ties)]
+        self.ties = [self._tie(frame) for frame in tied]
 
-    def joints(self) -> kernels.Joints:
-        """Return the constants of all joints for the kernels."""
-        return kernels.Joints(
-            _table(self.bodies, 7),
+    def _number(self, frame: Frame) -> None:
+        """Give a frame its rows of coordinates and velocities, in the order of declaration."""
+        if frame.name in self.first or frame.name == "world":
+            raise FrameError(f"two frames are called '{frame.name}'")
+        self.first[frame.name] = self.nq, self.nv
+        for name in [frame.label] if frame.joint.tied else frame.coordinates:
+            if name in self.owners:
+                raise FrameError(f"two coordinates are called '{name}'")
+            self.owners[name] = frame
+        self.rows |= {name: self.nq + i for i, name in enumerate(frame.coordinates)}
+        self.nq += len(frame.joint.parts.coordinates)
+        self.nv += len(frame.joint.parts.velocities)
+
+    def joints(self) -> Joints:
+        """Return the constants of all joints."""
+        return Joints(
+            tuple(self.bodies),
             _places(self.places),
-            ties.Ties(
-                _table([row for row, _ in self.tied], 5), _numbers([n for _, n in self.tied])
-            ),
-            ties.Wheels(_table(self.wheels, 4), _numbers(self.wheel_numbers)),
+            tuple(self.members),
+            tuple(self.ties),
+            tuple(self.wheels),
             _joined(self.curves),
             self.ratios,
-            tuple(self.staged),
         )
 
     def _add(self, frame: Frame) -> None:
@@ -88,37 +130,36 @@ class Assembly:
             return
         body, own = len(self.bodies), joint.parts
         q, v = self.first[frame.name]
-        iq, iv = (q if own.coordinates else -1), (v if own.velocities else -1)
-        ix = self.rows.get(frame.label, q)  # the first, where a joint has several coordinates
+        x = self.rows.get(frame.label, q)  # the first, where a joint has several coordinates
         which = bend = 0
         if joint.curve is not None:
             which, bend = self._curve(joint.curve), self.ratios
             self.ratios += 1
         self.where[frame.name] = (body, joint.tail.matrix)
-        self.bodies.append((above, joint.model.code, ix, iq, iv, which, bend))
+        slope = max(1 + x - self.nq, 0)
+        self.bodies.append(Body(above, joint.model, x, which, bend, slope))
         self.places.append(start)
         self.carriers.append(frame)
         if own.coordinates:
-            self._count(joint, body, iq, v)
-        self._move(frame, body, iv, bend)
+            self._count(joint, body, q, v)
+        self._move(frame, body, v, bend)
         if joint.steering is not None:
-            self.cars.append((iq + STEERED, iv, joint.steering))
+            self.cars.append((q + STEERED, v, joint.steering))
         if isinstance(joint.follows, Rolling):
-            self._roll(frame, body, iq, joint.follows.radius)
+            self._roll(frame, body, q, joint.follows.radius)
 
     def _count(self, joint: Joint, body: int, q: int, v: int) -> None:
         """Add a joint that has coordinates of its own, which start at rows q and v."""
         own = joint.parts
         rows = slice(q, q + len(own.coordinates)), slice(v, v + len(own.velocities))
-        member = Member(body, joint.model, *rows, rolls=joint.follows is not None)
-        self.members.append(member)
-        if joint.model.code == motions.OWN:
-            made = OwnMotion(member, self.ratios)
-            (self.own if joint.model.placing is None else self.staged).append(made)
-            self.moves += made.moves
-            self.ratios += len(made.moves)
+        rolls = joint.follows is not None
+        self.members.append(Member(body, joint.model, *rows, rolls, self.ratios))
+        if joint.model.own:
+            made = self.members[-1].moves
+            self.moves += made
+            self.ratios += len(made)
 
-    def _move(self, frame: Frame, body: int, iv: int, bend: int) -> None:
+    def _move(self, frame: Frame, body: int, v: int, bend: int) -> None:
         """Add the motions of a body by its own velocities, or by the one that it follows."""
         joint, ratio = frame.joint, 0
         moves: Sequence[tuple[bool, int]] = joint.parts.moves
@@ -126,12 +167,12 @@ class Assembly:
             root = self._root(frame)
             if root is None:
                 return  # its source is a steering angle, which no velocity moves
-            iv, ratio = root, 1 + self.rows[frame.label] - self.nq
+            v, ratio = root, 1 + self.rows[frame.label] - self.nq
             moves = joint.model.moves
         for i, (turns, axis) in enumerate(moves):
-            self.moves.append((iv + i, body, int(turns), axis, ratio))
+            self.moves.append((v + i, body, int(turns), axis, ratio))
         if bend:
-            self.moves.append((iv, body, 1, 2, bend))
+            self.moves.append((v, body, 1, 2, bend))
 
     def _root(self, frame: Frame) -> int | None:
         """Return the row of the velocity that moves a coordinate, or None if there is none."""
@@ -141,14 +182,13 @@ class Assembly:
             owner = self.owners[name]
         return None if steers(owner, name) else self.first[owner.name][1]
 
-    def _tie(self, i: int, frame: Frame) -> tuple[tuple[int, ...], tuple[float, ...]]:
-        """Return a row of `kernels.Ties`: its integers and its numbers."""
-        follows, ratio = frame.joint.follows, 1 + i
+    def _tie(self, frame: Frame) -> Tie:
+        """Return how a coordinate follows another one."""
+        follows = frame.joint.follows
         assert follows is not None and follows.tied
-        source = self.rows[follows.of]
         which = self._chorded(frame) if follows.on_a_curve else 0
-        numbers = follows.constants(self._stand(frame) if follows.on_a_car else None)
-        return (follows.code, source, ratio, which, follows.given), numbers
+        numbers = self._stand(frame) if follows.on_a_car else follows.constants
+        return Tie(follows, self.rows[follows.of], which, numbers)
 
     def _chorded(self, frame: Frame) -> int:
         """Return the number of the curve of the rail that a chord is on."""
@@ -159,18 +199,18 @@ class Assembly:
         follows.check(frame.name, curve)
         return self._curve(curve)
 
-    def _stand(self, frame: Frame) -> Stand:
+    def _stand(self, frame: Frame) -> tuple[float, float, float]:
         """Return the wheelbase of the car of a steered wheel, and the wheel's x and y on it."""
         body = self.where[frame.name][0]
-        above, start = self.bodies[body][0], _one(frame.name, self.places[body])
+        above, start = self.bodies[body].parent, _one(frame.name, self.places[body])
         carrier = self.carriers[above]
         if carrier is None or carrier.joint.steering is None or abs(start[2, 2] - 1) > UPRIGHT:
             raise InputError(f"'{frame.name}' must stand upright on a car, to steer as its wheel")
-        return Stand(carrier.joint.steering.wheelbase, float(start[0, 3]), float(start[1, 3]))
+        return carrier.joint.steering.wheelbase, float(start[0, 3]), float(start[1, 3])
 
     def _roll(self, frame: Frame, body: int, row: int, radius: float) -> None:
         """Add a rolling wheel: the place of its hub on its vehicle, and its steering coordinate."""
-        above, hub, steering = self.bodies[body][0], _one(frame.name, self.places[body]), -1
+        above, hub, steering = self.bodies[body].parent, _one(frame.name, self.places[body]), -1
         carrier = self.carriers[above]
         if carrier is not None and carrier.joint.tied:
             steering = self.rows[carrier.label]
@@ -179,7 +219,7 @@ class Assembly:
             if aside > UPRIGHT:
                 raise InputError(f"'{frame.name}': its hub is {aside:g} m beside what steers it")
             hub = self.places[above] @ hub
-            above = self.bodies[above][0]
+            above = self.bodies[above].parent
             carrier = self.carriers[above]
         if carrier is None or not carrier.joint.model.wheeled:
             raise InputError(f"'{frame.name}' rolls, and stands on no vehicle (unicycle or car)")
@@ -187,9 +227,8 @@ class Assembly:
             raise InputError(f"'{frame.name}': its axis must lie across its vehicle, along y")
         first, v = self.ratios, self.first[carrier.name][1]
         self.ratios += 2
-        signed = radius * float(np.sign(hub[1, 2]))
-        self.wheels.append((row, v, steering, first))
-        self.wheel_numbers.append((signed, float(hub[0, 3]), float(hub[1, 3])))
+        numbers = radius * float(np.sign(hub[1, 2])), float(hub[0, 3]), float(hub[1, 3])
+        self.wheels.append(Wheel(row, v, steering, first, numbers))
         self.moves += [(v, body, 1, 2, first), (v + 1, body, 1, 2, first + 1)]
 
     def _curve(self, curve: Curve) -> int:
@@ -224,16 +263,8 @@ def _places(places: Sequence[Array]) -> Array:
     return frozen(np.ascontiguousarray(last))
 
 
-def _table(rows: Sequence[Sequence[int]], width: int) -> NDArray[np.int64]:
-    return integers(np.array(rows, dtype=np.int64).reshape(-1, width))
-
-
-def _numbers(rows: Sequence[Sequence[float]]) -> Array:
-    return frozen(np.array(rows, dtype=np.float64).reshape(-1, 3))
-
-
-def _joined(curves: Sequence[Curve]) -> curve_kernels.Curves:
+def _joined(curves: Sequence[Curve]) -> Curves:
     pieces = [np.empty((0, 7)), *(curve.pieces for curve in curves)]
     ends = np.cumsum([len(p) for p in pieces])
     lengths = frozen(np.array([curve.length for curve in curves], dtype=float))
-    return curve_kernels.Curves(integers(ends), lengths, frozen(np.concatenate(pieces)))
+    return Curves(integers(ends), lengths, frozen(np.concatenate(pieces)))

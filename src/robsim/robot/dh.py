@@ -34,9 +34,7 @@ def dh_links(
     if not is_one_of(convention, CONVENTIONS):
         raise InputError(f"DH convention must be 'standard' or 'modified', got {said(convention)}")
     kinds = _joint_kinds("R" * n if joints is None else joints, n)
-    spans: list[Any] = [None] * n
-    if limits is not None:
-        spans = [None if np.isinf(span).all() else span for span in _spans(limits, n)]
+    spans = [None] * n if limits is None else _spans(limits, n)
     if links is not None and (isinstance(links, str) or not isinstance(links, Sequence)):
         raise InputError(f"links: expected a list of {n} names, got {said(links)}")
     names = ["base", *(links or [f"link{i + 1}" for i in range(n)])]
@@ -47,7 +45,7 @@ def dh_links(
     for i in range(n):
         theta, d, a, alpha = table[i].tolist()
         row = DHRow(theta, d, a, alpha, convention)
-        joint = Joint(kinds[i], limits=tuple(spans[i]) if spans[i] else None, dh=row)
+        joint = Joint(kinds[i], limits=spans[i], dh=row)
         parts.append(Link(names[i + 1], names[i], joint, drawn[i + 1]))
     return tuple(parts)
 
@@ -61,15 +59,16 @@ def _shapes(given: Any) -> list[tuple[Primitive, ...]]:
     return [tuple(row) for row in rows]
 
 
-def _spans(limits: ArrayLike, n: int) -> list[list[float]]:
-    """Return limits (n, 2); those of a joint without limits are (-inf, inf)."""
+def _spans(limits: ArrayLike, n: int) -> list[Any]:
+    """Return the limits of each joint; those of a joint without limits are given as (-inf, inf)."""
     try:
         given = np.asarray(limits, dtype=np.float64)
     except (TypeError, ValueError, OverflowError):
         raise InputError(f"limits: expected shape ({n}, 2), got {said(limits)}") from None
-    free = given == np.array([-np.inf, np.inf]) if given.shape == (n, 2) else np.False_
+    free: Any = given == np.array([-np.inf, np.inf]) if given.shape == (n, 2) else np.False_
     spans = numbers(np.where(free, 0.0, given), "limits", (n, 2))
-    return np.where(free, given, spans).tolist()  # type: ignore[no-any-return]
+    each = zip(free, np.where(free, given, spans).tolist(), strict=True)
+    return [None if np.all(ends) else tuple(span) for ends, span in each]
 
 
 def _joint_kinds(joints: object, n: int) -> list[Literal["revolute", "prismatic"]]:

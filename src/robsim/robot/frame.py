@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass
+from graphlib import CycleError, TopologicalSorter
 
 from robsim.base.errors import FrameError, InputError, suggest
 from robsim.declare.problems import under
 from robsim.robot.joint import Joint
-from robsim.robot.joints.coupling import Source
 
 
 @dataclass(frozen=True)
@@ -48,51 +47,9 @@ def check_source(frame: Frame, owners: dict[str, Frame]) -> None:
     if name not in owners:
         hint = suggest(name, owners, "coordinates")
         raise InputError(f"'{frame.name}' follows '{name}', and there is none; {hint}")
-    source = owners[name].joint
-    candidate = Source(source.model, source.follows, steers(owners[name], name))
     assert follows is not None
-    if not follows.fits(candidate):
+    if not follows.fits(owners[name].joint, steers(owners[name], name)):
         raise InputError(f"'{frame.name}' must follow {follows.wanted}, and '{name}' is none")
-
-
-def _names(frame: Frame) -> list[str]:
-    return [frame.label] if frame.joint.tied else frame.coordinates
-
-
-def owners_of(frames: Iterable[Frame]) -> dict[str, Frame]:
-    """Return the frame of each coordinate, by the coordinate's name.
-
-    FrameError: two coordinates have one name.
-    """
-    found: dict[str, Frame] = {}
-    for frame in frames:
-        for name in _names(frame):
-            if name in found:
-                raise FrameError(f"two coordinates are called '{name}'")
-            found[name] = frame
-    return found
-
-
-def rows_of(frames: Iterable[Frame], first: dict[str | None, tuple[int, int]]) -> dict[str, int]:
-    """Return the row in q of each coordinate that the tree has of its own, by name."""
-    return {
-        name: first[frame.name][0] + i
-        for frame in frames
-        for i, name in enumerate(frame.coordinates)
-    }
-
-
-def first_indices(frames: list[Frame]) -> dict[str | None, tuple[int, int]]:
-    """Return the first coordinate and velocity of each frame; under None their total numbers."""
-    first: dict[str | None, tuple[int, int]] = {}
-    nq = nv = 0
-    for frame in frames:
-        if frame.name in first or frame.name == "world":
-            raise FrameError(f"two frames are called '{frame.name}'")
-        first[frame.name] = (nq, nv)
-        own = frame.joint.parts
-        nq, nv = nq + len(own.coordinates), nv + len(own.velocities)
-    return {**first, None: (nq, nv)}
 
 
 def in_order(tied: list[Frame]) -> list[Frame]:
@@ -100,19 +57,13 @@ def in_order(tied: list[Frame]) -> list[Frame]:
 
     The robot has checked the names.
     """
-    source = {frame.label: frame.joint.follows.of for frame in tied}  # type: ignore[union-attr]
-    depth: dict[str, int] = {}
-    for first in source:
-        chain: dict[str, None] = {}  # an ordered set
-        label = first
-        while label in source and label not in depth:
-            if label in chain:
-                raise InputError(f"'{label}' follows itself")
-            chain[label] = None
-            label = source[label]
-        deepest = depth.get(label, -1) + len(chain)
-        depth |= {name: deepest - i for i, name in enumerate(chain)}
-    return sorted(tied, key=lambda frame: depth[frame.label])
+    by_label = {frame.label: frame for frame in tied}
+    sources = {frame.label: [frame.joint.follows.of] for frame in tied}  # type: ignore[union-attr]
+    try:
+        order = list(TopologicalSorter(sources).static_order())
+    except CycleError as error:
+        raise InputError(f"'{error.args[1][0]}' follows itself") from None
+    return [by_label[label] for label in order if label in by_label]
 
 
 def parents_first(frames: list[Frame]) -> list[Frame]:

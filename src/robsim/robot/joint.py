@@ -14,7 +14,6 @@ from robsim.base.values import unchecked
 from robsim.base.warned import warn_of_degrees
 from robsim.geometry.curves import Curve
 from robsim.geometry.pose import IDENTITY, Pose, one_pose
-from robsim.kernels.formulas import joints as kernels
 from robsim.robot.dh_row import DHRow
 from robsim.robot.joints.ackermann import Ackermann
 from robsim.robot.joints.car import Steering
@@ -25,23 +24,10 @@ from robsim.robot.joints.mimic import Mimic
 from robsim.robot.joints.registry import JOINTS, kind_of, single_kinds
 from robsim.robot.joints.rolling import Rolling
 
-__all__ = [
-    "FIXED",
-    "LIMIT_SLACK",
-    "Ackermann",
-    "Chord",
-    "Coupling",
-    "Joint",
-    "JointKind",
-    "Mimic",
-    "Rolling",
-    "Steering",
-    "units_of",
-]
+__all__ = ["Ackermann", "Chord", "Coupling", "Joint", "JointKind", "Mimic", "Rolling", "Steering"]
 
 LIMIT_SLACK = 1e-9  # metres or radians by which rounding may exceed a limit
 POSES = ("place", "tail")  # that a row gives
-ROWED = ("fixed", "revolute", "prismatic")  # kinds whose constants a DH row may give
 _NEEDED: dict[str, type[Any]] = {"curve": Curve, "steering": Steering}  # fields that a kind needs
 
 
@@ -114,12 +100,11 @@ class Joint:
         return self.follows is not None and self.follows.tied
 
     @cached_property
-    def parts(self) -> Parts:
+    def parts(self) -> JointKind | Parts:
         """The own coordinates and velocities; none if the joint follows others."""
-        if self.tied:
-            return Parts()
-        own = self.model.parts
-        return own if self.follows is None else own._replace(velocities=(), rates=(), moves=())
+        if self.follows is None:
+            return self.model
+        return Parts() if self.tied else Parts(self.model.coordinates, self.model.units)
 
     @property
     def needed(self) -> Any:
@@ -168,7 +153,7 @@ class Joint:
         """Keep the constants of a row; InputError if poses are given that are not these."""
         if not isinstance(row, DHRow):
             raise InputError(f"joint dh: expected a DHRow, got {said(row)}")
-        if self.model.name not in ROWED:
+        if not self.model.rowed:
             raise InputError(f"a {self.model.name} joint has place and tail, not dh")
         given = self.place, self.tail
         place, tail = row.constants(self.model.turns)
@@ -178,7 +163,7 @@ class Joint:
         object.__setattr__(self, "tail", tail)
 
     def _check_kind(self) -> None:
-        if self.model.code != kernels.OWN and JOINTS.get(self.model.name) is type(self.model):
+        if not self.model.own and JOINTS.get(self.model.name) is type(self.model):
             object.__setattr__(self, "kind", self.model.name)  # built-in kinds are stored by name
         else:
             check_kind(self.model)
@@ -213,12 +198,10 @@ class Joint:
             if self.follows is None:
                 object.__setattr__(self, "limits", self.model.span(self.needed))
             return
-        if numbers(self.limits, "joint limits", (2,)).ndim != 1:
-            raise InputError(f"joint limits must be (lowest, highest), got {self.limits}")
+        limits = numbers(self.limits, "joint limits", (2,))
         if not self.model.single:
             raise InputError(f"a {self.model.name} joint has no limits, got {self.limits}")
-        low, high = self.limits
-        if not low < high:
+        if limits.ndim != 1 or not limits[0] < limits[1]:
             raise InputError(f"joint limits must be (lowest, highest), got {self.limits}")
         if self.follows is not None and not self.follows.limited:
             raise InputError(
@@ -227,7 +210,7 @@ class Joint:
             )
         if self.kind == "revolute":
             warn_of_degrees(self.limits, "joint limits")
-        object.__setattr__(self, "limits", (float(low), float(high)))
+        object.__setattr__(self, "limits", tuple(limits.tolist()))
 
 
 FIXED = Joint()

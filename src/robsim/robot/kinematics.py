@@ -15,9 +15,9 @@ from robsim.geometry.pose import common_lead
 from robsim.robot.coordinates import Coordinates
 from robsim.robot.ik.arm import Arm
 from robsim.robot.ik.closed import ClosedIK, solve_closed
-from robsim.robot.ik.effort import Effort
 from robsim.robot.ik.numeric import solve
 from robsim.robot.ik.result import IKResult
+from robsim.robot.ik.search import Effort
 from robsim.robot.placement import Placement
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
@@ -14,16 +14,27 @@ from robsim.robot.link import Link, coordinate_names
 
 
 def ranges(links: Sequence[Link]) -> Array:
-    """Return the limits (nq, 2), read-only, that also keep mimicking joints within theirs."""
+    """Return the limits (nq, 2), read-only, that also keep mimicking joints within theirs.
+
+    InputError: one with limits mimics in the end what follows in another way.
+    """
     names = coordinate_names(links)
     own = (link.joint for link in links if link.joint.parts.coordinates)
     each = (joint.model.ranges(joint.limits, joint.needed) for joint in own)
     rows = np.concatenate([np.empty((0, 2)), *each])
     number = {name: i for i, name in enumerate(names)}
-    follows = {link.label: link.joint.follows for link in links}
+    follows: dict[str, Any] = {link.label: link.joint.follows for link in links}
     for link in links:
-        if isinstance(link.joint.follows, Mimic) and link.joint.limits is not None:
-            source, (low, high) = _mimicked(link, follows, number)
+        tie = link.joint.follows
+        if isinstance(tie, Mimic) and link.joint.limits is not None:
+            root = tie.root(follows)
+            if root.of not in number:
+                above = follows[root.of]
+                raise InputError(
+                    f"limits of '{link.name}' are not looked at, because what it mimics follows "
+                    f"by {type(above).__name__}: limit '{above.of}'"
+                )
+            source, (low, high) = number[root.of], root.source_limits(link.joint.limits)
             rows[source] = max(rows[source, 0], low), min(rows[source, 1], high)
     return frozen(rows)
 
@@ -52,24 +63,3 @@ def check_limits(
             f"{what}{row}: joint '{name}' of '{robot}' is {q[where]:.6g} {unit}, "
             f"outside its limits [{lo:.6g}, {hi:.6g}] {unit}"
         )
-
-
-def _mimicked(
-    link: Link, follows: Mapping[str, Any], number: Mapping[str, int]
-) -> tuple[int, tuple[float, float]]:
-    """Return the coordinate that a link mimics in the end, and its limits due to the link's.
-
-    InputError if what is mimicked does not mimic, but follows in
-    another way.
-    """
-    mimic = link.joint.follows
-    assert isinstance(mimic, Mimic) and link.joint.limits is not None
-    while mimic.of not in number:
-        above = follows[mimic.of]
-        if not isinstance(above, Mimic):
-            raise InputError(
-                f"limits of '{link.name}' are not looked at, because what it mimics follows by "
-                f"{type(above).__name__}: limit '{above.of}'"
-            )
-        mimic = mimic.through(above)
-    return number[mimic.of], mimic.source_limits(link.joint.limits)

@@ -5,13 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from robsim.kernels.bodies import moving
-from robsim.kernels.formulas import joints as kinds
-from robsim.kernels.formulas.tree import IQ, IV, KIND, Joints
-from robsim.kernels.machine.program import Program
-from robsim.kernels.machine.rows import Rows
+import numpy as np
 
-IN_PLANE = {kinds.PLANAR: 3, kinds.UNICYCLE: 2, kinds.CAR: 2}  # velocities
+from robsim.kernels.bodies import moving
+from robsim.kernels.machine.program import Blocks, Program
+from robsim.kernels.machine.rows import Rows
+from robsim.robot.assembly import Joints
 
 
 def add_motion(
@@ -20,36 +19,50 @@ def add_motion(
     """Add the stages that move coordinates q (nq,) by velocities, each in a row, for dt.
 
     One without a row, None, is zero. What depends on others moves with them, and wheels that roll
-    (see `add_rolling`) and joints of the user's kinds in Python are not moved here.
+    (see `add_rolling`) and joints of the user's kinds in Python (see `call_motion`) are not moved
+    here.
     """
     steady: list[tuple[Any, Any]] = []
-    for row in joints.rows[1:]:
-        kind, first, at = row[KIND], row[IQ], row[IV]
-        rate = rates[at] if at >= 0 else None
-        if rate is None or kind == kinds.OWN:
+    for member in joints.members:
+        stage, own, v = member.kind.moving, q[member.q], rates[member.v]
+        if member.is_called or not v or v[0] is None:
             continue
-        if kind == kinds.FLOATING:
-            program.add(moving.fly, dt=dt, q=q[first : first + 7], v=Rows(rate, (6,)))
-        elif kind in IN_PLANE:
-            v = Rows(rate, (IN_PLANE[kind],))
-            program.add(moving.glide, dt=dt, q=q[first : first + 3], v=v)
-        else:
-            steady.append((q[first], rate))
-    for each in joints.staged:
-        member = each.member
-        own, v = q[member.q], rates[member.v]
-        if v[0] is None:
-            continue
-        if member.kind.moving is not None:
-            given = {"dt": dt, "q": own, "v": Rows(v[0], (len(v),))}
-            program.add(member.kind.moving, **given, numbers=program.constant(each.constants))
-        else:
+        if stage is None:
             steady += zip(own, v, strict=True)
+            continue
+        given = {"dt": dt, "q": own[: member.kind.moved], "v": Rows(v[0], (len(v),))}
+        if "numbers" in stage.signature.given:
+            given["numbers"] = program.constant(member.constants)
+        program.add(stage, **given)
     if steady:
         program.add(moving.run, dt=dt, moves=steady)
 
 
+def call_motion(
+    program: Program, joints: Joints, q: Rows, rates: Sequence[Rows | None], dt: Rows
+) -> None:
+    """Let Python move the coordinates of joints of the user's kinds, likewise."""
+    called = [member for member in joints.members if member.is_called]
+
+    def move(blocks: Blocks, step: int) -> None:
+        times, x, v = blocks.get(dt), blocks.get(q), np.zeros((len(rates), blocks.runs))
+        for i, rate in enumerate(rates):
+            if rate is not None:
+                v[i] = blocks.get(rate)
+        for seconds in np.unique(times):
+            some = times == seconds
+            moved = x[:, some]
+            for each in called:
+                each.advance(moved, v[:, some], float(seconds))
+            x[:, some] = moved
+        blocks.put(q, x)
+
+    if called:
+        program.call(move)
+
+
 def add_rolling(program: Program, joints: Joints, q: Rows, v: Rows, ratio: Rows, dt: Rows) -> None:
     """Add the stages that roll the wheels of vehicles, by ratios in rows that hold before."""
-    for n, m, _, k in joints.wheels.rows:
-        program.add(moving.roll, dt=dt, angle=q[n], v=v[m : m + 2], ratio=ratio[k : k + 2])
+    for wheel in joints.wheels:
+        m, k = wheel.v, wheel.ratio
+        program.add(moving.roll, dt=dt, angle=q[wheel.q], v=v[m : m + 2], ratio=ratio[k : k + 2])

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from itertools import groupby
 
 import numpy as np
@@ -10,96 +9,93 @@ import numpy as np
 from robsim.base.arrays import Array, runs_last
 from robsim.kernels.bodies import placing
 from robsim.kernels.control.commanding import copied, jacobian
-from robsim.kernels.formulas import joints as kinds
 from robsim.kernels.formulas.jacobian import Moves
-from robsim.kernels.formulas.ties import ACKERMANN, MIMIC
-from robsim.kernels.formulas.tree import BEND, CURVE, IX, KIND, PARENT, Bodies, Joints
+from robsim.kernels.formulas.tree import Bodies
 from robsim.kernels.machine.program import Blocks, Program, evaluated
-from robsim.kernels.machine.rows import Address, Rows
-from robsim.kernels.machine.stage import Stage
-from robsim.robot.member import OwnMotion
-
-STAGES: dict[int, Stage] = {
-    kinds.REVOLUTE: placing.turn,
-    kinds.PRISMATIC: placing.slide,
-    kinds.FLOATING: placing.fly,
-    kinds.PLANAR: placing.glide,
-    kinds.UNICYCLE: placing.glide,
-    kinds.CAR: placing.glide,
-    kinds.OWN: placing.carry,
-}
-COORDINATES = {  # of joints that have several
-    kinds.FLOATING: 7,
-    kinds.PLANAR: 3,
-    kinds.UNICYCLE: 3,
-    kinds.CAR: 3,
-}
+from robsim.kernels.machine.rows import Rows
+from robsim.robot.assembly import Joints
+from robsim.robot.joints.kind import PlacedBody
+from robsim.robot.member import Member
 
 
 class Placed:
     """The rows of a program in which the bodies of a tree stand, at coordinates q (nq,).
 
-    `poses` are those of all bodies, `ratio` the ratios by which velocities move bodies, `motions`
-    the poses of joints of the user's kinds.
+    `poses` are those of all bodies, `ratio` the ratios by which velocities move bodies.
     """
 
     def __init__(self, program: Program, joints: Joints, q: Rows) -> None:
         self.program, self.joints, self.q, (self.nq,) = program, joints, q, q.shape
-        bodies, own = len(joints.rows), joints.rows[:, KIND] == kinds.OWN
-        self.poses = program.constant(np.tile(np.eye(4)[:3], (bodies, 1, 1)))
+        own = [each for each in joints.members if each.kind.own]
+        self._called = [each for each in own if each.is_called]
+        self.poses = program.constant(np.tile(np.eye(4)[:3], (len(joints.bodies), 1, 1)))
         self.ratio = program.constant(np.ones(joints.ratios))
-        self.motions = program.rows(int(own.sum()), 3, 4)
+        motions = program.rows(len(own), 3, 4)
         self.place = program.numbers(joints.place, 3)
-        self._motion = {i: self.motions[n] for n, i in enumerate(np.flatnonzero(own).tolist())}
-        self._curves = self._kept_curves()
+        self._motion = {each.body: rows for each, rows in zip(own, motions, strict=True)}
+        tables = zip(("first", "lengths", "pieces"), joints.curves, strict=True)
+        self.curves = {name: program.address(array) for name, array in tables}
 
     def add(self) -> None:
         """Add the stages: what depends on others first, then bodies after their parents."""
+        if self._called:
+            self.program.call(self._call)
         self.follow()
         self._stage()
-        bodies = range(1, len(self.joints.rows))
-        for stage, some in groupby(bodies, lambda i: STAGES.get(int(self.joints.rows[i, KIND]))):
-            for each in [list(some)] if stage else [[i] for i in some]:
-                self._bodies(stage, each)
+        bodies = [self._stands(i) for i in range(1, len(self.joints.bodies))]
+        for _, some in groupby(bodies, lambda each: each.body.kind.fused):
+            alike = list(some)
+            alike[0].body.kind.add_placing(self, alike)
 
     def follow(self) -> None:
         """Add the stages of coordinates that depend on others, and of the ratios of wheels."""
-        self._followers = self.program.rows(len(self.joints.ties.rows))
-        for i in range(len(self.joints.ties.rows)):
-            self._tie(i)
-        for (_, _, steered, first), numbers in zip(*self.joints.wheels, strict=True):
+        self._followers = self.program.rows(len(self.joints.ties))
+        for i, tie in enumerate(self.joints.ties):
+            above = max(1 + tie.source - self.nq, 0)
+            tie.follows.add_stages(
+                self,
+                tie.curve,
+                source=self._x(tie.source),
+                x=self._followers[i],
+                ratio=self.ratio[1 + i],
+                above=self.ratio[above],
+                numbers=self.program.constant(tie.numbers),
+            )
+        for wheel in self.joints.wheels:
             self.program.add(
                 placing.spin,
-                steering=self._x(steered) if steered >= 0 else None,
-                ratio=self.ratio[first : first + 2],
-                numbers=self.program.constant(numbers),
+                steering=self._x(wheel.steering) if wheel.steering >= 0 else None,
+                ratio=self.ratio[wheel.ratio : wheel.ratio + 2],
+                numbers=self.program.constant(wheel.numbers),
             )
 
     def _stage(self) -> None:
         """Add the stages of the motions and twists of joints of the user's compiled kinds."""
-        for each in self.joints.staged:
-            self.program.add(
-                each.member.kind.placing,
-                q=self.q[each.member.q],
-                numbers=self.program.constant(each.constants),
-                motion=self._motion[each.member.body],
-                twists=self._twists(each).reshape(-1, 6),
-            )
+        for each in self.joints.members:
+            if each.kind.placing is not None:
+                self.program.add(
+                    each.kind.placing,
+                    q=self.q[each.q],
+                    numbers=self.program.constant(each.constants),
+                    motion=self._motion[each.body],
+                    twists=self._twists(each).reshape(-1, 6),
+                )
 
-    def take(self, own: OwnMotion, motion: Rows, twists: Rows) -> None:
+    def take(self, own: Member, motion: Rows, twists: Rows) -> None:
         """Let a joint of a user's kind have its motion and twists from given rows."""
-        self._motion[own.member.body] = motion
+        self._motion[own.body] = motion
         self.program.add(copied, rows=twists, to=self._twists(own))
+        self._called.remove(own)
 
-    def prepare(self, own: Iterable[OwnMotion], blocks: Blocks) -> None:
-        """Write the motions and twists of joints of the user's kinds."""
+    def _call(self, blocks: Blocks, step: int) -> None:
+        """Write the motions and twists of joints of the user's kinds in Python."""
         q = blocks.get(self.q)
-        for each in own:
+        for each in self._called:
             motion, twists = each.at(q)
-            blocks.put(self._motion[each.member.body], motion)
+            blocks.put(self._motion[each.body], motion)
             blocks.put(self._twists(each), twists)
 
-    def _twists(self, own: OwnMotion) -> Rows:
+    def _twists(self, own: Member) -> Rows:
         return self.ratio[own.first : own.first + own.twists]
 
     def frames(self, some: list[tuple[int, Array]]) -> list[Rows]:
@@ -112,56 +108,22 @@ class Placed:
         self.program.add(placing.frames, each=each)
         return [T for _, _, T in each]
 
-    def _bodies(self, stage: Stage | None, some: list[int]) -> None:
-        each = []
-        for i in some:
-            row = self.joints.rows[i]
-            given = self._motion[i] if i in self._motion else self._coordinates(row)
-            each.append((self.poses[row[PARENT]], self.place[i], given, self.poses[i]))
-        if stage is None:
-            self._rail(some[0], *each[0])
-        else:
-            self.program.add(stage, each=each)
+    def base_jacobian(self, T: Rows, moves: Moves) -> Rows:
+        """Return the rows of the Jacobian (6, n) of a frame at T, in axes of the world."""
+        here = self.program.constant(np.eye(3, 4))
+        for r in range(3):
+            self.program.add(copied, rows=T[r, 3:], to=here[r, 3:])
+        return add_jacobian(self.program, self.poses, self.ratio, here, moves)
 
-    def _coordinates(self, row: Array) -> Rows:
-        """Return the rows of the coordinates that move a body: one, or several of the tree."""
-        count, x = COORDINATES.get(int(row[KIND]), 0), row[IX]
-        return self.q[x : x + count] if count else self._x(x)
-
-    def _rail(self, i: int, parent: Rows, place: Rows, s: Rows, T: Rows) -> None:
-        row = self.joints.rows[i]
-        bend = self.ratio[row[BEND]]
-        given = {"parent": parent, "place": place, "s": s, "T": T, "curvature": bend}
-        self.program.add(placing.ride, **self._curves, which=row[CURVE], **given)
-        if row[IX] >= self.nq:  # a curvature per metre of a rail that follows another coordinate
-            slope = self.joints.ties.rows[row[IX] - self.nq, 2]
-            self.program.add(placing.scale, curvature=bend, slope=self.ratio[slope])
-
-    def _tie(self, i: int) -> None:
-        ties, add = self.joints.ties, self.program.add
-        kind, source, row, which, gives = ties.rows[i]
-        above = 0 if source < self.nq else ties.rows[source - self.nq, 2]
-        rows = {
-            "source": self._x(source),
-            "x": self._followers[i],
-            "ratio": self.ratio[row],
-            "above": self.ratio[above],
-            "numbers": self.program.constant(ties.numbers[i]),
-        }
-        if kind == MIMIC:
-            add(placing.mimic, **rows)
-        elif kind == ACKERMANN:
-            add(placing.steer, **rows)
-        else:
-            add(placing.hang, **self._curves, **rows, which=which, what=gives)
+    def _stands(self, i: int) -> PlacedBody:
+        """Return the rows of a body, and of what moves it."""
+        body = self.joints.bodies[i]
+        x = self._motion[i] if i in self._motion else self._x(body.x)
+        return PlacedBody(self.poses[body.parent], self.place[i], x, self.poses[i], body)
 
     def _x(self, i: int) -> Rows:
         """Return the row of a coordinate: of the tree, or of those that depend on others."""
         return self.q[i] if i < self.nq else self._followers[i - self.nq]
-
-    def _kept_curves(self) -> dict[str, Address]:
-        tables = zip(("first", "lengths", "pieces"), self.joints.curves, strict=True)
-        return {name: self.program.address(array) for name, array in tables}
 
 
 def frame_jacobian(bodies: Bodies, T: Array, moves: Moves) -> Array:
@@ -172,14 +134,6 @@ def frame_jacobian(bodies: Bodies, T: Array, moves: Moves) -> Array:
 
     (J,) = evaluated(add, [bodies.poses, bodies.ratio, T], [(6, moves.columns.size)])
     return J
-
-
-def add_base_jacobian(program: Program, poses: Rows, ratios: Rows, T: Rows, moves: Moves) -> Rows:
-    """Add the stages of the Jacobian of a frame at T in axes of the world, and return its rows."""
-    here = program.constant(np.eye(3, 4))
-    for r in range(3):
-        program.add(copied, rows=T[r, 3:], to=here[r, 3:])
-    return add_jacobian(program, poses, ratios, here, moves)
 
 
 def add_jacobian(program: Program, poses: Rows, ratios: Rows, T: Rows, moves: Moves) -> Rows:

@@ -13,7 +13,7 @@ from robsim.geometry.pose import homogeneous
 from robsim.kernels.bodies import kinematics as kernels
 from robsim.kernels.machine.program import Program
 from robsim.kernels.machine.rows import Rows
-from robsim.robot.placed import Placed, add_base_jacobian
+from robsim.robot.placed import Placed
 from robsim.robot.tree import Tree
 
 
@@ -60,9 +60,9 @@ class Placement:
     def _twists(self) -> tuple[Any, ...]:
         """The arguments of the kernel of the Jacobian, at the frame in axes of the world."""
         placed, (T, *_) = self._placed()
-        program, moves = placed.program, self.tree.moves(self.tree.carried(self.names[0]))
-        J = add_base_jacobian(program, placed.poses, placed.ratio, T, moves)
-        return *program.prepared(), int(placed.q), int(J)
+        moves = self.tree.moves(self.tree.carried(self.names[0]))
+        J = placed.base_jacobian(T, moves)
+        return *placed.program.prepared(), int(placed.q), int(J)
 
 
 def _flat(q: Array) -> Array:

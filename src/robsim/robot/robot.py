@@ -217,7 +217,7 @@ class Robot(Kinematics):
         """
         from robsim.robot import urdf  # only where it is used, for a quick start
 
-        urdf.write_mjcf(self.name, self.links, path)
+        urdf.write_mjcf(self.name, self.links, self.tree, path)
 
     def at(self, pose: Any, on: str | None = None) -> Robot:
         """Return a copy whose base is moved by `pose`, or stands on another frame of the scene.

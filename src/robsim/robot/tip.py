@@ -61,8 +61,11 @@ def find_tip(links: Sequence[Link]) -> Tip:
     >>> find_tip([Link("base"), arm, tool, Link("cover", "base")]).name
     'tool0'
     """
-    depth, parents = _depths(links), {link.parent for link in links}
-    leaves = [name for name in depth if depth[name] and name not in parents]
+    parents = {link.name: link.parent for link in links}
+    moving = {link.name: link.joint.moves for link in links}
+    depth = {name: sum(moving[each] for each in _chain(name, parents)) for name in parents}
+    carriers = set(parents.values())
+    leaves = [name for name in depth if depth[name] and name not in carriers]
     if not leaves:
         return Tip(links[-1].name)
     found = _named(leaves, TOOLS) or leaves
@@ -70,42 +73,18 @@ def find_tip(links: Sequence[Link]) -> Tip:
     deepest = [name for name in found if depth[name] == most]
     if len(deepest) == 1:
         return Tip(deepest[0])
-    shared = _shared(links, deepest)
+    first, *others = (list(_chain(name, parents)) for name in deepest)
+    shared = [name for name in first if all(name in other for other in others)]
     hands = [name for name in shared if depth[name] and _carries_fingers(name)]
-    first = (hands or deepest)[0]
-    return Tip(first, tuple(name for name in deepest if name != first))
+    chosen = (hands or deepest)[0]
+    return Tip(chosen, tuple(name for name in deepest if name != chosen))
 
 
-def _depths(links: Iterable[Link]) -> dict[str, int]:
-    """Return the number of moving joints between the base and each link."""
-    by_name = {link.name: link for link in links}
-    depth: dict[str, int] = {}
-    for name in by_name:
-        chain = []
-        above: str | None = name
-        while above is not None and above not in depth:
-            chain.append(by_name[above])
-            above = by_name[above].parent
-        count = 0 if above is None else depth[above]
-        for link in reversed(chain):
-            count += link.joint.kind != "fixed"
-            depth[link.name] = count
-    return {name: depth[name] for name in by_name}
-
-
-def _shared(links: Iterable[Link], names: Iterable[str]) -> list[str]:
-    """Return the links that are ancestors of all of these, the nearest first."""
-    parents = {link.name: link.parent for link in links}
-    chains = [list(_above(name, parents)) for name in names]
-    return [name for name in chains[0] if all(name in chain for chain in chains)]
-
-
-def _above(name: str, parents: Mapping[str, str | None]) -> Iterator[str]:
-    """Yield the ancestors of a link, the nearest first."""
-    above = parents[name]
-    while above is not None:
-        yield above
-        above = parents[above]
+def _chain(name: str | None, parents: Mapping[str, str | None]) -> Iterator[str]:
+    """Yield a link and its ancestors, the nearest first."""
+    while name is not None:
+        yield name
+        name = parents[name]
 
 
 def _named(names: Sequence[str], words: Iterable[str]) -> list[str]:

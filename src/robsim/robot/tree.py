@@ -14,14 +14,14 @@ from robsim.base.errors import FrameError, is_one_of, said, suggest
 from robsim.kernels.control.commanding import along, copied
 from robsim.kernels.formulas import jacobian as jacobians
 from robsim.kernels.formulas import joints as motions
-from robsim.kernels.formulas import tree as kernels
+from robsim.kernels.formulas.tree import Bodies
 from robsim.kernels.machine.program import Function, Program
 from robsim.kernels.machine.rows import Rows
-from robsim.robot.assembly import Assembly, integers
+from robsim.robot.assembly import Assembly, Joints, integers
 from robsim.robot.frame import Frame
-from robsim.robot.joint import FIXED, Steering
+from robsim.robot.joint import Steering
 from robsim.robot.joints.kind import JointKind
-from robsim.robot.member import Member, OwnMotion
+from robsim.robot.member import Member
 from robsim.robot.motion import add_motion, add_rolling
 from robsim.robot.placed import Placed, add_jacobian, frame_jacobian
 
@@ -39,14 +39,12 @@ class Tree:
         built = Assembly(list(frames))
         self.nq, self.nv = built.nq, built.nv
         self.where: dict[str, tuple[int, Array]] = built.where
-        self.joints: kernels.Joints = built.joints()
-        columns = (kernels.PARENT, kernels.IQ, kernels.IV)
-        # of each body, its parent, and first coordinate and velocity of its own, or -1
-        self.parent, self.iq, self.iv = (self.joints.rows[:, c] for c in columns)
-        carriers = (frame.joint if frame else FIXED for frame in built.carriers)
-        self.models: tuple[JointKind, ...] = tuple(joint.model for joint in carriers)  # of bodies
-        self.members: tuple[Member, ...] = tuple(built.members)  # joints with own coordinates
-        self.own: tuple[OwnMotion, ...] = tuple(built.own)  # of kinds of the user's own
+        self.joints: Joints = built.joints()
+        self.parent = integers([body.parent for body in built.bodies])
+        self.models: tuple[JointKind, ...] = tuple(body.kind for body in built.bodies)
+        self.members = self.joints.members  # joints with own coordinates
+        # those of kinds of the user's own in Python
+        self.own: tuple[Member, ...] = tuple(each for each in self.members if each.is_called)
         # of each move: its velocity, body, whether it turns, axis, ratio; by velocity, then body
         self.moved = integers(np.array(sorted(built.moves), dtype=np.int64).reshape(-1, 5))
         self.velocity, self.body = self.moved[:, 0], self.moved[:, 1]
@@ -66,7 +64,7 @@ class Tree:
             raise FrameError(f"no frame {said(name)}; {suggest(name, self.where, 'frames')}")
         return self.where[name]
 
-    def bodies(self, q: Array, runs: Runs = None) -> kernels.Bodies:
+    def bodies(self, q: Array, runs: Runs = None) -> Bodies:
         """Return the poses of all bodies at coordinates q[n, b], which are those of `runs` (b,).
 
         These matter where constants differ from run to run; by default all runs come in order.
@@ -74,7 +72,7 @@ class Tree:
         found = self._bodies(self._with_own(q), runs)
         count = 12 * len(self.parent)
         poses = found[:count].reshape(len(self.parent), 3, 4, -1)
-        return kernels.Bodies(poses, found[count:])
+        return Bodies(poses, found[count:])
 
     @cached_property
     def _bodies(self) -> Function:
@@ -117,7 +115,7 @@ class Tree:
 
     def _with_own(self, q: Array) -> Array:
         """Return coordinates q, and below them what joints of own kinds say of them."""
-        return np.concatenate([q, *(part for each in self.own for part in each.rows(q))])
+        return np.concatenate([q, *(part for each in self.own for part in each.at(q))])
 
     @cached_property
     def runs(self) -> int:
@@ -131,7 +129,7 @@ class Tree:
         """Whether the whole tree is compiled: no joint is of a user's own kind."""
         return not self.own
 
-    def frame(self, bodies: kernels.Bodies, name: str, runs: Runs = None) -> Array:
+    def frame(self, bodies: Bodies, name: str, runs: Runs = None) -> Array:
         """Return the pose T[3, 4, b] of a frame, of `runs` as in `bodies`."""
         body, offset = self.find(name)
         A, B = bodies.poses[body], runs_last(offset, 2)
@@ -142,7 +140,7 @@ class Tree:
             T[:, 3] += A[:, 3]
         return T
 
-    def jacobian(self, bodies: kernels.Bodies, name: str) -> Array:
+    def jacobian(self, bodies: Bodies, name: str) -> Array:
         """Return the Jacobian J[6, j, b] of a frame's origin in world axes."""
         here = np.repeat(np.eye(3, 4)[..., None], bodies.poses.shape[3], axis=2)
         here[:, 3] = self.frame(bodies, name)[:, 3]
@@ -152,17 +150,11 @@ class Tree:
 
     def advance(self, q: Array, v: Array, dt: float) -> None:
         """Move q[n, b] by velocities v[m, b] held for dt, after the cars have steered for them."""
-        self.steer(q, v, dt)
-        self.roll(q, v, dt)
-
-    def steer(self, q: Array, v: Array, dt: float) -> None:
-        """Turn the wheels of cars, as far as their steering rate allows in a period dt."""
+        rates = v.copy()
         for row, velocity, s in self.cars:
             motions.steer(row, velocity, s.wheelbase, s.limit, s.rate, dt, q, v)
-
-    def roll(self, q: Array, v: Array, seconds: float) -> None:
-        """Move q[n, b] by velocities v[m, b], with cars steered as they are."""
-        self.flow(q, self.driven(q, v), seconds)
+            motions.obey(row, velocity, s.wheelbase, q, rates)
+        self.flow(q, rates, dt)
 
     def flow(self, q: Array, v: Array, seconds: float) -> None:
         """Move q[n, b] along the motions of velocities v[m, b], without the limits of steering."""
@@ -176,20 +168,12 @@ class Tree:
         """The coordinates after velocities were held, from both and the seconds."""
         program = Program()
         q, v, dt = program.rows(self.nq), program.rows(self.nv), program.rows()
-        if len(self.joints.wheels.rows):
+        if self.joints.wheels:
             placed = Placed(program, self.joints, q)
             placed.follow()
             add_rolling(program, self.joints, q, v, placed.ratio, dt)
         add_motion(program, self.joints, q, list(v), dt)
         return Function(program, q, q, self.nq)
-
-    def driven(self, q: Array, v: Array) -> Array:
-        """Return the velocities v[m, b] that the steering angles of cars allow."""
-        if self.cars:
-            v = v.copy()
-        for row, velocity, s in self.cars:
-            motions.obey(row, velocity, s.wheelbase, q, v)
-        return v
 
     def carried(self, name: str) -> Array:
         """Return 1.0 for each move that affects the frame, else 0.0."""
@@ -231,9 +215,8 @@ class Tree:
     def owners(self) -> NDArray[np.int64]:
         """The body (nv,) whose joint has each velocity."""
         found = np.empty(self.nv, dtype=np.int64)
-        for body in np.argsort(self.iv, kind="stable"):
-            if self.iv[body] >= 0:
-                found[self.iv[body] :] = body  # until the next one begins
+        for member in self.members:
+            found[member.v] = member.body
         return frozen(found)
 
     def kinds(self, columns: NDArray[np.int64]) -> list[JointKind]:

@@ -98,6 +98,6 @@ def flown(scene: Scene, frame: str, T: Array) -> Array:
     body, T_b_f = tree.find(frame)
     place = Pose(homogeneous(tree.joints.place[body][..., None])[0])
     q = np.tile(scene.home, (len(T), 1))
-    first = tree.iq[body]
+    first = tree.joints.bodies[body].x
     q[:, first : first + 7] = (place.inv() @ Pose(T) @ Pose(T_b_f).inv()).q
     return q

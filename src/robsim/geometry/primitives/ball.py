@@ -5,14 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from robsim.base.arrays import Array
 from robsim.declare import register
 from robsim.geometry.hull import Hull
-from robsim.geometry.primitives.circle import circle
 from robsim.geometry.primitives.primitive import Colour, Corners, Face, Primitive, Radius
-from robsim.geometry.primitives.revolved import dome, faces_of, points_of
+from robsim.geometry.primitives.revolved import circle, dome, faces_of, points_of
 
 
 @register("shape", "ball")
@@ -46,9 +44,10 @@ class Ball(Primitive):
         faces = faces_of(len(rings[0]), self.n, first=len(self.vertices))
         return np.concatenate([self.vertices, round_]), faces
 
-    def _solid(self) -> tuple[float, ArrayLike, ArrayLike]:
+    def _solid(self) -> tuple[float, Array, tuple[float, float, float]]:
         r = self.radius
-        return 4 / 3 * np.pi * r * r * r, np.zeros(3), np.full(3, 2 / 5 * r * r)
+        x2 = 1 / 5 * r * r
+        return 4 / 3 * np.pi * r * r * r, np.zeros(3), (x2, x2, x2)
 
     def _corners(self) -> Array:
         flat = np.column_stack([circle(self.radius, self.n), np.zeros(self.n)])

@@ -6,13 +6,15 @@ from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from robsim.base.arrays import Array
 from robsim.declare import register
 from robsim.geometry.hull import Hull
-from robsim.geometry.primitives.primitive import Colour, Face, Primitive, Size, principal_moments
-from robsim.geometry.primitives.tube import RING, SIDES
+from robsim.geometry.primitives.primitive import Colour, Face, Primitive, Size
+
+# a rectangular tube of two rings of four corners, 0-3 and 4-7
+RING = ((-1, -1), (1, -1), (1, 1), (-1, 1))
+SIDES: tuple[Face, ...] = tuple((i, (i + 1) % 4, (i + 1) % 4 + 4, i + 4) for i in range(4))
 
 
 @register("shape", "block")
@@ -37,9 +39,9 @@ class Block(Primitive):
         """The vertex numbers of the bottom, the top and the four sides."""
         return ((3, 2, 1, 0), (4, 5, 6, 7), *SIDES)
 
-    def _solid(self) -> tuple[float, ArrayLike, ArrayLike]:
+    def _solid(self) -> tuple[float, Array, tuple[float, float, float]]:
         a, b, c = self.length, self.width, self.height
-        return a * b * c, np.zeros(3), principal_moments(a * a / 12, b * b / 12, c * c / 12)
+        return a * b * c, np.zeros(3), (a * a / 12, b * b / 12, c * c / 12)
 
     def _corners(self) -> Array:
         half = np.array([self.length, self.width, self.height]) / 2

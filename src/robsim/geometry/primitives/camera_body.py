@@ -5,15 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from robsim.base.arrays import Array
 from robsim.declare import register
 from robsim.geometry.hull import Hull
 from robsim.geometry.pose import Pose
-from robsim.geometry.primitives.block import Block
-from robsim.geometry.primitives.primitive import Colour, Face, Primitive, Size, principal_moments
-from robsim.geometry.primitives.tube import RING, SIDES
+from robsim.geometry.primitives.block import RING, SIDES, Block
+from robsim.geometry.primitives.primitive import Colour, Face, Primitive, Size
 
 
 @register("shape", "camera")
@@ -42,8 +40,8 @@ class CameraBody(Primitive):
         flare = tuple(tuple(i + 4 for i in side) for side in SIDES)
         return ((3, 2, 1, 0), *SIDES, *flare)
 
-    def _solid(self) -> tuple[float, ArrayLike, ArrayLike]:
-        """Return volume, centre and moments per mass, by integrals over slices across z.
+    def _solid(self) -> tuple[float, Array, tuple[float, float, float]]:
+        """Return volume, centre and mean squares, by integrals over slices across z.
 
         A slice is s(z) times the box: s = 1 in the box, and up to 1.5 in the flare. With
         t in [0, 1] along the flare and s = 1 + t / 2, the integrals of s^2, s^2 t, s^2 t^2 and s^4
@@ -58,7 +56,7 @@ class CameraBody(Primitive):
         z, breadth = first / area, (box + flare * 211 / 80) / area
         x2, y2 = (side * side / 12 * breadth for side in (self.height, self.width))
         volume = area * self.height * self.width
-        return volume, np.array([0.0, 0.0, z]), principal_moments(x2, y2, second / area - z * z)
+        return volume, np.array([0.0, 0.0, z]), (x2, y2, second / area - z * z)
 
     def _corners(self) -> Array:
         rings = ((1.0, 0.0), (1.0, 0.75), (1.5, 1.0))  # (scale, share of the length)

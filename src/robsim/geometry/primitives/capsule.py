@@ -6,22 +6,13 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from robsim.base.arrays import Array
 from robsim.declare import register
 from robsim.geometry.hull import Hull
 from robsim.geometry.pose import Pose
 from robsim.geometry.primitives.ball import Ball
-from robsim.geometry.primitives.primitive import (
-    Colour,
-    Corners,
-    Face,
-    Primitive,
-    Radius,
-    Size,
-    principal_moments,
-)
+from robsim.geometry.primitives.primitive import Colour, Corners, Face, Primitive, Radius, Size
 from robsim.geometry.primitives.revolved import dome, faces_of, points_of
 from robsim.geometry.primitives.wheel import Wheel
 
@@ -60,8 +51,8 @@ class Capsule(Primitive):
     def _rings(self) -> int:
         return len(dome(self.radius, self.n)[0])
 
-    def _solid(self) -> tuple[float, ArrayLike, ArrayLike]:
-        """Return volume, centre and moments per mass.
+    def _solid(self) -> tuple[float, Array, tuple[float, float, float]]:
+        """Return volume, centre and mean squares.
 
         The mean squares are those of cylinder and ball, weighed by volume; the centre of half a
         ball is 3/8 r from its disc.
@@ -71,7 +62,7 @@ class Capsule(Primitive):
         share = ball / (tube + ball)
         x2 = (1 - share) * r * r / 4 + share * r * r / 5
         z2 = (1 - share) * h * h / 12 + share * (r * r / 5 + 3 / 8 * r * h + h * h / 4)
-        return tube + ball, np.zeros(3), principal_moments(x2, x2, z2)
+        return tube + ball, np.zeros(3), (x2, x2, z2)
 
     def _corners(self) -> Array:
         radii, heights = dome(self.radius, self.n)

@@ -67,25 +67,26 @@ class Mesh(Primitive):
 
         A colour of its own comes before those of the file, unless it is black.
         """
-        if self.source is None:
-            return ()
-        try:
-            pieces = pieces_of(mesh_path(self.filename, self.source.folder))
-        except FileError:
-            stand_ins = self.source.stand_ins
-            return tuple(replace(each, color=self.color).at(self.pose) for each in stand_ins)  # type: ignore[call-arg]
-        return tuple(self._surface(piece) for piece in pieces)
+        found = self._found()
+        if isinstance(found, tuple):
+            return tuple(self._surface(piece) for piece in found)
+        stand_ins = self.source.stand_ins if self.source else ()
+        return tuple(replace(each, color=self.color).at(self.pose) for each in stand_ins)  # type: ignore[call-arg]
 
     @property
     def lack(self) -> str | None:
         """Why its file is not drawn, in words, or None: it is, or is not to be."""
+        found = self._found()
+        return f"{said(self.filename)}: {found}" if isinstance(found, FileError) else None
+
+    def _found(self) -> tuple[Piece, ...] | FileError:
+        """Return what its file holds, if it is to be drawn, or what is wrong with it."""
         if self.source is None:
-            return None
+            return ()
         try:
-            pieces_of(mesh_path(self.filename, self.source.folder))
+            return pieces_of(mesh_path(self.filename, self.source.folder))
         except FileError as error:
-            return f"{said(self.filename)}: {error}"
-        return None
+            return error
 
     def _surface(self, piece: Piece) -> Surface:
         scale = np.array(self.scale)

@@ -11,7 +11,6 @@ from functools import cached_property
 from typing import Annotated, Any, Self
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from robsim.base.arrays import Array, frozen
 from robsim.base.errors import InputError
@@ -79,10 +78,10 @@ class Primitive:
         """
         if self.mass is None and self.density is None:
             return None
-        volume, centre, per_mass = self._solid()
+        volume, centre, (x2, y2, z2) = self._solid()
         mass = self.mass or volume * (self.density or 0.0)
         with np.errstate(over="ignore", invalid="ignore"):  # what overflows is refused
-            tensor = np.diag(mass * np.asarray(per_mass))
+            tensor = np.diag(mass * np.array([y2 + z2, x2 + z2, x2 + y2]))
         return Inertia(mass, centre, tensor).at(self.pose)
 
     @cached_property
@@ -133,8 +132,8 @@ class Primitive:
         """Return solids in its place for a file that does not know its kind; by default none."""
         return ()
 
-    def _solid(self) -> tuple[float, ArrayLike, ArrayLike]:
-        """Return volume, centre of mass, and principal moments per mass in its own axes."""
+    def _solid(self) -> tuple[float, Array, tuple[float, float, float]]:
+        """Return volume, centre of mass, and the mean squares of x, y and z about it."""
         raise NotImplementedError
 
     def _corners(self) -> Array:
@@ -147,8 +146,3 @@ class Primitive:
     def _edges(self) -> list[tuple[int, int]]:
         """Return the edges: by default every side of every face."""
         return [(a, b) for f in self.faces for a, b in zip(f, f[1:] + f[:1], strict=True)]
-
-
-def principal_moments(x2: float, y2: float, z2: float) -> Array:
-    """Return principal moments per mass from the mean squares x^2, y^2, z^2 of the solid."""
-    return np.array([y2 + z2, x2 + z2, x2 + y2])

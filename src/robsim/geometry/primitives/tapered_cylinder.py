@@ -7,22 +7,13 @@ from itertools import pairwise
 from typing import Annotated
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from robsim.base.arrays import Array
 from robsim.declare import Length, register
 from robsim.geometry.hull import Hull
 from robsim.geometry.pose import Pose
-from robsim.geometry.primitives.circle import circle, on_circle
-from robsim.geometry.primitives.primitive import (
-    Colour,
-    Corners,
-    Face,
-    Primitive,
-    Radius,
-    Size,
-    principal_moments,
-)
+from robsim.geometry.primitives.primitive import Colour, Corners, Face, Primitive, Radius, Size
+from robsim.geometry.primitives.revolved import circle, on_circle
 from robsim.geometry.primitives.wheel import Wheel
 
 STEPS = 4  # cylinders that stand for it in files of simulators
@@ -68,8 +59,8 @@ class TaperedCylinder(Primitive):
         """A cylinder with the same faces between vertices of the same numbers."""
         return Wheel(self.radius, self.length, self.n)
 
-    def _solid(self) -> tuple[float, ArrayLike, ArrayLike]:
-        """Return volume, centre and moments per mass, by integrals over slices across z.
+    def _solid(self) -> tuple[float, Array, tuple[float, float, float]]:
+        """Return volume, centre and mean squares, by integrals over slices across z.
 
         With t in [0, 1] along it and s = r + (R - r) t, the integrals of s^2, s^2 t, s^2 t^2 and
         s^4 are (r^2 + r R + R^2)/3, (r^2 + 2 r R + 3 R^2)/12, (r^2 + 3 r R + 6 R^2)/30 and
@@ -82,7 +73,7 @@ class TaperedCylinder(Primitive):
         t2 = (rr + 3 * rR + 6 * RR) / 30 / area
         x2 = (rr * rr + rR * (rr + rR + RR) + RR * RR) / 20 / area
         centre = np.array([0.0, 0.0, h * (t - 0.5)])
-        return np.pi * area * h, centre, principal_moments(x2, x2, h * h * (t2 - t * t))
+        return np.pi * area * h, centre, (x2, x2, h * h * (t2 - t * t))
 
     def _corners(self) -> Array:
         rings = (circle(radius, self.n) for radius in (self.radius, self.end_radius))

@@ -5,21 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from robsim.base.arrays import Array
 from robsim.declare import register
 from robsim.geometry.hull import Hull
-from robsim.geometry.primitives.circle import circle, on_circle
-from robsim.geometry.primitives.primitive import (
-    Colour,
-    Corners,
-    Face,
-    Primitive,
-    Radius,
-    Size,
-    principal_moments,
-)
+from robsim.geometry.primitives.primitive import Colour, Corners, Face, Primitive, Radius, Size
+from robsim.geometry.primitives.revolved import circle, on_circle
 
 
 @register("shape", "wheel")
@@ -47,9 +38,9 @@ class Wheel(Primitive):
         tread = tuple((i, (i + 1) % n, (i + 1) % n + n, i + n) for i in range(n))
         return (*tread, tuple(range(n - 1, -1, -1)), tuple(range(n, 2 * n)))
 
-    def _solid(self) -> tuple[float, ArrayLike, ArrayLike]:
+    def _solid(self) -> tuple[float, Array, tuple[float, float, float]]:
         r, h = self.radius, self.width
-        return np.pi * r * r * h, np.zeros(3), principal_moments(r * r / 4, r * r / 4, h * h / 12)
+        return np.pi * r * r * h, np.zeros(3), (r * r / 4, r * r / 4, h * h / 12)
 
     def _corners(self) -> Array:
         z = np.repeat([-self.width / 2, self.width / 2], self.n)

@@ -74,7 +74,7 @@ def slide(w, step, each="each: parent=3, 4; place=3, 4; x=row; T=3, 4"):
 
 
 @stage
-def fly(w, step, each="each: parent=3, 4; place=3, 4; q=7; T=3, 4"):
+def fly(w, step, each="each: parent=3, 4; place=3, 4; x=row; T=3, 4"):
     """Place p[0] bodies on floating joints, of coordinates p and the unit quaternion x y z w."""
     for i in range(each[0]):
         A, B, q, T = each[4 * i + 1], each[4 * i + 2], each[4 * i + 3], each[4 * i + 4]
@@ -89,7 +89,7 @@ def fly(w, step, each="each: parent=3, 4; place=3, 4; q=7; T=3, 4"):
 
 
 @stage
-def glide(w, step, each="each: parent=3, 4; place=3, 4; q=3; T=3, 4"):
+def glide(w, step, each="each: parent=3, 4; place=3, 4; x=row; T=3, 4"):
     """Place p[0] bodies that move in a plane, of coordinates x, y, theta."""
     for i in range(each[0]):
         A, B, q, T = each[4 * i + 1], each[4 * i + 2], each[4 * i + 3], each[4 * i + 4]

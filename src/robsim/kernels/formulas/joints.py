@@ -1,14 +1,9 @@
-"""The kinds of joint, and the motion of vehicles by held velocities, exactly.
-
-A kind of the user's own is OWN: Python writes its motion where the stages read it.
-"""
+"""The motion of vehicles by held velocities, exactly."""
 
 import math
 
 from robsim.kernels.formulas import se3
 from robsim.kernels.machine.jit import kernel
-
-REVOLUTE, PRISMATIC, FLOATING, PLANAR, UNICYCLE, CAR, RAIL, OWN = 1, 2, 3, 4, 5, 6, 7, 8
 
 
 @kernel

@@ -50,17 +50,6 @@ class Arm:
         return integers(np.flatnonzero(self.tree.carries(self.link)))
 
     @cached_property
-    def place(self) -> tuple[int, Array]:
-        """The body that carries the link, and the link's constant pose (3, 4) in it."""
-        body, offset = self.tree.find(self.link)
-        return body, frozen(np.ascontiguousarray(offset[:3]))
-
-    @cached_property
-    def is_limited(self) -> bool:
-        """Whether there are limits at all."""
-        return bool(np.isfinite(self.limits).any())
-
-    @cached_property
     def free(self) -> Arm:
         """The arm without its joint limits."""
         nowhere = np.full_like(self.limits, np.inf) * [-1.0, 1.0]
@@ -73,7 +62,7 @@ class Arm:
         turns = np.zeros(len(self.limits), dtype=np.bool_)
         turning = np.array([kind.turns for kind in self.tree.kinds(self.columns)], dtype=np.bool_)
         turns[row[turning & (row >= 0)]] = True
-        turns[np.intersect1d(self.tree.joints.ties.rows[:, 1], np.flatnonzero(turns))] = False
+        turns[[tie.source for tie in self.tree.joints.ties if tie.source < len(turns)]] = False
         endless = turns & np.isinf(self.limits).all(axis=1)
         low, high = self.limits.T.copy()
         low[endless], high[endless] = -math.pi, math.pi
@@ -85,17 +74,11 @@ class Arm:
         Uniform within the limits, by the seed and the number of the start alone, the same for every
         run: so a run has the same bits in every batch.
         """
-        found = self._starts.get((count, seed))
-        if found is None:
+        of, found = self.kept.get("starts", (None, None))
+        if of != (count, seed):
             found = self._drawn(count, seed)
-            self._starts.clear()  # the last ones are those that will be wanted again
-            self._starts[count, seed] = found
-        return found
-
-    @cached_property
-    def _starts(self) -> dict[tuple[int, int], tuple[Array, Array]]:
-        """The last starts, by their number and seed."""
-        return {}
+            self.kept["starts"] = (count, seed), found  # the last are those that will be wanted
+        return found  # type: ignore[no-any-return]
 
     def _drawn(self, count: int, seed: int) -> tuple[Array, Array]:
         """Return the starts, computed."""

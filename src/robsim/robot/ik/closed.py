@@ -52,50 +52,30 @@ class ClosedIK(Value):
     within: NDArray[np.bool_]
 
 
-@dataclass(frozen=True)
-class _Axes:
-    """The joint axes at q = 0: h (n, 3) along them, p (n, 3) on them, and T of the link."""
-
-    h: Array
-    p: Array
-    T: Array
-    rows: NDArray[np.int64]  # of the coordinates
-
-
-@dataclass(frozen=True)
-class _Form:
-    """The closed form of an arm: how many solutions there are, and the stages that find them."""
-
-    solutions: int
-    prepared: tuple[Any, ...]
-
-
 def solve_closed(arm: Arm, T: object, tolerance: float) -> ClosedIK:
     """Return all solutions for poses T (..., 4, 4) of the link in the base.
 
     InputError: T is no pose; the arm has no closed form that is known here, and why.
     """
     pose, off = as_pose(T).matrix, positive(tolerance, "tolerance (metres and radians)")
-    form = arm.kept.get("closed form")
-    if form is None:
-        form = arm.kept["closed form"] = _form(arm)
+    if "closed form" not in arm.kept:
+        arm.kept["closed form"] = _form(arm)
     goals = frozen(pose.reshape(-1, 4, 4))
-    shape = *pose.shape[:-2], form.solutions
+    rows = len(goals), 8 if len(arm.columns) == 6 else 4
+    shape = *pose.shape[:-2], rows[1]
     q = np.empty((*shape, len(arm.home)))
     valid, within = np.empty(shape, dtype=np.bool_), np.empty(shape, dtype=np.bool_)
-    rows = len(goals), form.solutions
     found = q.reshape(*rows, len(arm.home)), valid.reshape(rows), within.reshape(rows)
-    kernels.solve(*form.prepared, off, goals, *found)
+    kernels.solve(*arm.kept["closed form"], off, goals, *found)
     return ClosedIK(frozen(q), frozen(valid), frozen(within))
 
 
-def _form(arm: Arm) -> _Form:
-    """Return the closed form of an arm; raise InputError if there is none."""
-    found = _axes(arm)
-    centre = _check(found, arm.link)
-    h, p, turned = found.h, found.p, found.T[:3, :3].T
+def _form(arm: Arm) -> tuple[Any, ...]:
+    """Return what the kernel needs of the stages of an arm; InputError if it has no closed form."""
+    h, p, T, rows = _axes(arm)
+    centre, turned = _check(h, p, arm.link), T[:3, :3].T
     base = np.stack([np.cross(h[1], h[0]), h[1], h[0]])  # rows: x, y, z that joint 1 carries
-    tool = np.stack([turned @ (centre - found.T[:3, 3]), turned @ h[-1], turned @ h[-2]])
+    tool = np.stack([turned @ (centre - T[:3, 3]), turned @ h[-1], turned @ h[-2]])
     corners = np.stack([p[0], p[1], p[2], *p[3:][: len(h) == 5], centre]) - p[0]
     z, x = base[2] @ corners.T, base[0] @ corners.T
     axes = np.zeros(41)
@@ -103,7 +83,7 @@ def _form(arm: Arm) -> _Form:
     axes[kernels.WRIST :][: h[3:].size] = (h[3:] @ base.T).ravel()
     axes[kernels.BARS :][: 2 * len(corners) - 2] = np.column_stack([np.diff(z), np.diff(x)]).ravel()
     axes[kernels.SIGNS :] = *(h[2:4] @ h[1]), base[1] @ corners[-1]
-    return _Form(8 if len(h) == 6 else 4, _stages(arm, axes, found.rows))
+    return _stages(arm, axes, rows)
 
 
 def _stages(arm: Arm, axes: Array, rows: NDArray[np.int64]) -> tuple[Any, ...]:
@@ -117,7 +97,7 @@ def _stages(arm: Arm, axes: Array, rows: NDArray[np.int64]) -> tuple[Any, ...]:
     program.add(kernels.fold, joints=[(q[i], limits[i]) for i in rows])
     placed = Placed(program, arm.tree.joints, q)
     placed.add()
-    (T,) = placed.frames([arm.place])
+    (T,) = placed.frames([arm.tree.find(arm.link)])
     program.add(
         kernels.reach,
         T=T,
@@ -131,9 +111,10 @@ def _stages(arm: Arm, axes: Array, rows: NDArray[np.int64]) -> tuple[Any, ...]:
     return program.prepared()
 
 
-def _axes(arm: Arm) -> _Axes:
-    """Return the axes of the joints that carry the link, from the base on.
+def _axes(arm: Arm) -> tuple[Array, Array, Array, NDArray[np.int64]]:
+    """Return the axes of the joints that carry the link, from the base on, at q = 0.
 
+    These are h (n, 3) along them, p (n, 3) on them, T of the link, and the rows of coordinates.
     InputError: one of these joints is not revolute.
     """
     tree = arm.tree
@@ -147,24 +128,27 @@ def _axes(arm: Arm) -> _Axes:
     bodies = tree.bodies(q[:, None])
     poses = bodies.poses[tree.owners[columns], :, :, 0]
     T = homogeneous(tree.frame(bodies, arm.link))[0]
-    return _Axes(poses[:, :, 2], poses[:, :, 3], T, rows)
+    return poses[:, :, 2], poses[:, :, 3], T, rows
 
 
-def _check(axes: _Axes, link: str) -> Array:
+def _check(h: Array, p: Array, link: str) -> Array:
     """Return the point that joints 4 and up leave in place; raise InputError for other arms."""
-    h, p = axes.h, axes.p
-    if not _is_square(h[0], h[1]):
-        raise _no(link, "axis 2 is square to axis 1")
-    if not _is_parallel(h[1], h[2]):
-        raise _no(link, "axis 3 is parallel to axis 2")
+    needs = [
+        (_is_square(h[0], h[1]), "axis 2 is square to axis 1"),
+        (_is_parallel(h[1], h[2]), "axis 3 is parallel to axis 2"),
+    ]
     if len(h) == 5:
-        if not _is_parallel(h[1], h[3]):
-            raise _no(link, "axis 4 of an arm of five joints is parallel to axes 2 and 3")
-        if not _is_square(h[3], h[4]):
-            raise _no(link, "axis 5 is square to axis 4")
+        parallel = "axis 4 of an arm of five joints is parallel to axes 2 and 3"
+        needs.append((_is_parallel(h[1], h[3]), parallel))
+        needs.append((_is_square(h[3], h[4]), "axis 5 is square to axis 4"))
+    else:
+        square = _is_square(h[3], h[4]) and _is_square(h[4], h[5])
+        needs.append((square, "axes 4 and 6 are square to axis 5"))
+    for holds, need in needs:
+        if not holds:
+            raise _no(link, need)
+    if len(h) == 5:
         return np.asarray(p[4])
-    if not (_is_square(h[3], h[4]) and _is_square(h[4], h[5])):
-        raise _no(link, "axes 4 and 6 are square to axis 5")
     centre = np.asarray(p[3] + h[3] * (h[3] @ (p[4] - p[3])))  # of axis 4, nearest to axis 5
     apart = max(float(np.linalg.norm(np.cross(centre - p[i], h[i]))) for i in (4, 5))
     if apart > TRUE:

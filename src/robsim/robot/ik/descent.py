@@ -13,12 +13,12 @@ from robsim.kernels.control.commanding import transpose, weigh
 from robsim.kernels.inverse_kinematics import ik_step
 from robsim.kernels.inverse_kinematics import ik_turns as turns
 from robsim.kernels.linear_algebra import normal
-from robsim.kernels.machine.program import Blocks, Program
+from robsim.kernels.machine.program import Program
 from robsim.kernels.machine.rows import Rows
 from robsim.robot.assembly import integers
 from robsim.robot.ik.arm import Arm
-from robsim.robot.motion import add_motion
-from robsim.robot.placed import Placed, add_base_jacobian
+from robsim.robot.motion import add_motion, call_motion
+from robsim.robot.placed import Placed
 
 
 class Descent:
@@ -66,21 +66,18 @@ class Descent:
         """Move coordinates by the step, into their limits, and place the bodies."""
         program, moved = self.program, dict(zip(self.arm.columns.tolist(), self.step, strict=True))
         rates = [moved.get(column) for column in range(self.tree.nv)]
-        add_motion(program, self.tree.joints, self.q, rates, program.constant(1.0))
-        if not self.tree.compiled:
-            program.call(self._advance)
+        for add in (add_motion, call_motion):
+            add(program, self.tree.joints, self.q, rates, program.constant(1.0))
         limited = self._limits.items()
         joints = [(self.q[i], limits, self.arm.bounds.turns[i]) for i, limits in limited]
         program.add(ik_step.confine, joints=joints)
-        if not self.tree.compiled:
-            program.call(self._prepare)
         self.placed.add()
 
     def _measure(self) -> tuple[Rows, Rows, Rows]:
         """Add the stages of the error and the Jacobian; return their rows, and of the damping."""
         program, state = self.program, self.state
         goal = state[turns.GOAL : turns.GOAL + 12].reshape(3, 4)
-        (T,) = self.placed.frames([self.arm.place])
+        (T,) = self.placed.frames([self.tree.find(self.arm.link)])
         e, damping, weights = program.rows(6), program.rows(), program.constant(self.weight)
         if self.pointing:
             program.add(ik_step.point_to, goal=goal, T=T, vector_of=e[3:])
@@ -98,7 +95,7 @@ class Descent:
             damping=damping,
         )
         moves = self.tree.moves(self.tree.carried(self.arm.link), self.arm.columns)
-        J = add_base_jacobian(program, self.placed.poses, self.placed.ratio, T, moves)
+        J = self.placed.base_jacobian(T, moves)
         if self.pointing:
             program.add(ik_step.ignore_roll, T=T, J=J)
         if (self.weight != 1.0).any():
@@ -134,15 +131,3 @@ class Descent:
             if i in self._limits and not (turns[i] and high[i] - low[i] >= 2.0 * math.pi):
                 found.append((j, self.q[i], self._limits[i]))
         return found
-
-    def _advance(self, blocks: Blocks, step: int) -> None:
-        """Move joints of the user's kinds."""
-        q, v = blocks.get(self.q), np.zeros((self.tree.nv, blocks.runs))
-        v[self.arm.columns] = blocks.get(self.step)
-        for each in self.tree.own:
-            each.advance(q, v, 1.0)
-        blocks.put(self.q, q)
-
-    def _prepare(self, blocks: Blocks, step: int) -> None:
-        """Write the motions and twists of joints of the user's kinds."""
-        self.placed.prepare(self.tree.own, blocks)

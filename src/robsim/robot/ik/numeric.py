@@ -14,9 +14,8 @@ from robsim.geometry.pose import as_pose, common_lead
 from robsim.kernels.inverse_kinematics import ik as kernels
 from robsim.robot.ik.arm import FARTHEST, Arm
 from robsim.robot.ik.descent import Descent
-from robsim.robot.ik.effort import Effort
 from robsim.robot.ik.result import IKReason, IKResult
-from robsim.robot.ik.search import search
+from robsim.robot.ik.search import Effort, search
 
 MASKS = {"pose": (1,) * 6, "position": (1, 1, 1, 0, 0, 0), "pointing": (1,) * 6}
 LIGHTEST = 1e-3  # smallest weight relative to the largest: smaller ones could not reach a tolerance
@@ -31,7 +30,7 @@ def solve(arm: Arm, T: Any, q0: Array, mask: Any, effort: Effort) -> IKResult:
     goals, first = _runs(goal, lead, 2), _runs(q0, lead, 1)
     found = search(_descent(arm, mask), goals, first, effort)
     solved = found.counts[kernels.REASON] == kernels.SOLVED
-    if arm.is_limited and np.count_nonzero(solved) < solved.size:
+    if np.isfinite(arm.limits).any() and np.count_nonzero(solved) < solved.size:
         _explain_by_limits(arm, mask, goals, found, effort)
     return _result(found, solved, lead)
 

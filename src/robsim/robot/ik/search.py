@@ -5,18 +5,47 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from robsim.base.arrays import Array
+from robsim.base.arrays import Array, positive, whole
+from robsim.base.errors import InputError
+from robsim.base.threads import processors
 from robsim.kernels.inverse_kinematics import ik as kernels
 from robsim.kernels.machine.lanes import WIDTH
 from robsim.kernels.machine.program import Blocks
 from robsim.robot.ik.descent import Descent
-from robsim.robot.ik.effort import Effort
 
 CHUNK = 16384  # runs that one thread takes at a time
 FEW = 64  # runs that are not worth another thread
+FINEST = 1e-12  # metres or radians: smaller errors are rounding
+
+
+class Effort(NamedTuple):
+    """The accuracy and the amount of work of a search."""
+
+    tolerance: float
+    iterations: int
+    restarts: int
+    seed: int
+    threads: int
+
+    @classmethod
+    def checked(
+        cls, tolerance: Any, iterations: Any, restarts: Any, seed: Any, threads: Any
+    ) -> Effort:
+        """Return checked settings; raise InputError for values that cannot be used."""
+        finest = positive(tolerance, "tolerance (metres and radians)")
+        if finest < FINEST:
+            raise InputError(f"tolerance must be at least {FINEST:g}, got {tolerance!r}")
+        return cls(
+            finest,
+            whole(iterations, "iterations", 1, 10**6),
+            whole(restarts, "restarts", 0, 10**5),
+            whole(seed, "seed", 0, 2**64),
+            whole(processors() if threads is None else threads, "threads", 1, 1025),
+        )
 
 
 def search(descent: Descent, goals: Array, q0: Array, effort: Effort) -> kernels.Found:

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar, Literal
+from typing import Any
 
 from robsim.declare import check_fields, register
-from robsim.kernels.formulas import ties as kernels
-from robsim.robot.joints.coupling import Coupling, Of, Source, Stand
+from robsim.kernels.bodies import placing
+from robsim.robot.joints.coupling import Coupling, Of
 
 
 @register("coupling", "ackermann")
@@ -22,30 +22,21 @@ class Ackermann(Coupling):
     'body.steering'
     """
 
-    code: ClassVar[int] = kernels.ACKERMANN
-    limited: ClassVar[bool] = False
-    on_a_car: ClassVar[bool] = True
-    wanted: ClassVar[str] = "the steering angle of a car"
+    stage = placing.steer
+    yields = "an angle"
+    limited = False
+    on_a_car = True
+    wanted = "the steering angle of a car"
     of: Of
 
     def __post_init__(self) -> None:
         check_fields(self)
 
     @property
-    def yields(self) -> Literal["an angle", "a length"]:
-        """The kind of coordinate that it gives: an angle."""
-        return "an angle"
-
-    @property
     def relation(self) -> str:
         """The steering angle that it follows, for overviews."""
         return f"{self.of}, by Ackermann"
 
-    def fits(self, source: Source) -> bool:
+    def fits(self, source: Any, steers: bool) -> bool:
         """Return whether the source is a steering angle."""
-        return source.steers
-
-    def constants(self, stand: Stand | None) -> tuple[float, float, float]:
-        """Return the wheelbase and the position of the wheel on its car."""
-        assert stand is not None  # it is on a car
-        return stand.wheelbase, stand.x, stand.y
+        return steers

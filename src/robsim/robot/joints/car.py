@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated, ClassVar
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -12,7 +12,6 @@ from robsim.base.arrays import Array, numbers
 from robsim.base.errors import InputError
 from robsim.declare import Angle, Length, Quantity, check_fields, described, register
 from robsim.geometry.pose import common_lead
-from robsim.kernels.formulas import joints as kernels
 from robsim.robot.joints.planar import InPlane
 
 STEERED = 3  # the steering angle among the coordinates
@@ -23,15 +22,14 @@ STEERED = 3  # the steering angle among the coordinates
 class Car(InPlane):
     """A vehicle with steered wheels: x, y, theta, the steering angle; v along x, omega about z."""
 
-    name: ClassVar[str] = "car"
-    coordinates: ClassVar[tuple[str, ...]] = (".x", ".y", ".theta", ".steering")
-    units: ClassVar[tuple[str, ...]] = ("m", "m", "rad", "rad")
-    velocities: ClassVar[tuple[str, ...]] = (".v", ".omega")
-    rates: ClassVar[tuple[str, ...]] = ("m/s", "rad/s")
-    moves: ClassVar[tuple[tuple[bool, int], ...]] = ((False, 0), (True, 2))
-    code: ClassVar[int] = kernels.CAR
-    wheeled: ClassVar[bool] = True
-    needs: ClassVar[str | None] = "steering"
+    name = "car"
+    coordinates = (".x", ".y", ".theta", ".steering")
+    units = ("m", "m", "rad", "rad")
+    velocities = (".v", ".omega")
+    rates = ("m/s", "rad/s")
+    moves = ((False, 0), (True, 2))
+    wheeled = True
+    needs = "steering"
 
     def ranges(self, limits: tuple[float, float] | None, part: Steering) -> Array:
         """Return the limits (4, 2): infinite, except those of the steering angle."""

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
 
 from robsim.base.errors import InputError
 from robsim.declare import Length, Word, check_fields, register
 from robsim.geometry.curves import Curve
-from robsim.kernels.formulas import ties as kernels
-from robsim.robot.joints.coupling import Coupling, Of, Source, Stand
+from robsim.kernels.bodies import placing
+from robsim.kernels.machine.rows import Rows
+from robsim.robot.joints.coupling import Coupling, Of, Yield
 
 GIVEN = ("angle", "arc", "height", "tilt")  # in the order of the kernel's numbers
 
@@ -36,10 +37,9 @@ class Chord(Coupling):
     0.4
     """
 
-    code: ClassVar[int] = kernels.CHORD
-    limited: ClassVar[bool] = False
-    on_a_curve: ClassVar[bool] = True
-    wanted: ClassVar[str] = "a rail of its own speed"
+    limited = False
+    on_a_curve = True
+    wanted = "a rail of its own speed"
     of: Of
     length: Annotated[float, Length(above=0), "Distance between the centres of the two wheels."]
     radius: Annotated[
@@ -64,28 +64,29 @@ class Chord(Coupling):
             )
 
     @property
-    def yields(self) -> Literal["an angle", "a length"]:
+    def yields(self) -> Yield:
         """The kind of coordinate that it gives: an angle, or a length."""
         return "an angle" if self.gives in ("angle", "tilt") else "a length"
-
-    @property
-    def given(self) -> int:
-        """The number of the quantity that it gives, for the kernel."""
-        return GIVEN.index(self.gives)
 
     @property
     def relation(self) -> str:
         """The quantity that it gives, and the chord, for overviews."""
         return f"{self.gives} of the chord of {self.length:g} m from {self.of}"
 
-    def fits(self, source: Source) -> bool:
+    def fits(self, source: Any, steers: bool) -> bool:
         """Return whether the source is a rail that follows nothing."""
-        return source.kind.needs == "curve" and source.follows is None
+        return source.model.needs == "curve" and source.follows is None
 
-    def constants(self, stand: Stand | None) -> tuple[float, float, float]:
-        """Return length, radius, and the position of the third wheel."""
+    @property
+    def constants(self) -> tuple[float, float, float]:
+        """The length, the radius, and the position of the third wheel."""
         assert self.at is not None  # set in __post_init__
         return self.length, self.radius, self.at
+
+    def add_stages(self, placed: Any, which: int, **rows: Rows) -> None:
+        """Add the stage of what it gives, on the curve with this number."""
+        what = GIVEN.index(self.gives)
+        placed.program.add(placing.hang, **placed.curves, **rows, which=which, what=what)
 
     def check(self, name: str, curve: Curve) -> None:
         """Raise InputError if a wheel does not fit a bend, or the chord does not fit the curve.

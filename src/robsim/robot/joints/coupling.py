@@ -2,36 +2,22 @@
 
 from __future__ import annotations
 
-from typing import Annotated, ClassVar, Literal, NamedTuple
+from typing import Annotated, Any, ClassVar, Literal
 
 from robsim.declare import Text, family
-from robsim.robot.joints.kind import JointKind
+from robsim.kernels.machine.rows import Rows
+from robsim.kernels.machine.stage import Stage
 
 COUPLINGS = family("coupling")
 Of = Annotated[str, Text(129, least=1), "Name of the coordinate that this one follows."]
+Yield = Literal["an angle", "a length"]
 UPRIGHT = 1e-9  # how far the axis of a wheel may point from where it should
-
-
-class Source(NamedTuple):
-    """The coordinate that another one follows."""
-
-    kind: JointKind
-    follows: Coupling | None
-    steers: bool  # whether it is the steering angle of a car
-
-
-class Stand(NamedTuple):
-    """The position of a wheel on its car."""
-
-    wheelbase: float
-    x: float
-    y: float
 
 
 class Coupling:
     """The base class of all ways in which a coordinate follows another."""
 
-    code: ClassVar[int] = -1  # of its kernel
+    stage: ClassVar[Stage | None] = None  # that computes the coordinate
     tied: ClassVar[bool] = True  # whether the coordinate is not a state of its own
     limited: ClassVar[bool] = True  # whether limits of the coordinate are checked
     on_a_car: ClassVar[bool] = False  # whether it needs its position on a car
@@ -40,24 +26,24 @@ class Coupling:
     of: str
 
     @property
-    def yields(self) -> Literal["an angle", "a length"] | None:
+    def yields(self) -> Yield | None:
         """The kind of coordinate that it gives: an angle, a length, or None for either."""
         return None
-
-    @property
-    def given(self) -> int:
-        """The number of the quantity that the kernel computes."""
-        return 0
 
     @property
     def relation(self) -> str:
         """The coupling in a few words, for overviews."""
         return ""
 
-    def fits(self, source: Source) -> bool:
-        """Return whether the coordinate can follow that source."""
+    @property
+    def constants(self) -> tuple[float, float, float]:
+        """The constants of its stage, but for what is on a car: wheelbase, and x and y on it."""
+        return 0.0, 0.0, 0.0
+
+    def fits(self, source: Any, steers: bool) -> bool:
+        """Return whether the source, a joint, is a suitable one; `steers`: by a steering angle."""
         return False
 
-    def constants(self, stand: Stand | None) -> tuple[float, float, float]:
-        """Return the constants of its kernel."""
-        return 0.0, 0.0, 0.0
+    def add_stages(self, placed: Any, which: int, **rows: Rows) -> None:
+        """Add the stage of the coordinate to what is placed; `which` numbers the curve it is on."""
+        placed.program.add(self.stage, **rows)

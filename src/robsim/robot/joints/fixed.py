@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
 
 from robsim.declare import register
 from robsim.robot.joints.kind import JointKind
@@ -14,5 +13,6 @@ from robsim.robot.joints.kind import JointKind
 class Fixed(JointKind):
     """A joint that does not move."""
 
-    name: ClassVar[str] = "fixed"
-    code: ClassVar[int] = 0  # it is folded into the constants of other joints
+    name = "fixed"
+    rowed = True
+    fused = None  # it is folded into the constants of other joints

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
 
 import numpy as np
 
@@ -11,7 +10,7 @@ from robsim.base.arrays import Array, length
 from robsim.base.errors import InputError
 from robsim.declare import register
 from robsim.geometry.rotation import random_quaternions
-from robsim.kernels.formulas import joints as kernels
+from robsim.kernels.bodies import moving, placing
 from robsim.robot.joints.kind import AROUND, JointKind
 
 
@@ -23,18 +22,16 @@ class Floating(JointKind):
     Its velocity is the body twist (v, omega).
     """
 
-    name: ClassVar[str] = "floating"
-    coordinates: ClassVar[tuple[str, ...]] = (".x", ".y", ".z", ".qx", ".qy", ".qz", ".qw")
-    units: ClassVar[tuple[str, ...]] = ("m",) * 3 + ("1",) * 4
-    velocities: ClassVar[tuple[str, ...]] = (".vx", ".vy", ".vz", ".wx", ".wy", ".wz")
-    rates: ClassVar[tuple[str, ...]] = ("m/s",) * 3 + ("rad/s",) * 3
-    moves: ClassVar[tuple[tuple[bool, int], ...]] = tuple(
-        (turns, axis) for turns in (False, True) for axis in range(3)
-    )
-    code: ClassVar[int] = kernels.FLOATING
-    straight: ClassVar[bool] = False
-    roams: ClassVar[bool] = True
-    free: ClassVar[bool] = True
+    name = "floating"
+    coordinates = (".x", ".y", ".z", ".qx", ".qy", ".qz", ".qw")
+    units = ("m",) * 3 + ("1",) * 4
+    velocities = (".vx", ".vy", ".vz", ".wx", ".wy", ".wz")
+    rates = ("m/s",) * 3 + ("rad/s",) * 3
+    moves = tuple((turns, axis) for turns in (False, True) for axis in range(3))
+    fused = placing.fly
+    moving = moving.fly
+    roams = True
+    free = True
 
     @property
     def rest(self) -> Array:

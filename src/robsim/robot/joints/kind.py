@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import fields, is_dataclass
 from typing import Any, ClassVar, NamedTuple
 
@@ -9,7 +10,8 @@ import numpy as np
 
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError, said
-from robsim.kernels.formulas import joints as kernels
+from robsim.kernels.bodies.placing import carry
+from robsim.kernels.machine.rows import Rows
 from robsim.kernels.machine.stage import Stage
 
 AROUND = 0.5  # metres either way of home, for joints without limits; angles have a full turn
@@ -17,14 +19,23 @@ UNITS = "rad", "m", "1"
 
 
 class Parts(NamedTuple):
-    """The coordinates and velocities of a kind of joint, named by suffixes to the joint's name."""
+    """The part of a kind of joint that one has which follows others, named as `JointKind` does."""
 
     coordinates: tuple[str, ...] = ()
-    units: tuple[str, ...] = ()  # of the coordinates
+    units: tuple[str, ...] = ()
     velocities: tuple[str, ...] = ()
-    rates: tuple[str, ...] = ()  # units of the velocities
-    # what the velocities are: (about an axis, which axis of the moving frame)
+    rates: tuple[str, ...] = ()
     moves: tuple[tuple[bool, int], ...] = ()
+
+
+class PlacedBody(NamedTuple):
+    """A body that stages place: the rows that they read and write, and how it is joined."""
+
+    parent: Rows
+    place: Rows
+    x: Rows  # its first coordinate, or the motion of a user's kind
+    pose: Rows
+    body: Any
 
 
 class JointKind:
@@ -40,6 +51,8 @@ class JointKind:
     units        of each: "rad", "m" or "1"
     velocities   likewise; those of the coordinates where they are not given
     rates        units of the velocities, "rad/s" or "m/s"
+    moves        of RobSim's kinds what each velocity is: (whether it turns, about or along which
+                 axis of the moving frame)
     straight     whether each velocity is the rate of one coordinate: so it is where a kind has no
                  `integrate` of its own
     turns        whether it only turns about its z axis by its coordinate, so that a whole turn
@@ -48,11 +61,15 @@ class JointKind:
     wheeled      whether it cannot move sideways, (v, omega) being its velocities
     free         whether its coordinates are a pose: a position and a unit quaternion
     follower     whether its coordinate may depend on others, as `Mimic` does
+    rowed        whether a Denavit-Hartenberg row gives its constants
     needs        the field that its `Joint` must have: "curve", "steering" or none
     placing      the compiled stage that computes motion and twists instead of the methods, from
                  the coordinates and the `constants` of the joint
     moving       likewise the stage that moves the coordinates by velocities that are held; without
                  it, if `placing` is given, each velocity is the rate of one coordinate
+    moved        how many of its coordinates `moving` moves, the first ones; None: all
+    fused        of RobSim's kinds the stage that places bodies at once, from their first
+                 coordinates
     """
 
     name: ClassVar[str] = ""
@@ -61,16 +78,18 @@ class JointKind:
     velocities: ClassVar[tuple[str, ...]] = ()
     rates: ClassVar[tuple[str, ...]] = ()
     moves: ClassVar[tuple[tuple[bool, int], ...]] = ()
-    code: ClassVar[int] = kernels.OWN  # of its kernel; all kinds without one are OWN
     straight: ClassVar[bool] = True
     turns: ClassVar[bool] = False
     roams: ClassVar[bool] = False
     wheeled: ClassVar[bool] = False
     free: ClassVar[bool] = False
     follower: ClassVar[bool] = False
+    rowed: ClassVar[bool] = False
     needs: ClassVar[str | None] = None
     placing: ClassVar[Stage | None] = None
     moving: ClassVar[Stage | None] = None
+    moved: ClassVar[int | None] = None
+    fused: ClassVar[Stage | None] = carry
 
     def __init_subclass__(cls, **options: Any) -> None:
         """Fill in the attributes that follow from those that the class defines."""
@@ -84,9 +103,9 @@ class JointKind:
             cls.straight = False
 
     @property
-    def parts(self) -> Parts:
-        """The coordinates and velocities, with their units and the axes that they move."""
-        return Parts(self.coordinates, self.units, self.velocities, self.rates, self.moves)
+    def own(self) -> bool:
+        """Whether it is of the user's own: its motion comes first, and then is carried along."""
+        return self.fused is carry
 
     @property
     def single(self) -> bool:
@@ -119,6 +138,10 @@ class JointKind:
     def integrate(self, q: Array, v: Array, dt: float) -> Array:
         """Return coordinates (B, n) after velocities v (B, nv) were held for dt seconds."""
         return q + v * dt
+
+    def add_placing(self, placed: Any, bodies: Iterable[PlacedBody]) -> None:
+        """Add the stage that places bodies on joints of this kind."""
+        placed.program.add(self.fused, each=[tuple(each[:4]) for each in bodies])
 
     @property
     def rest(self) -> Array:
@@ -180,7 +203,7 @@ def check_kind(kind: JointKind) -> None:
     who = type(kind).__name__
     if not kind.name or not isinstance(kind.name, str):
         raise InputError(f"{who}.name: expected a word such as 'helical', got {said(kind.name)}")
-    if kind.code != kernels.OWN:
+    if not kind.own:
         raise InputError(f"{who} derives from a kind that is compiled; derive from JointKind")
     for method in ("motion", "twists") if kind.placing is None else ():
         if getattr(type(kind), method) is getattr(JointKind, method):

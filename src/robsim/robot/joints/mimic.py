@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Annotated, ClassVar
+from typing import Annotated, Any
 
 import numpy as np
 
 from robsim.declare import Number, check_fields, register
 from robsim.declare.joints import OfJoint
-from robsim.kernels.formulas import ties as kernels
-from robsim.robot.joints.coupling import Coupling, Of, Source, Stand
+from robsim.kernels.bodies import placing
+from robsim.robot.joints.coupling import Coupling, Of
 
 
 @register("coupling", "mimic")
@@ -22,7 +23,7 @@ class Mimic(Coupling):
     1.0
     """
 
-    code: ClassVar[int] = kernels.MIMIC
+    stage = placing.mimic
     of: Of
     ratio: Annotated[float, Number(), "Ratio of its change to that of the other coordinate."] = 1.0
     offset: Annotated[float, OfJoint(), "Value where the other coordinate is zero."] = 0.0
@@ -36,13 +37,14 @@ class Mimic(Coupling):
         offset = f" {self.offset:+g}" if self.offset else ""
         return f"{self.ratio:g} {self.of}{offset}"
 
-    def fits(self, source: Source) -> bool:
+    def fits(self, source: Any, steers: bool) -> bool:
         """Return whether the source is one coordinate of its own speed, or a steering angle."""
         rolls = source.follows is not None and not source.follows.tied
-        return source.steers or (source.kind.single and not rolls)
+        return steers or (source.model.single and not rolls)
 
-    def constants(self, stand: Stand | None) -> tuple[float, float, float]:
-        """Return ratio and offset."""
+    @property
+    def constants(self) -> tuple[float, float, float]:
+        """The ratio and the offset."""
         return self.ratio, self.offset, 0.0
 
     def through(self, above: Mimic) -> Mimic:
@@ -52,6 +54,16 @@ class Mimic(Coupling):
         Mimic(of='a', ratio=6.0, offset=-1.0)
         """
         return Mimic(above.of, self.ratio * above.ratio, self.ratio * above.offset + self.offset)
+
+    def root(self, follows: Mapping[str, Any]) -> Mimic:
+        """Return how this coordinate follows the last source of a chain of mimics.
+
+        `follows` has the couplings of coordinates by their names.
+        """
+        tie = self
+        while isinstance(above := follows.get(tie.of), Mimic):
+            tie = tie.through(above)
+        return tie
 
     def source_limits(self, limits: tuple[float, float]) -> tuple[float, float]:
         """Return (lowest, highest) of the source that keep this coordinate in its limits.

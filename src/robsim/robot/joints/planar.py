@@ -3,21 +3,22 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
 
 import numpy as np
 
 from robsim.base.arrays import Array, length
 from robsim.declare import register
-from robsim.kernels.formulas import joints as kernels
+from robsim.kernels.bodies import moving, placing
 from robsim.robot.joints.kind import AROUND, JointKind, turned
 
 
 class InPlane(JointKind):
     """The base of kinds whose first coordinates are x, y and heading theta in the plane z = 0."""
 
-    straight: ClassVar[bool] = False
-    roams: ClassVar[bool] = True
+    fused = placing.glide
+    moving = moving.glide
+    moved = 3
+    roams = True
 
     def sample(self, share: Array, home: Array, limits: Array) -> Array:
         """Return random positions around home, at any heading; other coordinates stay at home."""
@@ -36,9 +37,8 @@ class InPlane(JointKind):
 class Planar(InPlane):
     """A joint that moves in the plane z = 0; q is x, y, theta, and v is (vx, vy, omega)."""
 
-    name: ClassVar[str] = "planar"
-    coordinates: ClassVar[tuple[str, ...]] = (".x", ".y", ".theta")
-    units: ClassVar[tuple[str, ...]] = ("m", "m", "rad")
-    velocities: ClassVar[tuple[str, ...]] = (".vx", ".vy", ".omega")
-    moves: ClassVar[tuple[tuple[bool, int], ...]] = ((False, 0), (False, 1), (True, 2))
-    code: ClassVar[int] = kernels.PLANAR
+    name = "planar"
+    coordinates = (".x", ".y", ".theta")
+    units = ("m", "m", "rad")
+    velocities = (".vx", ".vy", ".omega")
+    moves = ((False, 0), (False, 1), (True, 2))

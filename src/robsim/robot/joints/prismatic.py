@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
 
 from robsim.declare import register
-from robsim.kernels.formulas import joints as kernels
+from robsim.kernels.bodies import placing
 from robsim.robot.joints.kind import JointKind
 
 
@@ -15,9 +14,10 @@ from robsim.robot.joints.kind import JointKind
 class Prismatic(JointKind):
     """A joint that slides along z, by a distance in metres."""
 
-    name: ClassVar[str] = "prismatic"
-    coordinates: ClassVar[tuple[str, ...]] = ("",)
-    units: ClassVar[tuple[str, ...]] = ("m",)
-    moves: ClassVar[tuple[tuple[bool, int], ...]] = ((False, 2),)
-    code: ClassVar[int] = kernels.PRISMATIC
-    follower: ClassVar[bool] = True
+    name = "prismatic"
+    coordinates = ("",)
+    units = ("m",)
+    moves = ((False, 2),)
+    fused = placing.slide
+    follower = True
+    rowed = True

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any
 
 from robsim.declare import register
 from robsim.geometry.curves import Curve
-from robsim.kernels.formulas import joints as kernels
-from robsim.robot.joints.kind import JointKind
+from robsim.kernels.bodies import placing
+from robsim.robot.joints.kind import JointKind, PlacedBody
 
 
 @register("joint kind", "rail")
@@ -16,14 +17,26 @@ from robsim.robot.joints.kind import JointKind
 class Rail(JointKind):
     """A joint that follows the `curve` of its `Joint`, x along it, by an arc length in metres."""
 
-    name: ClassVar[str] = "rail"
-    coordinates: ClassVar[tuple[str, ...]] = ("",)
-    units: ClassVar[tuple[str, ...]] = ("m",)
-    moves: ClassVar[tuple[tuple[bool, int], ...]] = ((False, 0),)  # and the bend of the curve
-    code: ClassVar[int] = kernels.RAIL
-    follower: ClassVar[bool] = True
-    needs: ClassVar[str | None] = "curve"
+    name = "rail"
+    coordinates = ("",)
+    units = ("m",)
+    moves = ((False, 0),)  # and the bend of the curve
+    fused = placing.ride
+    follower = True
+    needs = "curve"
 
     def span(self, part: Curve) -> tuple[float, float]:
         """Return the arc lengths of the ends of the curve."""
         return 0.0, part.length
+
+    def add_placing(self, placed: Any, bodies: Iterable[PlacedBody]) -> None:
+        """Add the stages that place bodies on their curves, whose bends are ratios.
+
+        The bend of a rail that follows another coordinate counts per metre of its own.
+        """
+        for parent, place, s, T, body in bodies:
+            given = {"which": body.curve, "parent": parent, "place": place, "s": s, "T": T}
+            bend = placed.ratio[body.bend]
+            placed.program.add(placing.ride, **placed.curves, **given, curvature=bend)
+            if body.slope:
+                placed.program.add(placing.scale, curvature=bend, slope=placed.ratio[body.slope])

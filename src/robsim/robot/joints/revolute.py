@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
 
 from robsim.declare import register
-from robsim.kernels.formulas import joints as kernels
+from robsim.kernels.bodies import placing
 from robsim.robot.joints.kind import JointKind
 
 
@@ -15,10 +14,11 @@ from robsim.robot.joints.kind import JointKind
 class Revolute(JointKind):
     """A joint that turns about z, by an angle in radians."""
 
-    name: ClassVar[str] = "revolute"
-    coordinates: ClassVar[tuple[str, ...]] = ("",)
-    units: ClassVar[tuple[str, ...]] = ("rad",)
-    moves: ClassVar[tuple[tuple[bool, int], ...]] = ((True, 2),)
-    code: ClassVar[int] = kernels.REVOLUTE
-    turns: ClassVar[bool] = True
-    follower: ClassVar[bool] = True
+    name = "revolute"
+    coordinates = ("",)
+    units = ("rad",)
+    moves = ((True, 2),)
+    fused = placing.turn
+    turns = True
+    follower = True
+    rowed = True

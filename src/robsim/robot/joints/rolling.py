@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated
 
 from robsim.declare import Length, check_fields, register
 from robsim.robot.joints.coupling import Coupling
@@ -20,13 +20,9 @@ class Rolling(Coupling):
     0.1
     """
 
-    tied: ClassVar[bool] = False  # its angle is a state, integrated from the motion
+    yields = "an angle"
+    tied = False  # its angle is a state, integrated from the motion
     radius: Annotated[float, Length(above=0), "Radius of the wheel."]
 
     def __post_init__(self) -> None:
         check_fields(self)
-
-    @property
-    def yields(self) -> Literal["an angle", "a length"]:
-        """The kind of coordinate that it gives: an angle."""
-        return "an angle"

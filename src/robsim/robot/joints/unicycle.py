@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
 
 from robsim.declare import register
-from robsim.kernels.formulas import joints as kernels
 from robsim.robot.joints.planar import InPlane
 
 
@@ -15,11 +13,10 @@ from robsim.robot.joints.planar import InPlane
 class Unicycle(InPlane):
     """A vehicle that cannot move sideways; q is x, y, theta, v is (v along x, omega about z)."""
 
-    name: ClassVar[str] = "unicycle"
-    coordinates: ClassVar[tuple[str, ...]] = (".x", ".y", ".theta")
-    units: ClassVar[tuple[str, ...]] = ("m", "m", "rad")
-    velocities: ClassVar[tuple[str, ...]] = (".v", ".omega")
-    rates: ClassVar[tuple[str, ...]] = ("m/s", "rad/s")
-    moves: ClassVar[tuple[tuple[bool, int], ...]] = ((False, 0), (True, 2))
-    code: ClassVar[int] = kernels.UNICYCLE
-    wheeled: ClassVar[bool] = True
+    name = "unicycle"
+    coordinates = (".x", ".y", ".theta")
+    units = ("m", "m", "rad")
+    velocities = (".v", ".omega")
+    rates = ("m/s", "rad/s")
+    moves = ((False, 0), (True, 2))
+    wheeled = True

@@ -14,7 +14,7 @@ from robsim.robot.joint import Joint, Mimic
 from robsim.robot.joints.registry import kind_of
 from robsim.robot.urdf.findings import Findings
 from robsim.robot.urdf.values import LARGEST, frame_of, number, origin, vector
-from robsim.robot.urdf.words import TAIL, child, named, needed, needed_child, safe
+from robsim.robot.urdf.words import TAIL, child, named, needed, safe
 
 KINDS: dict[str, str] = {
     "fixed": "fixed",
@@ -80,8 +80,11 @@ def _kind(element: Element, findings: Findings) -> str | None:
 
 def _end(element: Element, tag: str, findings: Findings) -> str | None:
     """Return the link name of the parent or the child."""
-    end = needed_child(element, tag, findings)
-    return None if end is None else needed(end, "link", findings)
+    end = child(element, tag)
+    if end is None:
+        findings.error(element, f"<{tag}> is missing; it must be given")
+        return None
+    return needed(end, "link", findings)
 
 
 def _turn(element: Element, kind: str | None, findings: Findings) -> Pose:
@@ -113,15 +116,12 @@ def _drive(
         return None, None
     found = []
     for name in ("velocity", "effort"):
-        value: float | None = None
         if name not in limit.attributes:
             findings.odd(limit, f"{name} is missing, which the specification asks for")
-        else:
-            value = number(limit, name, findings, most=np.inf)
-        if value is not None and value < 0:
+        value = number(limit, name, findings, 0.0, most=np.inf) or 0.0
+        if value < 0:
             findings.error(limit, f"{name} is {value:g}; it must not be below 0")
-            value = None
-        found.append(value or None)
+        found.append(value if value > 0 else None)
     return found[0], found[1]
 
 
@@ -134,25 +134,15 @@ def _limits(element: Element, kind: str | None, findings: Findings) -> tuple[flo
         can = "; or write type 'continuous'" if kind == "revolute" else ""
         findings.error(element, f"<limit> is missing; a {kind} joint needs lower and upper{can}")
         return None
-    span = _span(limit, findings)
-    if span is None:
+    lower, upper = (number(limit, name, findings, 0.0, np.inf) for name in ("lower", "upper"))
+    if lower is None or upper is None or -lower == upper == LARGEST:  # our writer's for no limits
         return None
-    lower, upper = span
-    if -lower == upper == LARGEST:  # our writer's values for no limits
+    wrong = _wrong_limits(lower, upper)
+    if wrong is not None:
+        findings.error(limit, wrong)
         return None
     if lower == upper or (lower <= -LARGEST and upper >= LARGEST):
         findings.odd(limit, f"lower {lower:g} and upper {upper:g} are read as without limits")
-        return None
-    return _bounded(limit, lower, upper, findings)
-
-
-def _bounded(
-    limit: Element, lower: float, upper: float, findings: Findings
-) -> tuple[float, float] | None:
-    """Return limits within the largest number, or None after an error."""
-    if lower >= LARGEST or upper <= -LARGEST:
-        text = f"lower {lower:g} and upper {upper:g}: at most {LARGEST:g} is allowed"
-        findings.error(limit, text)
         return None
     for name, value in (("lower", lower), ("upper", upper)):
         if abs(value) > LARGEST:
@@ -160,19 +150,15 @@ def _bounded(
     return max(lower, -LARGEST), min(upper, LARGEST)
 
 
-def _span(limit: Element, findings: Findings) -> tuple[float, float] | None:
-    """Return (lower, upper) as written, with a default of 0."""
-    lower, upper = (number(limit, name, findings, 0.0, np.inf) for name in ("lower", "upper"))
-    if lower is None or upper is None:
-        return None
+def _wrong_limits(lower: float, upper: float) -> str | None:
+    """Return what is wrong with limits; None: nothing."""
     if lower > upper:
-        findings.error(limit, f"lower {lower:g} is above upper {upper:g}; it must be below")
-        return None
+        return f"lower {lower:g} is above upper {upper:g}; it must be below"
     if lower == upper != 0:
-        text = f"lower and upper are both {lower:g}; write type 'fixed', or let it move"
-        findings.error(limit, text)
-        return None
-    return lower, upper
+        return f"lower and upper are both {lower:g}; write type 'fixed', or let it move"
+    if lower >= LARGEST or upper <= -LARGEST:
+        return f"lower {lower:g} and upper {upper:g}: at most {LARGEST:g} is allowed"
+    return None
 
 
 def _mimic(element: Element, kind: str | None, findings: Findings) -> Mimic | None:

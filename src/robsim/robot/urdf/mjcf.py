@@ -10,10 +10,11 @@ import numpy as np
 
 from robsim.base.errors import FileWarning
 from robsim.geometry.inertia import Inertia
-from robsim.geometry.pose import IDENTITY, Pose
-from robsim.geometry.primitives import Ball, Block, Capsule, Mesh, Wheel
+from robsim.geometry.pose import Pose
+from robsim.geometry.primitives import Ball, Block, Capsule, Mesh, Primitive, Wheel
 from robsim.robot.joint import Joint, Mimic
 from robsim.robot.link import Link
+from robsim.robot.tree import Tree
 from robsim.robot.urdf.parts import TOKEN
 from robsim.robot.urdf.solids import plain, rgba
 from robsim.robot.urdf.text import Text, spaced
@@ -24,9 +25,9 @@ LEAST = 1e-12  # kg m^2, the least moment of a body
 _PRODUCTS = (0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)  # the order of MuJoCo's fullinertia
 
 
-def write_mjcf(name: str, links: Sequence[Link], path: str | os.PathLike[str]) -> None:
+def write_mjcf(name: str, links: Sequence[Link], tree: Tree, path: str | os.PathLike[str]) -> None:
     """Write a MuJoCo model of these links; InputError names what the format cannot express."""
-    tops = dict(_tops(links))
+    tops = dict(_tops(links, tree))
     lost = [f"'{name}' floats on what moves" for name, pose in tops.items() if pose is None]
     check(name, links, "MJCF", lost)
     text = Text()
@@ -46,25 +47,18 @@ def write_mjcf(name: str, links: Sequence[Link], path: str | os.PathLike[str]) -
         warnings.warn(message, FileWarning, stacklevel=3)  # where Robot.to_mjcf is called
 
 
-def _tops(links: Sequence[Link]) -> Iterator[tuple[str, Pose | None]]:
+def _tops(links: Sequence[Link], tree: Tree) -> Iterator[tuple[str, Pose | None]]:
     """Yield the links that are bodies of the world, the base and floating ones, with their poses.
 
     None for what floats on a link that moves: MuJoCo has free joints in the world alone.
     """
-    known: dict[str | None, Pose | None] = {None: IDENTITY}  # of links that do not move
-    waiting = list(links)
-    while waiting:
-        later = []
-        for link in waiting:
-            if link.parent not in known:
-                later.append(link)
-                continue
-            above, joint = known[link.parent], link.joint
-            pose = None if above is None else above @ joint.place @ joint.tail
-            known[link.name] = pose if joint.kind == "fixed" else None
-            if joint.kind == "floating" or link.parent is None:
-                yield link.name, pose
-        waiting = later
+    start = links[0].joint.place @ links[0].joint.tail
+    yield links[0].name, start
+    for link in links:
+        if link.joint.kind == "floating":
+            body, offset = tree.find(str(link.parent))
+            pose = start @ Pose(offset) @ link.joint.place @ link.joint.tail
+            yield link.name, None if body else pose
 
 
 def _bodies(text: Text, top: Link, pose: Pose, links: Sequence[Link]) -> None:
@@ -90,26 +84,30 @@ def _bodies(text: Text, top: Link, pose: Pose, links: Sequence[Link]) -> None:
 def _body(text: Text, link: Link) -> None:
     """Write the inertia, the joints and the geoms of one body."""
     inertial = link.inertial
-    if inertial is None and link.joint.kind != "fixed":
+    if inertial is None and link.joint.moves:
         inertial = TOKEN
     if inertial is not None:
         _inertial(text, inertial)
     _joints(text, link.joint, link.label)
     for shape in link.shapes:
         for solid in plain(shape, SOLIDS):
+            form, sizes = _form(solid)
             color, where = spaced(rgba(solid.color)), _place(solid.pose)
-            match solid:
-                case Block():
-                    half = spaced((solid.length / 2, solid.width / 2, solid.height / 2))
-                    text.put("geom", type="box", size=half, rgba=color, **where)
-                case Wheel():
-                    size = spaced((solid.radius, solid.width / 2))
-                    text.put("geom", type="cylinder", size=size, rgba=color, **where)
-                case Capsule():
-                    size = spaced((solid.radius, solid.length / 2))
-                    text.put("geom", type="capsule", size=size, rgba=color, **where)
-                case Ball():
-                    text.put("geom", type="sphere", size=solid.radius, rgba=color, **where)
+            text.put("geom", type=form, size=spaced(sizes), rgba=color, **where)
+
+
+def _form(solid: Primitive) -> tuple[str, tuple[float, ...]]:
+    """Return the type of a geom and its sizes, which are halves of lengths."""
+    match solid:
+        case Block():
+            return "box", (solid.length / 2, solid.width / 2, solid.height / 2)
+        case Wheel():
+            return "cylinder", (solid.radius, solid.width / 2)
+        case Capsule():
+            return "capsule", (solid.radius, solid.length / 2)
+        case Ball():
+            return "sphere", (solid.radius,)
+    raise TypeError(solid)  # it is none of SOLIDS
 
 
 def _joints(text: Text, joint: Joint, name: str) -> None:

@@ -16,15 +16,7 @@ from robsim.geometry.primitives import Ball, Block, Mesh, Primitive, Wheel
 from robsim.geometry.primitives.mesh import MeshSource
 from robsim.robot.urdf.findings import Findings
 from robsim.robot.urdf.values import number, origin, size, split, vector
-from robsim.robot.urdf.words import (
-    WORDS,
-    XACRO,
-    child,
-    children,
-    is_expression,
-    needed,
-    needed_child,
-)
+from robsim.robot.urdf.words import WORDS, XACRO, child, children, is_expression, needed
 
 # our writers' inertia of moving links without mass, so that simulators accept them
 TOKEN = Inertia(1e-3, tensor=1e-6 * np.eye(3))
@@ -47,12 +39,16 @@ def inertia(link: Element, findings: Findings) -> Inertia | None:
     if given is None:
         return None
     where = origin(given, findings)
-    lacking = [f"<{tag}>" for tag in ("mass", "inertia") if child(given, tag) is None]
-    if lacking:
+    weight, moments = child(given, "mass"), child(given, "inertia")
+    if weight is None or moments is None:
+        both = ("<mass>", weight), ("<inertia>", moments)
+        lacking = [tag for tag, part in both if part is None]
         findings.odd(given, f"without {' and '.join(lacking)}, left out")
         return None
-    mass, tensor = _mass_and_tensor(given, findings)
-    if mass is None or tensor is None:
+    mass, tensor = number(weight, "value", findings), _tensor(moments, findings)
+    if mass is not None and mass < 0:
+        findings.error(weight, f"value is {mass:g}; it must not be below 0")
+    if mass is None or mass < 0 or tensor is None:
         return None
     if mass == 0:
         if tensor.any():
@@ -64,18 +60,6 @@ def inertia(link: Element, findings: Findings) -> Inertia | None:
         findings.odd(given, f"{error}; left out")
         return None
     return found
-
-
-def _mass_and_tensor(given: Element, findings: Findings) -> tuple[float | None, Array | None]:
-    mass, tensor = None, None
-    if (element := needed_child(given, "mass", findings)) is not None:
-        mass = number(element, "value", findings)
-        if mass is not None and mass < 0:
-            findings.error(element, f"value is {mass:g}; it must not be below 0")
-            mass = None
-    if (element := needed_child(given, "inertia", findings)) is not None:
-        tensor = _tensor(element, findings)
-    return mass, tensor
 
 
 def _tensor(element: Element, findings: Findings) -> Array | None:
@@ -155,11 +139,7 @@ def _shape(element: Element, named: Mapping[str, str], findings: Findings) -> Pr
     color = None if material is None else _own_color(material, findings)
     if material is not None and color is None:
         color = named.get(material.attributes.get("name", ""))
-    return _colored(shape, color or "k").at(where)
-
-
-def _colored(shape: Primitive, color: str) -> Primitive:
-    return replace(shape, color=color)  # type: ignore[call-arg]
+    return replace(shape, color=color or "k").at(where)  # type: ignore[call-arg]
 
 
 def _solid(element: Element, findings: Findings) -> Primitive | None:

@@ -162,13 +162,15 @@ def _with_room(hinges: Iterable[Hinge], findings: Findings) -> Iterator[Joint]:
     There are such files, and other programs do not look at the limits of what mimics.
     """
     joints = {h.name: h.joint for h in hinges}
+    follows = {name: joint.follows for name, joint in joints.items()}
     room: dict[str, tuple[float, float]] = {}
     for h in hinges:
         joint, tie = h.joint, h.joint.follows
         if joint.limits is None or not isinstance(tie, Mimic):
             yield joint
             continue
-        name, (low, high) = _followed(tie, joints, joint.limits)
+        root = tie.root(follows)
+        name, (low, high) = root.of, root.source_limits(joint.limits)
         lowest, highest = room.get(name, joints[name].limits or (-inf, inf))
         if max(low, lowest) < min(high, highest):
             room[name] = max(low, lowest), min(high, highest)
@@ -176,15 +178,6 @@ def _with_room(hinges: Iterable[Hinge], findings: Findings) -> Iterator[Joint]:
         else:
             findings.odd(h.element, f"its limits leave joint '{name}' no room; they are left out")
             yield replace(joint, limits=None)
-
-
-def _followed(
-    tie: Mimic, joints: Mapping[str, Joint], limits: tuple[float, float]
-) -> tuple[str, tuple[float, float]]:
-    """Return the source at the end of a chain of mimics, and its range for these limits."""
-    while isinstance(above := joints[tie.of].follows, Mimic):
-        tie = tie.through(above)
-    return tie.of, tie.source_limits(limits)
 
 
 def _check_names(links: Links, hinges: Iterable[Hinge], findings: Findings) -> None:
@@ -223,39 +216,36 @@ def _check_ends(links: Links, hinges: Iterable[Hinge], findings: Findings) -> bo
 
 def _check_loops(links: Iterable[str], above: dict[str, Hinge], findings: Findings) -> None:
     """Report links that are their own ancestors."""
+    for name in _loops({name: above[name].parent for name in links if name in above}):
+        text = f"a loop: {said(name)} hangs from itself in the end"
+        findings.error(above[name].element, text)
+
+
+def _loops(above: Mapping[str, str]) -> Iterator[str]:
+    """Yield a name of each loop, from what each name hangs from or follows."""
     done: set[str] = set()
-    for start in links:
-        path: dict[str, None] = {}
-        name = start
+    for start in above:
+        path, name = set[str](), start
         while name in above and name not in done and name not in path:
-            path[name] = None
-            name = above[name].parent
+            path.add(name)
+            name = above[name]
         if name in path:
-            findings.error(
-                above[name].element, f"a loop: {said(name)} hangs from itself in the end"
-            )
-        done.update(path)
+            yield name
+        done |= path
 
 
 def _check_mimics(hinges: Iterable[Hinge], findings: Findings) -> None:
     """Report mimics of joints that are missing, unsuitable, or the mimic itself."""
     joints = {h.name: h for h in hinges}
-    follows = {name: h.joint.follows for name, h in joints.items() if h.joint.follows}
-    if len(follows) > MOST_MIMICS:
+    sources = {name: h.joint.follows.of for name, h in joints.items() if h.joint.follows}
+    if len(sources) > MOST_MIMICS:
         findings.error(next(iter(joints.values())).element, f"more than {MOST_MIMICS} <mimic>")
         return
-    done: set[str] = set()
-    for start in follows:
-        path: list[str] = []
-        name: str = start
-        while name in follows and name not in done and name not in path:
-            path.append(name)
-            name = follows[name].of
-            _check_source(joints[path[-1]], name, joints, findings)
-        if name in path:
-            findings.error(joints[name].element, "mimics itself in the end; follow another joint")
-            return
-        done.update(path)
+    for name, of in sources.items():
+        _check_source(joints[name], of, joints, findings)
+    for name in _loops(sources):
+        findings.error(joints[name].element, "mimics itself in the end; follow another joint")
+        return
     for h in joints.values():
         _check_chain(h, joints, findings)
 

@@ -89,23 +89,25 @@ def _numbers(
     element: Element, name: str, text: str, count: int, findings: Findings, most: float = LARGEST
 ) -> list[float] | None:
     words = split(text, count)
-    wrong = next((word for word in words[:count] if not _is_number(word)), None)
+    wrong = _wrong(words, count, most)
     if wrong is not None:
-        findings.error(element, f"{name} = {said(text)}: {_reason(wrong)}")
+        findings.error(element, f"{name} = {said(text)}: {wrong}")
         return None
+    return [float(word) for word in words]
+
+
+def _wrong(words: list[str], count: int, most: float) -> str | None:
+    """Return what is wrong with words that should be numbers; None: nothing."""
+    for word in words[:count]:
+        if len(word) > LONGEST or not _NUMBER.fullmatch(word):
+            return _reason(word)
     if len(words) != count:
         expected = "one number" if count == 1 else f"{count} numbers"
-        got = len(words) if len(words) <= count else "more"
-        findings.error(element, f"{name} = {said(text)}: expected {expected}, got {got}")
-        return None
+        return f"expected {expected}, got {len(words) if len(words) <= count else 'more'}"
     values = [float(word) for word in words]
-    if not all(math.isfinite(value) for value in values):
-        findings.error(element, f"{name} = {said(text)}: every number must be finite")
-        return None
-    if not all(abs(value) <= most for value in values):
-        findings.error(element, f"{name} = {said(text)}: at most {most:g} is allowed")
-        return None
-    return values
+    if not all(map(math.isfinite, values)):
+        return "every number must be finite"
+    return f"at most {most:g} is allowed" if any(abs(x) > most for x in values) else None
 
 
 def split(text: str, count: int) -> list[str]:
@@ -115,10 +117,6 @@ def split(text: str, count: int) -> list[str]:
     ['0', '1', '2', '3 4']
     """
     return [word for word in _BLANKS.split(text.strip(BLANKS), count) if word]
-
-
-def _is_number(word: str) -> bool:
-    return len(word) <= LONGEST and _NUMBER.fullmatch(word) is not None
 
 
 def _reason(word: str) -> str:

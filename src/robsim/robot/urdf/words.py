@@ -106,14 +106,6 @@ def children(element: Element, tag: str) -> list[Element]:
     return [each for each in element.children if each.tag == tag]
 
 
-def needed_child(element: Element, tag: str, findings: Findings) -> Element | None:
-    """Return a required child; report an error if it is missing."""
-    found = child(element, tag)
-    if found is None:
-        findings.error(element, f"<{tag}> is missing; it must be given")
-    return found
-
-
 def needed(element: Element, name: str, findings: Findings) -> str | None:
     """Return a required attribute; report an error if it is missing, empty or not expanded."""
     value = element.attributes.get(name)

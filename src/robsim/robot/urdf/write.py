@@ -85,7 +85,7 @@ def _check_numbers(name: str, links: Iterable[Link]) -> None:
 
 
 def _link(text: Text, link: Link) -> None:
-    moves, inertial = link.joint.kind != "fixed", link.inertial
+    moves, inertial = link.joint.moves, link.inertial
     if moves and inertial is None:
         inertial = TOKEN
     if moves and not _reaches(link.joint):
@@ -148,13 +148,12 @@ def _unchained(links: Sequence[Link]) -> list[Link]:
     Pinocchio and yourdfpy know no others.
     """
     follows = {k.label: k.joint.follows for k in links}
-    found = []
-    for link in links:
-        tie, above = link.joint.follows, None
-        while isinstance(tie, Mimic) and isinstance(above := follows.get(tie.of), Mimic):
-            tie = tie.through(above)
-        found.append(replace(link, joint=replace(link.joint, follows=tie)))
-    return found
+    return [
+        replace(k, joint=replace(k.joint, follows=k.joint.follows.root(follows)))
+        if isinstance(k.joint.follows, Mimic)
+        else k
+        for k in links
+    ]
 
 
 def _tied(links: Iterable[Link]) -> set[str]:
@@ -169,7 +168,7 @@ def _tied(links: Iterable[Link]) -> set[str]:
 
 def _joint_names(links: Sequence[Link]) -> dict[str, str]:
     """Return a unique joint name for each link; fixed joints give way to moving ones."""
-    names = {k.name: k.label for k in links if k.joint.kind != "fixed"}
+    names = {k.name: k.label for k in links if k.joint.moves}
     taken = set(names.values())
     for link in links[1:]:
         if link.name not in names:
@@ -184,7 +183,7 @@ def _joint(text: Text, link: Link, name: str, tied: set[str]) -> None:
     joint = link.joint
     if joint.limits is None and (joint.kind == "prismatic" or link.name in tied):
         joint = replace(joint, limits=(-LARGEST, LARGEST))
-    if joint.kind == "fixed":
+    if not joint.moves:
         _hinge(text, name, link.parent, link.name, joint.place @ joint.tail, joint)
     elif _reaches(joint):
         axis = joint.tail.rotation.T[:, 2]
