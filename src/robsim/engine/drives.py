@@ -8,7 +8,6 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from robsim.base.arrays import frozen
 from robsim.world.actuation import Actuation
 from robsim.world.imperfections.imperfection import Acting
 from robsim.world.imperfections.joint_effect import JointEffect, JointPlace, Response
@@ -32,8 +31,7 @@ class Drives:
     def response(self) -> Response:
         """How the commanded velocities follow."""
         lag, *limits = self.actuation.response(self.scene.nv)
-        each = (frozen(np.full(self.scene.nv, limit)[self.columns]) for limit in limits)
-        return Response(lag, *each)
+        return Response(lag, *(limit[self.columns] for limit in limits))
 
     def effects(self, place: JointPlace) -> list[Acting[JointEffect]]:
         """Return the imperfections that act at a place."""

@@ -111,7 +111,7 @@ class Plant:
         if not each:
             return mean
         lag, *most = self.drives.response
-        limits, rates = map(program.constant, most)
+        limits, rates = (program.numbers(each, 1) for each in most)
         given = {"lag": program.number(lag), "limits": limits, "rates": rates}
         program.add(follow, dt=dt, **given, each=each)
         return mean
