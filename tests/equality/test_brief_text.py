@@ -6,7 +6,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from draws import drawn
+from hypothesis import given
 from hypothesis import strategies as st
 
 import robsim as rs
@@ -241,8 +242,9 @@ NUMBER = st.one_of(
 )
 
 
-@settings(max_examples=60, deadline=None)
-@given(changes=st.dictionaries(st.sampled_from(sorted(NAMES)), NUMBER, min_size=1, max_size=5))
+@drawn(
+    12, 60, changes=st.dictionaries(st.sampled_from(sorted(NAMES)), NUMBER, min_size=1, max_size=5)
+)
 def test_whatever_is_changed_comes_back_from_a_short_text(changes):
     scenario = load_scenario(examples.path("wrong_dh"))
     made = {name: NAMES[name](float(x)) for name, x in changes.items()}
@@ -274,7 +276,9 @@ def test_numbers_are_as_people_write_them():
     assert shortest({"a": [1.0, -0.0, 0.5, True, "1.0 m"]})["a"] == [1, -0.0, 0.5, True, "1.0 m"]
 
 
-@given(
+@drawn(
+    20,
+    100,
     tables=st.dictionaries(
         st.text(max_size=8),
         st.recursive(
@@ -284,7 +288,7 @@ def test_numbers_are_as_people_write_them():
             ),
             max_leaves=40,
         ),
-    )
+    ),
 )
 def test_any_tables_are_laid_out_as_toml(tables):
     tables.pop("schema", None)
