@@ -131,18 +131,10 @@ class JointEffect(Imperfection):
     place  where it acts between a command and what is measured
     """
 
+    called: ClassVar[str] = "driven"
     place: ClassVar[JointPlace] = JointPlace.COMMANDED
     title: ClassVar[str] = "effects on the joints"
     changed: ClassVar[str] = "What is commanded is"
-
-    def driven(self, wanted: Array, drive: Drive) -> Array:
-        """Return velocities (B, n) for the period that begins, from those that are wanted."""
-        found: Array = self.owner("driven").driven(wanted, drive)
-        return found
-
-    def add_stages(self, joints: JointRows) -> None:
-        """Add the stages of the effect to a program; by default `driven` is called."""
-        joints.call(self.driven, self.label)
 
     def check(self, velocities: Sequence[str], coordinates: Sequence[str]) -> None:
         """Raise InputError if the effect does not fit the joints of a scene, by their names."""
