@@ -35,7 +35,19 @@ def both(experiment):
     return short
 
 
-@pytest.mark.parametrize("name", examples.names())
+FEW = (
+    "wrong_dh",
+    "mobile_arm",
+    "inspection_a",
+    "stereo_in_hand",
+    "joint_lag",
+    "chapter_6_2",
+    "car",
+)
+EACH = [pytest.param(x, marks=[pytest.mark.full] * (x not in FEW)) for x in examples.names()]
+
+
+@pytest.mark.parametrize("name", EACH)
 def test_a_shipped_scenario_is_as_short_as_its_file(name):
     path = Path(examples.path(name))
     short = both(load_scenario(path))
