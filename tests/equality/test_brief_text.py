@@ -6,7 +6,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from draws import drawn
+from hypothesis import given
 from hypothesis import strategies as st
 
 import robsim as rs
@@ -34,7 +35,19 @@ def both(experiment):
     return short
 
 
-@pytest.mark.parametrize("name", examples.names())
+FEW = (
+    "wrong_dh",
+    "mobile_arm",
+    "inspection_a",
+    "stereo_in_hand",
+    "joint_lag",
+    "chapter_6_2",
+    "car",
+)
+EACH = [pytest.param(x, marks=[pytest.mark.full] * (x not in FEW)) for x in examples.names()]
+
+
+@pytest.mark.parametrize("name", EACH)
 def test_a_shipped_scenario_is_as_short_as_its_file(name):
     path = Path(examples.path(name))
     short = both(load_scenario(path))
@@ -241,8 +254,9 @@ NUMBER = st.one_of(
 )
 
 
-@settings(max_examples=60, deadline=None)
-@given(changes=st.dictionaries(st.sampled_from(sorted(NAMES)), NUMBER, min_size=1, max_size=5))
+@drawn(
+    12, 60, changes=st.dictionaries(st.sampled_from(sorted(NAMES)), NUMBER, min_size=1, max_size=5)
+)
 def test_whatever_is_changed_comes_back_from_a_short_text(changes):
     scenario = load_scenario(examples.path("wrong_dh"))
     made = {name: NAMES[name](float(x)) for name, x in changes.items()}
@@ -274,7 +288,9 @@ def test_numbers_are_as_people_write_them():
     assert shortest({"a": [1.0, -0.0, 0.5, True, "1.0 m"]})["a"] == [1, -0.0, 0.5, True, "1.0 m"]
 
 
-@given(
+@drawn(
+    20,
+    100,
     tables=st.dictionaries(
         st.text(max_size=8),
         st.recursive(
@@ -284,7 +300,7 @@ def test_numbers_are_as_people_write_them():
             ),
             max_leaves=40,
         ),
-    )
+    ),
 )
 def test_any_tables_are_laid_out_as_toml(tables):
     tables.pop("schema", None)

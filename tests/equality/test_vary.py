@@ -258,6 +258,9 @@ IMPERFECT = {
     "sensing.outliers": [0.0, 0.1, 0.3],
     "sensing.dropped": [0.0, 0.2, 0.6],
     "actuation.lag": [0.02, 0.05, 0.2],
+    "actuation.velocity": [0.02, 0.05, 10.0],
+    "actuation.acceleration": [0.05, 0.2, 10.0],
+    "actuation.encoder": [0.0, 0.001, 0.02],
 }
 
 
@@ -265,6 +268,47 @@ IMPERFECT = {
 def test_a_run_without_an_imperfection_is_among_those_with_it(name):
     experiment = rs.load_scenario(examples.path("eye_in_hand")).with_(duration=2.0)
     check_same(experiment.vary({name: IMPERFECT[name]}))
+
+
+@pytest.mark.parametrize("name", ["velocity", "acceleration", "encoder"])
+def test_each_joint_has_a_number_of_its_own_in_each_run(name):
+    experiment = rs.load_scenario(examples.path("eye_in_hand")).with_(duration=1.0)
+    numbers = np.geomspace(0.005, 0.5, 3)[:, None] * np.linspace(0.5, 1.0, 7)
+    check_same(experiment.vary({f"actuation.{name}": numbers}))
+    with pytest.raises(rs.InputError, match=f"actuation: 6 numbers of {name} for 7"):
+        experiment.vary({f"actuation.{name}": numbers[:, 1:]}).run()
+
+
+FILTER = {"task.depth": rs.DepthFilter(1.0)}
+ACTING = {  # of laws, weightings and shaping, with what has them act
+    "task.law.length": ([0.05, 0.3, 1.0], {"task.law": "camera"}),
+    "task.weighting.0.noise": ([1.0, 300.0, 1000.0], {"task.weighting": rs.Tukey()}),
+    "task.weighting.0.width": ([20.0, 200.0, 390.0], {"task.weighting": rs.Border()}),
+    "task.weighting.0.time": ([0.1, 0.4, 1.0], {"task.weighting": rs.Fade()}),
+    "task.secondary.gain": ([0.1, 0.5, 2.0], {}),
+    "task.smooth_start": ([0.5, 1.0, 5.0], {}),
+    "task.limit.joint": ([0.01, 0.05, 5.0], {"task.limit": rs.SpeedLimit(joint=1.0)}),
+    "task.limit.linear": ([0.005, 0.05, 5.0], {"task.limit": rs.SpeedLimit(linear=1.0)}),
+    "task.limit.angular": ([0.01, 0.05, 5.0], {"task.limit": rs.SpeedLimit(joint=1.0)}),
+    "task.feed_forward.lag": ([0.05, 0.2, 1.0], {"task.feed_forward": rs.EstimatedMotion()}),
+    "task.depth.start": ([0.5, 1.0, 2.0], FILTER),
+    "task.depth.start_sigma": ([0.1, 0.5, 1.0], FILTER),
+    "task.depth.noise": ([0.1, 0.5, 2.0], FILTER),
+    "belief.cameras.camera.focal": ([400.0, 500.0, 600.0], FILTER),
+    "task.roll": ([0.5, 1.0, 2.0], {"task.kind": "partitioned"}),
+    "task.advance": ([0.1, 0.5, 1.0], {"task.kind": "partitioned"}),
+    "task.length": ([0.05, 0.3, 1.0], {"task.kind": "partitioned"}),
+}
+
+
+@pytest.mark.filterwarnings("ignore::robsim.RankWarning")
+@pytest.mark.parametrize("name", ACTING)
+def test_numbers_of_laws_weightings_and_shaping_differ(name):
+    numbers, changes = ACTING[name]
+    hidden = rs.Sensing(occlusions=rs.Occlusion(0, 0.2, 0.6))
+    experiment = rs.load_scenario(examples.path("eye_in_hand")).with_(duration=1.0, sensing=hidden)
+    runs = check_same(experiment.at(changes).vary({name: numbers}))
+    assert len(np.unique(runs.q_end.values, axis=0)) == RUNS
 
 
 def test_an_effect_of_ones_own_has_the_time_of_each_run():

@@ -64,6 +64,7 @@ q = ["10 cm"]
 dt = "40 ms"
 duration = "4 s"
 """
+NOBODY = 65534  # the user who owns nothing
 ENDLESS = """
 schema = 1
 title = "Without end"
@@ -451,11 +452,26 @@ def test_a_folder_that_cannot_be_written_is_told_before_anything_runs(robsim):
     assert Path("file").read_text(encoding="utf-8") == "mine"
 
 
-@pytest.mark.skipif(
-    not hasattr(os, "geteuid") or os.geteuid() == 0, reason="root may write anywhere"
-)
-def test_a_folder_without_permission_is_told(robsim):
-    Path("locked").mkdir(mode=0o500)
+@pytest.fixture
+def locked(here, robsim):
+    """A folder that the user of this process may not write to; root, who may, becomes nobody.
+
+    Nobody may not read what root has installed, which has been read before.
+    """
+    robsim("run", "lift.toml", "-o", "open")
+    folder, root = here / "locked", os.geteuid() == 0
+    folder.mkdir(mode=0o500)
+    if root:
+        here.chmod(0o755)
+        os.chown(folder, NOBODY, -1)
+        os.seteuid(NOBODY)
+    yield folder
+    if root:
+        os.seteuid(0)
+
+
+@pytest.mark.skipif(not hasattr(os, "geteuid"), reason="there are no such permissions here")
+def test_a_folder_without_permission_is_told(locked, robsim):
     robsim("run", "lift.toml", "-o", "locked").told("cannot write locked: Permission denied")
     robsim("run", "lift.toml", "-o", "locked/out").told("Permission denied")
 

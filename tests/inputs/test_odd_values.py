@@ -16,7 +16,7 @@ ODD = [
 
 
 @pytest.mark.filterwarnings("ignore::robsim.UnitWarning")
-@pytest.mark.parametrize("every", [5, pytest.param(1, marks=pytest.mark.full)])
+@pytest.mark.parametrize("every", [20, pytest.param(1, marks=pytest.mark.full)])
 @pytest.mark.parametrize("example", ["wrong_dh", "inspection_a", "latency_and_gain", "chapter_6_2"])
 def test_an_odd_value_fits_or_is_one_clear_error(example, every):
     experiment = rs.load_scenario(rs.examples.path(example))

@@ -7,7 +7,6 @@ import pytest
 
 import robsim as rs
 from robsim.base.arrays import runs_last
-from robsim.engine.drives import Drives
 from robsim.engine.plant import Plant
 from robsim.kernels.machine.program import Blocks, Program
 from robsim.servo.standalone import Standalone
@@ -159,8 +158,8 @@ def after():
 
     def get(scene, q, rates, qd, dt, seconds=None, actuation=None):
         program, columns = Program(), np.arange(scene.nv)
-        drives = Drives(actuation or rs.Actuation(), scene, columns)
-        plant = Plant(program, drives, q[None], dt, 0, np.arange(1))
+        moved = actuation or rs.Actuation(), scene, columns
+        plant = Plant(program, *moved, q[None], dt, 0, np.arange(1))
         x = plant.q if seconds is None else plant.within(program.constant(seconds)).q
         if seconds is None:
             plant.move()

@@ -43,7 +43,7 @@ def step(depth, state, P, V, dt, x, K):
     """State and covariance after a twist V (6, B), when the points x (N, 2, B) are measured."""
     new, covariance = np.empty(state.shape), np.empty(P.shape)
     kernels.predict(state, P, V, dt, new, covariance)
-    kernels.update(new, covariance, x, sigma(depth, K))
+    kernels.update(new, covariance, x, np.outer(sigma(depth, K), np.ones(x.shape[2])))
     return new, covariance
 
 
@@ -227,7 +227,7 @@ def test_the_correction_is_that_of_kalman():
     at, x = np.array([0.1, -0.2, 1.5]), np.array([0.15, -0.1])
     gain = P[:, :2] @ np.linalg.inv(P[:2, :2] + R)
     state, covariance = at.reshape(1, 3, 1).copy(), P.reshape(1, 3, 3, 1).copy()
-    kernels.update(state, covariance, x.reshape(1, 2, 1), np.array([0.3, 0.7]))
+    kernels.update(state, covariance, x.reshape(1, 2, 1), np.array([[0.3], [0.7]]))
     np.testing.assert_allclose(state.ravel(), at + gain @ (x - at[:2]), rtol=1e-13)
     np.testing.assert_allclose(covariance[0, :, :, 0], P - gain @ P[:2], rtol=0, atol=1e-13)
 

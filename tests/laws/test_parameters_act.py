@@ -54,6 +54,12 @@ SLOW = ("start", "sampler")  # studies
 EACH = [pytest.param(x, marks=[pytest.mark.full] * x.startswith(SLOW)) for x in sorted(KINDS)]
 
 
+FEW = ("points", "segments", "points_3d", "theta_u")  # with depth and without
+DEEP = [
+    pytest.param(x, marks=[pytest.mark.full] * (x not in FEW)) for x in families()["feature"].names
+]
+
+
 def effects(label):
     """{field: effect} of a class, the best of all its recipes, and what was tried without any."""
     cases, found, dead = recipes(label), {}, {}
@@ -96,7 +102,7 @@ def test_only_labels_are_excused(capsys):
 
 
 @pytest.mark.filterwarnings("ignore::robsim.RankWarning")
-@pytest.mark.parametrize("name", families()["feature"].names)
+@pytest.mark.parametrize("name", DEEP)
 def test_a_depth_acts_on_the_features_that_are_made_with_it_and_others_refuse_it(name):
     (case, *_) = recipes(f"feature {name}")
     tables = deepcopy(case.tables)

@@ -172,7 +172,7 @@ def test_each_run_may_have_a_latency_of_its_own(task):
     sensing = rs.Sensing(latency=0.13, noise=0.3, occlusions=[rs.Occlusion([1], 0.2, 0.4)])
     starts = np.repeat(Q0[None], len(own), axis=0)
     loop = rs.Experiment(SCENE, task, starts, sensing=sensing, **told).loop()
-    program, images = loop.sequence.program, loop.sequence.sensor.images
+    program, images = loop.sequence.program, loop.sequence.images
     delay, share = lateness(own, DT, loop.steps)
     rows = {images.latency: own, images.delay: delay, images.share: share}
     rows[images.ahead] = share * DT

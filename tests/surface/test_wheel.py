@@ -1,7 +1,7 @@
 """A wheel with compiled kernels, built in one folder and used in another.
 
 It takes minutes, and needs the tools `build` and `hatchling`:
-ROBSIM_PREBUILT=1 pytest -n 0 tests/surface/test_wheel.py
+pytest -n 0 -m wheel tests/surface/test_wheel.py
 """
 
 import json
@@ -13,8 +13,7 @@ from pathlib import Path
 
 import pytest
 
-ASKED = os.environ.get("ROBSIM_PREBUILT") == "1"
-pytestmark = pytest.mark.skipif(not ASKED, reason="ROBSIM_PREBUILT=1 builds a wheel, in minutes")
+pytestmark = pytest.mark.wheel
 ROOT = Path(__file__).parents[2]
 DEMO = """
 import hashlib, json, sys
@@ -41,7 +40,7 @@ FILE_OF_ONE = "formulas/interaction.py"
 def wheel(tmp_path_factory):
     folder = tmp_path_factory.mktemp("dist")
     build = [sys.executable, "-m", "build", "--wheel", "--no-isolation", "-o", folder, ROOT]
-    subprocess.run(build, check=True)
+    subprocess.run(build, check=True, env={**os.environ, "ROBSIM_PREBUILT": "1"})
     (path,) = folder.iterdir()
     return path
 

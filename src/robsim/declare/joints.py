@@ -206,15 +206,28 @@ def unit_of(c: Context) -> str:
     return unit
 
 
+def misfits(given: Any, owners: Sequence[str]) -> bool:
+    """Return whether there is a number for each, but not of these names; (n, runs) if runs differ.
+
+    One number for all, or one for each run, is no misfit.
+    """
+    return (isinstance(given, tuple) or np.ndim(given) > 1) and len(given) != len(owners)
+
+
 def check_count(given: Any, name: str, owners: Sequence[str]) -> None:
     """Raise InputError unless there is one number for all, or one for each of these names."""
-    if isinstance(given, tuple) and len(given) != len(owners):
+    if misfits(given, owners):
         raise InputError(f"{len(given)} numbers of {name} for {len(owners)}: {', '.join(owners)}")
 
 
 def limits_of(given: Any, count: int) -> Array:
-    """Return limits (count,) from one for all, one for each, or None for infinity."""
-    return frozen(np.full(count, np.inf if given is None else given, dtype=float))
+    """Return limits (count,) from one for all, one for each, or None for infinity.
+
+    An array has the numbers of many runs, (runs,) or (count, runs): then the limits have, too.
+    """
+    runs = given.shape[-1:] if isinstance(given, np.ndarray) else ()
+    values = np.asarray(np.inf if given is None else given, dtype=float)
+    return frozen(np.broadcast_to(values, (count, *runs)).copy())
 
 
 def check_later(later: Sequence[tuple[PerJoint, Any, Context]], axes: Axes) -> None:

@@ -9,14 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robsim.base.errors import InputError, said
-from robsim.kernels.machine.program import Blocks, Program
+from robsim.kernels.machine.program import Blocks
 
 
 class Chunk(Blocks):
     """The runs of a chunk that go on: their numbers, and what Python code remembers of them."""
-
-    def __init__(self, program: Program, rows: NDArray[np.int64]) -> None:
-        super().__init__(program, rows)
 
     def keep(self, going: NDArray[np.bool_]) -> None:
         """Go on with some of the runs."""

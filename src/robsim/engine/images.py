@@ -18,7 +18,7 @@ from robsim.kernels.machine.lanes import WIDTH
 from robsim.kernels.machine.program import Program
 from robsim.kernels.machine.rows import Rows
 from robsim.robot.placed import Placed
-from robsim.servo.given import View, view
+from robsim.servo.given import Given, View, view
 from robsim.servo.sight import Key, Sight
 from robsim.world.imperfections.image_effect import ImageRows, MarkGroup, Place
 from robsim.world.sensing import Sensing
@@ -32,8 +32,8 @@ class Images:
 
     `true` is the first row of the image of this instant, as it truly is, and `seen` that of the
     same without marks that are out of the image, where these are excused. `pixels` and `depth` are
-    from `deliver` on those of the image that is used. `hidden` has a row for each mark, or is
-    -1, and `age` is that of the image in periods, rounded up.
+    from `measure` on those of the image that is used. `hidden` has a row for each mark, or is
+    -1, and `age` is that of the image in periods, rounded up. `views` and `status` are of `look`.
     """
 
     def __init__(
@@ -43,11 +43,10 @@ class Images:
         sights: tuple[Sight, ...],
         sensing: Sensing,
         steps: int,
-        key: tuple[np.uint64, Rows],
         excused: frozenset[Key],
     ) -> None:
         self.program, self.plant, self.sights = program, plant, sights
-        self.key, self.groups = key, mark_groups(sights)
+        self.key, self.groups = (plant.seed, program.whole(plant.numbers)), mark_groups(sights)
         self.N = sum(group.size for group in self.groups)
         acting = [each for each in sensing.acting() if each.effect.place > Place.TAKEN]
         self.effects = sorted(acting, key=lambda each: each.effect.place)
@@ -62,6 +61,8 @@ class Images:
         self.length = _ring_length(self.delays, steps)
         self.delay, self._passes = program.number(self.delays), bool(shares.any())
         self.share, self.ahead = program.number(shares), program.number(shares * plant.seconds)
+        self.status = program.rows()
+        self.views: list[View] = []
 
     @property
     def fresh(self) -> bool:
@@ -77,6 +78,22 @@ class Images:
     def _keeps(self) -> bool:
         """Whether an image, or some of its marks, may be used again."""
         return self.every > 1 or any(each.effect.place >= Place.HIDDEN for each in self.effects)
+
+    def look(self) -> None:
+        """Add the stages that project the marks into the images."""
+        self.views = self.taken(self.plant.placed, self.true, self.seen, self.status)
+
+    def measure(self) -> Given:
+        """Add the stages that measure, and return what the controller gets."""
+        plant = self.plant
+        self._deliver()
+        q = plant.measured()
+        views = {
+            sight.key: View(*self.rows(group), each.T_w_c, each.T_w_o)
+            for sight, each, group in zip(self.sights, self.views, self.groups, strict=True)
+        }
+        placed = plant.placed if q == plant.q else None
+        return Given(self.program, plant.dt, plant.seconds, q, views, placed, age=self.age)
 
     def remember(self) -> None:
         """Add the stages that keep the image of the period that ends, before the joints move."""
@@ -118,7 +135,7 @@ class Images:
         hidden = self.hidden[group.rows] if self.hidden is not None else None
         return self.pixels[group.rows], self.depth[group.rows], hidden
 
-    def deliver(self) -> None:
+    def _deliver(self) -> None:
         """Add the stages from the true image to the one that is used."""
         if self.late:
             self._recall()

@@ -8,9 +8,9 @@ import numpy as np
 
 from robsim.base.arrays import frozen, shown_view
 from robsim.engine.endings import Ending, Moment, which
+from robsim.engine.images import Images
 from robsim.engine.plant import Plant
 from robsim.engine.record import Judged
-from robsim.engine.sensor import Sensor
 from robsim.kernels.control.weighting import worst
 from robsim.kernels.linear_algebra.singular import scratch_of
 from robsim.kernels.machine.program import Blocks, Program
@@ -36,17 +36,17 @@ class Judge:
         self.scale = program.constant(controller.tolerance / controller.tolerances)
 
     def judge(
-        self, plant: Plant, sensor: Sensor, command: Commanded, hold: bool, limited: bool
+        self, plant: Plant, images: Images, command: Commanded, hold: bool, limited: bool
     ) -> None:
         """Add the stages: what a run is judged by, the outcome, and whether a stall is singular."""
-        program, c, images = self.program, self.controller, sensor.images
+        program, c = self.program, self.controller
         add, size, norm = program.add, program.rows(), program.rows()
         tolerance, scale, outcome = self.tolerance, self.scale, self.outcome
         add(judging.errors, errors=command.error, scale=scale, size=size, norm=norm)
         given = {"A": command.task_jacobian, "scale": scale}
         paced = {**given, "qd": command.qd, "pace": program.number(c.pace), "tolerance": tolerance}
         add(judging.stillness, **paced, periods=self.still)
-        moving = self._moving(plant, sensor)
+        moving = self._moving(plant, images)
         add(judging.path, T=moving, before=program.rows(3), length=self.length)
         slack = np.array([-LIMIT_SLACK, LIMIT_SLACK])
         free = np.full(plant.scene.limits.shape, [-np.inf, np.inf])
@@ -54,7 +54,7 @@ class Judge:
             judging.judge,
             q=plant.q,
             limits=program.constant((plant.scene.limits + slack if limited else free).T),
-            status=self._worst(sensor.status, command.status),
+            status=self._worst(images.status, command.status),
             depth=images.true[2 * images.N :].column,
             qd=command.qd,
             size=size,
@@ -70,8 +70,8 @@ class Judge:
         room, full = program.scratch(k * n + k + n + scratch_of(k, n)), program.number(c.full_rank)
         rcond = program.constant(c.rcond)
         add(judging.stalls, **given, rcond=rcond, full=full, outcome=outcome, scratch=room)
-        if not images.fresh or plant.drives.moves:
-            rates = [plant.rates[i] for i in c.columns] if plant.drives.moves else []
+        if not images.fresh or plant.moves:
+            rates = [plant.rates[i] for i in c.columns] if plant.moves else []
             add(
                 judging.wait,
                 **paced,
@@ -83,7 +83,7 @@ class Judge:
                 rates=rates,
             )
         if self.endings:
-            program.call(lambda blocks, step: self._ask(blocks, step, plant, sensor, command))
+            program.call(lambda blocks, step: self._ask(blocks, step, plant, images, command))
 
     def _worst(self, seen: Rows, left: Rows | None) -> Rows:
         """Return the row of the status of the image, and of what is left of it to command."""
@@ -99,16 +99,11 @@ class Judge:
         return Judged(self.outcome, self.ending, self.length)
 
     def _ask(
-        self, blocks: Blocks, step: int, plant: Plant, sensor: Sensor, command: Commanded
+        self, blocks: Blocks, step: int, plant: Plant, images: Images, command: Commanded
     ) -> None:
         """End runs that nothing else ends, and of which an ending holds."""
         get, scene = blocks.get, plant.scene
-        arrays = (
-            get(plant.q),
-            get(plant.qd),
-            get(command.error),
-            get(sensor.images.true, sensor.images.N, 2),
-        )
+        arrays = (get(plant.q), get(plant.qd), get(command.error), get(images.true, images.N, 2))
         q, qd, error, pixels = (shown_view(array) for array in arrays)
         now = Moment(step * plant.seconds, scene, q, qd, error, pixels, frozen(blocks.rows.view()))
         found = which(self.endings, now)
@@ -118,9 +113,9 @@ class Judge:
         blocks.put(self.outcome, np.where(ends, kernels.ENDED, outcome))
         blocks.put(self.ending, np.where(ends, found, -1.0))
 
-    def _moving(self, plant: Plant, sensor: Sensor) -> Rows:
+    def _moving(self, plant: Plant, images: Images) -> Rows:
         """Return the rows of the pose whose way is measured."""
-        if not sensor.views:
+        if not images.views:
             return plant.placed.frames([plant.scene.tree.find(self.controller.moving)])[0]
-        seen, moves = sensor.views[0], sensor.sights[0].camera_moves
+        seen, moves = images.views[0], images.sights[0].camera_moves
         return seen.frames[0 if moves else 1]

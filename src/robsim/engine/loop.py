@@ -13,13 +13,11 @@ from numpy.typing import NDArray
 from robsim.base.arrays import Array
 from robsim.declare.problems import under
 from robsim.engine.chunk import Chunk, Going
-from robsim.engine.drives import Drives
 from robsim.engine.endings import Ending
-from robsim.engine.images import check_sensing
+from robsim.engine.images import Images, check_sensing
 from robsim.engine.judge import Judge
-from robsim.engine.plant import Plant
+from robsim.engine.plant import Plant, moves_otherwise
 from robsim.engine.record import Record, Recorder
-from robsim.engine.sensor import Sensor
 from robsim.engine.snapshot import Snapshot
 from robsim.kernels.machine.program import Compiled, Own, Program
 from robsim.kernels.machine.stage import advance
@@ -66,8 +64,7 @@ class Loop:
         with under("sensing"):
             check_sensing(self.sensing, controller.sights, self.dt, *room)
         self.actuation.check(scene.velocity_names, scene.coordinate_names)
-        self.drives = Drives(self.actuation, scene, controller.columns)
-        rates = scene.nv if self.drives.moves else 0
+        rates = scene.nv if moves_otherwise(self.actuation, scene) else 0
         weights = controller.k if controller.weighted else 0
         widths = (scene.nq, scene.nv, rates, controller.k, 2 * controller.marks, weights)
         with under("run", "record"):
@@ -141,28 +138,27 @@ class Steps:
     def __init__(self, loop: Loop) -> None:
         program = self.program = Program()
         controller = self.controller = loop.controller
-        runs = loop.runs
-        plant = self.plant = Plant(program, loop.drives, loop.q0, loop.dt, loop.seed, runs)
-        spoilt = loop.sensing, loop.steps, loop.seed, runs, controller.excused
-        sensor = self.sensor = Sensor(program, plant, controller.sights, *spoilt)
+        moved = loop.actuation, loop.scene, controller.columns, loop.q0
+        plant = self.plant = Plant(program, *moved, loop.dt, loop.seed, loop.runs)
+        spoilt = loop.sensing, loop.steps, controller.excused
+        images = self.images = Images(program, plant, controller.sights, *spoilt)
         judge = self.judge = Judge(program, controller, loop.steps, loop.endings)
         row, self.alive = program.whole(np.arange(len(loop.q0))), program.constant(1.0)
 
-        sensor.remember()
+        images.remember()
         plant.move()
         self.motion = len(program.calls)
         plant.place()
-        sensor.look()
-        given = sensor.measure()
+        images.look()
+        given = images.measure()
         guard = loop.guard
         self.command = (
             guard.stages(controller, given).commanded if guard else controller.stages(given)
         )
         self.command.note(self.command.qd)
         plant.command(self.command.qd)
-        judge.judge(plant, sensor, self.command, loop.hold, loop.limited)
-        command, images = self.command, sensor.images
-        true = images.true[: 2 * images.N]
+        judge.judge(plant, images, self.command, loop.hold, loop.limited)
+        true, command = images.true[: 2 * images.N], self.command
         self.kept = [plant.q, plant.qd, plant.rates, command.s, true, command.weights]
         loop.recorder.keep(program, row, self.alive, self.kept)
         loop.recorder.end(program, row, self.alive, self.kept, judge.judged)
@@ -211,8 +207,8 @@ class Steps:
             q,
             chunk.get(self.plant.qd),
             chunk.get(self.plant.rates),
-            {sight.key: sight.project(q, chunk.rows) for sight in self.sensor.sights},
-            chunk.get(self.sensor.images.true, self.sensor.images.N, 2),
+            {sight.key: sight.project(q, chunk.rows) for sight in self.images.sights},
+            chunk.get(self.images.true, self.images.N, 2),
             self.decision(chunk).command,
             chunk.get(self.judge.outcome).astype(np.int8),
         )

@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 from numpy.typing import NDArray
 
 from robsim.base.arrays import Array
 from robsim.engine.chunk import Chunk
-from robsim.engine.drives import Drives
 from robsim.kernels.bodies import moving
 from robsim.kernels.bodies.actuation import follow
 from robsim.kernels.control.commanding import copied
@@ -17,34 +14,39 @@ from robsim.kernels.machine.program import Program
 from robsim.kernels.machine.rows import Rows
 from robsim.robot.motion import add_motion, add_rolling, call_motion
 from robsim.robot.placed import Placed
-from robsim.world.imperfections.imperfection import Acting
-from robsim.world.imperfections.joint_effect import JointEffect, JointPlace, JointRows
+from robsim.world.actuation import Actuation
+from robsim.world.imperfections.joint_effect import JointPlace, JointRows
+from robsim.world.scene import Scene
 
 
 class Plant:
     """The rows of a program that say where everything is, and the stages that move it.
 
-    q are the coordinates, qd the velocities that are commanded or prescribed, and `rates` those at
-    which the joints move, where these are others.
+    q are the coordinates, qd the velocities of which `columns` are commanded and others prescribed,
+    and `rates` those at which the joints move, where these are others.
     """
 
     def __init__(
         self,
         program: Program,
-        drives: Drives,
+        actuation: Actuation,
+        scene: Scene,
+        columns: NDArray[np.int64],
         q0: Array,
         dt: float,
         seed: int,
         numbers: NDArray[np.int64],
     ) -> None:
-        self.program, self.drives, self.scene = program, drives, drives.scene
+        self.program, self.actuation, self.scene, self.columns = program, actuation, scene, columns
+        self.moves = moves_otherwise(actuation, scene)
         self.seconds, self.seed, self.numbers = dt, np.uint64(seed), numbers
         self.q = program.each(q0.T)
         self.qd, self.drift = program.rows(self.scene.nv), program.constant(self.scene.drift(0.0))
-        effects = self.effects = drives.effects(JointPlace.COMMANDED)
-        self.wanted = program.rows(self.scene.nv) if effects else self.qd
+        acting = actuation.acting()
+        self.changes = any(each.effect.place is JointPlace.COMMANDED for each in acting)
+        self.wanted = program.rows(self.scene.nv) if self.changes else self.qd
         self.speed = program.rows(self.scene.nv)  # of joints that lag
-        self.rates = program.rows(self.scene.nv if drives.moves else 0)
+        self.rates = program.rows(self.scene.nv if self.moves else 0)
         self.dt = program.constant(dt)
         self.placed = Placed(program, self.scene.tree.joints, self.q)
 
@@ -64,7 +66,7 @@ class Plant:
 
     def _integrate(self, dt: Rows, placed: Placed, speed: Rows) -> None:
         """Add the stages that move coordinates for a time, from velocities `speed`."""
-        v = self._follow(dt, speed) if self.drives.moves else self.qd
+        v = self._follow(dt, speed) if self.moves else self.qd
         if self.scene.tree.cars:
             self._steer(dt, placed, v, speed)
         joints, x = self.scene.tree.joints, placed.q
@@ -100,7 +102,7 @@ class Plant:
         Those that are not commanded are as given, as are all that do not lag.
         """
         program, each = self.program, []
-        lags = self.drives.columns if self.drives.actuation.moves else ()
+        lags = self.columns if self.actuation.moves else ()
         mean = self._copied(self.wanted)
         for i in range(self.scene.nv):
             if i in lags:
@@ -109,8 +111,8 @@ class Plant:
                 program.add(copied, rows=self.wanted[i : i + 1], to=speed[i : i + 1])
         if not each:
             return mean
-        lag, *most = self.drives.response
-        limits, rates = map(program.constant, most)
+        lag, *most = self.actuation.response(self.scene.nv)
+        limits, rates = (program.numbers(each[self.columns], 1) for each in most)
         given = {"lag": program.number(lag), "limits": limits, "rates": rates}
         program.add(follow, dt=dt, **given, each=each)
         return mean
@@ -121,16 +123,16 @@ class Plant:
 
     def command(self, qd: Rows) -> None:
         """Add the stage of all velocities: as commanded in rows qd, else prescribed."""
-        scene, program, commanded = self.scene, self.program, self.drives.columns.tolist()
+        scene, program, commanded = self.scene, self.program, self.columns.tolist()
         rows = dict(zip(commanded, qd, strict=True))
         if scene.varies:
             program.call(self._prescribe)
         commands = [rows.get(column) for column in range(scene.nv)]
         program.add(moving.spread, v=self.qd, prescribed=self.drift, commands=commands)
-        if self.effects:
+        if self.changes:
             program.add(copied, rows=self.qd, to=self.wanted)
-        self._add_effects(self.effects)
-        if not self.drives.moves:
+            self._add_effects(JointPlace.COMMANDED)
+        if not self.moves:
             return
         for i, prescribed in enumerate(scene.prescribed):
             own = self.drift if prescribed else self.speed
@@ -141,18 +143,24 @@ class Plant:
 
     def measured(self) -> Rows:
         """Add the stages of the coordinates as they are measured; return their rows."""
-        return self._add_effects(self.drives.effects(JointPlace.MEASURED)).measured
+        return self._add_effects(JointPlace.MEASURED).measured
 
-    def _add_effects(self, effects: Sequence[Acting[JointEffect]]) -> JointRows:
-        """Add the stages of imperfections of the joints, one after the other."""
+    def _add_effects(self, place: JointPlace) -> JointRows:
+        """Add the stages of the imperfections of the joints at a place, one after the other."""
         rows = self.wanted, self.speed, self.q, self.q
         key = self.seconds, self.seed, self.numbers
-        joints = JointRows(self.program, self.scene, self.drives.columns, *rows, *key)
-        for each in effects:
-            joints.stream = each.stream
-            each.effect.add_stages(joints)
+        joints = JointRows(self.program, self.scene, self.columns, *rows, *key)
+        for each in self.actuation.acting():
+            if each.effect.place is place:
+                joints.stream = each.stream
+                each.effect.add_stages(joints)
         return joints
 
     def _prescribe(self, chunk: Chunk, step: int) -> None:
         drift = self.scene.drift(step * self.seconds)[:, None]
         chunk.put(self.drift, np.repeat(drift, chunk.runs, axis=1))
+
+
+def moves_otherwise(actuation: Actuation, scene: Scene) -> bool:
+    """Return whether joints move otherwise than commanded, as does a car that must steer."""
+    return actuation.moves or bool(scene.tree.cars)

@@ -11,7 +11,7 @@ from typing import Protocol
 import numpy as np
 
 from robsim.base import interrupt
-from robsim.base.arrays import Array, whole
+from robsim.base.arrays import whole
 from robsim.base.errors import InputError, said
 from robsim.base.threads import processors
 from robsim.engine.chunk import Going
@@ -108,7 +108,7 @@ def _round(
     jobs: list[Future[None]] = []
     try:
         for i, each in enumerate(chunks):
-            jobs.append(pool.submit(loop.advance, each, _cell(shares, i)))
+            jobs.append(pool.submit(loop.advance, each, partial(shares.__setitem__, i)))
         for _ in _until_done(jobs):
             if progress:
                 progress(float(shares @ weights))
@@ -120,13 +120,6 @@ def _round(
     except BaseException:
         loop.stopped = True  # the others need not go on
         raise
-
-
-def _cell(shares: Array, i: int) -> Callable[[float], None]:
-    def put(share: float) -> None:
-        shares[i] = share
-
-    return put
 
 
 def _until_done(jobs: list[Future[None]]) -> Iterator[None]:

@@ -236,7 +236,7 @@ class ServoStages:
                 before=self.rows(k),
                 moved=self._moved,
                 drifts=drift,
-                lag=self.constant(c.feed_forward.lag),
+                lag=self.program.number(c.feed_forward.lag),
                 dt=self.given.dt,
             )
         else:

@@ -58,7 +58,7 @@ class Actuation(Declared):
     def response(self, count: int) -> Response:
         """Return how joints follow, of so many velocities of a scene."""
         each = (each.effect.response(count) for each in self.acting())
-        return reduce(Response.and_also, each, Response())
+        return reduce(Response.and_also, each, Response.of(count))
 
     def check(self, velocities: Sequence[str], coordinates: Sequence[str]) -> None:
         """Raise InputError if an imperfection does not fit the joints, by their names."""

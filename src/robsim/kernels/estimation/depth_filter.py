@@ -105,16 +105,16 @@ def _correct(r, measured, variance, n, b, state, P):
 
 @kernel
 def update(state, P, x, sigma):
-    """Correct state[n, 3, b] and P[n, 3, 3, b] in place by points x[n, 2, b] measured to sigma[2].
+    """Correct state[n, 3, b] and P[n, 3, 3, b] in place by points x[n, 2, b].
 
-    The two coordinates err independently and are taken one after the other. A point that is not
-    finite was not measured, and leaves the prediction as it is.
+    Its two coordinates err independently, by sigma[2, b], and are taken one after the other. A
+    point that is not finite was not measured, and leaves the prediction as it is.
     """
     for n in range(x.shape[0]):
         for b in range(x.shape[2]):
             if math.isfinite(x[n, 0, b] + x[n, 1, b]):
-                _correct(0, x[n, 0, b], sigma[0] * sigma[0], n, b, state, P)
-                _correct(1, x[n, 1, b], sigma[1] * sigma[1], n, b, state, P)
+                _correct(0, x[n, 0, b], sigma[0, b] ** 2, n, b, state, P)
+                _correct(1, x[n, 1, b], sigma[1, b] ** 2, n, b, state, P)
 
 
 @stage
@@ -146,7 +146,7 @@ def filter_stage(
             put(w, estimate + i, get(w, room + i))
         for i in range(9 * N):
             put(w, covariance + i, get(w, room + 3 * N + i))
-        update(state, P, x, numbers[2:, 0])
+        update(state, P, x, numbers[2:])
     for n in range(N):
         put(w, depth + n, 1.0 / get(w, estimate + 3 * n + 2))
 

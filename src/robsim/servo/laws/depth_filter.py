@@ -9,7 +9,7 @@ import numpy as np
 
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError
-from robsim.declare import Declared, Length, Number, family, register
+from robsim.declare import Declared, Length, Number, Stacked, family, register
 from robsim.kernels.estimation import depth_filter as kernels
 from robsim.kernels.machine.rows import Rows
 from robsim.servo.given import Given
@@ -33,13 +33,14 @@ class DepthFilter(Declared):
     0.5
     """
 
-    start: Annotated[float, Length(above=0), "Depth of every mark at the start."]
+    start: Annotated[float, Length(above=0), Stacked(()), "Depth of every mark at the start."]
     start_sigma: Annotated[
-        float, Number(above=0), "Relative standard deviation of 1/Z at the start."
+        float, Number(above=0), Stacked(()), "Relative standard deviation of 1/Z at the start."
     ] = 0.5
     noise: Annotated[
         float,
         Number(above=0, unit="px"),
+        Stacked(()),
         "Standard deviation of the noise on each pixel coordinate.",
     ] = 1.0
 
@@ -54,21 +55,17 @@ class DepthFilter(Declared):
     def stages(self, given: Given, N: int, points: Rows, twist: Rows, K: Array) -> Rows:
         """Add the stage that filters the depths of N marks, and return its rows."""
         program = given.program
-        depth, sigma = program.rows(N), self._sigma(K).reshape(2, -1)
-        start = np.array([[1.0 / self.start], [self.start_sigma / self.start]])
+        depth, sigma = program.rows(N), self.noise / np.abs(np.atleast_3d(K)[[0, 1], [0, 1]])
+        numbers = np.broadcast_arrays(1.0 / self.start, self.start_sigma / self.start, *sigma)
         program.add(
             kernels.filter_stage,
             points=points,
             dt=given.dt,
             twist=twist,
-            numbers=program.each(np.concatenate([np.broadcast_to(start, sigma.shape), sigma])),
+            numbers=program.each(numbers),
             estimate=program.rows(N, 3),
             covariance=program.rows(N, 3, 3),
             room=program.rows(12 * N),
             depth=depth,
         )
         return depth
-
-    def _sigma(self, K: Array) -> Array:
-        """Return the standard deviations of a normalised point, (2,) or (2, runs)."""
-        return self.noise / np.abs(K[[0, 1], [0, 1]])

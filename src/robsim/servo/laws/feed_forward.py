@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated
 
-from robsim.declare import Choice, Declared, Time, family, register
+from robsim.declare import Choice, Declared, Stacked, Time, family, register
 
 FEED_FORWARDS = family("feed-forward")
 
@@ -35,7 +35,7 @@ class EstimatedMotion(Declared):
     """
 
     lag: Annotated[
-        float, Time(above=0), "Time constant of the low-pass filter of the estimate."
+        float, Time(above=0), Stacked(()), "Time constant of the low-pass filter of the estimate."
     ] = 0.2
 
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import Annotated, ClassVar, Protocol, runtime_checkable
 
 from robsim.base.arrays import Array
-from robsim.declare import Choice, Declared, Length, family, register
+from robsim.declare import Choice, Declared, Length, Stacked, family, register
 from robsim.kernels.control import commanding
 from robsim.kernels.linear_algebra.solve import product_scratch_of
 from robsim.servo.laws.control_state import ControlState
@@ -20,7 +20,10 @@ from robsim.servo.laws.staged_law import AtGain, LawRows, StagedLaw, realised, t
 
 LAWS = family("law")
 UnitOfLength = Annotated[
-    float, Length(above=0), "Length by which speeds are divided to be weighed against turn rates."
+    float,
+    Length(above=0),
+    Stacked(()),
+    "Length by which speeds are divided to be weighed against turn rates.",
 ]
 
 
@@ -87,7 +90,7 @@ class CameraLaw(StagedLaw, Declared):
 
     def stages(self, of: LawRows) -> AtGain:
         """Add the stages of J^+ L^+ e; return what adds those of the command at a gain."""
-        program, unit, L = of.program, of.program.constant(self.length), of.program.rows(of.k, 6)
+        program, unit, L = of.program, of.program.number(self.length), of.program.rows(of.k, 6)
         program.add(commanding.in_units, A=of.L, length=unit, how=1, B=L)
         V = inverted(program, L, of.error, of.inverse, TWIST)
         program.add(commanding.in_units, A=V.column, length=unit, how=2, B=V.column)

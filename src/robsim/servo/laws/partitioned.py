@@ -5,8 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, ClassVar
 
+import numpy as np
+
 from robsim.base.errors import InputError
-from robsim.declare import Declared, Quantity, described
+from robsim.declare import Declared, Quantity, Stacked, described
 from robsim.kernels.control import commanding
 from robsim.kernels.control import partitioned as kernels
 from robsim.kernels.machine.rows import Rows
@@ -18,8 +20,10 @@ from robsim.servo.laws.staged_law import AtGain, LawRows, StagedLaw, realised
 SPEED = Quantity(above=0, dimension="speed")
 
 
-Roll = Annotated[float, PER_SECOND, "Gain of the rotation about the optical axis."]
-Advance = Annotated[float, SPEED, "Speed along the optical axis per unit of ln(sigma*/sigma)."]
+Roll = Annotated[float, PER_SECOND, Stacked(()), "Gain of the rotation about the optical axis."]
+Advance = Annotated[
+    float, SPEED, Stacked(()), "Speed along the optical axis per unit of ln(sigma*/sigma)."
+]
 
 
 @described
@@ -49,7 +53,8 @@ class PartitionedLaw(StagedLaw, Declared):
                 "the partitioned law needs the features s of a mark at least, an angle and an "
                 f"area; here are {of.k} of them" + (", without s" if of.s is None else "")
             )
-        program, k, numbers = of.program, of.k, of.program.constant([self.roll, self.advance])
+        program, k = of.program, of.k
+        numbers = program.numbers(np.broadcast_arrays(self.roll, self.advance), 1)
         V, axis = program.rows(6), program.rows(6)
         program.add(kernels.along_axis, s=of.s, errors=of.error, numbers=numbers, V=axis)
 
@@ -68,6 +73,6 @@ class PartitionedLaw(StagedLaw, Declared):
             parts = (axis, V), (across[:2], V[:2]), (across[2:], V[3:5])
             for rows, to in parts:
                 program.add(commanding.copied, rows=rows, to=to)
-            return realised(of, V, program.constant(self.length))
+            return realised(of, V, program.number(self.length))
 
         return at

@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
 
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError
-from robsim.declare import Declared, Quantity, Table, described
-from robsim.declare.joints import OneOrEach, commanded
+from robsim.declare import Declared, Quantity, Stacked, Table, described
+from robsim.declare.joints import OneOrEach, commanded, limits_of, misfits
 from robsim.kernels.control import limit as kernels
 from robsim.kernels.machine.program import Program, evaluated
 from robsim.kernels.machine.rows import Rows
@@ -32,16 +31,19 @@ class SpeedLimit(Declared):
     joint: Annotated[
         float | Sequence[float] | None,
         JOINT,
+        Stacked((), ("n",)),
         "Limit of |qdot|: one for all commanded velocities, or one for each.",
     ] = None
     linear: Annotated[
         float | None,
         Quantity(above=0, dimension="speed"),
+        Stacked(()),
         "Limit of the camera's speed |v| relative to the target.",
     ] = None
     angular: Annotated[
         float | None,
         Quantity(above=0, dimension="turn rate"),
+        Stacked(()),
         "Limit of the camera's turn rate |omega| relative to the target.",
     ] = None
 
@@ -52,9 +54,10 @@ class SpeedLimit(Declared):
 
     def check(self, names: Sequence[str]) -> None:
         """Raise InputError unless there is one joint limit, or one for each of these names."""
-        if isinstance(self.joint, tuple) and len(self.joint) != len(names):
+        given: Any = self.joint
+        if misfits(given, names):
             raise InputError(
-                f"{len(self.joint)} joint speed limits for {len(names)} commanded velocities: "
+                f"{len(given)} joint speed limits for {len(names)} commanded velocities: "
                 f"{', '.join(names)}"
             )
 
@@ -70,9 +73,9 @@ class SpeedLimit(Declared):
 
     def stages(self, program: Program, n: int, J: Rows, qd: Rows) -> Rows:
         """Add the stage that scales velocities in rows qd; return the rows of the result."""
-        each = [self.joint, self.linear, self.angular]
-        joint, linear, angular = (math.inf if limit is None else limit for limit in each)
-        limits = program.constant([*np.full(n, joint), linear, angular])
+        given = (self.joint, n), (self.linear, 1), (self.angular, 1)
+        each = [limit for one, count in given for limit in limits_of(one, count)]
+        limits = program.numbers(np.broadcast_arrays(*each), 1)
         out = program.rows(n)
         program.add(kernels.scale_stage, J=J, limits=limits, qd=qd, out=out)
         return out

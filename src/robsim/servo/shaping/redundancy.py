@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from robsim.base.arrays import Array, numbers
 from robsim.base.errors import InputError, said
-from robsim.declare import Choice, Declared, Number, family, register
+from robsim.declare import Choice, Declared, Number, Stacked, family, register
 from robsim.declare.joints import PerJoint, commanded
 from robsim.kernels.control import redundancy as kernels
 from robsim.kernels.control.descent import descend, scratch_of
@@ -114,7 +114,7 @@ def _limits(limits: ArrayLike, count: int) -> Array:
 
 
 SECONDARIES = family("secondary motion")
-Gain = Annotated[float, PER_SECOND, "Gain of the secondary motion."]
+Gain = Annotated[float, PER_SECOND, Stacked(()), "Gain of the secondary motion."]
 
 
 @register("secondary motion", "avoid_limits")

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from robsim.base.arrays import frozen
 from robsim.base.errors import InputError, suggest
-from robsim.declare import Declared
+from robsim.declare import Declared, Stacked
 from robsim.declare.lists import Names
 from robsim.servo.laws.gain import PER_SECOND
 from robsim.servo.shaping.limit import LIMIT, SpeedLimit
@@ -38,6 +38,7 @@ class Shaped(Declared):
     smooth_start: Annotated[
         float | None,
         PER_SECOND,
+        Stacked(()),
         "Rate mu at which the command grows from zero: exp(-mu t) of the first command is "
         "taken off; None: it starts at once.",
     ] = None

@@ -79,7 +79,7 @@ class Shaping:
             qd = program.rows(n)
             program.add(kernels.project_stage, P=P, wish=wish, qd=of.qd, out=qd)
         if self.smooth_start is not None:
-            mu, late = program.constant(self.smooth_start), program.rows(n)
+            mu, late = program.number(self.smooth_start), program.rows(n)
             first = program.rows(n)
             program.add(kernels.smooth_stage, mu=mu, dt=given.dt, first=first, qd=qd, out=late)
             qd = late
@@ -104,7 +104,7 @@ class Shaping:
             low, high = (program.constant(each) for each in secondary.bounds(self.limits))
             program.add(
                 kernels.wish_stage,
-                gain=program.constant(secondary.gain),
+                gain=program.number(secondary.gain),
                 lowest=low,
                 highest=high,
                 wish=wish,

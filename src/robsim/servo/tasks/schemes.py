@@ -8,6 +8,7 @@ from typing import Annotated, Any
 import numpy as np
 
 from robsim.base.errors import InputError
+from robsim.base.values import known
 from robsim.declare import Whole, Word, register
 from robsim.features.pose import Translation
 from robsim.servo.feature_block import FeatureBlock, Indices
@@ -124,7 +125,7 @@ class Partitioned(Redundant, WithDepth):
     @property
     def law(self) -> PartitionedLaw:
         """The partitioned law with these gains."""
-        return PartitionedLaw(self.roll, self.advance, self.length)
+        return known(PartitionedLaw, roll=self.roll, advance=self.advance, length=self.length)
 
     def bound_law(self, regulated: Regulated) -> PartitionedLaw:
         """Return the law; InputError if no joint moves the camera along its optical axis."""

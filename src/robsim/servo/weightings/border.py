@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, ClassVar
 
-from robsim.declare import Declared, Number, Whole, register
+from robsim.declare import Declared, Number, Stacked, Whole, register
 from robsim.kernels.control import weighting as kernels
 from robsim.kernels.machine.rows import Rows
 from robsim.servo.weightings.weighting import MarksSeen, WeightsOfMarks
@@ -33,6 +33,7 @@ class Border(WeightsOfMarks, Declared):
     width: Annotated[
         float,
         Number(above=0, unit="px"),
+        Stacked(()),
         "Distance from the border from which on a mark counts in full.",
     ] = 40.0
     least: Annotated[
@@ -42,6 +43,6 @@ class Border(WeightsOfMarks, Declared):
     def marks(self, of: MarksSeen) -> Rows:
         """Add the stage of the weights of the marks of a sight, and return their rows."""
         program = of.given.program
-        width, found = program.constant(self.width), program.rows(of.N)
+        width, found = program.number(self.width), program.rows(of.N)
         program.add(kernels.border, pixels=of.view.pixels, camera=of.camera, width=width, out=found)
         return found

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, ClassVar
 
-from robsim.declare import Declared, Time, register
+from robsim.declare import Declared, Stacked, Time, register
 from robsim.kernels.control import weighting as kernels
 from robsim.kernels.machine.rows import Rows
 from robsim.servo.weightings.weighting import MarksSeen, WeightsOfMarks
@@ -26,13 +26,15 @@ class Fade(WeightsOfMarks, Declared):
 
     fades: ClassVar[bool] = True
 
-    time: Annotated[float, Time(above=0), "Time in which a mark comes to count, or not to."] = 0.5
+    time: Annotated[
+        float, Time(above=0), Stacked(()), "Time in which a mark comes to count, or not to."
+    ] = 0.5
 
     def marks(self, of: MarksSeen) -> Rows:
         """Add the stage of the weights of the marks of a sight, and return their rows."""
         program = of.given.program
         ramp, found = program.rows(of.N), program.rows(of.N)
-        seconds = program.constant(self.time)
+        seconds = program.number(self.time)
         program.add(
             kernels.fade, there=of.there, seconds=seconds, dt=of.given.dt, ramp=ramp, out=found
         )

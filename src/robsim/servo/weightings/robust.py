@@ -13,13 +13,17 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, ClassVar
 
-from robsim.declare import Declared, Number, register
+from robsim.declare import Declared, Number, Stacked, register
 from robsim.kernels.estimation import robust as kernels
 from robsim.kernels.machine.rows import Rows
 from robsim.servo.weightings.weighting import MarksSeen, WeightsOfMarks
 
-NOISE = Number(above=0, unit="px")
-MEANING = "Noise to be expected of a mark: the least scale of the distances."
+Noise = Annotated[
+    float,
+    Number(above=0, unit="px"),
+    Stacked(()),
+    "Noise to be expected of a mark: the least scale of the distances.",
+]
 
 
 class _Robust(WeightsOfMarks):
@@ -33,7 +37,7 @@ class _Robust(WeightsOfMarks):
     def marks(self, of: MarksSeen) -> Rows:
         """Add the stage of the weights of the marks of a sight, and return their rows."""
         program, N = of.given.program, of.N
-        goal, noise = program.numbers(of.goal, 2), program.constant(self.noise)
+        goal, noise = program.numbers(of.goal, 2), program.number(self.noise)
         found, room = program.rows(N), program.scratch(3 * N)
         image = {"pixels": of.view.pixels, "goal": goal, "there": of.there}
         weighed = {"least": noise, "weights": found, "room": room}
@@ -56,7 +60,7 @@ class Huber(_Robust, Declared):
     """
 
     kernel: ClassVar[int] = kernels.HUBER
-    noise: Annotated[float, NOISE, MEANING] = 1.0
+    noise: Noise = 1.0
 
 
 @register("weighting", "tukey")
@@ -72,7 +76,7 @@ class Tukey(_Robust, Declared):
     """
 
     kernel: ClassVar[int] = kernels.TUKEY
-    noise: Annotated[float, NOISE, MEANING] = 1.0
+    noise: Noise = 1.0
 
 
 @register("weighting", "cauchy")
@@ -88,4 +92,4 @@ class Cauchy(_Robust, Declared):
     """
 
     kernel: ClassVar[int] = kernels.CAUCHY
-    noise: Annotated[float, NOISE, MEANING] = 1.0
+    noise: Noise = 1.0

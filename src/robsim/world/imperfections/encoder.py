@@ -10,8 +10,8 @@ from typing import Annotated, ClassVar
 import numpy as np
 
 from robsim.base.arrays import Array, frozen
-from robsim.declare import register
-from robsim.declare.joints import OneOrEach, check_count, coordinates
+from robsim.declare import Stacked, register
+from robsim.declare.joints import OneOrEach, check_count, coordinates, limits_of
 from robsim.declare.scalars import NOT_NEGATIVE
 from robsim.kernels.bodies.actuation import count
 from robsim.world.imperfections.imperfection import RunFacts, Statement
@@ -22,6 +22,7 @@ from robsim.world.scene import Scene
 Steps = Annotated[
     Each,
     OneOrEach(coordinates, item=NOT_NEGATIVE),
+    Stacked((), ("n",)),
     "Step in which revolute and prismatic coordinates are measured.",
 ]
 
@@ -44,14 +45,14 @@ class Encoder(JointEffect):
         check_count(self.encoder, "encoder", coordinates)
 
     def add_stages(self, joints: JointRows) -> None:
-        steps = joints.program.constant(self.steps(joints.scene))
+        steps = joints.program.numbers(self.steps(joints.scene), 1)
         before = joints.measured
         joints.program.add(count, steps=steps, q=before, out=joints.new_measured())
 
     def steps(self, scene: Scene) -> Array:
         """Return the step of each coordinate (nq,); zero for joints without an encoder."""
-        counted = scene.tree.alone(np.arange(scene.nv))
-        return frozen(np.where(np.isin(np.arange(scene.nq), counted), self.encoder, 0.0))
+        counted = np.isin(np.arange(scene.nq), scene.tree.alone(np.arange(scene.nv)))
+        return frozen(np.where(counted, limits_of(self.encoder, scene.nq).T, 0.0).T)
 
     def deviation(self, scene: Scene) -> Array:
         return self.steps(scene) / math.sqrt(12.0)

@@ -188,18 +188,10 @@ class ImageEffect(Imperfection):
     place  where it acts between the camera and the controller
     """
 
+    called: ClassVar[str] = "seen"
     place: ClassVar[Place] = Place.MEASURED
     title: ClassVar[str] = "effects on the images"
     changed: ClassVar[str] = "The images are"
-
-    def seen(self, pixels: Array, exposure: Exposure) -> Array:
-        """Return where the marks are seen (B, N, 2), from where they would be, in pixels."""
-        found: Array = self.owner("seen").seen(pixels, exposure)
-        return found
-
-    def add_stages(self, image: ImageRows) -> None:
-        """Add the stages of the effect to a program; by default `seen` is called."""
-        image.call(self.seen, self.label)
 
     def check(self, groups: Sequence[MarkGroup]) -> None:
         """Raise InputError if the effect does not fit the cameras and marks of a task."""

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 from typing import Any, ClassVar, Generic, NamedTuple, Self, TypeVar
 
 import numpy as np
@@ -16,7 +15,6 @@ from robsim.declare import Declared, fields_of
 
 Statement = tuple[str, dict[str, float]]  # a sentence and its numbers
 P = TypeVar("P", bound="Imperfection")
-T = TypeVar("T")
 
 
 class RunFacts(NamedTuple):
@@ -55,19 +53,21 @@ class Imperfection(Declared):
     """A kind of imperfection, of the images or of the joints, as far as sentences go.
 
     own       a user's object without this base class, for which this stands
+    called    the method in Python that is called, of an effect that adds no stages
     stream    the first of two streams of random numbers, in the short form
     title     its noun, such as "pixel noise"
     left_out  noun for `advise` if it has no part in the linear loop and its noise; "" for none
     """
 
     own: Any = None
+    called: ClassVar[str]
     stream: ClassVar[int] = 0
     title: ClassVar[str]
     changed: ClassVar[str]  # the subject of a plain statement, with its verb
     left_out: ClassVar[str] = "effects of your own"
 
     @classmethod
-    def _of(cls, given: Any) -> Self:
+    def of(cls, given: Any) -> Self:
         """Return an imperfection with this base class, also where it is a user's own object."""
         if isinstance(given, cls):
             return given
@@ -80,11 +80,12 @@ class Imperfection(Declared):
         """The name of the class, for sentences and errors."""
         return type(self.own or self).__name__
 
-    def owner(self, method: str) -> Any:
-        """Return the user's object that has a method; NotImplementedError if there is none."""
-        if self.own is None:
-            raise NotImplementedError(f"{self.label} needs `{method}` or `add_stages`")
-        return self.own
+    def add_stages(self, rows: Any) -> None:
+        """Add the stages of the effect to a program; by default a method in Python is called."""
+        call = getattr(self if self.own is None else self.own, self.called, None)
+        if call is None:
+            raise NotImplementedError(f"{self.label} needs `{self.called}` or `add_stages`")
+        rows.call(call, self.label)
 
     def stated(self, facts: RunFacts) -> Statement:
         """Return a sentence on its part in a run, and the numbers."""
@@ -103,19 +104,22 @@ class Imperfection(Declared):
 class Acting(Generic[P]):
     """An imperfection that acts, and the field of `Sensing` or `Actuation` that holds it.
 
-    `stream` is the first of its two streams of random numbers, and `off` returns the value of the
-    field without it.
+    `stream` is the first of its two streams of random numbers, and `listed` says whether the field
+    is a list with `given` in it.
     """
 
     effect: P
     stream: int
     field: str
-    off: Callable[[Any], Any]
+    given: Any
+    listed: bool
 
-    def removed(self, holder: T) -> T:
+    def removed(self, holder: Any) -> Any:
         """Return a `Sensing` or `Actuation` without this imperfection."""
-        left = self.off(getattr(holder, self.field))
-        return replace(holder, **{self.field: left})  # type: ignore[type-var]
+        left = type(holder).__dataclass_fields__[self.field].default
+        if self.listed:
+            left = tuple(one for one in getattr(holder, self.field) if one is not self.given)
+        return replace(holder, **{self.field: left})
 
 
 def acting(holder: Any, parts: Sequence[Any], base: type[P], first: int) -> list[Acting[P]]:
@@ -128,20 +132,10 @@ def acting(holder: Any, parts: Sequence[Any], base: type[P], first: int) -> list
     for part in parts:
         if isinstance(part, str):
             for i, each in enumerate(getattr(holder, part)):
-                off = partial(_less, each)
-                found.append(Acting(base._of(each), first + 2 * i, part, off))
+                found.append(Acting(base.of(each), first + 2 * i, part, each, True))
             continue
         given = {each.name: getattr(holder, each.name) for each in fields_of(part)}
         name = next(iter(given))
         if is_any(given[name]):
-            off = partial(_default, type(holder).__dataclass_fields__[name].default)
-            found.append(Acting(known(part, **given), part.stream, name, off))
+            found.append(Acting(known(part, **given), part.stream, name, given[name], False))
     return found
-
-
-def _less(effect: Any, given: tuple[Any, ...]) -> tuple[Any, ...]:
-    return tuple(one for one in given if one is not effect)
-
-
-def _default(value: Any, given: Any) -> Any:
-    return value

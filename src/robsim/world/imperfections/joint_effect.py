@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from robsim.base.arrays import Array, first_view, frozen, is_any, shown_view
 from robsim.base.errors import InputError
 from robsim.declare import Choice, ListOf, family
+from robsim.declare.joints import limits_of
 from robsim.kernels.machine.program import Blocks, Program
 from robsim.kernels.machine.rows import Rows
 from robsim.world.imperfections.image_effect import FIRST_STREAM, Draws, like
@@ -98,18 +99,25 @@ class JointPlace(IntEnum):
 class Response(NamedTuple):
     """How joints follow a command: v' = (command - v) / lag, with |v| and |v'| limited.
 
-    `velocity` and `acceleration` are the limits, of all velocities of a scene or of each.
+    `velocity` and `acceleration` are the limits (n,) of the velocities of a scene, or (n, runs)
+    where each run has its own.
     """
 
-    lag: Any = 0.0
-    velocity: Any = np.inf
-    acceleration: Any = np.inf
+    lag: Any
+    velocity: Array
+    acceleration: Array
+
+    @classmethod
+    def of(cls, count: int, lag: Any = 0.0, **limits: Any) -> Response:
+        """Return the response of so many velocities, at once and without limits by default."""
+        each = (limits_of(limits.get(name), count) for name in cls._fields[1:])
+        return cls(lag, *each)
 
     def and_also(self, other: Response) -> Response:
         """Return the response under two effects: the lower limits, and one lag at most."""
         if is_any(self.lag) and is_any(other.lag):
             raise InputError("two lags of the joints; give one")
-        limits = (np.minimum(a, b) for a, b in zip(self[1:], other[1:], strict=True))
+        limits = (np.minimum(a.T, b.T).T for a, b in zip(self[1:], other[1:], strict=True))
         return Response(self.lag if is_any(self.lag) else other.lag, *limits)
 
 
@@ -123,25 +131,17 @@ class JointEffect(Imperfection):
     place  where it acts between a command and what is measured
     """
 
+    called: ClassVar[str] = "driven"
     place: ClassVar[JointPlace] = JointPlace.COMMANDED
     title: ClassVar[str] = "effects on the joints"
     changed: ClassVar[str] = "What is commanded is"
-
-    def driven(self, wanted: Array, drive: Drive) -> Array:
-        """Return velocities (B, n) for the period that begins, from those that are wanted."""
-        found: Array = self.owner("driven").driven(wanted, drive)
-        return found
-
-    def add_stages(self, joints: JointRows) -> None:
-        """Add the stages of the effect to a program; by default `driven` is called."""
-        joints.call(self.driven, self.label)
 
     def check(self, velocities: Sequence[str], coordinates: Sequence[str]) -> None:
         """Raise InputError if the effect does not fit the joints of a scene, by their names."""
 
     def response(self, count: int) -> Response:
         """Return its part in how the joints of a scene follow, of so many velocities."""
-        return Response()
+        return Response.of(count)
 
     def deviation(self, scene: Scene) -> Array:
         """Return the standard deviation of each measured coordinate (nq,)."""

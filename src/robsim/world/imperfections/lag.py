@@ -33,7 +33,7 @@ class Lag(JointEffect):
     lag: Constant = 0.1
 
     def response(self, count: int) -> Response:
-        return Response(lag=self.lag)
+        return Response.of(count, self.lag)
 
     def cause(self, dt: float) -> str:
         return f"a lag of {1000 * self.lag:.3g} ms"

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Annotated, Any, ClassVar
+from typing import Annotated, ClassVar
 
 import numpy as np
 
-from robsim.declare import register
-from robsim.declare.joints import OneOrEach, check_count, limits_of, velocities
+from robsim.declare import Stacked, register
+from robsim.declare.joints import OneOrEach, check_count, velocities
 from robsim.world.imperfections.imperfection import RunFacts, Statement
 from robsim.world.imperfections.joint_effect import JointEffect, JointPlace, Response
 
@@ -17,9 +17,12 @@ Each = float | Sequence[float]  # one number for all, or one for each
 Velocity = Annotated[
     Each | None,
     OneOrEach(velocities, "/s"),
+    Stacked((), ("n",)),
     "Limit of |v|, at which commands are cut off joint by joint; None: none.",
 ]
-Acceleration = Annotated[Each | None, OneOrEach(velocities, "/s^2"), "Limit of |v'|; None: none."]
+Acceleration = Annotated[
+    Each | None, OneOrEach(velocities, "/s^2"), Stacked((), ("n",)), "Limit of |v'|; None: none."
+]
 
 
 class RateLimit(JointEffect):
@@ -33,8 +36,7 @@ class RateLimit(JointEffect):
         check_count(getattr(self, self.limited), self.limited, velocities)
 
     def response(self, count: int) -> Response:
-        limits: dict[str, Any] = {self.limited: limits_of(getattr(self, self.limited), count)}
-        return Response(**limits)
+        return Response.of(count, **{self.limited: getattr(self, self.limited)})
 
     def stated(self, facts: RunFacts) -> Statement:
         limits = getattr(self.response(facts.wanted.shape[1]), self.limited)

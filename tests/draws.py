@@ -1,0 +1,19 @@
+"""Properties of drawn values, of which a few are drawn by default and the rest by `full`."""
+
+import pytest
+from hypothesis import given, settings
+
+
+def drawn(few, many, **strategies):
+    """Let a property be tried with a few draws by default, and with many by `full`."""
+
+    def tried(check):
+        @pytest.mark.parametrize("draws", [few, pytest.param(many, marks=pytest.mark.full)])
+        def test(draws):
+            settings(max_examples=draws, deadline=None)(given(**strategies)(check))()
+
+        test.__name__ = check.__name__
+        test.__doc__ = check.__doc__
+        return test
+
+    return tried
