@@ -17,6 +17,8 @@ from robsim.world.scene import Scene
 if TYPE_CHECKING:
     import xarray as xr
 
+NOTHING = 1e-9  # measures below this are rounding errors
+
 
 def checked_scene(scene: object) -> None:
     """Raise InputError if this is not a Scene."""
@@ -49,6 +51,12 @@ def single(run: xr.Dataset, timed: bool = True) -> xr.Dataset:
         return one
     lived = np.flatnonzero(np.isfinite(one["q"].values).all(axis=1))
     return one.isel(time=slice(0, lived[-1] + 1 if lived.size else 1))
+
+
+def differ(values: Array) -> bool:
+    """Return whether finite values differ by more than rounding."""
+    shown = values[np.isfinite(values)]
+    return bool(shown.size) and float(np.ptp(shown)) > NOTHING * max(1.0, np.abs(shown).max())
 
 
 def configurations(run: xr.Dataset, scene: Scene) -> Array:

@@ -16,7 +16,7 @@ from matplotlib.patches import Polygon, Rectangle
 from robsim.base.arrays import Array
 from robsim.geometry.pose import Pose
 from robsim.plot import history, palette
-from robsim.plot.canvas import checked_panels, new_figure, set_title, style, whole
+from robsim.plot.canvas import panels_of, set_title, style
 from robsim.plot.hull import outline
 
 if TYPE_CHECKING:
@@ -74,14 +74,9 @@ def image(
     'column (px)'
     """
     with style():
-        if ax is not None:
-            (axes,) = checked_panels(ax, 1, size)
-            draw(axes, run, camera, scene, title)
-            return whole(axes)
-        figure = new_figure(WIDTH, WIDTH, size)
-        axes = figure.add_subplot()
+        figure, (axes,) = panels_of(ax, 1, size, (WIDTH, WIDTH))
         draw(axes, run, camera, scene, title)
-        if size is None:
+        if ax is None and size is None:
             (left, right), (bottom, top) = axes.get_xlim(), axes.get_ylim()
             tall = np.clip((bottom - top) / (right - left), 0.3, 2.0)
             figure.set_size_inches(WIDTH, IMAGE * float(tall) + AROUND)

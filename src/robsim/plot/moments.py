@@ -15,7 +15,7 @@ from robsim.base.errors import InputError, said, suggest
 from robsim.geometry.pose import IDENTITY
 from robsim.geometry.primitives import CameraBody, Primitive
 from robsim.plot import history, palette
-from robsim.plot.canvas import checked_panels, new_figure, style, whole
+from robsim.plot.canvas import panels_of, style
 from robsim.plot.wireframe import displayed, shown
 from robsim.world.scene import Scene
 
@@ -79,14 +79,11 @@ def moments(
     _check_texts(views, titles, len(states))
     width, height = _extent(extent)
     with style():
-        across = WIDEST / len(states)
-        if axes is not None:
-            panels = checked_panels(axes, len(views) * len(states), size)
-            figure, grid = whole(panels[0]), np.array(panels, dtype=object)
-            grid = grid.reshape(len(views), len(states))
-        else:
-            figure = new_figure(WIDEST, len(views) * across * height / width + TEXT, size)
-            grid = figure.subplots(len(views), len(states), squeeze=False)
+        rows, columns = shape = len(views), len(states)
+        inches = WIDEST, rows * WIDEST / columns * height / width + TEXT
+        figure, panels = panels_of(axes, rows * columns, size, inches, columns)
+        grid = np.array(panels, dtype=object).reshape(shape)
+        if axes is None:
             figure.suptitle(title or "")
         for row, view in zip(grid, views, strict=True):
             for panel, state in zip(row, states, strict=True):

@@ -15,7 +15,7 @@ from robsim.base.arrays import Array
 from robsim.base.errors import InputError, said
 from robsim.geometry.pose import IDENTITY
 from robsim.plot import palette, wireframe
-from robsim.plot.canvas import checked_panels, new_figure, style, whole
+from robsim.plot.canvas import panels_of, style
 from robsim.world.scene import Scene
 
 FLAT = 1e-6  # metres below which a workspace is flat, and drawn from one side
@@ -43,14 +43,9 @@ def workspace(
         raise InputError(f"expected a Workspace as workspace returns it, got {said(workspace)}")
     views, lines = _views(workspace.points), _robot(workspace)
     with style():
-        if axes is not None:
-            panels = checked_panels(axes, len(views), size)
-            figure = whole(panels[0])
-        else:
-            figure = new_figure(1.2 + 5.2 * len(views), 5.2, size)
-            panels = [figure.add_subplot(1, len(views), 1)]
-            for i in range(1, len(views)):  # both have x to the right, and one scale
-                panels.append(figure.add_subplot(1, len(views), i + 1, sharex=panels[0]))
+        many = len(views)  # both have x to the right, and one scale
+        figure, panels = panels_of(axes, many, size, (1.2 + 5.2 * many, 5.2), many, sharex=True)
+        if axes is None:
             heading = f"{workspace.robot.name}, {len(workspace.q)} configurations"
             figure.suptitle(heading if title is None else title)
         for panel, view in zip(panels, views, strict=True):

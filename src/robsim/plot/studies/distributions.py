@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError
 from robsim.plot import palette
-from robsim.plot.canvas import new_figure, style
+from robsim.plot.canvas import new_figure, open_frame, style
+from robsim.plot.history import differ
 from robsim.plot.studies.axis import drawn, label, said_runs, split, thousands
 from robsim.studies import reading
 from robsim.studies.reading import Among
@@ -103,15 +104,10 @@ def _names(table: pd.DataFrame, rows: NDArray[np.bool_], measures: Any) -> Seque
         if len(names) > MOST_PANELS:
             raise InputError(f"measures: expected up to {MOST_PANELS} columns, got {len(names)}")
         return names
-    found = [name for name in reading.measures_in(table) if _differs(drawn(table, name)[rows])]
+    found = [name for name in reading.measures_in(table) if differ(drawn(table, name)[rows])]
     if not found:
         raise InputError("no measure of this study differs between the runs that count")
     return found[:MOST_PANELS]
-
-
-def _differs(values: Array) -> bool:
-    known = values[np.isfinite(values)]
-    return bool(known.size) and bool(np.ptp(known) > 1e-9 * max(1.0, np.abs(known).max()))
 
 
 def _draw(
@@ -126,12 +122,12 @@ def _draw(
         mine = np.sort(values[known & (lines.which == i)])
         if mine.size:
             _step(axes, mine, i)
-    if _spans_decades(values[known]):
+    least, most = values[known].min(), values[known].max()
+    if least > 0 and most > WIDE * np.median(values[known]):  # too long a tail for another axis
         axes.set_xscale("log")
     axes.set(xlabel=label(table, name), ylim=(0, 100))
     axes.set_title(f"n {thousands(int(known.sum()))}", fontsize=8, loc="right")
-    axes.grid(True)
-    axes.spines[["top", "right"]].set_visible(False)
+    open_frame(axes)
 
 
 def _step(axes: Axes, ordered: Array, i: int) -> None:
@@ -145,8 +141,3 @@ def _step(axes: Axes, ordered: Array, i: int) -> None:
     low, high = np.clip(share - band, 0, 1), np.clip(share + band, 0, 1)
     axes.fill_between(x, 100 * low, 100 * high, color=palette.nth(i), **look)
     axes.plot(x, 100 * share, drawstyle="steps-post", **_look(i))
-
-
-def _spans_decades(values: Array) -> bool:
-    """Return whether positive values have so long a tail that a logarithmic axis is needed."""
-    return bool(values.min() > 0 and values.max() > WIDE * np.median(values))

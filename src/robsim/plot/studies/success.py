@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from robsim.base.arrays import whole as whole_number
 from robsim.engine.outcome import Outcome
 from robsim.plot import palette
-from robsim.plot.canvas import checked_panels, new_figure, style, whole
+from robsim.plot.canvas import open_frame, panels_of, style
 from robsim.plot.studies.axis import (
     Bins,
     binned,
@@ -74,13 +74,10 @@ def study_success(
     found = binned(table, given(x, "x", table), bins, started, even=False)
     lines = split(table, by, MOST_LINES, started)
     with style():
-        panel = checked_panels(axes, 1, size)[0] if axes is not None else None
-        figure = new_figure(7.2, 4.2, size) if panel is None else whole(panel)
-        panel = figure.add_subplot() if panel is None else panel
+        figure, (panel,) = panels_of(axes, 1, size, (7.2, 4.2))
         _draw(panel, table, x, found, lines, started)
         panel.set(xlabel=label(table, x), ylabel="converged (%)", ylim=(-3, 103))
-        panel.grid(True, axis="y" if found.labels else "both")
-        panel.spines[["top", "right"]].set_visible(False)
+        open_frame(panel, "y" if found.labels else "both")
         if by is not None:
             panel.legend(title=label(table, by), frameon=False, loc="best", alignment="left")
         pad = 6 + ROW * len(lines.labels)  # the counts are below it
@@ -112,35 +109,27 @@ def _draw(
         shares = [clustered(arrived[each], reading.draws_of(table, each)) for each in there]
         beside = SPREAD * ((i + 0.5) / many - 0.5) if found.labels else 0.0
         at = place[some] / of[some] + beside
-        (_marks if found.labels else _line)(axes, at, shares, i, name)
+        _draw_shares(axes, at, shares, i, name, apart=bool(found.labels))
         _tell(axes, at, of[some], many - 1 - i, palette.nth(i) if many > 1 else palette.BLACK)
     mark(axes, "x", found)
     if found.labels:
         axes.set_xlim(-0.5, found.many - 0.5)
 
 
-def _ends(shares: list[Estimate]) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any]]:
-    """Return the shares and the ends of their intervals in percent."""
+def _draw_shares(
+    axes: Axes, at: NDArray[Any], shares: list[Estimate], i: int, name: str, apart: bool
+) -> None:
+    """Draw a mark with a bar for each value of a choice; of a number a line with a band."""
     numbers = np.array([(each.value, each.low, each.high) for each in shares])
     value, low, high = 100 * numbers.T
-    return value, low, high
-
-
-def _marks(axes: Axes, at: NDArray[Any], shares: list[Estimate], i: int, name: str) -> None:
-    """Draw a mark with a bar for each value of a choice."""
-    value, low, high = _ends(shares)
-    look: dict[str, Any] = {"color": palette.nth(i), "capsize": 4, "markersize": 6}
-    ends = (value - low, high - value)
-    axes.errorbar(at, value, ends, linestyle="none", marker=MARKERS[i], label=name, **look)
-
-
-def _line(axes: Axes, at: NDArray[Any], shares: list[Estimate], i: int, name: str) -> None:
-    """Draw a line with a band through the bins of a number."""
-    value, low, high = _ends(shares)
-    color, line = palette.nth(i), palette.LINES[i % len(palette.LINES)]
-    axes.fill_between(at, low, high, color=color, alpha=0.18, linewidth=0)
-    look: dict[str, Any] = {"marker": MARKERS[i], "markersize": 5, "linewidth": 1.6}
-    axes.plot(at, value, line, color=color, label=name, **look)
+    look: dict[str, Any] = {"color": palette.nth(i), "marker": MARKERS[i], "label": name}
+    if apart:
+        ends = (value - low, high - value)
+        axes.errorbar(at, value, ends, linestyle="none", capsize=4, markersize=6, **look)
+    else:
+        axes.fill_between(at, low, high, color=look["color"], alpha=0.18, linewidth=0)
+        line = palette.LINES[i % len(palette.LINES)]
+        axes.plot(at, value, line, markersize=5, linewidth=1.6, **look)
 
 
 def _tell(axes: Axes, at: NDArray[Any], of: NDArray[Any], row: int, color: str) -> None:
