@@ -43,7 +43,7 @@ def goals(stage: Stage, run: xr.Dataset, depth: float) -> list[Entry]:
             **shape(stage, wire),
         }
         for name, T in ghost.of_run(run).items()
-        for wire in ghost.outlines(scene, name, np.eye(4), depth)
+        for wire in ghost.outlines(scene, name, depth)
     ]
 
 

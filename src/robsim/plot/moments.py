@@ -12,11 +12,10 @@ from matplotlib.figure import Figure
 
 from robsim.base.arrays import Array, numbers
 from robsim.base.errors import InputError, said, suggest
-from robsim.geometry.pose import IDENTITY
 from robsim.geometry.primitives import CameraBody, Primitive
 from robsim.plot import history, palette
 from robsim.plot.canvas import panels_of, style
-from robsim.plot.wireframe import displayed, shown
+from robsim.plot.wireframe import displayed, shapes_of, shown
 from robsim.world.scene import Scene
 
 # rows: to the right of the picture, up, and towards the viewer, in the axes of the figures
@@ -27,7 +26,7 @@ VIEWS = {
     "front": np.array([[0, 1, 0], [0, 0, 1], [1, 0, 0]]),
     "above": np.array([[1, 0, 0], [0, 1, 0], [0, 0, 1]]),
 }
-NAMES = {"right": "from the right", "left": "from the left", "front": "from the front"} | {
+NAMES = {name: f"from the {name}" for name in ("right", "left", "front")} | {
     name: f"from {name}" for name in ("behind", "above")
 }
 PALE = 0.62  # share of white in a face seen at a right angle; others have less
@@ -158,11 +157,7 @@ def _seen(solid: Primitive, color: str, view: Array) -> Iterator[Face]:
 
 def _solids(scene: Scene, q: Array) -> Iterator[tuple[Primitive, str]]:
     """Yield every shape at its pose, with its colour."""
-    parts = [(f"{robot.name}.{k.name}", k.shapes) for robot in scene.robots for k in robot.links]
-    parts += [(thing.name, thing.shapes) for thing in scene.objects]
-    bodies = [(eye.name, eye.camera.drawn(IDENTITY)) for eye in scene.cameras]
-    parts += [(name, (body,)) for name, body in bodies if body is not None]
-    for frame, shapes in parts:
+    for frame, shapes in shapes_of(scene).items():
         if shapes:
             T = displayed(scene, frame, q)
             yield from ((shape.at(T), palette.color(shape.color)) for shape in shown(shapes))

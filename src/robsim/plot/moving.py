@@ -76,20 +76,10 @@ def frustum_depth(moving: Moving) -> float:
     It is a share of all there is, but no deeper than half a robot where that is large enough.
     """
     scene, q = moving.spells[-1]
-    points = [
-        wireframe.marks(scene, q[-1]),
-        *(moving.poses(name)[:, :3, 3] for name in _frames(scene)),
-    ]
-    size = _longest(np.concatenate(points)) or 1.0
-    robots = [_origins(scene, robot, q[-1]) for robot in scene.robots]
-    own = max([_longest(origins) for origins in robots if len(origins)], default=0.0)
+    frames = [moving.poses(name)[:, :3, 3] for name in wireframe.shapes_of(scene)]
+    size = _longest(np.concatenate([wireframe.marks(scene, q[-1]), *frames])) or 1.0
+    own = max([_longest(_origins(scene, robot, q[-1])) for robot in scene.robots], default=0.0)
     return min(FRUSTUM * size, max(own / 2, LEAST * size))
-
-
-def _frames(scene: Scene) -> list[str]:
-    """Return the names of all frames: links, cameras and objects."""
-    links = [f"{robot.name}.{link.name}" for robot in scene.robots for link in robot.links]
-    return [*links, *things(scene)]
 
 
 def things(scene: Scene) -> list[str]:

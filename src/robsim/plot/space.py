@@ -20,6 +20,7 @@ FILLED = 0.72  # share of the user's axes that the box takes; the rest is for it
 LABELS = (0.3, 0.52, 0.68, 0.1)  # inches left, below, right and above of the box, for its labels
 GROUND = "#f4f4f1"
 TICK, LABEL = (10.0, 10.0, 18.0), (27.0, 27.0, 42.0)  # points from the edges of x, y, z
+Box = tuple[Array, Array]  # the lowest and the highest corner (3,), in metres
 
 
 class InnerTicks(MultipleLocator):
@@ -52,7 +53,7 @@ def checked_axes(axes: Any) -> Any:
     return axes
 
 
-def box(points: Array, bounds: Any = None) -> tuple[Array, Array]:
+def box(points: Array, bounds: Any = None) -> Box:
     """Return the lowest and highest corner (3,) of a box that holds points (N, 3), in metres.
 
     No side is too short, and the lowest point is on the floor. `bounds` (2, 3) overrides the
@@ -144,17 +145,18 @@ def _zoom(axes: Any, low: Array, high: Array, zoom: float, side: float) -> None:
 def _drawn(axes: Any, low: Array, high: Array) -> Array:
     """Return the corners (8, 2) of the box at zoom 1, as shares of its square axes."""
     axes.set_box_aspect(high - low)
-    corners = np.array(list(product(*zip(low, high, strict=True))))
-    x, y, _ = proj3d.proj_transform(*corners.T, axes.get_proj())
+    x, y, _ = proj3d.proj_transform(*_corners(low, high).T, axes.get_proj())
     shares: Array = axes.transLimits.transform(np.column_stack([x, y]))
     return shares
 
 
 def _seen(low: Array, high: Array, view: tuple[float, float]) -> Array:
     """Return the corners (8, 2) of the projected box in metres, to the right and up."""
-    corners = np.array(list(product(*zip(low, high, strict=True))))
-    out: Array = corners @ _directions(view).T
-    return out
+    return _corners(low, high) @ _directions(view).T
+
+
+def _corners(low: Array, high: Array) -> Array:
+    return np.array(list(product(*zip(low, high, strict=True))))
 
 
 def _directions(view: tuple[float, float]) -> Array:

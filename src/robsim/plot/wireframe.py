@@ -18,7 +18,6 @@ from robsim.world.mounted_camera import MountedCamera
 from robsim.world.scene import Scene
 
 MOST_LINKS = 16  # of a robot with a legend entry for each link, at most
-HERE = IDENTITY.matrix
 _BORDERLESS = ((-0.4, -0.3), (0.4, -0.3), (0.4, 0.3), (-0.4, 0.3))  # drawn without an image size
 
 
@@ -61,9 +60,9 @@ def parts(scene: Scene, depth: float) -> list[Part]:
     found = [part for robot in scene.robots for part in _robot(scene, robot)]
     for thing in scene.objects:
         shapes = shown(thing.shapes)
-        found += [Part(thing.name, shape_wire(thing.name, shape, HERE)) for shape in shapes]
+        found += [Part(thing.name, shape_wire(thing.name, shape)) for shape in shapes]
     for eye in scene.cameras:
-        wire = camera(eye, HERE, depth)
+        wire = camera(eye, depth)
         taken = {other.wire.color for other in found}
         free = palette.unused(taken) if wire.color == palette.BLACK else wire.color
         found.append(Part(eye.name, replace(wire, color=free)))
@@ -127,9 +126,17 @@ def _robot(scene: Scene, robot: Robot) -> Iterator[Part]:
         own = palette.nth(scene.robots.index(robot)) if crowded else palette.link(i)
         label, frame = robot.name if whole else link.name, f"{robot.name}.{link.name}"
         for shape in drawn[link.name]:
-            yield Part(frame, shape_wire(label, shape, HERE, own if plain else None))
+            yield Part(frame, shape_wire(label, shape, own if plain else None))
         if not shapes and link.parent and not link.joint.model.roams:
             yield Part(f"{robot.name}.{link.parent}", Wire(label, own, np.empty((0, 2, 3))), frame)
+
+
+def shapes_of(scene: Scene) -> dict[str, tuple[Primitive, ...]]:
+    """Return the shapes that each link, object and camera of a scene has, by its frame."""
+    links = [(f"{robot.name}.{k.name}", k.shapes) for robot in scene.robots for k in robot.links]
+    things = [(thing.name, thing.shapes) for thing in scene.objects]
+    bodies = [(eye.name, eye.camera.drawn(IDENTITY)) for eye in scene.cameras]
+    return dict([*links, *things, *((name, (body,) if body else ()) for name, body in bodies)])
 
 
 def shown(shapes: Iterable[Primitive]) -> list[Primitive]:
@@ -137,22 +144,21 @@ def shown(shapes: Iterable[Primitive]) -> list[Primitive]:
     return [each for shape in shapes for each in shape.shown() if len(each.vertices)]
 
 
-def shape_wire(label: str, shape: Primitive, T: Array, color: str | None = None) -> Wire:
-    """Return the wire of a primitive at T (4, 4), in its own colour or another."""
-    points, rounds = shape.skin
-    corners, edges = moved(points, T), {tuple(edge) for edge in shape.edges.tolist()}
+def shape_wire(label: str, shape: Primitive, color: str | None = None) -> Wire:
+    """Return the wire of a primitive, in its own colour or another."""
+    (corners, rounds), edges = shape.skin, {tuple(edge) for edge in shape.edges.tolist()}
     faces = tuple(corners[list(face)] for face in rounds)
     sides = [zip(face, face[1:] + face[:1], strict=True) for face in rounds]
     bordered = tuple(all((min(pair), max(pair)) in edges for pair in each) for each in sides)
     return Wire(label, palette.color(color or shape.color), corners[shape.edges], faces, bordered)
 
 
-def camera(eye: MountedCamera, T: Array, depth: float) -> Wire:
-    """Return the body of a camera at T (4, 4), or the pyramid of its field of view."""
-    body = eye.camera.drawn(T)
+def camera(eye: MountedCamera, depth: float) -> Wire:
+    """Return the body of a camera, or the pyramid of its field of view."""
+    body = eye.camera.drawn(IDENTITY)
     if body is not None:
-        return shape_wire(eye.name, body, HERE)
-    centre, rim = T[:3, 3], moved(depth * corner_rays(eye.camera), T)
+        return shape_wire(eye.name, body)
+    centre, rim = np.zeros(3), depth * corner_rays(eye.camera)
     sides = [(rim[i], rim[(i + 1) % 4]) for i in range(4)]
     edges = np.array([(centre, corner) for corner in rim] + sides)
     faces = tuple(np.stack([centre, *side]) for side in sides)

@@ -9,11 +9,9 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 
-from robsim.base.arrays import Array
 from robsim.plot import history, palette
 from robsim.plot.film.footage import Footage, Shot
 from robsim.plot.image import MARKERS, draw_goal, edges_seen, frame, legend
-from robsim.world.scene import Scene
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -102,8 +100,4 @@ def _place(take: _Take, i: int, camera: str) -> None:
         dot.set_data(*pixels[i : i + 1, n].T)
     q = take.view["q"].values[i]
     for target, lines in take.edges:
-        lines.set_segments(_edges(take.shot.scene, q, camera, target))
-
-
-def _edges(scene: Scene, q: Array, camera: str, target: str) -> list[Array]:
-    return list(edges_seen(scene, q, camera, target))
+        lines.set_segments(list(edges_seen(take.shot.scene, q, camera, target)))

@@ -7,6 +7,7 @@ from textwrap import shorten
 from typing import Any
 
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
@@ -35,7 +36,7 @@ class Screen:
         self._curves = Curves(footage)
         with style():
             self.figure = Sheet(size, dpi=dpi, layout="constrained")
-            self._canvas = _canvas(self.figure)
+            self._canvas: Any = FigureCanvasAgg(self.figure)
             self._moving = self._drawn(look["title"])
             self._canvas.draw()
             self._still = self._canvas.copy_from_bbox(self.figure.bbox)
@@ -74,7 +75,7 @@ class Screen:
         self._stage.arrange(places[0])
         self.figure.set_layout_engine("none")
         groups.append([self._told])
-        ordered = [each for group in groups for each in sorted(group, key=_order)]
+        ordered = [each for group in groups for each in sorted(group, key=Artist.get_zorder)]
         for artist in ordered:
             artist.set_animated(True)
         return ordered
@@ -99,12 +100,3 @@ def _lay_out(figure: Figure) -> None:
                 "size: {:g} x {:g} inches are too few for all that is shown; "
                 "fewer pixels come from a lower dpi".format(*figure.get_size_inches())
             ) from None
-
-
-def _canvas(figure: Figure) -> Any:
-    """Return a canvas in memory, whose methods have no types."""
-    return FigureCanvasAgg(figure)
-
-
-def _order(artist: Any) -> float:
-    return float(artist.get_zorder())
