@@ -129,6 +129,17 @@ def suggest(name: object, exists: Iterable[str], kind: str) -> str:
 
 
 @contextmanager
+def in_file(where: object) -> Iterator[None]:
+    """Raise FileError, which names a file or a place in one, for another InputError from inside."""
+    try:
+        yield
+    except FileError:  # has been said
+        raise
+    except InputError as error:
+        raise FileError(f"{where}: {error}") from None
+
+
+@contextmanager
 def naming(what: str) -> Iterator[None]:
     """Put what an InputError from inside is about in front of it, such as "phase 'lift'"."""
     try:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from typing import Any
 
 from robsim.base.errors import InputError, said, suggest
@@ -13,24 +13,35 @@ from robsim.world.scene import Scene
 Ids = Mapping[str, tuple[Key, int]]  # of the marks of a camera: camera and target, and the number
 
 
+def names_called(
+    given: Any, what: str, form: str, unknown: str, known: Collection[str]
+) -> Mapping[str, str]:
+    """Return what an argument calls things, {our name: that in the log}; empty for None.
+
+    InputError: another `form`, or a name that is not known, such as "no joint {}; joints".
+    """
+    if given is None:
+        return {}
+    if not isinstance(given, Mapping) or not all(isinstance(own, str) for own in given.values()):
+        raise InputError(f"{what}: expected {form}, got {said(given)}")
+    for name in given:
+        if name not in known:
+            no, _, kind = unknown.partition("; ")
+            raise InputError(f"{what}: {no.format(said(name))}; {suggest(name, known, kind)}")
+    return given
+
+
 def joints_called(names: Any, scene: Scene) -> Mapping[str, str]:
     """Return what joints of a scene are called in a log, where that is something else.
 
     InputError: a joint that the scene does not have, or two that are one in the log.
     """
-    known = {*scene.coordinate_names, *scene.velocity_names}
-    if names is None:
-        return {}
-    if not isinstance(names, Mapping) or not all(isinstance(own, str) for own in names.values()):
-        raise InputError(f"names: expected {{joint: joint in the bag}}, got {said(names)}")
-    for name in names:
-        if name not in known:
-            raise InputError(
-                f"names: no joint {said(name)}; {suggest(name, sorted(known), 'joints')}"
-            )
-    if len(set(names.values())) < len(names):
-        raise InputError(f"names: two joints are one in the bag, in {said(dict(names))}")
-    return names
+    known = sorted({*scene.coordinate_names, *scene.velocity_names})
+    form = "{joint: joint in the bag}"
+    called = names_called(names, "names", form, "no joint {}; joints", known)
+    if len(set(called.values())) < len(called):
+        raise InputError(f"names: two joints are one in the bag, in {said(dict(called))}")
+    return called
 
 
 def mark_ids(controller: Controller, camera: str, marks: Any) -> tuple[Ids, dict[Key, int]]:

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator, Mapping
-from dataclasses import replace
 from typing import Any, NamedTuple
 
-from robsim.base.errors import InputError, said, suggest
+from robsim.logs.called import names_called
 from robsim.logs.joints import Named
-from robsim.logs.roaming import Roamer, roamers
+from robsim.logs.roaming import roamers
 from robsim.logs.transforms import Transforms
 from robsim.world.scene import Scene
 
@@ -32,14 +31,11 @@ class Places:
     """
 
     def __init__(self, scene: Scene, called: Mapping[str, str], frames: Any) -> None:
-        own = roamers(scene)
+        own = roamers(scene, called)
         framed = _frames_called(frames, [each.frame for each in own])
         self.transforms = Transforms()
         self._root = framed.get(WORLD, WORLD)
-        self._bodies = [
-            (framed.get(each.frame, each.frame), replace(each, names=_named(each, called)))
-            for each in own
-        ]
+        self._bodies = [(framed.get(each.frame, each.frame), each) for each in own]
         self._last: dict[str, list[float]] = {}
 
     def __bool__(self) -> bool:
@@ -72,20 +68,8 @@ class Places:
                 yield Moved(times[moved], Named(body.names, position=self._last[frame]))
 
 
-def _named(body: Roamer, called: Mapping[str, str]) -> tuple[str, ...]:
-    return tuple(called.get(name, name) for name in body.names)
-
-
 def _frames_called(frames: Any, links: list[str]) -> Mapping[str, str]:
     """Return what a bag calls the world and the links of bodies. InputError: there is no such."""
-    names = [WORLD, *links]
-    if frames is None:
-        return {}
-    if not isinstance(frames, Mapping) or not all(isinstance(v, str) for v in frames.values()):
-        raise InputError(f"frames: expected {{frame: frame in the bag}}, got {said(frames)}")
-    for name in frames:
-        if name not in names:
-            raise InputError(
-                f"frames: no {said(name)} that roams; {suggest(name, names, 'frames')}"
-            )
-    return {name: own.removeprefix("/") for name, own in frames.items()}
+    form, unknown = "{frame: frame in the bag}", "no {} that roams; frames"
+    called = names_called(frames, "frames", form, unknown, [WORLD, *links])
+    return {name: own.removeprefix("/") for name, own in called.items()}

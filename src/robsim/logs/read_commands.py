@@ -29,7 +29,7 @@ class Commands:
         self._joints = Joints([called.get(name, name) for name in names], "velocity", every=False)
         self._twist = twists.components(names) if kind in messages.TWISTS else ()
         self._row = {
-            messages.JOINTS: self._by_name,
+            messages.JOINTS: self._joints.take,
             messages.NUMBERS: self._numbered,
             messages.TRAJECTORY: self._point,
             messages.TWIST: self._of_twist,
@@ -41,9 +41,6 @@ class Commands:
         rows = [(each.time, self._row(what, each)) for each in found]
         self.others |= dict.fromkeys(f"joint {name}" for name in self._joints.others)
         return stacked(what, [(time, row) for time, row in rows if row is not None])
-
-    def _by_name(self, what: str, each: At) -> Array | None:
-        return self._joints.take(what, each)
 
     def _numbered(self, what: str, each: At) -> Array:
         """Return as many numbers as are commanded, or as there are velocities."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from robsim.base.arrays import Array
@@ -40,15 +40,15 @@ class Roamer:
         return [float(motion[0, 3]), float(motion[1, 3]), theta + turns * math.tau]
 
 
-def roamers(scene: Scene) -> tuple[Roamer, ...]:
-    """Return the bodies of a scene that drive or fly in the world itself."""
+def roamers(scene: Scene, called: Mapping[str, str]) -> tuple[Roamer, ...]:
+    """Return the bodies of a scene that drive or fly in the world itself, by names of a log."""
     links = [(robot, link) for robot in scene.robots for link in robot.links]
     every = (f"{robot.name}.{link.name}" for robot, link in links if link.joint.model.roams)
-    found = (_roamer(scene, frame) for frame in every)
+    found = (_roamer(scene, frame, called) for frame in every)
     return tuple(each for each in found if each is not None)
 
 
-def _roamer(scene: Scene, frame: str) -> Roamer | None:
+def _roamer(scene: Scene, frame: str, called: Mapping[str, str]) -> Roamer | None:
     tree = scene.tree
     body, tail = tree.find(frame)
     member = next(each for each in tree.members if each.body == body)
@@ -57,5 +57,6 @@ def _roamer(scene: Scene, frame: str) -> Roamer | None:
     home = scene.home.copy()
     home[member.q] = member.kind.rest
     before = tail @ scene.pose(frame, home).inv().matrix
-    names = scene.coordinate_names[member.q][: 7 if member.kind.free else 3]
-    return Roamer(frame, tuple(names), before, Pose(tail).inv().matrix)
+    own = scene.coordinate_names[member.q][: 7 if member.kind.free else 3]
+    names = tuple(called.get(name, name) for name in own)
+    return Roamer(frame, names, before, Pose(tail).inv().matrix)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import warnings
 from textwrap import shorten
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from matplotlib.artist import Artist
@@ -36,7 +36,7 @@ class Screen:
         self._curves = Curves(footage)
         with style():
             self.figure = Sheet(size, dpi=dpi, layout="constrained")
-            self._canvas: Any = FigureCanvasAgg(self.figure)
+            self._canvas = cast("Any", FigureCanvasAgg(self.figure))  # its methods have no types
             self._moving = self._drawn(look["title"])
             self._canvas.draw()
             self._still = self._canvas.copy_from_bbox(self.figure.bbox)
