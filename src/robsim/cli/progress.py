@@ -17,15 +17,29 @@ from robsim.base.errors import FileWarning, Interrupted, RankWarning
 from robsim.cli.tell import tell
 
 
-def finished(work: Callable[[Any], Any], save: Callable[[Any], object], folder: Path) -> Any:
-    """Return the result of `work`, with a progress bar; after a stop, save what there is."""
-    try:
-        with warnings_as_lines(), bar("simulating") as progress:
-            return work(progress)
-    except Interrupted as stop:
-        tell("stopping: saving what was simulated so far", err=True)
-        save(stop.run)
-        stopped(folder)
+def finished(
+    work: Callable[..., Any],
+    save: Callable[[Any], object],
+    folder: Path,
+    report: Callable[[Any], object] | None = None,
+) -> Any:
+    """Return the result of `work`, once it is saved and reported; else it is printed.
+
+    What was simulated before a stop is saved, and the command ends.
+    """
+    with interrupt.held(begun=False) as stops:
+        try:
+            with warnings_as_lines(), bar("simulating") as progress:
+                found = work(progress=progress)
+        except Interrupted as stop:
+            tell("stopping: saving what was simulated so far", err=True)
+            save(stop.run)
+            stopped(folder)
+        save(found)
+        tell(f"{found}\nresults: {folder}") if report is None else report(found)
+        if stops:
+            stopped(folder)
+    return found
 
 
 def stopped(folder: Path) -> NoReturn:

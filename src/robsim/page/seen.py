@@ -20,18 +20,15 @@ SIDE = 12  # points along each side of the border of an image, which a lens bend
 
 def marks_of(stage: Stage, first: dict[str, int]) -> list[Entry]:
     """Return the marks of all objects, with the colours that they have in the images."""
-    found = []
-    for thing in stage.moving.scene.objects:
-        if len(thing.marks):
-            number = first.get(thing.name, 0)
-            found.append(
-                {
-                    "frame": stage.frame(thing.name),
-                    "points": stage.array(f"{thing.name}.marks", thing.marks),
-                    "colors": [palette.nth(number + i) for i in range(len(thing.marks))],
-                }
-            )
-    return found
+    targets = [thing for thing in stage.moving.scene.objects if len(thing.marks)]
+    return [
+        {
+            "frame": stage.frame(each.name),
+            "points": stage.array(f"{each.name}.marks", each.marks),
+            "colors": wireframe.colors_of(each, first),
+        }
+        for each in targets
+    ]
 
 
 def cameras(stage: Stage, depth: float, run: xr.Dataset | None) -> list[Entry]:

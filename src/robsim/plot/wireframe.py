@@ -15,6 +15,7 @@ from robsim.plot import palette
 from robsim.robot.robot import Robot
 from robsim.vision.camera import Camera
 from robsim.world.mounted_camera import MountedCamera
+from robsim.world.object import Object
 from robsim.world.scene import Scene
 
 MOST_LINKS = 16  # of a robot with a legend entry for each link, at most
@@ -95,11 +96,12 @@ def mark_colors(scene: Scene, first: Mapping[str, int]) -> list[str]:
 
     `first` is the number of the first mark of an object, 0 where it is left out.
     """
-    return [
-        palette.nth(first.get(thing.name, 0) + i)
-        for thing in scene.objects
-        for i in range(len(thing.marks))
-    ]
+    return [color for thing in scene.objects for color in colors_of(thing, first)]
+
+
+def colors_of(thing: Object, first: Mapping[str, int]) -> list[str]:
+    """Return the colours of the marks of an object, likewise."""
+    return [palette.nth(first.get(thing.name, 0) + i) for i in range(len(thing.marks))]
 
 
 def displayed(scene: Scene, frame: str, q: Array) -> Array:

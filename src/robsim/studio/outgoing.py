@@ -41,7 +41,10 @@ class Outgoing:
     """The messages that are new, and those that a page needs that connects now."""
 
     def __init__(self, study: Recording | None = None) -> None:
-        self._study = [_map(study)] if study else []
+        self._study: list[str] = []
+        if study:
+            shown = encoded(study.header, study.arrays, set(), FAST)
+            self._study.append(_text("study", recording=shown))
         self._kept: dict[str, str] = {}
         self._log: list[str] = []  # the recording, and its further rows
         self._rows: list[tuple[int, dict[str, NDArray[Any]]]] = []  # likewise, as they were told
@@ -171,10 +174,6 @@ def _state_of(bench: Bench) -> dict[str, Any]:
 
 
 _NO_BENCH = {"outcome": "", "ending": "", "second": {}, "changes": [], "handles": []}
-
-
-def _map(study: Recording) -> str:
-    return _text("study", recording=encoded(study.header, study.arrays, set(), FAST))
 
 
 def _text(kind: str, **content: Any) -> str:

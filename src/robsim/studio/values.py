@@ -23,6 +23,11 @@ def is_number(value: Any) -> bool:
     return isinstance(value, int | float) and not isinstance(value, bool)
 
 
+def is_whole(value: Any) -> bool:
+    """Return whether a value of JSON is a whole number."""
+    return isinstance(value, int) and not isinstance(value, bool)
+
+
 def _is_row(control: Control, value: Any) -> bool:
     listed = isinstance(value, list) and len(value) == len(control.names)
     return listed and all(map(is_number, value))
@@ -30,7 +35,7 @@ def _is_row(control: Control, value: Any) -> bool:
 
 _FITS = {
     "number": lambda control, value: is_number(value),
-    "whole": lambda control, value: isinstance(value, int) and not isinstance(value, bool),
+    "whole": lambda control, value: is_whole(value),
     "flag": lambda control, value: isinstance(value, bool),
     "choice": lambda control, value: isinstance(value, str) and value in control.options,
     "numbers": _is_row,

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robsim.base.arrays import Array, frozen, runs_first, runs_last
-from robsim.base.errors import InputError
+from robsim.base.errors import InputError, naming
 from robsim.base.values import Value
 from robsim.geometry.pose import as_pose, common_lead
 from robsim.kernels.features import stereo as kernels
@@ -82,10 +82,8 @@ def triangulate(
 
 def _rig(T_left_right: Any) -> Array:
     """Return the checked pose (..., 4, 4) of the right camera, which is apart from the left one."""
-    try:
+    with naming("T_left_right"):
         T: Array = as_pose(T_left_right).matrix
-    except InputError as error:
-        raise InputError(f"T_left_right: {error}") from None
     if (T[..., :3, 3] == 0).all(-1).any():
         raise InputError("T_left_right: both cameras are in one place, where no depth is seen")
     return T

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from typing import Any
 
-from robsim.base.errors import FileError, InputError, said, suggest
+from robsim.base.errors import FileError, in_file, said, suggest
 from robsim.base.input import read_bytes
 from robsim.geometry.pose import Pose
 from robsim.vision.camera_files import colmap, kalibr, tables, xml_text, yaml_text
@@ -35,10 +35,8 @@ def rig_of(path: str | os.PathLike[str], make: Make) -> dict[str, tuple[Any, Pos
     cameras, content = _read(path, make)
     if not kalibr.is_chain(content):
         raise FileError(f"{path}: no poses of cameras, as in Kalibr's camchain.yaml")
-    try:
+    with in_file(path):
         poses = kalibr.poses_of(content)
-    except InputError as error:
-        raise FileError(f"{path}: {error}") from None
     return {name: (camera, poses[name]) for name, camera in cameras.items()}
 
 
@@ -52,11 +50,9 @@ def _read(path: str | os.PathLike[str], make: Make) -> tuple[dict[str, Any], Any
         if colmap.is_list(text):
             return colmap.cameras_of(text, source, make), None
         content = yaml_text.tables_of(text, source)
-    try:
+    with in_file(path):
         program = kalibr if kalibr.is_chain(content) else tables
         return program.cameras_of(content, make), content
-    except InputError as error:
-        raise FileError(f"{path}: {error}") from None
 
 
 def _text(data: bytes, source: str) -> str:

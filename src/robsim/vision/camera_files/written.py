@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from robsim.base.arrays import Array
-from robsim.base.errors import FileError, InputError
+from robsim.base.errors import FileError, InputError, in_file
 from robsim.base.output import write_whole
 from robsim.vision.camera_files import colmap
 from robsim.vision.camera_files.content import Intrinsics
@@ -20,12 +20,10 @@ def write(camera: Intrinsics, path: str | os.PathLike[str]) -> Path:
     ending = Path(path).suffix.lower() if isinstance(path, str | os.PathLike) else ""
     if ending not in ENDINGS:
         raise FileError(f"{path}: expected a name that ends in {', '.join(ENDINGS)}")
-    try:
+    with in_file(path):
         if camera.K[0, 1]:
             raise InputError(f"a skew of {camera.K[0, 1]:g} px, which other programs leave out")
         text = ENDINGS[ending](camera)
-    except InputError as error:
-        raise FileError(f"{path}: {error}") from None
     return write_whole(path, text)
 
 

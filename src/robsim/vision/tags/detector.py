@@ -63,13 +63,11 @@ class Detector:
         InputError: an image of another kind, or below 16 pixels wide or high.
         """
         grey = _grey(image)
-        marks: dict[str, Array] = {}
-        doubtful: dict[str, str] = {}
-        for tag, found in self._found(grey).items():
-            _note(tag.name, *_tag_marks(grey, tag, found), marks, doubtful)
-        for board, find in self._boards.items():
-            _note(board.name, *_board_marks(*find(grey)), marks, doubtful)
-        return Detections(marks, doubtful)
+        tags, boards = self._found(grey).items(), self._boards.items()
+        found = [(tag.name, *_tag_marks(grey, tag, seen)) for tag, seen in tags]
+        found += [(board.name, *_board_marks(*find(grey))) for board, find in boards]
+        marks = {name: points for name, points, _ in found if points is not None}
+        return Detections(marks, {name: "; ".join(why) for name, _, why in found if why})
 
     def _found(self, grey: NDArray[np.uint8]) -> dict[Tag, list[Array]]:
         """Return the corners of each target as often as it was seen."""
@@ -79,20 +77,6 @@ class Detector:
                 if tag := self._tags.get((name, number)):
                     found.setdefault(tag, []).append(corners)
         return found
-
-
-def _note(
-    name: str,
-    found: Array | None,
-    reasons: list[str],
-    marks: dict[str, Array],
-    doubtful: dict[str, str],
-) -> None:
-    """Put what was found of a target, and why it is doubtful, where they belong."""
-    if found is not None:
-        marks[name] = found
-    if reasons:
-        doubtful[name] = "; ".join(reasons)
 
 
 def _tag_marks(
