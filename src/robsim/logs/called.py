@@ -14,20 +14,20 @@ Ids = Mapping[str, tuple[Key, int]]  # of the marks of a camera: camera and targ
 
 
 def names_called(
-    given: Any, what: str, form: str, unknown: str, known: Collection[str]
-) -> Mapping[str, str]:
+    given: Any, what: str, form: str, unknown: str, known: Collection[str], kind: type = str
+) -> Mapping[str, Any]:
     """Return what an argument calls things, {our name: that in the log}; empty for None.
 
     InputError: another `form`, or a name that is not known, such as "no joint {}; joints".
     """
     if given is None:
         return {}
-    if not isinstance(given, Mapping) or not all(isinstance(own, str) for own in given.values()):
+    if not isinstance(given, Mapping) or not all(isinstance(own, kind) for own in given.values()):
         raise InputError(f"{what}: expected {form}, got {said(given)}")
     for name in given:
         if name not in known:
-            no, _, kind = unknown.partition("; ")
-            raise InputError(f"{what}: {no.format(said(name))}; {suggest(name, known, kind)}")
+            no, _, things = unknown.partition("; ")
+            raise InputError(f"{what}: {no.format(said(name))}; {suggest(name, known, things)}")
     return given
 
 
@@ -49,11 +49,12 @@ def mark_ids(controller: Controller, camera: str, marks: Any) -> tuple[Ids, dict
 
     InputError: other ids than there are marks, an id that is two, or ids of what is no target.
     """
-    _check_targets(controller, marks)
+    targets = dict.fromkeys(sight.target.name for sight in controller.sights)
+    given = names_called(marks, "marks", "{target: ids}", "no target {}; targets", targets, object)
     own = [sight for sight in controller.sights if sight.eye.name == camera]
     found: dict[str, tuple[Key, int]] = {}
     for sight in own:
-        for i, each in enumerate(_ids(marks, sight.target.name, len(sight.target.marks))):
+        for i, each in enumerate(_ids(given, sight.target.name, len(sight.target.marks))):
             if each in found:
                 raise InputError(
                     f"marks: '{each}' is two marks, of '{found[each][0][1]}' and "
@@ -63,22 +64,12 @@ def mark_ids(controller: Controller, camera: str, marks: Any) -> tuple[Ids, dict
     return found, {sight.key: len(sight.target.marks) for sight in own}
 
 
-def _ids(marks: Any, target: str, count: int) -> list[str]:
+def _ids(marks: Mapping[str, Any], target: str, count: int) -> list[str]:
     """Return the ids of the marks of a target."""
-    ids = (marks or {}).get(target, [f"{target}.{i}" for i in range(count)])
+    ids = marks.get(target, [f"{target}.{i}" for i in range(count)])
     texts = not isinstance(ids, str) and all(isinstance(each, str) for each in ids)
     if not texts or len(ids) != count:
         raise InputError(
             f"marks: '{target}' has {count} marks; expected as many ids, got {said(ids)}"
         )
     return list(ids)
-
-
-def _check_targets(controller: Controller, marks: Any) -> None:
-    """Raise InputError unless ids are given for targets."""
-    if marks is not None and not isinstance(marks, Mapping):
-        raise InputError(f"marks: expected {{target: ids}}, got {said(marks)}")
-    targets = {sight.target.name: None for sight in controller.sights}
-    for name in marks or ():
-        if name not in targets:
-            raise InputError(f"marks: no target {said(name)}; {suggest(name, targets, 'targets')}")

@@ -76,12 +76,20 @@ def new_figure(width: float, height: float, size: Any = None) -> Figure:
 
 def checked_size(size: Any) -> tuple[float, float]:
     """Return (width, height) in inches; InputError unless each is one of 0.5 to 100."""
-    given = numbers(size, "size (width, height) in inches", (2,))
-    if given.ndim != 1 or (given < _SMALLEST).any() or (given > _LARGEST).any():
+    sides = pair(size, "size", "(width, height) in inches")
+    if min(sides) < _SMALLEST or max(sides) > _LARGEST:
         raise InputError(
             f"size: expected (width, height), each {_SMALLEST:g} to {_LARGEST:g} inches, "
             f"got {said(size)}"
         )
+    return sides
+
+
+def pair(value: Any, what: str, words: str) -> tuple[float, float]:
+    """Return two finite numbers; InputError says in words which they are."""
+    given = numbers(value, f"{what} {words}", (2,))
+    if given.ndim != 1:
+        raise InputError(f"{what}: expected {words}, got {said(value)}")
     return float(given[0]), float(given[1])
 
 

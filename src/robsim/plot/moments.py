@@ -14,7 +14,7 @@ from robsim.base.arrays import Array, numbers
 from robsim.base.errors import InputError, said, suggest
 from robsim.geometry.primitives import CameraBody, Primitive
 from robsim.plot import history, palette
-from robsim.plot.canvas import panels_of, style
+from robsim.plot.canvas import pair, panels_of, style
 from robsim.plot.wireframe import displayed, shapes_of, shown
 from robsim.world.scene import Scene
 
@@ -111,10 +111,10 @@ def _check_texts(views: Any, titles: Any, states: int) -> None:
 
 def _extent(extent: Any) -> tuple[float, float]:
     """Return the checked width and height in metres."""
-    given = numbers(extent, "extent (width, height) in metres", (2,))
-    if given.ndim != 1 or (given <= 0).any():
+    sides = pair(extent, "extent", "(width, height) in metres")
+    if min(sides) <= 0:
         raise InputError(f"extent: expected (width, height) in metres, got {said(extent)}")
-    return float(given[0]), float(given[1])
+    return sides
 
 
 def _faces(scene: Scene, q: Array, view: Array, middle: float, reach: float) -> list[Face]:

@@ -10,8 +10,9 @@ from matplotlib.ticker import MaxNLocator, MultipleLocator
 from mpl_toolkits.mplot3d import Axes3D, proj3d  # type: ignore[import-untyped]
 
 from robsim.base.arrays import Array, numbers
-from robsim.base.errors import InputError, said
+from robsim.base.errors import InputError
 from robsim.plot import palette
+from robsim.plot.canvas import pair
 
 VIEW = (22.0, -55.0)  # elevation and azimuth, degrees
 FLATTEST = 0.4  # the shortest side of the drawn box, as a share of its longest
@@ -37,10 +38,7 @@ def checked_view(view: Any) -> tuple[float, float]:
 
     InputError: anything but two finite numbers.
     """
-    given = numbers(VIEW if view is None else view, "view (elevation, azimuth) in degrees", (2,))
-    if given.ndim != 1:
-        raise InputError(f"view: expected (elevation, azimuth) in degrees, got {said(view)}")
-    return float(given[0]), float(given[1])
+    return VIEW if view is None else pair(view, "view", "(elevation, azimuth) in degrees")
 
 
 def checked_axes(axes: Any) -> Any:

@@ -50,13 +50,10 @@ def workspace(
             figure.suptitle(heading if title is None else title)
         for panel, view in zip(panels, views, strict=True):
             dots = _draw(panel, view, workspace, lines)
-        figure.colorbar(dots, ax=panels, label=_label(workspace), shrink=0.8, aspect=30)
+        kind = "" if workspace.axes == "all" else f"{workspace.axes} "
+        label = f"{kind}manipulability of {workspace.link}"
+        figure.colorbar(dots, ax=panels, label=label, shrink=0.8, aspect=30)
     return figure
-
-
-def _label(found: Workspace) -> str:
-    kind = "" if found.axes == "all" else f"{found.axes} "
-    return f"{kind}manipulability of {found.link}"
 
 
 def _views(points: Array) -> list[str]:

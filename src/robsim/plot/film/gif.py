@@ -100,9 +100,9 @@ def _changed(now: Frame, before: Frame | None) -> Any:
         return np.s_[: now.shape[0], : now.shape[1]]
     other = _differs(now, before)
     rows, columns = np.flatnonzero(other.any(axis=1)), np.flatnonzero(other.any(axis=0))
-    return (
-        np.s_[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1] if len(rows) else np.s_[:1, :1]
-    )
+    if not len(rows):
+        return np.s_[:1, :1]
+    return np.s_[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1]
 
 
 def _differs(now: Frame, before: Frame) -> NDArray[np.bool_]:

@@ -57,13 +57,10 @@ def study_sensitivity(
         open_frame(panel, "x")
         panel.set_axisbelow(True)
         panel.tick_params(axis="y", length=0)
-        set_title(panel, _heading(found), title)
+        what = "whether a run converges" if found.of == "converged" else found.of
+        counted = f"{thousands(found.runs)} runs that {found.among}"
+        set_title(panel, f"what matters for {what}: {counted}", title)
     return figure
-
-
-def _heading(found: Sensitivity) -> str:
-    what = "whether a run converges" if found.of == "converged" else found.of
-    return f"what matters for {what}: {thousands(found.runs)} runs that {found.among}"
 
 
 def _bar(axes: Axes, i: int, effect: Effect) -> None:
@@ -89,8 +86,5 @@ def _direction(effect: Effect) -> tuple[str, str]:
         return f"bends, {text}", grey
     if rho.low <= 0 <= rho.high:
         return text, palette.LIGHT_GREY
-    return (
-        (f"rises, {text}", palette.BLUE)
-        if rho.value > 0
-        else (f"falls, {text}", palette.VERMILLION)
-    )
+    way, color = ("rises", palette.BLUE) if rho.value > 0 else ("falls", palette.VERMILLION)
+    return f"{way}, {text}", color
