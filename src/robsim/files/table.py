@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from robsim.base.errors import InputError, said, suggest
+from robsim.base.errors import InputError, check_known, said
 from robsim.files.deferred import Deferred
 
 if TYPE_CHECKING:
@@ -76,8 +76,7 @@ def _rows(run: Any, of: Any) -> tuple[str, ...]:
     if not isinstance(run, xr.Dataset):
         raise InputError(f"expected a run, a Dataset of simulate, got {said(run)}")
     of = ("steps" if "time" in run.dims else "runs") if of is None else of
-    if not isinstance(of, str) or of not in ROWS:
-        raise InputError(f"no table of {said(of)}; {suggest(of, ROWS, 'tables')}")
+    check_known(of, ROWS, "no table of {}", "tables")
     if of == "steps" and "time" not in run.dims:
         raise InputError("only the end of this run was recorded: take table(run, of='runs')")
     return ROWS[of]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 from typing import Any
 
-from robsim.base.errors import InputError, said, suggest
+from robsim.base.errors import InputError, check_known, said
 from robsim.run.control.controller import Controller
 from robsim.servo.sight import Key
 from robsim.world.scene import Scene
@@ -14,20 +14,18 @@ Ids = Mapping[str, tuple[Key, int]]  # of the marks of a camera: camera and targ
 
 
 def names_called(
-    given: Any, what: str, form: str, unknown: str, known: Collection[str], kind: type = str
+    given: Any, what: str, form: str, known: Collection[str], no: str, things: str, kind: type = str
 ) -> Mapping[str, Any]:
     """Return what an argument calls things, {our name: that in the log}; empty for None.
 
-    InputError: another `form`, or a name that is not known, such as "no joint {}; joints".
+    InputError: another `form`, or a name that is none of those known, as `check_known` says it.
     """
     if given is None:
         return {}
     if not isinstance(given, Mapping) or not all(isinstance(own, kind) for own in given.values()):
         raise InputError(f"{what}: expected {form}, got {said(given)}")
     for name in given:
-        if name not in known:
-            no, _, things = unknown.partition("; ")
-            raise InputError(f"{what}: {no.format(said(name))}; {suggest(name, known, things)}")
+        check_known(name, known, f"{what}: {no}", things)
     return given
 
 
@@ -38,7 +36,7 @@ def joints_called(names: Any, scene: Scene) -> Mapping[str, str]:
     """
     known = sorted({*scene.coordinate_names, *scene.velocity_names})
     form = "{joint: joint in the bag}"
-    called = names_called(names, "names", form, "no joint {}; joints", known)
+    called = names_called(names, "names", form, known, "no joint {}", "joints")
     if len(set(called.values())) < len(called):
         raise InputError(f"names: two joints are one in the bag, in {said(dict(called))}")
     return called
@@ -50,7 +48,8 @@ def mark_ids(controller: Controller, camera: str, marks: Any) -> tuple[Ids, dict
     InputError: other ids than there are marks, an id that is two, or ids of what is no target.
     """
     targets = dict.fromkeys(sight.target.name for sight in controller.sights)
-    given = names_called(marks, "marks", "{target: ids}", "no target {}; targets", targets, object)
+    no, kind = "no target {}", object
+    given = names_called(marks, "marks", "{target: ids}", targets, no, "targets", kind)
     own = [sight for sight in controller.sights if sight.eye.name == camera]
     found: dict[str, tuple[Key, int]] = {}
     for sight in own:

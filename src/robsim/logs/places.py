@@ -70,6 +70,6 @@ class Places:
 
 def _frames_called(frames: Any, links: list[str]) -> Mapping[str, str]:
     """Return what a bag calls the world and the links of bodies. InputError: there is no such."""
-    form, unknown = "{frame: frame in the bag}", "no {} that roams; frames"
-    called = names_called(frames, "frames", form, unknown, [WORLD, *links])
+    form, known = "{frame: frame in the bag}", [WORLD, *links]
+    called = names_called(frames, "frames", form, known, "no {} that roams", "frames")
     return {name: own.removeprefix("/") for name, own in called.items()}

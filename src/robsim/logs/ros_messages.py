@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from robsim.base.arrays import Array, numbers, positive
-from robsim.base.errors import InputError, RobSimError, said, suggest
+from robsim.base.errors import InputError, RobSimError, check_known, said
 from robsim.logs import messages, write_commands
 from robsim.logs.at import At
 from robsim.logs.called import joints_called, mark_ids
@@ -142,8 +142,7 @@ class RosMessages:
         InputError: another type, or one that the scene has nothing for.
         """
         given = numbers(velocities, "velocities", (len(self._commanded),))
-        if not isinstance(kind, str) or kind not in KINDS:
-            raise InputError(f"no command of type {said(kind)}; {suggest(kind, KINDS, 'types')}")
+        check_known(kind, KINDS, "no command of type {}", "types")
         if kind in messages.TWISTS:
             return self._twist(given, kind)
         by_name = dict(zip(self._commanded, given.tolist(), strict=True))
@@ -180,9 +179,8 @@ class RosMessages:
         names = self.controller.cameras
         if camera is None and len(names) == 1:
             return names[0]
-        if camera not in names:
-            raise InputError(f"no camera {said(camera)}; {suggest(camera, names, 'cameras')}")
-        return camera
+        check_known(camera, names, "no camera {}", "cameras")
+        return str(camera)
 
 
 def _order(order: Any, commanded: Sequence[str]) -> Sequence[str]:

@@ -14,7 +14,7 @@ import numpy as np
 import xarray as xr
 
 from robsim.base.arrays import number
-from robsim.base.errors import FileError, InputError, said, suggest
+from robsim.base.errors import FileError, InputError, check_known, said
 from robsim.base.output import refused, write_whole
 from robsim.logs import messages, topics
 from robsim.logs.spoken import Said, spoken
@@ -61,8 +61,7 @@ def save_bag(
     one = _single(run)
     made = Experiment.of(one) if experiment is None else experiment
     of_kind(made, Experiment, "experiment")
-    if not isinstance(storage, str) or storage not in PLUGINS:
-        raise InputError(f"no storage {said(storage)}; {suggest(storage, PLUGINS, 'storages')}")
+    check_known(storage, PLUGINS, "no storage {}", "storages")
     first = number(start, "start (seconds)")
     if not 0.0 <= first < LATEST - float(one["time"].values[-1]):
         raise InputError(f"start: expected seconds since 1970, got {said(start)}")

@@ -11,7 +11,7 @@ import numpy as np
 import xarray as xr
 
 from robsim.base.arrays import Array
-from robsim.base.errors import FileError, InputError, naming, said, suggest
+from robsim.base.errors import FileError, InputError, check_known, naming, said, suggest
 from robsim.base.output import refused
 from robsim.base.units import Dimension, factor
 from robsim.logs.called import names_called
@@ -131,11 +131,10 @@ def _rows(rows: Sequence[Any]) -> list[Any]:
 
 def _named(found: pd.DataFrame, known: Mapping[str, Column], given: Any) -> dict[str, Array]:
     """Return the columns of a table by their names in a run, as numbers."""
-    form, unknown = "{column of a run: column}", "no column {} in a run; columns"
-    columns = names_called(given, "columns", form, unknown, known)
+    form, no = "{column of a run: column}", "no column {} in a run"
+    columns = names_called(given, "columns", form, known, no, "columns")
     for own in columns.values():
-        if own not in found.columns:
-            raise InputError(f"no column {said(own)}; {suggest(own, map(str, found), 'columns')}")
+        check_known(own, list(map(str, found)), "no column {}", "columns")
     if "run" in found.columns and found["run"].nunique() > 1:
         raise FileError(f"it has {found['run'].nunique()} runs; a log has one")
     called = {name: columns.get(name, name) for name in known}
@@ -160,7 +159,7 @@ def _numbers(column: Any, name: str) -> Array:
 def _scales(known: Mapping[str, Column], given: Any) -> dict[str, float]:
     """Return the factor to SI of each column."""
     names = [*known, *dict.fromkeys(each.group for each in known.values())]
-    units = names_called(given, "units", "{column: unit}", "no column {}; columns", names)
+    units = names_called(given, "units", "{column: unit}", names, "no column {}", "columns")
     scales = {}
     for name, (group, unit) in known.items():
         own = units.get(name, units.get(group))
@@ -198,8 +197,7 @@ def _times(seconds: Array) -> Times:
     if wrong.any():
         row = _first(wrong)
         raise FileError(f"column time: {seconds[row]} in row {row} is no time in seconds")
-    found: Times = np.round(seconds * NANO).astype(np.int64)
-    return found
+    return np.asarray(np.round(seconds * NANO).astype(np.int64))
 
 
 def _stream(what: str, times: Times, given: Mapping[str, Array], names: Sequence[str]) -> Stream:

@@ -80,7 +80,7 @@ def _roles(usual: Mapping[str, str], cameras: tuple[str, ...], given: Any) -> di
     """Return the topics that are given by role; those of the only camera need no name."""
     short = {of: f"{of}.{cameras[0]}" for of in ("marks", "lens") if len(cameras) == 1}
     known = [*usual, *short]
-    roles = names_called(given, "topics", "{role: topic}", "no {}; topics", known)
+    roles = names_called(given, "topics", "{role: topic}", known, "no {}", "topics")
     return {short.get(role, role): topic for role, topic in roles.items()}
 
 

@@ -11,7 +11,7 @@ from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 
 from robsim.base.arrays import Array, numbers
-from robsim.base.errors import InputError, said, suggest
+from robsim.base.errors import InputError, check_known, said
 from robsim.geometry.primitives import CameraBody, Primitive
 from robsim.plot import history, palette
 from robsim.plot.canvas import pair, panels_of, style
@@ -101,8 +101,7 @@ def _check_texts(views: Any, titles: Any, states: int) -> None:
     if not isinstance(views, list | tuple) or not views:
         raise InputError(f"views: expected a list, such as ['right'], got {said(views)}")
     for view in views:
-        if not isinstance(view, str) or view not in VIEWS:
-            raise InputError(f"no view {said(view)}; {suggest(view, VIEWS, 'views')}")
+        check_known(view, VIEWS, "no view {}", "views")
     if not isinstance(titles, list | tuple):
         raise InputError(f"titles: expected a list of texts, got {said(titles)}")
     if titles and len(titles) != states:

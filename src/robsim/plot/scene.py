@@ -67,18 +67,11 @@ def scene(
     >>> figure.axes[0].get_xlabel()
     'x (m)'
     """
-    picture = picture_of(scene, q, run, goal)
-    return drawn(picture, ax=ax, view=view, bounds=bounds, size=size, title=title)
+    return drawn(picture_of(scene, q, run, goal), ax, view, bounds, size, title)
 
 
 def drawn(
-    picture: Picture,
-    *,
-    ax: Any = None,
-    view: Any = None,
-    bounds: Any = None,
-    size: Any = None,
-    title: str | None = None,
+    picture: Picture, ax: Any, view: Any, bounds: Any, size: Any, title: str | None
 ) -> Figure:
     """Draw the picture into a new figure, or into the user's axes."""
     seen, box = space.checked_view(view), space.box(picture.points, bounds)

@@ -74,8 +74,7 @@ def shaded(colors: Array, faces: Sequence[Array]) -> Array:
     normals = np.cross(b - a, c - b)
     lengths = np.linalg.norm(normals, axis=1) * float(np.linalg.norm(LIGHT))
     cosines = normals @ LIGHT / np.where(lengths > 0, lengths, 1.0)
-    out: Array = (AMBIENT + (1 - AMBIENT) * np.maximum(cosines, 0.0))[:, None] * colors
-    return out
+    return np.asarray((AMBIENT + (1 - AMBIENT) * np.maximum(cosines, 0.0))[:, None] * colors)
 
 
 def draw(axes: Any, wires: Sequence[Wire]) -> list[Drawn]:

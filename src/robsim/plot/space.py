@@ -144,8 +144,7 @@ def _drawn(axes: Any, low: Array, high: Array) -> Array:
     """Return the corners (8, 2) of the box at zoom 1, as shares of its square axes."""
     axes.set_box_aspect(high - low)
     x, y, _ = proj3d.proj_transform(*_corners(low, high).T, axes.get_proj())
-    shares: Array = axes.transLimits.transform(np.column_stack([x, y]))
-    return shares
+    return np.asarray(axes.transLimits.transform(np.column_stack([x, y])))
 
 
 def _seen(low: Array, high: Array, view: tuple[float, float]) -> Array:

@@ -106,8 +106,7 @@ def colors_of(thing: Object, first: Mapping[str, int]) -> list[str]:
 
 def displayed(scene: Scene, frame: str, q: Array) -> Array:
     """Return the pose (..., 4, 4) of a frame in that of the figures: gT0 times its own."""
-    T: Array = scene.display.matrix @ scene.pose(frame, q).matrix
-    return T
+    return np.asarray(scene.display.matrix @ scene.pose(frame, q).matrix)
 
 
 def _robot(scene: Scene, robot: Robot) -> Iterator[Part]:
@@ -178,5 +177,4 @@ def corner_rays(camera: Camera) -> Array:
 
 def moved(points: Array, T: Array) -> Array:
     """Return points (..., 3) transformed by T."""
-    out: Array = points @ T[:3, :3].T + T[:3, 3]
-    return out
+    return np.asarray(points @ T[:3, :3].T + T[:3, 3])

@@ -125,7 +125,7 @@ class Camera(Value):
         >>> Camera([[800, 0, 320], [0, 800, 240], [0, 0, 1]], (640, 480)).to_file("eye.yaml").name
         'eye.yaml'
         """
-        return write(self, path)
+        return write(path, self.K, self.size, self.distortion)
 
     @classmethod
     def from_ros(cls, message: Any, *, rectified: bool = False) -> Camera:

@@ -68,8 +68,7 @@ def _linear(a: Array, b: Array) -> Array:
     forward = (_with_one(b) * (_with_one(a) @ np.swapaxes(H, -1, -2))).sum((-1, -2))
     good = (s[:, 7] > RANK * s[:, 0]) & (sizes[:, 2] > RANK * sizes[:, 0]) & (middle > 0)
     scale = np.where(good, np.copysign(middle, forward), np.nan)
-    scaled: Array = H / scale[:, None, None]
-    return scaled
+    return np.asarray(H / scale[:, None, None])
 
 
 def _about_zero(a: Array) -> tuple[Array, Array]:

@@ -17,7 +17,7 @@ from importlib import resources
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from robsim.base.errors import InputError, is_one_of, said, suggest
+from robsim.base.errors import check_known
 
 if TYPE_CHECKING:
     from robsim.robot.robot import Robot
@@ -31,10 +31,7 @@ def names() -> tuple[str, ...]:
 
 def file(name: str) -> Path:
     """Return the file of a robot of the library. InputError: there is none of that name."""
-    if not is_one_of(name, names()):
-        raise InputError(
-            f"no robot {said(name)} in the library; {suggest(name, names(), 'robots')}"
-        )
+    check_known(name, names(), "no robot {} in the library", "robots")
     return Path(str(resources.files(__name__) / f"{name}.toml"))
 
 

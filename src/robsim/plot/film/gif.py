@@ -66,15 +66,13 @@ class _Palette:
 
     def numbers(self, pixels: Frame) -> NDArray[np.uint8]:
         """Return the number of the nearest colour of each pixel."""
-        found: NDArray[np.uint8] = self._nearest[_cell(pixels)]
-        return found
+        return np.asarray(self._nearest[_cell(pixels)])
 
 
 def _cell(pixels: Frame) -> NDArray[np.int32]:
     """Return which of 64^3 cells of nearly equal colours each pixel (..., 3) belongs to."""
     red, green, blue = (pixels[..., i].astype(np.int32) >> 2 for i in range(3))
-    cells: NDArray[np.int32] = (red << 12) | (green << 6) | blue
-    return cells
+    return np.asarray((red << 12) | (green << 6) | blue)
 
 
 def _middles() -> Frame:

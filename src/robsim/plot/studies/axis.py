@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from robsim.analysis.measures import MEASURES
 from robsim.base.arrays import Array
-from robsim.base.errors import InputError, is_one_of, said, suggest
+from robsim.base.errors import InputError, check_known
 from robsim.studies import reading
 
 if TYPE_CHECKING:
@@ -64,8 +64,7 @@ def drawn(table: pd.DataFrame, name: str) -> Array:
 def given(name: Any, what: str, table: pd.DataFrame) -> str:
     """Return the name of a column that an argument gives; InputError for none."""
     names = list(map(str, table.columns))
-    if not is_one_of(name, names):
-        raise InputError(f"{what}: no column {said(name)}; {suggest(name, names, 'columns')}")
+    check_known(name, names, f"{what}: no column {{}}", "columns")
     return str(name)
 
 

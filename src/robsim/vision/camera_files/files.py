@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from typing import Any
 
-from robsim.base.errors import FileError, in_file, said, suggest
+from robsim.base.errors import FileError, check_known, in_file
 from robsim.base.input import read_bytes
 from robsim.geometry.pose import Pose
 from robsim.vision.camera_files import colmap, kalibr, tables, xml_text, yaml_text
@@ -22,9 +22,9 @@ def camera_of(path: str | os.PathLike[str], name: str | None, make: Make) -> Any
         return next(iter(cameras.values()))
     if name is None:
         raise FileError(f"{path}: {len(cameras)} cameras, {', '.join(cameras)}: say which, name=")
-    if name not in cameras:
-        raise FileError(f"{path}: no camera {said(name)}; {suggest(name, cameras, 'cameras')}")
-    return cameras[name]
+    with in_file(path):
+        check_known(name, cameras, "no camera {}", "cameras")
+        return cameras[name]
 
 
 def rig_of(path: str | os.PathLike[str], make: Make) -> dict[str, tuple[Any, Pose]]:

@@ -56,8 +56,7 @@ def _drawn(
     grey, near = np.full(len(rays), BACKGROUND), np.full(len(rays), np.inf)
     for target, pose in placed:
         _paint(target, pose, rays, grey, near)
-    mean: Array = grey.reshape(len(rows), width, -1).mean(axis=2)
-    return mean
+    return np.asarray(grey.reshape(len(rows), width, -1).mean(axis=2))
 
 
 def _within(count: int) -> Array:
