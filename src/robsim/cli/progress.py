@@ -59,23 +59,11 @@ def drawing(what: str) -> Iterator[None]:
 
 
 @contextmanager
-def bar(label: str) -> Iterator[Any]:
-    """Yield a function that shows progress under a label on a terminal; None elsewhere."""
-    if not sys.stderr.isatty():
-        yield None
-        return
-    with click.progressbar(length=1000, label=label, file=sys.stderr) as bar:
+def bar(label: str, runs: int = 0) -> Iterator[Any]:
+    """Yield a function of the share done, which shows it on a terminal; None elsewhere.
 
-        def show(share: float) -> None:
-            bar.update(round(1000 * share) - bar.pos)
-
-        yield show
-        show(1.0)
-
-
-@contextmanager
-def counting(label: str, total: int) -> Iterator[Any]:
-    """Yield likewise a function of the share done, which shows runs, their rate and time left."""
+    Of so many `runs` it shows those that are done, their rate and the time left as well.
+    """
     if not sys.stderr.isatty():
         yield None
         return
@@ -85,17 +73,18 @@ def counting(label: str, total: int) -> Iterator[Any]:
         now = time.monotonic()
         if not begun or share is None or now <= begun[0][0]:
             return ""
-        return f"{(share - begun[0][1]) * total / (now - begun[0][0]):,.0f} runs/s"
+        return f"{(share - begun[0][1]) * runs / (now - begun[0][0]):,.0f} runs/s"
 
-    how: Any = {"show_pos": True, "item_show_func": rate, "file": sys.stderr}
-    with click.progressbar(length=total, label=label, **how) as bar:
+    total, how = runs or 1000, {"show_pos": True, "item_show_func": rate} if runs else {}
+    with click.progressbar(length=total, label=label, file=sys.stderr, **how) as shown:
 
         def show(share: float) -> None:
             if not begun:
                 begun.append((time.monotonic(), share))
-            bar.update(round(total * share) - bar.pos, share)
+            shown.update(round(total * share) - shown.pos, share)
 
         yield show
+        show(1.0)
 
 
 @contextmanager

@@ -67,12 +67,10 @@ class Bag:
                     messages.check_definition(each.msgtype, definition, f"topic {each.topic}")
                 for connection, logged, data in reader.messages(some) if some else ():
                     with self._readable(connection.topic):
-                        timed = self._timed(connection.msgtype, int(logged), data)
+                        plain = unpacking.message(data)
+                        found = self._store.deserialize_cdr(plain, connection.msgtype)
+                        timed = Timed(int(logged), messages.stamp_of(found), found)
                     yield connection.topic, timed
-
-    def _timed(self, kind: str, logged: int, data: Any) -> Timed:
-        found = self._store.deserialize_cdr(unpacking.message(data), kind)
-        return Timed(logged, messages.stamp_of(found), found)
 
     def _note_topics(self) -> None:
         """Note the topics; FileError if there is nothing, too much, or a topic of two types."""

@@ -16,12 +16,12 @@ from robsim.base.errors import InputError, said
 from robsim.geometry.pose import IDENTITY
 from robsim.plot import palette, wireframe
 from robsim.plot.canvas import panels_of, style
+from robsim.plot.studies import dots
 from robsim.world.scene import Scene
 
 FLAT = 1e-6  # metres below which a workspace is flat, and drawn from one side
 AREA, SMALLEST, LARGEST = 6e4, 3.0, 12.0  # of all dots together and of one, in square points
 VIEWS = {"from the side": (0, 2), "from above": (0, 1), "from the front": (1, 2)}  # right, up
-COLORS = "viridis"  # increases in lightness, and is readable with any colour vision
 
 
 def workspace(
@@ -49,10 +49,10 @@ def workspace(
             heading = f"{workspace.robot.name}, {len(workspace.q)} configurations"
             figure.suptitle(heading if title is None else title)
         for panel, view in zip(panels, views, strict=True):
-            dots = _draw(panel, view, workspace, lines)
+            shown = _draw(panel, view, workspace, lines)
         kind = "" if workspace.axes == "all" else f"{workspace.axes} "
         label = f"{kind}manipulability of {workspace.link}"
-        figure.colorbar(dots, ax=panels, label=label, shrink=0.8, aspect=30)
+        figure.colorbar(shown, ax=panels, label=label, shrink=0.8, aspect=30)
     return figure
 
 
@@ -76,17 +76,10 @@ def _draw(axes: Axes, view: str, found: Workspace, lines: Array) -> Any:
     right, up = VIEWS[view]
     order = np.argsort(found.manipulability, kind="stable")
     size = np.clip(AREA / len(order), SMALLEST, LARGEST)
-    dots = axes.scatter(
-        found.points[order, right],
-        found.points[order, up],
-        c=found.manipulability[order],
-        s=size,
-        cmap=COLORS,
-        vmin=0.0,
-        vmax=float(found.manipulability.max()) or 1.0,
-        linewidths=0,
-        rasterized=True,  # ten thousand dots as vectors would make large files
-    )
+    most = float(found.manipulability.max()) or 1.0
+    colors = {"c": found.manipulability[order], "cmap": dots.COLORS, "vmin": 0.0, "vmax": most}
+    x, y = found.points[:, right], found.points[:, up]
+    shown = dots.scatter(axes, x, y, order, s=size, **colors)
     for color, width in (("white", 2.6), (palette.BLACK, 1.0)):  # readable on any colour
         axes.add_collection(
             LineCollection(list(lines[:, :, [right, up]]), colors=color, linewidths=width)
@@ -96,4 +89,4 @@ def _draw(axes: Axes, view: str, found: Workspace, lines: Array) -> Any:
     axes.set(title=view, xlabel=f"{'xyz'[right]} (m)", ylabel=f"{'xyz'[up]} (m)")
     axes.grid(visible=True)
     axes.set_axisbelow(True)
-    return dots
+    return shown

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from robsim.base.errors import InputError, said
+from robsim.base.errors import InputError, is_one_of, said
 from robsim.declare.controls import Control
 
 
@@ -13,8 +13,9 @@ def checked(control: Control, value: Any) -> Any:
 
     Whether it is within bounds, its declaration says.
     """
-    if not _FITS[control.form](control, value):
-        raise InputError(f"{control.path}: expected {_WORDS[control.form]}, got {said(value)}")
+    fits, words = _FORMS[control.form]
+    if not fits(control, value):
+        raise InputError(f"{control.path}: expected {words}, got {said(value)}")
     return float(value) if control.form == "number" else value
 
 
@@ -33,17 +34,10 @@ def _is_row(control: Control, value: Any) -> bool:
     return listed and all(map(is_number, value))
 
 
-_FITS = {
-    "number": lambda control, value: is_number(value),
-    "whole": lambda control, value: is_whole(value),
-    "flag": lambda control, value: isinstance(value, bool),
-    "choice": lambda control, value: isinstance(value, str) and value in control.options,
-    "numbers": _is_row,
-}
-_WORDS = {
-    "number": "a number",
-    "whole": "a whole number",
-    "flag": "true or false",
-    "choice": "one of its options",
-    "numbers": "as many numbers as it has names",
+_FORMS = {
+    "number": (lambda control, value: is_number(value), "a number"),
+    "whole": (lambda control, value: is_whole(value), "a whole number"),
+    "flag": (lambda control, value: isinstance(value, bool), "true or false"),
+    "choice": (lambda control, value: is_one_of(value, control.options), "one of its options"),
+    "numbers": (_is_row, "as many numbers as it has names"),
 }

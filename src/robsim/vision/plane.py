@@ -146,7 +146,8 @@ def _motions(H: Array) -> tuple[Array, Array, Array]:
     R, t, n = [], [], []
     for u in ((along + across) / length, (along - across) / length):
         normal = np.cross(v2, u)
-        turned = _triad(H @ v2[..., None], H @ u[..., None])
+        a, b = H @ v2[..., None], H @ u[..., None]
+        turned = np.concatenate([a, b, np.cross(a, b, axis=1)], axis=-1)  # with axes as columns
         rotation = turned @ np.stack([v2, u, normal], axis=-2)
         shift = ((H - rotation) @ normal[..., None])[..., 0]
         R += [rotation, rotation]
@@ -155,11 +156,6 @@ def _motions(H: Array) -> tuple[Array, Array, Array]:
     out = np.stack(R, 1), np.stack(t, 1), np.stack(n, 1)
     _set_rotations(H, rest, *out)
     return out
-
-
-def _triad(a: Array, b: Array) -> Array:
-    """Return axes (B, 3, 3) as columns: a (B, 3, 1), b, and their cross product."""
-    return np.concatenate([a, b, np.cross(a, b, axis=1)], axis=-1)
 
 
 def _set_rotations(H: Array, rest: NDArray[np.bool_], R: Array, t: Array, n: Array) -> None:
