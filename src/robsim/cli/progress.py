@@ -75,7 +75,8 @@ def bar(label: str, runs: int = 0) -> Iterator[Any]:
             return ""
         return f"{(share - begun[0][1]) * runs / (now - begun[0][0]):,.0f} runs/s"
 
-    total, how = runs or 1000, {"show_pos": True, "item_show_func": rate} if runs else {}
+    total = runs or 1000
+    how: Any = {"show_pos": True, "item_show_func": rate} if runs else {}
     with click.progressbar(length=total, label=label, file=sys.stderr, **how) as shown:
 
         def show(share: float) -> None:

@@ -56,7 +56,10 @@ def command(
     with _client(scheduler) as client, results_folder(output, f"{file.stem}-study", True, ()) as to:
         tell(plan)
         found = _finished(plan, to, resume, client, chunk, threads)
-        _report(found, to)
+        tell(found)
+        if len(found.runs) <= CSV:
+            write_whole(to / "table.csv", found.table.to_csv(index=False))
+        tell(f"results  {to}")
         if not no_figures:
             with drawing("study is"):
                 _draw(found, to)
@@ -83,13 +86,6 @@ def _finished(
     except Interrupted as stop:
         tell(f"{len(stop.run.runs)} of {plan.runs} runs are done; go on with --resume", err=True)
         stopped(folder)
-
-
-def _report(found: Study, folder: Path) -> None:
-    tell(found)
-    if len(found.runs) <= CSV:
-        write_whole(folder / "table.csv", found.table.to_csv(index=False))
-    tell(f"results  {folder}")
 
 
 def _draw(found: Study, folder: Path) -> None:

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any, NamedTuple, Self
+from typing import Any, Literal, NamedTuple, Self
 
 from robsim.base.errors import FileError, RobSimError, naming
 from robsim.base.output import refused
 from robsim.logs import messages, unpacking
+from robsim.run.log import NANO
 
+Clock = Literal["header", "log"]
 SUFFIXES = (".mcap", ".db3")
 MOST = 20_000_000  # messages
 LARGEST = 1 << 30  # bytes of a chunk of MCAP, once it is unpacked
@@ -24,6 +26,26 @@ class Timed(NamedTuple):
     logged: int
     stamped: int | None
     message: Any
+
+
+class At(NamedTuple):
+    """A message at a time in nanoseconds."""
+
+    time: int
+    message: Any
+
+    @property
+    def said(self) -> str:
+        """The time, for messages of errors."""
+        return f"at {self.time / NANO:.9g} s"
+
+
+def at_times(messages: Sequence[Timed], clock: Clock) -> Iterator[At]:
+    """Yield messages with their times: those of the headers, where these have any."""
+    stamped = clock == "header" and any(each.stamped for each in messages)
+    for each in messages:
+        time = each.stamped if stamped else None
+        yield At(each.logged if time is None else time, each.message)
 
 
 class Bag:

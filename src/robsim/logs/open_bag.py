@@ -12,8 +12,7 @@ import xarray as xr
 
 from robsim.base.errors import FileError, FileWarning, check_known, naming, suggest
 from robsim.base.warned import callers
-from robsim.logs.at import At, Clock, at_times
-from robsim.logs.bag_files import Bag, Timed
+from robsim.logs.bag_files import At, Bag, Clock, Timed, at_times
 from robsim.logs.called import joints_called, mark_ids
 from robsim.logs.joints import Joints, joint_stream
 from robsim.logs.lens import check_lens

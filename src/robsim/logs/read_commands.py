@@ -9,7 +9,7 @@ import numpy as np
 from robsim.base.arrays import Array
 from robsim.base.errors import FileError
 from robsim.logs import messages, twists
-from robsim.logs.at import At
+from robsim.logs.bag_files import At
 from robsim.logs.joints import Joints, Named, stacked
 from robsim.run.control.controller import Controller
 from robsim.run.log import Stream

@@ -11,7 +11,7 @@ import numpy as np
 from robsim.base.arrays import Array, numbers, positive
 from robsim.base.errors import InputError, RobSimError, check_known, said
 from robsim.logs import messages, write_commands
-from robsim.logs.at import At
+from robsim.logs.bag_files import At
 from robsim.logs.called import joints_called, mark_ids
 from robsim.logs.joints import Joints
 from robsim.logs.places import Places
@@ -108,7 +108,7 @@ class RosMessages:
                 self._places.still("TFMessage", message.transforms)
                 return None
             moved = list(self._places.take("TFMessage", message.transforms))
-            found = [self._taken("TFMessage", At(*each)) for each in moved]
+            found = [self._taken("TFMessage", each) for each in moved]
             return found[-1] if found else None
 
     def marks(self, message: Any, camera: str | None = None, t: float | None = None) -> Marks:

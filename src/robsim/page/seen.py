@@ -10,6 +10,7 @@ from robsim.base.arrays import Array
 from robsim.page.bodies import Entry, Stage
 from robsim.plot import history, palette, wireframe
 from robsim.vision.camera import Camera
+from robsim.vision.plane import with_one
 from robsim.world.mounted_camera import MountedCamera
 
 if TYPE_CHECKING:
@@ -64,12 +65,10 @@ def _rim(camera: Camera) -> Array:
 
 def _rays(camera: Camera) -> Array:
     """Return points (4 SIDE, 3) at unit depth on the rays through the border of the image."""
-    (left, right), (top, bottom) = camera.border
-    corners = np.array([(left, top), (right, top), (right, bottom), (left, bottom)])
+    corners = wireframe.border_corners(camera)
     share = np.arange(SIDE)[:, None] / SIDE
     sides = [a + share * (b - a) for a, b in zip(corners, np.roll(corners, -1, 0), strict=True)]
-    points = camera.normalise(np.concatenate(sides))
-    return np.column_stack([points, np.ones(len(points))])
+    return with_one(camera.normalise(np.concatenate(sides)))
 
 
 def seeing(run: xr.Dataset) -> list[str]:

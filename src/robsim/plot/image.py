@@ -17,7 +17,6 @@ from robsim.base.arrays import Array
 from robsim.geometry.pose import Pose
 from robsim.plot import history, palette
 from robsim.plot.canvas import panels_of, set_title, style
-from robsim.plot.hull import outline
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -118,10 +117,32 @@ def draw_goal(axes: Axes, goal: Array, colors: Sequence[str], targets: Any) -> l
         drawn += axes.plot(*pixel, color=color, zorder=1.5, **MARKERS["goal"])
     for target in dict.fromkeys(targets.tolist()):
         mine = goal[targets == target]
-        rim = outline(mine[np.isfinite(mine).all(axis=1)])
+        rim = hull(mine[np.isfinite(mine).all(axis=1)])
         if len(rim) > 1:
             drawn.append(axes.add_patch(Polygon(rim, zorder=0.9, **_OUTLINE)))
     return drawn
+
+
+def hull(points: Array) -> Array:
+    """Return the corners of the convex hull of points (N, 2), in order (Andrew 1979).
+
+    >>> hull(np.array([[0.0, 0], [2, 0], [1, 0.5], [2, 2], [0, 2]])).tolist()
+    [[0.0, 0.0], [2.0, 0.0], [2.0, 2.0], [0.0, 2.0]]
+    """
+    ordered = np.unique(points, axis=0)
+    if len(ordered) < 3:
+        return ordered
+    return np.array(_half_hull(ordered) + _half_hull(ordered[::-1]))
+
+
+def _half_hull(ordered: Array) -> list[Array]:
+    """Return the corners of one half of the hull, without the last point."""
+    hull: list[Array] = []
+    for point in ordered:
+        while len(hull) > 1 and np.linalg.det([hull[-1] - hull[-2], point - hull[-1]]) <= 0:
+            hull.pop()
+        hull.append(point)
+    return hull[:-1]
 
 
 def _draw_targets(axes: Axes, view: xr.Dataset, scene: Scene) -> None:

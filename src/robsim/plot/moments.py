@@ -163,13 +163,9 @@ def _solids(scene: Scene, q: Array) -> Iterator[tuple[Primitive, str]]:
 
 
 def _frame(axes: Any, middle: Array, width: float, height: float) -> None:
-    axes.set(
-        xlim=(middle[0] - width / 2, middle[0] + width / 2),
-        ylim=(middle[1] - height / 2, middle[1] + height / 2),
-        xticks=[],
-        yticks=[],
-        aspect="equal",
-    )
+    half = np.array([width, height]) / 2
+    (left, low), (right, high) = middle[:2] - half, middle[:2] + half
+    axes.set(xlim=(left, right), ylim=(low, high), xticks=[], yticks=[], aspect="equal")
     for spine in axes.spines.values():
         spine.set_color(palette.LIGHT_GREY)
 

@@ -56,10 +56,9 @@ def picture_of(scene: Scene, q: Any, run: xr.Dataset | None, goal: Any = None) -
     solid = wireframe.wires(scene, states[-1], depth)
     pairs = zip(wireframe.wires(scene, states[0], depth), solid, strict=True)
     before = [old for old, new in pairs if np.abs(old.points - new.points).max() > STILL]
-    paths = moving.paths
     colors = wireframe.mark_colors(scene, {} if run is None else history.first_numbers(run))
     goals = ghosts(scene, goal, run, states[-1], depth)
-    return Picture(solid, before, marks, colors, paths, goals)
+    return Picture(solid, before, marks, colors, moving.paths, goals)
 
 
 def _states(scene: Scene, q: Any, run: xr.Dataset | None) -> Array:

@@ -118,8 +118,7 @@ def _placed(points: Array, ground: float | None) -> Array:
 
 def draw_outline(axes: Any, wire: Wire, label: str, look: dict[str, Any]) -> Any:
     """Draw only the edges of a solid, with the properties of a line; return what is drawn."""
-    plural = {f"{name}s": value for name, value in look.items() if name != "zorder"}
-    lines = Line3DCollection(wire.segments, **plural, zorder=look["zorder"], label=label)
+    lines = Line3DCollection(wire.segments, **look, label=label)
     _add(axes, lines)
     return lines
 

@@ -14,6 +14,7 @@ from robsim.geometry.primitives import Primitive
 from robsim.plot import palette
 from robsim.robot.robot import Robot
 from robsim.vision.camera import Camera
+from robsim.vision.plane import with_one
 from robsim.world.mounted_camera import MountedCamera
 from robsim.world.object import Object
 from robsim.world.scene import Scene
@@ -166,13 +167,18 @@ def camera(eye: MountedCamera, depth: float) -> Wire:
     return Wire(eye.name, palette.BLACK, edges, faces, sheer=True)
 
 
+def border_corners(camera: Camera) -> Array:
+    """Return the corners (4, 2) of the image, clockwise from the upper left one."""
+    (left, right), (top, bottom) = camera.border
+    return np.array([(left, top), (right, top), (right, bottom), (left, bottom)])
+
+
 def corner_rays(camera: Camera) -> Array:
     """Return the points (4, 3) at unit depth on the rays through the image corners."""
     corners = np.array(_BORDERLESS)
     if camera.size is not None:
-        (left, right), (top, bottom) = camera.border
-        corners = camera.normalise([(left, top), (right, top), (right, bottom), (left, bottom)])
-    return np.column_stack([corners, np.ones(4)])
+        corners = camera.normalise(border_corners(camera))
+    return with_one(corners)
 
 
 def moved(points: Array, T: Array) -> Array:

@@ -123,10 +123,7 @@ class Session:
 
     def _do_all(self, wishes: list[dict[str, Any]]) -> None:
         """Do what pages ask for; what is wrong with any of it is told to all."""
-        notes = []
-        for wish in wishes:
-            if not self._over.is_set():
-                notes.append(self.do(wish))
+        notes = [self.do(wish) for wish in wishes if not self._over.is_set()]
         if wishes:
             self.note = "\n".join(dict.fromkeys(filter(None, notes)))
 

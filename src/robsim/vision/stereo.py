@@ -15,6 +15,7 @@ from robsim.geometry.pose import as_pose, common_lead
 from robsim.kernels.features import stereo as kernels
 from robsim.vision.camera import Camera
 from robsim.vision.image import deviation, measured, normalised, pixel_rates
+from robsim.vision.plane import with_one
 
 RCOND = 1e-12  # relative to the largest singular value: smaller ones count as zero
 STEPS = 4  # Gauss-Newton steps: exact to rounding for noise of half a pixel, to 1e-11 for three
@@ -97,7 +98,7 @@ def _likeliest(
     seen = (start[..., 2] > 0) & np.isfinite(start).all(-1)
     start[~seen], x[~seen], other[~seen] = (0.0, 0.0, 1.0), 0.0, 0.0
     weights = pixel_rates(x, left), pixel_rates(other, right)
-    ray = np.concatenate([start[..., :2], np.ones_like(start[..., :1])], axis=-1) / start[..., 2:]
+    ray = with_one(start[..., :2]) / start[..., 2:]
     for _ in range(STEPS):
         residual, J, _ = _images(ray, x, other, weights, T)
         ray = ray - (np.linalg.pinv(J, rcond=RCOND) @ residual[..., None])[..., 0]

@@ -84,7 +84,8 @@ class Screen:
         """Return what is said of an instant: its phase, how it ended, the speed, the time."""
         footage, speed = self.footage, self.clock.speed
         last = instant == len(footage.time) - 1
-        name = footage.ending if last else footage.shots[footage.shot(instant)].name
+        phases = (shot.name for shot in footage.shots if instant in shot.instants)
+        name = footage.ending if last else next(phases)
         fast = "" if speed == 1 else f"×{speed:.3g}"
         return "     ".join(filter(None, [name, fast, f"t = {footage.time[instant]:.2f} s"]))
 

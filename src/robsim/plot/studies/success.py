@@ -13,17 +13,7 @@ from robsim.base.arrays import whole as whole_number
 from robsim.engine.outcome import Outcome
 from robsim.plot import palette
 from robsim.plot.canvas import open_frame, panels_of, style
-from robsim.plot.studies.axis import (
-    Bins,
-    binned,
-    drawn,
-    given,
-    label,
-    mark,
-    said_runs,
-    split,
-    thousands,
-)
+from robsim.plot.studies import axis
 from robsim.statistics.estimate import Estimate
 from robsim.statistics.proportions import clustered
 from robsim.studies import reading
@@ -71,17 +61,18 @@ def study_success(
     bins = whole_number(bins, "bins", 2, MOST_BINS + 1)
     table = reading.table_of(study)
     started = reading.began(table)
-    found = binned(table, given(x, "x", table), bins, started, even=False)
-    lines = split(table, by, MOST_LINES, started)
+    found = axis.binned(table, axis.given(x, "x", table), bins, started, even=False)
+    lines = axis.split(table, by, MOST_LINES, started)
     with style():
         figure, (panel,) = panels_of(axes, 1, size, (7.2, 4.2))
         _draw(panel, table, x, found, lines, started)
-        panel.set(xlabel=label(table, x), ylabel="converged (%)", ylim=(-3, 103))
+        panel.set(xlabel=axis.label(table, x), ylabel="converged (%)", ylim=(-3, 103))
         open_frame(panel, "y" if found.labels else "both")
         if by is not None:
-            panel.legend(title=label(table, by), frameon=False, loc="best", alignment="left")
+            panel.legend(title=axis.label(table, by), frameon=False, loc="best", alignment="left")
         pad = 6 + ROW * len(lines.labels)  # the counts are below it
-        panel.set_title(said_runs(table, started, "began") if title is None else title, pad=pad)
+        counted = axis.said_runs(table, started, "began")
+        panel.set_title(counted if title is None else title, pad=pad)
     return figure
 
 
@@ -89,14 +80,14 @@ def _draw(
     axes: Axes,
     table: pd.DataFrame,
     x: str,
-    found: Bins,
+    found: axis.Bins,
     lines: reading.Groups,
     started: NDArray[np.bool_],
 ) -> None:
     """Draw a line, or marks, for each value of `lines`, with the counts above."""
     arrived = reading.outcomes(table) == Outcome.CONVERGED
     values = np.where(found.which >= 0, found.which, np.nan)
-    values = values if found.labels else drawn(table, x)
+    values = values if found.labels else axis.drawn(table, x)
     many = len(lines.labels)
     for i, name in enumerate(lines.labels):
         rows = started & (lines.which == i) & (found.which >= 0)
@@ -111,7 +102,7 @@ def _draw(
         at = place[some] / of[some] + beside
         _draw_shares(axes, at, shares, i, name, apart=bool(found.labels))
         _tell(axes, at, of[some], many - 1 - i, palette.nth(i) if many > 1 else palette.BLACK)
-    mark(axes, "x", found)
+    axis.mark(axes, "x", found)
     if found.labels:
         axes.set_xlim(-0.5, found.many - 0.5)
 
@@ -137,9 +128,9 @@ def _tell(axes: Axes, at: NDArray[Any], of: NDArray[Any], row: int, color: str) 
     look: dict[str, Any] = {"color": color, "fontsize": 7, "textcoords": "offset points"}
     up = (0, 3 + ROW * row)
     if len(at) > TOLD:
-        text = f"n {thousands(of.min())} to {thousands(of.max())}"
+        text = f"n {axis.thousands(of.min())} to {axis.thousands(of.max())}"
         axes.annotate(text, (0, 1), up, xycoords="axes fraction", **look)
         return
     for i, (x, n) in enumerate(zip(at, of, strict=True)):
-        text = thousands(n) if i else f"n {thousands(n)}"
+        text = axis.thousands(n) if i else f"n {axis.thousands(n)}"
         axes.annotate(text, (x, 1), up, xycoords=axes.get_xaxis_transform(), ha="center", **look)

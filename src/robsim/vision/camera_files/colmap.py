@@ -13,8 +13,7 @@ from typing import Any
 
 from robsim.base.arrays import Array, number
 from robsim.base.errors import FileError, InputError, said
-from robsim.vision.camera_files.content import Lens, Make, Size
-from robsim.vision.camera_files.tables import PERSPECTIVE
+from robsim.vision.camera_files.tables import PERSPECTIVE, Lens, Make, Size
 
 # the places of (fx, fy, cx, cy), and of the lens as in OpenCV; None: zero
 MODELS: dict[str, tuple[tuple[int, ...], tuple[int | None, ...]]] = {

@@ -9,7 +9,7 @@ from robsim.base.errors import FileError, check_known, in_file
 from robsim.base.input import read_bytes
 from robsim.geometry.pose import Pose
 from robsim.vision.camera_files import colmap, kalibr, tables, xml_text, yaml_text
-from robsim.vision.camera_files.content import Make
+from robsim.vision.camera_files.tables import Make
 
 LARGEST_FILE = 1_000_000  # bytes
 EXPECTED = "a calibration of OpenCV, ROS, Kalibr or COLMAP"

@@ -10,8 +10,7 @@ import numpy as np
 from robsim.base.arrays import numbers
 from robsim.base.errors import InputError, naming, said
 from robsim.geometry.pose import IDENTITY, Pose
-from robsim.vision.camera_files.content import Make
-from robsim.vision.camera_files.tables import check_model
+from robsim.vision.camera_files.tables import Make, check_model
 
 KEYS = "camera_model", "intrinsics", "distortion_model", "distortion_coeffs", "resolution"
 

@@ -7,8 +7,7 @@ from typing import Any
 
 from robsim.base.arrays import flag, numbers, whole
 from robsim.base.errors import InputError, naming, said
-from robsim.vision.camera_files.content import Make
-from robsim.vision.camera_files.tables import cameras_of
+from robsim.vision.camera_files.tables import Make, cameras_of
 
 FIELDS = "width", "height", "distortion_model"
 MATRICES = "k", "d", "p"  # in ROS 1 with capital letters

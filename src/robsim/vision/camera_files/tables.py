@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 from robsim.base.arrays import Array, is_listed, numbers
 from robsim.base.errors import InputError, said
-from robsim.vision.camera_files.content import Make
 
+Make = Callable[..., Any]  # Make(K, size, distortion=lens) returns a camera
+Size = tuple[int, int] | None  # the width and height of the image in pixels
+Lens = tuple[float, ...]  # the coefficients of the distortion that were given
 # what programs call a part, in small letters alone; a number behind it counts cameras
 WORDS = {
     "K": "cameramatrix k m mtx intrinsicmatrix",

@@ -12,7 +12,7 @@ from robsim.base.arrays import Array
 from robsim.base.errors import FileError, InputError, in_file
 from robsim.base.output import write_whole
 from robsim.vision.camera_files import colmap
-from robsim.vision.camera_files.content import Lens, Size
+from robsim.vision.camera_files.tables import Lens, Size
 
 
 def write(path: str | os.PathLike[str], K: Array, size: Size, lens: Lens) -> Path:
