@@ -65,7 +65,7 @@ def held(
         return
     outer = _State.hold
     own = _Hold(outer, stop, begun, deaf)
-    before = {} if outer else {number: _handler(number) for number in SIGNALS}
+    before = {} if outer else {number: signal.getsignal(number) for number in SIGNALS}
     mine = {number: handler for number, handler in before.items() if _is_default(number, handler)}
     try:
         _State.hold = own
@@ -87,7 +87,7 @@ def listening() -> Iterator[None]:
 
     Afterwards they are ignored: there is nothing left but Python's own end.
     """
-    mine = [number for number in SIGNALS if _is_default(number, _handler(number))]
+    mine = [number for number in SIGNALS if _is_default(number, signal.getsignal(number))]
     _State.first, _State.raised = int(signal.SIGINT), -LEAVING
     _State.listening, hook, sys.unraisablehook = True, sys.unraisablehook, _unraised
     for number in mine:
@@ -114,12 +114,8 @@ def status() -> int:
 def is_others() -> bool:
     """Return whether Ctrl-C calls a function in this thread that raises who knows what."""
     in_main = threading.current_thread() is threading.main_thread()
-    handler = _handler(signal.SIGINT) if in_main else None
+    handler = signal.getsignal(signal.SIGINT) if in_main else None
     return callable(handler) and not _is_default(signal.SIGINT, handler) and handler != _heard
-
-
-def _handler(number: int) -> Any:
-    return signal.getsignal(number)
 
 
 def _is_default(number: int, handler: Any) -> bool:

@@ -44,8 +44,7 @@ def _of_group() -> float:
 
 def _of_old_group() -> float:
     """Return what the limit of a container leaves (cgroup v1)."""
-    names = "limit_in_bytes", "usage_in_bytes", "total_inactive_file"
-    return _left(_CGROUP / "memory", *names)
+    return _left(_CGROUP / "memory", "limit_in_bytes", "usage_in_bytes", "total_inactive_file")
 
 
 def _left(group: Path, most: str, now: str, files: str) -> float:
@@ -67,5 +66,4 @@ def _name_of_group(kind: str) -> str:
 
 def _number_of(path: Path, name: str) -> float:
     """Return the number that stands behind a name in a file of lines."""
-    found = dict(line.split()[:2] for line in path.read_text().splitlines())
-    return float(found[name])
+    return float(dict(line.split()[:2] for line in path.read_text().splitlines())[name])

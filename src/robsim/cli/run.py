@@ -98,12 +98,10 @@ def simulate_into(
             report(result, folder, scenario.safety)
 
     work = partial(scenario.run, checkpoint=checkpoint, resume=resume)
-    save = partial(_save, scenario=scenario, folder=folder)
-    result = finished(work, save, folder, tell_end)
+    result = finished(work, partial(_save, scenario=scenario, folder=folder), folder, tell_end)
     with drawing("run is"):
         if figures:
-            picture = draw_mission if _staged(result) else draw
-            picture(result, scenario, folder)
+            (draw_mission if _staged(result) else draw)(result, scenario, folder)
         write_views(result, scenario, folder, views)
 
 

@@ -80,8 +80,7 @@ def open_bag(
     check_known(clock, CLOCKS, "no clock {}", "clocks")
     with Bag(path) as bag, naming(str(path)):
         made = _own(bag) if experiment is None else of_kind(experiment, Experiment, "experiment")
-        reading = _Reading(bag, made, clock)
-        return recorded(reading.log(topics, names, marks, frames), made)
+        return recorded(_Reading(bag, made, clock).log(topics, names, marks, frames), made)
 
 
 def bag_images(path: str | os.PathLike[str], topic: str) -> Iterator[BagImage]:

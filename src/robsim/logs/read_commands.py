@@ -40,7 +40,7 @@ class Commands:
         """Return the commands (n, nv) of messages; None without any. FileError: as `row`."""
         rows = [(each.time, self._row(what, each)) for each in found]
         self.others |= dict.fromkeys(f"joint {name}" for name in self._joints.others)
-        return stacked(what, [(time, row) for time, row in rows if row is not None])
+        return stacked(what, rows)
 
     def _numbered(self, what: str, each: At) -> Array:
         """Return as many numbers as are commanded, or as there are velocities."""

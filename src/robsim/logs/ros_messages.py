@@ -150,8 +150,7 @@ class RosMessages:
         if kind == messages.NUMBERS:
             return write_commands.numbers(self._make, velocity)
         if kind == messages.JOINTS:
-            none = np.empty(0)
-            return write_commands.joint_state(self._make, 0, self.order, none, velocity)
+            return write_commands.joint_state(self._make, 0, self.order, np.empty(0), velocity)
         after = round(positive(ahead, "ahead (seconds)") * NANO)
         return write_commands.trajectory(self._make, self.order, self._positions(), velocity, after)
 

@@ -33,8 +33,7 @@ class Recording:
 
     def __repr__(self) -> str:
         """Return what it shows, in a line."""
-        count = len(self.arrays["time"])
-        return f"<Recording {self.header['title']!r} of {count} instants>"
+        return f"<Recording {self.header['title']!r} of {len(self.arrays['time'])} instants>"
 
 
 @dataclass(frozen=True, eq=False)

@@ -34,7 +34,7 @@ def marks_of(stage: Stage, first: dict[str, int]) -> list[Entry]:
 
 def cameras(stage: Stage, depth: float, run: xr.Dataset | None) -> list[Entry]:
     """Return the cameras of a scene; those that have a part in the run with their images."""
-    used = [] if run is None else seeing(run)
+    used = [] if run is None else history.cameras_of(run)
     order = sorted(stage.moving.scene.cameras, key=lambda eye: (eye.name not in used, eye.name))
     return [
         {
@@ -71,18 +71,13 @@ def _rays(camera: Camera) -> Array:
     return with_one(camera.normalise(np.concatenate(sides)))
 
 
-def seeing(run: xr.Dataset) -> list[str]:
-    """Return the names of the cameras that have a part in a run."""
-    return list(dict.fromkeys(run["mark_camera"].values.tolist()))
-
-
 def images(run: xr.Dataset, suffix: str = "") -> dict[str, Array]:
     """Return the pixels (T, N, 2) of the marks in each image, by the name of the array.
 
     Without a suffix also those at the goal, (N, 2).
     """
     found = {}
-    for eye in seeing(run):
+    for eye in history.cameras_of(run):
         own = run["mark_camera"].values == eye
         found[f"{eye}.pixels{suffix}"] = run["pixels"].values[:, own]
         if not suffix:

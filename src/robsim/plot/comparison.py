@@ -152,12 +152,8 @@ def _draw_measures(axes: Axes, found: Comparison) -> None:
         rows = np.arange(len(shares)) + 0.6 * ((i + 0.5) / count - 0.5)
         values = [share[i] for _, share in shares.values()]
         face = palette.nth(i) if ended[i] else "none"
-        dots: dict[str, Any] = {
-            "marker": _MARKERS[i % len(_MARKERS)],
-            "markersize": 6,
-            "linestyle": "none",
-        }
-        axes.plot(values, rows, color=palette.nth(i), markerfacecolor=face, **dots)
+        own = look(i) | {"markerfacecolor": face, "linestyle": "none", "markevery": None}
+        axes.plot(values, rows, **own)
     names = [
         f"{MEASURES[key].label}\n1 = {largest:.3g} {_unit(key)}".rstrip()
         for key, (largest, _) in shares.items()

@@ -102,13 +102,18 @@ def moving_frame(run: xr.Dataset, scene: Scene) -> str | None:
     return scene.object(str(run["mark_target"].values[0])).on if stands else None
 
 
+def cameras_of(run: xr.Dataset) -> list[str]:
+    """Return the names of the cameras that have a part in a run."""
+    return list(dict.fromkeys(run["mark_camera"].values.tolist()))
+
+
 def seen_by(run: xr.Dataset, camera: str | None) -> xr.Dataset:
     """Return the run with the marks and image attributes of one camera, by default the first.
 
     The coordinate mark_number counts the marks of all targets, and is the same for all cameras.
     InputError: no camera of that name.
     """
-    cameras = list(dict.fromkeys(run["mark_camera"].values.tolist()))
+    cameras = cameras_of(run)
     if not cameras:
         raise InputError("no camera has a part in this run: there is no image of it")
     name = cameras[0] if camera is None else camera

@@ -103,7 +103,7 @@ def draw(
     seen = np.concatenate([tracks.reshape(-1, 2), goal])
     size, centre = view.attrs["image_size"], view.attrs["image_centre"]
     frame(axes, seen, size, centre)
-    several = len(set(run["mark_camera"].values.tolist())) > 1
+    several = len(history.cameras_of(run)) > 1
     name = view["mark_camera"].values[0] if several else "image"
     set_title(axes, f"{name}: {description}", title)
     unknown = {"image centre": centre is None, "goal": not np.isfinite(goal).any()}

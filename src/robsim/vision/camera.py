@@ -306,6 +306,5 @@ class Camera(Value):
         """Return run-last pixels and visibility of points, and their leading shape."""
         p, T = numbers(points, "points", ("N", 3)), as_pose(T_w_c).matrix
         lead = common_lead(p.shape[:-2], T.shape[:-2], "points and camera poses")
-        inv = Pose(T).inv()
-        X = runs_last(np.broadcast_to(inv @ p, (*lead, p.shape[-2], 3)), 2)
+        X = runs_last(np.broadcast_to(Pose(T).inv() @ p, (*lead, p.shape[-2], 3)), 2)
         return *self.image_of(X), lead

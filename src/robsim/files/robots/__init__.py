@@ -56,8 +56,7 @@ def _read(path: Path) -> Robot:
 
 def __getattr__(name: str) -> Callable[[], Robot]:
     if name.startswith("_") or name not in names():
-        known = ", ".join(names())
-        raise AttributeError(f"no robot {name!r} in the library; robots: {known}")
+        raise AttributeError(f"no robot {name!r} in the library; robots: {', '.join(names())}")
     return lambda: load(name)
 
 

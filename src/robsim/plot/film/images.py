@@ -22,11 +22,8 @@ _IDLE: dict[str, Any] = {"color": palette.GREY, "ha": "center", "va": "center"}
 
 def cameras_of(footage: Footage) -> list[str]:
     """Return the names of the cameras that have a part in what is filmed."""
-    return list(dict.fromkeys(name for shot in footage.shots for name in _used(shot)))
-
-
-def _used(shot: Shot) -> list[str]:
-    return [str(name) for name in shot.run["mark_camera"].values]
+    used = (name for shot in footage.shots for name in history.cameras_of(shot.run))
+    return list(dict.fromkeys(used))
 
 
 @dataclass
@@ -50,7 +47,7 @@ class Image:
 
     def __init__(self, footage: Footage, camera: str, alone: bool) -> None:
         self.camera, self._alone = camera, alone
-        shots = [shot for shot in footage.shots if camera in _used(shot)]
+        shots = [shot for shot in footage.shots if camera in history.cameras_of(shot.run)]
         self._takes = [_Take(shot, history.seen_by(shot.run, camera)) for shot in shots]
 
     def draw(self, axes: Axes) -> list[Any]:

@@ -111,8 +111,7 @@ def _draw_shares(
     axes: Axes, at: NDArray[Any], shares: list[Estimate], i: int, name: str, apart: bool
 ) -> None:
     """Draw a mark with a bar for each value of a choice; of a number a line with a band."""
-    numbers = np.array([(each.value, each.low, each.high) for each in shares])
-    value, low, high = 100 * numbers.T
+    value, low, high = 100 * np.array([(each.value, each.low, each.high) for each in shares]).T
     look: dict[str, Any] = {"color": palette.nth(i), "marker": MARKERS[i], "label": name}
     if apart:
         ends = (value - low, high - value)

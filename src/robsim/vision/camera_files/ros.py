@@ -22,8 +22,7 @@ def camera_of(message: Any, rectified: bool, make: Make) -> Any:
         if flag(rectified, "rectified"):
             table.update(k=_left(table.pop("p", None)), d=[], distortion_model="")
         own = {key: value for key, value in table.items() if key != "p"}
-        camera = cameras_of(own, make)["camera"]
-        return _binned(_cut(camera, message), message)
+        return _binned(_cut(cameras_of(own, make)["camera"], message), message)
 
 
 def _left(p: Any) -> Any:
