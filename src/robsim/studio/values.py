@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 from robsim.base.errors import InputError, is_one_of, said
@@ -34,7 +35,7 @@ def _is_row(control: Control, value: Any) -> bool:
     return listed and all(map(is_number, value))
 
 
-_FORMS = {
+_FORMS: dict[str, tuple[Callable[[Control, Any], bool], str]] = {
     "number": (lambda control, value: is_number(value), "a number"),
     "whole": (lambda control, value: is_whole(value), "a whole number"),
     "flag": (lambda control, value: isinstance(value, bool), "true or false"),
