@@ -123,27 +123,14 @@ class Outgoing:
 
 def _joined(rows: list[tuple[int, dict[str, NDArray[Any]]]]) -> dict[str, NDArray[Any]]:
     """Return the arrays of a recording with all further rows; what has no rows is the last."""
-    (_, whole), *further = rows
-    found = {name: [array] for name, array in whole.items()}
-    for start, arrays in further:
-        for name, array in arrays.items():
-            if name.endswith(GOAL):
-                found[name] = [array]
-            else:
-                _cut(found[name], start)
-                found[name].append(array)
-    return {name: np.concatenate(parts) if parts[1:] else parts[0] for name, parts in found.items()}
-
-
-def _cut(parts: list[NDArray[Any]], count: int) -> None:
-    """Keep so many rows of an array in parts."""
-    rows = sum(map(len, parts))
-    while rows > count:
-        last = parts.pop()
-        rows -= len(last)
-        if rows < count:
-            parts.append(last[: count - rows])
-            rows = count
+    (_, whole), (end, last) = rows[0], rows[-1]
+    parts = [last]  # from the last on, each up to where a later one begins
+    for start, arrays in reversed(rows[:-1]):
+        count, end = max(end - start, 0), min(start, end)
+        parts.append({name: arrays[name][:count] for name in last})
+    timed = [name for name in last if not name.endswith(GOAL)]
+    joined = {name: np.concatenate([part[name] for part in reversed(parts)]) for name in timed}
+    return whole | last | joined
 
 
 def _state(session: Session, bench: Bench | None) -> dict[str, Any]:

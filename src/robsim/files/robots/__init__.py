@@ -37,8 +37,7 @@ def file(name: str) -> Path:
 
 def about(name: str) -> str:
     """Return one line about a robot of the library."""
-    line: str = tomllib.loads(file(name).read_text(encoding="utf-8"))["about"]
-    return line
+    return str(tomllib.loads(file(name).read_text(encoding="utf-8"))["about"])
 
 
 def load(name: str) -> Robot:

@@ -86,18 +86,13 @@ def _check(name: str, groups: reading.Groups, rows: NDArray[np.bool_]) -> None:
         raise InputError(f"column {name!r} has no value in the runs that count")
 
 
-def is_choice(table: pd.DataFrame, name: str) -> bool:
-    """Return whether a column has so few values that each has a place of its own."""
-    return not reading.is_number(table, name) or table[name].nunique() <= FEW
-
-
 def binned(table: pd.DataFrame, name: str, many: int, rows: NDArray[np.bool_], even: bool) -> Bins:
     """Return the bins of a column, made for the rows that count: see `Bins`.
 
     A choice has one for each value. A number has `many`: of equal widths where `even`, else of as
     many rows each, which makes them equally certain.
     """
-    if is_choice(table, name):
+    if not reading.is_number(table, name) or table[name].nunique() <= FEW:
         groups = reading.several_groups(table, name)
         _check(name, groups, rows)
         names = tuple(_short(table, name, text) for text in groups.labels)
