@@ -24,6 +24,7 @@ _WORDS = {
     "end_time": "time at the end",
     "error_norm": "norm of the error at the end",
 }
+Rows = NDArray[np.bool_]  # which rows of a table
 LARGEST = 1e100  # that can be drawn
 FEW = 12  # different numbers up to which each has a place of its own, as a choice has
 
@@ -68,7 +69,7 @@ def given(name: Any, what: str, table: pd.DataFrame) -> str:
     return str(name)
 
 
-def split(table: pd.DataFrame, by: Any, most: int, rows: NDArray[np.bool_]) -> reading.Groups:
+def split(table: pd.DataFrame, by: Any, most: int, rows: Rows) -> reading.Groups:
     """Return the values of a choice that get a line or a panel each; one without a name of None.
 
     InputError: no such column, more than `most` values, or none in the rows that count.
@@ -80,13 +81,13 @@ def split(table: pd.DataFrame, by: Any, most: int, rows: NDArray[np.bool_]) -> r
     return groups
 
 
-def _check(name: str, groups: reading.Groups, rows: NDArray[np.bool_]) -> None:
+def _check(name: str, groups: reading.Groups, rows: Rows) -> None:
     """Raise InputError unless some of the rows that count have a value."""
     if (groups.which[rows] < 0).all():
         raise InputError(f"column {name!r} has no value in the runs that count")
 
 
-def binned(table: pd.DataFrame, name: str, many: int, rows: NDArray[np.bool_], even: bool) -> Bins:
+def binned(table: pd.DataFrame, name: str, many: int, rows: Rows, even: bool) -> Bins:
     """Return the bins of a column, made for the rows that count: see `Bins`.
 
     A choice has one for each value. A number has `many`: of equal widths where `even`, else of as
@@ -133,7 +134,7 @@ def thousands(count: int) -> str:
     return f"{count:,}".replace(",", " ")
 
 
-def said_runs(table: pd.DataFrame, counted: NDArray[np.bool_], what: str) -> str:
+def said_runs(table: pd.DataFrame, counted: Rows, what: str) -> str:
     """Return how many runs count and how many could not begin, as a title of a figure."""
     apart = int((~table["began"].to_numpy(bool)).sum())
     rest = f"; {thousands(apart)} could not begin" if apart else ""

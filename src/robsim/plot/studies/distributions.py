@@ -10,14 +10,13 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from numpy.typing import NDArray
 
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError
 from robsim.plot import palette
-from robsim.plot.canvas import new_figure, open_frame, style
+from robsim.plot.canvas import open_frame, panels_of, style
 from robsim.plot.history import differ
-from robsim.plot.studies.axis import drawn, label, said_runs, split, thousands
+from robsim.plot.studies.axis import Rows, drawn, label, said_runs, split, thousands
 from robsim.studies import reading
 from robsim.studies.reading import Among
 
@@ -67,8 +66,8 @@ def study_distributions(
     with style():
         down = -(-len(names) // IN_A_ROW)
         wide = -(-len(names) // down)
-        figure = new_figure(max(4.8, 3.0 * wide), 0.9 + 2.5 * down, size)
-        panels = list(figure.subplots(down, wide, squeeze=False, sharey=True).ravel())
+        inches = max(4.8, 3.0 * wide), 0.9 + 2.5 * down
+        figure, panels = panels_of(None, down * wide, size, inches, wide, sharey=True)
         for axes, name in zip(panels, names, strict=False):
             _draw(axes, table, name, rows, lines)
         for axes in panels[len(names) :]:
@@ -81,7 +80,7 @@ def study_distributions(
     return figure
 
 
-def _legend(figure: Figure, lines: reading.Groups, rows: NDArray[np.bool_]) -> None:
+def _legend(figure: Figure, lines: reading.Groups, rows: Rows) -> None:
     """Show which line is which value, and how many runs of it count, below all panels."""
     counts = np.bincount(lines.which[rows & (lines.which >= 0)], minlength=len(lines.labels))
     handles = [
@@ -97,7 +96,7 @@ def _look(i: int) -> dict[str, Any]:
     return {"color": palette.nth(i), "linestyle": palette.LINES[i % len(palette.LINES)]}
 
 
-def _names(table: pd.DataFrame, rows: NDArray[np.bool_], measures: Any) -> Sequence[str]:
+def _names(table: pd.DataFrame, rows: Rows, measures: Any) -> Sequence[str]:
     """Return the measures to draw: those given, or all that differ among the runs that count."""
     if measures is not None:
         names = reading.checked_names(measures, "measures")
@@ -110,9 +109,7 @@ def _names(table: pd.DataFrame, rows: NDArray[np.bool_], measures: Any) -> Seque
     return found[:MOST_PANELS]
 
 
-def _draw(
-    axes: Axes, table: pd.DataFrame, name: str, rows: NDArray[np.bool_], lines: reading.Groups
-) -> None:
+def _draw(axes: Axes, table: pd.DataFrame, name: str, rows: Rows, lines: reading.Groups) -> None:
     """Draw the distribution of a measure for each value of `lines`, with its band."""
     values = drawn(table, name)
     known = rows & np.isfinite(values) & (lines.which >= 0)

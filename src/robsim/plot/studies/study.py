@@ -8,14 +8,12 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import to_rgba_array
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
-from robsim.base.arrays import Array
 from robsim.base.errors import InputError
 from robsim.plot import palette
 from robsim.plot.canvas import open_frame, panels_of, set_title, style, whole
 from robsim.plot.studies import dots
-from robsim.plot.studies.axis import drawn, given, label
+from robsim.plot.studies.axis import Rows, drawn, given, label
 from robsim.studies import reading
 
 if TYPE_CHECKING:
@@ -75,12 +73,7 @@ def study(
 
 
 def _draw(
-    axes: Axes,
-    table: pd.DataFrame,
-    at: tuple[Array, Array],
-    color: str,
-    rows: NDArray[np.bool_],
-    apart: list[Any],
+    axes: Axes, table: pd.DataFrame, at: dots.At, color: str, rows: Rows, apart: list[Any]
 ) -> None:
     """Draw the runs that began in the colours of a column, with a legend or a scale."""
     if color == "outcome":

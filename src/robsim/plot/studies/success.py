@@ -14,6 +14,7 @@ from robsim.engine.outcome import Outcome
 from robsim.plot import palette
 from robsim.plot.canvas import open_frame, panels_of, style
 from robsim.plot.studies import axis
+from robsim.plot.studies.axis import Bins, Rows
 from robsim.statistics.estimate import Estimate
 from robsim.statistics.proportions import clustered
 from robsim.studies import reading
@@ -77,12 +78,7 @@ def study_success(
 
 
 def _draw(
-    axes: Axes,
-    table: pd.DataFrame,
-    x: str,
-    found: axis.Bins,
-    lines: reading.Groups,
-    started: NDArray[np.bool_],
+    axes: Axes, table: pd.DataFrame, x: str, found: Bins, lines: reading.Groups, started: Rows
 ) -> None:
     """Draw a line, or marks, for each value of `lines`, with the counts above."""
     arrived = reading.outcomes(table) == Outcome.CONVERGED

@@ -35,28 +35,21 @@ def render(camera: Camera, targets: Mapping[Printed, Any], samples: int = 4) -> 
     if width * height > MOST_PIXELS:
         raise InputError(f"an image of {width} x {height} pixels is too large to draw")
     placed = [(target, one_pose(T, f"pose of {target.name}")) for target, T in targets.items()]
-    image = np.empty((height, width))
+    image, within = np.empty((height, width)), _within(count)
     for top in range(0, height, ROWS):
         rows = np.arange(top, min(top + ROWS, height))
-        image[rows] = _drawn(camera, placed, rows, width, count)
+        grid = np.stack(np.meshgrid(np.arange(width), rows), axis=-1)
+        image[rows] = _drawn(camera, placed, grid[:, :, None] + within)
     return np.clip(np.round(image), 0, 255).astype(np.uint8)
 
 
-def _drawn(
-    camera: Camera,
-    placed: list[tuple[Printed, Pose]],
-    rows: NDArray[np.int64],
-    width: int,
-    count: int,
-) -> Array:
-    """Return the grey values of some rows of the image."""
-    grid = np.stack(np.meshgrid(np.arange(width), rows), axis=-1)
-    pixels = grid[:, :, None] + _within(count)
+def _drawn(camera: Camera, placed: list[tuple[Printed, Pose]], pixels: Array) -> Array:
+    """Return the grey values (h, w) of pixels, of each of which (h, w, n, 2) are several places."""
     rays = camera.normalise(pixels.reshape(-1, 2))
     grey, near = np.full(len(rays), BACKGROUND), np.full(len(rays), np.inf)
     for target, pose in placed:
         _paint(target, pose, rays, grey, near)
-    return np.asarray(grey.reshape(len(rows), width, -1).mean(axis=2))
+    return np.asarray(grey.reshape(pixels.shape[:3]).mean(axis=2))
 
 
 def _within(count: int) -> Array:
