@@ -91,10 +91,9 @@ def spoken(run: xr.Dataset, experiment: Experiment, start: int) -> Iterator[Said
 
 
 def _of_joints(told: _Told, i: int, time: int) -> Iterator[Said]:
-    none = np.empty(0)
     state = joint_state(message, time, told.coordinates, told.q[i], told.rates[i])
     yield Said(topics.JOINTS, messages.JOINTS, time, state)
-    command = joint_state(message, time, told.velocities, none, told.qd[i])
+    command = joint_state(message, time, told.velocities, np.empty(0), told.qd[i])
     yield Said(topics.COMMANDS, messages.JOINTS, time, command)
 
 

@@ -83,11 +83,7 @@ def image(
 
 
 def draw(
-    axes: Axes,
-    run: xr.Dataset,
-    camera: str | None = None,
-    scene: Scene | None = None,
-    title: str | None = None,
+    axes: Axes, run: xr.Dataset, camera: str | None, scene: Scene | None, title: str | None
 ) -> None:
     """Draw the image of one camera into axes."""
     view = history.seen_by(history.checked(run), camera)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -30,7 +30,7 @@ class Picture:
     marks: Array  # (M, 3)
     mark_colors: list[str]
     paths: dict[str, Array]  # (moments, 3) of each camera and object that moves
-    goal: list[Wire] = field(default_factory=list)
+    goal: list[Wire]
 
     @property
     def points(self) -> Array:

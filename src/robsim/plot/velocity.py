@@ -62,9 +62,7 @@ def velocity(
     return figure
 
 
-def draw(
-    panels: Sequence[Axes], one: xr.Dataset, scene: Scene | None = None, frame: str | None = None
-) -> None:
+def draw(panels: Sequence[Axes], one: xr.Dataset, scene: Scene | None, frame: str | None) -> None:
     """Draw v, omega and the error of one run into three axes."""
     time, (twist, whose) = one["time"].values, _motion(one, scene, frame)
     _draw_vector(panels[0], time, twist[:, :3], "v")
