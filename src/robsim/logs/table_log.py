@@ -11,7 +11,7 @@ import numpy as np
 import xarray as xr
 
 from robsim.base.arrays import Array
-from robsim.base.errors import FileError, InputError, check_known, naming, said, suggest
+from robsim.base.errors import FileError, InputError, naming, said, suggest
 from robsim.base.output import refused
 from robsim.base.units import Dimension, factor
 from robsim.logs.called import names_called
@@ -132,9 +132,10 @@ def _rows(rows: Sequence[Any]) -> list[Any]:
 def _named(found: pd.DataFrame, known: Mapping[str, Column], given: Any) -> dict[str, Array]:
     """Return the columns of a table by their names in a run, as numbers."""
     form, no = "{column of a run: column}", "no column {} in a run"
-    columns = names_called(given, "columns", form, known, no, "columns")
+    columns = names_called(given, "columns", form, known, no, "columns", object)
     for own in columns.values():
-        check_known(own, list(map(str, found)), "no column {}", "columns")
+        if own not in found.columns:
+            raise InputError(f"no column {said(own)}; {suggest(own, map(str, found), 'columns')}")
     if "run" in found.columns and found["run"].nunique() > 1:
         raise FileError(f"it has {found['run'].nunique()} runs; a log has one")
     called = {name: columns.get(name, name) for name in known}
@@ -159,7 +160,8 @@ def _numbers(column: Any, name: str) -> Array:
 def _scales(known: Mapping[str, Column], given: Any) -> dict[str, float]:
     """Return the factor to SI of each column."""
     names = [*known, *dict.fromkeys(each.group for each in known.values())]
-    units = names_called(given, "units", "{column: unit}", names, "no column {}", "columns")
+    form, no = "{column: unit}", "no column {}"
+    units = names_called(given, "units", form, names, no, "columns", object)
     scales = {}
     for name, (group, unit) in known.items():
         own = units.get(name, units.get(group))

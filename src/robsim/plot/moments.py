@@ -79,7 +79,7 @@ def moments(
     width, height = _extent(extent)
     with style():
         rows, columns = shape = len(views), len(states)
-        inches = WIDEST, rows * WIDEST / columns * height / width + TEXT
+        inches = WIDEST, rows * (WIDEST / columns) * height / width + TEXT
         figure, panels = panels_of(axes, rows * columns, size, inches, columns)
         grid = np.array(panels, dtype=object).reshape(shape)
         if axes is None:
