@@ -37,8 +37,7 @@ class Live:
         self._steps, self._pieces = self.piece.steps(), pieces
         self.since = past[-1].time if past else 0.0
         first = next(self._steps)
-        self.forms: xr.Dataset = history.single(self.piece.run(duration=self.piece.dt))
-        self.forms = self.forms.isel(time=[0])
+        self.forms = history.single(self.piece.run(duration=self.piece.dt)).isel(time=[0])
         self.experiment = experiment
         self.instants = [*past[:-1], replace(first, time=self.since)]
         self.fresh = not past  # whether no instant of before is of use

@@ -27,8 +27,7 @@ from robsim.kernels.images import viewing
 from robsim.kernels.machine.program import Function, Program
 from robsim.vision.camera_checks import check_focal, checked_distortion, checked_intrinsics
 from robsim.vision.camera_files import ros
-from robsim.vision.camera_files.files import camera_of
-from robsim.vision.camera_files.written import write
+from robsim.vision.camera_files.files import camera_of, write
 from robsim.vision.chapter import T_CHAPTER_CAMERA, chapter_intrinsics, intrinsics_from_chapter
 from robsim.vision.image_size import SIZE
 from robsim.vision.lens_range import valid_radius
