@@ -13,10 +13,9 @@ from websockets.http11 import Request
 from websockets.server import ServerProtocol
 
 from robsim.studio.web import limits
-from robsim.studio.web.answers import Refused
+from robsim.studio.web.answers import Failures, Refused
 from robsim.studio.web.app import App
 from robsim.studio.web.binding import EXPOSED, bound
-from robsim.studio.web.failures import Failures
 from robsim.studio.web.gate import ENTRY, Gate
 from robsim.studio.web.heads import header, read_request
 from robsim.studio.web.link import Link
