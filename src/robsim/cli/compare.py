@@ -62,9 +62,7 @@ def _compare(scenarios: dict[str, Experiment], folder: Path, figures: bool) -> N
     """
     from robsim.analysis.compare import compare
 
-    def save(found: Comparison) -> None:
-        _save_comparison(found, list(scenarios), folder)
-
+    save = partial(_save_comparison, names=list(scenarios), folder=folder)
     found = finished(partial(compare, scenarios), save, folder)
     if figures:
         with drawing("runs are"):

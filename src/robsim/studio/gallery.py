@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tomllib
 from collections.abc import Sequence
 from itertools import takewhile
 from pathlib import Path
@@ -76,8 +77,6 @@ def remark(text: str) -> str:
 
 
 def _title(text: str) -> str:
-    import tomllib
-
     try:
         title = tomllib.loads(text).get("title", "")
     except tomllib.TOMLDecodeError:
