@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robsim.base.arrays import Array, frozen, numbers
-from robsim.base.errors import InputError
+from robsim.base.errors import InputError, naming
 from robsim.geometry.pose import Pose, as_matrix
 from robsim.geometry.primitives import Block, CameraBody, Primitive, Wheel
 from robsim.vision.camera import Camera
@@ -253,10 +253,8 @@ def _shaped(value: ArrayLike, what: str, *shapes: tuple[int, ...]) -> Array:
 
 def _rigid(T: Array, what: str) -> Pose:
     """Return the pose of a matrix; an error names the argument `what`."""
-    try:
+    with naming(what):
         return Pose(T)
-    except InputError as error:
-        raise InputError(f"{what}: {error}") from None
 
 
 def _drawn(primitive: Block | Wheel | CameraBody) -> list[LineCollection]:

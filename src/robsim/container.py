@@ -13,7 +13,7 @@ import hashlib
 import json
 import math
 import os
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from io import BytesIO
 from typing import Any, BinaryIO, ClassVar
@@ -101,9 +101,8 @@ def unpack(file: BinaryIO) -> tuple[Any, list[NDArray[Any]]]:
         raise ContainerError(f"has a header that fits no numbers: {error!s:.200}", True) from None
 
 
-def check_fit(blocks: Iterable[Block], size: int) -> None:
+def check_fit(blocks: Sequence[Block], size: int) -> None:
     """Raise ValueError unless all blocks fit into so many bytes, and none twice."""
-    blocks = list(blocks)
     if any(block.offset + block.bytes > size for block in blocks):
         raise ValueError("a variable goes beyond the end")
     if sum(block.bytes for block in blocks) > size:

@@ -7,8 +7,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -29,6 +30,7 @@ CAMERA = Camera([[800, 0, 320], [0, 820, 240], [0, 0, 1]])
 OTHER_CAMERA = Camera([[700, 3, 330], [0, 690, 250], [0, 0, 1]], distortion=(-0.1, 0.02, 0, 0))
 BETWEEN = Pose.at(0.25, 0.02, -0.03, rpy=(0.02, -0.15, 0.05))  # the second camera in the first
 ROUNDING = 1e-12  # of the largest number: what differs by less is the order of sums
+MOTIONS = ("vx", "vy", "vz", "wx", "wy", "wz")  # of a camera
 STEPS = (1e-2, 5e-3, 2.5e-3)  # of camera motion, metres and radians
 
 
@@ -57,22 +59,20 @@ def check_feature(
     s, failures = _call(feature, "measure", seen, (runs, None))
     if failures:
         return [*problems, *failures]
-    problems += _batch(
-        lambda rows: feature.measure(views.some(rows).observed(feature)), s, "measure", least
-    )
+
+    def alone(rows: Any) -> Observation:
+        return views.some(rows).observed(feature)
+
+    problems += _batch(lambda rows: feature.measure(alone(rows)), s, "measure", least)
     if not hasattr(feature, "interaction"):
         return problems
     L, failures = _call(feature, "interaction", seen, (runs, s.shape[1], 6))
     if failures:
         return [*problems, *failures]
-    problems += _compare_with_differences(feature, views, L)
-    problems += _batch(
-        lambda rows: feature.interaction(views.some(rows).observed(feature)),
-        L,
-        "interaction",
-        least,
-    )
-    return problems
+    columns = [f"{type(feature).__name__}.interaction, column {motion}" for motion in MOTIONS]
+    scales = np.full(6, 1.0 + np.abs(L).max())
+    problems += _compare(columns, partial(_feature_off, feature, views), L, scales, "measure")
+    return problems + _batch(lambda rows: feature.interaction(alone(rows)), L, "interaction", least)
 
 
 def check_law(
@@ -142,8 +142,10 @@ def check_joint(
             f"{name}.motion is no pose: R R' differs from the identity by {rigid:.3g}, or R is"
             " a mirror, or the last row is not (0, 0, 0, 1)"
         ]
-    for j, errors in enumerate(_twist_errors(kind, q, V)):
-        problems += _second_order(f"{name}.twists, velocity '{kind.velocities[j]}'", *errors)
+    if nv:
+        columns = [f"{name}.twists, velocity '{velocity}'" for velocity in kind.velocities]
+        scales, off = 1.0 + np.abs(V).max((0, 2)), partial(_joint_off, kind, q)
+        problems += _compare(columns, off, V.swapaxes(1, 2), scales, "motion")
     least = 0.0 if flag(bits, "bits") else ROUNDING
     problems += _batch(lambda rows: kind.motion(q[rows]), T, f"{name}.motion", least)
     return problems + _batch(lambda rows: kind.twists(q[rows]), V, f"{name}.twists", least)
@@ -234,63 +236,47 @@ def _call(
     return value.astype(np.float64), []
 
 
-def _compare_with_differences(feature: Feature, views: _Views, L: Array) -> list[str]:
-    errors = np.array([np.abs(_off(feature, views, h, L)).max((0, 1)) for h in STEPS])
-    minus, scale = np.abs(_off(feature, views, STEPS[-1], -L)).max((0, 1)), 1.0 + np.abs(L).max()
+def _compare(
+    columns: list[str], off: Callable[[float, Array], Array], exact: Array, scales: Array, of: str
+) -> list[str]:
+    """Check that what central differences are off falls with the square of the step.
+
+    `off(step, exact)` is by how much (B, k, n) they differ from n columns that should be exact.
+    """
+    errors = np.array([np.abs(off(step, exact)).max((0, 1)) for step in STEPS])
+    minus = np.abs(off(STEPS[-1], -exact)).max((0, 1))
     problems = []
-    for i, motion in enumerate(("vx", "vy", "vz", "wx", "wy", "wz")):
-        who = f"{type(feature).__name__}.interaction, column {motion}"
-        problems += _second_order(who, errors[:, i], minus[i], scale, "measure")
+    for who, (first, *_, last), opposite, scale in zip(
+        columns, errors.T, minus, scales, strict=True
+    ):
+        if not (last < 1e-9 * scale or last < 0.3 * first):
+            hint = "; the sign is flipped" if opposite < 1e-3 * scale else ""
+            problems.append(
+                f"{who}: differs from central differences of {of} by {last:.3g}, and not less for "
+                f"smaller steps{hint}"
+            )
     return problems
 
 
-def _off(feature: Feature, views: _Views, step: float, L: Array) -> Array:
-    """Return central differences less L, without half turns by which an angle jumps."""
-    off, jump = _differences(feature, views, step) - L, np.pi / (2 * step)
+def _feature_off(feature: Feature, views: _Views, step: float, L: Array) -> Array:
+    """Return central differences of s (B, k, 6) less L, without half turns where angles jump."""
+    found = []
+    for V in step * np.eye(6):
+        ahead, behind = (feature.measure(views.moved(v).observed(feature)) for v in (V, -V))
+        found.append((np.asarray(ahead) - np.asarray(behind)) / (2 * step))
+    off, jump = np.stack(found, axis=-1) - L, np.pi / (2 * step)
     return np.asarray(off - jump * np.round(off / jump))
 
 
-def _second_order(
-    who: str, errors: Array, minus: float, scale: float, of: str = "motion"
-) -> list[str]:
-    """Check that errors of differences fall with the square of the step.
-
-    `minus` is the error of the opposite sign.
-    """
-    if errors[-1] < 1e-9 * scale or errors[-1] < 0.3 * errors[0]:
-        return []
-    hint = "; the sign is flipped" if minus < 1e-3 * scale else ""
-    return [
-        f"{who}: differs from central differences of {of} by {errors[-1]:.3g}, and not less for "
-        f"smaller steps{hint}"
-    ]
-
-
-def _twist_errors(kind: JointKind, q: Array, V: Array) -> Iterator[tuple[Array, float, float]]:
-    """Yield, for each velocity, the error of its twist, that of its opposite, and a scale."""
-    axes = Pose(kind.motion(q)).rotation
-    for j in range(V.shape[1]):
-        found = []
-        for h in STEPS:
-            one = np.zeros((len(q), V.shape[1]))
-            one[:, j] = 1.0
-            ahead, behind = (Pose(kind.motion(kind.integrate(q, one, s))) for s in (h, -h))
-            v = np.einsum("bij,bi->bj", axes, ahead.position - behind.position)
-            found.append(np.concatenate([v, (behind.inv() @ ahead).rotvec], axis=1) / (2 * h))
-        errors = np.array([np.abs(each - V[:, j]).max() for each in found])
-        yield errors, float(np.abs(found[-1] + V[:, j]).max()), 1.0 + float(np.abs(V[:, j]).max())
-
-
-def _differences(feature: Feature, views: _Views, step: float) -> Array:
-    """Return central differences (B, k, 6) of s along the six camera motions."""
-    columns = []
-    for axis in range(6):
-        V = np.zeros(6)
-        V[axis] = step
-        ahead = feature.measure(views.moved(V).observed(feature))
-        behind = feature.measure(views.moved(-V).observed(feature))
-        columns.append((np.asarray(ahead) - np.asarray(behind)) / (2 * step))
-    return np.stack(columns, axis=-1)
+def _joint_off(kind: JointKind, q: Array, step: float, V: Array) -> Array:
+    """Return central differences of the motion (B, 6, nv), as twists in its axes, less V."""
+    axes, found = Pose(kind.motion(q)).rotation, []
+    for rates in np.eye(V.shape[-1]):
+        qd = np.tile(rates, (len(q), 1))
+        ahead, behind = (Pose(kind.motion(kind.integrate(q, qd, s))) for s in (step, -step))
+        v = np.einsum("bij,bi->bj", axes, ahead.position - behind.position)
+        found.append(np.concatenate([v, (behind.inv() @ ahead).rotvec], axis=1) / (2 * step))
+    return np.stack(found, axis=-1) - V
 
 
 def _batch(call: Callable[[Any], Any], all_rows: Array, who: str, share: float) -> list[str]:

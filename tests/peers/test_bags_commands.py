@@ -6,7 +6,7 @@ from bagging import NANO, written
 
 import robsim as rs
 from robsim.logs import messages
-from robsim.logs.at import At
+from robsim.logs.bag_files import At
 from robsim.logs.messages import message
 from robsim.logs.read_commands import Commands
 from robsim.logs.twists import components

@@ -17,7 +17,7 @@ ReplayWarning                        a run that is simulated again is another on
 
 import difflib
 import reprlib
-from collections.abc import Container, Iterable, Iterator
+from collections.abc import Collection, Container, Iterable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
@@ -126,6 +126,23 @@ def suggest(name: object, exists: Iterable[str], kind: str) -> str:
     near = difflib.get_close_matches(name if isinstance(name, str) else "", names, n=1, cutoff=0.5)
     guess = f"did you mean '{near[0]}'? " if near else ""
     return f"{guess}{kind}: {', '.join(names) or 'none'}"
+
+
+def check_known(name: object, exist: Collection[str], no: str, kind: str) -> None:
+    """Raise InputError unless a name is one of those that exist; `no` says it: "no frame {}"."""
+    if not is_one_of(name, exist):
+        raise InputError(f"{no.format(said(name))}; {suggest(name, exist, kind)}")
+
+
+@contextmanager
+def in_file(where: object) -> Iterator[None]:
+    """Raise FileError, which names a file or a place in one, for another InputError from inside."""
+    try:
+        yield
+    except FileError:  # has been said
+        raise
+    except InputError as error:
+        raise FileError(f"{where}: {error}") from None
 
 
 @contextmanager

@@ -5,7 +5,8 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
-from robsim.base.errors import FileError, said
+from robsim.base.errors import FileError
+from robsim.base.output import refused
 
 
 def read_bytes(path: str | os.PathLike[str], expected: str, largest: int) -> bytes:
@@ -18,19 +19,13 @@ def read_bytes(path: str | os.PathLike[str], expected: str, largest: int) -> byt
     >>> read_bytes("lens.xml", "an XML file", 100)
     b'<lens/>'
     """
-    try:
+    with refused(path, "read"):
         if Path(path).is_dir():
             raise FileError(f"{path}: this is a folder; expected {expected}")
         if not Path(path).is_file():
             raise FileError(f"{path}: no such file")
         with open(path, "rb") as file:
             data = file.read(largest + 1)
-    except FileError:
-        raise
-    except (OSError, TypeError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or error
-        name = said(str(path) if isinstance(path, str | os.PathLike) else path)
-        raise FileError(f"{name}: cannot be read: {reason}") from None
     if len(data) > largest:
         raise FileError(f"{path}: larger than {largest // 1_000_000} MB")
     return data

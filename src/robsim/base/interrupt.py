@@ -15,7 +15,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from types import FrameType
-from typing import Any
+from typing import Any, ClassVar
 
 SIGNALS = tuple(
     getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)
@@ -43,6 +43,7 @@ class _State:
     hold: _Hold | None = None
     first = int(signal.SIGINT)
     listening = False
+    waiting: ClassVar[list[int]] = []  # stops, until an import or a compiler has ended
     raised = -LEAVING  # when, by the monotonic clock
 
 
@@ -64,7 +65,7 @@ def held(
         return
     outer = _State.hold
     own = _Hold(outer, stop, begun, deaf)
-    before = {} if outer else {number: _handler(number) for number in SIGNALS}
+    before = {} if outer else {number: signal.getsignal(number) for number in SIGNALS}
     mine = {number: handler for number, handler in before.items() if _is_default(number, handler)}
     try:
         _State.hold = own
@@ -86,7 +87,7 @@ def listening() -> Iterator[None]:
 
     Afterwards they are ignored: there is nothing left but Python's own end.
     """
-    mine = [number for number in SIGNALS if _is_default(number, _handler(number))]
+    mine = [number for number in SIGNALS if _is_default(number, signal.getsignal(number))]
     _State.first, _State.raised = int(signal.SIGINT), -LEAVING
     _State.listening, hook, sys.unraisablehook = True, sys.unraisablehook, _unraised
     for number in mine:
@@ -101,7 +102,7 @@ def listening() -> Iterator[None]:
 
 def look() -> None:
     """Raise KeyboardInterrupt now if a stop came during an import that is over."""
-    for number in _heard.waiting[:1]:
+    for number in _State.waiting[:1]:
         _heard(number, None)
 
 
@@ -113,12 +114,8 @@ def status() -> int:
 def is_others() -> bool:
     """Return whether Ctrl-C calls a function in this thread that raises who knows what."""
     in_main = threading.current_thread() is threading.main_thread()
-    handler = _handler(signal.SIGINT) if in_main else None
+    handler = signal.getsignal(signal.SIGINT) if in_main else None
     return callable(handler) and not _is_default(signal.SIGINT, handler) and handler != _heard
-
-
-def _handler(number: int) -> Any:
-    return signal.getsignal(number)
 
 
 def _is_default(number: int, handler: Any) -> bool:
@@ -128,30 +125,21 @@ def _is_default(number: int, handler: Any) -> bool:
     return bool(handler == signal.SIG_DFL)
 
 
-class _Handler:
-    """What hears stops; some are waiting until an import or a compiler has ended."""
-
-    def __init__(self) -> None:
-        self.waiting: list[int] = []
-
-    def __call__(self, number: int, frame: FrameType | None) -> None:
-        """Take a stop."""
-        if number in self.waiting:
-            self.waiting.remove(number)
-        hold = _State.hold
-        if hold is None or not hold.root.begun:
-            _raise(number, frame)
-            return
-        hold.came.append(number)
-        if len(hold.came) > 1:
-            _say("saving what was simulated so far")
-            return
-        _State.first = number
-        for stop in hold.stops:
-            stop()
-
-
-_heard = _Handler()
+def _heard(number: int, frame: FrameType | None) -> None:
+    """Take a stop."""
+    if number in _State.waiting:
+        _State.waiting.remove(number)
+    hold = _State.hold
+    if hold is None or not hold.root.begun:
+        _raise(number, frame)
+        return
+    hold.came.append(number)
+    if len(hold.came) > 1:
+        _say("saving what was simulated so far")
+        return
+    _State.first = number
+    for stop in hold.stops:
+        stop()
 
 
 def _raise(number: int, frame: FrameType | None) -> None:
@@ -176,7 +164,7 @@ def _is_busy(frame: FrameType | None) -> bool:
 
 
 def _come_again(number: int) -> None:
-    _heard.waiting.append(number)
+    _State.waiting.append(number)
     timer = threading.Timer(AGAIN, _send, (number,))
     timer.daemon = True
     timer.start()
@@ -184,7 +172,7 @@ def _come_again(number: int) -> None:
 
 def _send(number: int) -> None:
     main = threading.main_thread().ident
-    if number not in _heard.waiting:
+    if number not in _State.waiting:
         return
     if hasattr(signal, "pthread_kill") and main:  # wakes it, too
         signal.pthread_kill(main, number)

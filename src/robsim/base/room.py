@@ -39,17 +39,17 @@ def _of_group() -> float:
     """Return what the limit of a container leaves (cgroup v2); pages of files can be given up."""
     group = _CGROUP / _name_of_group("0::").lstrip("/")
     group = group if (group / "memory.max").exists() else _CGROUP
-    limit = float((group / "memory.max").read_text())  # "max" is no number
-    used = float((group / "memory.current").read_text())
-    return limit - used + _number_of(group / "memory.stat", "inactive_file")
+    return _left(group, "max", "current", "inactive_file")
 
 
 def _of_old_group() -> float:
     """Return what the limit of a container leaves (cgroup v1)."""
-    group = _CGROUP / "memory"
-    limit = float((group / "memory.limit_in_bytes").read_text())
-    used = float((group / "memory.usage_in_bytes").read_text())
-    return limit - used + _number_of(group / "memory.stat", "total_inactive_file")
+    return _left(_CGROUP / "memory", "limit_in_bytes", "usage_in_bytes", "total_inactive_file")
+
+
+def _left(group: Path, most: str, now: str, files: str) -> float:
+    limit, used = (float((group / f"memory.{name}").read_text()) for name in (most, now))
+    return limit - used + _number_of(group / "memory.stat", files)  # the limit "max" is no number
 
 
 def _of_machine() -> float:
@@ -66,5 +66,4 @@ def _name_of_group(kind: str) -> str:
 
 def _number_of(path: Path, name: str) -> float:
     """Return the number that stands behind a name in a file of lines."""
-    found = dict(line.split()[:2] for line in path.read_text().splitlines())
-    return float(found[name])
+    return float(dict(line.split()[:2] for line in path.read_text().splitlines())[name])

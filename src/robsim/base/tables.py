@@ -102,10 +102,10 @@ def _exact(cell: object) -> object:
     return "" if isinstance(cell, float) and math.isnan(cell) else cell
 
 
-def latex_text(rows: Sequence[Sequence[str]], left: int = 2) -> str:
+def latex_text(rows: Sequence[Sequence[str]]) -> str:
     """Return rows, the head first, as a tabular with the rules of the package booktabs.
 
-    Every text is escaped; the first `left` columns are flush left.
+    Every text is escaped; the first two columns are flush left.
 
     >>> print(latex_text([("name", "", "share"), ("a_b", "", "50 %")]))
     \\begin{tabular}{llr}
@@ -117,7 +117,7 @@ def latex_text(rows: Sequence[Sequence[str]], left: int = 2) -> str:
     \\end{tabular}
     """
     head, *body = (" & ".join(map(_escaped, row)) + r" \\" for row in rows)
-    columns = "l" * left + "r" * (len(rows[0]) - left)
+    columns = "ll" + "r" * (len(rows[0]) - 2)
     lines = [rf"\begin{{tabular}}{{{columns}}}", r"\toprule", head, r"\midrule", *body]
     return "\n".join([*lines, r"\bottomrule", r"\end{tabular}"])
 

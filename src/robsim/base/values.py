@@ -42,10 +42,8 @@ T = TypeVar("T")
 
 def unchecked(value: T, **changes: Any) -> T:
     """Return a copy of a frozen dataclass with other fields, which are known to be right."""
-    made = object.__new__(type(value))
     kept = {each.name: getattr(value, each.name) for each in fields(value)}  # type: ignore[arg-type]
-    made.__dict__.update({**kept, **changes})
-    return made
+    return known(type(value), **{**kept, **changes})
 
 
 def keep(old: Any, new: Any, names: Iterable[str]) -> None:
@@ -53,7 +51,7 @@ def keep(old: Any, new: Any, names: Iterable[str]) -> None:
     vars(new).update({name: vars(old)[name] for name in names if name in vars(old)})
 
 
-def known(kind: type[T], **values: Any) -> T:
+def known(kind: type[T], /, **values: Any) -> T:
     """Return a dataclass of values that are known to be right, without the time of its checks.
 
     The fields that are not given must have plain defaults.

@@ -37,12 +37,8 @@ def warn_of_degrees(angles: ArrayLike, what: str) -> None:
     degrees = large[large % ROUND == 0.0]
     if degrees.size:
         given, meant = float(degrees[0]), float(np.radians(degrees[0]))
-        warnings.warn(
-            f"{what}: {given:g} looks like degrees, and angles are in radians; "
-            f"np.radians({given:g}) is {meant:.4g}",
-            UnitWarning,
-            stacklevel=callers(),
-        )
+        looks = f"{what}: {given:g} looks like degrees, and angles are in radians"
+        _warn(f"{looks}; np.radians({given:g}) is {meant:.4g}")
 
 
 def warn_of_millimetres(size: float, what: str) -> None:
@@ -53,9 +49,9 @@ def warn_of_millimetres(size: float, what: str) -> None:
     >>> warn_of_millimetres(0.08, "size of a tag in metres")
     """
     if size > LONGEST:
-        warnings.warn(
-            f"{what}: {size:g} looks like millimetres, and lengths are in metres; "
-            f"{size:g} mm is {size / 1000.0:g}",
-            UnitWarning,
-            stacklevel=callers(),
-        )
+        looks = f"{what}: {size:g} looks like millimetres, and lengths are in metres"
+        _warn(f"{looks}; {size:g} mm is {size / 1000.0:g}")
+
+
+def _warn(text: str) -> None:
+    warnings.warn(text, UnitWarning, stacklevel=callers())

@@ -17,8 +17,9 @@ from robsim.geometry.pose import Pose
 from robsim.vision.camera import Camera
 from robsim.vision.image_size import SIZE
 from robsim.vision.plane import homography
+from robsim.vision.tags.board import Board
 from robsim.vision.tags.families import opencv
-from robsim.vision.tags.printed import Printed
+from robsim.vision.tags.tag import Tag
 
 FEWEST_VIEWS, FEWEST_MARKS = 3, 4
 FLAT = 1e-9  # of the size of the target, by which its marks may leave a plane
@@ -124,7 +125,7 @@ def _calibrated(
 
 def _marks(target: Any) -> Array:
     """Return the marks (N, 3) of a target."""
-    if isinstance(target, Printed):
+    if isinstance(target, Tag | Board):
         return target.marks
     marks = numbers(target, "target (marks in metres)", ("N", 3))
     if marks.ndim != 2:

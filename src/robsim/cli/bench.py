@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from robsim.base import interrupt
 from robsim.base.errors import InputError
 from robsim.base.output import write_whole
 from robsim.cli.files import results_folder
 from robsim.cli.options import force
 from robsim.cli.own_code import schemes_of
-from robsim.cli.progress import finished, stopped
+from robsim.cli.progress import finished
 from robsim.cli.tell import tell
 
 if TYPE_CHECKING:
@@ -62,17 +62,9 @@ def _bench(suites: list[Any], own: dict[str, Any], builtin: bool, folder: Path) 
     """Run all schemes, write the results, and print the tables; a stop keeps what is done."""
     from robsim.suites.bench import bench
 
-    def work(progress: Any) -> Benchmark:
-        return bench(suites, own, builtin=builtin, progress=progress)
-
     def save(found: Benchmark) -> None:
         write_whole(folder / "bench.csv", found.csv())
         write_whole(folder / "bench.tex", found.latex())
         write_whole(folder / "runs.csv", found.data.to_csv(index=False, lineterminator="\n"))
 
-    with interrupt.held(begun=False) as stops:
-        found = finished(work, save, folder)
-        save(found)
-        tell(f"{found}\nresults: {folder}")
-        if stops:
-            stopped(folder)
+    finished(partial(bench, suites, own, builtin=builtin), save, folder)

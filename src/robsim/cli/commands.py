@@ -53,14 +53,10 @@ def run_command() -> None:
         tell("stopped", err=True)
         sys.exit(interrupt.status())
     except RobSimError as error:
-        _fail(f"error: {error}")
+        tell(f"error: {error}", err=True)
+        sys.exit(BAD_INPUT)
     except click.ClickException as error:
         error.show()
         sys.exit(BAD_INPUT)
     except BrokenPipeError:  # the reader of our output went away, as `head` does
         sys.stderr.close()
-
-
-def _fail(message: str) -> None:
-    tell(message, err=True)
-    sys.exit(BAD_INPUT)

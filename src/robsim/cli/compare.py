@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
-from robsim.base import interrupt
 from robsim.base.errors import InputError
 from robsim.base.output import write_whole
 from robsim.cli.figures import save_figure
 from robsim.cli.files import remove, results_folder
 from robsim.cli.options import changes, output
-from robsim.cli.progress import drawing, finished, stopped
+from robsim.cli.progress import drawing, finished
 from robsim.cli.scenarios import check_colors, load
-from robsim.cli.tell import tell
 
 if TYPE_CHECKING:
     from robsim.analysis.comparison import Comparison
@@ -63,18 +62,13 @@ def _compare(scenarios: dict[str, Experiment], folder: Path, figures: bool) -> N
     """
     from robsim.analysis.compare import compare
 
-    def save(found: Comparison) -> None:
-        _save_comparison(found, list(scenarios), folder)
-
-    with interrupt.held(begun=False) as stops:
-        found = finished(lambda progress: compare(scenarios, progress=progress), save, folder)
-        save(found)
-        tell(f"{found}\nresults: {folder}")
-        if stops:
-            stopped(folder)
+    save = partial(_save_comparison, names=list(scenarios), folder=folder)
+    found = finished(partial(compare, scenarios), save, folder)
     if figures:
         with drawing("runs are"):
-            _draw_comparison(found, folder)
+            from robsim import plot
+
+            save_figure(plot.comparison(found), folder / "comparison.png")
 
 
 def _save_comparison(found: Comparison, names: list[str], folder: Path) -> None:
@@ -88,9 +82,3 @@ def _save_comparison(found: Comparison, names: list[str], folder: Path) -> None:
     save_run(found.data, folder / "comparison.nc")
     write_whole(folder / "comparison.csv", found.csv())
     remove(folder / "comparison.png")
-
-
-def _draw_comparison(found: Comparison, folder: Path) -> None:
-    from robsim import plot
-
-    save_figure(plot.comparison(found), folder / "comparison.png")

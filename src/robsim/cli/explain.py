@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from robsim.base.errors import FileError, InputError
+from robsim.base.errors import in_file
 from robsim.cli.files import run_file
 from robsim.cli.tell import tell
 
@@ -22,8 +22,6 @@ def command(run: Path, no_trials: bool, unsealed: bool) -> None:
 
     path = run_file(run)
     found = open_run(path, unsealed=unsealed)
-    try:
+    with in_file(path):
         explanation = explained(found, trials=not no_trials)
-    except InputError as error:
-        raise FileError(f"{path}: {error}") from None
-    tell(str(explanation))
+    tell(explanation)

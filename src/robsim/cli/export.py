@@ -7,7 +7,7 @@ from typing import Any
 
 import click
 
-from robsim.base.errors import FileError, InputError
+from robsim.base.errors import in_file
 from robsim.cli.files import free_file, run_file
 from robsim.cli.options import force
 from robsim.cli.tell import tell
@@ -26,12 +26,8 @@ def command(shown: Path, page: Path | None, force: bool) -> None:
 
     path = run_file(shown)
     target = free_file(page, f"{shown.stem}.html", force)
-    try:
+    with in_file(path):
         export_html(_opened(path), target)
-    except FileError:
-        raise
-    except InputError as error:
-        raise FileError(f"{path}: {error}") from None
     tell(f"open {target} in any browser")
 
 

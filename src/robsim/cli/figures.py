@@ -22,7 +22,7 @@ def draw(result: xr.Dataset, scenario: Experiment, folder: Path) -> None:
 
     if "time" not in result.dims:
         return  # a summary has nothing to draw
-    cameras = list(dict.fromkeys(result.mark_camera.values.tolist()))
+    cameras = history.cameras_of(result)
     names = [f"image_{camera}" if i else "image" for i, camera in enumerate(cameras)]
     scene, task = scenario.scene, scenario.task
     pairs = zip(names, cameras, strict=True)

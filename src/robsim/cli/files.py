@@ -24,7 +24,9 @@ def results_folder(
 
     FileError: another process writes there, or the files are there already and not to be replaced.
     """
-    folder = _made(output) if output else _new(name)
+    folder = output or _new(name)
+    with refused(folder):
+        folder.mkdir(parents=True, exist_ok=True)
     try:
         with claimed(folder):
             taken = [name for name in files if exists(folder / name)]
@@ -39,12 +41,6 @@ def results_folder(
         with suppress(OSError):
             folder.rmdir()  # if it is empty: nothing was simulated
         raise
-
-
-def _made(folder: Path) -> Path:
-    with refused(folder):
-        folder.mkdir(parents=True, exist_ok=True)
-    return folder
 
 
 def _new(name: str) -> Path:

@@ -17,15 +17,29 @@ from robsim.base.errors import FileWarning, Interrupted, RankWarning
 from robsim.cli.tell import tell
 
 
-def finished(work: Callable[[Any], Any], save: Callable[[Any], object], folder: Path) -> Any:
-    """Return the result of `work`, with a progress bar; after a stop, save what there is."""
-    try:
-        with warnings_as_lines(), bar("simulating") as progress:
-            return work(progress)
-    except Interrupted as stop:
-        tell("stopping: saving what was simulated so far", err=True)
-        save(stop.run)
-        stopped(folder)
+def finished(
+    work: Callable[..., Any],
+    save: Callable[[Any], object],
+    folder: Path,
+    report: Callable[[Any], object] | None = None,
+) -> Any:
+    """Return the result of `work`, once it is saved and reported; else it is printed.
+
+    What was simulated before a stop is saved, and the command ends.
+    """
+    with interrupt.held(begun=False) as stops:
+        try:
+            with warnings_as_lines(), bar("simulating") as progress:
+                found = work(progress=progress)
+        except Interrupted as stop:
+            tell("stopping: saving what was simulated so far", err=True)
+            save(stop.run)
+            stopped(folder)
+        save(found)
+        tell(f"{found}\nresults: {folder}") if report is None else report(found)
+        if stops:
+            stopped(folder)
+    return found
 
 
 def stopped(folder: Path) -> NoReturn:
@@ -45,23 +59,11 @@ def drawing(what: str) -> Iterator[None]:
 
 
 @contextmanager
-def bar(label: str) -> Iterator[Any]:
-    """Yield a function that shows progress under a label on a terminal; None elsewhere."""
-    if not sys.stderr.isatty():
-        yield None
-        return
-    with click.progressbar(length=1000, label=label, file=sys.stderr) as bar:
+def bar(label: str, runs: int = 0) -> Iterator[Any]:
+    """Yield a function of the share done, which shows it on a terminal; None elsewhere.
 
-        def show(share: float) -> None:
-            bar.update(round(1000 * share) - bar.pos)
-
-        yield show
-        show(1.0)
-
-
-@contextmanager
-def counting(label: str, total: int) -> Iterator[Any]:
-    """Yield likewise a function of the share done, which shows runs, their rate and time left."""
+    Of so many `runs` it shows those that are done, their rate and the time left as well.
+    """
     if not sys.stderr.isatty():
         yield None
         return
@@ -71,17 +73,19 @@ def counting(label: str, total: int) -> Iterator[Any]:
         now = time.monotonic()
         if not begun or share is None or now <= begun[0][0]:
             return ""
-        return f"{(share - begun[0][1]) * total / (now - begun[0][0]):,.0f} runs/s"
+        return f"{(share - begun[0][1]) * runs / (now - begun[0][0]):,.0f} runs/s"
 
-    how: Any = {"show_pos": True, "item_show_func": rate, "file": sys.stderr}
-    with click.progressbar(length=total, label=label, **how) as bar:
+    total = runs or 1000
+    how: Any = {"show_pos": True, "item_show_func": rate} if runs else {}
+    with click.progressbar(length=total, label=label, file=sys.stderr, **how) as shown:
 
         def show(share: float) -> None:
             if not begun:
                 begun.append((time.monotonic(), share))
-            bar.update(round(total * share) - bar.pos, share)
+            shown.update(round(total * share) - shown.pos, share)
 
         yield show
+        show(1.0)
 
 
 @contextmanager

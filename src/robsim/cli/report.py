@@ -27,9 +27,8 @@ def report(result: xr.Dataset, folder: Path, safety: Safety | None = None) -> No
     from robsim.run.ends import elsewhere
 
     if "run" in result.dims:
-        counts = [(o, int((result.outcome == o).sum())) for o in Outcome]
-        for outcome, count in counts:
-            if count:
+        for outcome in Outcome:
+            if count := int((result.outcome == outcome).sum()):
                 tell(f"{count:7} {outcome.name}")
         if astray := int(elsewhere(result).sum()):
             tell(f"{astray:7} converged more than 1 cm or 1 degree from the pose of the goal")

@@ -4,22 +4,22 @@ from __future__ import annotations
 
 from contextlib import suppress
 from functools import partial
+from itertools import compress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from robsim.base import interrupt
 from robsim.base.errors import FileError
 from robsim.base.output import write_whole
 from robsim.cli.figures import draw, draw_mission
 from robsim.cli.files import CHECKPOINT, exists, remove, results_folder
 from robsim.cli.options import changes, output, views
-from robsim.cli.progress import drawing, finished, stopped
+from robsim.cli.progress import drawing, finished
 from robsim.cli.report import report, report_mission
 from robsim.cli.scenarios import check_colors, load
 from robsim.cli.tell import tell
-from robsim.cli.views import VIEWS, check_views, chosen, write_views
+from robsim.cli.views import VIEWS, check_views, write_views
 from robsim.files.toml import read_text
 
 if TYPE_CHECKING:
@@ -55,7 +55,7 @@ def command(
     every ten seconds.
     """
     scenario = load(file, changes)
-    wanted = chosen(html, gif, mp4)
+    wanted = tuple(compress(VIEWS, (html, gif, mp4)))
     check_views(scenario, wanted)
     name, files = f"{file.stem}-run", (*FILES, CHECKPOINT)
     if resume:
@@ -88,22 +88,20 @@ def simulate_into(
     if figures or views:
         check_colors(scenario)
     tell(scenario.title or "simulating")
-    work = partial(scenario.run, checkpoint=checkpoint, resume=resume)
-    with interrupt.held(begun=False) as stops:
-        result = finished(work, lambda run: _save(run, scenario, folder), folder)
-        _save(result, scenario, folder)
+
+    def tell_end(result: Any) -> None:
         if checkpoint:
             remove(checkpoint)
         if _staged(result):
             report_mission(result, folder)
         else:
             report(result, folder, scenario.safety)
-        if stops:
-            stopped(folder)
+
+    work = partial(scenario.run, checkpoint=checkpoint, resume=resume)
+    result = finished(work, partial(_save, scenario=scenario, folder=folder), folder, tell_end)
     with drawing("run is"):
         if figures:
-            picture = draw_mission if _staged(result) else draw
-            picture(result, scenario, folder)
+            (draw_mission if _staged(result) else draw)(result, scenario, folder)
         write_views(result, scenario, folder, views)
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from robsim.base.errors import FileError, InputError
+from robsim.base.errors import in_file
 
 if TYPE_CHECKING:
     from robsim.run.experiment import Experiment
@@ -28,7 +28,5 @@ def check_colors(scenario: Experiment) -> None:
     parts += [(f"cameras.{c.name}", (c.camera.body,)) for c in scene.cameras if c.camera.body]
     for owner, shapes in parts:
         for shape in shapes:
-            try:
+            with in_file(f"{scenario.source}: {owner}"):
                 color(shape.color)
-            except InputError as error:
-                raise FileError(f"{scenario.source}: {owner}: {error}") from None

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
+from contextlib import AbstractContextManager, closing, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,7 +14,7 @@ from robsim.base.output import write_whole
 from robsim.cli.figures import save_figure
 from robsim.cli.files import exists, results_folder
 from robsim.cli.options import changes
-from robsim.cli.progress import counting, drawing, stopped, warnings_as_lines
+from robsim.cli.progress import bar, drawing, stopped, warnings_as_lines
 from robsim.cli.scenarios import load
 from robsim.cli.tell import tell
 
@@ -57,25 +57,22 @@ def command(
     with _client(scheduler) as client, results_folder(output, f"{file.stem}-study", True, ()) as to:
         tell(plan)
         found = _finished(plan, to, resume, client, chunk, threads)
-        _report(found, to)
+        tell(found)
+        if len(found.runs) <= CSV:
+            write_whole(to / "table.csv", found.table.to_csv(index=False))
+        tell(f"results  {to}")
         if not no_figures:
             with drawing("study is"):
                 _draw(found, to)
 
 
-@contextmanager
-def _client(scheduler: str | None) -> Iterator[Any]:
-    """Yield a client of the scheduler at an address, or None."""
+def _client(scheduler: str | None) -> AbstractContextManager[Any]:
+    """Return a client of the scheduler at an address, or None, for a `with` block."""
     if scheduler is None:
-        yield None
-        return
+        return nullcontext()
     from robsim.studies.cluster import connect
 
-    client = connect(scheduler)
-    try:
-        yield client
-    finally:
-        client.close()
+    return closing(connect(scheduler))
 
 
 def _finished(
@@ -85,18 +82,11 @@ def _finished(
     from robsim.studies.door import run_plan
 
     try:
-        with warnings_as_lines(), counting("simulating", plan.runs) as progress:
+        with warnings_as_lines(), bar("simulating", plan.runs) as progress:
             return run_plan(plan, folder, resume, client, threads, chunk, progress)
     except Interrupted as stop:
         tell(f"{len(stop.run.runs)} of {plan.runs} runs are done; go on with --resume", err=True)
         stopped(folder)
-
-
-def _report(found: Study, folder: Path) -> None:
-    tell(found)
-    if len(found.runs) <= CSV:
-        write_whole(folder / "table.csv", found.table.to_csv(index=False))
-    tell(f"results  {folder}")
 
 
 def _draw(found: Study, folder: Path) -> None:

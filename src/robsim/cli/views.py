@@ -15,11 +15,6 @@ PAGE = "run.html"
 VIEWS = (PAGE, "run.gif", "run.mp4")
 
 
-def chosen(html: bool, gif: bool, mp4: bool) -> tuple[str, ...]:
-    """Return the names of the files that are wanted."""
-    return tuple(name for name, is_wanted in zip(VIEWS, (html, gif, mp4), strict=True) if is_wanted)
-
-
 def check_views(scenario: Experiment, names: tuple[str, ...]) -> None:
     """Raise InputError, before anything is simulated, if files cannot show what it will be."""
     import numpy as np

@@ -156,11 +156,8 @@ def _outcomes(run: xr.Dataset) -> Iterator[str]:
     for name in {"outcome", "ending"} & set(run.variables):
         attrs, values = run.variables[name].attrs, run.variables[name].values
         flags, meanings = attrs.get("flag_values"), attrs.get("flag_meanings", "")
-        named = (
-            isinstance(meanings, str)
-            and flags is not None
-            and np.size(flags) == len(meanings.split())
-        )
+        count = len(meanings.split()) if isinstance(meanings, str) else None
+        named = flags is not None and np.size(flags) == count
         if not named or not np.isin(values, np.asarray(flags)).all():
             yield f"an {name} has no name"
     if "outcome" in run.variables:

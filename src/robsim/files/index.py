@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, fields
+from functools import partial
 from itertools import groupby
-from typing import Any, BinaryIO, ClassVar, Self
+from typing import Any, BinaryIO, ClassVar, Self, TypeVar
 
 import numpy as np
 import xarray as xr
@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from robsim.base.errors import said
 from robsim.container import NUMBERS, Block, check_fit, is_count
 
+T = TypeVar("T")
 TEXTS = "text"
 LONGEST_NAME = 250
 SPREAD = 64  # times the size of the file that texts may take in memory: each may be as wide as one
@@ -175,19 +176,12 @@ def _is_number(value: Any) -> bool:
     return type(value) in (int, float)
 
 
-def _text(value: Any) -> str:
-    if not isinstance(value, str):
-        raise TypeError(f"expected a text, got {said(value)}")
+def _checked(value: Any, kind: type[T], words: str) -> T:
+    if not isinstance(value, kind):
+        raise TypeError(f"expected {words}, got {said(value)}")
     return value
 
 
-def _list(value: Any) -> list[Any]:
-    if not isinstance(value, list):
-        raise TypeError(f"expected a list, got {said(value)}")
-    return value
-
-
-def _dict(value: Any) -> Mapping[str, Any]:
-    if not isinstance(value, dict):
-        raise TypeError(f"expected names and values, got {said(value)}")
-    return value
+_text = partial(_checked, kind=str, words="a text")
+_list = partial(_checked, kind=list, words="a list")
+_dict = partial(_checked, kind=dict, words="names and values")

@@ -60,9 +60,8 @@ def open_run(path: str | os.PathLike[str], *, unsealed: bool = False) -> xr.Data
     """
     flag(unsealed, "unsealed")
     with refused(path, "read"):
-        exists = Path(path).is_file()
-    if not exists:
-        raise FileError(f"no file {path}")
+        if not Path(path).is_file():
+            raise FileError(f"no file {path}")
     run = _of_others(path) if unsealed else _read(path)
     try:
         check_content(run)

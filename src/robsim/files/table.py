@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Iterator
+from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from robsim.base.errors import InputError, said, suggest
+from robsim.base.errors import InputError, check_known, said
 from robsim.files.deferred import Deferred
 
 if TYPE_CHECKING:
@@ -76,8 +76,7 @@ def _rows(run: Any, of: Any) -> tuple[str, ...]:
     if not isinstance(run, xr.Dataset):
         raise InputError(f"expected a run, a Dataset of simulate, got {said(run)}")
     of = ("steps" if "time" in run.dims else "runs") if of is None else of
-    if not isinstance(of, str) or of not in ROWS:
-        raise InputError(f"no table of {said(of)}; {suggest(of, ROWS, 'tables')}")
+    check_known(of, ROWS, "no table of {}", "tables")
     if of == "steps" and "time" not in run.dims:
         raise InputError("only the end of this run was recorded: take table(run, of='runs')")
     return ROWS[of]
@@ -88,8 +87,9 @@ def _variables(run: xr.Dataset, rows: tuple[str, ...]) -> list[xr.DataArray]:
     timed = "time" in rows
     names = [name for name in run.data_vars if ("time" in run[name].dims) == timed]
     also = [name for name in run.coords if run[name].dims and set(run[name].dims) <= set(rows)]
+    same = [name for name in names if name in GOALS and "run" not in run[name].dims]
     first = [name for name in ("run", *rows[1:], "outcome") if name in run.variables]
-    shown = dict.fromkeys([*first, *also, *(name for name in names if not _same(run, name))])
+    shown = dict.fromkeys([*first, *also, *(name for name in names if name not in same)])
     return [run[name] for name in shown]
 
 
@@ -106,9 +106,7 @@ def _columns(
         place = dict(zip(own, index, strict=True))
         if place.get("row") == 3:  # of a pose: 0, 0, 0, 1
             continue
-        labels = [
-            str(run[dim].values[i]) if dim in run.indexes else str(i) for dim, i in place.items()
-        ]
+        labels = [str(run[dim].values[i] if dim in run.indexes else i) for dim, i in place.items()]
         name = f"{variable.name}[{','.join(labels)}]" if own else str(variable.name)
         yield name, _unit(run, variable, place, labels), values[(*where, *index)]
 
@@ -124,16 +122,11 @@ def _unit(run: xr.Dataset, variable: xr.DataArray, place: dict[str, int], labels
     """Return the unit of one number of a variable that may hold several units."""
     unit = str(variable.attrs.get("units", "1"))
     if unit.startswith("see "):
-        (dim,) = run[unit.removeprefix("see ")].dims
-        return (
-            str(run[unit.removeprefix("see ")].values[place[str(dim)]]) if dim in place else "mixed"
-        )
+        each = run[unit.removeprefix("see ")]
+        (dim,) = each.dims
+        return str(each.values[place[str(dim)]]) if dim in place else "mixed"
     if "column" in place:  # of a pose: three columns of directions, and the place
         return unit if place["column"] == 3 else "1"
     if unit == "m/s, rad/s" and "twist" in place:
         return unit.split(", ")[place["twist"] // 3]
     return unit
-
-
-def _same(run: xr.Dataset, name: Hashable) -> bool:
-    return name in GOALS and "run" not in run[name].dims

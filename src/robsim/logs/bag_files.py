@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any, NamedTuple, Self
+from typing import Any, Literal, NamedTuple, Self
 
 from robsim.base.errors import FileError, RobSimError, naming
 from robsim.base.output import refused
 from robsim.logs import messages, unpacking
+from robsim.run.log import NANO
 
+Clock = Literal["header", "log"]
 SUFFIXES = (".mcap", ".db3")
 MOST = 20_000_000  # messages
 LARGEST = 1 << 30  # bytes of a chunk of MCAP, once it is unpacked
@@ -24,6 +26,26 @@ class Timed(NamedTuple):
     logged: int
     stamped: int | None
     message: Any
+
+
+class At(NamedTuple):
+    """A message at a time in nanoseconds."""
+
+    time: int
+    message: Any
+
+    @property
+    def said(self) -> str:
+        """The time, for messages of errors."""
+        return f"at {self.time / NANO:.9g} s"
+
+
+def at_times(messages: Sequence[Timed], clock: Clock) -> Iterator[At]:
+    """Yield messages with their times: those of the headers, where these have any."""
+    stamped = clock == "header" and any(each.stamped for each in messages)
+    for each in messages:
+        time = each.stamped if stamped else None
+        yield At(each.logged if time is None else time, each.message)
 
 
 class Bag:
@@ -67,12 +89,10 @@ class Bag:
                     messages.check_definition(each.msgtype, definition, f"topic {each.topic}")
                 for connection, logged, data in reader.messages(some) if some else ():
                     with self._readable(connection.topic):
-                        timed = self._timed(connection.msgtype, int(logged), data)
+                        plain = unpacking.message(data)
+                        found = self._store.deserialize_cdr(plain, connection.msgtype)
+                        timed = Timed(int(logged), messages.stamp_of(found), found)
                     yield connection.topic, timed
-
-    def _timed(self, kind: str, logged: int, data: Any) -> Timed:
-        found = self._store.deserialize_cdr(unpacking.message(data), kind)
-        return Timed(logged, messages.stamp_of(found), found)
 
     def _note_topics(self) -> None:
         """Note the topics; FileError if there is nothing, too much, or a topic of two types."""

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from typing import Any
 
-from robsim.base.errors import InputError, said, suggest
+from robsim.base.errors import InputError, check_known, said
 from robsim.run.control.controller import Controller
 from robsim.servo.sight import Key
 from robsim.world.scene import Scene
@@ -13,24 +13,33 @@ from robsim.world.scene import Scene
 Ids = Mapping[str, tuple[Key, int]]  # of the marks of a camera: camera and target, and the number
 
 
+def names_called(
+    given: Any, what: str, form: str, known: Collection[str], no: str, things: str, kind: type = str
+) -> Mapping[str, Any]:
+    """Return what an argument calls things, {our name: that in the log}; empty for None.
+
+    InputError: another `form`, or a name that is none of those known, as `check_known` says it.
+    """
+    if given is None:
+        return {}
+    if not isinstance(given, Mapping) or not all(isinstance(own, kind) for own in given.values()):
+        raise InputError(f"{what}: expected {form}, got {said(given)}")
+    for name in given:
+        check_known(name, known, f"{what}: {no}", things)
+    return given
+
+
 def joints_called(names: Any, scene: Scene) -> Mapping[str, str]:
     """Return what joints of a scene are called in a log, where that is something else.
 
     InputError: a joint that the scene does not have, or two that are one in the log.
     """
-    known = {*scene.coordinate_names, *scene.velocity_names}
-    if names is None:
-        return {}
-    if not isinstance(names, Mapping) or not all(isinstance(own, str) for own in names.values()):
-        raise InputError(f"names: expected {{joint: joint in the bag}}, got {said(names)}")
-    for name in names:
-        if name not in known:
-            raise InputError(
-                f"names: no joint {said(name)}; {suggest(name, sorted(known), 'joints')}"
-            )
-    if len(set(names.values())) < len(names):
-        raise InputError(f"names: two joints are one in the bag, in {said(dict(names))}")
-    return names
+    known = sorted({*scene.coordinate_names, *scene.velocity_names})
+    form = "{joint: joint in the bag}"
+    called = names_called(names, "names", form, known, "no joint {}", "joints")
+    if len(set(called.values())) < len(called):
+        raise InputError(f"names: two joints are one in the bag, in {said(dict(called))}")
+    return called
 
 
 def mark_ids(controller: Controller, camera: str, marks: Any) -> tuple[Ids, dict[Key, int]]:
@@ -38,11 +47,13 @@ def mark_ids(controller: Controller, camera: str, marks: Any) -> tuple[Ids, dict
 
     InputError: other ids than there are marks, an id that is two, or ids of what is no target.
     """
-    _check_targets(controller, marks)
+    targets = dict.fromkeys(sight.target.name for sight in controller.sights)
+    no, kind = "no target {}", object
+    given = names_called(marks, "marks", "{target: ids}", targets, no, "targets", kind)
     own = [sight for sight in controller.sights if sight.eye.name == camera]
     found: dict[str, tuple[Key, int]] = {}
     for sight in own:
-        for i, each in enumerate(_ids(marks, sight.target.name, len(sight.target.marks))):
+        for i, each in enumerate(_ids(given, sight.target.name, len(sight.target.marks))):
             if each in found:
                 raise InputError(
                     f"marks: '{each}' is two marks, of '{found[each][0][1]}' and "
@@ -52,22 +63,12 @@ def mark_ids(controller: Controller, camera: str, marks: Any) -> tuple[Ids, dict
     return found, {sight.key: len(sight.target.marks) for sight in own}
 
 
-def _ids(marks: Any, target: str, count: int) -> list[str]:
+def _ids(marks: Mapping[str, Any], target: str, count: int) -> list[str]:
     """Return the ids of the marks of a target."""
-    ids = (marks or {}).get(target, [f"{target}.{i}" for i in range(count)])
+    ids = marks.get(target, [f"{target}.{i}" for i in range(count)])
     texts = not isinstance(ids, str) and all(isinstance(each, str) for each in ids)
     if not texts or len(ids) != count:
         raise InputError(
             f"marks: '{target}' has {count} marks; expected as many ids, got {said(ids)}"
         )
     return list(ids)
-
-
-def _check_targets(controller: Controller, marks: Any) -> None:
-    """Raise InputError unless ids are given for targets."""
-    if marks is not None and not isinstance(marks, Mapping):
-        raise InputError(f"marks: expected {{target: ids}}, got {said(marks)}")
-    targets = {sight.target.name: None for sight in controller.sights}
-    for name in marks or ():
-        if name not in targets:
-            raise InputError(f"marks: no target {said(name)}; {suggest(name, targets, 'targets')}")

@@ -9,7 +9,7 @@ import numpy as np
 
 from robsim.base.arrays import Array
 from robsim.base.errors import FileError
-from robsim.logs.at import At
+from robsim.logs.bag_files import At
 from robsim.run.log import Stream
 
 Part = Literal["position", "velocity"]
@@ -77,12 +77,12 @@ class Joints:
 def joint_stream(what: str, found: Iterable[At], joints: Joints) -> Stream | None:
     """Return the values (n, width) of messages, once all are known; None if they never are."""
     taken = ((each.time, joints.take(what, each)) for each in found)
-    rows = [(time, row) for time, row in taken if row is not None]
-    return stacked(what, rows)
+    return stacked(what, taken)
 
 
-def stacked(what: str, rows: Sequence[tuple[int, Array]]) -> Stream | None:
-    """Return rows with their times as a stream; None without any."""
+def stacked(what: str, every: Iterable[tuple[int, Array | None]]) -> Stream | None:
+    """Return rows with their times as a stream, without those that are none; None without any."""
+    rows = [(time, row) for time, row in every if row is not None]
     if not rows:
         return None
     times, values = zip(*rows, strict=True)

@@ -9,7 +9,7 @@ import numpy as np
 
 from robsim.base.arrays import Array
 from robsim.base.errors import FileError
-from robsim.logs.at import At
+from robsim.logs.bag_files import At
 from robsim.vision.camera import Camera
 
 

@@ -10,10 +10,9 @@ from typing import Any, Literal, NamedTuple
 
 import xarray as xr
 
-from robsim.base.errors import FileError, FileWarning, InputError, naming, said, suggest
+from robsim.base.errors import FileError, FileWarning, check_known, naming, suggest
 from robsim.base.warned import callers
-from robsim.logs.at import At, Clock, at_times
-from robsim.logs.bag_files import Bag, Timed
+from robsim.logs.bag_files import At, Bag, Clock, Timed, at_times
 from robsim.logs.called import joints_called, mark_ids
 from robsim.logs.joints import Joints, joint_stream
 from robsim.logs.lens import check_lens
@@ -78,12 +77,10 @@ def open_bag(
     ...
     robsim.base.errors.FileError: no file nothing.mcap
     """
-    if clock not in CLOCKS:
-        raise InputError(f"no clock {said(clock)}; {suggest(clock, CLOCKS, 'clocks')}")
+    check_known(clock, CLOCKS, "no clock {}", "clocks")
     with Bag(path) as bag, naming(str(path)):
         made = _own(bag) if experiment is None else of_kind(experiment, Experiment, "experiment")
-        reading = _Reading(bag, made, clock)
-        return recorded(reading.log(topics, names, marks, frames), made)
+        return recorded(_Reading(bag, made, clock).log(topics, names, marks, frames), made)
 
 
 def bag_images(path: str | os.PathLike[str], topic: str) -> Iterator[BagImage]:

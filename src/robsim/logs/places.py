@@ -2,24 +2,48 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator, Mapping
-from dataclasses import replace
-from typing import Any, NamedTuple
+import math
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
 
-from robsim.base.errors import InputError, said, suggest
+from robsim.base.arrays import Array
+from robsim.base.errors import FileError
+from robsim.geometry.pose import Pose
+from robsim.logs.bag_files import At
+from robsim.logs.called import names_called
 from robsim.logs.joints import Named
-from robsim.logs.roaming import Roamer, roamers
 from robsim.logs.transforms import Transforms
+from robsim.robot.joints.planar import InPlane
 from robsim.world.scene import Scene
 
 WORLD = "world"
+TILT = 0.1  # radians, beyond which a body does not drive on its plane
 
 
-class Moved(NamedTuple):
-    """Coordinates of a body, and the time in nanoseconds of the transform; zero if it says none."""
+@dataclass(frozen=True, eq=False)
+class Roamer:
+    """A body that drives or flies, whose coordinates follow from the pose of its link."""
 
-    time: int
-    joints: Named
+    frame: str
+    names: tuple[str, ...]  # of its coordinates that its pose says
+    before: Array  # (4, 4), so that the motion of its joint is before @ T_world_link @ after
+    after: Array
+
+    def coordinates(self, what: str, T: Array, last: Sequence[float]) -> list[float]:
+        """Return the coordinates at a pose (4, 4) in the world, the heading next to the last.
+
+        FileError: the body is tilted out of the plane it drives on.
+        """
+        motion = self.before @ T @ self.after
+        if len(self.names) > 3:
+            return [float(value) for value in Pose(motion).q]
+        if motion[2, 2] < math.cos(TILT):
+            angle = math.degrees(math.acos(max(float(motion[2, 2]), -1.0)))
+            raise FileError(f"{what}: '{self.frame}' is tilted by {angle:.3g} deg")
+        theta = math.atan2(motion[1, 0], motion[0, 0])
+        turns = round((last[2] - theta) / math.tau) if last else 0
+        return [float(motion[0, 3]), float(motion[1, 3]), theta + turns * math.tau]
 
 
 class Places:
@@ -32,14 +56,11 @@ class Places:
     """
 
     def __init__(self, scene: Scene, called: Mapping[str, str], frames: Any) -> None:
-        own = roamers(scene)
+        own = _roamers(scene, called)
         framed = _frames_called(frames, [each.frame for each in own])
         self.transforms = Transforms()
         self._root = framed.get(WORLD, WORLD)
-        self._bodies = [
-            (framed.get(each.frame, each.frame), replace(each, names=_named(each, called)))
-            for each in own
-        ]
+        self._bodies = [(framed.get(each.frame, each.frame), each) for each in own]
         self._last: dict[str, list[float]] = {}
 
     def __bool__(self) -> bool:
@@ -57,9 +78,10 @@ class Places:
         """Take transforms that do not change. FileError: one is no pose."""
         self.transforms.take(what, transforms, moving=False)
 
-    def take(self, what: str, transforms: Iterable[Any]) -> Iterator[Moved]:
-        """Take transforms, and yield the coordinates of each body that they move.
+    def take(self, what: str, transforms: Iterable[Any]) -> Iterator[At]:
+        """Take transforms, and yield the coordinates of each body that they move, by name.
 
+        Their time is that of the transform; zero if it says none.
         Those of other frames on the way to the world count as they were last, and move nothing.
         FileError: one is no pose.
         """
@@ -69,23 +91,33 @@ class Places:
             T = self.transforms.pose(frame, self._root)
             if moved in times and T is not None:
                 self._last[frame] = body.coordinates(what, T, self._last.get(frame, ()))
-                yield Moved(times[moved], Named(body.names, position=self._last[frame]))
-
-
-def _named(body: Roamer, called: Mapping[str, str]) -> tuple[str, ...]:
-    return tuple(called.get(name, name) for name in body.names)
+                yield At(times[moved], Named(body.names, position=self._last[frame]))
 
 
 def _frames_called(frames: Any, links: list[str]) -> Mapping[str, str]:
     """Return what a bag calls the world and the links of bodies. InputError: there is no such."""
-    names = [WORLD, *links]
-    if frames is None:
-        return {}
-    if not isinstance(frames, Mapping) or not all(isinstance(v, str) for v in frames.values()):
-        raise InputError(f"frames: expected {{frame: frame in the bag}}, got {said(frames)}")
-    for name in frames:
-        if name not in names:
-            raise InputError(
-                f"frames: no {said(name)} that roams; {suggest(name, names, 'frames')}"
-            )
-    return {name: own.removeprefix("/") for name, own in frames.items()}
+    form, known = "{frame: frame in the bag}", [WORLD, *links]
+    called = names_called(frames, "frames", form, known, "no {} that roams", "frames")
+    return {name: own.removeprefix("/") for name, own in called.items()}
+
+
+def _roamers(scene: Scene, called: Mapping[str, str]) -> tuple[Roamer, ...]:
+    """Return the bodies of a scene that drive or fly in the world itself, by names of a log."""
+    links = [(robot, link) for robot in scene.robots for link in robot.links]
+    every = (f"{robot.name}.{link.name}" for robot, link in links if link.joint.model.roams)
+    found = (_roamer(scene, frame, called) for frame in every)
+    return tuple(each for each in found if each is not None)
+
+
+def _roamer(scene: Scene, frame: str, called: Mapping[str, str]) -> Roamer | None:
+    tree = scene.tree
+    body, tail = tree.find(frame)
+    member = next(each for each in tree.members if each.body == body)
+    if tree.parent[body] != 0 or not (member.kind.free or isinstance(member.kind, InPlane)):
+        return None
+    home = scene.home.copy()
+    home[member.q] = member.kind.rest
+    before = tail @ scene.pose(frame, home).inv().matrix
+    own = scene.coordinate_names[member.q][: 7 if member.kind.free else 3]
+    names = tuple(called.get(name, name) for name in own)
+    return Roamer(frame, names, before, Pose(tail).inv().matrix)

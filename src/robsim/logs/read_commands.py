@@ -9,7 +9,7 @@ import numpy as np
 from robsim.base.arrays import Array
 from robsim.base.errors import FileError
 from robsim.logs import messages, twists
-from robsim.logs.at import At
+from robsim.logs.bag_files import At
 from robsim.logs.joints import Joints, Named, stacked
 from robsim.run.control.controller import Controller
 from robsim.run.log import Stream
@@ -29,7 +29,7 @@ class Commands:
         self._joints = Joints([called.get(name, name) for name in names], "velocity", every=False)
         self._twist = twists.components(names) if kind in messages.TWISTS else ()
         self._row = {
-            messages.JOINTS: self._by_name,
+            messages.JOINTS: self._joints.take,
             messages.NUMBERS: self._numbered,
             messages.TRAJECTORY: self._point,
             messages.TWIST: self._of_twist,
@@ -40,10 +40,7 @@ class Commands:
         """Return the commands (n, nv) of messages; None without any. FileError: as `row`."""
         rows = [(each.time, self._row(what, each)) for each in found]
         self.others |= dict.fromkeys(f"joint {name}" for name in self._joints.others)
-        return stacked(what, [(time, row) for time, row in rows if row is not None])
-
-    def _by_name(self, what: str, each: At) -> Array | None:
-        return self._joints.take(what, each)
+        return stacked(what, rows)
 
     def _numbered(self, what: str, each: At) -> Array:
         """Return as many numbers as are commanded, or as there are velocities."""

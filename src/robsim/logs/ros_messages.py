@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 
 from robsim.base.arrays import Array, numbers, positive
-from robsim.base.errors import InputError, RobSimError, said, suggest
+from robsim.base.errors import InputError, RobSimError, check_known, said
 from robsim.logs import messages, write_commands
-from robsim.logs.at import At
+from robsim.logs.bag_files import At
 from robsim.logs.called import joints_called, mark_ids
 from robsim.logs.joints import Joints
 from robsim.logs.places import Places
@@ -108,7 +108,7 @@ class RosMessages:
                 self._places.still("TFMessage", message.transforms)
                 return None
             moved = list(self._places.take("TFMessage", message.transforms))
-            found = [self._taken("TFMessage", At(*each)) for each in moved]
+            found = [self._taken("TFMessage", each) for each in moved]
             return found[-1] if found else None
 
     def marks(self, message: Any, camera: str | None = None, t: float | None = None) -> Marks:
@@ -142,8 +142,7 @@ class RosMessages:
         InputError: another type, or one that the scene has nothing for.
         """
         given = numbers(velocities, "velocities", (len(self._commanded),))
-        if not isinstance(kind, str) or kind not in KINDS:
-            raise InputError(f"no command of type {said(kind)}; {suggest(kind, KINDS, 'types')}")
+        check_known(kind, KINDS, "no command of type {}", "types")
         if kind in messages.TWISTS:
             return self._twist(given, kind)
         by_name = dict(zip(self._commanded, given.tolist(), strict=True))
@@ -151,8 +150,7 @@ class RosMessages:
         if kind == messages.NUMBERS:
             return write_commands.numbers(self._make, velocity)
         if kind == messages.JOINTS:
-            none = np.empty(0)
-            return write_commands.joint_state(self._make, 0, self.order, none, velocity)
+            return write_commands.joint_state(self._make, 0, self.order, np.empty(0), velocity)
         after = round(positive(ahead, "ahead (seconds)") * NANO)
         return write_commands.trajectory(self._make, self.order, self._positions(), velocity, after)
 
@@ -180,9 +178,8 @@ class RosMessages:
         names = self.controller.cameras
         if camera is None and len(names) == 1:
             return names[0]
-        if camera not in names:
-            raise InputError(f"no camera {said(camera)}; {suggest(camera, names, 'cameras')}")
-        return camera
+        check_known(camera, names, "no camera {}", "cameras")
+        return str(camera)
 
 
 def _order(order: Any, commanded: Sequence[str]) -> Sequence[str]:

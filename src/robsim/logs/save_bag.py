@@ -14,10 +14,11 @@ import numpy as np
 import xarray as xr
 
 from robsim.base.arrays import number
-from robsim.base.errors import FileError, InputError, said, suggest
+from robsim.base.errors import FileError, InputError, check_known, said
 from robsim.base.output import refused, write_whole
 from robsim.logs import messages, topics
 from robsim.logs.spoken import Said, spoken
+from robsim.run.checks import of_kind
 from robsim.run.experiment import Experiment
 from robsim.run.log import NANO
 from robsim.run.origin import check_run
@@ -59,10 +60,8 @@ def save_bag(
     """
     one = _single(run)
     made = Experiment.of(one) if experiment is None else experiment
-    if not isinstance(made, Experiment):
-        raise InputError(f"experiment: expected an Experiment, got {said(made)}")
-    if not isinstance(storage, str) or storage not in PLUGINS:
-        raise InputError(f"no storage {said(storage)}; {suggest(storage, PLUGINS, 'storages')}")
+    of_kind(made, Experiment, "experiment")
+    check_known(storage, PLUGINS, "no storage {}", "storages")
     first = number(start, "start (seconds)")
     if not 0.0 <= first < LATEST - float(one["time"].values[-1]):
         raise InputError(f"start: expected seconds since 1970, got {said(start)}")
@@ -122,24 +121,17 @@ def _write(folder: Path, storage: str, words: Iterator[Said]) -> None:
 
 def _latched() -> Any:
     """Return the quality of service of what is said once and kept for late listeners."""
-    from rosbags.interfaces import (
-        Qos,
-        QosDurability,
-        QosHistory,
-        QosLiveliness,
-        QosReliability,
-        QosTime,
-    )
+    from rosbags import interfaces as of
 
-    never = QosTime(2147483647, 4294967295)
-    return Qos(
-        QosHistory.KEEP_LAST,
+    never = of.QosTime(2147483647, 4294967295)
+    return of.Qos(
+        of.QosHistory.KEEP_LAST,
         1,
-        QosReliability.RELIABLE,
-        QosDurability.TRANSIENT_LOCAL,
+        of.QosReliability.RELIABLE,
+        of.QosDurability.TRANSIENT_LOCAL,
         never,
         never,
-        QosLiveliness.AUTOMATIC,
+        of.QosLiveliness.AUTOMATIC,
         never,
         False,
     )

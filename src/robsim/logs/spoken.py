@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -21,6 +22,7 @@ from robsim.world.scene import Scene
 if TYPE_CHECKING:
     import xarray as xr
 
+_header = partial(header, message)
 LENSES = {0: ("plumb_bob", 5), 4: ("plumb_bob", 5), 5: ("plumb_bob", 5)}
 RATIONAL = ("rational_polynomial", 8)
 
@@ -89,15 +91,10 @@ def spoken(run: xr.Dataset, experiment: Experiment, start: int) -> Iterator[Said
 
 
 def _of_joints(told: _Told, i: int, time: int) -> Iterator[Said]:
-    none = np.empty(0)
     state = joint_state(message, time, told.coordinates, told.q[i], told.rates[i])
     yield Said(topics.JOINTS, messages.JOINTS, time, state)
-    command = joint_state(message, time, told.velocities, none, told.qd[i])
+    command = joint_state(message, time, told.velocities, np.empty(0), told.qd[i])
     yield Said(topics.COMMANDS, messages.JOINTS, time, command)
-
-
-def _header(time: int, frame: str) -> Any:
-    return header(message, time, frame)
 
 
 def _poses(scene: Scene, q: Array) -> dict[str, Array]:

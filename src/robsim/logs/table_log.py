@@ -14,6 +14,7 @@ from robsim.base.arrays import Array
 from robsim.base.errors import FileError, InputError, naming, said, suggest
 from robsim.base.output import refused
 from robsim.base.units import Dimension, factor
+from robsim.logs.called import names_called
 from robsim.run.checks import of_kind
 from robsim.run.control.controller import Controller
 from robsim.run.experiment import Experiment
@@ -73,9 +74,8 @@ def read_log(
     known = _columns(made)
     name, found = _table(path)
     with naming(name):
-        found = _named(found, known, {} if columns is None else columns)
-        scales = _scales(known, {} if units is None else units)
-        return recorded(_log(name, found, made, scales), made)
+        own, scales = _named(found, known, columns), _scales(known, units)
+        return recorded(_log(name, own, made, scales), made)
 
 
 def _columns(experiment: Experiment) -> dict[str, Column]:
@@ -129,17 +129,11 @@ def _rows(rows: Sequence[Any]) -> list[Any]:
     return list(rows)
 
 
-def _named(
-    found: pd.DataFrame, known: Mapping[str, Column], columns: Mapping[str, str]
-) -> dict[str, Array]:
+def _named(found: pd.DataFrame, known: Mapping[str, Column], given: Any) -> dict[str, Array]:
     """Return the columns of a table by their names in a run, as numbers."""
-    if not isinstance(columns, Mapping):
-        raise InputError(f"columns: expected {{column of a run: column}}, got {said(columns)}")
-    for name, own in columns.items():
-        if name not in known:
-            raise InputError(
-                f"columns: no column {said(name)} in a run; {suggest(name, known, '')}"
-            )
+    form, no = "{column of a run: column}", "no column {} in a run"
+    columns = names_called(given, "columns", form, known, no, "columns", object)
+    for own in columns.values():
         if own not in found.columns:
             raise InputError(f"no column {said(own)}; {suggest(own, map(str, found), 'columns')}")
     if "run" in found.columns and found["run"].nunique() > 1:
@@ -163,21 +157,18 @@ def _numbers(column: Any, name: str) -> Array:
     return values
 
 
-def _scales(known: Mapping[str, Column], units: Mapping[str, str]) -> dict[str, float]:
+def _scales(known: Mapping[str, Column], given: Any) -> dict[str, float]:
     """Return the factor to SI of each column."""
-    if not isinstance(units, Mapping):
-        raise InputError(f"units: expected {{column: unit}}, got {said(units)}")
     names = [*known, *dict.fromkeys(each.group for each in known.values())]
-    for name in units:
-        if name not in names:
-            raise InputError(f"units: no column {said(name)}; {suggest(name, names, 'columns')}")
+    form, no = "{column: unit}", "no column {}"
+    units = names_called(given, "units", form, names, no, "columns", object)
     scales = {}
     for name, (group, unit) in known.items():
-        given = units.get(name, units.get(group))
-        if given is not None and unit not in DIMENSIONS:
+        own = units.get(name, units.get(group))
+        if own is not None and unit not in DIMENSIONS:
             raise InputError(f"units: {name} is in {unit if unit != '1' else 'no unit'}")
         with naming(f"units of {name}"):
-            scales[name] = 1.0 if given is None else factor(given, DIMENSIONS[unit])
+            scales[name] = 1.0 if own is None else factor(own, DIMENSIONS[unit])
     return scales
 
 
@@ -208,8 +199,7 @@ def _times(seconds: Array) -> Times:
     if wrong.any():
         row = _first(wrong)
         raise FileError(f"column time: {seconds[row]} in row {row} is no time in seconds")
-    found: Times = np.round(seconds * NANO).astype(np.int64)
-    return found
+    return np.asarray(np.round(seconds * NANO).astype(np.int64))
 
 
 def _stream(what: str, times: Times, given: Mapping[str, Array], names: Sequence[str]) -> Stream:

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Any
 
-from robsim.base.errors import FileError, InputError, said, suggest
+from robsim.base.errors import FileError, suggest
 from robsim.logs import messages
+from robsim.logs.called import names_called
 
 JOINTS, COMMANDS, EXPERIMENT = "/joint_states", "/joint_commands", "/robsim/experiment"
 FRAMES, STILL = "/tf", "/tf_static"
@@ -57,7 +59,7 @@ def chosen(
     FileError: one is not there, or of another type; InputError: a role that does not exist.
     """
     usual = defaults(cameras)
-    wanted = _roles(usual, cameras, {} if given is None else given)
+    wanted = _roles(usual, cameras, given)
     by_frames, roles = roams and wanted.get("frames", FRAMES) in found, {}
     for role, topic in usual.items():
         kind = role.partition(".")[0]
@@ -74,20 +76,12 @@ def chosen(
     return roles
 
 
-def _roles(
-    usual: Mapping[str, str], cameras: tuple[str, ...], given: Mapping[str, str]
-) -> dict[str, str]:
+def _roles(usual: Mapping[str, str], cameras: tuple[str, ...], given: Any) -> dict[str, str]:
     """Return the topics that are given by role; those of the only camera need no name."""
-    if not isinstance(given, Mapping):
-        raise InputError(f"topics: expected {{role: topic}}, got {said(given)}")
-    short = {f"{of}": f"{of}.{cameras[0]}" for of in ("marks", "lens") if len(cameras) == 1}
-    roles = {}
-    for role, topic in given.items():
-        name = short.get(role, role) if isinstance(role, str) else role
-        if name not in usual or not isinstance(topic, str):
-            raise InputError(f"topics: no {said(role)}; {suggest(role, usual, 'topics')}")
-        roles[name] = topic
-    return roles
+    short = {of: f"{of}.{cameras[0]}" for of in ("marks", "lens") if len(cameras) == 1}
+    known = [*usual, *short]
+    roles = names_called(given, "topics", "{role: topic}", known, "no {}", "topics")
+    return {short.get(role, role): topic for role, topic in roles.items()}
 
 
 def _found(

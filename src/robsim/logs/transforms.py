@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from robsim.base.arrays import Array
-from robsim.base.errors import FileError, InputError
+from robsim.base.errors import in_file
 from robsim.geometry.pose import Pose
 from robsim.logs.messages import stamp_of
 
@@ -34,7 +34,10 @@ class Transforms:
         for each in transforms:
             child = each.child_frame_id.removeprefix("/")
             parent = each.header.frame_id.removeprefix("/")
-            self._edges[child] = parent, _matrix(f"{what}: frame '{child}'", each.transform)
+            move, turn = each.transform.translation, each.transform.rotation
+            with in_file(f"{what}: frame '{child}'"):
+                place, axes = (move.x, move.y, move.z), (turn.x, turn.y, turn.z, turn.w)
+                self._edges[child] = parent, Pose.from_quaternion(place, axes).matrix
             times[child] = stamp_of(each) or 0
         self._moving |= times.keys() if moving else set()
         return times
@@ -62,13 +65,3 @@ class Transforms:
             if frame == root or frame not in self._edges:
                 return
             frame = self._edges[frame][0]
-
-
-def _matrix(what: str, transform: Any) -> Array:
-    move, turn = transform.translation, transform.rotation
-    try:
-        return Pose.from_quaternion(
-            [move.x, move.y, move.z], [turn.x, turn.y, turn.z, turn.w]
-        ).matrix
-    except InputError as error:
-        raise FileError(f"{what}: {error}") from None

@@ -57,10 +57,8 @@ def trajectory(
 
 def twist(make: Make, velocity: Array, parts: Sequence[Component]) -> Any:
     """Return velocities as Twist, of which these are its parts."""
-    values = {(each.of, each.axis): float(velocity[each.column]) for each in parts}
-    return make(messages.TWIST, **{of: _vector(make, of, values) for of in ("linear", "angular")})
-
-
-def _vector(make: Make, of: str, values: dict[tuple[str, str], float]) -> Any:
-    axes = {axis: values.get((of, axis), 0.0) for axis in "xyz"}
-    return make("geometry_msgs/msg/Vector3", **axes)
+    values = {of: dict.fromkeys("xyz", 0.0) for of in ("linear", "angular")}
+    for each in parts:
+        values[each.of][each.axis] = float(velocity[each.column])
+    vectors = {of: make("geometry_msgs/msg/Vector3", **xyz) for of, xyz in values.items()}
+    return make(messages.TWIST, **vectors)

@@ -86,16 +86,14 @@ def _entry(stage: Stage, part: Part, group: str, of: Any) -> Entry:
 
 
 def shape(stage: Stage, wire: Wire) -> Entry:
-    """Return the names of the arrays of a solid: corners of its triangles, and its edges."""
+    """Return the names of the arrays of a solid: corners of its triangles, and its edges.
+
+    Its faces are convex.
+    """
     key = f"shape{len(stage.arrays)}"
-    triangles = [fan for face in wire.faces for fan in _fan(face)]
-    corners = np.array(triangles).reshape(-1, 3)
+    fans = [face[[0, i, i + 1]] for face in wire.faces for i in range(1, len(face) - 1)]
+    corners = np.array(fans).reshape(-1, 3)
     return {
         "triangles": stage.array(f"{key}.triangles", corners),
         "edges": stage.array(f"{key}.edges", wire.segments.reshape(-1, 3)),
     }
-
-
-def _fan(face: Array) -> list[Array]:
-    """Return the triangles of a face (n, 3) that is convex."""
-    return [np.stack([face[0], face[i], face[i + 1]]) for i in range(1, len(face) - 1)]

@@ -83,8 +83,7 @@ def show(shown: Any, experiment: Experiment | None = None) -> None:
         notebook: Any = importlib.import_module("IPython.display")
         notebook.display({"text/html": framed(page)}, raw=True)
         return
-    folder = Path(tempfile.mkdtemp(prefix="robsim-"))
-    open_page(write_whole(folder / "run.html", page))
+    open_page(write_whole(Path(tempfile.mkdtemp(prefix="robsim-")) / "run.html", page))
 
 
 def _shown(shown: Any, experiment: Experiment | None) -> Recording:

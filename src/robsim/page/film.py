@@ -33,8 +33,7 @@ class Recording:
 
     def __repr__(self) -> str:
         """Return what it shows, in a line."""
-        count = len(self.arrays["time"])
-        return f"<Recording {self.header['title']!r} of {count} instants>"
+        return f"<Recording {self.header['title']!r} of {len(self.arrays['time'])} instants>"
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,13 +54,13 @@ class Instants:
         InputError: a run of another scene.
         """
         history.configurations(run, scene)
-        moving = Moving.of(scene, run["q"].values)
-        if second is None:
-            return cls(run["time"].values, moving, curves(run, scene), images(run))
-        other, other_scene = second
-        beside = Moving.of(scene, run["q"].values, Moving.of(other_scene, other["q"].values))
-        pixels = {**images(run), **images(other, " second")}
-        return cls(run["time"].values, beside, curves(run, scene, other), pixels)
+        other, beside, pixels = None, None, images(run)
+        if second is not None:
+            other, other_scene = second
+            beside = Moving.of(other_scene, other["q"].values)
+            pixels |= images(other, " second")
+        moving = Moving.of(scene, run["q"].values, beside)
+        return cls(run["time"].values, moving, curves(run, scene, other), pixels)
 
 
 class Film:

@@ -35,8 +35,7 @@ def packed(
         entry, data = (_quantised if name in quantised else _plain)(array)
         table.append({"name": name, "shape": list(array.shape), **entry})
         pieces.append(data)
-    content = pack({**header, "arrays": table}, pieces).getbuffer()
-    return gzip.compress(content, level, mtime=0)
+    return gzip.compress(pack({**header, "arrays": table}, pieces).getbuffer(), level, mtime=0)
 
 
 def unpacked(data: bytes) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:

@@ -10,6 +10,7 @@ from robsim.base.arrays import Array
 from robsim.page.bodies import Entry, Stage
 from robsim.plot import history, palette, wireframe
 from robsim.vision.camera import Camera
+from robsim.vision.plane import with_one
 from robsim.world.mounted_camera import MountedCamera
 
 if TYPE_CHECKING:
@@ -20,23 +21,20 @@ SIDE = 12  # points along each side of the border of an image, which a lens bend
 
 def marks_of(stage: Stage, first: dict[str, int]) -> list[Entry]:
     """Return the marks of all objects, with the colours that they have in the images."""
-    found = []
-    for thing in stage.moving.scene.objects:
-        if len(thing.marks):
-            number = first.get(thing.name, 0)
-            found.append(
-                {
-                    "frame": stage.frame(thing.name),
-                    "points": stage.array(f"{thing.name}.marks", thing.marks),
-                    "colors": [palette.nth(number + i) for i in range(len(thing.marks))],
-                }
-            )
-    return found
+    targets = [thing for thing in stage.moving.scene.objects if len(thing.marks)]
+    return [
+        {
+            "frame": stage.frame(each.name),
+            "points": stage.array(f"{each.name}.marks", each.marks),
+            "colors": wireframe.colors_of(each, first),
+        }
+        for each in targets
+    ]
 
 
 def cameras(stage: Stage, depth: float, run: xr.Dataset | None) -> list[Entry]:
     """Return the cameras of a scene; those that have a part in the run with their images."""
-    used = [] if run is None else seeing(run)
+    used = [] if run is None else history.cameras_of(run)
     order = sorted(stage.moving.scene.cameras, key=lambda eye: (eye.name not in used, eye.name))
     return [
         {
@@ -67,17 +65,10 @@ def _rim(camera: Camera) -> Array:
 
 def _rays(camera: Camera) -> Array:
     """Return points (4 SIDE, 3) at unit depth on the rays through the border of the image."""
-    (left, right), (top, bottom) = camera.border
-    corners = np.array([(left, top), (right, top), (right, bottom), (left, bottom)])
+    corners = wireframe.border_corners(camera)
     share = np.arange(SIDE)[:, None] / SIDE
     sides = [a + share * (b - a) for a, b in zip(corners, np.roll(corners, -1, 0), strict=True)]
-    points = camera.normalise(np.concatenate(sides))
-    return np.column_stack([points, np.ones(len(points))])
-
-
-def seeing(run: xr.Dataset) -> list[str]:
-    """Return the names of the cameras that have a part in a run."""
-    return list(dict.fromkeys(run["mark_camera"].values.tolist()))
+    return with_one(camera.normalise(np.concatenate(sides)))
 
 
 def images(run: xr.Dataset, suffix: str = "") -> dict[str, Array]:
@@ -86,7 +77,7 @@ def images(run: xr.Dataset, suffix: str = "") -> dict[str, Array]:
     Without a suffix also those at the goal, (N, 2).
     """
     found = {}
-    for eye in seeing(run):
+    for eye in history.cameras_of(run):
         own = run["mark_camera"].values == eye
         found[f"{eye}.pixels{suffix}"] = run["pixels"].values[:, own]
         if not suffix:

@@ -93,13 +93,11 @@ def _columns(
     columns: list[dict[str, Any]] = []
     arrays: dict[str, NDArray[Any]] = {}
     for name in (str(each) for each in study.table if each != "outcome"):
-        base = name.split("[")[0]
+        base, axis = name.split("[")[0], labelled.get(name)
         own: dict[str, Any] = {"name": name, "unit": units.get(base, "")}
         own |= {"shared": base in shared, "measure": name in MEASURES}
-        if name in labelled:
-            own |= _labels(labelled[name])
-        columns.append(own)
-        arrays[name] = _codes(study, labelled[name]) if name in labelled else _numbers(study, name)
+        columns.append(own if axis is None else own | _labels(axis))
+        arrays[name] = _numbers(study, name) if axis is None else _codes(study, axis)
     return columns, arrays
 
 

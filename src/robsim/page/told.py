@@ -18,8 +18,6 @@ from robsim.world.scene import Scene
 if TYPE_CHECKING:
     import xarray as xr
 
-AXES = ("x", "y", "z")
-
 
 @dataclass(frozen=True, eq=False)
 class Curves:
@@ -59,8 +57,8 @@ def curves(run: xr.Dataset, scene: Scene, second: xr.Dataset | None = None) -> l
     return [
         *([] if second is None else [_both(run, second)]),
         Curves("error", unit, names, grey, error, True),
-        Curves(f"{whose} v", "m/s", [f"v{a}" for a in AXES], vector, twist[:, :3]),
-        Curves(f"{whose} ω", "rad/s", [f"ω{a}" for a in AXES], vector, twist[:, 3:]),
+        Curves(f"{whose} v", "m/s", [f"v{a}" for a in "xyz"], vector, twist[:, :3]),
+        Curves(f"{whose} ω", "rad/s", [f"ω{a}" for a in "xyz"], vector, twist[:, 3:]),
         *joint_curves(run),
     ]
 

@@ -10,7 +10,8 @@ import numpy as np
 from robsim.base.arrays import Array
 from robsim.page.bodies import Entry, PosesOf, Stage, shape, solids
 from robsim.plot import ghost, palette
-from robsim.plot.moving import STILL, Moving
+from robsim.plot.moving import STILL, Moving, things
+from robsim.plot.wireframe import displayed
 from robsim.world.scene import Scene
 
 if TYPE_CHECKING:
@@ -43,14 +44,14 @@ def goals(stage: Stage, run: xr.Dataset, depth: float) -> list[Entry]:
             **shape(stage, wire),
         }
         for name, T in ghost.of_run(run).items()
-        for wire in ghost.outlines(scene, name, np.eye(4), depth)
+        for wire in ghost.outlines(scene, name, depth)
     ]
 
 
 def trails(stage: Stage) -> list[Entry]:
     """Return the frames of cameras and objects that move, whose ways are drawn."""
     colors = cycle([palette.VERMILLION, palette.PURPLE, palette.SKY_BLUE, palette.GREEN])
-    frames = [stage.frame(name) for name in stage.moving.things]
+    frames = [stage.frame(name) for name in things(stage.moving.scene)]
     along = [frame for frame in frames if np.ptp(stage.track(frame)[:, :3], axis=0).max() > STILL]
     return [{"frame": i, "color": color} for i, color in zip(along, colors, strict=False)]
 
@@ -62,7 +63,7 @@ def _at(T: Array) -> PosesOf:
 
 def _other(belief: Scene, name: str) -> PosesOf:
     """Return how a frame moves in another scene."""
-    return lambda moving: moving.believed(belief).poses(name)
+    return lambda moving: np.concatenate([displayed(belief, name, q) for _, q in moving.spells])
 
 
 def _second(name: str) -> PosesOf:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from io import BytesIO
-from typing import Any
+from typing import Any, Literal
 
 import matplotlib
 import numpy as np
@@ -13,7 +13,7 @@ from matplotlib import pyplot as plt
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from robsim.base.arrays import numbers
+from robsim.base.arrays import Array, numbers
 from robsim.base.errors import InputError, said
 from robsim.plot import palette
 
@@ -76,13 +76,35 @@ def new_figure(width: float, height: float, size: Any = None) -> Figure:
 
 def checked_size(size: Any) -> tuple[float, float]:
     """Return (width, height) in inches; InputError unless each is one of 0.5 to 100."""
-    given = numbers(size, "size (width, height) in inches", (2,))
-    if given.ndim != 1 or (given < _SMALLEST).any() or (given > _LARGEST).any():
+    sides = pair(size, "size", "(width, height) in inches")
+    if min(sides) < _SMALLEST or max(sides) > _LARGEST:
         raise InputError(
             f"size: expected (width, height), each {_SMALLEST:g} to {_LARGEST:g} inches, "
             f"got {said(size)}"
         )
+    return sides
+
+
+def pair(value: Any, what: str, words: str) -> tuple[float, float]:
+    """Return two finite numbers; InputError says in words which they are."""
+    given = numbers(value, f"{what} {words}", (2,))
+    if given.ndim != 1:
+        raise InputError(f"{what}: expected {words}, got {said(value)}")
     return float(given[0]), float(given[1])
+
+
+def panels_of(
+    axes: Any, count: int, size: Any, inches: tuple[float, float], columns: int = 1, **how: Any
+) -> tuple[Figure, list[Axes]]:
+    """Return a figure and its axes: the user's, or those of a new figure of (width, height) inches.
+
+    A new one has at least `count`, row by row, in so many columns; `how` is as in `subplots`.
+    """
+    if axes is not None:
+        panels = checked_panels(axes, count, size)
+        return whole(panels[0]), panels
+    figure = new_figure(*inches, size)
+    return figure, list(figure.subplots(-(-count // columns), columns, squeeze=False, **how).flat)
 
 
 def checked_panels(axes: Any, count: int, size: Any) -> list[Axes]:
@@ -105,6 +127,23 @@ def whole(axes: Axes) -> Figure:
     figure = axes.get_figure(root=True)
     assert figure is not None
     return figure
+
+
+def open_frame(axes: Axes, grid: Literal["x", "y", "both"] = "both") -> None:
+    """Show grid lines instead of a frame."""
+    axes.grid(True, axis=grid)
+    axes.spines[["top", "right"]].set_visible(False)
+
+
+def set_time_axis(axes: Axes, time: Array) -> None:
+    """Let the axes show all of some times (T,) in seconds, with grid lines."""
+    axes.set(xlabel="time (s)", xlim=(0, time[-1] if time[-1] > 0 else 1))
+    open_frame(axes)
+
+
+def dot(time: Array) -> dict[str, Any]:
+    """Return a marker for a line of a single point, which would be invisible without one."""
+    return {"marker": "."} if len(time) == 1 else {}
 
 
 def set_title(axes: Axes, default: str, title: str | None) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -13,20 +13,19 @@ from robsim.base.arrays import Array
 from robsim.base.errors import InputError, said
 from robsim.engine.outcome import Outcome
 from robsim.plot import history, palette
-from robsim.plot.canvas import new_figure, style
+from robsim.plot.canvas import new_figure, open_frame, style
+from robsim.plot.history import NOTHING, differ
 from robsim.plot.image import frame as frame_image
 
 if TYPE_CHECKING:
     import xarray as xr
 
     from robsim.analysis.comparison import Comparison
-    from robsim.world.scene import Scene
 
 IN_A_ROW, BELOW = 7, 4.4  # images in a row; height in inches of the panels below them
 SHOWN = ("time", "image_excursion", "image_detour", "path_length", "retreat", "rotation")
 EFFORTS = ("effort_angular", "effort_linear")
 MARGINS = ("border_margin", "limit_margin")
-NOTHING = 1e-9  # measures below this are rounding errors
 _MARKERS = "osD^v<>"
 
 
@@ -131,7 +130,7 @@ def _draw_errors(axes: Axes, found: Comparison) -> None:
     if high > 0:
         axes.set(yscale="log", ylim=(max(low, 1e-6 * high) / 2, 2 * high))
     axes.set_xlim(left=0)
-    _open(axes, "both")
+    open_frame(axes)
 
 
 def normalised(found: Comparison) -> dict[str, tuple[float, Array]]:
@@ -153,25 +152,19 @@ def _draw_measures(axes: Axes, found: Comparison) -> None:
         rows = np.arange(len(shares)) + 0.6 * ((i + 0.5) / count - 0.5)
         values = [share[i] for _, share in shares.values()]
         face = palette.nth(i) if ended[i] else "none"
-        dots: dict[str, Any] = {
-            "marker": _MARKERS[i % len(_MARKERS)],
-            "markersize": 6,
-            "linestyle": "none",
-        }
-        axes.plot(values, rows, color=palette.nth(i), markerfacecolor=face, **dots)
-    names = [_row_label(key, largest) for key, (largest, _) in shares.items()]
+        own = look(i) | {"markerfacecolor": face, "linestyle": "none", "markevery": None}
+        axes.plot(values, rows, **own)
+    names = [
+        f"{MEASURES[key].label}\n1 = {largest:.3g} {_unit(key)}".rstrip()
+        for key, (largest, _) in shares.items()
+    ]
     axes.set(yticks=range(len(shares)), yticklabels=names, ylim=(len(shares) - 0.5, -0.5))
     axes.set(xlim=(-0.04, 1.06), xlabel="share of the largest (less is better)")
     for edge in np.arange(1, len(shares)) - 0.5:
         axes.axhline(edge, color=palette.LIGHT_GREY, linewidth=0.6)
-    _open(axes, "x")
+    open_frame(axes, "x")
     if not ended.all():
         axes.set_title("hollow: did not converge", loc="right", fontsize=9)
-
-
-def _row_label(key: str, largest: float) -> str:
-    """Return the label of a measure, with the value that 1 stands for."""
-    return f"{MEASURES[key].label}\n1 = {largest:.3g} {_unit(key)}".rstrip()
 
 
 def _unit(key: str) -> str:
@@ -182,31 +175,20 @@ def _unit(key: str) -> str:
 
 def _draw_ways(axes: Axes, found: Comparison) -> None:
     """Draw the camera paths in the two world axes of largest extent."""
-    ways = {name: _way(run, found.scenes[name]) for name, run in found.runs.items()}
-    spans = np.ptp(np.concatenate(list(ways.values())), axis=0)
+    runs = found.runs.items()
+    ways = [moving_path(history.single(run), found.scenes[name])[0] for name, run in runs]
+    spans = np.ptp(np.concatenate(ways), axis=0)
     across, up = sorted(np.argsort(-spans, kind="stable")[:2])
-    for i, way in enumerate(ways.values()):
+    for i, way in enumerate(ways):
         axes.plot(way[:, across], way[:, up], **look(i))
-    starts = np.unique([way[0, [across, up]] for way in ways.values()], axis=0)
+    starts = np.unique([way[0, [across, up]] for way in ways], axis=0)
     black: dict[str, Any] = {"color": palette.BLACK, "linestyle": "none"}
     axes.plot(*starts.T, marker=palette.ASTERISK, markersize=9, label="start", **black)
     axes.set(xlabel=f"{'xyz'[across]} (m)", ylabel=f"{'xyz'[up]} (m)")
     axes.set_aspect("equal", adjustable="datalim")
     axes.set_title("way of the camera", fontsize=9)
-    _open(axes, "both")
+    open_frame(axes)
     axes.legend(loc="best", frameon=True, framealpha=0.9, edgecolor="none")
-
-
-def _way(run: xr.Dataset, scene: Scene) -> Array:
-    """Return the path (moments, 3) of one run, up to its end."""
-    way: Array = moving_path(history.single(run), scene)[0]
-    return way
-
-
-def _open(axes: Axes, grid: Literal["x", "both"]) -> None:
-    """Show grid lines instead of a frame."""
-    axes.grid(True, axis=grid)
-    axes.spines[["top", "right"]].set_visible(False)
 
 
 # ---- batches ----
@@ -214,7 +196,7 @@ def _open(axes: Axes, grid: Literal["x", "both"]) -> None:
 
 def _distributions(found: Comparison, size: Any) -> Figure:
     arrived = found.data.where(found.data["outcome"] == Outcome.CONVERGED)
-    keys = [k for k in (*SHOWN, *EFFORTS, *MARGINS) if _varies(arrived[k].values)][:7]
+    keys = [k for k in (*SHOWN, *EFFORTS, *MARGINS) if differ(arrived[k].values)][:7]
     rows = 1 + len(keys) // 4
     figure = new_figure(12.8, 1.2 + rows * (1.0 + 0.34 * len(found.names)), size)
     panels = np.atleast_2d(figure.subplots(rows, 4, sharey=True)).ravel()
@@ -226,12 +208,6 @@ def _distributions(found: Comparison, size: Any) -> Figure:
     count = found.data.sizes["run"]
     figure.suptitle(f"{count} starts; boxes are of the runs that converged")
     return figure
-
-
-def _varies(values: Array) -> bool:
-    """Return whether finite values differ by more than rounding."""
-    shown = values[np.isfinite(values)]
-    return bool(shown.size) and float(np.ptp(shown)) > NOTHING * max(1.0, np.abs(shown).max())
 
 
 def _draw_endings(axes: Axes, found: Comparison) -> None:
@@ -272,4 +248,4 @@ def _draw_boxes(axes: Axes, values: Array, key: str) -> None:
         box.set(facecolor=palette.nth(i), alpha=0.6)
     unit = f" ({_unit(key)})" if _unit(key) else ""
     axes.set_xlabel(f"{MEASURES[key].label}{unit}")
-    _open(axes, "x")
+    open_frame(axes, "x")

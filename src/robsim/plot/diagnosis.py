@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError
 from robsim.plot import palette
-from robsim.plot.canvas import checked_panels, new_figure, style, whole
+from robsim.plot.canvas import dot, panels_of, set_time_axis, style
 from robsim.run.commanded import RECORDED
 
 if TYPE_CHECKING:
@@ -59,32 +59,26 @@ def diagnosis(
     if lacking or diagnosis["time"].ndim != 1 or diagnosis["time"].size == 0:
         what = ", ".join(lacking) or "instants; take some, as in diagnosis.isel(time=slice(0, 9))"
         raise InputError(f"this diagnosis is not whole: it has no {what}")
-    end = float(diagnosis["time"].values[-1])
+    time = diagnosis["time"].values
     with style():
-        if axes is not None:
-            panels = checked_panels(axes, 4, size)
-            figure = whole(panels[0])
-        else:
-            figure = new_figure(9.6, 5.6, size)
-            panels = list(figure.subplots(2, 2, sharex=True).ravel())
+        figure, panels = panels_of(axes, 4, size, (9.6, 5.6), 2, sharex=True)
+        if axes is None:
             how = str(diagnosis.attrs["outcome"]).lower().replace("_", " ")
-            figure.suptitle(f"{how} after {end:.3g} s" if title is None else title)
+            figure.suptitle(f"{how} after {time[-1]:.3g} s" if title is None else title)
         draws = _draw_lyapunov, _draw_conditions, _draw_stability, _draw_margins
         for panel, draw, name in zip(panels, draws, TITLES, strict=True):
             draw(panel, diagnosis)
             panel.set_title(name, loc="left")
-            panel.grid(True)
-            panel.spines[["top", "right"]].set_visible(False)
-            panel.set_xlim(0, end or 1)
-        for panel in panels[2:]:
-            panel.set_xlabel("time (s)")
+            set_time_axis(panel, time)
+        for panel in panels[:2]:
+            panel.set_xlabel("")
     return figure
 
 
 def _draw_lyapunov(axes: Axes, found: xr.Dataset) -> None:
     V, time = found["lyapunov"].values, found["time"].values
     unit = found["lyapunov"].attrs["units"].replace("^2", "²")
-    axes.plot(time, V, color=palette.BLACK, **_dot(time))
+    axes.plot(time, V, color=palette.BLACK, linewidth=1.8, **dot(time))
     axes.set_ylabel(f"V ({'–' if unit == '1' else unit})" if "see" not in unit else "V")
     _logarithmic(axes, V)
 
@@ -95,7 +89,9 @@ def _draw_conditions(axes: Axes, found: xr.Dataset) -> None:
         ("condition_interaction", "$\\hat{L}$", palette.BLUE, "-"),
         ("condition_task_jacobian", "$\\hat{L}\\,\\hat{J}$", palette.VERMILLION, "--"),
     ):
-        axes.plot(time, found[name].values, line, color=color, label=label, **_dot(time))
+        axes.plot(
+            time, found[name].values, line, color=color, label=label, linewidth=1.8, **dot(time)
+        )
     axes.set_ylabel("largest / smallest σ")
     both = [found[f"condition_{name}"].values for name in ("interaction", "task_jacobian")]
     _logarithmic(axes, np.concatenate(both), wide=True)
@@ -105,9 +101,11 @@ def _draw_conditions(axes: Axes, found: xr.Dataset) -> None:
 def _draw_stability(axes: Axes, found: xr.Dataset) -> None:
     time, least = found["time"].values, found["stability_motion"].values
     radius = found["contraction"].values
-    axes.plot(time, least, color=palette.GREEN, label="stability (above 0)", **_dot(time))
+    axes.plot(
+        time, least, color=palette.GREEN, label="stability (above 0)", linewidth=1.8, **dot(time)
+    )
     below = "contraction (below 1)"
-    axes.plot(time, radius, "--", color=palette.PURPLE, label=below, **_dot(time))
+    axes.plot(time, radius, "--", color=palette.PURPLE, label=below, linewidth=1.8, **dot(time))
     for level in (0.0, 1.0):
         axes.axhline(level, color=palette.GREY, linewidth=0.8)
     shown = np.concatenate([least, radius, [-0.1, 1.1]])
@@ -120,12 +118,12 @@ def _draw_stability(axes: Axes, found: xr.Dataset) -> None:
 def _draw_margins(axes: Axes, found: xr.Dataset) -> None:
     time = found["time"].values
     border, limit = found["border_margin"].values, 100 * found["limit_margin"].values
-    axes.plot(time, border, color=palette.BLUE, **_dot(time))
+    axes.plot(time, border, color=palette.BLUE, linewidth=1.8, **dot(time))
     axes.set_ylabel("to the border (px)", color=palette.BLUE)
     _from_zero(axes, border)
     if np.isfinite(limit).any():
         right = axes.twinx()
-        right.plot(time, limit, "--", color=palette.VERMILLION, **_dot(time))
+        right.plot(time, limit, "--", color=palette.VERMILLION, linewidth=1.8, **dot(time))
         right.set_ylabel("to a joint limit (% of its range)", color=palette.VERMILLION)
         right.spines["top"].set_visible(False)
         _from_zero(right, limit)
@@ -150,8 +148,3 @@ def _logarithmic(axes: Axes, values: Array, wide: bool = False) -> None:
 
 def _legend(axes: Axes) -> None:
     axes.legend(loc="lower right", bbox_to_anchor=(1, 1), ncols=2, frameon=False, borderpad=0)
-
-
-def _dot(time: Array) -> dict[str, Any]:
-    """Return the line style, with a marker for a line of a single point."""
-    return {"linewidth": 1.8} if len(time) > 1 else {"marker": "."}

@@ -10,7 +10,8 @@ from robsim.base.arrays import Array
 from robsim.base.errors import InputError
 from robsim.geometry.pose import Pose, is_pose_like, one_pose
 from robsim.plot import wireframe
-from robsim.plot.wireframe import Wire
+from robsim.plot.moving import things
+from robsim.plot.wireframe import Part, Wire
 from robsim.servo.goals.goal import GoalFeatures, GoalPose, TaughtGoal
 from robsim.servo.tasks.task import Task
 from robsim.world.scene import Scene
@@ -31,12 +32,11 @@ def ghosts(scene: Scene, goal: Any, run: xr.Dataset | None, q: Array, depth: flo
 
     InputError: anything else.
     """
-    placed = of_run(run) if goal is None else _placed(scene, goal, q)
-    display = scene.display.matrix
+    poses = of_run(run) if goal is None else _placed(scene, goal, q)
     return [
-        wire
-        for name, T in placed.items()
-        for wire in outlines(scene, name, display @ T.matrix, depth)
+        wireframe.placed(Part(name, wire), lambda frame: scene.display.matrix @ poses[frame].matrix)
+        for name in poses
+        for wire in outlines(scene, name, depth)
     ]
 
 
@@ -52,7 +52,7 @@ def _placed(scene: Scene, goal: Any, q: Array) -> dict[str, Pose]:
     if isinstance(goal, GoalPose):
         return _relative(scene, goal, q)
     if is_pose_like(goal) and np.shape(goal) != (scene.nq,):
-        return {_mover(scene): one_pose(goal, "goal")}
+        return {_movers(scene)[0]: one_pose(goal, "goal")}
     return _at(scene, goal)
 
 
@@ -66,18 +66,12 @@ def of_run(run: xr.Dataset | None) -> dict[str, Pose]:
 
 def _movers(scene: Scene) -> list[str]:
     """Return cameras and objects that robots carry; without any, the tip of the first robot."""
-    things = [eye.name for eye in scene.cameras] + [thing.name for thing in scene.objects]
-    carried = [name for name in things if scene.tree.carried(name).any()]
+    carried = [name for name in things(scene) if scene.tree.carried(name).any()]
     tips = [f"{robot.name}.{robot.tip}" for robot in scene.robots[:1]]
-    return carried or tips or things[:1]
-
-
-def _mover(scene: Scene) -> str:
-    """Return the frame to which a goal pose refers."""
-    found = _movers(scene)
+    found = carried or tips or things(scene)[:1]
     if not found:
         raise InputError("goal: there is nothing in the scene that could go to it")
-    return found[0]
+    return found
 
 
 def _at(scene: Scene, q: Any) -> dict[str, Pose]:
@@ -99,15 +93,12 @@ def _relative(scene: Scene, goal: GoalPose, q: Array) -> dict[str, Pose]:
     return {target: Pose(scene.pose(eye, q).matrix) @ goal.T_c_o}
 
 
-def outlines(scene: Scene, name: str, T: Array, depth: float) -> list[Wire]:
-    """Return the outline of what a frame carries, at T (4, 4), or the axes of the frame."""
+def outlines(scene: Scene, name: str, depth: float) -> list[Wire]:
+    """Return the outline of what a frame carries, in its own axes, or these axes."""
     for eye in scene.cameras:
         if eye.name == name:
-            return [wireframe.camera(eye, T, depth)]
-    robots = {f"{robot.name}.{link.name}": link for robot in scene.robots for link in robot.links}
-    things = {thing.name: thing for thing in scene.objects} | robots
-    shapes = wireframe.shown(things[name].shapes)
+            return [wireframe.camera(eye, depth)]
+    shapes = wireframe.shown(wireframe.shapes_of(scene)[name])
     if shapes:
-        return [wireframe.shape_wire(name, shape, T) for shape in shapes]
-    ends = T[:3, 3] + AXES * depth * T[:3, :3].T
-    return [Wire(name, "", np.stack([T[:3, 3], end])[None]) for end in ends]
+        return [wireframe.shape_wire(name, shape) for shape in shapes]
+    return [Wire(name, "", np.stack([np.zeros(3), end])[None]) for end in AXES * depth * np.eye(3)]

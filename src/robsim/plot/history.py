@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from robsim.base.arrays import Array
-from robsim.base.errors import InputError, said, suggest
+from robsim.base.errors import InputError, check_known, said
 from robsim.engine.outcome import Outcome
 from robsim.run.commanded import is_recorded
 from robsim.run.recorded import CONVERGED_AT
@@ -16,6 +16,8 @@ from robsim.world.scene import Scene
 
 if TYPE_CHECKING:
     import xarray as xr
+
+NOTHING = 1e-9  # measures below this are rounding errors
 
 
 def checked_scene(scene: object) -> None:
@@ -51,12 +53,17 @@ def single(run: xr.Dataset, timed: bool = True) -> xr.Dataset:
     return one.isel(time=slice(0, lived[-1] + 1 if lived.size else 1))
 
 
+def differ(values: Array) -> bool:
+    """Return whether finite values differ by more than rounding."""
+    shown = values[np.isfinite(values)]
+    return bool(shown.size) and float(np.ptp(shown)) > NOTHING * max(1.0, np.abs(shown).max())
+
+
 def configurations(run: xr.Dataset, scene: Scene) -> Array:
     """Return the recorded coordinates (moments, nq) of a run, with its start and end."""
     _checked_coordinates(run, scene)
     q = np.vstack([run["q0"].values, run["q"].values.reshape(-1, scene.nq), run["q_end"].values])
-    alive: Array = q[np.isfinite(q).all(axis=1)]
-    return alive
+    return np.asarray(q[np.isfinite(q).all(axis=1)])
 
 
 def _checked_coordinates(run: xr.Dataset, scene: Scene) -> None:
@@ -81,8 +88,7 @@ def frame_velocity(run: xr.Dataset, scene: Scene, frame: str) -> Array:
     checked_scene(scene)
     _checked_coordinates(run, scene)
     bodies = scene.tree.bodies(np.ascontiguousarray(run["q"].values.T))
-    twists: Array = np.einsum("ijt,tj->ti", scene.tree.jacobian(bodies, frame), run["qd"].values)
-    return twists
+    return np.asarray(np.einsum("ijt,tj->ti", scene.tree.jacobian(bodies, frame), run["qd"].values))
 
 
 def moving_frame(run: xr.Dataset, scene: Scene) -> str | None:
@@ -96,18 +102,22 @@ def moving_frame(run: xr.Dataset, scene: Scene) -> str | None:
     return scene.object(str(run["mark_target"].values[0])).on if stands else None
 
 
+def cameras_of(run: xr.Dataset) -> list[str]:
+    """Return the names of the cameras that have a part in a run."""
+    return list(dict.fromkeys(run["mark_camera"].values.tolist()))
+
+
 def seen_by(run: xr.Dataset, camera: str | None) -> xr.Dataset:
     """Return the run with the marks and image attributes of one camera, by default the first.
 
     The coordinate mark_number counts the marks of all targets, and is the same for all cameras.
     InputError: no camera of that name.
     """
-    cameras = list(dict.fromkeys(run["mark_camera"].values.tolist()))
+    cameras = cameras_of(run)
     if not cameras:
         raise InputError("no camera has a part in this run: there is no image of it")
     name = cameras[0] if camera is None else camera
-    if name not in cameras:
-        raise InputError(f"no camera {name!r} in the run; {suggest(name, cameras, 'cameras')}")
+    check_known(name, cameras, "no camera {} in the run", "cameras")
     one = run.isel(mark=np.flatnonzero(run["mark_camera"].values == name))
     suffix = "" if name == cameras[0] else f"_{name}"
     attributes = {key: run.attrs.get(f"{key}{suffix}") for key in ("image_size", "image_centre")}

@@ -16,8 +16,7 @@ from matplotlib.patches import Polygon, Rectangle
 from robsim.base.arrays import Array
 from robsim.geometry.pose import Pose
 from robsim.plot import history, palette
-from robsim.plot.canvas import checked_panels, new_figure, set_title, style, whole
-from robsim.plot.hull import outline
+from robsim.plot.canvas import panels_of, set_title, style
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -74,14 +73,9 @@ def image(
     'column (px)'
     """
     with style():
-        if ax is not None:
-            (axes,) = checked_panels(ax, 1, size)
-            draw(axes, run, camera, scene, title)
-            return whole(axes)
-        figure = new_figure(WIDTH, WIDTH, size)
-        axes = figure.add_subplot()
+        figure, (axes,) = panels_of(ax, 1, size, (WIDTH, WIDTH))
         draw(axes, run, camera, scene, title)
-        if size is None:
+        if ax is None and size is None:
             (left, right), (bottom, top) = axes.get_xlim(), axes.get_ylim()
             tall = np.clip((bottom - top) / (right - left), 0.3, 2.0)
             figure.set_size_inches(WIDTH, IMAGE * float(tall) + AROUND)
@@ -89,11 +83,7 @@ def image(
 
 
 def draw(
-    axes: Axes,
-    run: xr.Dataset,
-    camera: str | None = None,
-    scene: Scene | None = None,
-    title: str | None = None,
+    axes: Axes, run: xr.Dataset, camera: str | None, scene: Scene | None, title: str | None
 ) -> None:
     """Draw the image of one camera into axes."""
     view = history.seen_by(history.checked(run), camera)
@@ -109,7 +99,7 @@ def draw(
     seen = np.concatenate([tracks.reshape(-1, 2), goal])
     size, centre = view.attrs["image_size"], view.attrs["image_centre"]
     frame(axes, seen, size, centre)
-    several = len(set(run["mark_camera"].values.tolist())) > 1
+    several = len(history.cameras_of(run)) > 1
     name = view["mark_camera"].values[0] if several else "image"
     set_title(axes, f"{name}: {description}", title)
     unknown = {"image centre": centre is None, "goal": not np.isfinite(goal).any()}
@@ -123,10 +113,32 @@ def draw_goal(axes: Axes, goal: Array, colors: Sequence[str], targets: Any) -> l
         drawn += axes.plot(*pixel, color=color, zorder=1.5, **MARKERS["goal"])
     for target in dict.fromkeys(targets.tolist()):
         mine = goal[targets == target]
-        rim = outline(mine[np.isfinite(mine).all(axis=1)])
+        rim = hull(mine[np.isfinite(mine).all(axis=1)])
         if len(rim) > 1:
             drawn.append(axes.add_patch(Polygon(rim, zorder=0.9, **_OUTLINE)))
     return drawn
+
+
+def hull(points: Array) -> Array:
+    """Return the corners of the convex hull of points (N, 2), in order (Andrew 1979).
+
+    >>> hull(np.array([[0.0, 0], [2, 0], [1, 0.5], [2, 2], [0, 2]])).tolist()
+    [[0.0, 0.0], [2.0, 0.0], [2.0, 2.0], [0.0, 2.0]]
+    """
+    ordered = np.unique(points, axis=0)
+    if len(ordered) < 3:
+        return ordered
+    return np.array(_half_hull(ordered) + _half_hull(ordered[::-1]))
+
+
+def _half_hull(ordered: Array) -> list[Array]:
+    """Return the corners of one half of the hull, without the last point."""
+    hull: list[Array] = []
+    for point in ordered:
+        while len(hull) > 1 and np.linalg.det([hull[-1] - hull[-2], point - hull[-1]]) <= 0:
+            hull.pop()
+        hull.append(point)
+    return hull[:-1]
 
 
 def _draw_targets(axes: Axes, view: xr.Dataset, scene: Scene) -> None:

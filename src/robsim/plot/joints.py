@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from robsim.base.arrays import Array
 from robsim.plot import history, palette
-from robsim.plot.canvas import checked_panels, new_figure, style, whole
+from robsim.plot.canvas import dot, panels_of, set_time_axis, style
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -49,21 +49,17 @@ def joints(
     limits = None if scene is None else history.limits(one, scene)
     count = one.sizes["coordinate"]
     with style():
-        if axes is not None:
-            panels = checked_panels(axes, count, size)
-            draw(panels, one, limits)
-            return whole(panels[0])
         columns = min(COLUMNS if count != 4 else 2, count)
-        rows = -(-count // columns)
-        figure = new_figure(columns * WIDTH, rows * HEIGHT + TITLE, size)
-        places = figure.subplots(rows, columns, sharex=True, squeeze=False).ravel().tolist()
-        draw(places[:count], one, limits)
-        for i, panel in enumerate(places):
-            panel.set_axis_on() if i < count else panel.set_axis_off()
-            below = i + columns >= count
-            panel.set_xlabel("time (s)" if below else "")
-            panel.tick_params(labelbottom=below)
-        figure.suptitle(history.ending(one) if title is None else title)
+        inches = columns * WIDTH, -(-count // columns) * HEIGHT + TITLE
+        figure, panels = panels_of(axes, count, size, inches, columns, sharex=True)
+        draw(panels[:count], one, limits)
+        if axes is None:
+            for i, panel in enumerate(panels):
+                panel.set_axis_on() if i < count else panel.set_axis_off()
+                below = i + columns >= count
+                panel.set_xlabel("time (s)" if below else "")
+                panel.tick_params(labelbottom=below)
+            figure.suptitle(history.ending(one) if title is None else title)
     return figure
 
 
@@ -108,11 +104,8 @@ def draw(panels: list[Axes], one: xr.Dataset, limits: Array | None) -> None:
 
 
 def _draw_way(axes: Axes, time: Array, way: Array, color: str, name: str) -> None:
-    dot: dict[str, Any] = {"marker": "."} if len(time) == 1 else {}
-    axes.plot(time, way, color=color, linewidth=1.8, label=name, **dot)
-    axes.set(xlabel="time (s)", xlim=(0, time[-1] if time[-1] > 0 else 1))
-    axes.grid(True)
-    axes.spines[["top", "right"]].set_visible(False)
+    axes.plot(time, way, color=color, linewidth=1.8, label=name, **dot(time))
+    set_time_axis(axes, time)
 
 
 def _draw_limits(axes: Axes, limits: Array, unit: str) -> None:

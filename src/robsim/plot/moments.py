@@ -11,12 +11,11 @@ from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 
 from robsim.base.arrays import Array, numbers
-from robsim.base.errors import InputError, said, suggest
-from robsim.geometry.pose import IDENTITY
+from robsim.base.errors import InputError, check_known, said
 from robsim.geometry.primitives import CameraBody, Primitive
 from robsim.plot import history, palette
-from robsim.plot.canvas import checked_panels, new_figure, style, whole
-from robsim.plot.wireframe import displayed, shown
+from robsim.plot.canvas import pair, panels_of, style
+from robsim.plot.wireframe import displayed, shapes_of, shown
 from robsim.world.scene import Scene
 
 # rows: to the right of the picture, up, and towards the viewer, in the axes of the figures
@@ -27,7 +26,7 @@ VIEWS = {
     "front": np.array([[0, 1, 0], [0, 0, 1], [1, 0, 0]]),
     "above": np.array([[1, 0, 0], [0, 1, 0], [0, 0, 1]]),
 }
-NAMES = {"right": "from the right", "left": "from the left", "front": "from the front"} | {
+NAMES = {name: f"from the {name}" for name in ("right", "left", "front")} | {
     name: f"from {name}" for name in ("behind", "above")
 }
 PALE = 0.62  # share of white in a face seen at a right angle; others have less
@@ -79,14 +78,11 @@ def moments(
     _check_texts(views, titles, len(states))
     width, height = _extent(extent)
     with style():
-        across = WIDEST / len(states)
-        if axes is not None:
-            panels = checked_panels(axes, len(views) * len(states), size)
-            figure, grid = whole(panels[0]), np.array(panels, dtype=object)
-            grid = grid.reshape(len(views), len(states))
-        else:
-            figure = new_figure(WIDEST, len(views) * across * height / width + TEXT, size)
-            grid = figure.subplots(len(views), len(states), squeeze=False)
+        rows, columns = shape = len(views), len(states)
+        inches = WIDEST, rows * (WIDEST / columns) * height / width + TEXT
+        figure, panels = panels_of(axes, rows * columns, size, inches, columns)
+        grid = np.array(panels, dtype=object).reshape(shape)
+        if axes is None:
             figure.suptitle(title or "")
         for row, view in zip(grid, views, strict=True):
             for panel, state in zip(row, states, strict=True):
@@ -105,8 +101,7 @@ def _check_texts(views: Any, titles: Any, states: int) -> None:
     if not isinstance(views, list | tuple) or not views:
         raise InputError(f"views: expected a list, such as ['right'], got {said(views)}")
     for view in views:
-        if not isinstance(view, str) or view not in VIEWS:
-            raise InputError(f"no view {said(view)}; {suggest(view, VIEWS, 'views')}")
+        check_known(view, VIEWS, "no view {}", "views")
     if not isinstance(titles, list | tuple):
         raise InputError(f"titles: expected a list of texts, got {said(titles)}")
     if titles and len(titles) != states:
@@ -115,10 +110,10 @@ def _check_texts(views: Any, titles: Any, states: int) -> None:
 
 def _extent(extent: Any) -> tuple[float, float]:
     """Return the checked width and height in metres."""
-    given = numbers(extent, "extent (width, height) in metres", (2,))
-    if given.ndim != 1 or (given <= 0).any():
+    sides = pair(extent, "extent", "(width, height) in metres")
+    if min(sides) <= 0:
         raise InputError(f"extent: expected (width, height) in metres, got {said(extent)}")
-    return float(given[0]), float(given[1])
+    return sides
 
 
 def _faces(scene: Scene, q: Array, view: Array, middle: float, reach: float) -> list[Face]:
@@ -161,24 +156,16 @@ def _seen(solid: Primitive, color: str, view: Array) -> Iterator[Face]:
 
 def _solids(scene: Scene, q: Array) -> Iterator[tuple[Primitive, str]]:
     """Yield every shape at its pose, with its colour."""
-    parts = [(f"{robot.name}.{k.name}", k.shapes) for robot in scene.robots for k in robot.links]
-    parts += [(thing.name, thing.shapes) for thing in scene.objects]
-    bodies = [(eye.name, eye.camera.drawn(IDENTITY)) for eye in scene.cameras]
-    parts += [(name, (body,)) for name, body in bodies if body is not None]
-    for frame, shapes in parts:
+    for frame, shapes in shapes_of(scene).items():
         if shapes:
             T = displayed(scene, frame, q)
             yield from ((shape.at(T), palette.color(shape.color)) for shape in shown(shapes))
 
 
 def _frame(axes: Any, middle: Array, width: float, height: float) -> None:
-    axes.set(
-        xlim=(middle[0] - width / 2, middle[0] + width / 2),
-        ylim=(middle[1] - height / 2, middle[1] + height / 2),
-        xticks=[],
-        yticks=[],
-        aspect="equal",
-    )
+    half = np.array([width, height]) / 2
+    (left, low), (right, high) = middle[:2] - half, middle[:2] + half
+    axes.set(xlim=(left, right), ylim=(low, high), xticks=[], yticks=[], aspect="equal")
     for spine in axes.spines.values():
         spine.set_color(palette.LIGHT_GREY)
 

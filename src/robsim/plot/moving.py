@@ -45,11 +45,6 @@ class Moving:
         """The scene at the start."""
         return self.spells[0][0]
 
-    @property
-    def things(self) -> list[str]:
-        """The names of cameras and objects."""
-        return things(self.scene)
-
     def poses(self, frame: str) -> Array:
         """Return the poses (T, 4, 4) of a frame in that of the figures."""
         return np.concatenate([displayed(scene, frame, q) for scene, q in self.spells])
@@ -57,17 +52,13 @@ class Moving:
     @property
     def paths(self) -> dict[str, Array]:
         """The paths (T, 3) of the cameras and objects that move."""
-        every = {name: self.poses(name)[:, :3, 3] for name in self.things}
+        every = {name: self.poses(name)[:, :3, 3] for name in things(self.scene)}
         return {name: path for name, path in every.items() if np.ptp(path, axis=0).max() > STILL}
 
     @property
     def count(self) -> int:
         """The number of instants."""
         return sum(len(q) for _, q in self.spells)
-
-    def believed(self, scene: Scene) -> Moving:
-        """Return another scene at the same coordinates."""
-        return Moving(tuple((scene, q) for _, q in self.spells))
 
 
 def frustum_depth(moving: Moving) -> float:
@@ -76,20 +67,10 @@ def frustum_depth(moving: Moving) -> float:
     It is a share of all there is, but no deeper than half a robot where that is large enough.
     """
     scene, q = moving.spells[-1]
-    points = [
-        wireframe.marks(scene, q[-1]),
-        *(moving.poses(name)[:, :3, 3] for name in _frames(scene)),
-    ]
-    size = _longest(np.concatenate(points)) or 1.0
-    robots = [_origins(scene, robot, q[-1]) for robot in scene.robots]
-    own = max([_longest(origins) for origins in robots if len(origins)], default=0.0)
+    frames = [moving.poses(name)[:, :3, 3] for name in wireframe.shapes_of(scene)]
+    size = _longest(np.concatenate([wireframe.marks(scene, q[-1]), *frames])) or 1.0
+    own = max([_longest(_origins(scene, robot, q[-1])) for robot in scene.robots], default=0.0)
     return min(FRUSTUM * size, max(own / 2, LEAST * size))
-
-
-def _frames(scene: Scene) -> list[str]:
-    """Return the names of all frames: links, cameras and objects."""
-    links = [f"{robot.name}.{link.name}" for robot in scene.robots for link in robot.links]
-    return [*links, *things(scene)]
 
 
 def things(scene: Scene) -> list[str]:

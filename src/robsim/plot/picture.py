@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -30,7 +30,7 @@ class Picture:
     marks: Array  # (M, 3)
     mark_colors: list[str]
     paths: dict[str, Array]  # (moments, 3) of each camera and object that moves
-    goal: list[Wire] = field(default_factory=list)
+    goal: list[Wire]
 
     @property
     def points(self) -> Array:
@@ -56,10 +56,9 @@ def picture_of(scene: Scene, q: Any, run: xr.Dataset | None, goal: Any = None) -
     solid = wireframe.wires(scene, states[-1], depth)
     pairs = zip(wireframe.wires(scene, states[0], depth), solid, strict=True)
     before = [old for old, new in pairs if np.abs(old.points - new.points).max() > STILL]
-    paths = moving.paths
     colors = wireframe.mark_colors(scene, {} if run is None else history.first_numbers(run))
     goals = ghosts(scene, goal, run, states[-1], depth)
-    return Picture(solid, before, marks, colors, paths, goals)
+    return Picture(solid, before, marks, colors, moving.paths, goals)
 
 
 def _states(scene: Scene, q: Any, run: xr.Dataset | None) -> Array:

@@ -47,7 +47,7 @@ def robot(
     alone = Scene((replace(robot, base=IDENTITY, on="world"),))
     picture = picture_of(alone, q, None, goal)
     whole = picture if picture.solid else _axes(alone, picture, robot, q)
-    return drawn(whole, ax=ax, view=view, bounds=bounds, size=size, title=title)
+    return drawn(whole, ax, view, bounds, size, title)
 
 
 def _axes(scene: Scene, picture: Picture, robot: Robot, q: Any) -> Picture:

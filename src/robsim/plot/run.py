@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from matplotlib.figure import Figure
 
-from robsim.plot import history
+from robsim.plot import history, space
 from robsim.plot.canvas import new_figure, style
 from robsim.plot.image import draw as draw_image
 from robsim.plot.picture import picture_of
@@ -53,15 +53,16 @@ def run(
         figure = new_figure(12.8, 7.2, size)
         drawn = bool(one.sizes["mark"]) or camera is not None
         picture = picture_of(scene, None, one, goal)
-        places, below = split(figure, width_of(picture, HEIGHT, view), drawn)
-        solid = draw_scene(places[0], picture, view=view).axes
+        box = space.box(picture.points)
+        places, below = split(figure, width_of(picture, HEIGHT, view, box), drawn)
+        solid = draw_scene(places[0], picture, box, view).axes
         if drawn:
             draw_image(places[1].add_subplot(), one, camera, scene, title="")
         draw_velocity(below.subplots(1, 3), one, scene, frame)
         heading = f"{history.ending(one)}; path {float(one['path_length']):.3g} m"
         figure.suptitle(heading if title is None else title)
         figure.draw_without_rendering()  # now every part has its size
-        arrange(places[0], solid, picture)
+        arrange(places[0], solid, picture, box)
     return figure
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import chain
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,6 +14,7 @@ from matplotlib.lines import Line2D
 from robsim.plot import palette, solids, space
 from robsim.plot.canvas import checked_panels, new_figure, style, whole
 from robsim.plot.picture import Picture, picture_of
+from robsim.plot.space import Box
 from robsim.plot.wireframe import Wire
 
 if TYPE_CHECKING:
@@ -65,34 +67,27 @@ def scene(
     >>> figure.axes[0].get_xlabel()
     'x (m)'
     """
-    picture = picture_of(scene, q, run, goal)
-    return drawn(picture, ax=ax, view=view, bounds=bounds, size=size, title=title)
+    return drawn(picture_of(scene, q, run, goal), ax, view, bounds, size, title)
 
 
 def drawn(
-    picture: Picture,
-    *,
-    ax: Any = None,
-    view: Any = None,
-    bounds: Any = None,
-    size: Any = None,
-    title: str | None = None,
+    picture: Picture, ax: Any, view: Any, bounds: Any, size: Any, title: str | None
 ) -> Figure:
     """Draw the picture into a new figure, or into the user's axes."""
-    seen, (low, high) = space.checked_view(view), space.box(picture.points, bounds)
+    seen, box = space.checked_view(view), space.box(picture.points, bounds)
     with style():
         if ax is not None:
             (axes,) = checked_panels(space.checked_axes(ax), 1, size)
-            _draw(axes, picture, (low, high), seen)
-            space.fill_axes(axes, low, high)
+            _draw(axes, picture, box, seen)
+            space.fill_axes(axes, *box)
             below = {"loc": "upper center", "bbox_to_anchor": (0.5, 0.02), "fontsize": 8}
             _legend(axes, picture, below | {"ncols": 3})
             axes.set_title(title or "")
             return whole(axes)
-        figure = new_figure(width_of(picture, HEIGHT, seen, (low, high)), HEIGHT, size)
+        figure = new_figure(width_of(picture, HEIGHT, seen, box), HEIGHT, size)
         figure.set_layout_engine("none")  # the drawing is placed by hand
-        axes = draw(figure, picture, (low, high), seen).axes
-        arrange(figure, axes, picture, (low, high), TITLE if title else 0.0)
+        axes = draw(figure, picture, box, seen).axes
+        arrange(figure, axes, picture, box, TITLE if title else 0.0)
         if title:
             figure.suptitle(title)
     return figure
@@ -111,33 +106,26 @@ class Cast:
     @property
     def artists(self) -> list[Any]:
         """All that is drawn."""
-        moved = [each.artist for each in self.solids]
-        return [
-            *moved,
-            *self.outlines,
-            *(each for pair in self.paths for each in pair),
-            *self.marks,
-        ]
+        moved, paths = [each.artist for each in self.solids], chain.from_iterable(self.paths)
+        return [*moved, *self.outlines, *paths, *self.marks]
 
 
-def draw(figure: Figure | SubFigure, picture: Picture, box: Any = None, view: Any = None) -> Cast:
+def draw(figure: Figure | SubFigure, picture: Picture, box: Box, view: Any) -> Cast:
     """Draw the picture into a figure or a part of one, in axes that `arrange` places."""
-    low, high = space.box(picture.points) if box is None else box
     axes: Any = figure.add_axes((0, 0, 1, 1), projection="3d")
-    return _draw(axes, picture, (low, high), space.checked_view(view))
+    return _draw(axes, picture, box, space.checked_view(view))
 
 
 def arrange(
-    figure: Figure | SubFigure, axes: Any, picture: Picture, box: Any = None, top: float = 0.0
+    figure: Figure | SubFigure, axes: Any, picture: Picture, box: Box, top: float = 0.0
 ) -> None:
     """Make a drawing fill the figure, or its part of it, except for `top` inches.
 
     The legend is on the right. The figure must have its final size.
     """
-    low, high = space.box(picture.points) if box is None else box
     width, height = (float(side) / figure.dpi for side in (figure.bbox.width, figure.bbox.height))
     aside = legend_width(picture)
-    space.fill(axes, low, high, width - aside, height, top)
+    space.fill(axes, *box, width - aside, height, top)
     left, bottom, wide, tall = axes.get_position(original=True).bounds
     share = 1 - aside / width
     axes.set_position((left * share, bottom, wide * share, tall))
@@ -146,11 +134,10 @@ def arrange(
     _legend(axes, picture, place)
 
 
-def width_of(picture: Picture, height: float, view: Any = None, box: Any = None) -> float:
+def width_of(picture: Picture, height: float, view: Any, box: Box) -> float:
     """Return the width in inches that picture and legend take at a height in inches."""
-    low, high = space.box(picture.points) if box is None else box
     left, below, right, above = space.LABELS
-    shape = space.shape_of(low, high, space.checked_view(view))
+    shape = space.shape_of(*box, space.checked_view(view))
     wide = (height - below - above) * shape + left + right
     return float(np.clip(wide, NARROWEST, WIDEST)) + legend_width(picture)
 
@@ -162,19 +149,16 @@ def legend_width(picture: Picture) -> float:
     return columns * (0.6 + 0.07 * max(map(len, names))) if names else 0.0
 
 
-def _draw(axes: Any, picture: Picture, box: Any, view: tuple[float, float]) -> Cast:
+def _draw(axes: Any, picture: Picture, box: Box, view: tuple[float, float]) -> Cast:
     axes.computed_zorder = False
-    space.frame(axes, box[0], box[1], view)
-    ground = float(box[0][2])
-    drawn = solids.draw_shadows(axes, picture.solid, ground) if view[0] > 0 else []
+    space.frame(axes, *box, view)
+    drawn = solids.draw_shadows(axes, picture.solid, float(box[0][2])) if view[0] > 0 else []
     behind, front = _BEFORE | {"zorder": BEFORE_BEHIND}, _GOAL | {"zorder": ON_TOP}
-    outlines = [
-        solids.draw_outline(axes, wire, f"{wire.label} at start", behind) for wire in picture.before
-    ]
+    begun = [(wire, f"{wire.label} at start", behind) for wire in picture.before]
+    goals = [(wire, f"goal of {wire.label}", front) for wire in picture.goal]
+    outlines = [solids.draw_outline(axes, *each) for each in begun]
     drawn += solids.draw(axes, picture.solid)
-    outlines += [
-        solids.draw_outline(axes, wire, f"goal of {wire.label}", front) for wire in picture.goal
-    ]
+    outlines += [solids.draw_outline(axes, *each) for each in goals]
     return Cast(axes, drawn, outlines, _draw_paths(axes, picture), _draw_marks(axes, picture))
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -23,8 +22,7 @@ AMBIENT = 0.62  # brightness of a face turned away from the lamp; 1 in full ligh
 PALE, GREY = 0.25, 0.38  # shares of white in a face, for its dark edges to be seen; in a black one
 SHADOW = "#dcdcda"
 GROUNDED, SHADED, LINED, SHEER = 1, 4, 5, 6  # the order in which they are drawn
-_Faces = Callable[[Sequence[Wire]], Sequence[Array]]
-_Lines = Callable[[Sequence[Wire]], Array]
+_Look = dict[str, Any]  # properties of an artist
 
 
 @dataclass(frozen=True)
@@ -42,8 +40,7 @@ class Solids(Poly3DCollection):  # type: ignore[misc]
         faces = [(wire, i) for wire in wires for i in range(len(wire.faces))]
         self.labels = [wire.label for wire, _ in faces]
         self._bordered = [wire.bordered[i] for wire, i in faces]
-        self._dark = [to_rgb(_dark(wire.color)) for wire, _ in faces]
-        self._pale = np.array([to_rgb(_pale(wire.color)) for wire, _ in faces])
+        self._dark, self._pale = np.array([_tints(wire.color) for wire, _ in faces]).swapaxes(0, 1)
         corners, fills, edges = self._painted(wires)
         look = {"facecolors": fills, "edgecolors": edges, "linewidths": 0.6, "zorder": SHADED}
         super().__init__(corners, **look)
@@ -77,14 +74,12 @@ def shaded(colors: Array, faces: Sequence[Array]) -> Array:
     normals = np.cross(b - a, c - b)
     lengths = np.linalg.norm(normals, axis=1) * float(np.linalg.norm(LIGHT))
     cosines = normals @ LIGHT / np.where(lengths > 0, lengths, 1.0)
-    out: Array = (AMBIENT + (1 - AMBIENT) * np.maximum(cosines, 0.0))[:, None] * colors
-    return out
+    return np.asarray((AMBIENT + (1 - AMBIENT) * np.maximum(cosines, 0.0))[:, None] * colors)
 
 
 def draw(axes: Any, wires: Sequence[Wire]) -> list[Drawn]:
     """Draw solids, shaded where they have faces, else as lines."""
-    drawn = []
-    dense = [i for i, wire in enumerate(wires) if wire.faces and not wire.sheer]
+    drawn, dense = [], _dense(wires)
     if dense:
         solids = Solids([wires[i] for i in dense])
         _add(axes, solids)
@@ -92,70 +87,62 @@ def draw(axes: Any, wires: Sequence[Wire]) -> list[Drawn]:
     for i, wire in enumerate(wires):
         if wire.sheer:
             look = {"facecolors": wire.color, "alpha": 0.1, "linewidths": 0, "zorder": SHEER}
-            drawn.append(_add_faces(axes, partial(_faces, i), wires, look))
+            drawn.append(_add_faces(axes, wires, [i], look))
         if wire.sheer or not wire.faces:
             thick = 1.2 if wire.sheer else 3.0
             look = {"colors": wire.color, "linewidths": thick, "zorder": LINED, "label": wire.label}
-            drawn.append(_add_lines(axes, partial(_edges, i), wires, look))
+            drawn.append(_add_lines(axes, wires, i, look))
     return drawn
 
 
 def draw_shadows(axes: Any, wires: Sequence[Wire], ground: float) -> list[Drawn]:
     """Draw the shadows of a lamp straight above, on ground at a height in metres."""
-    drawn = []
-    dense = [i for i, wire in enumerate(wires) if wire.faces and not wire.sheer]
+    drawn, dense = [], _dense(wires)
     if dense:
         look = {"facecolors": SHADOW, "edgecolors": SHADOW, "linewidths": 0.5, "zorder": GROUNDED}
-        drawn.append(_add_faces(axes, partial(_faces_below, ground, dense), wires, look))
-    for i, wire in enumerate(wires):
-        if not wire.faces:
-            look = {"colors": SHADOW, "linewidths": 3.0, "zorder": GROUNDED}
-            drawn.append(_add_lines(axes, partial(_edges_below, ground, i), wires, look))
-    return drawn
+        drawn.append(_add_faces(axes, wires, dense, look, ground))
+    look = {"colors": SHADOW, "linewidths": 3.0, "zorder": GROUNDED}
+    lines = [i for i, wire in enumerate(wires) if not wire.faces]
+    return [*drawn, *(_add_lines(axes, wires, i, look, ground) for i in lines)]
 
 
-def _faces(i: int, wires: Sequence[Wire]) -> Sequence[Array]:
-    return wires[i].faces
+def _dense(wires: Sequence[Wire]) -> list[int]:
+    """Return the numbers of the solids that are no lines and not transparent."""
+    return [i for i, wire in enumerate(wires) if wire.faces and not wire.sheer]
 
 
-def _edges(i: int, wires: Sequence[Wire]) -> Array:
-    return wires[i].segments
-
-
-def _faces_below(ground: float, which: list[int], wires: Sequence[Wire]) -> Sequence[Array]:
-    return [_flat(face, ground) for i in which for face in wires[i].faces]
-
-
-def _edges_below(ground: float, i: int, wires: Sequence[Wire]) -> Array:
-    return _flat(wires[i].segments, ground)
-
-
-def _flat(points: Array, ground: float) -> Array:
-    """Return points (..., 3) on the ground straight below, at a height in metres."""
-    out: Array = points * (1, 1, 0) + (0, 0, ground)
-    return out
+def _placed(points: Array, ground: float | None) -> Array:
+    """Return points (..., 3) as they are or, with a ground in metres, straight below on that."""
+    return points if ground is None else points * (1, 1, 0) + (0, 0, ground)
 
 
 def draw_outline(axes: Any, wire: Wire, label: str, look: dict[str, Any]) -> Any:
     """Draw only the edges of a solid, with the properties of a line; return what is drawn."""
-    plural = {f"{name}s": value for name, value in look.items() if name != "zorder"}
-    lines = Line3DCollection(wire.segments, **plural, zorder=look["zorder"], label=label)
+    lines = Line3DCollection(wire.segments, **look, label=label)
     _add(axes, lines)
     return lines
 
 
-def _add_faces(axes: Any, faces: _Faces, wires: Sequence[Wire], look: dict[str, Any]) -> Drawn:
-    """Add faces, each (n, 3), which a function says of wires."""
-    collection = Poly3DCollection(_padded(faces(wires)), **look)
+def _add_faces(
+    axes: Any, wires: Sequence[Wire], which: list[int], look: _Look, ground: float | None = None
+) -> Drawn:
+    """Add the faces of some wires, or their shadows on the ground."""
+
+    def faces(now: Sequence[Wire]) -> Array:
+        return _padded([_placed(face, ground) for i in which for face in now[i].faces])
+
+    collection = Poly3DCollection(faces(wires), **look)
     _add(axes, collection)
-    return Drawn(collection, lambda now: collection.set_verts(_padded(faces(now))))
+    return Drawn(collection, lambda now: collection.set_verts(faces(now)))
 
 
-def _add_lines(axes: Any, lines: _Lines, wires: Sequence[Wire], look: dict[str, Any]) -> Drawn:
-    """Add segments (E, 2, 3), which a function says of wires."""
-    collection = Line3DCollection(lines(wires), capstyle="round", **look)
-    _add(axes, collection)
-    return Drawn(collection, lambda now: collection.set_segments(lines(now)))
+def _add_lines(
+    axes: Any, wires: Sequence[Wire], i: int, look: _Look, ground: float | None = None
+) -> Drawn:
+    """Add the edges of a wire, or their shadow on the ground."""
+    lines = Line3DCollection(_placed(wires[i].segments, ground), capstyle="round", **look)
+    _add(axes, lines)
+    return Drawn(lines, lambda now: lines.set_segments(_placed(now[i].segments, ground)))
 
 
 def _add(axes: Any, collection: Any) -> None:
@@ -163,9 +150,8 @@ def _add(axes: Any, collection: Any) -> None:
     collection.set_clip_on(False)  # the box may be larger than the axes that hold it
 
 
-def _dark(color: str) -> str:
-    return palette.tinted(color, -0.55) if color != palette.BLACK else palette.BLACK
-
-
-def _pale(color: str) -> str:
-    return palette.tinted(color, GREY if color == palette.BLACK else PALE)
+def _tints(color: str) -> tuple[Any, Any]:
+    """Return the colours of the edges and the faces of a solid."""
+    if color == palette.BLACK:
+        return to_rgb(color), to_rgb(palette.tinted(color, GREY))
+    return to_rgb(palette.tinted(color, -0.55)), to_rgb(palette.tinted(color, PALE))

@@ -10,8 +10,9 @@ from matplotlib.ticker import MaxNLocator, MultipleLocator
 from mpl_toolkits.mplot3d import Axes3D, proj3d  # type: ignore[import-untyped]
 
 from robsim.base.arrays import Array, numbers
-from robsim.base.errors import InputError, said
+from robsim.base.errors import InputError
 from robsim.plot import palette
+from robsim.plot.canvas import pair
 
 VIEW = (22.0, -55.0)  # elevation and azimuth, degrees
 FLATTEST = 0.4  # the shortest side of the drawn box, as a share of its longest
@@ -20,6 +21,7 @@ FILLED = 0.72  # share of the user's axes that the box takes; the rest is for it
 LABELS = (0.3, 0.52, 0.68, 0.1)  # inches left, below, right and above of the box, for its labels
 GROUND = "#f4f4f1"
 TICK, LABEL = (10.0, 10.0, 18.0), (27.0, 27.0, 42.0)  # points from the edges of x, y, z
+Box = tuple[Array, Array]  # the lowest and the highest corner (3,), in metres
 
 
 class InnerTicks(MultipleLocator):
@@ -36,10 +38,7 @@ def checked_view(view: Any) -> tuple[float, float]:
 
     InputError: anything but two finite numbers.
     """
-    given = numbers(VIEW if view is None else view, "view (elevation, azimuth) in degrees", (2,))
-    if given.ndim != 1:
-        raise InputError(f"view: expected (elevation, azimuth) in degrees, got {said(view)}")
-    return float(given[0]), float(given[1])
+    return VIEW if view is None else pair(view, "view", "(elevation, azimuth) in degrees")
 
 
 def checked_axes(axes: Any) -> Any:
@@ -52,7 +51,7 @@ def checked_axes(axes: Any) -> Any:
     return axes
 
 
-def box(points: Array, bounds: Any = None) -> tuple[Array, Array]:
+def box(points: Array, bounds: Any = None) -> Box:
     """Return the lowest and highest corner (3,) of a box that holds points (N, 3), in metres.
 
     No side is too short, and the lowest point is on the floor. `bounds` (2, 3) overrides the
@@ -144,17 +143,17 @@ def _zoom(axes: Any, low: Array, high: Array, zoom: float, side: float) -> None:
 def _drawn(axes: Any, low: Array, high: Array) -> Array:
     """Return the corners (8, 2) of the box at zoom 1, as shares of its square axes."""
     axes.set_box_aspect(high - low)
-    corners = np.array(list(product(*zip(low, high, strict=True))))
-    x, y, _ = proj3d.proj_transform(*corners.T, axes.get_proj())
-    shares: Array = axes.transLimits.transform(np.column_stack([x, y]))
-    return shares
+    x, y, _ = proj3d.proj_transform(*_corners(low, high).T, axes.get_proj())
+    return np.asarray(axes.transLimits.transform(np.column_stack([x, y])))
 
 
 def _seen(low: Array, high: Array, view: tuple[float, float]) -> Array:
     """Return the corners (8, 2) of the projected box in metres, to the right and up."""
-    corners = np.array(list(product(*zip(low, high, strict=True))))
-    out: Array = corners @ _directions(view).T
-    return out
+    return _corners(low, high) @ _directions(view).T
+
+
+def _corners(low: Array, high: Array) -> Array:
+    return np.array(list(product(*zip(low, high, strict=True))))
 
 
 def _directions(view: tuple[float, float]) -> Array:

@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError
 from robsim.plot import history, palette
-from robsim.plot.canvas import checked_panels, new_figure, style, whole
+from robsim.plot.canvas import dot, panels_of, set_time_axis, style
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -52,23 +52,17 @@ def velocity(
     """
     one = history.single(run)
     with style():
-        if axes is not None:
-            panels = checked_panels(axes, 3, size)
-            draw(panels, one, scene, frame)
-            return whole(panels[0])
-        figure = new_figure(5.6, 6.4, size)
-        panels = list(figure.subplots(3, 1, sharex=True))
+        figure, panels = panels_of(axes, 3, size, (5.6, 6.4), sharex=True)
         draw(panels, one, scene, frame)
-        for upper in panels[:2]:
-            upper.set_xlabel("")
-        figure.align_ylabels(panels)
-        figure.suptitle(history.ending(one) if title is None else title)
+        if axes is None:
+            for upper in panels[:2]:
+                upper.set_xlabel("")
+            figure.align_ylabels(panels)
+            figure.suptitle(history.ending(one) if title is None else title)
     return figure
 
 
-def draw(
-    panels: Sequence[Axes], one: xr.Dataset, scene: Scene | None = None, frame: str | None = None
-) -> None:
+def draw(panels: Sequence[Axes], one: xr.Dataset, scene: Scene | None, frame: str | None) -> None:
     """Draw v, omega and the error of one run into three axes."""
     time, (twist, whose) = one["time"].values, _motion(one, scene, frame)
     _draw_vector(panels[0], time, twist[:, :3], "v")
@@ -78,9 +72,8 @@ def draw(
     error = f"error ({', '.join(dict.fromkeys(units))})"
     labels = (f"v{whose} (m/s)", f"ω{whose} (rad/s)", error)
     for axes, label in zip(panels, labels, strict=True):
-        axes.set(xlabel="time (s)", ylabel=label, xlim=(0, time[-1] if time[-1] > 0 else 1))
-        axes.grid(True)
-        axes.spines[["top", "right"]].set_visible(False)
+        set_time_axis(axes, time)
+        axes.set_ylabel(label)
         axes.legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=4, frameon=False)
 
 
@@ -101,12 +94,12 @@ def _draw_vector(axes: Axes, time: Array, values: Array, symbol: str) -> None:
     axes.axhline(0.0, color=palette.GREY, linewidth=0.6)
     for i, (color, line) in enumerate(palette.COMPONENTS):
         label = f"${symbol}_{'xyz'[i]}$"
-        axes.plot(time, values[:, i], line, color=color, linewidth=1.4, label=label, **_dot(time))
+        axes.plot(time, values[:, i], line, color=color, linewidth=1.4, label=label, **dot(time))
 
 
 def _draw_error(axes: Axes, time: Array, sizes: Array, norm: Array, units: list[str]) -> None:
     """Draw the norm (moments,) and magnitudes (moments, k), logarithmic unless all are 0."""
-    axes.plot(time, norm, color=palette.BLACK, linewidth=2, label="norm", zorder=3, **_dot(time))
+    axes.plot(time, norm, color=palette.BLACK, linewidth=2, label="norm", zorder=3, **dot(time))
     several = list(dict.fromkeys(units))
     for unit, line in zip(several, cycle(palette.LINES)):
         of_unit = sizes[:, [u == unit for u in units]]
@@ -116,8 +109,3 @@ def _draw_error(axes: Axes, time: Array, sizes: Array, norm: Array, units: list[
     if shown.size:
         low, high = np.log10([shown.min() / 10, shown.max()])
         axes.set(yscale="log", ylim=(10 ** np.floor(low), 10 ** np.ceil(high + 1e-9)))
-
-
-def _dot(time: Array) -> dict[str, Any]:
-    """Return a marker for a line of a single point, which would be invisible without one."""
-    return {"marker": "."} if len(time) == 1 else {}

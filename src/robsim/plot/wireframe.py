@@ -14,11 +14,12 @@ from robsim.geometry.primitives import Primitive
 from robsim.plot import palette
 from robsim.robot.robot import Robot
 from robsim.vision.camera import Camera
+from robsim.vision.plane import with_one
 from robsim.world.mounted_camera import MountedCamera
+from robsim.world.object import Object
 from robsim.world.scene import Scene
 
 MOST_LINKS = 16  # of a robot with a legend entry for each link, at most
-HERE = IDENTITY.matrix
 _BORDERLESS = ((-0.4, -0.3), (0.4, -0.3), (0.4, 0.3), (-0.4, 0.3))  # drawn without an image size
 
 
@@ -61,9 +62,9 @@ def parts(scene: Scene, depth: float) -> list[Part]:
     found = [part for robot in scene.robots for part in _robot(scene, robot)]
     for thing in scene.objects:
         shapes = shown(thing.shapes)
-        found += [Part(thing.name, shape_wire(thing.name, shape, HERE)) for shape in shapes]
+        found += [Part(thing.name, shape_wire(thing.name, shape)) for shape in shapes]
     for eye in scene.cameras:
-        wire = camera(eye, HERE, depth)
+        wire = camera(eye, depth)
         taken = {other.wire.color for other in found}
         free = palette.unused(taken) if wire.color == palette.BLACK else wire.color
         found.append(Part(eye.name, replace(wire, color=free)))
@@ -96,17 +97,17 @@ def mark_colors(scene: Scene, first: Mapping[str, int]) -> list[str]:
 
     `first` is the number of the first mark of an object, 0 where it is left out.
     """
-    return [
-        palette.nth(first.get(thing.name, 0) + i)
-        for thing in scene.objects
-        for i in range(len(thing.marks))
-    ]
+    return [color for thing in scene.objects for color in colors_of(thing, first)]
+
+
+def colors_of(thing: Object, first: Mapping[str, int]) -> list[str]:
+    """Return the colours of the marks of an object, likewise."""
+    return [palette.nth(first.get(thing.name, 0) + i) for i in range(len(thing.marks))]
 
 
 def displayed(scene: Scene, frame: str, q: Array) -> Array:
     """Return the pose (..., 4, 4) of a frame in that of the figures: gT0 times its own."""
-    T: Array = scene.display.matrix @ scene.pose(frame, q).matrix
-    return T
+    return np.asarray(scene.display.matrix @ scene.pose(frame, q).matrix)
 
 
 def _robot(scene: Scene, robot: Robot) -> Iterator[Part]:
@@ -127,9 +128,17 @@ def _robot(scene: Scene, robot: Robot) -> Iterator[Part]:
         own = palette.nth(scene.robots.index(robot)) if crowded else palette.link(i)
         label, frame = robot.name if whole else link.name, f"{robot.name}.{link.name}"
         for shape in drawn[link.name]:
-            yield Part(frame, shape_wire(label, shape, HERE, own if plain else None))
+            yield Part(frame, shape_wire(label, shape, own if plain else None))
         if not shapes and link.parent and not link.joint.model.roams:
             yield Part(f"{robot.name}.{link.parent}", Wire(label, own, np.empty((0, 2, 3))), frame)
+
+
+def shapes_of(scene: Scene) -> dict[str, tuple[Primitive, ...]]:
+    """Return the shapes that each link, object and camera of a scene has, by its frame."""
+    links = [(f"{robot.name}.{k.name}", k.shapes) for robot in scene.robots for k in robot.links]
+    things = [(thing.name, thing.shapes) for thing in scene.objects]
+    bodies = [(eye.name, eye.camera.drawn(IDENTITY)) for eye in scene.cameras]
+    return dict([*links, *things, *((name, (body,) if body else ()) for name, body in bodies)])
 
 
 def shown(shapes: Iterable[Primitive]) -> list[Primitive]:
@@ -137,38 +146,41 @@ def shown(shapes: Iterable[Primitive]) -> list[Primitive]:
     return [each for shape in shapes for each in shape.shown() if len(each.vertices)]
 
 
-def shape_wire(label: str, shape: Primitive, T: Array, color: str | None = None) -> Wire:
-    """Return the wire of a primitive at T (4, 4), in its own colour or another."""
-    points, rounds = shape.skin
-    corners, edges = moved(points, T), {tuple(edge) for edge in shape.edges.tolist()}
+def shape_wire(label: str, shape: Primitive, color: str | None = None) -> Wire:
+    """Return the wire of a primitive, in its own colour or another."""
+    (corners, rounds), edges = shape.skin, {tuple(edge) for edge in shape.edges.tolist()}
     faces = tuple(corners[list(face)] for face in rounds)
     sides = [zip(face, face[1:] + face[:1], strict=True) for face in rounds]
     bordered = tuple(all((min(pair), max(pair)) in edges for pair in each) for each in sides)
     return Wire(label, palette.color(color or shape.color), corners[shape.edges], faces, bordered)
 
 
-def camera(eye: MountedCamera, T: Array, depth: float) -> Wire:
-    """Return the body of a camera at T (4, 4), or the pyramid of its field of view."""
-    body = eye.camera.drawn(T)
+def camera(eye: MountedCamera, depth: float) -> Wire:
+    """Return the body of a camera, or the pyramid of its field of view."""
+    body = eye.camera.drawn(IDENTITY)
     if body is not None:
-        return shape_wire(eye.name, body, HERE)
-    centre, rim = T[:3, 3], moved(depth * corner_rays(eye.camera), T)
+        return shape_wire(eye.name, body)
+    centre, rim = np.zeros(3), depth * corner_rays(eye.camera)
     sides = [(rim[i], rim[(i + 1) % 4]) for i in range(4)]
     edges = np.array([(centre, corner) for corner in rim] + sides)
     faces = tuple(np.stack([centre, *side]) for side in sides)
     return Wire(eye.name, palette.BLACK, edges, faces, sheer=True)
 
 
+def border_corners(camera: Camera) -> Array:
+    """Return the corners (4, 2) of the image, clockwise from the upper left one."""
+    (left, right), (top, bottom) = camera.border
+    return np.array([(left, top), (right, top), (right, bottom), (left, bottom)])
+
+
 def corner_rays(camera: Camera) -> Array:
     """Return the points (4, 3) at unit depth on the rays through the image corners."""
     corners = np.array(_BORDERLESS)
     if camera.size is not None:
-        (left, right), (top, bottom) = camera.border
-        corners = camera.normalise([(left, top), (right, top), (right, bottom), (left, bottom)])
-    return np.column_stack([corners, np.ones(4)])
+        corners = camera.normalise(border_corners(camera))
+    return with_one(corners)
 
 
 def moved(points: Array, T: Array) -> Array:
     """Return points (..., 3) transformed by T."""
-    out: Array = points @ T[:3, :3].T + T[:3, 3]
-    return out
+    return np.asarray(points @ T[:3, :3].T + T[:3, 3])

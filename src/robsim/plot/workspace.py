@@ -15,13 +15,13 @@ from robsim.base.arrays import Array
 from robsim.base.errors import InputError, said
 from robsim.geometry.pose import IDENTITY
 from robsim.plot import palette, wireframe
-from robsim.plot.canvas import checked_panels, new_figure, style, whole
+from robsim.plot.canvas import panels_of, style
+from robsim.plot.studies import dots
 from robsim.world.scene import Scene
 
 FLAT = 1e-6  # metres below which a workspace is flat, and drawn from one side
 AREA, SMALLEST, LARGEST = 6e4, 3.0, 12.0  # of all dots together and of one, in square points
 VIEWS = {"from the side": (0, 2), "from above": (0, 1), "from the front": (1, 2)}  # right, up
-COLORS = "viridis"  # increases in lightness, and is readable with any colour vision
 
 
 def workspace(
@@ -43,25 +43,17 @@ def workspace(
         raise InputError(f"expected a Workspace as workspace returns it, got {said(workspace)}")
     views, lines = _views(workspace.points), _robot(workspace)
     with style():
-        if axes is not None:
-            panels = checked_panels(axes, len(views), size)
-            figure = whole(panels[0])
-        else:
-            figure = new_figure(1.2 + 5.2 * len(views), 5.2, size)
-            panels = [figure.add_subplot(1, len(views), 1)]
-            for i in range(1, len(views)):  # both have x to the right, and one scale
-                panels.append(figure.add_subplot(1, len(views), i + 1, sharex=panels[0]))
+        many = len(views)  # both have x to the right, and one scale
+        figure, panels = panels_of(axes, many, size, (1.2 + 5.2 * many, 5.2), many, sharex=True)
+        if axes is None:
             heading = f"{workspace.robot.name}, {len(workspace.q)} configurations"
             figure.suptitle(heading if title is None else title)
         for panel, view in zip(panels, views, strict=True):
-            dots = _draw(panel, view, workspace, lines)
-        figure.colorbar(dots, ax=panels, label=_label(workspace), shrink=0.8, aspect=30)
+            shown = _draw(panel, view, workspace, lines)
+        kind = "" if workspace.axes == "all" else f"{workspace.axes} "
+        label = f"{kind}manipulability of {workspace.link}"
+        figure.colorbar(shown, ax=panels, label=label, shrink=0.8, aspect=30)
     return figure
-
-
-def _label(found: Workspace) -> str:
-    kind = "" if found.axes == "all" else f"{found.axes} "
-    return f"{kind}manipulability of {found.link}"
 
 
 def _views(points: Array) -> list[str]:
@@ -84,17 +76,10 @@ def _draw(axes: Axes, view: str, found: Workspace, lines: Array) -> Any:
     right, up = VIEWS[view]
     order = np.argsort(found.manipulability, kind="stable")
     size = np.clip(AREA / len(order), SMALLEST, LARGEST)
-    dots = axes.scatter(
-        found.points[order, right],
-        found.points[order, up],
-        c=found.manipulability[order],
-        s=size,
-        cmap=COLORS,
-        vmin=0.0,
-        vmax=float(found.manipulability.max()) or 1.0,
-        linewidths=0,
-        rasterized=True,  # ten thousand dots as vectors would make large files
-    )
+    most = float(found.manipulability.max()) or 1.0
+    colors = {"c": found.manipulability[order], "cmap": dots.COLORS, "vmin": 0.0, "vmax": most}
+    x, y = found.points[:, right], found.points[:, up]
+    shown = dots.scatter(axes, x, y, order, s=size, **colors)
     for color, width in (("white", 2.6), (palette.BLACK, 1.0)):  # readable on any colour
         axes.add_collection(
             LineCollection(list(lines[:, :, [right, up]]), colors=color, linewidths=width)
@@ -104,4 +89,4 @@ def _draw(axes: Axes, view: str, found: Workspace, lines: Array) -> Any:
     axes.set(title=view, xlabel=f"{'xyz'[right]} (m)", ylabel=f"{'xyz'[up]} (m)")
     axes.grid(visible=True)
     axes.set_axisbelow(True)
-    return dots
+    return shown

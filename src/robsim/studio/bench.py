@@ -74,7 +74,7 @@ class Bench:
 
     def step(self) -> None:
         """Take one more instant of both schemes, unless both have ended."""
-        if self.pair is not None and not self.ended:
+        if self.pair is not None and not self.pair.ended:
             self.pair.step()
 
     def reset(self) -> None:

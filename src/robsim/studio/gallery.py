@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import tomllib
 from collections.abc import Sequence
 from itertools import takewhile
 from pathlib import Path
 from typing import Any
 
-from robsim.base.errors import FileError, InputError, said, suggest
+from robsim.base.errors import FileError, check_known
 from robsim.files import examples
 from robsim.files.toml import read_text
 from robsim.run.experiment import Experiment, load_scenario
@@ -45,9 +46,7 @@ class Shelf:
 
     def experiment(self, name: Any) -> Experiment:
         """Return the experiment of a name. InputError: there is none, or it is not valid."""
-        if not isinstance(name, str) or name not in self._paths:
-            hint = suggest(str(name)[:64], self._paths, "experiments")
-            raise InputError(f"no experiment {said(name)}; {hint}")
+        check_known(name, self._paths, "no experiment {}", "experiments")
         return load_scenario(self._paths[name])
 
 
@@ -78,8 +77,6 @@ def remark(text: str) -> str:
 
 
 def _title(text: str) -> str:
-    import tomllib
-
     try:
         title = tomllib.loads(text).get("title", "")
     except tomllib.TOMLDecodeError:

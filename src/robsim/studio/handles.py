@@ -90,8 +90,7 @@ def _handle(scene: Scene, name: str, frame: str, T_w_f: Pose) -> Handle:
 
 def _start(experiment: Experiment) -> Array:
     start = experiment.scene.home if experiment.start is None else experiment.start
-    q: Array = np.atleast_2d(start)[0]
-    return q
+    return np.asarray(np.atleast_2d(start)[0])
 
 
 def _standing(scene: Scene) -> Iterator[tuple[str, Any]]:

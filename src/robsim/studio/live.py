@@ -37,8 +37,7 @@ class Live:
         self._steps, self._pieces = self.piece.steps(), pieces
         self.since = past[-1].time if past else 0.0
         first = next(self._steps)
-        self.forms: xr.Dataset = history.single(self.piece.run(duration=self.piece.dt))
-        self.forms = self.forms.isel(time=[0])
+        self.forms = history.single(self.piece.run(duration=self.piece.dt)).isel(time=[0])
         self.experiment = experiment
         self.instants = [*past[:-1], replace(first, time=self.since)]
         self.fresh = not past  # whether no instant of before is of use
@@ -93,31 +92,21 @@ class Live:
 
     def table(self, start: int = 0) -> xr.Dataset:
         """Return the instants from a number on, as a run has them."""
-        return _table(self.forms, self.instants[start:], self.experiment)
+        forms, instants = self.forms, self.instants[start:]
+        whose = "camera" if "camera_velocity" in forms else "frame"
+        parts = ("q", "qd", "error", "pixels", "qd_actual")
+        values = {name: np.stack([getattr(each, name) for each in instants]) for name in parts}
+        q, rates = values["q"], values["qd_actual"]
+        frame = forms[f"{whose}_velocity"].attrs["frame"]
+        _, twists = frame_motion(self.experiment.scene, frame, q[None], rates[None])
+        values["error_norm"] = np.linalg.norm(values["error"], axis=1)
+        values[f"{whose}_velocity"] = twists[0]
+        many = forms.isel(time=np.zeros(len(instants), dtype=int))
+        many = many.assign({n: (many[n].dims, x) for n, x in values.items() if n in forms})
+        return many.assign_coords(time=("time", np.array([each.time for each in instants])))
 
 
 def _numbers(forms: xr.Dataset) -> Any:
     """Return what tells whether instants of two experiments stand in one table."""
     names = ("coordinate", "velocity", "feature_unit", "mark_camera", "mark_target")
     return [forms[name].values.tolist() for name in names]
-
-
-def _table(forms: xr.Dataset, instants: list[Instant], experiment: Experiment) -> xr.Dataset:
-    """Return instants as a run has them; `forms` is such a run of one instant."""
-    whose = "camera" if "camera_velocity" in forms else "frame"
-    parts = ("q", "qd", "error", "pixels", "qd_actual")
-    q, qd, error, pixels, rates = (np.stack([getattr(x, n) for x in instants]) for n in parts)
-    frame = forms[f"{whose}_velocity"].attrs["frame"]
-    _, twists = frame_motion(experiment.scene, frame, q[None], rates[None])
-    values = {
-        "q": q,
-        "qd": qd,
-        "error": error,
-        "error_norm": np.linalg.norm(error, axis=1),
-        "pixels": pixels,
-        f"{whose}_velocity": twists[0],
-        **({"qd_actual": rates} if "qd_actual" in forms else {}),
-    }
-    many = forms.isel(time=np.zeros(len(instants), dtype=int))
-    many = many.assign({name: (many[name].dims, x) for name, x in values.items()})
-    return many.assign_coords(time=("time", np.array([each.time for each in instants])))

@@ -41,7 +41,10 @@ class Outgoing:
     """The messages that are new, and those that a page needs that connects now."""
 
     def __init__(self, study: Recording | None = None) -> None:
-        self._study = [_map(study)] if study else []
+        self._study: list[str] = []
+        if study:
+            shown = encoded(study.header, study.arrays, set(), FAST)
+            self._study.append(_text("study", recording=shown))
         self._kept: dict[str, str] = {}
         self._log: list[str] = []  # the recording, and its further rows
         self._rows: list[tuple[int, dict[str, NDArray[Any]]]] = []  # likewise, as they were told
@@ -120,27 +123,14 @@ class Outgoing:
 
 def _joined(rows: list[tuple[int, dict[str, NDArray[Any]]]]) -> dict[str, NDArray[Any]]:
     """Return the arrays of a recording with all further rows; what has no rows is the last."""
-    (_, whole), *further = rows
-    found = {name: [array] for name, array in whole.items()}
-    for start, arrays in further:
-        for name, array in arrays.items():
-            if name.endswith(GOAL):
-                found[name] = [array]
-            else:
-                _cut(found[name], start)
-                found[name].append(array)
-    return {name: np.concatenate(parts) if parts[1:] else parts[0] for name, parts in found.items()}
-
-
-def _cut(parts: list[NDArray[Any]], count: int) -> None:
-    """Keep so many rows of an array in parts."""
-    rows = sum(map(len, parts))
-    while rows > count:
-        last = parts.pop()
-        rows -= len(last)
-        if rows < count:
-            parts.append(last[: count - rows])
-            rows = count
+    (_, whole), (end, last) = rows[0], rows[-1]
+    parts = [last]  # from the last on, each up to where a later one begins
+    for start, arrays in reversed(rows[:-1]):
+        count, end = max(end - start, 0), min(start, end)
+        parts.append({name: arrays[name][:count] for name in last})
+    timed = [name for name in last if not name.endswith(GOAL)]
+    joined = {name: np.concatenate([part[name] for part in reversed(parts)]) for name in timed}
+    return whole | last | joined
 
 
 def _state(session: Session, bench: Bench | None) -> dict[str, Any]:
@@ -171,10 +161,6 @@ def _state_of(bench: Bench) -> dict[str, Any]:
 
 
 _NO_BENCH = {"outcome": "", "ending": "", "second": {}, "changes": [], "handles": []}
-
-
-def _map(study: Recording) -> str:
-    return _text("study", recording=encoded(study.header, study.arrays, set(), FAST))
 
 
 def _text(kind: str, **content: Any) -> str:

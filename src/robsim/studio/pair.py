@@ -98,8 +98,7 @@ def _ahead(experiment: Experiment) -> Array:
     """Return the coordinates (T, nq) to which an experiment comes."""
     seconds = min(experiment.duration, AHEAD * experiment.dt)
     q = experiment.run(duration=seconds, record="all")["q"].values
-    alive: Array = q[np.isfinite(q).all(axis=1)]
-    return alive
+    return np.asarray(q[np.isfinite(q).all(axis=1)])
 
 
 def _as_long(*each: Array) -> list[Array]:

@@ -18,6 +18,7 @@ from robsim.studio import downloads
 from robsim.studio.bench import Bench, explained
 from robsim.studio.gallery import Shelf
 from robsim.studio.outgoing import Outgoing
+from robsim.studio.values import is_whole
 from robsim.studio.web.app import Unavailable
 
 TICK = 1 / 30  # seconds between what is sent
@@ -122,10 +123,7 @@ class Session:
 
     def _do_all(self, wishes: list[dict[str, Any]]) -> None:
         """Do what pages ask for; what is wrong with any of it is told to all."""
-        notes = []
-        for wish in wishes:
-            if not self._over.is_set():
-                notes.append(self.do(wish))
+        notes = [self.do(wish) for wish in wishes if not self._over.is_set()]
         if wishes:
             self.note = "\n".join(dict.fromkeys(filter(None, notes)))
 
@@ -136,6 +134,7 @@ class Session:
                 done = _WISHES.get(name)
                 if done is None:
                     raise InputError(f"a page asked for {said(name)}; known: {', '.join(_WISHES)}")
+                self._since = None
                 done(self, value)
         except RobSimError as error:
             source = self.placed.experiment.source if self.placed else ""
@@ -147,42 +146,23 @@ class Session:
     def _play(self, value: Any) -> None:
         if value is True and self.bench.full:
             raise InputError("no more instants are kept: go back to the start")
-        self.playing, self._since = value is True, None
+        self.playing = value is True
         if self.playing and self.bench.ended:
             self.bench.reset()
 
     def _step(self, value: Any) -> None:
         self.playing = False
-        count = value if isinstance(value, int) and not isinstance(value, bool) else 1
+        count = value if is_whole(value) else 1
         for _ in range(min(max(count, 1), 100)):
             self.bench.step()
-
-    def _reset(self, value: Any) -> None:
-        self._since = None
-        self.bench.reset()
-
-    def _set(self, value: Any) -> None:
-        self._since = None
-        self.bench.set(*_pair(value, "sets"))
-
-    def _drag(self, value: Any) -> None:
-        self._since = None
-        self.bench.drag(*_pair(value, "drags"))
-
-    def _second(self, value: Any) -> None:
-        self._since = None
-        self.bench.compare(value)
 
     def _quicker(self, value: Any) -> None:
         if value not in SPEEDS or isinstance(value, bool):
             raise InputError(f"no speed {said(value)}; speeds: {SPEEDS}")
-        self.speed, self._since = float(value), None
-
-    def _open(self, value: Any) -> None:
-        self._place(str(value), self.shelf.experiment(value), None)
+        self.speed = float(value)
 
     def _run_of_study(self, value: Any) -> None:
-        if self.study is None or not isinstance(value, int) or isinstance(value, bool):
+        if self.study is None or not is_whole(value):
             raise InputError(f"a page asked for run {said(value)}, and there is no such run")
         self._place(f"run {value}", self.study.of_run(value), value)
 
@@ -194,7 +174,7 @@ class Session:
             self.placed = Bench(experiment)
         else:
             self.placed.open(experiment)
-        self.run, self.playing, self._since = run, True, None
+        self.run, self.playing = run, True
 
     def _advance(self) -> None:
         """Take the steps that are due, or as many as there is time for, and note the factor."""
@@ -259,11 +239,11 @@ def _key(wish: dict[str, Any]) -> Any:
 _WISHES: dict[str, Callable[[Session, Any], None]] = {
     "play": Session._play,
     "step": Session._step,
-    "reset": Session._reset,
-    "set": Session._set,
-    "drag": Session._drag,
-    "second": Session._second,
+    "reset": lambda session, _: session.bench.reset(),
+    "set": lambda session, value: session.bench.set(*_pair(value, "sets")),
+    "drag": lambda session, value: session.bench.drag(*_pair(value, "drags")),
+    "second": lambda session, value: session.bench.compare(value),
     "speed": Session._quicker,
-    "open": Session._open,
+    "open": lambda session, name: session._place(str(name), session.shelf.experiment(name), None),
     "run": Session._run_of_study,
 }

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
-from robsim.base.errors import InputError, said
+from robsim.base.errors import InputError, is_one_of, said
 from robsim.declare.controls import Control
 
 
@@ -13,8 +14,9 @@ def checked(control: Control, value: Any) -> Any:
 
     Whether it is within bounds, its declaration says.
     """
-    if not _FITS[control.form](control, value):
-        raise InputError(f"{control.path}: expected {_WORDS[control.form]}, got {said(value)}")
+    fits, words = _FORMS[control.form]
+    if not fits(control, value):
+        raise InputError(f"{control.path}: expected {words}, got {said(value)}")
     return float(value) if control.form == "number" else value
 
 
@@ -23,22 +25,20 @@ def is_number(value: Any) -> bool:
     return isinstance(value, int | float) and not isinstance(value, bool)
 
 
+def is_whole(value: Any) -> bool:
+    """Return whether a value of JSON is a whole number."""
+    return isinstance(value, int) and not isinstance(value, bool)
+
+
 def _is_row(control: Control, value: Any) -> bool:
     listed = isinstance(value, list) and len(value) == len(control.names)
     return listed and all(map(is_number, value))
 
 
-_FITS = {
-    "number": lambda control, value: is_number(value),
-    "whole": lambda control, value: isinstance(value, int) and not isinstance(value, bool),
-    "flag": lambda control, value: isinstance(value, bool),
-    "choice": lambda control, value: isinstance(value, str) and value in control.options,
-    "numbers": _is_row,
-}
-_WORDS = {
-    "number": "a number",
-    "whole": "a whole number",
-    "flag": "true or false",
-    "choice": "one of its options",
-    "numbers": "as many numbers as it has names",
+_FORMS: dict[str, tuple[Callable[[Control, Any], bool], str]] = {
+    "number": (lambda control, value: is_number(value), "a number"),
+    "whole": (lambda control, value: is_whole(value), "a whole number"),
+    "flag": (lambda control, value: isinstance(value, bool), "true or false"),
+    "choice": (lambda control, value: is_one_of(value, control.options), "one of its options"),
+    "numbers": (_is_row, "as many numbers as it has names"),
 }

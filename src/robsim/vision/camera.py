@@ -27,8 +27,7 @@ from robsim.kernels.images import viewing
 from robsim.kernels.machine.program import Function, Program
 from robsim.vision.camera_checks import check_focal, checked_distortion, checked_intrinsics
 from robsim.vision.camera_files import ros
-from robsim.vision.camera_files.files import camera_of
-from robsim.vision.camera_files.written import write
+from robsim.vision.camera_files.files import camera_of, write
 from robsim.vision.chapter import T_CHAPTER_CAMERA, chapter_intrinsics, intrinsics_from_chapter
 from robsim.vision.image_size import SIZE
 from robsim.vision.intrinsics import PLACES, part_of, with_part
@@ -157,7 +156,7 @@ class Camera(Value):
         >>> Camera([[800, 0, 320], [0, 800, 240], [0, 0, 1]], (640, 480)).to_file("eye.yaml").name
         'eye.yaml'
         """
-        return write(self, path)
+        return write(path, self.K, self.size, self.distortion)
 
     @classmethod
     def from_ros(cls, message: Any, *, rectified: bool = False) -> Camera:
@@ -338,6 +337,5 @@ class Camera(Value):
         """Return run-last pixels and visibility of points, and their leading shape."""
         p, T = numbers(points, "points", ("N", 3)), as_pose(T_w_c).matrix
         lead = common_lead(p.shape[:-2], T.shape[:-2], "points and camera poses")
-        inv = Pose(T).inv()
-        X = runs_last(np.broadcast_to(inv @ p, (*lead, p.shape[-2], 3)), 2)
+        X = runs_last(np.broadcast_to(Pose(T).inv() @ p, (*lead, p.shape[-2], 3)), 2)
         return *self.image_of(X), lead

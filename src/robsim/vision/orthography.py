@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from robsim.base.arrays import Array
+from robsim.vision.plane import with_one
 from robsim.vision.three_marks import unit
 
 
@@ -21,7 +22,7 @@ def orthographic_poses(marks: Array, x: Array) -> Array:
     plane = plane_axes(marks)
     ray = x.mean(1)
     J = np.swapaxes(np.linalg.pinv((marks - centre) @ plane[:2].T) @ (x - ray[:, None]), -1, -2)
-    along = _turned_to(unit(np.concatenate([ray, np.ones_like(ray[:, :1])], axis=-1)))
+    along = _turned_to(unit(with_one(ray)))
     project = along[:, :2, :2] - ray[:, :, None] * along[:, 2:, :2]
     U, scale, Vt = np.linalg.svd(np.linalg.solve(project, J))
     depth = 1.0 / scale[:, 0]
@@ -29,7 +30,7 @@ def orthographic_poses(marks: Array, x: Array) -> Array:
     s = np.sqrt((1.0 - c) * (1.0 + c))
     R = [along @ _in_space(U) @ _tilt(c, sign * s) @ _in_space(Vt) @ plane for sign in (1, -1)]
     R_c_o = np.stack(R, axis=1)
-    middle = np.concatenate([ray, np.ones_like(ray[:, :1])], axis=-1) * depth[:, None]
+    middle = with_one(ray) * depth[:, None]
     t = middle[:, None] - R_c_o @ centre
     return np.concatenate([R_c_o, t[..., None]], axis=-1)
 

@@ -54,7 +54,7 @@ def homography(points_a: ArrayLike, points_b: ArrayLike) -> Array:
 def _linear(a: Array, b: Array) -> Array:
     """Return H (B, 3, 3) of finite points (B, N, 2) that do not all coincide."""
     (p, Ta), (q, Tb) = _about_zero(a), _about_zero(b)
-    p, zero = _with_one(p), np.zeros((*p.shape[:-1], 3))
+    p, zero = with_one(p), np.zeros((*p.shape[:-1], 3))
     rows = [  # of h, row by row, in (q, 1) x H (p, 1) = 0
         np.concatenate([p, zero, -q[..., :1] * p], axis=-1),
         np.concatenate([zero, p, -q[..., 1:] * p], axis=-1),
@@ -65,11 +65,10 @@ def _linear(a: Array, b: Array) -> Array:
     sizes = np.linalg.svd(N, compute_uv=False)  # one is zero where H is singular
     H = np.linalg.inv(Tb) @ N @ Ta
     middle = np.linalg.svd(H, compute_uv=False)[:, 1]
-    forward = (_with_one(b) * (_with_one(a) @ np.swapaxes(H, -1, -2))).sum((-1, -2))
+    forward = (with_one(b) * (with_one(a) @ np.swapaxes(H, -1, -2))).sum((-1, -2))
     good = (s[:, 7] > RANK * s[:, 0]) & (sizes[:, 2] > RANK * sizes[:, 0]) & (middle > 0)
     scale = np.where(good, np.copysign(middle, forward), np.nan)
-    scaled: Array = H / scale[:, None, None]
-    return scaled
+    return np.asarray(H / scale[:, None, None])
 
 
 def _about_zero(a: Array) -> tuple[Array, Array]:
@@ -83,7 +82,8 @@ def _about_zero(a: Array) -> tuple[Array, Array]:
     return (a - centre[:, None]) / size[:, None, None], T
 
 
-def _with_one(a: Array) -> Array:
+def with_one(a: Array) -> Array:
+    """Return points (..., 2) at unit depth, (..., 3)."""
     return np.concatenate([a, np.ones_like(a[..., :1])], axis=-1)
 
 
@@ -128,7 +128,7 @@ def decompose_homography(H: ArrayLike, points: ArrayLike = ((0.0, 0.0),)) -> Hom
     R, t, n = (np.full((len(A), 4, *shape), np.nan) for shape in ((3, 3), (3,), (3,)))
     R[known], t[known], n[known] = _motions(A[known])
     R, t, n = R.reshape(*lead, 4, 3, 3), t.reshape(*lead, 4, 3), n.reshape(*lead, 4, 3)
-    ahead = (n @ np.swapaxes(_with_one(p), -1, -2) > 0).all(-1)
+    ahead = (n @ np.swapaxes(with_one(p), -1, -2) > 0).all(-1)
     ahead |= np.isfinite(t).all(-1) & np.isnan(n).all(-1)
     return HomographyMotions(frozen(R), frozen(t), frozen(n), frozen(np.asarray(ahead)))
 
@@ -147,7 +147,8 @@ def _motions(H: Array) -> tuple[Array, Array, Array]:
     R, t, n = [], [], []
     for u in ((along + across) / length, (along - across) / length):
         normal = np.cross(v2, u)
-        turned = _triad(H @ v2[..., None], H @ u[..., None])
+        a, b = H @ v2[..., None], H @ u[..., None]
+        turned = np.concatenate([a, b, np.cross(a, b, axis=1)], axis=-1)  # with axes as columns
         rotation = turned @ np.stack([v2, u, normal], axis=-2)
         shift = ((H - rotation) @ normal[..., None])[..., 0]
         R += [rotation, rotation]
@@ -156,11 +157,6 @@ def _motions(H: Array) -> tuple[Array, Array, Array]:
     out = np.stack(R, 1), np.stack(t, 1), np.stack(n, 1)
     _set_rotations(H, rest, *out)
     return out
-
-
-def _triad(a: Array, b: Array) -> Array:
-    """Return axes (B, 3, 3) as columns: a (B, 3, 1), b, and their cross product."""
-    return np.concatenate([a, b, np.cross(a, b, axis=1)], axis=-1)
 
 
 def _set_rotations(H: Array, rest: NDArray[np.bool_], R: Array, t: Array, n: Array) -> None:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from robsim.base.arrays import Array, frozen, numbers, runs_first, runs_last
-from robsim.base.errors import InputError, is_one_of, said, suggest
+from robsim.base.errors import InputError, check_known
 from robsim.base.values import Value
 from robsim.geometry.pose import homogeneous
 from robsim.kernels.formulas import se3
@@ -60,8 +60,7 @@ class PoseEstimate(Value):
     @property
     def T_c_o(self) -> Array:
         """The best pose (..., 4, 4) of the target in camera axes."""
-        best: Array = self.candidates[..., 0, :, :]
-        return best
+        return np.asarray(self.candidates[..., 0, :, :])
 
     @property
     def rms(self) -> Array:
@@ -71,8 +70,7 @@ class PoseEstimate(Value):
     @property
     def other(self) -> Array:
         """The second-best pose (..., 4, 4) of the target in camera axes."""
-        second: Array = self.candidates[..., 1, :, :]
-        return second
+        return np.asarray(self.candidates[..., 1, :, :])
 
     @property
     def other_rms(self) -> Array:
@@ -162,8 +160,7 @@ def _minima(
     if robust is None:
         T, squares = all_minima(p, u, camera)
         return T, squares, np.ones(u.shape[:2])
-    if not is_one_of(robust, tuple(KINDS)):
-        raise InputError(f"robust: no weights {said(robust)}; {suggest(robust, KINDS, 'weights')}")
+    check_known(robust, KINDS, "robust: no weights {}", "weights")
     if len(p) < LEAST_MARKS:
         raise InputError(
             f"robust: {len(p)} marks do not tell which of them lies, as any three have a pose that "

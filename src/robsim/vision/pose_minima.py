@@ -68,8 +68,8 @@ def _starts(p: Array, x: Array) -> Array:
     three = _largest_triangle(p)
     exact = three_marks_poses(p[three], x[:, three])
     if len(p) > 3:
-        found = _normalised_squares(p, exact, x).argmin(1)
-        best = exact[np.arange(len(x)), found, None]
+        squares = _or_infinite(np.square(misses(p, exact, x)).sum((-1, -2)))
+        best = exact[np.arange(len(x)), squares.argmin(1), None]
         exact = np.concatenate([best, mirrored(p, best)], axis=1)
     poses = np.concatenate([orthographic_poses(p, x), exact], axis=1)
     return np.where(np.isfinite(poses).all((-1, -2), keepdims=True), poses, 0.0)
@@ -113,12 +113,10 @@ def in_camera(p: Array, T: Array) -> Array:
     return p @ np.swapaxes(T[..., :3], -1, -2) + T[..., None, :, 3]
 
 
-def _normalised_squares(p: Array, T: Array, x: Array) -> Array:
-    """Return sums (B, k) of squared errors at unit depth; inf if a mark is behind."""
+def misses(p: Array, T: Array, x: Array) -> Array:
+    """Return errors (B, k, N, 2) at unit depth; NaN for a mark that is behind the camera."""
     X = in_camera(p, T)
-    depth = np.where(X[..., 2:] > 0, X[..., 2:], np.nan)
-    squares = np.square(X[..., :2] / depth - x[:, None]).sum((-1, -2))
-    return np.where(np.isnan(squares), np.inf, squares)
+    return X[..., :2] / np.where(X[..., 2:] > 0, X[..., 2:], np.nan) - x[:, None]
 
 
 def in_image(p: Array, T: Array, camera: Camera) -> Array:
@@ -132,7 +130,10 @@ def _squares(p: Array, T: Array, u: Array, camera: Camera, weights: Array | None
     each = np.square(in_image(p, T, camera) - u[:, None])
     if weights is not None:
         each = each * weights[:, None, :, None]
-    squares = each.sum((-1, -2))
+    return _or_infinite(each.sum((-1, -2)))
+
+
+def _or_infinite(squares: Array) -> Array:
     return np.where(np.isnan(squares), np.inf, squares)
 
 

@@ -12,15 +12,7 @@ from robsim.kernels.estimation import robust
 from robsim.kernels.estimation.robust_pose import fit_pose_robustly
 from robsim.vision.camera import Camera
 from robsim.vision.image import normalised
-from robsim.vision.pose_minima import (
-    ARRIVED,
-    ROUNDS,
-    all_minima,
-    apart,
-    in_camera,
-    minima_from,
-    shows,
-)
+from robsim.vision.pose_minima import ARRIVED, ROUNDS, all_minima, apart, minima_from, misses, shows
 from robsim.vision.three_marks import three_marks_poses
 
 KINDS = {"huber": robust.HUBER, "tukey": robust.TUKEY, "cauchy": robust.CAUCHY}
@@ -75,9 +67,7 @@ def _of_majority(p: Array, T: Array, x: Array) -> Array:
 
     A pose fits three marks, whose distances say nothing: so it is that of N // 2 + 2 marks.
     """
-    X = in_camera(p, T)
-    depth = np.where(X[..., 2:] > 0, X[..., 2:], np.nan)
-    distances = np.linalg.norm(X[..., :2] / depth - x[:, None], axis=-1)
+    distances = np.linalg.norm(misses(p, T, x), axis=-1)
     within = np.sort(distances, axis=-1)[..., len(p) // 2 + 1]  # NaN come last
     return np.where(np.isfinite(distances).all(-1), within, np.inf)
 

@@ -9,12 +9,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from robsim.base.arrays import Array, frozen, runs_first, runs_last
-from robsim.base.errors import InputError
+from robsim.base.errors import InputError, naming
 from robsim.base.values import Value
 from robsim.geometry.pose import as_pose, common_lead
 from robsim.kernels.features import stereo as kernels
 from robsim.vision.camera import Camera
 from robsim.vision.image import deviation, measured, normalised, pixel_rates
+from robsim.vision.plane import with_one
 
 RCOND = 1e-12  # relative to the largest singular value: smaller ones count as zero
 STEPS = 4  # Gauss-Newton steps: exact to rounding for noise of half a pixel, to 1e-11 for three
@@ -82,10 +83,8 @@ def triangulate(
 
 def _rig(T_left_right: Any) -> Array:
     """Return the checked pose (..., 4, 4) of the right camera, which is apart from the left one."""
-    try:
+    with naming("T_left_right"):
         T: Array = as_pose(T_left_right).matrix
-    except InputError as error:
-        raise InputError(f"T_left_right: {error}") from None
     if (T[..., :3, 3] == 0).all(-1).any():
         raise InputError("T_left_right: both cameras are in one place, where no depth is seen")
     return T
@@ -99,7 +98,7 @@ def _likeliest(
     seen = (start[..., 2] > 0) & np.isfinite(start).all(-1)
     start[~seen], x[~seen], other[~seen] = (0.0, 0.0, 1.0), 0.0, 0.0
     weights = pixel_rates(x, left), pixel_rates(other, right)
-    ray = np.concatenate([start[..., :2], np.ones_like(start[..., :1])], axis=-1) / start[..., 2:]
+    ray = with_one(start[..., :2]) / start[..., 2:]
     for _ in range(STEPS):
         residual, J, _ = _images(ray, x, other, weights, T)
         ray = ray - (np.linalg.pinv(J, rcond=RCOND) @ residual[..., None])[..., 0]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from robsim.base.arrays import Array
+from robsim.vision.plane import with_one
 
 TINY = 1e-14  # of the largest coefficient: the quartic has a root at infinity
 SIDES = ((1, 2), (0, 2), (0, 1))  # a, b and c lie opposite marks 0, 1 and 2
@@ -20,7 +21,7 @@ def three_marks_poses(marks: Array, x: Array) -> Array:
     three equations: compare their images. Of complex roots the real part is taken, a start for
     noisy images. NaN where a distance is not above zero.
     """
-    rays = unit(np.concatenate([x, np.ones_like(x[..., :1])], axis=-1))
+    rays = unit(with_one(x))
     aa, bb, cc = (np.square(marks[i] - marks[j]).sum() for i, j in SIDES)
     alpha, beta, gamma = ((rays[:, i] * rays[:, j]).sum(-1) for i, j in SIDES)  # cosines
     v = np.repeat(_roots(_quartic(aa / bb, cc / bb, alpha, beta, gamma)), 2, axis=-1)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from importlib import resources
 from pathlib import Path
 
-from robsim.base.errors import InputError, is_one_of, said, suggest
+from robsim.base.errors import check_known
 
 
 def names() -> tuple[str, ...]:
@@ -20,6 +20,5 @@ def names() -> tuple[str, ...]:
 
 def path(name: str) -> Path:
     """Return the file of an example. InputError: there is none of that name."""
-    if not is_one_of(name, names()):
-        raise InputError(f"no example {said(name)}; {suggest(name, names(), 'examples')}")
+    check_known(name, names(), "no example {}", "examples")
     return Path(str(resources.files(__name__) / f"{name}.toml"))

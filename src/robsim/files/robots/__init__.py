@@ -17,7 +17,7 @@ from importlib import resources
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from robsim.base.errors import InputError, is_one_of, said, suggest
+from robsim.base.errors import check_known
 
 if TYPE_CHECKING:
     from robsim.robot.robot import Robot
@@ -31,17 +31,13 @@ def names() -> tuple[str, ...]:
 
 def file(name: str) -> Path:
     """Return the file of a robot of the library. InputError: there is none of that name."""
-    if not is_one_of(name, names()):
-        raise InputError(
-            f"no robot {said(name)} in the library; {suggest(name, names(), 'robots')}"
-        )
+    check_known(name, names(), "no robot {} in the library", "robots")
     return Path(str(resources.files(__name__) / f"{name}.toml"))
 
 
 def about(name: str) -> str:
     """Return one line about a robot of the library."""
-    line: str = tomllib.loads(file(name).read_text(encoding="utf-8"))["about"]
-    return line
+    return str(tomllib.loads(file(name).read_text(encoding="utf-8"))["about"])
 
 
 def load(name: str) -> Robot:
@@ -59,8 +55,7 @@ def _read(path: Path) -> Robot:
 
 def __getattr__(name: str) -> Callable[[], Robot]:
     if name.startswith("_") or name not in names():
-        known = ", ".join(names())
-        raise AttributeError(f"no robot {name!r} in the library; robots: {known}")
+        raise AttributeError(f"no robot {name!r} in the library; robots: {', '.join(names())}")
     return lambda: load(name)
 
 

@@ -17,9 +17,8 @@ ROUNDING = 1e-9  # of a frame, by which a run may end late
 
 @dataclass(frozen=True)
 class Clock:
-    """Frames per second of the film, seconds of the run in one of them, an instant per frame."""
+    """Seconds of the run in one of the film, and an instant for each frame."""
 
-    fps: float
     speed: float
     instants: NDArray[np.intp]
 
@@ -30,19 +29,19 @@ def clock(time: Array, fps: float, speed: float | None) -> Clock:
     Frame k shows the instant nearest to k speed / fps, and the last frame the last instant. Without
     a speed it is real time, or as many times faster as a film of one minute needs.
 
-    InputError: not above zero, or more frames than 6000.
+    InputError: a speed that is not above zero, or more frames than 6000.
 
     >>> clock(np.arange(5) * 0.1, 5.0, 1.0).instants
     array([0, 2, 4])
     """
-    rate, spell = positive(fps, "fps"), float(time[-1] - time[0])
+    spell = float(time[-1] - time[0])
     fast = max(1.0, np.ceil(spell / LONGEST)) if speed is None else positive(speed, "speed")
-    count = spell * rate / fast - ROUNDING
+    count = spell * fps / fast - ROUNDING
     if not count < MOST:
         raise InputError(
-            f"{spell:.4g} s at {rate:g} frames per second and speed {fast:g} are {count:.3g} "
+            f"{spell:.4g} s at {fps:g} frames per second and speed {fast:g} are {count:.3g} "
             f"frames, and a film has at most {MOST}: give fewer fps, or a higher speed"
         )
-    at = np.minimum(time[0] + np.arange(int(np.ceil(count)) + 1) * fast / rate, time[-1])
+    at = np.minimum(time[0] + np.arange(int(np.ceil(count)) + 1) * fast / fps, time[-1])
     between = (time[1:] + time[:-1]) / 2
-    return Clock(rate, float(fast), np.searchsorted(between, at, "right"))
+    return Clock(float(fast), np.searchsorted(between, at, "right"))

@@ -5,8 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError, said
 from robsim.plot import history
@@ -44,10 +42,6 @@ class Footage:
     shots: tuple[Shot, ...]
     ending: str
     joined: xr.Dataset  # with the coordinates at all instants
-
-    def shot(self, instant: int) -> int:
-        """Return the number of the shot to which an instant belongs."""
-        return int(np.searchsorted([shot.first for shot in self.shots], instant, "right")) - 1
 
 
 def footage_of(run: Any, experiment: Experiment | None = None) -> Footage:

@@ -66,15 +66,13 @@ class _Palette:
 
     def numbers(self, pixels: Frame) -> NDArray[np.uint8]:
         """Return the number of the nearest colour of each pixel."""
-        found: NDArray[np.uint8] = self._nearest[_cell(pixels)]
-        return found
+        return np.asarray(self._nearest[_cell(pixels)])
 
 
 def _cell(pixels: Frame) -> NDArray[np.int32]:
     """Return which of 64^3 cells of nearly equal colours each pixel (..., 3) belongs to."""
     red, green, blue = (pixels[..., i].astype(np.int32) >> 2 for i in range(3))
-    cells: NDArray[np.int32] = (red << 12) | (green << 6) | blue
-    return cells
+    return np.asarray((red << 12) | (green << 6) | blue)
 
 
 def _middles() -> Frame:
@@ -100,9 +98,9 @@ def _changed(now: Frame, before: Frame | None) -> Any:
         return np.s_[: now.shape[0], : now.shape[1]]
     other = _differs(now, before)
     rows, columns = np.flatnonzero(other.any(axis=1)), np.flatnonzero(other.any(axis=0))
-    return (
-        np.s_[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1] if len(rows) else np.s_[:1, :1]
-    )
+    if not len(rows):
+        return np.s_[:1, :1]
+    return np.s_[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1]
 
 
 def _differs(now: Frame, before: Frame) -> NDArray[np.bool_]:

@@ -9,11 +9,9 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 
-from robsim.base.arrays import Array
 from robsim.plot import history, palette
 from robsim.plot.film.footage import Footage, Shot
 from robsim.plot.image import MARKERS, draw_goal, edges_seen, frame, legend
-from robsim.world.scene import Scene
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -24,11 +22,8 @@ _IDLE: dict[str, Any] = {"color": palette.GREY, "ha": "center", "va": "center"}
 
 def cameras_of(footage: Footage) -> list[str]:
     """Return the names of the cameras that have a part in what is filmed."""
-    return list(dict.fromkeys(name for shot in footage.shots for name in _used(shot)))
-
-
-def _used(shot: Shot) -> list[str]:
-    return [str(name) for name in shot.run["mark_camera"].values]
+    used = (name for shot in footage.shots for name in history.cameras_of(shot.run))
+    return list(dict.fromkeys(used))
 
 
 @dataclass
@@ -52,7 +47,7 @@ class Image:
 
     def __init__(self, footage: Footage, camera: str, alone: bool) -> None:
         self.camera, self._alone = camera, alone
-        shots = [shot for shot in footage.shots if camera in _used(shot)]
+        shots = [shot for shot in footage.shots if camera in history.cameras_of(shot.run)]
         self._takes = [_Take(shot, history.seen_by(shot.run, camera)) for shot in shots]
 
     def draw(self, axes: Axes) -> list[Any]:
@@ -102,8 +97,4 @@ def _place(take: _Take, i: int, camera: str) -> None:
         dot.set_data(*pixels[i : i + 1, n].T)
     q = take.view["q"].values[i]
     for target, lines in take.edges:
-        lines.set_segments(_edges(take.shot.scene, q, camera, target))
-
-
-def _edges(scene: Scene, q: Array, camera: str, target: str) -> list[Array]:
-    return list(edges_seen(scene, q, camera, target))
+        lines.set_segments(list(edges_seen(take.shot.scene, q, camera, target)))

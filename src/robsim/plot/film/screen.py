@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import warnings
 from textwrap import shorten
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
@@ -35,7 +36,7 @@ class Screen:
         self._curves = Curves(footage)
         with style():
             self.figure = Sheet(size, dpi=dpi, layout="constrained")
-            self._canvas = _canvas(self.figure)
+            self._canvas = cast("Any", FigureCanvasAgg(self.figure))  # its methods have no types
             self._moving = self._drawn(look["title"])
             self._canvas.draw()
             self._still = self._canvas.copy_from_bbox(self.figure.bbox)
@@ -74,7 +75,7 @@ class Screen:
         self._stage.arrange(places[0])
         self.figure.set_layout_engine("none")
         groups.append([self._told])
-        ordered = [each for group in groups for each in sorted(group, key=_order)]
+        ordered = [each for group in groups for each in sorted(group, key=Artist.get_zorder)]
         for artist in ordered:
             artist.set_animated(True)
         return ordered
@@ -83,7 +84,8 @@ class Screen:
         """Return what is said of an instant: its phase, how it ended, the speed, the time."""
         footage, speed = self.footage, self.clock.speed
         last = instant == len(footage.time) - 1
-        name = footage.ending if last else footage.shots[footage.shot(instant)].name
+        phases = (shot.name for shot in footage.shots if instant in shot.instants)
+        name = footage.ending if last else next(phases)
         fast = "" if speed == 1 else f"×{speed:.3g}"
         return "     ".join(filter(None, [name, fast, f"t = {footage.time[instant]:.2f} s"]))
 
@@ -99,12 +101,3 @@ def _lay_out(figure: Figure) -> None:
                 "size: {:g} x {:g} inches are too few for all that is shown; "
                 "fewer pixels come from a lower dpi".format(*figure.get_size_inches())
             ) from None
-
-
-def _canvas(figure: Figure) -> Any:
-    """Return a canvas in memory, whose methods have no types."""
-    return FigureCanvasAgg(figure)
-
-
-def _order(artist: Any) -> float:
-    return float(artist.get_zorder())

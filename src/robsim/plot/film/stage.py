@@ -75,8 +75,7 @@ class Stage:
         """Return the pose (4, 4) of a frame of the scene in a frame of the film."""
         if frame not in self._poses:
             self._poses[frame] = self._moving.poses(frame)[self._instants]
-        pose: Array = self._poses[frame][k]
-        return pose
+        return np.asarray(self._poses[frame][k])
 
     def _wires(self, k: int) -> list[Wire]:
         return [wireframe.placed(part, lambda name: self._pose(name, k)) for part in self._parts]

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from robsim.analysis.measures import MEASURES
 from robsim.base.arrays import Array
-from robsim.base.errors import InputError, is_one_of, said, suggest
+from robsim.base.errors import InputError, check_known
 from robsim.studies import reading
 
 if TYPE_CHECKING:
@@ -24,6 +24,7 @@ _WORDS = {
     "end_time": "time at the end",
     "error_norm": "norm of the error at the end",
 }
+Rows = NDArray[np.bool_]  # which rows of a table
 LARGEST = 1e100  # that can be drawn
 FEW = 12  # different numbers up to which each has a place of its own, as a choice has
 
@@ -64,12 +65,11 @@ def drawn(table: pd.DataFrame, name: str) -> Array:
 def given(name: Any, what: str, table: pd.DataFrame) -> str:
     """Return the name of a column that an argument gives; InputError for none."""
     names = list(map(str, table.columns))
-    if not is_one_of(name, names):
-        raise InputError(f"{what}: no column {said(name)}; {suggest(name, names, 'columns')}")
+    check_known(name, names, f"{what}: no column {{}}", "columns")
     return str(name)
 
 
-def split(table: pd.DataFrame, by: Any, most: int, rows: NDArray[np.bool_]) -> reading.Groups:
+def split(table: pd.DataFrame, by: Any, most: int, rows: Rows) -> reading.Groups:
     """Return the values of a choice that get a line or a panel each; one without a name of None.
 
     InputError: no such column, more than `most` values, or none in the rows that count.
@@ -81,24 +81,19 @@ def split(table: pd.DataFrame, by: Any, most: int, rows: NDArray[np.bool_]) -> r
     return groups
 
 
-def _check(name: str, groups: reading.Groups, rows: NDArray[np.bool_]) -> None:
+def _check(name: str, groups: reading.Groups, rows: Rows) -> None:
     """Raise InputError unless some of the rows that count have a value."""
     if (groups.which[rows] < 0).all():
         raise InputError(f"column {name!r} has no value in the runs that count")
 
 
-def is_choice(table: pd.DataFrame, name: str) -> bool:
-    """Return whether a column has so few values that each has a place of its own."""
-    return not reading.is_number(table, name) or table[name].nunique() <= FEW
-
-
-def binned(table: pd.DataFrame, name: str, many: int, rows: NDArray[np.bool_], even: bool) -> Bins:
+def binned(table: pd.DataFrame, name: str, many: int, rows: Rows, even: bool) -> Bins:
     """Return the bins of a column, made for the rows that count: see `Bins`.
 
     A choice has one for each value. A number has `many`: of equal widths where `even`, else of as
     many rows each, which makes them equally certain.
     """
-    if is_choice(table, name):
+    if not reading.is_number(table, name) or table[name].nunique() <= FEW:
         groups = reading.several_groups(table, name)
         _check(name, groups, rows)
         names = tuple(_short(table, name, text) for text in groups.labels)
@@ -139,7 +134,7 @@ def thousands(count: int) -> str:
     return f"{count:,}".replace(",", " ")
 
 
-def said_runs(table: pd.DataFrame, counted: NDArray[np.bool_], what: str) -> str:
+def said_runs(table: pd.DataFrame, counted: Rows, what: str) -> str:
     """Return how many runs count and how many could not begin, as a title of a figure."""
     apart = int((~table["began"].to_numpy(bool)).sum())
     rest = f"; {thousands(apart)} could not begin" if apart else ""

@@ -8,16 +8,15 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
-from robsim.base.arrays import Array
 from robsim.base.errors import InputError
 from robsim.engine.outcome import Outcome
 from robsim.plot import palette
-from robsim.plot.canvas import new_figure, style
+from robsim.plot.canvas import panels_of, style, whole
 from robsim.plot.studies import dots
-from robsim.plot.studies.axis import drawn, given, label, split
+from robsim.plot.studies.axis import Rows, drawn, given, label, split
 from robsim.studies import reading
+from robsim.studies.reading import Groups
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -68,27 +67,21 @@ def study_basin(
     with style():
         rows = -(-len(groups.labels) // IN_A_ROW)
         wide = -(-len(groups.labels) // rows)
-        figure = new_figure(2.2 + (4.0 if wide == 1 else 3.2) * wide, 0.9 + 3.3 * rows, size)
-        panels = figure.subplots(rows, wide, sharex=True, sharey=True, squeeze=False).ravel()
-        _fill(figure, list(panels), table, at, (started, apart), groups)
-        _frame(list(panels), table, names, groups.labels)
+        inches, many = (2.2 + (4.0 if wide == 1 else 3.2) * wide, 0.9 + 3.3 * rows), rows * wide
+        figure, panels = panels_of(None, many, size, inches, wide, sharex=True, sharey=True)
+        _fill(panels, table, at, started, apart, groups)
+        _frame(panels, table, names, groups.labels)
         figure.suptitle(dots.title_of(table, started, apart) if title is None else title)
     return figure
 
 
 def _fill(
-    figure: Figure,
-    panels: list[Axes],
-    table: pd.DataFrame,
-    at: tuple[Array, Array],
-    kinds: tuple[NDArray[np.bool_], NDArray[np.bool_]],
-    groups: reading.Groups,
+    panels: list[Axes], table: pd.DataFrame, at: dots.At, started: Rows, apart: Rows, groups: Groups
 ) -> None:
     """Draw the runs of each value into its panel, with one scale of times and one legend.
 
-    The kinds (rows,) are the runs that began and those that could not.
+    Those that began are `started`, and those that could not `apart`.
     """
-    started, apart = kinds
     endings, time = reading.outcomes(table), reading.numbers_in(table, "end_time")
     arrived = started & (endings == Outcome.CONVERGED) & np.isfinite(time)
     low, high = (time[arrived].min(), time[arrived].max()) if arrived.any() else (0.0, 1.0)
@@ -101,6 +94,7 @@ def _fill(
         dots.scatter(axes, *at, mine, c=faces[mine])
     handles = dots.outcome_legend(endings, started)
     handles += dots.apart_legend(int(apart.sum()))
+    figure = whole(panels[0])
     figure.legend(handles=handles, loc="outside lower center", ncols=4, frameon=False)
     if arrived.any():
         scale = dots.scale(_BLUES, low, high)

@@ -10,13 +10,13 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from numpy.typing import NDArray
 
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError
 from robsim.plot import palette
-from robsim.plot.canvas import new_figure, style
-from robsim.plot.studies.axis import drawn, label, said_runs, split, thousands
+from robsim.plot.canvas import open_frame, panels_of, style
+from robsim.plot.history import differ
+from robsim.plot.studies.axis import Rows, drawn, label, said_runs, split, thousands
 from robsim.studies import reading
 from robsim.studies.reading import Among
 
@@ -66,8 +66,8 @@ def study_distributions(
     with style():
         down = -(-len(names) // IN_A_ROW)
         wide = -(-len(names) // down)
-        figure = new_figure(max(4.8, 3.0 * wide), 0.9 + 2.5 * down, size)
-        panels = list(figure.subplots(down, wide, squeeze=False, sharey=True).ravel())
+        inches = max(4.8, 3.0 * wide), 0.9 + 2.5 * down
+        figure, panels = panels_of(None, down * wide, size, inches, wide, sharey=True)
         for axes, name in zip(panels, names, strict=False):
             _draw(axes, table, name, rows, lines)
         for axes in panels[len(names) :]:
@@ -80,7 +80,7 @@ def study_distributions(
     return figure
 
 
-def _legend(figure: Figure, lines: reading.Groups, rows: NDArray[np.bool_]) -> None:
+def _legend(figure: Figure, lines: reading.Groups, rows: Rows) -> None:
     """Show which line is which value, and how many runs of it count, below all panels."""
     counts = np.bincount(lines.which[rows & (lines.which >= 0)], minlength=len(lines.labels))
     handles = [
@@ -96,27 +96,20 @@ def _look(i: int) -> dict[str, Any]:
     return {"color": palette.nth(i), "linestyle": palette.LINES[i % len(palette.LINES)]}
 
 
-def _names(table: pd.DataFrame, rows: NDArray[np.bool_], measures: Any) -> Sequence[str]:
+def _names(table: pd.DataFrame, rows: Rows, measures: Any) -> Sequence[str]:
     """Return the measures to draw: those given, or all that differ among the runs that count."""
     if measures is not None:
         names = reading.checked_names(measures, "measures")
         if len(names) > MOST_PANELS:
             raise InputError(f"measures: expected up to {MOST_PANELS} columns, got {len(names)}")
         return names
-    found = [name for name in reading.measures_in(table) if _differs(drawn(table, name)[rows])]
+    found = [name for name in reading.measures_in(table) if differ(drawn(table, name)[rows])]
     if not found:
         raise InputError("no measure of this study differs between the runs that count")
     return found[:MOST_PANELS]
 
 
-def _differs(values: Array) -> bool:
-    known = values[np.isfinite(values)]
-    return bool(known.size) and bool(np.ptp(known) > 1e-9 * max(1.0, np.abs(known).max()))
-
-
-def _draw(
-    axes: Axes, table: pd.DataFrame, name: str, rows: NDArray[np.bool_], lines: reading.Groups
-) -> None:
+def _draw(axes: Axes, table: pd.DataFrame, name: str, rows: Rows, lines: reading.Groups) -> None:
     """Draw the distribution of a measure for each value of `lines`, with its band."""
     values = drawn(table, name)
     known = rows & np.isfinite(values) & (lines.which >= 0)
@@ -126,12 +119,12 @@ def _draw(
         mine = np.sort(values[known & (lines.which == i)])
         if mine.size:
             _step(axes, mine, i)
-    if _spans_decades(values[known]):
+    least, most = values[known].min(), values[known].max()
+    if least > 0 and most > WIDE * np.median(values[known]):  # too long a tail for another axis
         axes.set_xscale("log")
     axes.set(xlabel=label(table, name), ylim=(0, 100))
     axes.set_title(f"n {thousands(int(known.sum()))}", fontsize=8, loc="right")
-    axes.grid(True)
-    axes.spines[["top", "right"]].set_visible(False)
+    open_frame(axes)
 
 
 def _step(axes: Axes, ordered: Array, i: int) -> None:
@@ -145,8 +138,3 @@ def _step(axes: Axes, ordered: Array, i: int) -> None:
     low, high = np.clip(share - band, 0, 1), np.clip(share + band, 0, 1)
     axes.fill_between(x, 100 * low, 100 * high, color=palette.nth(i), **look)
     axes.plot(x, 100 * share, drawstyle="steps-post", **_look(i))
-
-
-def _spans_decades(values: Array) -> bool:
-    """Return whether positive values have so long a tail that a logarithmic axis is needed."""
-    return bool(values.min() > 0 and values.max() > WIDE * np.median(values))

@@ -14,25 +14,25 @@ from numpy.typing import NDArray
 from robsim.base.arrays import Array
 from robsim.engine.outcome import Outcome
 from robsim.plot import palette
-from robsim.plot.studies.axis import thousands
+from robsim.plot.studies.axis import Rows, thousands
 from robsim.studies import reading
 
 if TYPE_CHECKING:
     import pandas as pd
 
+At = tuple[Array, Array]  # x and y of all rows
 AREA, SMALLEST, LARGEST = 4e4, 1.5, 22.0  # of all dots together and of one, in square points
 MOST = 100_000  # dots: more of them only cover each other
 COLORS = "viridis"  # increases in lightness, and is readable with any colour vision
 APART = "could not begin"
 
 
-def order(rows: NDArray[np.bool_]) -> NDArray[np.intp]:
+def order(rows: Rows) -> NDArray[np.intp]:
     """Return the rows to draw, mixed by chance, so that no kind covers the others.
 
     The order is always the same. Of more than 100 000 rows these are as many, a fair sample.
     """
-    chosen = np.flatnonzero(rows)
-    return np.random.default_rng(0).permutation(chosen)[:MOST]
+    return np.random.default_rng(0).permutation(np.flatnonzero(rows))[:MOST]
 
 
 def area(count: int) -> float:
@@ -66,7 +66,7 @@ def outcome_colors(endings: NDArray[np.int64]) -> NDArray[Any]:
     return np.asarray(table[endings])
 
 
-def outcome_legend(endings: NDArray[np.int64], rows: NDArray[np.bool_]) -> list[Line2D]:
+def outcome_legend(endings: NDArray[np.int64], rows: Rows) -> list[Line2D]:
     """Return a legend of the outcomes that occur in the rows, with how many each has."""
     counts = {each: int((endings[rows] == each).sum()) for each in palette.OUTCOMES}
     return [
@@ -76,7 +76,7 @@ def outcome_legend(endings: NDArray[np.int64], rows: NDArray[np.bool_]) -> list[
     ]
 
 
-def choice_legend(groups: reading.Groups, rows: NDArray[np.bool_]) -> list[Line2D]:
+def choice_legend(groups: reading.Groups, rows: Rows) -> list[Line2D]:
     """Return a legend of the values of a choice, with how many runs each has."""
     counts = np.bincount(groups.which[rows & (groups.which >= 0)], minlength=len(groups.labels))
     return [
@@ -108,7 +108,7 @@ def _handle(name: str, face: str, edge: str = "none") -> Line2D:
     return Line2D([], [], label=name, markerfacecolor=face, markeredgecolor=edge, **look)
 
 
-def title_of(table: pd.DataFrame, *shown: NDArray[np.bool_]) -> str:
+def title_of(table: pd.DataFrame, *shown: Rows) -> str:
     """Return how many runs there are, and how many of the kinds shown are drawn if not all."""
     many, counts = thousands(len(table)), [int(kind.sum()) for kind in shown]
     drawn = sum(min(count, MOST) for count in counts)

@@ -14,7 +14,7 @@ from robsim.base.arrays import whole as whole_number
 from robsim.base.errors import InputError
 from robsim.engine.outcome import Outcome
 from robsim.plot import palette
-from robsim.plot.canvas import new_figure, style
+from robsim.plot.canvas import new_figure, style, whole
 from robsim.plot.studies.axis import Bins, binned, given, label, mark, said_runs
 from robsim.statistics.estimate import Estimate
 from robsim.statistics.proportions import share
@@ -27,7 +27,6 @@ MOST_BINS, TOLD = 60, 8  # along each axis; up to how many the numbers are writt
 _SHARES = LinearSegmentedColormap.from_list(  # to the blue of runs that converged
     "shares", ["#fbe9d9", "#f5d3b3", "#b9cfdd", palette.tinted(palette.BLUE, 0.35), palette.BLUE]
 )
-_WIDTHS = "Greys"
 
 
 def study_map(
@@ -66,13 +65,13 @@ def study_map(
         figure = new_figure(7.6 if told else 10.4, 5.2 if told else 4.4, size)
         panels = figure.subplots(1, 1 if told else 2, squeeze=False, sharex=True, sharey=True)[0]
         value = np.array([[100 * each.value for each in row] for row in cells])
-        _paint(figure, panels[0], (across, up), value, _SHARES, "converged (%)", 100.0)
+        _paint(panels[0], across, up, value, "converged (%)", cmap=_SHARES, vmax=100.0)
         if told:
             _write(panels[0], across, up, cells)
         else:
             half = np.array([[50 * (e.high - e.low) if e.of else np.nan for e in r] for r in cells])
-            text = "± half of its 95 % interval (%)"
-            _paint(figure, panels[1], (across, up), half, _WIDTHS, text, float(np.nanmax(half)))
+            text, most = "± half of its 95 % interval (%)", float(np.nanmax(half))
+            _paint(panels[1], across, up, half, text, cmap="Greys", vmax=most)
         for axes in panels:
             axes.set(xlabel=label(table, names[0]), ylabel=label(table, names[1]))
             axes.label_outer()
@@ -91,22 +90,12 @@ def _cells(table: pd.DataFrame, across: Bins, up: Bins) -> list[list[Estimate]]:
     return [found[i : i + across.many] for i in range(0, many, across.many)]
 
 
-def _paint(
-    figure: Figure,
-    axes: Axes,
-    both: tuple[Bins, Bins],
-    values: Array,
-    colors: Any,
-    name: str,
-    most: float,
-) -> None:
-    """Paint cells (up, across) in the colours of a scale from 0 to `most`; NaN stays empty."""
-    across, up = both
-    look: dict[str, Any] = {"edgecolors": "white", "linewidth": 0.8 if values.size < 400 else 0}
-    shown = axes.pcolormesh(
-        across.edges, up.edges, np.ma.masked_invalid(values), cmap=colors, vmin=0, vmax=most, **look
-    )
-    figure.colorbar(shown, ax=axes, label=name, aspect=30)
+def _paint(axes: Axes, across: Bins, up: Bins, values: Array, name: str, **colors: Any) -> None:
+    """Paint cells (up, across) in the colours of a scale from 0 on; NaN stays empty."""
+    look = colors | {"edgecolors": "white", "linewidth": 0.8 if values.size < 400 else 0}
+    cells = np.ma.masked_invalid(values)
+    shown = axes.pcolormesh(across.edges, up.edges, cells, vmin=0, **look)
+    whole(axes).colorbar(shown, ax=axes, label=name, aspect=30)
     mark(axes, "x", across)
     mark(axes, "y", up)
     axes.spines[:].set_visible(False)

@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from robsim.plot import palette
-from robsim.plot.canvas import checked_panels, new_figure, set_title, style, whole
+from robsim.plot.canvas import open_frame, panels_of, set_title, style
 from robsim.plot.studies.axis import thousands
 from robsim.studies.sensitivity import Effect, Sensitivity, sensitivity
 
@@ -46,27 +46,21 @@ def study_sensitivity(
     """
     found = study if isinstance(study, Sensitivity) else sensitivity(study, of, **settings)
     with style():
-        panel = checked_panels(axes, 1, size)[0] if axes is not None else None
-        height = 1.2 + 0.42 * len(found.effects)
-        figure = new_figure(7.6, max(height, 2.0), size) if panel is None else whole(panel)
-        panel = figure.add_subplot() if panel is None else panel
+        height = max(1.2 + 0.42 * len(found.effects), 2.0)
+        figure, (panel,) = panels_of(axes, 1, size, (7.6, height))
         for i, effect in enumerate(found.effects):
             _bar(panel, i, effect)
         names = [effect.name for effect in found.effects]
         panel.set_yticks(range(len(names)), labels=names)
         panel.set(xlim=(0, 1), ylim=(len(names) - 0.4, -0.6))
         panel.set_xlabel("correlation ratio η: nothing depends on it (0) to everything (1)")
-        panel.grid(True, axis="x")
+        open_frame(panel, "x")
         panel.set_axisbelow(True)
-        panel.spines[["top", "right"]].set_visible(False)
         panel.tick_params(axis="y", length=0)
-        set_title(panel, _heading(found), title)
+        what = "whether a run converges" if found.of == "converged" else found.of
+        counted = f"{thousands(found.runs)} runs that {found.among}"
+        set_title(panel, f"what matters for {what}: {counted}", title)
     return figure
-
-
-def _heading(found: Sensitivity) -> str:
-    what = "whether a run converges" if found.of == "converged" else found.of
-    return f"what matters for {what}: {thousands(found.runs)} runs that {found.among}"
 
 
 def _bar(axes: Axes, i: int, effect: Effect) -> None:
@@ -92,8 +86,5 @@ def _direction(effect: Effect) -> tuple[str, str]:
         return f"bends, {text}", grey
     if rho.low <= 0 <= rho.high:
         return text, palette.LIGHT_GREY
-    return (
-        (f"rises, {text}", palette.BLUE)
-        if rho.value > 0
-        else (f"falls, {text}", palette.VERMILLION)
-    )
+    way, color = ("rises", palette.BLUE) if rho.value > 0 else ("falls", palette.VERMILLION)
+    return f"{way}, {text}", color

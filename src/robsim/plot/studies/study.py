@@ -8,14 +8,12 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import to_rgba_array
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
-from robsim.base.arrays import Array
 from robsim.base.errors import InputError
 from robsim.plot import palette
-from robsim.plot.canvas import checked_panels, new_figure, set_title, style, whole
+from robsim.plot.canvas import open_frame, panels_of, set_title, style, whole
 from robsim.plot.studies import dots
-from robsim.plot.studies.axis import drawn, given, label
+from robsim.plot.studies.axis import Rows, drawn, given, label
 from robsim.studies import reading
 
 if TYPE_CHECKING:
@@ -63,27 +61,19 @@ def study(
         raise InputError(f"no run has both {names[0]} and {names[1]}: there is nothing to draw")
     started = known & reading.began(table)
     with style():
-        panel = checked_panels(axes, 1, size)[0] if axes is not None else None
-        figure = new_figure(7.2, 4.4, size) if panel is None else whole(panel)
-        panel = figure.add_subplot() if panel is None else panel
+        figure, (panel,) = panels_of(axes, 1, size, (7.2, 4.4))
         dots.hollow(panel, across, up, dots.order(known & ~started))
         apart = dots.apart_legend(int((known & ~started).sum()))
         _draw(panel, table, (across, up), color, started, apart)
         panel.set(xlabel=label(table, names[0]), ylabel=label(table, names[1]))
-        panel.grid(True)
+        open_frame(panel)
         panel.set_axisbelow(True)
-        panel.spines[["top", "right"]].set_visible(False)
         set_title(panel, dots.title_of(table, started, known & ~started), title)
     return figure
 
 
 def _draw(
-    axes: Axes,
-    table: pd.DataFrame,
-    at: tuple[Array, Array],
-    color: str,
-    rows: NDArray[np.bool_],
-    apart: list[Any],
+    axes: Axes, table: pd.DataFrame, at: dots.At, color: str, rows: Rows, apart: list[Any]
 ) -> None:
     """Draw the runs that began in the colours of a column, with a legend or a scale."""
     if color == "outcome":

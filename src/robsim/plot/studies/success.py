@@ -12,18 +12,9 @@ from numpy.typing import NDArray
 from robsim.base.arrays import whole as whole_number
 from robsim.engine.outcome import Outcome
 from robsim.plot import palette
-from robsim.plot.canvas import checked_panels, new_figure, style, whole
-from robsim.plot.studies.axis import (
-    Bins,
-    binned,
-    drawn,
-    given,
-    label,
-    mark,
-    said_runs,
-    split,
-    thousands,
-)
+from robsim.plot.canvas import open_frame, panels_of, style
+from robsim.plot.studies import axis
+from robsim.plot.studies.axis import Bins, Rows
 from robsim.statistics.estimate import Estimate
 from robsim.statistics.proportions import clustered
 from robsim.studies import reading
@@ -71,35 +62,28 @@ def study_success(
     bins = whole_number(bins, "bins", 2, MOST_BINS + 1)
     table = reading.table_of(study)
     started = reading.began(table)
-    found = binned(table, given(x, "x", table), bins, started, even=False)
-    lines = split(table, by, MOST_LINES, started)
+    found = axis.binned(table, axis.given(x, "x", table), bins, started, even=False)
+    lines = axis.split(table, by, MOST_LINES, started)
     with style():
-        panel = checked_panels(axes, 1, size)[0] if axes is not None else None
-        figure = new_figure(7.2, 4.2, size) if panel is None else whole(panel)
-        panel = figure.add_subplot() if panel is None else panel
+        figure, (panel,) = panels_of(axes, 1, size, (7.2, 4.2))
         _draw(panel, table, x, found, lines, started)
-        panel.set(xlabel=label(table, x), ylabel="converged (%)", ylim=(-3, 103))
-        panel.grid(True, axis="y" if found.labels else "both")
-        panel.spines[["top", "right"]].set_visible(False)
+        panel.set(xlabel=axis.label(table, x), ylabel="converged (%)", ylim=(-3, 103))
+        open_frame(panel, "y" if found.labels else "both")
         if by is not None:
-            panel.legend(title=label(table, by), frameon=False, loc="best", alignment="left")
+            panel.legend(title=axis.label(table, by), frameon=False, loc="best", alignment="left")
         pad = 6 + ROW * len(lines.labels)  # the counts are below it
-        panel.set_title(said_runs(table, started, "began") if title is None else title, pad=pad)
+        counted = axis.said_runs(table, started, "began")
+        panel.set_title(counted if title is None else title, pad=pad)
     return figure
 
 
 def _draw(
-    axes: Axes,
-    table: pd.DataFrame,
-    x: str,
-    found: Bins,
-    lines: reading.Groups,
-    started: NDArray[np.bool_],
+    axes: Axes, table: pd.DataFrame, x: str, found: Bins, lines: reading.Groups, started: Rows
 ) -> None:
     """Draw a line, or marks, for each value of `lines`, with the counts above."""
     arrived = reading.outcomes(table) == Outcome.CONVERGED
     values = np.where(found.which >= 0, found.which, np.nan)
-    values = values if found.labels else drawn(table, x)
+    values = values if found.labels else axis.drawn(table, x)
     many = len(lines.labels)
     for i, name in enumerate(lines.labels):
         rows = started & (lines.which == i) & (found.which >= 0)
@@ -112,35 +96,26 @@ def _draw(
         shares = [clustered(arrived[each], reading.draws_of(table, each)) for each in there]
         beside = SPREAD * ((i + 0.5) / many - 0.5) if found.labels else 0.0
         at = place[some] / of[some] + beside
-        (_marks if found.labels else _line)(axes, at, shares, i, name)
+        _draw_shares(axes, at, shares, i, name, apart=bool(found.labels))
         _tell(axes, at, of[some], many - 1 - i, palette.nth(i) if many > 1 else palette.BLACK)
-    mark(axes, "x", found)
+    axis.mark(axes, "x", found)
     if found.labels:
         axes.set_xlim(-0.5, found.many - 0.5)
 
 
-def _ends(shares: list[Estimate]) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any]]:
-    """Return the shares and the ends of their intervals in percent."""
-    numbers = np.array([(each.value, each.low, each.high) for each in shares])
-    value, low, high = 100 * numbers.T
-    return value, low, high
-
-
-def _marks(axes: Axes, at: NDArray[Any], shares: list[Estimate], i: int, name: str) -> None:
-    """Draw a mark with a bar for each value of a choice."""
-    value, low, high = _ends(shares)
-    look: dict[str, Any] = {"color": palette.nth(i), "capsize": 4, "markersize": 6}
-    ends = (value - low, high - value)
-    axes.errorbar(at, value, ends, linestyle="none", marker=MARKERS[i], label=name, **look)
-
-
-def _line(axes: Axes, at: NDArray[Any], shares: list[Estimate], i: int, name: str) -> None:
-    """Draw a line with a band through the bins of a number."""
-    value, low, high = _ends(shares)
-    color, line = palette.nth(i), palette.LINES[i % len(palette.LINES)]
-    axes.fill_between(at, low, high, color=color, alpha=0.18, linewidth=0)
-    look: dict[str, Any] = {"marker": MARKERS[i], "markersize": 5, "linewidth": 1.6}
-    axes.plot(at, value, line, color=color, label=name, **look)
+def _draw_shares(
+    axes: Axes, at: NDArray[Any], shares: list[Estimate], i: int, name: str, apart: bool
+) -> None:
+    """Draw a mark with a bar for each value of a choice; of a number a line with a band."""
+    value, low, high = 100 * np.array([(each.value, each.low, each.high) for each in shares]).T
+    look: dict[str, Any] = {"color": palette.nth(i), "marker": MARKERS[i], "label": name}
+    if apart:
+        ends = (value - low, high - value)
+        axes.errorbar(at, value, ends, linestyle="none", capsize=4, markersize=6, **look)
+    else:
+        axes.fill_between(at, low, high, color=look["color"], alpha=0.18, linewidth=0)
+        line = palette.LINES[i % len(palette.LINES)]
+        axes.plot(at, value, line, markersize=5, linewidth=1.6, **look)
 
 
 def _tell(axes: Axes, at: NDArray[Any], of: NDArray[Any], row: int, color: str) -> None:
@@ -148,9 +123,9 @@ def _tell(axes: Axes, at: NDArray[Any], of: NDArray[Any], row: int, color: str) 
     look: dict[str, Any] = {"color": color, "fontsize": 7, "textcoords": "offset points"}
     up = (0, 3 + ROW * row)
     if len(at) > TOLD:
-        text = f"n {thousands(of.min())} to {thousands(of.max())}"
+        text = f"n {axis.thousands(of.min())} to {axis.thousands(of.max())}"
         axes.annotate(text, (0, 1), up, xycoords="axes fraction", **look)
         return
     for i, (x, n) in enumerate(zip(at, of, strict=True)):
-        text = thousands(n) if i else f"n {thousands(n)}"
+        text = axis.thousands(n) if i else f"n {axis.thousands(n)}"
         axes.annotate(text, (x, 1), up, xycoords=axes.get_xaxis_transform(), ha="center", **look)

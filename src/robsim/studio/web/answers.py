@@ -1,13 +1,19 @@
-"""Answers of HTTP: each with the headers that keep other pages out, and none with a secret."""
+"""Answers of HTTP: each with the headers that keep other pages out, and none with a secret.
+
+Failures inside are logged the first time at each place, and never told to the outside.
+"""
 
 from __future__ import annotations
 
+import logging
 from http import HTTPStatus
 
 from websockets.datastructures import Headers
 from websockets.http11 import Response
 
 POLICY = "Content-Security-Policy"
+WORDS = "internal error; the command's own output says more"
+_LOG = logging.getLogger("robsim.studio")
 TEXT = "text/plain; charset=utf-8"
 _ALWAYS = {
     POLICY: "default-src 'none'; frame-ancestors 'none'",
@@ -33,3 +39,16 @@ class Refused(Exception):
     def __init__(self, status: HTTPStatus, why: str, **headers: str) -> None:
         super().__init__(why)
         self.answer = answer(status, f"{why}\n".encode(), **headers)
+
+
+class Failures:
+    """What has failed so far, so that a page cannot fill the log by asking again."""
+
+    def __init__(self) -> None:
+        self._known: set[str] = set()
+
+    def log(self, what: str) -> None:
+        """Log the exception that is being handled, unless the same failed before."""
+        if what not in self._known:
+            self._known.add(what)
+            _LOG.exception("%s failed; when it fails again, nothing is said", what)

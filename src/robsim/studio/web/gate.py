@@ -30,8 +30,9 @@ class Gate:
         self._token = secrets.token_urlsafe(24)
         self._cookie = f"robsim_{port}"
         self._end = f":{port}" if port != 80 else ""  # which browsers leave out
-        self._any = _is_wildcard(host)
-        name = socket.gethostname().lower() if self._any else _in_address(host.lower())
+        self._any = _is_number(host) and ipaddress.ip_address(host).is_unspecified
+        own = f"[{host.lower()}]" if ":" in host else host.lower()
+        name = socket.gethostname().lower() if self._any else own
         self._hosts = [each + self._end for each in (*_LOOPBACK, name)]
         self.address = f"http://{name}{self._end}{ENTRY}{self._token}"
 
@@ -91,10 +92,6 @@ def _comes_from_elsewhere(request: Request) -> bool:
     return header(request, "sec-fetch-site") not in (None, "none", "same-origin")
 
 
-def _is_wildcard(host: str) -> bool:
-    return _is_number(host) and ipaddress.ip_address(host).is_unspecified
-
-
 def _is_number(host: str) -> bool:
     """Return whether a host is an IP address, which no foreign name can be made to be."""
     try:
@@ -102,7 +99,3 @@ def _is_number(host: str) -> bool:
     except ValueError:
         return False
     return True
-
-
-def _in_address(host: str) -> str:
-    return f"[{host}]" if ":" in host else host

@@ -11,9 +11,8 @@ from websockets.protocol import State
 from websockets.server import ServerProtocol
 
 from robsim.studio.web import limits
-from robsim.studio.web.answers import Refused
+from robsim.studio.web.answers import WORDS, Failures, Refused
 from robsim.studio.web.app import App
-from robsim.studio.web.failures import WORDS, Failures
 from robsim.studio.web.messages import BadMessage, Budget, error, parsed
 from robsim.studio.web.outbox import Outbox, framed
 from robsim.studio.web.wire import drained

@@ -74,15 +74,9 @@ def _finite(text: str) -> float:
 _DECODER = json.JSONDecoder(parse_int=_whole, parse_float=_finite, parse_constant=_finite)
 
 
-def _is_deep(value: Any) -> bool:
-    """Return whether arrays and objects nest deeper than DEPTH, without nesting itself."""
-    level = [value]
-    for _ in range(limits.DEPTH):
-        level = [inner for each in level for inner in _within(each)]
-    return any(isinstance(each, (dict, list)) for each in level)
-
-
-def _within(value: Any) -> list[Any]:
-    if isinstance(value, dict):
-        return list(value.values())
-    return value if isinstance(value, list) else []
+def _is_deep(value: Any, left: int = limits.DEPTH) -> bool:
+    """Return whether arrays and objects nest deeper than DEPTH, and no further look at them."""
+    if not isinstance(value, dict | list):
+        return False
+    inner = value.values() if isinstance(value, dict) else value
+    return left == 0 or any(_is_deep(each, left - 1) for each in inner)

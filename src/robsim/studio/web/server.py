@@ -6,7 +6,6 @@ import asyncio
 import threading
 from contextlib import suppress
 from http import HTTPStatus
-from types import TracebackType
 from typing import Self
 
 from websockets.frames import CloseCode
@@ -14,10 +13,9 @@ from websockets.http11 import Request
 from websockets.server import ServerProtocol
 
 from robsim.studio.web import limits
-from robsim.studio.web.answers import Refused
+from robsim.studio.web.answers import Failures, Refused
 from robsim.studio.web.app import App
 from robsim.studio.web.binding import EXPOSED, bound
-from robsim.studio.web.failures import Failures
 from robsim.studio.web.gate import ENTRY, Gate
 from robsim.studio.web.heads import header, read_request
 from robsim.studio.web.link import Link
@@ -55,12 +53,7 @@ class Server:
         """Return the server, which is closed at the end of the block."""
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         """Close the server."""
         self.close()
 

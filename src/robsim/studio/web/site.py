@@ -12,9 +12,8 @@ from typing import TypeVar
 from websockets.http11 import Response
 
 from robsim.studio.web import limits
-from robsim.studio.web.answers import POLICY, Refused, answer
+from robsim.studio.web.answers import POLICY, WORDS, Failures, Refused, answer
 from robsim.studio.web.app import App, Unavailable
-from robsim.studio.web.failures import WORDS, Failures
 
 SOCKET = "/socket"
 _DOWNLOAD = re.compile(r"/download/([a-z_.]{1,64})")

@@ -11,10 +11,9 @@ from collections.abc import Sequence
 from decimal import Context, Decimal
 from typing import Any
 
-from robsim.base.arrays import number
+from robsim.base.arrays import Array, number
 from robsim.base.errors import FileError, InputError, said
-from robsim.vision.camera_files.content import Intrinsics, Make
-from robsim.vision.camera_files.tables import PERSPECTIVE
+from robsim.vision.camera_files.tables import PERSPECTIVE, Lens, Make, Size
 
 # the places of (fx, fy, cx, cy), and of the lens as in OpenCV; None: zero
 MODELS: dict[str, tuple[tuple[int, ...], tuple[int | None, ...]]] = {
@@ -59,16 +58,15 @@ def cameras_of(text: str, source: str, make: Make) -> dict[str, Any]:
     return found
 
 
-def written(camera: Intrinsics) -> str:
+def written(K: Array, size: Size, lens: Lens) -> str:
     """Return the text of cameras.txt with one camera, number 1, whose lens is told in full."""
-    if camera.size is None:
+    if size is None:
         raise InputError("COLMAP needs the size of the image: give size=(width, height)")
-    lens = camera.distortion
     model = {0: "PINHOLE", 4: "OPENCV"}.get(len(lens), "FULL_OPENCV")
-    lens = lens if len(lens) in (0, 4) else tuple(camera.lens.tolist())
-    (fx, _, cx), (_, fy, cy), _ = camera.K.tolist()
+    lens = lens if len(lens) in (0, 4) else (*lens, *[0.0] * (8 - len(lens)))
+    (fx, _, cx), (_, fy, cy), _ = K.tolist()
     centre = [str(_moved(repr(c), HALF)) for c in (cx, cy)]
-    row = ["1", model, *map(str, camera.size), repr(fx), repr(fy), *centre, *map(repr, lens)]
+    row = ["1", model, *map(str, size), repr(fx), repr(fy), *centre, *map(repr, lens)]
     return f"{HEAD}\n{' '.join(row)}\n"
 
 

@@ -1,15 +1,21 @@
-"""The cameras of a calibration file, whose content tells the format."""
+"""Calibration files, whose content tells the format; of a new one the ending of its name does."""
 
 from __future__ import annotations
 
 import os
+from collections.abc import Callable, Iterator
+from pathlib import Path
 from typing import Any
 
-from robsim.base.errors import FileError, InputError, said, suggest
+import numpy as np
+
+from robsim.base.arrays import Array
+from robsim.base.errors import FileError, InputError, check_known, in_file
 from robsim.base.input import read_bytes
+from robsim.base.output import write_whole
 from robsim.geometry.pose import Pose
 from robsim.vision.camera_files import colmap, kalibr, tables, xml_text, yaml_text
-from robsim.vision.camera_files.content import Make
+from robsim.vision.camera_files.tables import Lens, Make, Size
 
 LARGEST_FILE = 1_000_000  # bytes
 EXPECTED = "a calibration of OpenCV, ROS, Kalibr or COLMAP"
@@ -22,9 +28,9 @@ def camera_of(path: str | os.PathLike[str], name: str | None, make: Make) -> Any
         return next(iter(cameras.values()))
     if name is None:
         raise FileError(f"{path}: {len(cameras)} cameras, {', '.join(cameras)}: say which, name=")
-    if name not in cameras:
-        raise FileError(f"{path}: no camera {said(name)}; {suggest(name, cameras, 'cameras')}")
-    return cameras[name]
+    with in_file(path):
+        check_known(name, cameras, "no camera {}", "cameras")
+        return cameras[name]
 
 
 def rig_of(path: str | os.PathLike[str], make: Make) -> dict[str, tuple[Any, Pose]]:
@@ -35,10 +41,8 @@ def rig_of(path: str | os.PathLike[str], make: Make) -> dict[str, tuple[Any, Pos
     cameras, content = _read(path, make)
     if not kalibr.is_chain(content):
         raise FileError(f"{path}: no poses of cameras, as in Kalibr's camchain.yaml")
-    try:
+    with in_file(path):
         poses = kalibr.poses_of(content)
-    except InputError as error:
-        raise FileError(f"{path}: {error}") from None
     return {name: (camera, poses[name]) for name, camera in cameras.items()}
 
 
@@ -52,11 +56,9 @@ def _read(path: str | os.PathLike[str], make: Make) -> tuple[dict[str, Any], Any
         if colmap.is_list(text):
             return colmap.cameras_of(text, source, make), None
         content = yaml_text.tables_of(text, source)
-    try:
+    with in_file(path):
         program = kalibr if kalibr.is_chain(content) else tables
         return program.cameras_of(content, make), content
-    except InputError as error:
-        raise FileError(f"{path}: {error}") from None
 
 
 def _text(data: bytes, source: str) -> str:
@@ -67,3 +69,62 @@ def _text(data: bytes, source: str) -> str:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         raise FileError(f"{source}: byte {error.start} is not UTF-8; expected {EXPECTED}") from None
+
+
+def write(path: str | os.PathLike[str], K: Array, size: Size, lens: Lens) -> Path:
+    """Write the file that the ending of its name tells; see `Camera.to_file`."""
+    ending = Path(path).suffix.lower() if isinstance(path, str | os.PathLike) else ""
+    if ending not in ENDINGS:
+        raise FileError(f"{path}: expected a name that ends in {', '.join(ENDINGS)}")
+    with in_file(path):
+        if K[0, 1]:
+            raise InputError(f"a skew of {K[0, 1]:g} px, which other programs leave out")
+        text = ENDINGS[ending](K, size, lens)
+    return write_whole(path, text)
+
+
+def _yaml(K: Array, size: Size, lens: Lens) -> str:
+    """Return a text for OpenCV, whose tags ROS does not mind, with all that ROS asks for."""
+    lines = ["%YAML 1.0", "---", *(f"{key}: {value}" for key, value in _plain(size, lens))]
+    for key, values in _matrices(K, lens):
+        rows, cols = values.shape
+        lines += [f"{key}: !!opencv-matrix", f"   rows: {rows}", f"   cols: {cols}", "   dt: d"]
+        lines += [f"   data: [ {', '.join(map(repr, values.ravel().tolist()))} ]"]
+    return "\n".join(lines) + "\n"
+
+
+def _xml(K: Array, size: Size, lens: Lens) -> str:
+    """Return a text for OpenCV."""
+    lines = ['<?xml version="1.0"?>', "<opencv_storage>"]
+    lines += [f"<{key}>{value}</{key}>" for key, value in _plain(size, lens)]
+    for key, values in _matrices(K, lens):
+        rows, cols = values.shape
+        lines += [f'<{key} type_id="opencv-matrix">', f"  <rows>{rows}</rows>"]
+        lines += [f"  <cols>{cols}</cols>", "  <dt>d</dt>"]
+        lines += [f"  <data>{' '.join(map(repr, values.ravel().tolist()))}</data>", f"</{key}>"]
+    return "\n".join([*lines, "</opencv_storage>"]) + "\n"
+
+
+def _plain(size: Size, lens: Lens) -> Iterator[tuple[str, object]]:
+    """Yield the keys that are no matrices."""
+    if size is not None:
+        yield from zip(("image_width", "image_height"), size, strict=True)
+    yield "camera_name", "camera"
+    yield "distortion_model", "rational_polynomial" if len(lens) > 5 else "plumb_bob"
+
+
+def _matrices(K: Array, lens: Lens) -> Iterator[tuple[str, Array]]:
+    """Yield the matrices; those of a rectified image are those of this one without its lens."""
+    yield "camera_matrix", K
+    yield "distortion_coefficients", np.array([lens]) if lens else NONE
+    yield "rectification_matrix", np.eye(3)
+    yield "projection_matrix", np.hstack([K, np.zeros((3, 1))])
+
+
+NONE = np.empty((0, 0))
+ENDINGS: dict[str, Callable[[Array, Size, Lens], str]] = {
+    ".yaml": _yaml,
+    ".yml": _yaml,
+    ".xml": _xml,
+    ".txt": colmap.written,
+}

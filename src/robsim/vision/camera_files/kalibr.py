@@ -5,13 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, TypeGuard
 
-import numpy as np
-
 from robsim.base.arrays import numbers
 from robsim.base.errors import InputError, naming, said
 from robsim.geometry.pose import IDENTITY, Pose
-from robsim.vision.camera_files.content import Make
-from robsim.vision.camera_files.tables import check_model
+from robsim.vision.camera_files.tables import Make, check_model
 
 KEYS = "camera_model", "intrinsics", "distortion_model", "distortion_coeffs", "resolution"
 
@@ -56,8 +53,7 @@ def _camera(name: str, table: Any, make: Make) -> Any:
         check_model(table)
         fx, fy, cx, cy = numbers(table["intrinsics"], "intrinsics", (4,))
         lens = numbers(table["distortion_coeffs"], "distortion_coeffs", ())
-        K = [[fx, 0, cx], [0, fy, cy], [0, 0, 1]]
-        return make(K, table["resolution"], distortion=lens)
+        return make([[fx, 0, cx], [0, fy, cy], [0, 0, 1]], table["resolution"], distortion=lens)
 
 
 def _step(name: str, table: Mapping[str, Any]) -> Pose:
@@ -65,5 +61,4 @@ def _step(name: str, table: Mapping[str, Any]) -> Pose:
     with naming(f"{name}: T_cn_cnm1"):
         if "T_cn_cnm1" not in table:
             raise InputError("is missing, so where this camera is in the chain")
-        T = numbers(table["T_cn_cnm1"], "T", (4, 4))
-        return Pose(np.array(T)).inv()
+        return Pose(numbers(table["T_cn_cnm1"], "T", (4, 4))).inv()

@@ -7,8 +7,7 @@ from typing import Any
 
 from robsim.base.arrays import flag, numbers, whole
 from robsim.base.errors import InputError, naming, said
-from robsim.vision.camera_files.content import Make
-from robsim.vision.camera_files.tables import cameras_of
+from robsim.vision.camera_files.tables import Make, cameras_of
 
 FIELDS = "width", "height", "distortion_model"
 MATRICES = "k", "d", "p"  # in ROS 1 with capital letters
@@ -23,8 +22,7 @@ def camera_of(message: Any, rectified: bool, make: Make) -> Any:
         if flag(rectified, "rectified"):
             table.update(k=_left(table.pop("p", None)), d=[], distortion_model="")
         own = {key: value for key, value in table.items() if key != "p"}
-        camera = cameras_of(own, make)["camera"]
-        return _binned(_cut(camera, message), message)
+        return _binned(_cut(cameras_of(own, make)["camera"], message), message)
 
 
 def _left(p: Any) -> Any:

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 from robsim.base.arrays import Array, is_listed, numbers
 from robsim.base.errors import InputError, said
-from robsim.vision.camera_files.content import Make
 
+Make = Callable[..., Any]  # Make(K, size, distortion=lens) returns a camera
+Size = tuple[int, int] | None  # the width and height of the image in pixels
+Lens = tuple[float, ...]  # the coefficients of the distortion that were given
 # what programs call a part, in small letters alone; a number behind it counts cameras
 WORDS = {
     "K": "cameramatrix k m mtx intrinsicmatrix",
@@ -18,6 +20,7 @@ WORDS = {
     "width": "imagewidth width",
     "height": "imageheight height",
 }
+SIZES = "size", "width", "height"  # which all cameras of a table may share
 PARTS = {word: part for part, words in WORDS.items() for word in words.split()}
 EXPECTED = "camera_matrix, cameraMatrix or K"
 MODELLED = ("", "none", "pinhole", "plumb_bob", "rational_polynomial", "radtan", "brown_conrady")
@@ -42,14 +45,12 @@ def cameras_of(table: Any, make: Make) -> dict[str, Any]:
         word, number = _split(str(key))
         if word in PARTS:
             _claim(found.setdefault(number, {}), PARTS[word], str(key))
-    shared = found.get("", {})
-    with_matrix = {number: keys for number, keys in found.items() if "K" in keys}
-    if not with_matrix:
-        raise InputError(f"no camera matrix: expected {EXPECTED}; keys: {_listed(table)}")
-    every = with_matrix.items()
-    return {
-        number or "camera": _camera(table, {**_sizes(shared), **k}, make) for number, k in every
-    }
+    shared = {part: key for part, key in found.get("", {}).items() if part in SIZES}
+    cameras = {number or "camera": shared | k for number, k in found.items() if "K" in k}
+    if not cameras:
+        keys = said(", ".join(map(str, table)))
+        raise InputError(f"no camera matrix: expected {EXPECTED}; keys: {keys}")
+    return {name: _camera(table, keys, make) for name, keys in cameras.items()}
 
 
 def check_model(table: Mapping[str, Any]) -> None:
@@ -121,14 +122,5 @@ def _claim(keys: dict[str, str], part: str, key: str) -> None:
     keys[part] = key
 
 
-def _sizes(keys: Mapping[str, str]) -> dict[str, str]:
-    """Return the keys that all cameras of a table share."""
-    return {part: key for part, key in keys.items() if part in ("size", "width", "height")}
-
-
 def _is_count(value: Any) -> bool:
     return isinstance(value, int | float) and value >= 0 and value == int(value)
-
-
-def _listed(table: Mapping[str, Any]) -> str:
-    return said(", ".join(map(str, table)))

@@ -64,8 +64,7 @@ class Board(Printed):
     def marks(self) -> Array:
         """The inner corners ((columns - 1)(rows - 1), 3) in metres, row by row."""
         x, y = np.meshgrid(np.arange(1.0, self.columns), np.arange(1.0, self.rows))
-        found: Array = self.square * np.column_stack([x.ravel(), y.ravel(), np.zeros(x.size)])
-        return found
+        return np.asarray(self.square * np.column_stack([x.ravel(), y.ravel(), np.zeros(x.size)]))
 
     @property
     def pitch(self) -> float:
@@ -84,8 +83,7 @@ class Board(Printed):
         column, row = (np.floor(v / self.square).astype(int) for v in (x, y))
         inside = (np.minimum(column, row) >= 0) & (column < self.columns) & (row < self.rows)
         dark = (column + row) % 2 == 0
-        found: INK = inside & (dark | self._in_tag(x, y, column, row))
-        return found
+        return np.asarray(inside & (dark | self._in_tag(x, y, column, row)))
 
     def _in_tag(self, x: Array, y: Array, column: Any, row: Any) -> INK:
         """Return where the tag of a white square has ink."""
@@ -97,8 +95,7 @@ class Board(Printed):
         patterns = np.stack([black(self.family, number) for number in self.ids])
         number = np.clip((row * self.columns + column) // 2, 0, len(patterns) - 1)
         at_tag = (np.minimum(i, j) >= 0) & (np.maximum(i, j) < n)
-        found: INK = at_tag & patterns[number, np.clip(j, 0, n - 1), np.clip(i, 0, n - 1)]
-        return found
+        return np.asarray(at_tag & patterns[number, np.clip(j, 0, n - 1), np.clip(i, 0, n - 1)])
 
     def as_opencv(self) -> Any:
         """Return the `cv2.aruco.CharucoBoard`."""

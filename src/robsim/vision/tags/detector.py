@@ -14,7 +14,6 @@ from robsim.vision.tags.board import Board
 from robsim.vision.tags.doubts import cell_of, doubts
 from robsim.vision.tags.edges import refined
 from robsim.vision.tags.finders import board_finder, finder
-from robsim.vision.tags.printed import Printed
 from robsim.vision.tags.tag import Tag
 
 LEAST_SIDE = 16  # pixels: no tag fits in less, and AprilTag ends the process in images below 3
@@ -33,7 +32,7 @@ class Detections(dict[str, Array]):
         super().__init__(marks)
         self.doubtful = doubtful
 
-    def pixels(self, targets: Iterable[Printed]) -> Array:
+    def pixels(self, targets: Iterable[Tag | Board]) -> Array:
         """Return the marks (N, 2) of targets one after the other, NaN for those that are absent.
 
         >>> Detections({}, {}).pixels([Tag("tag36h11", 0, size=0.1)])[0]
@@ -51,7 +50,7 @@ class Detector:
     two targets with one tag.
     """
 
-    def __init__(self, targets: Iterable[Printed]):
+    def __init__(self, targets: Iterable[Tag | Board]):
         self.targets = _checked(targets)
         self._tags = {(t.family, t.id): t for t in self.targets if isinstance(t, Tag)}
         self._boards = {t: board_finder(t) for t in self.targets if isinstance(t, Board)}
@@ -63,13 +62,11 @@ class Detector:
         InputError: an image of another kind, or below 16 pixels wide or high.
         """
         grey = _grey(image)
-        marks: dict[str, Array] = {}
-        doubtful: dict[str, str] = {}
-        for tag, found in self._found(grey).items():
-            _note(tag.name, *_tag_marks(grey, tag, found), marks, doubtful)
-        for board, find in self._boards.items():
-            _note(board.name, *_board_marks(*find(grey)), marks, doubtful)
-        return Detections(marks, doubtful)
+        tags, boards = self._found(grey).items(), self._boards.items()
+        found = [(tag.name, *_tag_marks(grey, tag, seen)) for tag, seen in tags]
+        found += [(board.name, *_board_marks(*find(grey))) for board, find in boards]
+        marks = {name: points for name, points, _ in found if points is not None}
+        return Detections(marks, {name: "; ".join(why) for name, _, why in found if why})
 
     def _found(self, grey: NDArray[np.uint8]) -> dict[Tag, list[Array]]:
         """Return the corners of each target as often as it was seen."""
@@ -79,20 +76,6 @@ class Detector:
                 if tag := self._tags.get((name, number)):
                     found.setdefault(tag, []).append(corners)
         return found
-
-
-def _note(
-    name: str,
-    found: Array | None,
-    reasons: list[str],
-    marks: dict[str, Array],
-    doubtful: dict[str, str],
-) -> None:
-    """Put what was found of a target, and why it is doubtful, where they belong."""
-    if found is not None:
-        marks[name] = found
-    if reasons:
-        doubtful[name] = "; ".join(reasons)
 
 
 def _tag_marks(
@@ -127,7 +110,7 @@ def _board_marks(corners: Array, twice: bool) -> tuple[Array | None, list[str]]:
     return corners, [f"{seen} of {len(corners)} corners"] if seen < FEW else []
 
 
-def _checked(targets: Any) -> tuple[Printed, ...]:
+def _checked(targets: Any) -> tuple[Tag | Board, ...]:
     """Return the targets, each with tags of its own."""
     if not is_listed(targets):
         raise InputError(f"targets: expected a list of Tag and Board, got {said(targets)}")

@@ -85,8 +85,7 @@ def _offsets(image: NDArray[np.uint8], a: Array, b: Array, w: float) -> tuple[fl
 def _smooth(t: Array, values: Array) -> Array:
     """Return the line through values along a side: light changes slowly."""
     start, slope = np.polynomial.polynomial.polyfit(t, values, 1)
-    found: Array = start + slope * t
-    return found
+    return np.asarray(start + slope * t)
 
 
 def _moves(corners: Array, offsets: Array) -> Array:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robsim.base.arrays import frozen
-from robsim.base.errors import InputError, is_one_of, suggest
+from robsim.base.errors import InputError, check_known
 
 
 class Family(NamedTuple):
@@ -40,8 +40,7 @@ def family(name: Any) -> Family:
     >>> family("tag36h11").ids
     587
     """
-    if not is_one_of(name, FAMILIES):
-        raise InputError(f"no family {name!r} of tags; {suggest(name, FAMILIES, 'families')}")
+    check_known(name, FAMILIES, "no family {} of tags", "families")
     return FAMILIES[name]
 
 

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
-from robsim.base.arrays import Array, whole
+from robsim.base.arrays import whole
 from robsim.base.values import Value
 
 MOST_PIXELS = 10_000  # of a side of a picture
@@ -15,34 +17,12 @@ INK = NDArray[np.bool_]
 class Printed(Value):
     """A tag or a board on white paper, with x to the right, y down and z into the paper, in metres.
 
-    A subclass adds its name, its `marks` (N, 3), its `paper` and where its ink is.
+    It has a `name`, under which a detector delivers its `marks` (N, 3), the points that this finds,
+    the corners ((left, top), (right, bottom)) of its `paper` with a margin, and the `pitch` of its
+    cells or squares, all in metres; `is_black` tells where among points of its plane is ink.
     """
 
-    @property
-    def name(self) -> str:
-        """The name under which a detector delivers it."""
-        raise NotImplementedError
-
-    @property
-    def marks(self) -> Array:
-        """The points (N, 3) that a detector finds, in metres in its own axes."""
-        raise NotImplementedError
-
-    @property
-    def paper(self) -> Array:
-        """The corners ((left, top), (right, bottom)) of the paper with its white margin, metres."""
-        raise NotImplementedError
-
-    @property
-    def pitch(self) -> float:
-        """The side of one of its cells or squares in metres."""
-        raise NotImplementedError
-
-    def is_black(self, x: Array, y: Array) -> INK:
-        """Return where there is ink among points (...) of its plane, in metres."""
-        raise NotImplementedError
-
-    def picture(self, pixels: int = 20) -> NDArray[np.uint8]:
+    def picture(self: Any, pixels: int = 20) -> NDArray[np.uint8]:
         """Return its picture (h, w), black 0 and white 255, to print or to show.
 
         `pixels` is the side of one cell of a tag, or of one square of a board. Printed so that the

@@ -12,14 +12,16 @@ from robsim.base.arrays import Array, whole
 from robsim.base.errors import InputError, said
 from robsim.geometry.pose import Pose, one_pose
 from robsim.vision.camera import Camera
-from robsim.vision.tags.printed import Printed
+from robsim.vision.tags.board import Board
+from robsim.vision.tags.tag import Tag
 
+Target = Tag | Board
 INK, PAPER, BACKGROUND = 30.0, 225.0, 128.0  # grey values
 MOST_PIXELS = 50_000_000
 ROWS = 64  # of pixels at a time
 
 
-def render(camera: Camera, targets: Mapping[Printed, Any], samples: int = 4) -> NDArray[np.uint8]:
+def render(camera: Camera, targets: Mapping[Target, Any], samples: int = 4) -> NDArray[np.uint8]:
     """Return the grey image (h, w) that a camera takes of targets at poses T_c_o in its axes.
 
     Each pixel is the mean of `samples` x `samples` rays through the lens. Where targets overlap,
@@ -29,35 +31,27 @@ def render(camera: Camera, targets: Mapping[Printed, Any], samples: int = 4) -> 
     count = whole(samples, "samples", 1, 33)
     if not isinstance(camera, Camera) or camera.size is None:
         raise InputError(f"camera: expected a Camera with a size, got {said(camera)}")
-    if not isinstance(targets, Mapping) or not all(isinstance(t, Printed) for t in targets):
+    if not isinstance(targets, Mapping) or not all(isinstance(t, Tag | Board) for t in targets):
         raise InputError(f"targets: expected poses by Tag or Board, got {said(targets)}")
     width, height = camera.size
     if width * height > MOST_PIXELS:
         raise InputError(f"an image of {width} x {height} pixels is too large to draw")
     placed = [(target, one_pose(T, f"pose of {target.name}")) for target, T in targets.items()]
-    image = np.empty((height, width))
+    image, within = np.empty((height, width)), _within(count)
     for top in range(0, height, ROWS):
         rows = np.arange(top, min(top + ROWS, height))
-        image[rows] = _drawn(camera, placed, rows, width, count)
+        grid = np.stack(np.meshgrid(np.arange(width), rows), axis=-1)
+        image[rows] = _drawn(camera, placed, grid[:, :, None] + within)
     return np.clip(np.round(image), 0, 255).astype(np.uint8)
 
 
-def _drawn(
-    camera: Camera,
-    placed: list[tuple[Printed, Pose]],
-    rows: NDArray[np.int64],
-    width: int,
-    count: int,
-) -> Array:
-    """Return the grey values of some rows of the image."""
-    grid = np.stack(np.meshgrid(np.arange(width), rows), axis=-1)
-    pixels = grid[:, :, None] + _within(count)
+def _drawn(camera: Camera, placed: list[tuple[Target, Pose]], pixels: Array) -> Array:
+    """Return the grey values (h, w) of pixels, of each of which (h, w, n, 2) are several places."""
     rays = camera.normalise(pixels.reshape(-1, 2))
     grey, near = np.full(len(rays), BACKGROUND), np.full(len(rays), np.inf)
     for target, pose in placed:
         _paint(target, pose, rays, grey, near)
-    mean: Array = grey.reshape(len(rows), width, -1).mean(axis=2)
-    return mean
+    return np.asarray(grey.reshape(pixels.shape[:3]).mean(axis=2))
 
 
 def _within(count: int) -> Array:
@@ -71,7 +65,7 @@ def _within(count: int) -> Array:
     return np.asarray(inner)
 
 
-def _paint(target: Printed, pose: Pose, rays: Array, grey: Array, near: Array) -> None:
+def _paint(target: Target, pose: Pose, rays: Array, grey: Array, near: Array) -> None:
     """Put the grey values of a target where rays meet its paper nearer than anything before."""
     R, t = pose.rotation, pose.position
     slope = rays @ R[:2, 2] + R[2, 2]  # of each ray (x, y, 1) along the normal of the plane

@@ -85,8 +85,7 @@ class Tag(Printed):
         column, row = (np.floor((v + self.size / 2) / self.pitch).astype(int) for v in (x, y))
         inside = (np.minimum(column, row) >= 0) & (np.maximum(column, row) < len(cells))
         i, j = (np.clip(v, 0, len(cells) - 1) for v in (row, column))
-        found: INK = inside & cells[i, j]
-        return found
+        return np.asarray(inside & cells[i, j])
 
     @property
     def shapes(self) -> tuple[Block, ...]:
