@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,13 +19,13 @@ from robsim.kernels.estimation.pose import fit, room_of
 from robsim.kernels.features.pose_features import lost_stage
 from robsim.kernels.machine.program import Blocks, Program
 from robsim.kernels.machine.rows import Rows
+from robsim.kernels.machine.stage import Stage
 from robsim.vision.camera import Camera
 
 
 class FeatureRows(NamedTuple):
     """The rows of a feature s (k,) and of its interaction matrix L (k, 6)."""
 
-    k: int
     s: Rows
     L: Rows
 
@@ -44,31 +44,23 @@ class Seen:
     guess: Rows  # (3, 4), the pose from which an estimate of T_c_o starts
     other: Seen | None = None  # the same marks, as the second camera of a pair sees them
     between: Rows | None = None  # (3, 4), the pose of the second camera in this one
-    fitted: Rows | None = (
-        None  # (3, 4), the pose T_c_o that fits the image, where it is known already
-    )
+    fitted: Rows | None = None  # (3, 4), the pose T_c_o that fits the image, where it is known
     sure: bool = True  # whether the guess cannot be behind the camera
-    weights: Rows | None = (
-        None  # of each mark in the estimate of the pose, where they do not count alike
-    )
+    weights: Rows | None = None  # of each mark in the estimate of the pose; None: all count alike
 
     @cached_property
     def pose(self) -> Rows:
         """The rows of the pose T_c_o that fits the image; the stage that finds it is added once."""
         if self.fitted is not None:
             return self.fitted
-        T = self.program.rows(3, 4)
-        room = self.program.rows(room_of(self.N))
-        weights = self.weights
+        program, weights = self.program, self.weights
         if weights is None:
-            weights = self.program.constant(np.ones(self.N))
-        self.program.add(
-            fit, marks=self.model, x=self.points, guess=self.guess, T=T, weights=weights, room=room
-        )
+            weights = program.constant(np.ones(self.N))
+        seen = {"marks": self.model, "x": self.points, "guess": self.guess, "weights": weights}
+        T = program.result(fit, "T", 3, 4, **seen, room=program.rows(room_of(self.N)))
         if not self.sure:
-            lost = self.program.rows()
-            self.program.add(lost_stage, points=self.points, T=T, lost=lost)
-            self.program.rescue(lambda blocks, step: self._without_guess(blocks, T, lost), lost)
+            lost = program.result(lost_stage, "lost", points=self.points, T=T)
+            program.rescue(lambda blocks, step: self._without_guess(blocks, T, lost), lost)
         return T
 
     def _without_guess(self, blocks: Blocks, T: Rows, lost: Rows) -> None:
@@ -93,7 +85,18 @@ class Seen:
 
     def room(self, k: int) -> FeatureRows:
         """Return new rows for a feature of k numbers."""
-        return FeatureRows(k, self.program.rows(k), self.program.rows(k, 6))
+        return FeatureRows(self.program.rows(k), self.program.rows(k, 6))
+
+    def computed(self, stage: Stage, k: int, **given: Any) -> FeatureRows:
+        """Add the stage of a feature of k numbers, and return the rows that it fills."""
+        rows = self.room(k)
+        self.program.add(stage, **rows._asdict(), **given)
+        return rows
+
+    @property
+    def image(self) -> dict[str, Rows]:
+        """The rows of points and depths, as stages take them by name."""
+        return {"points": self.points, "depth": self.depth}
 
     def observation(self, blocks: Blocks, cameras: Sequence[Camera]) -> Observation:
         """Return what is seen in blocks, by a camera or a pair of them."""

@@ -67,9 +67,9 @@ class RegulatedRows:
         row = 0
         for rows, part in zip(self.each, regulated.parts, strict=True):
             program.add(
-                commanding.product, L=rows.L, J=J[part.sights[0].key], A=A[row : row + rows.k]
+                commanding.product, L=rows.L, J=J[part.sights[0].key], A=A[row : row + rows.s.size]
             )
-            row += rows.k
+            row += rows.s.size
         return A
 
     def drift(self) -> Rows:
@@ -170,7 +170,7 @@ class RegulatedRows:
         A = self.regulated.adjoints[i]
         if A is None:
             return rows.L
-        L = self.program.rows(rows.k, 6)
+        L = self.program.rows(rows.s.size, 6)
         self.program.add(commanding.to_first, L=rows.L, A=self.program.numbers(A, 2), out=L)
         return L
 
