@@ -6,10 +6,12 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
+from robsim.base.arrays import Array
 from robsim.kernels.images import viewing
 from robsim.kernels.machine.program import Blocks, Program
 from robsim.kernels.machine.rows import Rows
 from robsim.robot.placed import Placed
+from robsim.servo.command import Command, Decision
 from robsim.servo.sight import Key, Sight
 
 
@@ -65,7 +67,7 @@ class Given:
 class Commanded:
     """The rows that a controller writes.
 
-    `decide` returns from blocks what was decided, with all that it is based on; `note` adds the
+    `J` returns from blocks the Jacobian of its frame, `basis` what a law was given; `note` adds the
     stages that remember the velocities, in rows, that were commanded in the end. What there is
     not is None: weights, and the status of images whose marks need not all be seen.
     """
@@ -75,10 +77,18 @@ class Commanded:
     qd: Rows  # (n,), the commanded velocities
     task_jacobian: Rows  # (k, n)
     busy: Rows  # 1 where a run may not end because it has converged or stalls
-    decide: Callable[[Any], Any]
-    note: Callable[[Rows], None]
+    J: Callable[[Blocks], Array]
+    note: Callable[[Rows], None] = lambda qd: None
     weights: Rows | None = None  # (k,), how much each number of s counts
     status: Rows | None = None  # that of a mark out of the image, where too few are left to command
+    basis: Callable[[Blocks], Any] = lambda blocks: None
+
+    def decide(self, blocks: Blocks) -> Decision:
+        """Return from blocks what was decided, with all that it is based on."""
+        get = blocks.get
+        command = Command(*map(get, (self.s, self.error, self.qd, self.task_jacobian)))
+        weights = None if self.weights is None else get(self.weights)
+        return Decision(command, self.J(blocks), self.basis(blocks), weights)
 
 
 def alone(

@@ -6,10 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robsim.base.arrays import Array
-from robsim.kernels.control import commanding
 from robsim.kernels.machine.program import Blocks, Program
 from robsim.kernels.machine.rows import Rows
-from robsim.robot.placed import Placed, add_jacobian
+from robsim.robot.placed import Placed
 from robsim.robot.tree import Tree
 from robsim.servo.given import Given
 from robsim.world.scene import Scene
@@ -22,20 +21,6 @@ def placed_at(program: Program, tree: Tree, q: Rows) -> Placed:
         program.call(lambda blocks, step: placed.prepare(tree.own, blocks))
     placed.add()
     return placed
-
-
-def jacobian_in_world(
-    placed: Placed, tree: Tree, frame: str, T: Rows, columns: NDArray[np.int64]
-) -> Rows:
-    """Add the stages of J (6, n) of a frame at T, rows (v, omega) in world axes; return its rows.
-
-    n are the velocities that are chosen.
-    """
-    program, here = placed.program, placed.program.constant(np.eye(4)[:3])
-    for r in range(3):
-        program.add(commanding.copied, rows=T[r, 3:], to=here[r, 3:])
-    moves = tree.moves(tree.carried(frame), columns)
-    return add_jacobian(program, placed.poses, placed.ratio, here, moves)
 
 
 def prescribed_rates(given: Given, scene: Scene, columns: NDArray[np.int64]) -> Rows:

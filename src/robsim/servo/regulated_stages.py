@@ -22,7 +22,7 @@ from robsim.servo.laws.depth_filter import DepthFilter
 from robsim.servo.placed_frame import placed_at, prescribed_rates
 from robsim.servo.regulated import Regulated
 from robsim.servo.sight import Key, Sight
-from robsim.servo.weight_stages import of_marks
+from robsim.servo.weight_stages import of_marks, weighed
 from robsim.servo.weightings.weighting import MarksSeen
 
 
@@ -59,12 +59,10 @@ class RegulatedRows:
     def moved(self, J: dict[Key, Rows], n: int) -> Rows:
         """Return the rows of L J (k, n), camera by camera: sdot = L (J_c - J_o) qdot."""
         regulated, program, k = self.regulated, self.program, self.regulated.k
-        A = program.rows(k, n)
         if regulated.as_one:
             first = J[regulated.sights[0].key]
-            program.add(commanding.product, L=self.L, J=first, A=A)
-            return A
-        row = 0
+            return program.result(commanding.product, "A", k, n, L=self.L, J=first)
+        A, row = program.rows(k, n), 0
         for rows, part in zip(self.each, regulated.parts, strict=True):
             program.add(
                 commanding.product, L=rows.L, J=J[part.sights[0].key], A=A[row : row + rows.s.size]
@@ -94,14 +92,12 @@ class RegulatedRows:
     def _seen(self, sight: Sight) -> Seen:
         """Return the rows of what the controller knows of the marks of a target."""
         program, view, N = self.program, self.given.views[sight.key], len(sight.target.marks)
-        eye, points = sight.eye.camera, program.rows(N, 2)
+        eye = sight.eye.camera
         camera = program.each(eye.rows)
         T_w_c, T_w_o = self.frames[sight.key]
-        T_c_o = program.rows(3, 4)
-        program.add(viewing.relative, A=T_w_c, B=T_w_o, T=T_c_o)
-        program.add(
-            viewing.normalise, camera=camera, pixels=view.pixels, points=points, bends=eye.bends
-        )
+        T_c_o = program.result(viewing.relative, "T", 3, 4, A=T_w_c, B=T_w_o)
+        image = {"camera": camera, "pixels": view.pixels, "bends": eye.bends}
+        points = program.result(viewing.normalise, "points", N, 2, **image)
         model = program.numbers(sight.target.marks, 2)
         depth = self._depth(sight, view.depth, points)
         rows = view.pixels, points, depth, camera, model, T_c_o
@@ -111,9 +107,8 @@ class RegulatedRows:
     def _weights(self, sight: Sight, points: Rows, camera: Rows) -> Rows:
         """Return the rows of the weights of the marks of a sight."""
         program, view, N = self.program, self.given.views[sight.key], len(sight.target.marks)
-        there = program.rows(N)
         image = {"pixels": view.pixels, "points": points, "camera": camera}
-        program.add(weighting.there, **image, out=there, hidden=view.hidden)
+        there = program.result(weighting.there, "out", N, **image, hidden=view.hidden)
         goal = self.regulated.goals[sight.key].pixels_last
         seen = MarksSeen(self.given, sight, N, view, camera, there, goal)
         found = self.weights[sight.key] = of_marks(self.weightings, seen, points)
@@ -130,18 +125,15 @@ class RegulatedRows:
         factors = depths.factors(N)
         if (factors == 1.0).all():
             return true
-        found = program.rows(N)
-        program.add(commanding.weigh, A=true.column, weights=program.each(factors), B=found.column)
-        return found
+        return weighed(program, true, program.each(factors))
 
     def _shown(self, sights: tuple[Sight, ...]) -> Seen:
         """Return the rows that a feature is shown: what a camera sees, or a pair of them."""
         seen, *others = (self.seen[sight.key] for sight in sights)
         if not others:
             return seen
-        between = self.program.rows(3, 4)
         one, two = (self.frames[sight.key][0] for sight in sights)
-        self.program.add(viewing.relative, A=one, B=two, T=between)
+        between = self.program.result(viewing.relative, "T", 3, 4, A=one, B=two)
         return replace(seen, other=others[0], between=between)
 
     def _interactions(self, each: list[FeatureRows]) -> None:
@@ -170,9 +162,8 @@ class RegulatedRows:
         A = self.regulated.adjoints[i]
         if A is None:
             return rows.L
-        L = self.program.rows(rows.s.size, 6)
-        self.program.add(commanding.to_first, L=rows.L, A=self.program.numbers(A, 2), out=L)
-        return L
+        given = {"L": rows.L, "A": self.program.numbers(A, 2)}
+        return self.program.result(commanding.to_first, "out", *rows.L.shape, **given)
 
     def hidden(self) -> Rows:
         """Return the rows (k,) that say which numbers depend on hidden marks, if not all do.

@@ -12,7 +12,8 @@ from robsim.base.arrays import Array
 from robsim.kernels.control.guarding import left
 from robsim.kernels.machine.program import Blocks, Program
 from robsim.kernels.machine.rows import Rows
-from robsim.servo.controller import Controller, Decision
+from robsim.servo.command import Decision
+from robsim.servo.controller import Controller
 from robsim.servo.given import alone
 from robsim.servo.safety.guard import Guard
 from robsim.servo.sight import Key

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from functools import reduce
+from typing import Any
 
 import numpy as np
 
@@ -13,20 +14,11 @@ from robsim.kernels.control import commanding
 from robsim.kernels.control import weighting as kernels
 from robsim.kernels.machine.program import Blocks, Program
 from robsim.kernels.machine.rows import Rows
+from robsim.kernels.machine.stage import Stage
 from robsim.servo.returned import returned
 from robsim.servo.sight import Key
 from robsim.servo.weightings.made_of import MadeOf
 from robsim.servo.weightings.weighting import Group, MarksSeen, Residuals, WeightsOfMarks
-
-
-class ResidualRows(NamedTuple):
-    """The rows of what a user's weighting is shown, see `Residuals`."""
-
-    k: int
-    error: Rows  # (k,) zero where nothing is there
-    weights: Rows  # (k,) by marks
-    tolerances: Array
-    groups: tuple[Group, ...]
 
 
 def of_marks(weightings: tuple[Any, ...], seen: MarksSeen, points: Rows) -> Rows:
@@ -38,11 +30,10 @@ def of_marks(weightings: tuple[Any, ...], seen: MarksSeen, points: Rows) -> Rows
     program, view = seen.given.program, seen.view
     found = seen.there
     if view.hidden is not None and any(each.fades for each in ours):
-        found = program.rows(seen.N)
         image = {"pixels": view.pixels, "points": points, "camera": seen.camera}
-        program.add(kernels.there, **image, out=found)
+        found = program.result(kernels.there, "out", seen.N, **image)
     for each in ours:
-        found = _product(program, found, each.marks(seen))
+        found = weighed(program, found, each.marks(seen))
     return found
 
 
@@ -63,32 +54,43 @@ def of_numbers(program: Program, marks: dict[Key, Rows], made_of: list[MadeOf]) 
     return found
 
 
-def by_error(program: Program, weightings: Sequence[Any], seen: ResidualRows) -> Rows:
-    """Add the stages of a user's weightings, times the weights by marks; return their rows (k,)."""
-    found = seen.weights
-    for each in weightings:
-        found = _product(program, found, _asked(program, each, seen))
-    return found
+def by_error(
+    program: Program,
+    weightings: Sequence[Any],
+    error: Rows,
+    weights: Rows,
+    tolerances: Array,
+    groups: tuple[Group, ...],
+) -> Rows:
+    """Add the stage of users' weightings, times the weights (k,) by marks; return its rows (k,).
 
-
-def _product(program: Program, x: Rows, y: Rows) -> Rows:
-    """Add the stage of the products of n numbers with others; return its rows."""
-    found = program.rows(*x.shape)
-    program.add(commanding.weigh, A=x.column, weights=y, B=found.column)
-    return found
-
-
-def _asked(program: Program, weighting: Any, seen: ResidualRows) -> Rows:
-    """Add the stage in Python that asks a user's weighting; return its rows (k,)."""
-    k, found = seen.k, program.rows(seen.k)
+    It is in Python, and shows each of them the `Residuals`: the error is zero where nothing is.
+    """
+    k, found = weights.size, program.rows(weights.size)
 
     def ask(blocks: Blocks, step: int) -> None:
-        error, weights = (frozen(blocks.get(row)) for row in (seen.error, seen.weights))
-        now = Residuals(error, weights, seen.tolerances, seen.groups)
-        blocks.put(found, _checked(weighting.weigh(now), type(weighting).__name__, blocks.runs, k))
+        by_marks = frozen(blocks.get(weights))
+        now = Residuals(frozen(blocks.get(error)), by_marks, tolerances, groups)
+        each = [_checked(one.weigh(now), type(one).__name__, blocks.runs, k) for one in weightings]
+        blocks.put(found, reduce(np.multiply, each, by_marks))
 
     program.call(ask)
     return found
+
+
+def weighed(program: Program, A: Rows, weights: Rows) -> Rows:
+    """Add the stage of the entries (n, ...) of A, each times its own weight; return its rows."""
+    return _each_entry(program, commanding.weigh, "B", A, weights=weights)
+
+
+def masked(program: Program, A: Rows, hidden: Rows) -> Rows:
+    """Add the stage of the entries (n, ...) of A, or zeros where hidden; return its rows."""
+    return _each_entry(program, commanding.masked, "out", A, hidden=hidden)
+
+
+def _each_entry(program: Program, stage: Stage, to: str, A: Rows, **by: Rows) -> Rows:
+    whole = A.reshape(A.shape[0], -1)
+    return program.result(stage, to, *whole.shape, A=whole, **by).reshape(*A.shape)
 
 
 def _checked(value: Any, name: str, runs: int, k: int) -> Array:

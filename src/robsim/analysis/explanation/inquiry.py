@@ -18,7 +18,7 @@ from robsim.base.arrays import Array
 from robsim.engine.outcome import Outcome
 from robsim.geometry.pose import Pose
 from robsim.run.experiment import Experiment
-from robsim.servo.basis import Basis
+from robsim.servo.command import Basis
 from robsim.servo.servo_controller import Servo
 from robsim.servo.sight import Sight
 

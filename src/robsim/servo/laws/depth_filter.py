@@ -54,10 +54,12 @@ class DepthFilter(Declared):
     def stages(self, given: Given, N: int, points: Rows, twist: Rows, K: Array) -> Rows:
         """Add the stage that filters the depths of N marks, and return its rows."""
         program = given.program
-        depth, sigma = program.rows(N), self._sigma(K).reshape(2, -1)
+        sigma = self.noise / np.abs(K[[0, 1], [0, 1]]).reshape(2, -1)  # of a normalised point
         start = np.array([[1.0 / self.start], [self.start_sigma / self.start]])
-        program.add(
+        return program.result(
             kernels.filter_stage,
+            "depth",
+            N,
             points=points,
             dt=given.dt,
             twist=twist,
@@ -65,10 +67,4 @@ class DepthFilter(Declared):
             estimate=program.rows(N, 3),
             covariance=program.rows(N, 3, 3),
             room=program.rows(12 * N),
-            depth=depth,
         )
-        return depth
-
-    def _sigma(self, K: Array) -> Array:
-        """Return the standard deviations of a normalised point, (2,) or (2, runs)."""
-        return self.noise / np.abs(K[[0, 1], [0, 1]])

@@ -60,22 +60,15 @@ class SpeedLimit(Declared):
 
     def scaled(self, qd: Array, J: Array) -> Array:
         """Return velocities (n, B) from qd (n, B) and the Jacobian J (6, n, B) of the camera."""
-        n = qd.shape[0]
-
-        def add(program: Program, *rows: Rows) -> tuple[Rows]:
-            return (self.stages(program, n, rows[1], rows[0]),)
-
-        (out,) = evaluated(add, [qd, J], [(n,)])
+        (out,) = evaluated(lambda *rows: [self.stages(*rows)], [J, qd])
         return out
 
-    def stages(self, program: Program, n: int, J: Rows, qd: Rows) -> Rows:
+    def stages(self, program: Program, J: Rows, qd: Rows) -> Rows:
         """Add the stage that scales velocities in rows qd; return the rows of the result."""
         each = [self.joint, self.linear, self.angular]
         joint, linear, angular = (math.inf if limit is None else limit for limit in each)
-        limits = program.constant([*np.full(n, joint), linear, angular])
-        out = program.rows(n)
-        program.add(kernels.scale_stage, J=J, limits=limits, qd=qd, out=out)
-        return out
+        limits = program.constant([*np.full(qd.size, joint), linear, angular])
+        return program.result(kernels.scale_stage, "out", qd.size, J=J, limits=limits, qd=qd)
 
 
 LIMIT = Table(SpeedLimit)
