@@ -187,7 +187,9 @@ def by_position(node):
     _, *rest = node.args
     if node.func.attr == "computed":  # of so many numbers
         return rest[1:]
-    return rest if node.func.attr == "add" or not isinstance(rest[0], ast.Constant) else []
+    return (
+        rest if node.func.attr == "add" or not isinstance(rest[0], ast.Constant | ast.Name) else []
+    )
 
 
 def test_no_stage_is_given_a_number_by_its_position():
