@@ -122,19 +122,21 @@ class Seen:
 
     def some(self, marks: NDArray[np.int64]) -> Seen:
         """Return the rows of some of the marks, with the stage that copies them."""
-        return replace(
-            self,
-            N=len(marks),
-            pixels=self._copied(self.pixels, marks),
-            points=self._copied(self.points, marks),
-            depth=self._copied(self.depth, marks),
-            model=self._copied(self.model, marks),
-            weights=None if self.weights is None else self._copied(self.weights, marks),
-            other=None if self.other is None else self.other.some(marks),
-        )
+        names = [
+            "pixels",
+            "points",
+            "depth",
+            "model",
+            *([] if self.weights is None else ["weights"]),
+        ]
+        chosen = {name: picked(self.program, getattr(self, name), marks) for name in names}
+        other = None if self.other is None else self.other.some(marks)
+        return replace(self, N=len(marks), **chosen, other=other)
 
-    def _copied(self, rows: Rows, marks: NDArray[np.int64]) -> Rows:
-        found = self.program.rows(len(marks), *rows.shape[1:])
-        for i, mark in enumerate(marks.tolist()):
-            self.program.add(commanding.copied, rows=rows[mark].flat, to=found[i].flat)
-        return found
+
+def picked(program: Program, rows: Rows, which: NDArray[np.int64]) -> Rows:
+    """Add the stages that copy some entries of rows (n, ...), by number; return the new rows."""
+    found = program.rows(len(which), *rows.shape[1:])
+    for i, n in enumerate(which.tolist()):
+        program.add(commanding.copied, rows=rows[n].flat, to=found[i].flat)
+    return found

@@ -26,18 +26,6 @@ PLACES = 0.25, 0.5, 0.75, 1.0  # of the way to rest, where it is looked at
 
 
 @dataclass(frozen=True)
-class Guarded:
-    """What a controller writes within the limits of a `Safety`, and rows of these."""
-
-    commanded: Commanded
-    last: Rows  # (n,) what was commanded last
-    seconds: Rows  # for which a command has grown
-    most: Rows  # (n,) accelerations
-    why: Rows  # which limits act, bits as `robsim.kernels.control.guarding` names them
-    at_limit: Rows  # (n,) 1 where a joint is kept from its limit
-
-
-@dataclass(frozen=True)
 class Guard:
     """A safety, and the scene that the controller believes, in which its limits are."""
 
@@ -46,28 +34,27 @@ class Guard:
 
     def stages(self, controller: Controller, given: Given) -> Guarded:
         """Add the stages of a controller, then those that keep its command within limits."""
-        inner = controller.stages(given)
-        made = _Stages(controller, self, given)
-        qd = made.add(inner)
-        busy = given.program.result(commanding.either, "out", rows=[inner.busy, made.busy])
-        within = replace(inner, qd=qd, busy=busy)
-        rows = made.last, made.seconds, made.most, made.why, made.at_limit
-        return Guarded(within, *rows)
+        return Guarded(controller, self, given)
 
 
-class _Stages:
-    """The rows of the stages, and how they are connected."""
+class Guarded:
+    """What a controller writes within the limits of a `Safety`, and rows of these."""
 
     def __init__(self, controller: Controller, guard: Guard, given: Given) -> None:
         self.controller, self.given = controller, given
         self.safety, self.scene = guard.safety, guard.believed
-        self.n = controller.columns.size
-        program = self.program = given.program
-        self.why, self.at_limit, self.busy = program.rows(), program.rows(self.n), program.rows()
-        self.share, self.last, self.seconds = program.rows(), program.rows(self.n), program.rows()
+        inner, n, program = controller.stages(given), controller.columns.size, given.program
+        self.n, self.program, self.share, self.busy = n, program, program.rows(), program.rows()
+        self.last = program.rows(n)  # what was commanded last
+        self.seconds = program.rows()  # for which a command has grown
         self.most = program.constant(self._limits("acceleration"))
+        self.why = program.rows()  # which limits act, bits as `guarding` names them
+        self.at_limit = program.rows(n)  # 1 where a joint is kept from its limit
+        qd = self._within(inner)
+        busy = program.result(commanding.either, "out", rows=[inner.busy, self.busy])
+        self.commanded = replace(inner, qd=qd, busy=busy)
 
-    def add(self, inner: Commanded) -> Rows:
+    def _within(self, inner: Commanded) -> Rows:
         """Add the stages from what the law wishes to what is commanded, and return its rows."""
         n, program, wished = self.n, self.program, inner.qd
         self._hold(wished, inner.status)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import KW_ONLY, dataclass
+from itertools import accumulate, pairwise
 from typing import Annotated, Any, ClassVar
 
 import numpy as np
@@ -105,19 +106,13 @@ class Redundant(Shaped):
 
 def _velocities(scene: Scene, name: str) -> Sequence[int]:
     """Return the indices of a robot's velocities, or of the velocity of that name."""
-    names = scene.velocity_names
-    starts = np.cumsum([0, *(robot.nv for robot in scene.robots)])
-    for i, robot in enumerate(scene.robots):
-        if robot.name == name:
-            found: Sequence[int] = range(int(starts[i]), int(starts[i + 1]))
-            break
-    else:
-        if name not in names:
-            exists = [*(robot.name for robot in scene.robots), *names]
-            raise InputError(
-                f"joints: no robot or velocity {name!r}; {suggest(name, exists, 'names')}"
-            )
-        found = [names.index(name)]
+    ends = pairwise(accumulate((robot.nv for robot in scene.robots), initial=0))
+    robots = {robot.name: range(*both) for robot, both in zip(scene.robots, ends, strict=True)}
+    velocities = {other: [i] for i, other in enumerate(scene.velocity_names)}
+    exists: dict[str, Sequence[int]] = {**robots, **velocities, **robots}
+    if name not in exists:
+        raise InputError(f"joints: no robot or velocity {name!r}; {suggest(name, exists, 'names')}")
+    found = exists[name]
     if scene.prescribed[list(found)].any():
         raise InputError(f"joints: '{name}' moves on its own; a task cannot command it as well")
     return found

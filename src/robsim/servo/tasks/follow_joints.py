@@ -18,7 +18,7 @@ from robsim.declare.spec import Context, NoText, Raw, expected
 from robsim.servo.laws.gain import PER_SECOND
 from robsim.servo.laws.inverse import RCOND
 from robsim.servo.shaping.shaped import JOINTS, Columns
-from robsim.servo.tasks.follower import check_trajectory
+from robsim.servo.tasks.follower import check_trajectory, unseen
 from robsim.servo.tasks.joint_follower import JointFollower, check_limits
 from robsim.servo.tasks.named import Axis, axes_called, axes_named
 from robsim.trajectory.limits import Acceleration, Limits, Speed
@@ -182,27 +182,19 @@ class FollowJoints(Declared):
             check_limits(scene, coordinates, goal[None])
         order = np.argsort([axis.velocity for axis in axes])
         robot = scene.robots[_owner(scene, axes[0].velocity)]
-        n = len(axes)
+        tip = f"{robot.name}.{robot.tip}"
         return JointFollower(
-            scene,
-            f"{robot.name}.{robot.tip}",
-            (),
-            self.columns(scene),
-            frozen(goal[order][:, None]),
-            tuple(scene.coordinate_units[i] for i in coordinates[order]),
-            np.full(n, self.tolerance),
-            np.empty((0, 2)),
-            self.gain or 1.0,
-            n,
-            RCOND,
-            self.gain,
-            self.trajectory,
-            self.duration,
-            self._limits,
-            self.by is not None,
-            goal,
-            coordinates,
-            order,
+            **unseen(scene, tip, self.columns(scene), goal[order], self),
+            units=tuple(scene.coordinate_units[i] for i in coordinates[order]),
+            full_rank=len(axes),
+            rcond=RCOND,
+            trajectory=self.trajectory,
+            duration=self.duration,
+            limits=self._limits,
+            relative=self.by is not None,
+            goal=goal,
+            coordinates=coordinates,
+            order=order,
         )
 
     @property

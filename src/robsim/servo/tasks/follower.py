@@ -9,15 +9,17 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from robsim.base.arrays import Array, not_negative
+from robsim.base.arrays import Array, frozen, not_negative
 from robsim.base.errors import InputError, said
 from robsim.kernels.control import following
 from robsim.kernels.machine.program import Blocks, Program
 from robsim.kernels.machine.rows import Rows
 from robsim.servo.controller import Controller
 from robsim.servo.given import Given
+from robsim.servo.shaping.shaped import Columns
 from robsim.trajectory import Blends, Path, Quintic, Straight, Trapezoid
 from robsim.trajectory.timing import ALIKE
+from robsim.world.scene import Scene
 
 OURS = (Blends, Path, Quintic, Straight, Trapezoid)  # which are looked up in a table
 LONGEST = 100_000  # periods of a table
@@ -47,6 +49,21 @@ class Follower(Controller):
         """Add the stage of whether the trajectory is not over, and return its row."""
         times = {"seconds": way.seconds, "duration": given.dt}
         return given.program.result(following.going, "out", **times)
+
+
+def unseen(scene: Scene, frame: str, columns: Columns, s_goal: Array, task: Any) -> dict[str, Any]:
+    """Return the fields of the controller of a task without a camera, with its goal s (k,)."""
+    return {
+        "scene": scene,
+        "frame": frame,
+        "sights": (),
+        "columns": columns,
+        "s_goal": frozen(s_goal[:, None]),
+        "tolerances": np.full(len(s_goal), task.tolerance),
+        "goal_pixels": np.empty((0, 2)),
+        "pace": task.gain or 1.0,
+        "gain": task.gain,
+    }
 
 
 def followed(given: Given, trajectory: Any, n: int, at: Callable[[Any], Array]) -> Followed:

@@ -14,6 +14,7 @@ from robsim.base.arrays import Array, frozen
 from robsim.base.errors import InputError
 from robsim.declare import Declared
 from robsim.declare.problems import under
+from robsim.features.rows import picked
 from robsim.kernels.control import commanding
 from robsim.kernels.control.weighting import worst
 from robsim.kernels.machine.program import Program
@@ -70,22 +71,19 @@ class OfParts(Controller):
 
     def _together(self, given: Given, each: list[Commanded], qd: Rows) -> Commanded:
         """Return the rows of all tasks, with the velocities that are commanded."""
-        program, own, at = given.program, [self._own(part).tolist() for part in self.parts], 0
+        program, own, at = given.program, [self._own(part) for part in self.parts], 0
         s, error = (
             joined(program, [getattr(one, name) for one in each]) for name in ("s", "error")
         )
         A = program.rows(self.k, self.columns.size)
         for columns, one in zip(own, each, strict=True):
             rows, at = A[at : at + one.s.size], at + one.s.size
-            program.add(commanding.widened, A=one.task_jacobian, out=rows, columns=columns)
+            program.add(commanding.widened, A=one.task_jacobian, out=rows, columns=columns.tolist())
         busy = program.result(commanding.either, "out", rows=[one.busy for one in each])
 
         def note(qd: Rows) -> None:
             for columns, one in zip(own, each, strict=True):
-                mine = program.rows(len(columns))
-                for i, column in enumerate(columns):
-                    program.add(commanding.copied, rows=qd[column].flat, to=mine[i].flat)
-                one.note(mine)
+                one.note(picked(program, qd, columns))
 
         return Commanded(s, error, qd, A, busy, each[0].J, note, *self._marks_used(program, each))
 
