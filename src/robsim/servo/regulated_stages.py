@@ -10,7 +10,7 @@ import numpy as np
 
 from robsim.base.arrays import Array
 from robsim.features.rows import FeatureRows, Seen
-from robsim.kernels.control import commanding, weighting
+from robsim.kernels.control import commanding
 from robsim.kernels.formulas.jacobian import Moves
 from robsim.kernels.images import hiding, viewing
 from robsim.kernels.machine.program import Blocks, Own, Program
@@ -23,7 +23,6 @@ from robsim.servo.placed_frame import placed_at, prescribed_rates
 from robsim.servo.regulated import Regulated
 from robsim.servo.sight import Key, Sight
 from robsim.servo.weight_stages import of_marks, weighed
-from robsim.servo.weightings.weighting import MarksSeen
 
 
 class RegulatedRows:
@@ -35,7 +34,6 @@ class RegulatedRows:
     def __init__(self, regulated: Regulated, given: Given, weightings: Any = ()) -> None:
         self.regulated, self.given, self.program = regulated, given, given.program
         self.weightings, self.weights = weightings, dict[Key, Rows]()
-        self.twist = {sight.key: self.program.rows(6) for sight in regulated.sights}
         # of each camera against its target, as it was held over the last period
         self.seen_twist = {sight.key: self.program.rows(6) for sight in regulated.sights}
         self.placed, self.frames = self._world()
@@ -74,20 +72,21 @@ class RegulatedRows:
         """Return the rows of sdot (k,) that prescribed motions cause, as far as it is known."""
         columns, own = self.regulated.own_moves
         rates = prescribed_rates(self.given, self.regulated.sights[0].scene, columns)
-        for sight in self.regulated.sights:
-            J = self.jacobian(sight, own[sight.key])
-            self.program.add(commanding.along, A=J, x=rates, out=self.twist[sight.key])
+        each = {t.key: self.jacobian(t, own[t.key]) for t in self.regulated.sights}
+        result = self.program.result
+        self.twist = {
+            key: result(commanding.along, "out", 6, A=J, x=rates) for key, J in each.items()
+        }
         return self.moved({key: V.column for key, V in self.twist.items()}, 1).flat
 
-    def _world(self) -> tuple[Placed, dict[Key, tuple[Rows, Rows]]]:
+    def _world(self) -> tuple[Placed, dict[Key, Sequence[Rows]]]:
         """Return the bodies, and the poses of cameras and targets, where they are believed."""
         given, sights = self.given, self.regulated.sights
         if given.placed is not None and self.regulated.exact:
             return given.placed, {key: view.frames for key, view in given.views.items()}
         tree = sights[0].scene.tree
         placed = placed_at(self.program, tree, given.q)
-        poses = {sight.key: placed.frames(sight.frames) for sight in sights}
-        return placed, {key: (T_w_c, T_w_o) for key, (T_w_c, T_w_o) in poses.items()}
+        return placed, {sight.key: placed.frames(sight.frames) for sight in sights}
 
     def _seen(self, sight: Sight) -> Seen:
         """Return the rows of what the controller knows of the marks of a target."""
@@ -101,18 +100,12 @@ class RegulatedRows:
         model = program.numbers(sight.target.marks, 2)
         depth = self._depth(sight, view.depth, points)
         rows = view.pixels, points, depth, camera, model, T_c_o
-        weights = self._weights(sight, points, camera) if self.weightings else None
+        if self.weightings:
+            goal = self.regulated.goals[sight.key].pixels_last
+            shown = view, points, camera, goal
+            self.weights[sight.key] = of_marks(self.weightings, self.given, *shown)
+        weights = self.weights.get(sight.key)
         return Seen(program, N, *rows, sure=self.regulated.exact, weights=weights)
-
-    def _weights(self, sight: Sight, points: Rows, camera: Rows) -> Rows:
-        """Return the rows of the weights of the marks of a sight."""
-        program, view, N = self.program, self.given.views[sight.key], len(sight.target.marks)
-        image = {"pixels": view.pixels, "points": points, "camera": camera}
-        there = program.result(weighting.there, "out", N, **image, hidden=view.hidden)
-        goal = self.regulated.goals[sight.key].pixels_last
-        seen = MarksSeen(self.given, sight, N, view, camera, there, goal)
-        found = self.weights[sight.key] = of_marks(self.weightings, seen, points)
-        return found
 
     def _depth(self, sight: Sight, true: Rows, points: Rows) -> Rows:
         """Return the rows of the depths that go into L."""
@@ -121,7 +114,7 @@ class RegulatedRows:
             return program.each(depths.at_goal(self.regulated.goals[sight.key].depth_last))
         if isinstance(depths.which, DepthFilter):
             twist = self.seen_twist[sight.key]
-            true = depths.which.stages(self.given, N, points, twist, sight.eye.camera.K)
+            true = depths.which.stages(self.given, points, twist, sight.eye.camera.K)
         factors = depths.factors(N)
         if (factors == 1.0).all():
             return true

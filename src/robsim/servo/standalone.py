@@ -72,7 +72,7 @@ class Standalone:
             blocks.put(view.pixels, pixels[key])
             blocks.put(view.depth, depth[key])
         self.perform(blocks, step)
-        return self.decision(blocks)
+        return self.commanded.decide(blocks)
 
     def take(
         self,
@@ -129,5 +129,4 @@ class Standalone:
 
     def decision(self, blocks: Blocks) -> Decision:
         """Return what was decided at the last step."""
-        decision: Decision = self.commanded.decide(blocks)
-        return decision
+        return self.commanded.decide(blocks)

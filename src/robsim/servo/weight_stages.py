@@ -15,23 +15,27 @@ from robsim.kernels.control import weighting as kernels
 from robsim.kernels.machine.program import Blocks, Program
 from robsim.kernels.machine.rows import Rows
 from robsim.kernels.machine.stage import Stage
+from robsim.servo.given import Given, View
 from robsim.servo.returned import returned
 from robsim.servo.sight import Key
 from robsim.servo.weightings.made_of import MadeOf
 from robsim.servo.weightings.weighting import Group, MarksSeen, Residuals, WeightsOfMarks
 
 
-def of_marks(weightings: tuple[Any, ...], seen: MarksSeen, points: Rows) -> Rows:
-    """Add the stages of the weights of the marks of a sight; return their rows (N,).
+def of_marks(
+    weightings: tuple[Any, ...], given: Given, view: View, points: Rows, camera: Rows, goal: Array
+) -> Rows:
+    """Add the stages of the weights of marks, see `MarksSeen`; return their rows (N,).
 
     They are zero where nothing is measured, and where a mark is hidden unless a weighting fades.
     """
     ours = [each for each in weightings if isinstance(each, WeightsOfMarks)]
-    program, view = seen.given.program, seen.view
-    found = seen.there
+    program, N = given.program, view.depth.size
+    image = {"pixels": view.pixels, "points": points, "camera": camera}
+    found = program.result(kernels.there, "out", N, **image, hidden=view.hidden)
+    seen = MarksSeen(given, N, view, camera, found, goal)
     if view.hidden is not None and any(each.fades for each in ours):
-        image = {"pixels": view.pixels, "points": points, "camera": seen.camera}
-        found = program.result(kernels.there, "out", seen.N, **image)
+        found = program.result(kernels.there, "out", N, **image)
     for each in ours:
         found = weighed(program, found, each.marks(seen))
     return found

@@ -51,9 +51,9 @@ class DepthFilter(Declared):
                 f"{kernels.FARTHEST} m, got {self.start}"
             )
 
-    def stages(self, given: Given, N: int, points: Rows, twist: Rows, K: Array) -> Rows:
-        """Add the stage that filters the depths of N marks, and return its rows."""
-        program = given.program
+    def stages(self, given: Given, points: Rows, twist: Rows, K: Array) -> Rows:
+        """Add the stage that filters the depths of marks, and return its rows."""
+        program, N = given.program, points.shape[0]
         sigma = self.noise / np.abs(K[[0, 1], [0, 1]]).reshape(2, -1)  # of a normalised point
         start = np.array([[1.0 / self.start], [self.start_sigma / self.start]])
         return program.result(

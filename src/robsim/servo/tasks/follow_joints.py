@@ -8,7 +8,7 @@ from typing import Annotated, Any, ClassVar
 
 import numpy as np
 
-from robsim.base.arrays import Array, frozen, numbers
+from robsim.base.arrays import Array, frozen, number, numbers
 from robsim.base.errors import InputError, said
 from robsim.declare import Choice, Declared, Number, Time, register
 from robsim.declare.joints import Axes, PerJoint, followed, named_numbers
@@ -248,10 +248,7 @@ class FollowJoints(Declared):
             raise InputError(f"{what}: expected the names of joints, got {said(way)}")
         if self.joints is not None:
             raise InputError(f"{what} names its joints: leave joints out")
-        goals = {name: numbers(value, f"{what}[{name!r}]", ()) for name, value in way.items()}
-        if any(value.ndim for value in goals.values()):
-            raise InputError(f"{what}: expected one number for each joint, got {said(way)}")
-        return {name: float(value) for name, value in goals.items()}
+        return {name: number(value, f"{what}[{name!r}]") for name, value in way.items()}
 
     def _check_plan(self) -> None:
         """Raise InputError unless there is one of a trajectory, a duration, and limits."""
