@@ -129,7 +129,9 @@ class Seen:
             "model",
             *([] if self.weights is None else ["weights"]),
         ]
-        chosen = {name: picked(self.program, getattr(self, name), marks) for name in names}
+        chosen: dict[str, Any] = {
+            name: picked(self.program, getattr(self, name), marks) for name in names
+        }
         other = None if self.other is None else self.other.some(marks)
         return replace(self, N=len(marks), **chosen, other=other)
 
