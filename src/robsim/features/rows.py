@@ -122,16 +122,11 @@ class Seen:
 
     def some(self, marks: NDArray[np.int64]) -> Seen:
         """Return the rows of some of the marks, with the stage that copies them."""
-        names = [
-            "pixels",
-            "points",
-            "depth",
-            "model",
-            *([] if self.weights is None else ["weights"]),
-        ]
-        chosen: dict[str, Any] = {
-            name: picked(self.program, getattr(self, name), marks) for name in names
-        }
+        names = ["pixels", "points", "depth", "model"]
+        if self.weights is not None:
+            names.append("weights")
+        program, own = self.program, vars(self)
+        chosen: dict[str, Any] = {name: picked(program, own[name], marks) for name in names}
         other = None if self.other is None else self.other.some(marks)
         return replace(self, N=len(marks), **chosen, other=other)
 

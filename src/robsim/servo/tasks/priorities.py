@@ -18,7 +18,7 @@ from robsim.servo.shaping.redundancy import descent
 from robsim.servo.shaping.shaped import Columns, Redundant
 from robsim.servo.shaping.shaping import Shaping
 from robsim.servo.tasks.family import TASKS, TaskChoice
-from robsim.servo.tasks.several import OfParts, OfTasks, common, union
+from robsim.servo.tasks.several import OfParts, OfTasks, common
 from robsim.servo.tasks.task import ServoTask, Task
 from robsim.world.scene import Scene
 
@@ -53,7 +53,7 @@ class Priorities(OfTasks, Redundant):
 
     def columns(self, scene: Scene) -> Columns:
         """Return the velocities that any of the tasks commands."""
-        return self.chosen(scene, union(self.each_columns(scene)))
+        return self.chosen(scene, super().columns(scene))
 
     def bind(self, scene: Scene, columns: Columns | None = None) -> Controller:
         """Return the controller of all tasks in a scene."""

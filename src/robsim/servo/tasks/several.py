@@ -130,6 +130,10 @@ class OfSeveral(Declared):
                 found.append(task.columns(scene))
         return found
 
+    def columns(self, scene: Scene) -> Columns:
+        """Return the velocities that any of the tasks commands."""
+        return frozen(np.unique(np.concatenate(self.each_columns(scene))))
+
     def bound(self, scene: Scene, columns: Iterable[Columns]) -> tuple[Any, ...]:
         """Return the controllers of all tasks, each with its columns."""
         made: list[Controller] = []
@@ -192,8 +196,3 @@ def beside(arrays: Sequence[Array], axis: int) -> Array:
     shapes = ((*common[:at], size, *common[at:]) for size in sizes)
     pairs = zip(arrays, shapes, strict=True)
     return np.concatenate([np.broadcast_to(*pair) for pair in pairs], axis=axis)
-
-
-def union(columns: Iterable[Columns]) -> Columns:
-    """Return every velocity once, in order."""
-    return frozen(np.unique(np.concatenate(list(columns))))

@@ -21,7 +21,7 @@ from robsim.servo.given import Commanded, Given
 from robsim.servo.shaping.shaped import Columns
 from robsim.servo.tasks.conditions import CONDITION, Compared, Comparison, Condition, staged
 from robsim.servo.tasks.family import TASKS, TaskChoice
-from robsim.servo.tasks.several import OfSeveral, Place, Several, common, union
+from robsim.servo.tasks.several import OfSeveral, Place, Several, common
 from robsim.servo.tasks.task import Task
 from robsim.world.scene import Scene
 
@@ -63,10 +63,6 @@ class Switch(OfSeveral):
         """Return a copy with other tasks in their places."""
         first, second = tasks
         return replace(self, first=first, second=second)
-
-    def columns(self, scene: Scene) -> Columns:
-        """Return the velocities that either scheme commands."""
-        return union(self.each_columns(scene))
 
     def bind(self, scene: Scene, columns: Columns | None = None) -> Controller:
         """Return the controller of both schemes in a scene, each with its own joints."""
