@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import KW_ONLY, dataclass
 from itertools import accumulate, pairwise
-from typing import Annotated, Any, ClassVar
+from typing import Annotated, Any, ClassVar, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -46,20 +46,20 @@ class Shaped(Declared):
         SpeedLimit | None, LIMIT, "Speed limits, under which the command keeps its direction."
     ] = None
 
+    # of a task that leaves no motions free
+    secondary = cast(Any, None)
+    projection = cast(Any, "classic")
+
     def shaping(self, scene: Scene, columns: Columns) -> Shaping:
         """Return the shaping of the commanded velocities of a scene."""
         names = [scene.velocity_names[i] for i in columns]
-        secondary, projection = self._redundancy()
-        parts: tuple[Any, ...] = (self.limit, secondary)
+        parts: tuple[Any, ...] = (self.limit, self.secondary)
         for part in parts:
             if hasattr(part, "check"):
                 part.check(names)
+        large = None if isinstance(self.projection, str) else self.projection
         at = coordinates_of(scene, columns)
-        return Shaping(secondary, projection, self.smooth_start, self.limit, *at)
-
-    def _redundancy(self) -> tuple[Any, Any]:
-        """Return the secondary motion, and the large projection if that is its projector."""
-        return None, None
+        return Shaping(self.secondary, large, self.smooth_start, self.limit, *at)
 
     def chosen(self, scene: Scene, moving: Columns) -> Columns:
         """Return those of the velocities `moving` that `joints` names."""
@@ -98,10 +98,6 @@ class Redundant(Shaped):
                 "projection is that of a secondary motion, and none is given: give secondary, or "
                 "leave projection out"
             )
-
-    def _redundancy(self) -> tuple[Any, Any]:
-        large = None if isinstance(self.projection, str) else self.projection
-        return self.secondary, large
 
 
 def _velocities(scene: Scene, name: str) -> Sequence[int]:

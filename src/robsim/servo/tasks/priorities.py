@@ -72,8 +72,7 @@ def _check_level(task: Any) -> None:
             "priorities are for tasks such as IBVS, PBVS and Hybrid with law='joint', "
             f"got {said(task)}"
         )
-    secondary = getattr(task, "secondary", None)
-    if task.joints or secondary or task.smooth_start or task.limit:
+    if task.joints or task.secondary or task.smooth_start or task.limit:
         raise InputError(
             "joints, secondary, smooth_start and limit belong to Priorities(...) as a "
             "whole, not to one of its tasks"

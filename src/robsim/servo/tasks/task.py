@@ -142,7 +142,7 @@ class ServoTask(Shaped):
         if columns is not None:
             return self._controller(scene, columns)
         controller = self._own_controller(scene)
-        if self._redundancy()[0] is None:
+        if self.secondary is None:
             warn_of_rank(controller)
             self.warn_of_wheels(controller)
         return controller
