@@ -48,7 +48,7 @@ class Sensor:
         images.deliver()
         q = plant.measured()
         views = {
-            sight.key: View(*images.rows(group), each.T_w_c, each.T_w_o)
+            sight.key: View(*images.rows(group), each.frames)
             for sight, each, group in zip(self.sights, self.views, images.groups, strict=True)
         }
         placed = plant.placed if q == plant.q else None

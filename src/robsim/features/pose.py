@@ -8,7 +8,7 @@ from typing import Annotated, ClassVar, Literal, Self, get_args
 
 import numpy as np
 
-from robsim.base.arrays import Array
+from robsim.base.arrays import Array, runs_last
 from robsim.base.errors import GoalError
 from robsim.base.values import unchecked
 from robsim.declare import Word, check_fields, register
@@ -44,13 +44,14 @@ class _PoseFeature(Compiled):
 
     def _from_goal(self, seen: Seen) -> Rows:
         """Add the stage of T_goal_c, the camera in axes of the goal camera; return its rows."""
-        goal, room = seen.pose_goal(self._T_o_goal), seen.program.rows(3, 4)
+        goal, room = seen.program.each(self._T_o_goal), seen.program.rows(3, 4)
         given = {"T_c_o": seen.pose, "T_o_goal": goal, "room": room}
         return seen.program.result(kernels.from_goal_stage, "T", 3, 4, **given)
 
     @cached_property
     def _T_o_goal(self) -> Array:
-        return self.T_goal_o.inv().matrix
+        T = self.T_goal_o.inv().matrix
+        return runs_last(T[..., :3, :], 2).reshape(3, 4, -1)
 
 
 @register("feature", "theta_u")

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from robsim.base.arrays import Array, frozen, runs_last
+from robsim.base.arrays import Array, frozen
 from robsim.base.errors import InputError
 from robsim.base.values import known, unchecked
 from robsim.features.feature import Observation, without_guess
@@ -78,10 +78,6 @@ class Seen:
         if values is not None and len(values) != count:
             raise InputError(f"{self.N} marks are seen here, and another number was at the goal")
         return None if values is None else self.program.each(values)
-
-    def pose_goal(self, T: Array) -> Rows:
-        """Return the rows of a pose (4, 4) at the goal, or of one (B, 4, 4) for each run."""
-        return self.program.each(runs_last(T[..., :3, :], 2).reshape(3, 4, -1))
 
     def room(self, k: int) -> FeatureRows:
         """Return new rows for a feature of k numbers."""

@@ -22,14 +22,7 @@ class View:
     pixels: Rows  # (N, 2)
     depth: Rows
     hidden: Rows | None = None  # whether each mark is hidden, where marks may be
-    T_w_c: Rows | None = None
-    T_w_o: Rows | None = None
-
-    @property
-    def frames(self) -> tuple[Rows, Rows]:
-        """The rows of the poses of camera and target, where these are known."""
-        assert self.T_w_c is not None and self.T_w_o is not None
-        return self.T_w_c, self.T_w_o
+    frames: Sequence[Rows] = ()  # the poses of camera and target, where these are known
 
 
 @dataclass(frozen=True)
@@ -107,7 +100,7 @@ def view(
     program: Program, placed: Placed, sight: Sight, *image: Rows, of: int = viewing.FIRST
 ) -> View:
     """Return the rows of what a camera sees, with the stages that compute them (`Sight.look`)."""
-    T_w_c, T_w_o = placed.frames(sight.frames)
-    sight.look(program, T_w_c, T_w_o, *image, of=of)
+    frames = placed.frames(sight.frames)
+    sight.look(program, *frames, *image, of=of)
     pixels, depth, _ = image
-    return View(pixels, depth, T_w_c=T_w_c, T_w_o=T_w_o)
+    return View(pixels, depth, frames=frames)

@@ -88,8 +88,7 @@ class ServoStages:
                 at_gain = self._wish(self.law, self.towards)
             qd = at_gain(self.gain)
         else:
-            qd = self.rows(self.n)
-            self.program.call(lambda blocks, step: blocks.put(qd, self._asked(blocks, step)))
+            qd = self.program.asked(self._asked, self.n)
         error, A = self.faded
         return self.controller.shaping.stages(self.given, qd, error, self.of.first, A)
 
@@ -197,9 +196,7 @@ class ServoStages:
         if self.law is not None:
             self._at_gain = self._wish(self.law, self.weighted)
             return self._at_gain(self.constant(1.0))
-        unit = self.rows(self.n)
-        self.program.call(lambda blocks, step: blocks.put(unit, self._tried(blocks, step)))
-        return unit
+        return self.program.asked(self._tried, self.n)
 
     def _tried(self, blocks: Blocks, step: int) -> Array:
         """Return what a law in Python commands at a gain of one; it will be asked again."""

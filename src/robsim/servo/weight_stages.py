@@ -70,16 +70,15 @@ def by_error(
 
     It is in Python, and shows each of them the `Residuals`: the error is zero where nothing is.
     """
-    k, found = weights.size, program.rows(weights.size)
+    k = weights.size
 
-    def ask(blocks: Blocks, step: int) -> None:
+    def ask(blocks: Blocks, step: int) -> Array:
         by_marks = frozen(blocks.get(weights))
         now = Residuals(frozen(blocks.get(error)), by_marks, tolerances, groups)
         each = [_checked(one.weigh(now), type(one).__name__, blocks.runs, k) for one in weightings]
-        blocks.put(found, reduce(np.multiply, each, by_marks))
+        return reduce(np.multiply, each, by_marks)
 
-    program.call(ask)
-    return found
+    return program.asked(ask, k)
 
 
 def weighed(program: Program, A: Rows, weights: Rows) -> Rows:

@@ -195,6 +195,12 @@ class Program:
         """Let a function in Python come next, which is given the chunk and the step."""
         self.calls.append(own)
 
+    def asked(self, ask: Callable[[Any, int], Array], *shape: int) -> Rows:
+        """Let a function in Python come next whose values fill new rows; return the rows."""
+        found = self.rows(*shape)
+        self.call(lambda blocks, step: blocks.put(found, ask(blocks, step)))
+        return found
+
     def rescue(self, own: Own, row: int) -> None:
         """Let a function in Python come next, which is needed where a row is not zero only.
 

@@ -96,9 +96,7 @@ class Shaping:
                 highest=high,
                 q=[q[i] if i >= 0 else None for i in self.coordinates],
             )
-        wish = program.rows(n)
-        program.call(lambda blocks, step: blocks.put(wish, self._asked(blocks.get(q), n)))
-        return wish
+        return program.asked(lambda blocks, step: self._asked(blocks.get(q), n), n)
 
     def _asked(self, q: Array, n: int) -> Array:
         """Return the secondary motion (n, B) of a user's class."""

@@ -9,7 +9,7 @@ from typing import Annotated, Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from robsim.base.arrays import frozen
+from robsim.base.arrays import Array, frozen
 from robsim.base.errors import InputError, said
 from robsim.declare import Flag, register
 from robsim.kernels.control import commanding
@@ -99,14 +99,12 @@ class Switched(Several):
         parts = list(zip(each, images, strict=True))
         if when is not None:
             return when.stages(program, *(Compared(one.error, some) for one, some in parts))
-        holds = program.rows()
 
-        def ask(blocks: Blocks, step: int) -> None:
+        def ask(blocks: Blocks, step: int) -> Array:
             seen = [_comparison(blocks, *part) for part in parts]
-            blocks.put(holds, _truths(self.when, seen, blocks.runs).astype(float))
+            return _truths(self.when, seen, blocks.runs).astype(float)
 
-        program.call(ask)
-        return holds
+        return program.asked(ask)
 
 
 def _of_its_turn(program: Program, each: Sequence[Commanded], second: Rows) -> Rows | None:
