@@ -133,3 +133,14 @@ def picked(program: Program, rows: Rows, which: NDArray[np.int64]) -> Rows:
     for i, n in enumerate(which.tolist()):
         program.add(commanding.copied, rows=rows[n].flat, to=found[i].flat)
     return found
+
+
+def joined(program: Program, parts: Sequence[Rows]) -> Rows:
+    """Return rows of parts that follow one another, copied if there are several."""
+    if len(parts) == 1:
+        return parts[0]
+    found, at = program.rows(sum(part.shape[0] for part in parts), *parts[0].shape[1:]), 0
+    for part in parts:
+        program.add(commanding.copied, rows=part.flat, to=found[at : at + part.shape[0]].flat)
+        at += part.shape[0]
+    return found

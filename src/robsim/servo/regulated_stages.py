@@ -7,13 +7,14 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from robsim.base.arrays import Array
-from robsim.features.rows import FeatureRows, Seen
+from robsim.features.rows import FeatureRows, Seen, joined
 from robsim.kernels.control import commanding
 from robsim.kernels.formulas.jacobian import Moves
 from robsim.kernels.images import hiding, viewing
-from robsim.kernels.machine.program import Blocks, Own, Program
+from robsim.kernels.machine.program import Blocks, Program
 from robsim.kernels.machine.rows import Rows
 from robsim.robot.placed import Placed, add_jacobian
 from robsim.servo.bound_block import BoundBlock
@@ -60,13 +61,13 @@ class RegulatedRows:
         if regulated.as_one:
             first = J[regulated.sights[0].key]
             return program.result(commanding.product, "A", k, n, L=self.L, J=first)
-        A, row = program.rows(k, n), 0
-        for rows, part in zip(self.each, regulated.parts, strict=True):
-            program.add(
-                commanding.product, L=rows.L, J=J[part.sights[0].key], A=A[row : row + rows.s.size]
+        each = [
+            program.result(
+                commanding.product, "A", rows.s.size, n, L=rows.L, J=J[part.sights[0].key]
             )
-            row += rows.s.size
-        return A
+            for rows, part in zip(self.each, regulated.parts, strict=True)
+        ]
+        return joined(program, each)
 
     def drift(self) -> Rows:
         """Return the rows of sdot (k,) that prescribed motions cause, as far as it is known."""
@@ -163,29 +164,22 @@ class RegulatedRows:
 
         These are found by hiding the marks: what becomes NaN depends on them.
         """
-        found, row = self.program.rows(self.regulated.k), 0
         parts = zip(self.regulated.parts, self.shown, self.regulated.depends(), strict=True)
-        for part, seen, depends in parts:
-            flags: list[Any] = [self.given.views[sight.key].hidden for sight in part.sights]
-            mine = found[row : row + part.size]
-            if depends is None:
-                self.program.call(_asked(part, seen, flags, mine))
-            else:
-                each = [[flags[c][n] for c, n in np.argwhere(marks)] for marks in depends]
-                self.program.add(hiding.lose_numbers, lost=mine, numbers=each)
-            row += part.size
-        return found
+        return joined(self.program, [self._lost(*each) for each in parts])
 
+    def _lost(self, part: BoundBlock, seen: Seen, depends: NDArray[np.bool_] | None) -> Rows:
+        """Return the rows that say which numbers of a block are lost now."""
+        flags: list[Any] = [self.given.views[sight.key].hidden for sight in part.sights]
+        if depends is not None:
+            each = [[flags[c][n] for c, n in np.argwhere(marks)] for marks in depends]
+            return self.program.result(hiding.lose_numbers, "lost", part.size, numbers=each)
 
-def _asked(part: BoundBlock, seen: Seen, flags: list[Any], row: Rows) -> Own:
-    """Return a stage in Python that finds which numbers of a block are lost now."""
+        def ask(blocks: Blocks, step: int) -> Array:
+            hidden = [blocks.get(flag) > 0.0 for flag in flags]
+            gone = part.gone(part.observation(seen, blocks).blind(hidden))
+            return (gone & ~gone.all(axis=0)).astype(float)
 
-    def ask(blocks: Blocks, step: int) -> None:
-        hidden = [blocks.get(flag) > 0.0 for flag in flags]
-        gone = part.gone(part.observation(seen, blocks).blind(hidden))
-        blocks.put(row, (gone & ~gone.all(axis=0)).astype(float))
-
-    return ask
+        return self.program.asked(ask, part.size)
 
 
 def regulated_at(regulated: Regulated, q: Array) -> tuple[Array, Array, Array]:
@@ -202,14 +196,3 @@ def regulated_at(regulated: Regulated, q: Array) -> tuple[Array, Array, Array]:
     for part in program.segments():
         part(blocks, 0)
     return blocks.get(rows.s), blocks.get(rows.L), blocks.get(rows.A)
-
-
-def joined(program: Program, parts: Sequence[Rows]) -> Rows:
-    """Return rows of parts that follow one another, copied if there are several."""
-    if len(parts) == 1:
-        return parts[0]
-    found, at = program.rows(sum(part.shape[0] for part in parts), *parts[0].shape[1:]), 0
-    for part in parts:
-        program.add(commanding.copied, rows=part.flat, to=found[at : at + part.shape[0]].flat)
-        at += part.shape[0]
-    return found

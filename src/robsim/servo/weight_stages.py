@@ -10,6 +10,7 @@ import numpy as np
 
 from robsim.base.arrays import Array, frozen
 from robsim.base.errors import InputError, said
+from robsim.features.rows import joined
 from robsim.kernels.control import commanding
 from robsim.kernels.control import weighting as kernels
 from robsim.kernels.machine.program import Blocks, Program
@@ -46,16 +47,15 @@ def of_numbers(program: Program, marks: dict[Key, Rows], made_of: list[MadeOf]) 
 
     That of a number is the smallest of its marks. Those of a pose are 1 where enough are there.
     """
-    found, row = program.rows(sum(len(each.marks) for each in made_of)), 0
-    for each in made_of:
-        rows = [[marks[key][n] for key, n in each.of_number(i)] for i in range(len(each.marks))]
-        mine = found[row : row + len(rows)]
-        if each.posed:
-            program.add(kernels.enough, out=mine, needed=each.needed, weights=rows[0])
-        else:
-            program.add(kernels.least, weights=mine, numbers=rows)
-        row += len(rows)
-    return found
+    return joined(program, [_of_block(program, marks, each) for each in made_of])
+
+
+def _of_block(program: Program, marks: dict[Key, Rows], each: MadeOf) -> Rows:
+    rows = [[marks[key][n] for key, n in each.of_number(i)] for i in range(len(each.marks))]
+    if each.posed:
+        given = {"needed": each.needed, "weights": rows[0]}
+        return program.result(kernels.enough, "out", len(rows), **given)
+    return program.result(kernels.least, "weights", len(rows), numbers=rows)
 
 
 def by_error(

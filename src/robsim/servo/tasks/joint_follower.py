@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from robsim.base.arrays import Array, numbers
 from robsim.base.errors import InputError
+from robsim.features.rows import picked
 from robsim.kernels.control import commanding, following
 from robsim.kernels.machine.rows import Rows
 from robsim.robot.joint import LIMIT_SLACK
@@ -51,12 +52,11 @@ class JointFollower(Follower):
 
     def _missed(self, given: Given, start: Rows) -> tuple[Rows, Rows]:
         """Add the stages of s and of the error, and return their rows."""
-        program, s = given.program, given.program.rows(self.k)
-        since = start if self.relative else program.constant(np.zeros(self.k))
-        for i, axis in enumerate(self.order.tolist()):
-            where = {"s": given.q[self.coordinates[axis]].flat, "s_goal": since[axis].flat}
-            program.add(commanding.difference, **where, error=s[i].flat)
-        goal = program.constant(self.s_goal.ravel())
+        program, goal = given.program, given.program.constant(self.s_goal.ravel())
+        s = picked(program, given.q, self.coordinates[self.order])
+        if self.relative:
+            since = picked(program, start, self.order)
+            s = program.result(commanding.difference, "error", self.k, s=s, s_goal=since)
         return s, program.result(commanding.difference, "error", self.k, s=s, s_goal=goal)
 
     def _way(self, given: Given, start: Rows) -> Followed:

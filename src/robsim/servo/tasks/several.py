@@ -14,14 +14,13 @@ from robsim.base.arrays import Array, frozen
 from robsim.base.errors import InputError
 from robsim.declare import Declared
 from robsim.declare.problems import under
-from robsim.features.rows import picked
+from robsim.features.rows import joined, picked
 from robsim.kernels.control import commanding
 from robsim.kernels.control.weighting import worst
 from robsim.kernels.machine.program import Program
 from robsim.kernels.machine.rows import Rows
 from robsim.servo.controller import Controller
 from robsim.servo.given import Commanded, Given
-from robsim.servo.regulated_stages import joined
 from robsim.servo.shaping.shaped import Columns
 from robsim.servo.sight import Key, Sight
 from robsim.servo.tasks.family import check_nesting
@@ -71,21 +70,24 @@ class OfParts(Controller):
 
     def _together(self, given: Given, each: list[Commanded], qd: Rows) -> Commanded:
         """Return the rows of all tasks, with the velocities that are commanded."""
-        program, own, at = given.program, [self._own(part) for part in self.parts], 0
+        program, own = given.program, [self._own(part) for part in self.parts]
         s, error = (
             joined(program, [getattr(one, name) for one in each]) for name in ("s", "error")
         )
-        A = program.rows(self.k, self.columns.size)
-        for columns, one in zip(own, each, strict=True):
-            rows, at = A[at : at + one.s.size], at + one.s.size
-            program.add(commanding.widened, A=one.task_jacobian, out=rows, columns=columns.tolist())
+        both = list(zip(own, each, strict=True))
+        A = joined(program, [self._wide(program, one, columns) for columns, one in both])
         busy = program.result(commanding.either, "out", rows=[one.busy for one in each])
 
         def note(qd: Rows) -> None:
-            for columns, one in zip(own, each, strict=True):
+            for columns, one in both:
                 one.note(picked(program, qd, columns))
 
         return Commanded(s, error, qd, A, busy, each[0].J, note, *self._marks_used(program, each))
+
+    def _wide(self, program: Program, one: Commanded, own: Columns) -> Rows:
+        """Return the rows of how all velocities move the features of a part."""
+        shape, given = (one.s.size, self.columns.size), {"A": one.task_jacobian}
+        return program.result(commanding.widened, "out", *shape, **given, columns=own.tolist())
 
     def _marks_used(
         self, program: Program, each: list[Commanded]
