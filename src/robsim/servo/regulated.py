@@ -16,8 +16,8 @@ from robsim.features.feature import Observation
 from robsim.kernels.formulas.jacobian import Moves
 from robsim.kernels.formulas.sight import Projection
 from robsim.servo.bound_block import BoundBlock
+from robsim.servo.laws.broyden import Interaction
 from robsim.servo.laws.depths import Depths
-from robsim.servo.laws.interaction import Interaction
 from robsim.servo.laws.inverse import product
 from robsim.servo.sight import Key, Sight, adjoint, relative
 

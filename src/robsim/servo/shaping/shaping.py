@@ -99,20 +99,18 @@ class Shaping:
         return program.asked(lambda blocks, step: self._asked(blocks.get(q), n), n)
 
     def _asked(self, q: Array, n: int) -> Array:
-        """Return the secondary motion (n, B) of a user's class."""
+        """Return the secondary motion (n, B) of a user's class.
+
+        Velocities without a coordinate of their own are at zero.
+        """
         name, wanted = type(self.secondary).__name__, (q.shape[1], n)
-        given = self.secondary.velocity(shown_view(self._q(q)), self.limits)
+        own = self.coordinates[:, None] >= 0
+        at = np.where(own, q[self.coordinates], 0.0)
+        given = self.secondary.velocity(shown_view(at), self.limits)
         wish = numbers(given, f"{name}.velocity", wanted)
         if wish.shape != wanted:
             raise InputError(f"{name}.velocity: expected shape {wanted}, got {wish.shape}")
         return np.ascontiguousarray(wish.T)
-
-    def _q(self, q: Array) -> Array:
-        """Return coordinates (n, B), zero for velocities without a coordinate of their own."""
-        own = self.coordinates >= 0
-        found = np.zeros((len(own), q.shape[1]))
-        found[own] = q[self.coordinates[own]]
-        return found
 
 
 def coordinates_of(scene: Scene, columns: NDArray[np.int64]) -> tuple[NDArray[np.int64], Array]:
