@@ -55,9 +55,19 @@ class JointLaw(StagedLaw):
         if not of.one_motion or min(k, n) <= 6 or transposed or damping > 0.0:
             moves = of.J if of.one_motion else ANY
             return times_gain(of, inverted(program, of.A, of.error, of.inverse, moves))
-        given = {"L": of.L, "J": of.J, "A": of.A, "y": of.error, "rcond": program.constant(rcond)}
-        room = {"rank": program.rows(), "scratch": program.scratch(product_scratch_of(k, n))}
-        return times_gain(of, program.result(commanding.solve_product, "x", n, **given, **room))
+        unit = program.result(
+            commanding.solve_product,
+            "x",
+            n,
+            L=of.L,
+            J=of.J,
+            A=of.A,
+            y=of.error,
+            rcond=program.constant(rcond),
+            rank=program.rows(),
+            scratch=program.scratch(product_scratch_of(k, n)),
+        )
+        return times_gain(of, unit)
 
 
 @register("law", "camera")

@@ -54,9 +54,10 @@ class PartitionedLaw(StagedLaw, Declared):
         axis = program.result(kernels.along_axis, "V", 6, **seen)
 
         def at(gain: Rows) -> Rows:
-            rate, given = program.rows(k - 2), {"errors": of.error[: k - 2], "L": of.L[: k - 2]}
-            along = {"gain": gain, "V": axis, "rates": rate}
-            L = program.result(kernels.across_axis, "out", k - 2, 4, **given, **along)
+            points, rate = {"errors": of.error[: k - 2], "L": of.L[: k - 2]}, program.rows(k - 2)
+            L = program.result(
+                kernels.across_axis, "out", k - 2, 4, gain=gain, **points, V=axis, rates=rate
+            )
             across = inverted(program, L, rate, of.inverse, ACROSS)
             parts = (axis, V), (across[:2], V[:2]), (across[2:], V[3:5])
             for rows, to in parts:
