@@ -188,17 +188,18 @@ class FollowJoints(Declared):
             units=tuple(scene.coordinate_units[i] for i in coordinates[order]),
             full_rank=len(axes),
             rcond=RCOND,
-            trajectory=self.trajectory,
-            duration=self.duration,
-            limits=self._limits,
-            relative=self.by is not None,
             goal=goal,
             coordinates=coordinates,
             order=order,
         )
 
     @property
-    def _limits(self) -> Limits | None:
+    def relative(self) -> bool:
+        """Whether the goal is counted from the start of each run."""
+        return self.by is not None
+
+    @property
+    def limits(self) -> Limits | None:
         """The limits of the axes; None where a duration or a trajectory is given."""
         return None if self.speed is None else Limits(self.speed, self.acceleration)
 
@@ -230,8 +231,8 @@ class FollowJoints(Declared):
             )
         if self.trajectory is not None:
             _ = numbers(self.trajectory.at(0.0), f"{what} at 0 s", goal.shape)
-        if self._limits is not None:
-            _ = self._limits.of(len(goal))
+        if self.limits is not None:
+            _ = self.limits.of(len(goal))
         return goal
 
     def _checked_goal(self, what: str) -> Any:

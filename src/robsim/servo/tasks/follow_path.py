@@ -169,10 +169,8 @@ class FollowPath(Redundant):
             units=("m", "m", "m", "rad", "rad", "rad")[:k],
             full_rank=usual_rank(scene, frame, columns, k),
             rcond=rcond_of(self.inverse),
-            path=self.path,
             way_pace=None if self.path is not None else Pace(**self._limits_given()),
             end=end,
-            inverse=self.inverse,
             shaping=self.shaping(scene, columns),
         )
 

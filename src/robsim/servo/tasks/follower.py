@@ -39,11 +39,12 @@ class Followed(NamedTuple):
 class Follower(Controller):
     """The controller of a task that follows a trajectory."""
 
-    gain: float | None  # per second; None for all of it in one period
+    task: Any  # whose gain is per second; None for all of it in one period
 
     def gain_row(self, given: Given) -> Rows:
         """Return the row of the gain, which is infinite for all of a distance in one period."""
-        return given.program.constant(math.inf if self.gain is None else self.gain)
+        gain = self.task.gain
+        return given.program.constant(math.inf if gain is None else gain)
 
     def busy(self, given: Given, way: Followed) -> Rows:
         """Add the stage of whether the trajectory is not over, and return its row."""
@@ -62,7 +63,7 @@ def unseen(scene: Scene, frame: str, columns: Columns, s_goal: Array, task: Any)
         "tolerances": np.full(len(s_goal), task.tolerance),
         "goal_pixels": np.empty((0, 2)),
         "pace": task.gain or 1.0,
-        "gain": task.gain,
+        "task": task,
     }
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +15,6 @@ from robsim.kernels.machine.rows import Rows
 from robsim.robot.joint import LIMIT_SLACK
 from robsim.servo.given import Commanded, Given
 from robsim.servo.tasks.follower import Followed, Follower, followed, timing
-from robsim.trajectory.limits import Limits
 from robsim.world.scene import Scene
 
 
@@ -24,10 +22,6 @@ from robsim.world.scene import Scene
 class JointFollower(Follower):
     """The controller of `FollowJoints`."""
 
-    trajectory: Any  # the same for all runs; None: from where each of them starts to the goal
-    duration: float | None  # of a way to the goal; None: as the limits allow
-    limits: Limits | None
-    relative: bool  # whether the goal is counted from the start
     goal: Array  # (n,) in the order of the axes of the trajectory; with `by` from the start
     coordinates: NDArray[np.int64]  # of these axes
     order: NDArray[np.int64]  # of the axes for the commanded velocities, which are sorted
@@ -54,7 +48,7 @@ class JointFollower(Follower):
         """Add the stages of s and of the error, and return their rows."""
         program, goal = given.program, given.program.constant(self.s_goal.ravel())
         s = picked(program, given.q, self.coordinates[self.order])
-        if self.relative:
+        if self.task.relative:
             since = picked(program, start, self.order)
             s = program.result(commanding.difference, "error", self.k, s=s, s_goal=since)
         return s, program.result(commanding.difference, "error", self.k, s=s, s_goal=goal)
@@ -62,28 +56,28 @@ class JointFollower(Follower):
     def _way(self, given: Given, start: Rows) -> Followed:
         """Add the stages of the trajectory of each run, from where its joints started."""
         n, program = self.k, given.program
-        if self.trajectory is not None:
-            at = self.trajectory.at
+        if self.task.trajectory is not None:
+            at = self.task.trajectory.at
             return followed(
-                given, self.trajectory, n, lambda t: numbers(at(t), "trajectory.at", (n,))
+                given, self.task.trajectory, n, lambda t: numbers(at(t), "trajectory.at", (n,))
             )
         goal = program.constant(np.ravel(self.goal))
-        if self.relative:
+        if self.task.relative:
             goal = program.result(commanding.summed, "out", n, x=start, y=goal)
         ways = program.result(commanding.difference, "error", n, s=goal, s_goal=start)
-        limits = None if self.limits is None else np.stack(self.limits.of(n))
-        times = timing(program, ways, self.duration, limits)
+        limits = None if self.task.limits is None else np.stack(self.task.limits.of(n))
+        times = timing(program, ways, self.task.duration, limits)
         way = {"start": start, "ways": ways, "goal": goal}
         here = program.result(following.axes, "here", 2, n, dt=given.dt, **times, **way)
         return Followed(here, times["seconds"])
 
     def goal_from(self, start: Array) -> Array:
         """Return where runs go (B, n) or (n,) whose joints started at (B, n)."""
-        return start + self.goal if self.relative else self.goal
+        return start + self.goal if self.task.relative else self.goal
 
     def check_start(self, q0: Array) -> None:
         """Raise InputError if the joint limits let no run go as far as it should."""
-        if self.relative:
+        if self.task.relative:
             goals = self.goal_from(q0[:, self.coordinates])
             check_limits(self.scene, self.coordinates, goals)
 

@@ -14,7 +14,7 @@ from robsim.kernels.machine.program import Program
 from robsim.kernels.machine.rows import Rows
 from robsim.robot.placed import Placed, add_base_jacobian
 from robsim.servo.given import Commanded, Given
-from robsim.servo.laws.inverse import Inverse, inverted, rank
+from robsim.servo.laws.inverse import inverted, rank
 from robsim.servo.placed_frame import placed_at, prescribed_rates
 from robsim.servo.shaping.shaped import Columns
 from robsim.servo.shaping.shaping import Shaping
@@ -27,10 +27,8 @@ from robsim.world.scene import Scene
 class PathFollower(Follower):
     """The controller of `FollowPath`."""
 
-    path: Any  # the same for all runs; None: straight from where each of them starts to the end
-    way_pace: Pace | None  # of a straight way
+    way_pace: Pace | None  # of a straight way, from where each of the runs starts to the end
     end: Array  # (3, 4) of the path
-    inverse: Inverse
     shaping: Shaping
 
     def stages(self, given: Given) -> Commanded:
@@ -44,9 +42,9 @@ class PathFollower(Follower):
         s, goal = whole[:k], program.constant(np.ravel(self.s_goal))
         error = program.result(commanding.difference, "error", k, s=s, s_goal=goal)
         A = self._task_jacobian(program, J, L)
-        way = self._straight(given, T, end) if self.path is None else self._along(given)
+        way = self._straight(given, T, end) if self.task.path is None else self._along(given)
         V = self._twist(given, placed, T, way)
-        qd = inverted(program, J[:k], V[:k], self.inverse)
+        qd = inverted(program, J[:k], V[:k], self.task.inverse)
         qd = self.shaping.stages(given, qd, error, J, A)
         return Commanded(s, error, qd, A, self.busy(given, way), lambda blocks: blocks.get(J))
 
@@ -92,10 +90,10 @@ class PathFollower(Follower):
         """Add the stages of a path that is the same for all runs."""
 
         def at(t: Any) -> Array:
-            T = numbers(self.path.at(t), "path.at", (4, 4))
+            T = numbers(self.task.path.at(t), "path.at", (4, 4))
             return T[..., :3, :].reshape(*T.shape[:-2], 12)
 
-        return followed(given, self.path, 12, at)
+        return followed(given, self.task.path, 12, at)
 
     def _straight(self, given: Given, T: Rows, end: Rows) -> Followed:
         """Add the stages of the path of each run, from where its frame at T started."""
