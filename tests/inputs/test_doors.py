@@ -62,7 +62,7 @@ def test_arrays_in_the_layout_of_the_kernels_are_of_one_size(changes):
 
 def test_a_pair_of_cameras_sees_as_many_marks():
     other = rs.Observation.of(SQUARE[:3], np.ones(3), UNIT)
-    with pytest.raises(rs.InputError, match="N marks and B runs throughout"):
+    with pytest.raises(rs.InputError, match="pixels_last of the other: expected shape"):
         rs.Observation.of(SQUARE, np.ones(4), UNIT, other=other, between=rs.Pose.at(0.1))
 
 

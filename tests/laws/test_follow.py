@@ -430,7 +430,7 @@ class Endless:
         ({"to": [np.nan], "duration": 1.0}, "to: nan at index"),
         ({"to": [[0.0]], "duration": 1.0}, r"to: expected \{joint: value\} or shape \(n,\)"),
         ({"to": {"shoulder": "far"}, "duration": 1.0}, r"to\['shoulder'\]: expected a number"),
-        ({"to": {"shoulder": [1, 2]}, "duration": 1.0}, "one number for each joint"),
+        ({"to": {"shoulder": [1, 2]}, "duration": 1.0}, r"to\['shoulder'\]: expected a number"),
         ({"to": {}, "duration": 1.0}, "expected the names of joints"),
         ({"to": {1: 0.0}, "duration": 1.0}, "expected the names of joints"),
         ({"to": {"shoulder": 0.0}, "joints": "forearm", "duration": 1.0}, "leave joints out"),

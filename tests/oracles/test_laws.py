@@ -415,7 +415,7 @@ def test_the_depth_filter_is_the_extended_kalman_filter_of_the_textbook():
         program = Program()
         points, twists = program.rows(1, 2), program.rows(6)
         given = alone(program, [], 0, dt)
-        found = depth.stages(given, 1, points, twists, K)
+        found = depth.stages(given, points, twists, K)
         (p,), (act,) = (call[1] for call in program.calls), program.segments()
         blocks = Blocks(program, np.zeros(1, dtype=np.int64))
         for k, x in enumerate(images):

@@ -12,7 +12,7 @@ from robsim.analysis.truth import Truth, true_features
 from robsim.base.arrays import Array, last_view
 from robsim.base.values import unchecked
 from robsim.run.experiment import Experiment
-from robsim.servo.basis import Basis
+from robsim.servo.command import Basis
 from robsim.servo.laws.control_state import ControlState
 from robsim.servo.laws.inverse import RCOND
 from robsim.servo.laws.law import CameraLaw, JointLaw, Law

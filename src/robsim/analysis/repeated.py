@@ -19,7 +19,8 @@ from robsim.run.commanded import is_recorded
 from robsim.run.difference import difference
 from robsim.run.experiment import Experiment
 from robsim.run.origin import check_run, made_with, whole_duration
-from robsim.servo.controller import Controller, Decision
+from robsim.servo.command import Decision
+from robsim.servo.controller import Controller
 from robsim.world.actuation import Actuation
 from robsim.world.sensing import Sensing
 

@@ -89,7 +89,7 @@ class Images:
         self._deliver()
         q = plant.measured()
         views = {
-            sight.key: View(*self.rows(group), each.T_w_c, each.T_w_o)
+            sight.key: View(*self.rows(group), each.frames)
             for sight, each, group in zip(self.sights, self.views, self.groups, strict=True)
         }
         placed = plant.placed if q == plant.q else None

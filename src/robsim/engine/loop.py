@@ -21,7 +21,8 @@ from robsim.engine.record import Record, Recorder
 from robsim.engine.snapshot import Snapshot
 from robsim.kernels.machine.program import Compiled, Own, Program
 from robsim.kernels.machine.stage import advance
-from robsim.servo.controller import Controller, Decision
+from robsim.servo.command import Decision
+from robsim.servo.controller import Controller
 from robsim.servo.safety.guard import Guard
 from robsim.world.actuation import Actuation
 from robsim.world.scene import Scene

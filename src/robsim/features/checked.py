@@ -13,7 +13,12 @@ from robsim.geometry.pose import as_pose
 from robsim.vision.camera import Camera
 
 MARKS = {"pixels_last": ("N", 2, "B"), "points_last": ("N", 2, "B"), "depth_last": ("N", "B")}
-POSES = "guess_last", "between_last"
+MORE = {  # which may be None
+    "guess_last": (3, 4, "B"),
+    "between_last": (3, 4, "B"),
+    "weights_last": ("N", "B"),
+    "model": ("N", 3),
+}
 
 
 def image_of_marks(pixels: ArrayLike, depth: ArrayLike, camera: Any) -> tuple[Array, Array, Array]:
@@ -48,32 +53,34 @@ def checked_parts(given: dict[str, Any]) -> dict[str, Any]:
     """Return the parts of an observation with arrays that are read-only and of one size."""
     if not isinstance(given["camera"], Camera):
         raise InputError(f"camera: expected a Camera, got {said(given['camera'])}")
-    made = {name: _exactly(given[name], name, shape) for name, shape in MARKS.items()}
-    N, _, B = made["pixels_last"].shape
-    for name in POSES:
-        made[name] = given[name] if given[name] is None else _exactly(given[name], name, (3, 4, B))
-    if given["weights_last"] is not None:
-        made["weights_last"] = _exactly(given["weights_last"], "weights_last", (N, B))
-    if given["model"] is not None:
-        each = numbers(given["model"], "model", (), gaps=True).ndim > 2
-        made["model"] = _exactly(given["model"], "model", (N, 3, B) if each else (N, 3))
-    sizes = {name: made[name].shape for name in MARKS}
+    shapes = MARKS | {name: shape for name, shape in MORE.items() if given[name] is not None}
+    if "model" in shapes and numbers(given["model"], "model", (), gaps=True).ndim > 2:
+        shapes["model"] = ("N", 3, "B")
+    sizes: dict[str, int] = {}
+    made = {name: sized(given[name], name, shape, sizes, True) for name, shape in shapes.items()}
     other = given["other"]
     if other is not None:
         if type(other).__name__ != "Observation":
             raise InputError(f"other: expected an Observation, got {said(other)}")
-        sizes |= {"pixels_last of the other": other.pixels_last.shape}
+        sized(other.pixels_last, "pixels_last of the other", MARKS["pixels_last"], sizes, True)
         if given["between_last"] is None:
             raise InputError("other: a second camera needs `between`, its pose in the first")
-    if not N or not B or any((s[0], s[-1]) != (N, B) for s in sizes.values()):
-        listed = ", ".join(f"{name} {shape}" for name, shape in sizes.items())
-        raise InputError(f"an observation is of N marks and B runs throughout, got {listed}")
     return made
 
 
-def _exactly(value: Any, what: str, shape: tuple[int | str, ...]) -> Array:
-    """Return a read-only copy of an array with as many axes as `shape`; NaN are gaps."""
-    array = numbers(value, what, shape, gaps=True)
-    if array.ndim != len(shape):
-        raise InputError(f"{what}: expected {len(shape)} axes, got shape {array.shape}")
+def sized(
+    value: Any, what: str, shape: tuple[int | str, ...], sizes: dict[str, int], gaps: bool = False
+) -> Array:
+    """Return a read-only copy of an array whose axes agree with those of others, by their names.
+
+    With `gaps`, NaN may stand for what is not there.
+    """
+    array = numbers(value, what, shape, gaps=gaps)
+    wanted = tuple(sizes.get(n, n) if isinstance(n, str) else n for n in shape)
+    fits = array.ndim == len(shape) and array.size > 0
+    if not fits or any(
+        isinstance(n, int) and n != size for n, size in zip(wanted, array.shape, strict=True)
+    ):
+        raise InputError(f"{what}: expected shape {wanted}, got {array.shape}".replace("'", ""))
+    sizes |= {n: size for n, size in zip(shape, array.shape, strict=True) if isinstance(n, str)}
     return frozen(np.ascontiguousarray(array))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -43,24 +42,18 @@ class Compiled(ABC):
         """
         if not isinstance(seen, Observation):
             raise InputError(f"{type(self).__name__}: expected an Observation, got {said(seen)}")
-        pair, posed = seen.other is not None, getattr(self, "uses_pose", False)
-        shapes: list[tuple[int, ...]] = []
+        arrays = _arrays(seen, getattr(self, "uses_pose", False))
 
-        def add(program: Program, *rows: Rows) -> tuple[Rows, Rows]:
+        def add(program: Program, *rows: Rows) -> FeatureRows:
             N, none = len(seen.pixels_last), Rows(-1)  # what no stage takes
-            pixels, points, depth, camera, model, *more = rows
-            shown = Seen(program, N, pixels, points, depth, camera, model, none)
-            if posed:
-                shown = replace(shown, fitted=more.pop(0))
-            if pair:
-                other = Seen(program, N, none, more[0], none, none, none, none)
-                shown = replace(shown, other=other, between=more[1])
-            made = self.stages(shown)
-            shapes.extend([(made.k,), (made.k, 6)])
+            shown: dict[str, Any] = dict(zip(arrays, rows, strict=True))
+            if "other" in shown:
+                shown["other"] = Seen(program, N, none, shown["other"], none, none, none, none)
+            made = self.stages(Seen(program, N, **shown, guess=none))
             _check_sizes(self, program.runs, seen)
-            return made.s, made.L
+            return made
 
-        return evaluated(add, _arrays(seen, posed), shapes, seen.runs)
+        return evaluated(add, [*arrays.values()], runs=seen.runs)
 
 
 def _check_sizes(feature: Any, runs: int, seen: Observation) -> None:
@@ -73,15 +66,19 @@ def _check_sizes(feature: Any, runs: int, seen: Observation) -> None:
         raise InputError(f"{name}: the goal is of {runs} runs, and {there} are seen")
 
 
-def _arrays(seen: Observation, posed: bool) -> list[Array]:
-    """Return what is seen, with the run last: one array for each field of `Seen`."""
+def _arrays(seen: Observation, posed: bool) -> dict[str, Array]:
+    """Return what is seen, with the run last, under the names of the fields of `Seen`."""
     runs = seen.pixels_last.shape[-1]
-    camera = np.repeat(seen.camera.rows, runs // seen.camera.rows.shape[1], axis=1)
     model = np.zeros((len(seen.pixels_last), 3)) if seen.model is None else seen.model
-    arrays = [seen.pixels_last, seen.points_last, seen.depth_last, camera]
-    arrays.append(each_run(model, runs))
+    arrays = {
+        "pixels": seen.pixels_last,
+        "points": seen.points_last,
+        "depth": seen.depth_last,
+        "camera": np.repeat(seen.camera.rows, runs // seen.camera.rows.shape[1], axis=1),
+        "model": each_run(model, runs),
+    }
     if posed:
-        arrays.append(seen.pose_last)
+        arrays["fitted"] = seen.pose_last
     if seen.other is not None and seen.between_last is not None:
-        arrays += [seen.other.points_last, seen.between_last]
+        arrays |= {"other": seen.other.points_last, "between": seen.between_last}
     return arrays

@@ -9,16 +9,16 @@ import numpy as np
 
 from robsim.base.arrays import Array
 from robsim.base.values import unchecked
-from robsim.declare import Declared, register
-from robsim.features.compiled import Compiled
-from robsim.features.feature import Observation, Tolerance, at_goal
+from robsim.declare import register
+from robsim.features.feature import Observation, at_goal
+from robsim.features.of_marks import OfMarks
 from robsim.features.rows import FeatureRows, Seen
 from robsim.kernels.features import point_features as kernels
 
 
 @register("feature", "log_depth")
 @dataclass(frozen=True, eq=False)
-class LogDepth(Compiled, Declared):
+class LogDepth(OfMarks):
     """The logarithm of each mark's depth over its depth at the goal, s = (log(Z1/Z1_goal), ...).
 
     L = [0, 0, -1/Z, -y, x, 0] (Malis, Chaumette and Boudet 1999, where the ratio of the depths
@@ -33,8 +33,6 @@ class LogDepth(Compiled, Declared):
     array([[1.3863]])
     """
 
-    tolerance: Tolerance = 1e-5
-    unit: str = "1"
     Z_goal: Array | None = field(default=None, init=False, repr=False)  # (N, B) m, of `towards`
     measures_depth: ClassVar[bool] = True
 
@@ -45,13 +43,4 @@ class LogDepth(Compiled, Declared):
     def stages(self, seen: Seen) -> FeatureRows:
         """Add the stages of s and L to a program, and return their rows."""
         Z_goal = seen.goal(np.ones((seen.N, 1)) if self.Z_goal is None else self.Z_goal, seen.N)
-        rows = seen.room(seen.N)
-        seen.program.add(
-            kernels.log_depth_stage,
-            points=seen.points,
-            depth=seen.depth,
-            goal=Z_goal,
-            s=rows.s,
-            L=rows.L,
-        )
-        return rows
+        return seen.computed(kernels.log_depth_stage, seen.N, **seen.image, goal=Z_goal)

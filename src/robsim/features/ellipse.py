@@ -5,9 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-from robsim.declare import Declared, register
-from robsim.features.compiled import Compiled
-from robsim.features.feature import Tolerance
+from robsim.declare import register
+from robsim.features.of_marks import OfMarks
 from robsim.features.rows import FeatureRows, Seen
 from robsim.kernels.features import conics as kernels
 from robsim.kernels.formulas.moments import ORDER_3
@@ -15,7 +14,7 @@ from robsim.kernels.formulas.moments import ORDER_3
 
 @register("feature", "ellipse")
 @dataclass(frozen=True)
-class Ellipse(Compiled, Declared):
+class Ellipse(OfMarks):
     """The image of a circle or ellipse on which the marks lie, s = (xg, yg, n20, n11, n02).
 
     (xg, yg) is the centre of the ellipse in the image (not the image of the circle's centre) and
@@ -35,14 +34,10 @@ class Ellipse(Compiled, Declared):
     array([[0.1 , 0.  , 0.01, 0.  , 0.01]])
     """
 
-    tolerance: Tolerance = 1e-5
-    unit: str = "1"
     least_marks: ClassVar[int] = 5
 
     def stages(self, seen: Seen) -> FeatureRows:
         """Add the stages of s and L to a program, and return their rows."""
-        room, rows = seen.program.rows, seen.room(5)
+        room = seen.program.rows
         made = {"centre": room(2), "mu": room(ORDER_3), "ABC": room(3), "R": room(6, 6)}
-        given = {"points": seen.points, "depth": seen.depth}
-        seen.program.add(kernels.ellipse_stage, **given, **made, s=rows.s, L=rows.L)
-        return rows
+        return seen.computed(kernels.ellipse_stage, 5, **seen.image, **made)

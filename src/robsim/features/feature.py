@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Annotated, Any, Protocol, runtime_checkable
@@ -145,42 +145,34 @@ class Observation:
         """Return the observation with NaN for marks that are hidden (N, B) from each camera."""
         mine, *others = hidden
         gone = mine[:, None]
-        return unchecked(
-            self,
-            pixels_last=frozen(np.where(gone, np.nan, self.pixels_last)),
-            points_last=frozen(np.where(gone, np.nan, self.points_last)),
-            depth_last=frozen(np.where(mine, np.nan, self.depth_last)),
-            other=self.other and self.other.blind(others),
-        )
+        points = self._each(lambda x: np.where(gone, np.nan, x), "pixels_last", "points_last")
+        depth = frozen(np.where(mine, np.nan, self.depth_last))
+        other = self.other and self.other.blind(others)
+        return unchecked(self, **points, depth_last=depth, other=other)
 
     def repeated(self, runs: int) -> Observation:
         """Return the observation of the first run as one of so many that see the same."""
-
-        def same(array: Array | None) -> Array | None:
-            return None if array is None else frozen(np.repeat(array[..., :1], runs, axis=-1))
-
-        names = "pixels_last", "points_last", "depth_last", "guess_last", "between_last"
-        several = self.model is not None and self.model.ndim > 2
+        names = ["pixels_last", "points_last", "depth_last", "guess_last", "between_last"]
+        if self.model is not None and self.model.ndim > 2:
+            names.append("model")
         return unchecked(
             self,
-            **{name: same(getattr(self, name)) for name in names},
+            **self._each(lambda x: np.repeat(x[..., :1], runs, axis=-1), *names),
             camera=self.camera.of_runs(np.zeros(1, dtype=np.int64)),
-            model=same(self.model) if several else self.model,
             other=self.other and self.other.repeated(runs),
             runs=np.zeros(runs, dtype=np.int64),
         )
 
     def some(self, marks: NDArray[np.int64]) -> Observation:
         """Return the observation of some of the marks, by number."""
-        return unchecked(
-            self,
-            pixels_last=frozen(self.pixels_last[marks]),
-            points_last=frozen(self.points_last[marks]),
-            depth_last=frozen(self.depth_last[marks]),
-            model=None if self.model is None else frozen(self.model[marks]),
-            weights_last=None if self.weights_last is None else frozen(self.weights_last[marks]),
-            other=None if self.other is None else self.other.some(marks),
-        )
+        names = "pixels_last", "points_last", "depth_last", "model", "weights_last"
+        other = self.other and self.other.some(marks)
+        return unchecked(self, **self._each(lambda x: x[marks], *names), other=other)
+
+    def _each(self, change: Callable[[Array], Array], *names: str) -> dict[str, Array | None]:
+        """Return some arrays after a change, read-only, by their names; None of None."""
+        arrays = {name: getattr(self, name) for name in names}
+        return {name: None if x is None else frozen(change(x)) for name, x in arrays.items()}
 
 
 def at_goal(given: Any, who: str) -> Observation:

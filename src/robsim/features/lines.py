@@ -2,22 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import ClassVar
 
-from robsim.base.arrays import Array, frozen, last_view
-from robsim.base.values import unchecked
-from robsim.declare import Declared, register
-from robsim.features.compiled import Compiled
-from robsim.features.feature import Observation, Tolerance
-from robsim.features.groups import check_groups
+from robsim.declare import register
+from robsim.features.of_marks import OfMarks, WithAngle
 from robsim.features.rows import FeatureRows, Seen
 from robsim.kernels.features import line_features as kernels
+from robsim.kernels.machine.stage import Stage
 
 
 @register("feature", "lines")
 @dataclass(frozen=True, eq=False)
-class Lines(Compiled, Declared):
+class Lines(WithAngle):
     """Lines through marks 0 and 1, 2 and 3 ..., s = (rho, theta, ...), two each.
 
     x cos theta + y sin theta = rho in the image at unit depth, theta in radians. The line runs
@@ -39,33 +36,14 @@ class Lines(Compiled, Declared):
     array([[0.1, 0. ]])
     """
 
-    tolerance: Tolerance = 1e-5
-    unit: str = "1"
-    goal: Array | None = field(default=None, init=False, repr=False)  # (N, 1) of `towards`
+    stage: ClassVar[Stage] = kernels.lines_stage
+    each: ClassVar[int] = 2
     least_marks: ClassVar[int] = 2
-
-    def towards(self, goal: Observation) -> Lines:
-        """Return the feature with theta within half a turn of that at the goal."""
-        return unchecked(self, goal=frozen(last_view(self.measure(goal))))
-
-    def stages(self, seen: Seen) -> FeatureRows:
-        """Add the stages of s and L to a program, and return their rows."""
-        check_groups(seen.N, 2, "Lines")
-        rows = seen.room(seen.N)
-        seen.program.add(
-            kernels.lines_stage,
-            points=seen.points,
-            depth=seen.depth,
-            goal=seen.goal(self.goal, seen.N),
-            s=rows.s,
-            L=rows.L,
-        )
-        return rows
 
 
 @register("feature", "vanishing_point")
 @dataclass(frozen=True)
-class VanishingPoint(Compiled, Declared):
+class VanishingPoint(OfMarks):
     """The point where the lines through marks 0, 1 and 2, 3 meet, s = (x, y), normalised.
 
     The lines must be parallel in space. Then s is the image of their point at infinity, and L is
@@ -83,15 +61,11 @@ class VanishingPoint(Compiled, Declared):
     array([[0., 0.]])
     """
 
-    tolerance: Tolerance = 1e-5
-    unit: str = "1"
     singular: ClassVar[str] = "edges that are parallel in the image meet nowhere in it"
+    each: ClassVar[int] = 2
     least_marks: ClassVar[int] = 4
     uses_depth: ClassVar[bool] = False
 
     def stages(self, seen: Seen) -> FeatureRows:
         """Add the stages of s and L to a program, and return their rows."""
-        check_groups(seen.N, 4, "VanishingPoint")
-        rows = seen.room(seen.N // 2)
-        seen.program.add(kernels.intersections_stage, points=seen.points, s=rows.s, L=rows.L)
-        return rows
+        return seen.computed(kernels.intersections_stage, self.count(seen.N), points=seen.points)

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-import copy
 from dataclasses import dataclass, field
-from typing import Annotated, Any, ClassVar, NamedTuple, Self, TypeVar
+from typing import Annotated, ClassVar, Self
 
 import numpy as np
 
 from robsim.base.arrays import Array, frozen
-from robsim.declare import Declared, Word, check_fields, register
+from robsim.base.values import unchecked
+from robsim.declare import Declared, Word, register
 from robsim.features.compiled import Compiled
 from robsim.features.feature import Observation, Tolerance, at_goal
+from robsim.features.of_marks import OfMarks
 from robsim.features.rows import FeatureRows, Seen
 from robsim.kernels.features import moment_features as features
 from robsim.kernels.formulas import moments as kernels
@@ -21,7 +22,6 @@ from robsim.kernels.machine.rows import Rows
 KINDS = ("points", "region")
 SKEWED = 0.1  # rho from which third moments determine the head; a tilt of 0.6 rad makes up to 0.05
 ANY_GOAL = frozen(np.array([[1.0], [1.0], [0.0], [0.0], [0.0]]))  # where none is known
-F = TypeVar("F")
 
 
 def _at_goal(goal: Observation, of_marks: bool) -> tuple[Array, Array]:
@@ -40,54 +40,32 @@ def _plane(goal: Observation) -> Array:
     return ABC
 
 
-class MomentRows(NamedTuple):
-    """The rows of centre, moments and rates of moments."""
-
-    centre: Rows
-    mu: Rows
-    R: Rows
-
-
-def _moments(seen: Seen, of_marks: bool) -> MomentRows:
-    """Add the stage of the moments of a region or of marks, and return their rows."""
+def _moments(seen: Seen, of_marks: bool) -> dict[str, Rows]:
+    """Add the stage of the moments of a region or of marks, and return the rows it fills."""
     room = seen.program.rows
-    rows = MomentRows(room(2), room(ORDER_4), room(ORDER_3, 6))
-    given = {"points": seen.points, "depth": seen.depth, **rows._asdict()}
+    found = {"centre": room(2), "mu": room(ORDER_4), "R": room(ORDER_3, 6)}
     if of_marks:
-        seen.program.add(features.marks_stage, **given)
+        seen.program.add(features.marks_stage, **seen.image, **found)
     else:
-        seen.program.add(features.region_stage, **given, ABC=room(3))
-    return rows
+        seen.program.add(features.region_stage, **seen.image, **found, ABC=room(3))
+    return found
 
 
 @dataclass(frozen=True)
-class _Basic(Compiled, Declared):
+class _Basic(OfMarks):
     """The base of the features s = (a, xg, yg, alpha) of a region or of marks."""
 
-    tolerance: Tolerance = 1e-5
-    unit: str = "1"
     alpha_goal: Array | None = field(default=None, init=False, repr=False)  # (1, B)
     of_marks: ClassVar[bool]
 
     def stages(self, seen: Seen) -> FeatureRows:
         """Add the stages of s and L to a program, and return their rows."""
-        rows, program = seen.room(4), seen.program
-        given = {"goal": seen.goal(self.alpha_goal, 1), "s": rows.s, "L": rows.L}
-        moments = _moments(seen, self.of_marks)._asdict()
-        program.add(features.basic_stage, of_marks=self.of_marks, **moments, **given)
-        return rows
+        given = _moments(seen, self.of_marks) | {"goal": seen.goal(self.alpha_goal, 1)}
+        return seen.computed(features.basic_stage, 4, of_marks=self.of_marks, **given)
 
     def towards(self, goal: Observation) -> Self:
         """Return the feature with alpha within a quarter turn of that at the goal."""
-        return _with(self, alpha_goal=frozen(self.measure(goal)[:, 3][None].copy()))
-
-
-def _with(feature: F, **values: Any) -> F:
-    """Return a copy of a feature with values of the goal."""
-    new = copy.copy(feature)
-    for name, value in values.items():
-        object.__setattr__(new, name, value)
-    return new
+        return unchecked(self, alpha_goal=frozen(self.measure(goal)[:, 3][None].copy()))
 
 
 @register("feature", "region_moments")
@@ -175,9 +153,6 @@ class DecoupledMoments(Compiled, Declared):
     singular: ClassVar[str] = "a target must not look the same after a turn, as a square does"
     least_marks: ClassVar[int] = 3
 
-    def __post_init__(self) -> None:
-        check_fields(self)
-
     @property
     def of_marks(self) -> bool:
         """Whether the moments are those of the marks, not of the region within them."""
@@ -185,21 +160,10 @@ class DecoupledMoments(Compiled, Declared):
 
     def stages(self, seen: Seen) -> FeatureRows:
         """Add the stages of s and L to a program, and return their rows."""
-        rows, program = seen.room(6), seen.program
-        goal = program.each(ANY_GOAL if self.goal is None else self.goal)
-        turned = self.goal is not None
-        upright = self.goal is not None and bool(self.goal[3:].any())
-        program.add(
-            features.decoupled_stage,
-            of_marks=self.of_marks,
-            **_moments(seen, self.of_marks)._asdict(),
-            goal=goal,
-            turned=turned,
-            headed=upright,
-            s=rows.s,
-            L=rows.L,
-        )
-        return rows
+        goal = ANY_GOAL if self.goal is None else self.goal
+        given = _moments(seen, self.of_marks) | {"goal": seen.program.each(goal)}
+        how = {"turned": self.goal is not None, "headed": bool(goal[3:].any())}
+        return seen.computed(features.decoupled_stage, 6, of_marks=self.of_marks, **given, **how)
 
     def towards(self, goal: Observation) -> DecoupledMoments:
         """Return the feature with a*, Z*, the orientation and the head of the goal."""
@@ -213,7 +177,7 @@ class DecoupledMoments(Compiled, Declared):
             A, B, C = _plane(goal)
             with np.errstate(all="ignore"):  # marks on one line are in no plane: Z is not finite
                 Z = 1.0 / (A * x + B * y + C)
-        return _with(self, goal=frozen(np.stack([size, Z, alpha, *_head(mu, alpha)])))
+        return unchecked(self, goal=frozen(np.stack([size, Z, alpha, *_head(mu, alpha)])))
 
 
 def _head(mu: Array, alpha: Array) -> Array:

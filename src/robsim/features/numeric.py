@@ -70,14 +70,10 @@ def _carried(seen: Observation, T: Array) -> Observation:
     x = seen.points_last.copy()  # kernels are compiled for arrays that can be written to
     X = np.empty((x.shape[0], 3, x.shape[-1]))
     carry(x, seen.depth_last.copy(), T, X)
-    guess = None if seen.guess_last is None else np.empty_like(T)
-    (pixels, _), (points, _) = seen.camera.image_of(X), UNIT.image_of(X)
+    depth = np.ascontiguousarray(X[:, 2])
+    made = {"depth_last": depth, "pixels_last": seen.camera.image_of(X)[0]}
+    made["points_last"] = UNIT.image_of(X)[0]
     if seen.guess_last is not None:
-        se3.compose(T, seen.guess_last.copy(), guess)
-    return unchecked(
-        seen,
-        pixels_last=frozen(pixels),
-        points_last=frozen(points),
-        depth_last=frozen(np.ascontiguousarray(X[:, 2])),
-        guess_last=None if guess is None else frozen(guess),
-    )
+        made["guess_last"] = np.empty_like(T)
+        se3.compose(T, seen.guess_last.copy(), made["guess_last"])
+    return unchecked(seen, **{name: frozen(array) for name, array in made.items()})

@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
-from robsim.declare import Declared, register
-from robsim.features.compiled import Compiled
+from robsim.declare import register
 from robsim.features.feature import Tolerance
+from robsim.features.of_marks import OfMarks
 from robsim.features.rows import FeatureRows, Seen
 from robsim.kernels.features import points as kernels
+from robsim.kernels.machine.stage import Stage
 
 
 @register("feature", "points")
 @dataclass(frozen=True)
-class Points(Compiled, Declared):
+class Points(OfMarks):
     """Normalised, undistorted image points, s = (x1, y1, x2, y2, ...).
 
     L is eq. (14) of the chapter with f = 1 (Chaumette and Hutchinson 2006, eq. 11).
@@ -25,17 +27,13 @@ class Points(Compiled, Declared):
     array([[0.1, 0.2]])
     """
 
-    tolerance: Tolerance = 1e-5
-    unit: str = "1"
-
-    def stages(self, seen: Seen) -> FeatureRows:
-        """Add the stages of s and L to a program, and return their rows."""
-        return point_rows(seen)
+    stage: ClassVar[Stage] = kernels.points_stage
+    each: ClassVar[int] = 2
 
 
 @register("feature", "pixels")
 @dataclass(frozen=True)
-class PixelPoints(Compiled, Declared):
+class PixelPoints(Points):
     """Undistorted pixels, s = (column1, row1, column2, row2, ...).
 
     L is that of the normalised points times the focal lengths (and skew) of K.
@@ -53,13 +51,6 @@ class PixelPoints(Compiled, Declared):
 
     def stages(self, seen: Seen) -> FeatureRows:
         """Add the stages of s and L to a program, and return their rows."""
-        rows = point_rows(seen)
-        seen.program.add(kernels.pixels_stage, camera=seen.camera, s=rows.s, L=rows.L)
+        rows = super().stages(seen)
+        seen.program.add(kernels.pixels_stage, camera=seen.camera, **rows._asdict())
         return rows
-
-
-def point_rows(seen: Seen) -> FeatureRows:
-    """Add the stage of s and L of normalised points to a program, and return their rows."""
-    rows = seen.room(2 * seen.N)
-    seen.program.add(kernels.points_stage, points=seen.points, depth=seen.depth, s=rows.s, L=rows.L)
-    return rows

@@ -5,16 +5,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-from robsim.declare import Declared, register
-from robsim.features.compiled import Compiled
-from robsim.features.feature import Tolerance
-from robsim.features.rows import FeatureRows, Seen
+from robsim.declare import register
+from robsim.features.of_marks import OfMarks
 from robsim.kernels.features import point_features as kernels
+from robsim.kernels.machine.stage import Stage
 
 
 @register("feature", "points_3d")
 @dataclass(frozen=True)
-class Points3D(Compiled, Declared):
+class Points3D(OfMarks):
     """The marks in camera axes, in metres, s = (X1, Y1, Z1, X2, ...) = (x1 Z1, y1 Z1, Z1, ...).
 
     L = [-I, [X]x] (Chaumette and Hutchinson 2007, on 3-D points).
@@ -26,14 +25,7 @@ class Points3D(Compiled, Declared):
     array([[0.2, 0.4, 2. ]])
     """
 
-    tolerance: Tolerance = 1e-5
     unit: str = "m"
+    stage: ClassVar[Stage] = kernels.points_3d_stage
+    each: ClassVar[int] = 3
     measures_depth: ClassVar[bool] = True
-
-    def stages(self, seen: Seen) -> FeatureRows:
-        """Add the stages of s and L to a program, and return their rows."""
-        rows = seen.room(3 * seen.N)
-        seen.program.add(
-            kernels.points_3d_stage, points=seen.points, depth=seen.depth, s=rows.s, L=rows.L
-        )
-        return rows

@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from typing import ClassVar
 
-from robsim.base.arrays import Array, frozen, last_view
-from robsim.base.values import unchecked
-from robsim.declare import Declared, register
-from robsim.features.compiled import Compiled
-from robsim.features.feature import Observation, Tolerance
-from robsim.features.rows import FeatureRows, Seen
+from robsim.declare import register
+from robsim.features.of_marks import WithAngle
 from robsim.kernels.features import point_features as kernels
+from robsim.kernels.machine.stage import Stage
 
 
 @register("feature", "polar")
 @dataclass(frozen=True, eq=False)
-class Polar(Compiled, Declared):
+class Polar(WithAngle):
     """Polar coordinates of image points about the principal point, s = (rho1, theta1, ...).
 
     rho = sqrt(x^2 + y^2) in the image at unit depth, theta = atan2(y, x) in radians; L is that of
@@ -35,23 +33,5 @@ class Polar(Compiled, Declared):
     array([[0.5   , 0.9273]])
     """
 
-    tolerance: Tolerance = 1e-5
-    unit: str = "1"
-    goal: Array | None = field(default=None, init=False, repr=False)  # (2N, 1) of `towards`
-
-    def towards(self, goal: Observation) -> Polar:
-        """Return the feature with theta within half a turn of that at the goal."""
-        return unchecked(self, goal=frozen(last_view(self.measure(goal))))
-
-    def stages(self, seen: Seen) -> FeatureRows:
-        """Add the stages of s and L to a program, and return their rows."""
-        rows = seen.room(2 * seen.N)
-        seen.program.add(
-            kernels.polar_stage,
-            points=seen.points,
-            depth=seen.depth,
-            goal=seen.goal(self.goal, 2 * seen.N),
-            s=rows.s,
-            L=rows.L,
-        )
-        return rows
+    stage: ClassVar[Stage] = kernels.polar_stage
+    each: ClassVar[int] = 2

@@ -8,7 +8,7 @@ from typing import Annotated, ClassVar, Literal, Self, get_args
 
 import numpy as np
 
-from robsim.base.arrays import Array
+from robsim.base.arrays import Array, runs_last
 from robsim.base.errors import GoalError
 from robsim.base.values import unchecked
 from robsim.declare import Word, check_fields, register
@@ -44,14 +44,14 @@ class _PoseFeature(Compiled):
 
     def _from_goal(self, seen: Seen) -> Rows:
         """Add the stage of T_goal_c, the camera in axes of the goal camera; return its rows."""
-        program = seen.program
-        goal, room, T = seen.pose_goal(self._T_o_goal), program.rows(3, 4), program.rows(3, 4)
-        program.add(kernels.from_goal_stage, T_c_o=seen.pose, T_o_goal=goal, room=room, T=T)
-        return T
+        goal, room = seen.program.each(self._T_o_goal), seen.program.rows(3, 4)
+        given = {"T_c_o": seen.pose, "T_o_goal": goal, "room": room}
+        return seen.program.result(kernels.from_goal_stage, "T", 3, 4, **given)
 
     @cached_property
     def _T_o_goal(self) -> Array:
-        return self.T_goal_o.inv().matrix
+        T = self.T_goal_o.inv().matrix
+        return runs_last(T[..., :3, :], 2).reshape(3, 4, -1)
 
 
 @register("feature", "theta_u")
@@ -75,9 +75,8 @@ class ThetaU(_PoseFeature):
 
     def stages(self, seen: Seen) -> FeatureRows:
         """Add the stages of s and L to a program, and return their rows."""
-        rows, T = seen.room(3), self._from_goal(seen)
-        seen.program.add(kernels.theta_u_stage, T=T, room=seen.program.rows(4), s=rows.s, L=rows.L)
-        return rows
+        T, room = self._from_goal(seen), seen.program.rows(4)
+        return seen.computed(kernels.theta_u_stage, 3, T=T, room=room)
 
 
 @register("feature", "translation")
@@ -106,7 +105,6 @@ class Translation(_PoseFeature):
 
     def stages(self, seen: Seen) -> FeatureRows:
         """Add the stages of s and L to a program, and return their rows."""
-        rows, in_goal = seen.room(3), self.form == "goal"
+        in_goal = self.form == "goal"
         T = self._from_goal(seen) if in_goal else seen.pose
-        seen.program.add(kernels.translation_stage, T=T, in_goal=in_goal, s=rows.s, L=rows.L)
-        return rows
+        return seen.computed(kernels.translation_stage, 3, T=T, in_goal=in_goal)

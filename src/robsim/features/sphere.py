@@ -39,13 +39,6 @@ class Sphere(Compiled, Declared):
 
     def stages(self, seen: Seen) -> FeatureRows:
         """Add the stages of s and L to a program, and return their rows."""
-        rows = seen.room(3)
-        seen.program.add(
-            kernels.sphere_stage,
-            point=seen.points[:1],
-            depth=seen.depth[:1],
-            radius=seen.program.constant(self.radius),
-            s=rows.s,
-            L=rows.L,
-        )
-        return rows
+        given = {"point": seen.points[:1], "depth": seen.depth[:1]}
+        radius = seen.program.constant(self.radius)
+        return seen.computed(kernels.sphere_stage, 3, **given, radius=radius)

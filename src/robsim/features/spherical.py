@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
-from robsim.declare import Declared, register
-from robsim.features.compiled import Compiled
-from robsim.features.feature import Tolerance
-from robsim.features.rows import FeatureRows, Seen
+from robsim.declare import register
+from robsim.features.of_marks import OfMarks
 from robsim.kernels.features import point_features as kernels
+from robsim.kernels.machine.stage import Stage
 
 
 @register("feature", "spherical")
 @dataclass(frozen=True)
-class Spherical(Compiled, Declared):
+class Spherical(OfMarks):
     """Unit vectors from the camera to the marks, in camera axes, s = (s1, s2, ...), three each.
 
     L = [-(I - s s')/|P|, [s]x] with the distance |P| = Z sqrt(1 + x^2 + y^2) (Hamel and Mahony
@@ -26,13 +26,5 @@ class Spherical(Compiled, Declared):
     array([[0.6, 0. , 0.8]])
     """
 
-    tolerance: Tolerance = 1e-5
-    unit: str = "1"
-
-    def stages(self, seen: Seen) -> FeatureRows:
-        """Add the stages of s and L to a program, and return their rows."""
-        rows = seen.room(3 * seen.N)
-        seen.program.add(
-            kernels.bearings_stage, points=seen.points, depth=seen.depth, s=rows.s, L=rows.L
-        )
-        return rows
+    stage: ClassVar[Stage] = kernels.bearings_stage
+    each: ClassVar[int] = 3

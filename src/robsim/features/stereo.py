@@ -6,16 +6,15 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from robsim.base.errors import InputError
-from robsim.declare import Declared, register
-from robsim.features.compiled import Compiled
-from robsim.features.feature import Tolerance
+from robsim.declare import register
+from robsim.features.of_marks import OfMarks
 from robsim.features.rows import FeatureRows, Seen
 from robsim.kernels.features import stereo as kernels
 
 
 @register("feature", "stereo_points")
 @dataclass(frozen=True)
-class StereoPoints(Compiled, Declared):
+class StereoPoints(OfMarks):
     """Marks in axes of the first camera, s = (X1, Y1, Z1, X2, ...) in metres, by triangulation.
 
     L = [-I, [X]x] for each mark, as Xdot = -v - omega x X (Chaumette and Hutchinson 2006). NaN
@@ -32,20 +31,11 @@ class StereoPoints(Compiled, Declared):
     cameras: ClassVar[int] = 2
     uses_depth: ClassVar[bool] = False
 
-    tolerance: Tolerance = 1e-5
     unit: str = "m"
 
     def stages(self, seen: Seen) -> FeatureRows:
         """Add the stages of s and L to a program, and return their rows."""
         if seen.other is None:
             raise InputError("StereoPoints needs what a second camera sees; here is none")
-        rows = seen.room(3 * seen.N)
-        seen.program.add(
-            kernels.stereo_stage,
-            points=seen.points,
-            others=seen.other.points,
-            T=seen.between,
-            s=rows.s,
-            L=rows.L,
-        )
-        return rows
+        seen_by_both = {"points": seen.points, "others": seen.other.points, "T": seen.between}
+        return seen.computed(kernels.stereo_stage, 3 * seen.N, **seen_by_both)

@@ -14,7 +14,7 @@ from robsim.base.warned import callers
 from robsim.run.control.controller import Controller
 from robsim.run.control.marks import Marks
 from robsim.run.experiment import Experiment
-from robsim.servo.controller import Decision
+from robsim.servo.command import Decision
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -20,7 +20,7 @@ from robsim.run.ends import pose_of
 from robsim.run.experiment import Experiment
 from robsim.run.log import NANO, Log, Times, marks_held
 from robsim.run.origin import whole_duration
-from robsim.servo.controller import Decision
+from robsim.servo.command import Decision
 
 LONGEST = 1_000_000  # periods, which take minutes
 SILENCE = 600 * NANO  # between two states of the joints, beyond which the clock has jumped

@@ -14,8 +14,7 @@ from robsim.base.values import unchecked
 from robsim.features.compiled import Compiled
 from robsim.features.feature import Feature, Observation
 from robsim.features.numeric import interaction
-from robsim.features.rows import FeatureRows, Seen
-from robsim.kernels.control import commanding
+from robsim.features.rows import FeatureRows, Seen, picked
 from robsim.kernels.formulas.sight import Projection
 from robsim.kernels.machine.program import Blocks
 from robsim.servo.returned import returned
@@ -86,13 +85,7 @@ class BoundBlock:
         rows = self._whole(seen, with_L)
         if self.components is None:
             return rows
-        found = seen.room(self.size)
-        for i, c in enumerate(self.components):
-            for one, other in ((rows.s, found.s), (rows.L, found.L)):
-                seen.program.add(
-                    commanding.copied, rows=one[c : c + 1].flat, to=other[i : i + 1].flat
-                )
-        return found
+        return FeatureRows(*(picked(seen.program, each, self.components) for each in rows))
 
     def _whole(self, seen: Seen, with_L: bool) -> FeatureRows:
         """Return the rows of all components, of a feature that may be a user's."""

@@ -5,28 +5,16 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from robsim.base.arrays import Array
-from robsim.servo.command import Command
+from robsim.servo.command import Decision
 from robsim.servo.given import Commanded, Given
 from robsim.servo.sight import Key, Sight
 from robsim.world.scene import Scene
-
-
-class Decision(NamedTuple):
-    """A command, the Jacobian of its frame, and of a servo task the `basis` of the command.
-
-    `weights` say how much each number of s counts, where a task has a weighting.
-    """
-
-    command: Command
-    J: Array  # (6, n, B) of its frame: of a camera in its own axes, of another in the world's
-    basis: Any = None
-    weights: Array | None = None  # (k, B)
 
 
 @dataclass(frozen=True, eq=False)

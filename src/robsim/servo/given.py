@@ -6,10 +6,12 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
+from robsim.base.arrays import Array
 from robsim.kernels.images import viewing
 from robsim.kernels.machine.program import Blocks, Program
 from robsim.kernels.machine.rows import Rows
 from robsim.robot.placed import Placed
+from robsim.servo.command import Command, Decision
 from robsim.servo.sight import Key, Sight
 
 
@@ -20,14 +22,7 @@ class View:
     pixels: Rows  # (N, 2)
     depth: Rows
     hidden: Rows | None = None  # whether each mark is hidden, where marks may be
-    T_w_c: Rows | None = None
-    T_w_o: Rows | None = None
-
-    @property
-    def frames(self) -> tuple[Rows, Rows]:
-        """The rows of the poses of camera and target, where these are known."""
-        assert self.T_w_c is not None and self.T_w_o is not None
-        return self.T_w_c, self.T_w_o
+    frames: Sequence[Rows] = ()  # the poses of camera and target, where these are known
 
 
 @dataclass(frozen=True)
@@ -65,7 +60,7 @@ class Given:
 class Commanded:
     """The rows that a controller writes.
 
-    `decide` returns from blocks what was decided, with all that it is based on; `note` adds the
+    `J` returns from blocks the Jacobian of its frame, `basis` what a law was given; `note` adds the
     stages that remember the velocities, in rows, that were commanded in the end. What there is
     not is None: weights, and the status of images whose marks need not all be seen.
     """
@@ -75,10 +70,18 @@ class Commanded:
     qd: Rows  # (n,), the commanded velocities
     task_jacobian: Rows  # (k, n)
     busy: Rows  # 1 where a run may not end because it has converged or stalls
-    decide: Callable[[Any], Any]
-    note: Callable[[Rows], None]
+    J: Callable[[Blocks], Array]
+    note: Callable[[Rows], None] = lambda qd: None
     weights: Rows | None = None  # (k,), how much each number of s counts
     status: Rows | None = None  # that of a mark out of the image, where too few are left to command
+    basis: Callable[[Blocks], Any] = lambda blocks: None
+
+    def decide(self, blocks: Blocks) -> Decision:
+        """Return from blocks what was decided, with all that it is based on."""
+        get = blocks.get
+        command = Command(*map(get, (self.s, self.error, self.qd, self.task_jacobian)))
+        weights = None if self.weights is None else get(self.weights)
+        return Decision(command, self.J(blocks), self.basis(blocks), weights)
 
 
 def alone(
@@ -97,7 +100,7 @@ def view(
     program: Program, placed: Placed, sight: Sight, *image: Rows, of: int = viewing.FIRST
 ) -> View:
     """Return the rows of what a camera sees, with the stages that compute them (`Sight.look`)."""
-    T_w_c, T_w_o = placed.frames(sight.frames)
-    sight.look(program, T_w_c, T_w_o, *image, of=of)
+    frames = placed.frames(sight.frames)
+    sight.look(program, *frames, *image, of=of)
     pixels, depth, _ = image
-    return View(pixels, depth, T_w_c=T_w_c, T_w_o=T_w_o)
+    return View(pixels, depth, frames=frames)

@@ -21,16 +21,6 @@ def placed_at(program: Program, tree: Tree, q: Rows) -> Placed:
     return placed
 
 
-def jacobian_in_world(
-    placed: Placed, tree: Tree, frame: str, T: Rows, columns: NDArray[np.int64]
-) -> Rows:
-    """Add the stages of J (6, n) of a frame at T, rows (v, omega) in world axes; return its rows.
-
-    n are the velocities that are chosen.
-    """
-    return placed.base_jacobian(T, tree.moves(tree.carried(frame), columns))
-
-
 def prescribed_rates(given: Given, scene: Scene, columns: NDArray[np.int64]) -> Rows:
     """Return the rows of prescribed velocities of a scene, as they are at each step."""
     rows = given.program.constant(scene.drift(0.0)[columns])

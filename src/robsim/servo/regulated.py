@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -16,11 +16,20 @@ from robsim.features.feature import Observation
 from robsim.kernels.formulas.jacobian import Moves
 from robsim.kernels.formulas.sight import Projection
 from robsim.servo.bound_block import BoundBlock
-from robsim.servo.feature_state import FeatureState
+from robsim.servo.laws.broyden import Interaction
 from robsim.servo.laws.depths import Depths
-from robsim.servo.laws.interaction import Interaction
 from robsim.servo.laws.inverse import product
 from robsim.servo.sight import Key, Sight, adjoint, relative
+
+
+@dataclass(frozen=True, eq=False)
+class FeatureState:
+    """The features s with L and the Jacobians, as the controller models them, with the run last."""
+
+    s: Array  # (k, B)
+    L: Array  # (k, 6, B) for the twist of the first camera, where all cameras move as one
+    J: Array  # (6, n, B) of the first camera against its target
+    task_jacobian: Array  # (k, n, B) L J, or as learnt by Broyden's rule
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,29 +49,14 @@ class Regulated:
 
     def at_its_goal(self) -> Regulated:
         """Return a copy whose features are measured relative to the goal, where they can be."""
-        parts = zip(self.parts, self._goal_observations, strict=True)
-        bound = [part.towards(v) if self.given is None else part for part, v in parts]
-        views = zip(bound, self._goal_observations, strict=True)
-        made = replace(self, parts=tuple(part.counted(view) for part, view in views))
+        bound = [
+            (part.towards(view) if self.given is None else part).counted(view)
+            for part, view in self._goal_views
+        ]
+        made = replace(self, parts=tuple(bound))
         seen = ("_goal_projections", "_seen_at_goal", "_goal_observations")  # by any feature
         vars(made).update((name, vars(self)[name]) for name in seen)
         return made
-
-    def _features(
-        self, seen: dict[Key, Observation], projections: dict[Key, Projection]
-    ) -> FeatureState:
-        """Return the features at the goal."""
-        views = [part.at_goal(seen, projections) for part in self.parts]
-        s = _stacked([part.measure(view) for part, view in zip(self.parts, views, strict=True)])
-        J = {t.key: t.jacobian(projections[t.key], t.moves(self.columns)) for t in self.sights}
-        first = J[self.sights[0].key]
-        if isinstance(self.which, np.ndarray):
-            each: list[Array] = []  # all cameras move as one
-            L = np.repeat(self.which[..., None], s.shape[1], axis=-1)
-        else:
-            each = self.L_goals
-            L = _stacked([_to_first(L, A) for L, A in zip(each, self.adjoints, strict=True)])
-        return FeatureState(s, L, first, self._task_jacobian(L, each, J))
 
     def _task_jacobian(self, L: Array, each: list[Array], J: dict[Key, Array]) -> Array:
         """Return L J (k, n, B), camera by camera: sdot = L (J_c - J_o) qdot."""
@@ -132,7 +126,16 @@ class Regulated:
     @cached_property
     def at_goal(self) -> FeatureState:
         """The features at the goal; J is where the goal was shown."""
-        return self._features(self._seen_at_goal, self._goal_projections)
+        s = _stacked([part.measure(view) for part, view in self._goal_views])
+        projections, columns = self._goal_projections, self.columns
+        J = {t.key: t.jacobian(projections[t.key], t.moves(columns)) for t in self.sights}
+        if isinstance(self.which, np.ndarray):
+            each: list[Array] = []  # all cameras move as one
+            L = np.repeat(self.which[..., None], s.shape[1], axis=-1)
+        else:
+            each = self.L_goals
+            L = _stacked([_to_first(L, A) for L, A in zip(each, self.adjoints, strict=True)])
+        return FeatureState(s, L, J[self.sights[0].key], self._task_jacobian(L, each, J))
 
     @cached_property
     def tolerances(self) -> Array:
@@ -147,8 +150,7 @@ class Regulated:
 
     @cached_property
     def L_goals(self) -> list[Array]:
-        views = zip(self.parts, self._goal_observations, strict=True)
-        return [part.interaction(view) for part, view in views]
+        return [part.interaction(view) for part, view in self._goal_views]
 
     def depends(self) -> list[NDArray[np.bool_] | None]:
         """Return on which marks the numbers of each block depend, as `BoundBlock.depends` does."""
@@ -171,6 +173,11 @@ class Regulated:
                 raise InputError(f"{part.name} has no value at the goal, so no marks to weigh")
             found.append((part, marks))
         return found
+
+    @property
+    def _goal_views(self) -> Iterable[tuple[BoundBlock, Observation]]:
+        """Each block with what it is shown at the goal."""
+        return zip(self.parts, self._goal_observations, strict=True)
 
     @cached_property
     def _goal_observations(self) -> list[Observation]:

@@ -7,13 +7,14 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from robsim.base.arrays import Array
-from robsim.features.rows import FeatureRows, Seen
-from robsim.kernels.control import commanding, weighting
+from robsim.features.rows import FeatureRows, Seen, joined
+from robsim.kernels.control import commanding
 from robsim.kernels.formulas.jacobian import Moves
 from robsim.kernels.images import hiding, viewing
-from robsim.kernels.machine.program import Blocks, Own, Program
+from robsim.kernels.machine.program import Blocks, Program
 from robsim.kernels.machine.rows import Rows
 from robsim.robot.placed import Placed, add_jacobian
 from robsim.servo.bound_block import BoundBlock
@@ -22,8 +23,7 @@ from robsim.servo.laws.depth_filter import DepthFilter
 from robsim.servo.placed_frame import placed_at, prescribed_rates
 from robsim.servo.regulated import Regulated
 from robsim.servo.sight import Key, Sight
-from robsim.servo.weight_stages import of_marks
-from robsim.servo.weightings.weighting import MarksSeen
+from robsim.servo.weight_stages import of_marks, weighed
 
 
 class RegulatedRows:
@@ -35,7 +35,6 @@ class RegulatedRows:
     def __init__(self, regulated: Regulated, given: Given, weightings: Any = ()) -> None:
         self.regulated, self.given, self.program = regulated, given, given.program
         self.weightings, self.weights = weightings, dict[Key, Rows]()
-        self.twist = {sight.key: self.program.rows(6) for sight in regulated.sights}
         # of each camera against its target, as it was held over the last period
         self.seen_twist = {sight.key: self.program.rows(6) for sight in regulated.sights}
         self.placed, self.frames = self._world()
@@ -59,65 +58,55 @@ class RegulatedRows:
     def moved(self, J: dict[Key, Rows], n: int) -> Rows:
         """Return the rows of L J (k, n), camera by camera: sdot = L (J_c - J_o) qdot."""
         regulated, program, k = self.regulated, self.program, self.regulated.k
-        A = program.rows(k, n)
         if regulated.as_one:
             first = J[regulated.sights[0].key]
-            program.add(commanding.product, L=self.L, J=first, A=A)
-            return A
-        row = 0
-        for rows, part in zip(self.each, regulated.parts, strict=True):
-            program.add(
-                commanding.product, L=rows.L, J=J[part.sights[0].key], A=A[row : row + rows.k]
+            return program.result(commanding.product, "A", k, n, L=self.L, J=first)
+        each = [
+            program.result(
+                commanding.product, "A", rows.s.size, n, L=rows.L, J=J[part.sights[0].key]
             )
-            row += rows.k
-        return A
+            for rows, part in zip(self.each, regulated.parts, strict=True)
+        ]
+        return joined(program, each)
 
     def drift(self) -> Rows:
         """Return the rows of sdot (k,) that prescribed motions cause, as far as it is known."""
         columns, own = self.regulated.own_moves
         rates = prescribed_rates(self.given, self.regulated.sights[0].scene, columns)
-        for sight in self.regulated.sights:
-            J = self.jacobian(sight, own[sight.key])
-            self.program.add(commanding.along, A=J, x=rates, out=self.twist[sight.key])
+        each = {t.key: self.jacobian(t, own[t.key]) for t in self.regulated.sights}
+        result = self.program.result
+        self.twist = {
+            key: result(commanding.along, "out", 6, A=J, x=rates) for key, J in each.items()
+        }
         return self.moved({key: V.column for key, V in self.twist.items()}, 1).flat
 
-    def _world(self) -> tuple[Placed, dict[Key, tuple[Rows, Rows]]]:
+    def _world(self) -> tuple[Placed, dict[Key, Sequence[Rows]]]:
         """Return the bodies, and the poses of cameras and targets, where they are believed."""
         given, sights = self.given, self.regulated.sights
         if given.placed is not None and self.regulated.exact:
             return given.placed, {key: view.frames for key, view in given.views.items()}
         tree = sights[0].scene.tree
         placed = placed_at(self.program, tree, given.q)
-        poses = {sight.key: placed.frames(sight.frames) for sight in sights}
-        return placed, {key: (T_w_c, T_w_o) for key, (T_w_c, T_w_o) in poses.items()}
+        return placed, {sight.key: placed.frames(sight.frames) for sight in sights}
 
     def _seen(self, sight: Sight) -> Seen:
         """Return the rows of what the controller knows of the marks of a target."""
         program, view, N = self.program, self.given.views[sight.key], len(sight.target.marks)
-        eye, points = sight.eye.camera, program.rows(N, 2)
+        eye = sight.eye.camera
         camera = program.each(eye.rows)
         T_w_c, T_w_o = self.frames[sight.key]
-        T_c_o = program.rows(3, 4)
-        program.add(viewing.relative, A=T_w_c, B=T_w_o, T=T_c_o)
-        program.add(
-            viewing.normalise, camera=camera, pixels=view.pixels, points=points, bends=eye.bends
-        )
+        T_c_o = program.result(viewing.relative, "T", 3, 4, A=T_w_c, B=T_w_o)
+        image = {"camera": camera, "pixels": view.pixels, "bends": eye.bends}
+        points = program.result(viewing.normalise, "points", N, 2, **image)
         model = program.numbers(sight.target.marks, 2)
         depth = self._depth(sight, view.depth, points)
         rows = view.pixels, points, depth, camera, model, T_c_o
-        weights = self._weights(sight, points, camera) if self.weightings else None
+        if self.weightings:
+            goal = self.regulated.goals[sight.key].pixels_last
+            shown = view, points, camera, goal
+            self.weights[sight.key] = of_marks(self.weightings, self.given, *shown)
+        weights = self.weights.get(sight.key)
         return Seen(program, N, *rows, sure=self.regulated.exact, weights=weights)
-
-    def _weights(self, sight: Sight, points: Rows, camera: Rows) -> Rows:
-        """Return the rows of the weights of the marks of a sight."""
-        program, view, N = self.program, self.given.views[sight.key], len(sight.target.marks)
-        there = program.rows(N)
-        image = {"pixels": view.pixels, "points": points, "camera": camera}
-        program.add(weighting.there, **image, out=there, hidden=view.hidden)
-        goal = self.regulated.goals[sight.key].pixels_last
-        seen = MarksSeen(self.given, sight, N, view, camera, there, goal)
-        found = self.weights[sight.key] = of_marks(self.weightings, seen, points)
-        return found
 
     def _depth(self, sight: Sight, true: Rows, points: Rows) -> Rows:
         """Return the rows of the depths that go into L."""
@@ -126,22 +115,19 @@ class RegulatedRows:
             return program.each(depths.at_goal(self.regulated.goals[sight.key].depth_last))
         if isinstance(depths.which, DepthFilter):
             twist = self.seen_twist[sight.key]
-            true = depths.which.stages(self.given, N, points, twist, sight.eye.camera.K)
+            true = depths.which.stages(self.given, points, twist, sight.eye.camera.K)
         factors = depths.factors(N)
         if (factors == 1.0).all():
             return true
-        found = program.rows(N)
-        program.add(commanding.weigh, A=true.column, weights=program.each(factors), B=found.column)
-        return found
+        return weighed(program, true, program.each(factors))
 
     def _shown(self, sights: tuple[Sight, ...]) -> Seen:
         """Return the rows that a feature is shown: what a camera sees, or a pair of them."""
         seen, *others = (self.seen[sight.key] for sight in sights)
         if not others:
             return seen
-        between = self.program.rows(3, 4)
         one, two = (self.frames[sight.key][0] for sight in sights)
-        self.program.add(viewing.relative, A=one, B=two, T=between)
+        between = self.program.result(viewing.relative, "T", 3, 4, A=one, B=two)
         return replace(seen, other=others[0], between=between)
 
     def _interactions(self, each: list[FeatureRows]) -> None:
@@ -170,38 +156,30 @@ class RegulatedRows:
         A = self.regulated.adjoints[i]
         if A is None:
             return rows.L
-        L = self.program.rows(rows.k, 6)
-        self.program.add(commanding.to_first, L=rows.L, A=self.program.numbers(A, 2), out=L)
-        return L
+        given = {"L": rows.L, "A": self.program.numbers(A, 2)}
+        return self.program.result(commanding.to_first, "out", *rows.L.shape, **given)
 
     def hidden(self) -> Rows:
         """Return the rows (k,) that say which numbers depend on hidden marks, if not all do.
 
         These are found by hiding the marks: what becomes NaN depends on them.
         """
-        found, row = self.program.rows(self.regulated.k), 0
         parts = zip(self.regulated.parts, self.shown, self.regulated.depends(), strict=True)
-        for part, seen, depends in parts:
-            flags: list[Any] = [self.given.views[sight.key].hidden for sight in part.sights]
-            mine = found[row : row + part.size]
-            if depends is None:
-                self.program.call(_asked(part, seen, flags, mine))
-            else:
-                each = [[flags[c][n] for c, n in np.argwhere(marks)] for marks in depends]
-                self.program.add(hiding.lose_numbers, lost=mine, numbers=each)
-            row += part.size
-        return found
+        return joined(self.program, [self._lost(*each) for each in parts])
 
+    def _lost(self, part: BoundBlock, seen: Seen, depends: NDArray[np.bool_] | None) -> Rows:
+        """Return the rows that say which numbers of a block are lost now."""
+        flags: list[Any] = [self.given.views[sight.key].hidden for sight in part.sights]
+        if depends is not None:
+            each = [[flags[c][n] for c, n in np.argwhere(marks)] for marks in depends]
+            return self.program.result(hiding.lose_numbers, "lost", part.size, numbers=each)
 
-def _asked(part: BoundBlock, seen: Seen, flags: list[Any], row: Rows) -> Own:
-    """Return a stage in Python that finds which numbers of a block are lost now."""
+        def ask(blocks: Blocks, step: int) -> Array:
+            hidden = [blocks.get(flag) > 0.0 for flag in flags]
+            gone = part.gone(part.observation(seen, blocks).blind(hidden))
+            return (gone & ~gone.all(axis=0)).astype(float)
 
-    def ask(blocks: Blocks, step: int) -> None:
-        hidden = [blocks.get(flag) > 0.0 for flag in flags]
-        gone = part.gone(part.observation(seen, blocks).blind(hidden))
-        blocks.put(row, (gone & ~gone.all(axis=0)).astype(float))
-
-    return ask
+        return self.program.asked(ask, part.size)
 
 
 def regulated_at(regulated: Regulated, q: Array) -> tuple[Array, Array, Array]:
@@ -218,14 +196,3 @@ def regulated_at(regulated: Regulated, q: Array) -> tuple[Array, Array, Array]:
     for part in program.segments():
         part(blocks, 0)
     return blocks.get(rows.s), blocks.get(rows.L), blocks.get(rows.A)
-
-
-def joined(program: Program, parts: Sequence[Rows]) -> Rows:
-    """Return rows of parts that follow one another, copied if there are several."""
-    if len(parts) == 1:
-        return parts[0]
-    found, at = program.rows(sum(part.shape[0] for part in parts), *parts[0].shape[1:]), 0
-    for part in parts:
-        program.add(commanding.copied, rows=part.flat, to=found[at : at + part.shape[0]].flat)
-        at += part.shape[0]
-    return found

@@ -67,8 +67,7 @@ class Servo(Controller):
         """Add the stages of an instant to a program, and return the rows that they write."""
         made = ServoStages(self, given)
         made.assess()
-        made.command()
-        return made.commanded()
+        return made.commanded(made.command())
 
     def commanded(self, state: ControlState) -> Array:
         """Return velocities (n, B) from the law, which may be a user's."""

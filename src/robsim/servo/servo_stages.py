@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from copy import deepcopy
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
@@ -12,12 +13,9 @@ from robsim.base.arrays import Array, frozen
 from robsim.base.values import known
 from robsim.kernels.control import broyden, commanding, weighting
 from robsim.kernels.linear_algebra.solve import scratch_of
-from robsim.kernels.machine.program import Blocks
+from robsim.kernels.machine.program import Blocks, Program
 from robsim.kernels.machine.rows import Rows
-from robsim.kernels.machine.stage import Stage
-from robsim.servo.basis import Basis
-from robsim.servo.command import Command
-from robsim.servo.controller import Decision
+from robsim.servo.command import Basis
 from robsim.servo.given import Commanded, Given
 from robsim.servo.laws.control_state import ControlState
 from robsim.servo.laws.feed_forward import EstimatedMotion, KnownMotion
@@ -25,8 +23,7 @@ from robsim.servo.laws.gain import AdaptiveGain
 from robsim.servo.laws.inverse import ANY, metres
 from robsim.servo.laws.staged_law import AtGain, LawRows, StagedLaw, staged
 from robsim.servo.regulated_stages import RegulatedRows
-from robsim.servo.shaping.shaping import Shapeable
-from robsim.servo.weight_stages import ResidualRows, by_error, of_numbers
+from robsim.servo.weight_stages import by_error, masked, of_numbers, weighed
 from robsim.servo.weightings.made_of import groups, made_of
 from robsim.servo.weightings.weighting import WeightsOfMarks
 
@@ -44,100 +41,98 @@ class ServoStages:
         self.controller, self.given, self.program = controller, given, given.program
         self.k, self.n = controller.k, controller.columns.size
         self.law = staged(controller.law)
-        self.rows, self.constant = self.program.rows, self.program.constant
+        self.add, self.rows, self.constant = (
+            given.program.add,
+            given.program.rows,
+            given.program.constant,
+        )
         self._at_gain: AtGain | None = None  # of the law, where the gain depends on it
         self.learnt, self.last = self.rows(self.k, self.n), self.rows(self.k + self.n)
-
-    def assess(self) -> None:
-        """Add the stages of s, L, L J and the error, weighted, and of the gain and the drift."""
-        c, k = self.controller, self.k
-        of = self.of = RegulatedRows(c.regulated, self.given, c.weighting)
-        self.error, self.L, self.A = self.rows(k), of.L, of.A
-        self._add(
-            commanding.difference, s=of.s, s_goal=self.program.each(c.s_goal), error=self.error
-        )
-        if c.broyden is not None:
-            self._learn()
         self.weights: Rows | None = None
         self.status: Rows | None = None
         self.hidden: Rows | None = None
+
+    def assess(self) -> None:
+        """Add the stages of s, L, L J and the error, weighted, and of the gain and the drift."""
+        c, program = self.controller, self.program
+        of = self.of = RegulatedRows(c.regulated, self.given, c.weighting)
+        goal = program.each(c.s_goal)
+        self.error = program.result(commanding.difference, "error", self.k, s=of.s, s_goal=goal)
+        self.L, self.A = of.L, of.A
+        if c.broyden is not None:
+            self._learn()
         if c.weighting:
             self.weights = self._weights()
             self.hidden = self._unused(self.weights)
         elif self.given.hides:
             self.hidden = of.hidden()
         if self.hidden is not None:
-            self._change(commanding.masked, hidden=self.hidden)
-        self.plain = self.error, self.L, self.A
+            self._change(masked, self.hidden)
+        self.plain = self.error, self.A
         if self.weights is not None:
-            self._change(commanding.weigh, weights=self.weights)
+            self._change(weighed, self.weights)
         self.faded = self.error, self.A
         if (c.regulated.weights != 1.0).any():
-            self._change(commanding.weigh, weights=self.constant(c.regulated.weights.ravel()))
+            self._change(weighed, self.constant(c.regulated.weights.ravel()))
         self.weighted, self.error = self.error, self.plain[0]
         if self.weights is not None:
             self.status = self._few(self.weights)
         self.gain = self._gain()
         self.towards = self.weighted if c.feed_forward is None else self._with_drift()
 
-    def command(self) -> None:
-        """Add the stages of the law and of what is done to its command."""
-        c, n = self.controller, self.n
+    def command(self) -> Rows:
+        """Add the stages of the law and of what is done to its command; return its rows."""
         if self.law is not None:
             at_gain = self._at_gain
             if at_gain is None or self.towards != self.weighted:
                 at_gain = self._wish(self.law, self.towards)
             qd = at_gain(self.gain)
         else:
-            qd = self.rows(n)
-            self.program.call(lambda blocks, step: blocks.put(qd, self._asked(blocks, step)))
+            qd = self.program.asked(self._asked, self.n)
         error, A = self.faded
-        shapeable = Shapeable(self.k, n, error, self.of.first, A, qd)
-        self.qd = c.shaping.stages(self.given, shapeable)
+        return self.controller.shaping.stages(self.given, qd, error, self.of.first, A)
 
     def rate(self) -> Rows:
         """Return the rows of the rate at which the error is to change, -gain e."""
-        rate = self.rows(self.k)
-        self._add(commanding.commanded, gain=self.gain, x=self.towards, qd=rate)
-        return rate
+        given = {"gain": self.gain, "x": self.towards}
+        return self.program.result(commanding.commanded, "qd", self.k, **given)
 
-    def commanded(self) -> Commanded:
-        """Return the rows that are written."""
-        error, _, A = self.plain
-        rows = self.of.s, error, self.qd, A, self.rows()
-        return Commanded(*rows, self.decision, self.note, self.weights, self.status)
+    def commanded(self, qd: Rows) -> Commanded:
+        """Return the rows that are written, with those of a command."""
+        error, A = self.plain
+        return Commanded(
+            *(self.of.s, error, qd, A, self.rows()),
+            lambda blocks: blocks.get(self.of.first),
+            self.note,
+            self.weights,
+            self.status,
+            lambda blocks: Basis(blocks.get(error), self.state(blocks, 0, {}, self.towards)),
+        )
 
     def note(self, qd: Rows) -> None:
         """Add the stages that remember what was commanded in the end."""
-        c, of, k = self.controller, self.of, self.k
+        c, of, k, add = self.controller, self.of, self.k, self.add
         known = isinstance(c.feed_forward, KnownMotion)
         if c.regulated.depths.filtered:
             for key, J in of.J.items():
-                twist = self.rows(6)
-                self._add(commanding.along, A=J, x=qd, out=twist)
+                twist = self.program.result(commanding.along, "out", 6, A=J, x=qd)
                 own = of.twist[key] if known else self.constant(np.zeros(6))
-                self._add(commanding.summed, x=twist, y=own, out=of.seen_twist[key])
+                add(commanding.summed, x=twist, y=own, out=of.seen_twist[key])
         if isinstance(c.feed_forward, EstimatedMotion):
-            self._add(commanding.along, A=self.A, x=qd, out=self._moved)
+            add(commanding.along, A=self.A, x=qd, out=self._moved)
         if c.broyden is not None:
-            self._add(commanding.copied, rows=self.plain[2].flat, to=self.learnt.flat)
-            self._add(commanding.copied, rows=qd, to=self.last[k:])
+            add(commanding.copied, rows=self.plain[1].flat, to=self.learnt.flat)
+            add(commanding.copied, rows=qd, to=self.last[k:])
             drift = self._drift if known else of.s
             factor = self.given.dt if known else self.constant(0.0)
-            self._add(
-                commanding.ahead,
-                x=of.s,
-                factor=factor,
-                more_of=drift,
-                divided=False,
-                out=self.last[:k],
-            )
+            given = {"x": of.s, "factor": factor, "more_of": drift}
+            add(commanding.ahead, **given, divided=False, out=self.last[:k])
 
     def _learn(self) -> None:
         """Let L J be learnt by Broyden's rule, from what is modelled at the start."""
         rule, k, n = self.controller.broyden, self.k, self.n
         assert rule is not None
-        self._add(
+        self.add(
             broyden.learn_stage,
             dt=self.given.dt,
             s=self.of.s,
@@ -151,73 +146,57 @@ class ServoStages:
 
     def _weights(self) -> Rows:
         """Return the rows of the weights (k,) of all weightings, by marks and then by the error."""
-        c, k, each = self.controller, self.k, made_of(self.controller.regulated)
+        c, each = self.controller, made_of(self.controller.regulated)
         weights = of_numbers(self.program, self.of.weights, each)
         asked = [one for one in c.weighting if not isinstance(one, WeightsOfMarks)]
         if not asked:
             return weights
-        error = self.rows(k)
-        self._add(
-            commanding.masked, A=self.error.column, hidden=self._unused(weights), out=error.column
-        )
-        return by_error(
-            self.program, asked, ResidualRows(k, error, weights, c.tolerances, groups(each))
-        )
+        error = masked(self.program, self.error, self._unused(weights))
+        return by_error(self.program, asked, error, weights, c.tolerances, groups(each))
 
     def _unused(self, weights: Rows) -> Rows:
         """Return the rows (k,) that say which numbers have the weight 0."""
-        found = self.rows(self.k)
-        self._add(weighting.unused, weights=weights, out=found)
-        return found
+        return self.program.result(weighting.unused, "out", self.k, weights=weights)
 
     def _few(self, weights: Rows) -> Rows:
         """Return the row that says where too little is left to command, by rank and by count."""
         c, k, n, program = self.controller, self.k, self.n, self.program
-        status = self.rows()
-        self._add(
+        return program.result(
             weighting.few,
+            "status",
             A=self.A,
             **metres(self.of.first if c.one_motion else ANY),
             weights=weights,
             least=program.number(c.full_rank),
             rcond=self.constant(c.rcond),
             marks=max(getattr(each, "least", 1) for each in c.weighting),
-            status=status,
             zeros=self.constant(np.zeros(k + 6)),
             room=program.scratch(n + max(scratch_of(k, n), scratch_of(6, n))),
             images=[(self.of.weights[sight.key],) for sight in c.regulated.sights],
         )
-        return status
 
-    def _change(self, stage: Stage, **by: Rows) -> None:
+    def _change(self, stages: Callable[[Program, Rows, Rows], Rows], by: Rows) -> None:
         """Let error, L and L J be others, row by row."""
-        to = "out" if stage is commanding.masked else "B"
-        for name in ("error", "L", "A"):
-            given: Rows = getattr(self, name)
-            found = self.rows(*given.shape)
-            matrices = (each.reshape(self.k, -1) for each in (given, found))
-            self._add(stage, **dict(zip(("A", to), matrices, strict=True)), **by)
-            setattr(self, name, found)
+        given = self.error, self.L, self.A
+        self.error, self.L, self.A = (stages(self.program, each, by) for each in given)
 
     def _gain(self) -> Rows:
         """Return the row of the gain, which may depend on the error or on the law itself."""
-        gain = self.controller.gain
+        gain, program = self.controller.gain, self.program
         if not isinstance(gain, AdaptiveGain):
-            return self.program.number(gain)
-        numbers, row = self.constant([gain.at_zero, gain.at_infinity, gain.slope]), self.rows()
+            return program.number(gain)
+        numbers = self.constant([gain.at_zero, gain.at_infinity, gain.slope])
         largest = gain.of == "command"
         size = self._at_unit_gain() if largest else self.faded[0]
-        self._add(commanding.adapt, size_of=size, numbers=numbers, largest=largest, gain=row)
-        return row
+        given = {"size_of": size, "numbers": numbers, "largest": largest}
+        return program.result(commanding.adapt, "gain", **given)
 
     def _at_unit_gain(self) -> Rows:
         """Return the rows of what the law commands at a gain of one."""
         if self.law is not None:
             self._at_gain = self._wish(self.law, self.weighted)
             return self._at_gain(self.constant(1.0))
-        unit = self.rows(self.n)
-        self.program.call(lambda blocks, step: blocks.put(unit, self._tried(blocks, step)))
-        return unit
+        return self.program.asked(self._tried, self.n)
 
     def _tried(self, blocks: Blocks, step: int) -> Array:
         """Return what a law in Python commands at a gain of one; it will be asked again."""
@@ -227,41 +206,28 @@ class ServoStages:
 
     def _with_drift(self) -> Rows:
         """Return the rows of the error with the motion of the target in it."""
-        c, k = self.controller, self.k
+        c, k, program = self.controller, self.k, self.program
         if isinstance(c.feed_forward, EstimatedMotion):
-            self._moved, drift = self.rows(k), self.rows(k)
-            self._add(
+            self._moved = self.rows(k)
+            drift = program.result(
                 commanding.estimate,
+                "drifts",
+                k,
                 errors=self.weighted,
                 before=self.rows(k),
                 moved=self._moved,
-                drifts=drift,
                 lag=self.program.number(c.feed_forward.lag),
                 dt=self.given.dt,
             )
         else:
             self._drift = self.of.drift()
-            drift = self.rows(k)
-            weights = self.constant(c.regulated.weights.ravel())
-            self._add(commanding.weigh, A=self._drift.column, weights=weights, B=drift.column)
+            drift = weighed(program, self._drift, self.constant(c.regulated.weights.ravel()))
         if self.hidden is not None:
-            seen = self.rows(k)
-            self._add(commanding.masked, A=drift.column, hidden=self.hidden, out=seen.column)
-            drift = seen
+            drift = masked(program, drift, self.hidden)
         if self.weights is not None:
-            faded = self.rows(k)
-            self._add(commanding.weigh, A=drift.column, weights=self.weights, B=faded.column)
-            drift = faded
-        found = self.rows(k)
-        self._add(
-            commanding.ahead,
-            x=self.weighted,
-            factor=self.gain,
-            more_of=drift,
-            divided=True,
-            out=found,
-        )
-        return found
+            drift = weighed(program, drift, self.weights)
+        given = {"x": self.weighted, "factor": self.gain, "more_of": drift, "divided": True}
+        return program.result(commanding.ahead, "out", k, **given)
 
     def _wish(self, law: StagedLaw, error: Rows) -> AtGain:
         """Add the stages of a law that do not depend on the gain; return what adds the others."""
@@ -293,15 +259,3 @@ class ServoStages:
             memory=memory,
             one_motion=c.one_motion,
         )
-
-    def decision(self, blocks: Blocks) -> Decision:
-        """Return the decision of a step, with all that it is based on."""
-        get = blocks.get
-        error, _, A = self.plain
-        basis = Basis(get(error), self.state(blocks, 0, {}, self.towards))
-        command = Command(get(self.of.s), basis.error, get(self.qd), get(A))
-        weights = get(self.weights) if self.weights is not None else None
-        return Decision(command, get(self.of.first), basis, weights)
-
-    def _add(self, stage: Stage, **rows: Any) -> None:
-        self.program.add(stage, **rows)

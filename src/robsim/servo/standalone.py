@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -12,20 +12,11 @@ from robsim.base.arrays import Array
 from robsim.kernels.control.guarding import left
 from robsim.kernels.machine.program import Blocks, Program
 from robsim.kernels.machine.rows import Rows
-from robsim.servo.controller import Controller, Decision
+from robsim.servo.command import Decision
+from robsim.servo.controller import Controller
 from robsim.servo.given import alone
 from robsim.servo.safety.guard import Guard
 from robsim.servo.sight import Key
-
-
-class Read(NamedTuple):
-    """What the stages wrote for one run: bits, limits reached, error, command, whether busy."""
-
-    why: int
-    at_limit: Array
-    error: Array
-    qd: Array
-    busy: bool
 
 
 class Standalone:
@@ -71,7 +62,7 @@ class Standalone:
             blocks.put(view.pixels, pixels[key])
             blocks.put(view.depth, depth[key])
         self.perform(blocks, step)
-        return self.decision(blocks)
+        return self.commanded.decide(blocks)
 
     def take(
         self,
@@ -88,15 +79,9 @@ class Standalone:
         first, rows = self.given.q, self._asked.copy()
         rows[: len(q)] = q
         for key, image in images:
-            view = self.given.views[key]
-            parts = (
-                (view.pixels, image.pixels),
-                (view.depth, image.depth),
-                (view.hidden, image.hidden),
-            )
-            for part, values in parts:
-                assert part is not None
-                rows[part - first : part - first + part.size] = values.reshape(-1)
+            for name in ("pixels", "depth", "hidden"):
+                part = getattr(self.given.views[key], name)
+                rows[part - first : part - first + part.size] = getattr(image, name).reshape(-1)
         rows[-2:] = age / self.dt, released
         blocks.fill(self._given, rows)
 
@@ -105,11 +90,15 @@ class Standalone:
         for part in self._parts:
             part(blocks, step)
 
-    def read(self, blocks: Blocks) -> Read:
-        """Return what the stages wrote for the first run, within the limits of its safety."""
+    def read(self, blocks: Blocks) -> tuple[int, Array, Array, Array, bool]:
+        """Return what the stages wrote for the first run, within the limits of its safety.
+
+        These are bits of why it is limited, the joints at limits, the error, the command, and
+        whether it is busy.
+        """
         first, c = blocks.first, self.commanded
         why, at_limit = int(first(self.guarded.why)), first(self.guarded.at_limit)
-        return Read(why, at_limit, first(c.error), first(c.qd), bool(first(c.busy)))
+        return why, at_limit, first(c.error), first(c.qd), bool(first(c.busy))
 
     def rest(self, blocks: Blocks) -> None:
         """Let the robot stand, from where a command may grow again."""
@@ -128,5 +117,4 @@ class Standalone:
 
     def decision(self, blocks: Blocks) -> Decision:
         """Return what was decided at the last step."""
-        decision: Decision = self.commanded.decide(blocks)
-        return decision
+        return self.commanded.decide(blocks)

@@ -3,46 +3,42 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from functools import reduce
+from typing import Any
 
 import numpy as np
 
 from robsim.base.arrays import Array, frozen
 from robsim.base.errors import InputError, said
+from robsim.features.rows import joined
 from robsim.kernels.control import commanding
 from robsim.kernels.control import weighting as kernels
 from robsim.kernels.machine.program import Blocks, Program
 from robsim.kernels.machine.rows import Rows
+from robsim.kernels.machine.stage import Stage
+from robsim.servo.given import Given, View
 from robsim.servo.returned import returned
 from robsim.servo.sight import Key
 from robsim.servo.weightings.made_of import MadeOf
 from robsim.servo.weightings.weighting import Group, MarksSeen, Residuals, WeightsOfMarks
 
 
-class ResidualRows(NamedTuple):
-    """The rows of what a user's weighting is shown, see `Residuals`."""
-
-    k: int
-    error: Rows  # (k,) zero where nothing is there
-    weights: Rows  # (k,) by marks
-    tolerances: Array
-    groups: tuple[Group, ...]
-
-
-def of_marks(weightings: tuple[Any, ...], seen: MarksSeen, points: Rows) -> Rows:
-    """Add the stages of the weights of the marks of a sight; return their rows (N,).
+def of_marks(
+    weightings: tuple[Any, ...], given: Given, view: View, points: Rows, camera: Rows, goal: Array
+) -> Rows:
+    """Add the stages of the weights of marks, see `MarksSeen`; return their rows (N,).
 
     They are zero where nothing is measured, and where a mark is hidden unless a weighting fades.
     """
     ours = [each for each in weightings if isinstance(each, WeightsOfMarks)]
-    program, view = seen.given.program, seen.view
-    found = seen.there
+    program, N = given.program, view.depth.size
+    image = {"pixels": view.pixels, "points": points, "camera": camera}
+    found = program.result(kernels.there, "out", N, **image, hidden=view.hidden)
+    seen = MarksSeen(given, N, view, camera, found, goal)
     if view.hidden is not None and any(each.fades for each in ours):
-        found = program.rows(seen.N)
-        image = {"pixels": view.pixels, "points": points, "camera": seen.camera}
-        program.add(kernels.there, **image, out=found)
+        found = program.result(kernels.there, "out", N, **image)
     for each in ours:
-        found = _product(program, found, each.marks(seen))
+        found = weighed(program, found, each.marks(seen))
     return found
 
 
@@ -51,44 +47,53 @@ def of_numbers(program: Program, marks: dict[Key, Rows], made_of: list[MadeOf]) 
 
     That of a number is the smallest of its marks. Those of a pose are 1 where enough are there.
     """
-    found, row = program.rows(sum(len(each.marks) for each in made_of)), 0
-    for each in made_of:
-        rows = [[marks[key][n] for key, n in each.of_number(i)] for i in range(len(each.marks))]
-        mine = found[row : row + len(rows)]
-        if each.posed:
-            program.add(kernels.enough, out=mine, needed=each.needed, weights=rows[0])
-        else:
-            program.add(kernels.least, weights=mine, numbers=rows)
-        row += len(rows)
-    return found
+    return joined(program, [_of_block(program, marks, each) for each in made_of])
 
 
-def by_error(program: Program, weightings: Sequence[Any], seen: ResidualRows) -> Rows:
-    """Add the stages of a user's weightings, times the weights by marks; return their rows (k,)."""
-    found = seen.weights
-    for each in weightings:
-        found = _product(program, found, _asked(program, each, seen))
-    return found
+def _of_block(program: Program, marks: dict[Key, Rows], each: MadeOf) -> Rows:
+    rows = [[marks[key][n] for key, n in each.of_number(i)] for i in range(len(each.marks))]
+    if each.posed:
+        given = {"needed": each.needed, "weights": rows[0]}
+        return program.result(kernels.enough, "out", len(rows), **given)
+    return program.result(kernels.least, "weights", len(rows), numbers=rows)
 
 
-def _product(program: Program, x: Rows, y: Rows) -> Rows:
-    """Add the stage of the products of n numbers with others; return its rows."""
-    found = program.rows(*x.shape)
-    program.add(commanding.weigh, A=x.column, weights=y, B=found.column)
-    return found
+def by_error(
+    program: Program,
+    weightings: Sequence[Any],
+    error: Rows,
+    weights: Rows,
+    tolerances: Array,
+    groups: tuple[Group, ...],
+) -> Rows:
+    """Add the stage of users' weightings, times the weights (k,) by marks; return its rows (k,).
+
+    It is in Python, and shows each of them the `Residuals`: the error is zero where nothing is.
+    """
+    k = weights.size
+
+    def ask(blocks: Blocks, step: int) -> Array:
+        by_marks = frozen(blocks.get(weights))
+        now = Residuals(frozen(blocks.get(error)), by_marks, tolerances, groups)
+        each = [_checked(one.weigh(now), type(one).__name__, blocks.runs, k) for one in weightings]
+        return reduce(np.multiply, each, by_marks)
+
+    return program.asked(ask, k)
 
 
-def _asked(program: Program, weighting: Any, seen: ResidualRows) -> Rows:
-    """Add the stage in Python that asks a user's weighting; return its rows (k,)."""
-    k, found = seen.k, program.rows(seen.k)
+def weighed(program: Program, A: Rows, weights: Rows) -> Rows:
+    """Add the stage of the entries (n, ...) of A, each times its own weight; return its rows."""
+    return _each_entry(program, commanding.weigh, "B", A, weights=weights)
 
-    def ask(blocks: Blocks, step: int) -> None:
-        error, weights = (frozen(blocks.get(row)) for row in (seen.error, seen.weights))
-        now = Residuals(error, weights, seen.tolerances, seen.groups)
-        blocks.put(found, _checked(weighting.weigh(now), type(weighting).__name__, blocks.runs, k))
 
-    program.call(ask)
-    return found
+def masked(program: Program, A: Rows, hidden: Rows) -> Rows:
+    """Add the stage of the entries (n, ...) of A, or zeros where hidden; return its rows."""
+    return _each_entry(program, commanding.masked, "out", A, hidden=hidden)
+
+
+def _each_entry(program: Program, stage: Stage, to: str, A: Rows, **by: Rows) -> Rows:
+    whole = A.reshape(A.shape[0], -1)
+    return program.result(stage, to, *whole.shape, A=whole, **by).reshape(*A.shape)
 
 
 def _checked(value: Any, name: str, runs: int, k: int) -> Array:

@@ -20,7 +20,7 @@ from robsim.base.arrays import Array, runs_last
 from robsim.geometry.pose import Pose, homogeneous
 from robsim.run import ends
 from robsim.run.experiment import Experiment
-from robsim.servo.basis import Basis
+from robsim.servo.command import Basis
 from robsim.servo.laws.gain import AdaptiveGain
 from robsim.servo.laws.law import Law
 from robsim.servo.servo_controller import Servo

@@ -185,9 +185,21 @@ class Program:
         """Let a stage come next, with what it takes by name; WrongRows if that does not fit."""
         self.calls.append((stage, stage.signature.pack(**rows)))
 
+    def result(self, stage: Stage, name: str, /, *shape: int, **rows: Any) -> Rows:
+        """Let a stage come next that fills new rows of a shape, under a name; return the rows."""
+        found = self.rows(*shape)
+        self.add(stage, **{name: found}, **rows)
+        return found
+
     def call(self, own: Own) -> None:
         """Let a function in Python come next, which is given the chunk and the step."""
         self.calls.append(own)
+
+    def asked(self, ask: Callable[[Any, int], Array], *shape: int) -> Rows:
+        """Let a function in Python come next whose values fill new rows; return the rows."""
+        found = self.rows(*shape)
+        self.call(lambda blocks, step: blocks.put(found, ask(blocks, step)))
+        return found
 
     def rescue(self, own: Own, row: int) -> None:
         """Let a function in Python come next, which is needed where a row is not zero only.
@@ -270,14 +282,15 @@ def _is_stage(call: Any) -> bool:
 def evaluated(
     add: Callable[..., Sequence[Rows]],
     arrays: Sequence[Array],
-    shapes: Sequence[tuple[int, ...]],
+    shapes: Sequence[tuple[int, ...]] | None = None,
     runs: NDArray[np.int64] | None = None,
 ) -> list[Array]:
     """Return arrays (*shape, B) that stages compute from others, all with the run last.
 
     `add(program, *rows)` adds the stages, given the first rows of the arrays, and returns the
-    first rows of the results. Where each run has numbers of its own, `runs` (B,) says whose the
-    arrays are; by default all come in order.
+    first rows of the results, whose shapes are those of the rows unless others are given. Where
+    each run has numbers of its own, `runs` (B,) says whose the arrays are; by default all come in
+    order.
     """
     program = Program()
     rows = [program.rows(*each.shape[:-1]) for each in arrays]
@@ -290,7 +303,8 @@ def evaluated(
         blocks.put(row, array)
     for part in program.segments():
         part(blocks, 0)
-    return [blocks.get(row, *shape) for row, shape in zip(found, shapes, strict=True)]
+    others = [()] * len(found) if shapes is None else shapes
+    return [blocks.get(row, *shape) for row, shape in zip(found, others, strict=True)]
 
 
 def _aligned(count: int, rows: int) -> Array:

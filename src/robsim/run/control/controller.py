@@ -17,7 +17,7 @@ from robsim.run.control.images import Images
 from robsim.run.experiment import Experiment, load_scenario
 from robsim.run.paths import guard_of
 from robsim.run.staged import Staged
-from robsim.servo.controller import Decision
+from robsim.servo.command import Decision
 from robsim.servo.sight import Sight
 from robsim.servo.standalone import Standalone
 

@@ -1,21 +1,28 @@
-"""A Jacobian that is learnt while the robot moves, without a model of camera or robot."""
+"""Interaction matrices: modelled, constant, or a Jacobian that is learnt without a model."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal, get_args
 
 import numpy as np
 
 from robsim.base.arrays import Array, frozen, numbers
 from robsim.base.errors import InputError
 from robsim.base.values import Value
-from robsim.declare import family, register
+from robsim.declare import Choice, family, register
 from robsim.declare.arrays import Numbers
 from robsim.kernels.control import broyden as kernels
 from robsim.servo.laws.inverse import rank
 
 RULES = family("interaction matrix")
+Interaction = Literal["current", "desired", "mean"]  # in the order of the kernels
+INTERACTION = Choice(
+    RULES,
+    beside_of={"broyden_start": ("broyden", "start")},
+    plain=get_args(Interaction),
+    other=Numbers(shape=("k", 6)),
+)
 TWIST = 6  # motions of a camera: a Jacobian L J has no more rank, however many joints there are
 
 

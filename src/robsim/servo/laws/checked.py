@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import Any, get_args
 
-import numpy as np
 from numpy.typing import ArrayLike
 
-from robsim.base.arrays import Array, flag, frozen, numbers, runs_last
+from robsim.base.arrays import Array, flag, frozen, number, numbers, runs_last
 from robsim.base.errors import InputError, said
+from robsim.features.checked import sized
 from robsim.servo.laws.inverse import Inverse
 
 SHAPES = {
@@ -35,12 +35,9 @@ def checked_state(given: dict[str, Any]) -> dict[str, Any]:
     made: dict[str, Any] = {}
     for name, shape in SHAPES.items():
         if name not in ("s_last", "q_last") or given[name] is not None:
-            made[name] = _sized(given[name], name, shape, sizes)
+            made[name] = sized(given[name], name, shape, sizes)
     for what in ("time", "dt"):
-        number = numbers(given[what], what, ())
-        if number.ndim:
-            raise InputError(f"{what}: expected a number, got {said(given[what])}")
-        made[what] = float(number)
+        made[what] = number(given[what], what)
     made["gain"] = _checked_gain(given["gain"], sizes["B"])
     if not isinstance(given["inverse"], get_args(Inverse)):
         raise InputError(f"inverse: expected an inverse, got {said(given['inverse'])}")
@@ -48,19 +45,6 @@ def checked_state(given: dict[str, Any]) -> dict[str, Any]:
         raise InputError(f"memory: expected a dictionary, got {said(given['memory'])}")
     made["one_motion"] = flag(given["one_motion"], "one_motion")
     return made
-
-
-def _sized(value: Any, what: str, shape: tuple[int | str, ...], sizes: dict[str, int]) -> Array:
-    """Return a read-only copy of an array whose axes agree with those of the others."""
-    array = numbers(value, what, shape)
-    wanted = tuple(sizes.get(n, n) if isinstance(n, str) else n for n in shape)
-    fits = array.ndim == len(shape) and array.size > 0
-    if not fits or any(
-        isinstance(n, int) and n != size for n, size in zip(wanted, array.shape, strict=True)
-    ):
-        raise InputError(f"{what}: expected shape {wanted}, got {array.shape}".replace("'", ""))
-    sizes |= {n: size for n, size in zip(shape, array.shape, strict=True) if isinstance(n, str)}
-    return frozen(np.ascontiguousarray(array))
 
 
 def _checked_gain(gain: Any, runs: int) -> Any:

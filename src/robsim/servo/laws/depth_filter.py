@@ -52,13 +52,15 @@ class DepthFilter(Declared):
                 f"{kernels.FARTHEST} m, got {self.start}"
             )
 
-    def stages(self, given: Given, N: int, points: Rows, twist: Rows, K: Array) -> Rows:
-        """Add the stage that filters the depths of N marks, and return its rows."""
-        program = given.program
-        depth, sigma = program.rows(N), self.noise / np.abs(np.atleast_3d(K)[[0, 1], [0, 1]])
+    def stages(self, given: Given, points: Rows, twist: Rows, K: Array) -> Rows:
+        """Add the stage that filters the depths of marks, and return its rows."""
+        program, N = given.program, points.shape[0]
+        sigma = self.noise / np.abs(np.atleast_3d(K)[[0, 1], [0, 1]])  # of a normalised point
         numbers = np.broadcast_arrays(1.0 / self.start, self.start_sigma / self.start, *sigma)
-        program.add(
+        return program.result(
             kernels.filter_stage,
+            "depth",
+            N,
             points=points,
             dt=given.dt,
             twist=twist,
@@ -66,6 +68,4 @@ class DepthFilter(Declared):
             estimate=program.rows(N, 3),
             covariance=program.rows(N, 3, 3),
             room=program.rows(12 * N),
-            depth=depth,
         )
-        return depth

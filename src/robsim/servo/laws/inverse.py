@@ -131,9 +131,7 @@ def inverted(program: Program, A: Rows, y: Rows, inverse: Inverse, J: Rows | int
     transposed, damping, rcond = inverse.numbers
     if not transposed:
         return solved(program, A, y, damping, rcond, J)
-    x = program.rows(A.shape[1])
-    program.add(commanding.transpose, A=A, y=y, x=x)
-    return x
+    return program.result(commanding.transpose, "x", A.shape[1], A=A, y=y)
 
 
 def rank(A: Array, moves: Array | int = ANY, rcond: float = RCOND) -> Any:
@@ -144,11 +142,11 @@ def rank(A: Array, moves: Array | int = ANY, rcond: float = RCOND) -> Any:
     m, _, runs = A.shape
     given = [moves] if isinstance(moves, np.ndarray) else []
 
-    def add(program: Program, A: Rows, y: Rows, *J: Rows) -> tuple[Rows]:
+    def add(program: Program, A: Rows, y: Rows, *J: Rows) -> list[Rows]:
         known = J[0] if J else int(moves)
-        return (rank_of(solved(program, A, y, 0.0, rcond, known)),)
+        return [rank_of(solved(program, A, y, 0.0, rcond, known))]
 
-    (found,) = evaluated(add, [A, np.zeros((m, runs)), *given], [()])
+    (found,) = evaluated(add, [A, np.zeros((m, runs)), *given])
     return found.astype(np.int64)
 
 

@@ -58,15 +58,15 @@ class JointLaw(StagedLaw):
         if not of.one_motion or min(k, n) <= 6 or transposed or damping > 0.0:
             moves = of.J if of.one_motion else ANY
             return times_gain(of, inverted(program, of.A, of.error, of.inverse, moves))
-        unit = program.rows(n)
-        program.add(
+        unit = program.result(
             commanding.solve_product,
+            "x",
+            n,
             L=of.L,
             J=of.J,
             A=of.A,
             y=of.error,
             rcond=program.constant(rcond),
-            x=unit,
             rank=program.rows(),
             scratch=program.scratch(product_scratch_of(k, n)),
         )
@@ -90,8 +90,8 @@ class CameraLaw(StagedLaw, Declared):
 
     def stages(self, of: LawRows) -> AtGain:
         """Add the stages of J^+ L^+ e; return what adds those of the command at a gain."""
-        program, unit, L = of.program, of.program.number(self.length), of.program.rows(of.k, 6)
-        program.add(commanding.in_units, A=of.L, length=unit, how=1, B=L)
+        program, unit = of.program, of.program.number(self.length)
+        L = program.result(commanding.in_units, "B", of.k, 6, A=of.L, length=unit, how=1)
         V = inverted(program, L, of.error, of.inverse, TWIST)
         program.add(commanding.in_units, A=V.column, length=unit, how=2, B=V.column)
         return times_gain(of, realised(of, V, unit))

@@ -55,19 +55,13 @@ class PartitionedLaw(StagedLaw, Declared):
             )
         program, k = of.program, of.k
         numbers = program.numbers(np.broadcast_arrays(self.roll, self.advance), 1)
-        V, axis = program.rows(6), program.rows(6)
-        program.add(kernels.along_axis, s=of.s, errors=of.error, numbers=numbers, V=axis)
+        V, seen = program.rows(6), {"s": of.s, "errors": of.error, "numbers": numbers}
+        axis = program.result(kernels.along_axis, "V", 6, **seen)
 
         def at(gain: Rows) -> Rows:
-            rate, L = program.rows(k - 2), program.rows(k - 2, 4)
-            program.add(
-                kernels.across_axis,
-                gain=gain,
-                errors=of.error[: k - 2],
-                L=of.L[: k - 2],
-                V=axis,
-                rates=rate,
-                out=L,
+            points, rate = {"errors": of.error[: k - 2], "L": of.L[: k - 2]}, program.rows(k - 2)
+            L = program.result(
+                kernels.across_axis, "out", k - 2, 4, gain=gain, **points, V=axis, rates=rate
             )
             across = inverted(program, L, rate, of.inverse, ACROSS)
             parts = (axis, V), (across[:2], V[:2]), (across[2:], V[3:5])

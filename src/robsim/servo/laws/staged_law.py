@@ -94,19 +94,13 @@ def staged(law: Any) -> StagedLaw | None:
 
 def times_gain(of: LawRows, unit: Rows) -> AtGain:
     """Return what adds the stage of -gain times some velocities."""
-
-    def at(gain: Rows) -> Rows:
-        qd = of.program.rows(of.n)
-        of.program.add(commanding.commanded, gain=gain, x=unit, qd=qd)
-        return qd
-
-    return at
+    return lambda gain: of.program.result(commanding.commanded, "qd", of.n, gain=gain, x=unit)
 
 
 def realised(of: LawRows, V: Rows, length: Rows) -> Rows:
     """Add the stages of J^+ V, with |v| in units of a length (eq. 19); return the rows (n,)."""
-    program, J = of.program, of.program.rows(6, of.n)
-    program.add(commanding.in_units, A=V.column, length=length, how=0, B=V.column)
-    program.add(commanding.in_units, A=of.J, length=length, how=0, B=J)
+    program, how = of.program, {"length": length, "how": 0}
+    program.add(commanding.in_units, A=V.column, **how, B=V.column)
+    J = program.result(commanding.in_units, "B", 6, of.n, A=of.J, **how)
     _, damping, rcond = of.inverse.numbers
     return solved(program, J, V, damping, rcond, J)

@@ -11,30 +11,18 @@ from robsim.base.arrays import Array
 from robsim.kernels.control import commanding, guarding
 from robsim.kernels.control.limit import scale_stage
 from robsim.kernels.formulas.camera import IN_IMAGE
-from robsim.kernels.machine.program import Blocks
 from robsim.kernels.machine.rows import Rows
 from robsim.robot.motion import add_motion
-from robsim.servo.controller import Controller, Decision
+from robsim.servo.controller import Controller
 from robsim.servo.given import Commanded, Given
 from robsim.servo.placed_frame import placed_at
 from robsim.servo.safety.safety import Safety
 from robsim.servo.shaping.shaping import coordinates_of
+from robsim.servo.weight_stages import weighed
 from robsim.world.scene import Scene
 
 ATTEMPTS = 3  # commands that are tried before a frame that nears its fence is braked
 PLACES = 0.25, 0.5, 0.75, 1.0  # of the way to rest, where it is looked at
-
-
-@dataclass(frozen=True)
-class Guarded:
-    """What a controller writes within the limits of a `Safety`, and rows of these."""
-
-    commanded: Commanded
-    last: Rows  # (n,) what was commanded last
-    seconds: Rows  # for which a command has grown
-    most: Rows  # (n,) accelerations
-    why: Rows  # which limits act, bits as `robsim.kernels.control.guarding` names them
-    at_limit: Rows  # (n,) 1 where a joint is kept from its limit
 
 
 @dataclass(frozen=True)
@@ -46,35 +34,27 @@ class Guard:
 
     def stages(self, controller: Controller, given: Given) -> Guarded:
         """Add the stages of a controller, then those that keep its command within limits."""
-        inner = controller.stages(given)
-        made = _Stages(controller, self, given)
-        qd = made.add(inner)
-        busy = given.program.rows()
-        given.program.add(commanding.either, out=busy, rows=[inner.busy, made.busy])
-
-        def decide(blocks: Blocks) -> Decision:
-            decision: Decision = inner.decide(blocks)
-            within = decision.command._replace(qd=blocks.get(qd))
-            return decision._replace(command=within)
-
-        within = replace(inner, qd=qd, busy=busy, decide=decide)
-        rows = made.last, made.seconds, made.most, made.why, made.at_limit
-        return Guarded(within, *rows)
+        return Guarded(controller, self, given)
 
 
-class _Stages:
-    """The rows of the stages, and how they are connected."""
+class Guarded:
+    """What a controller writes within the limits of a `Safety`, and rows of these."""
 
     def __init__(self, controller: Controller, guard: Guard, given: Given) -> None:
         self.controller, self.given = controller, given
         self.safety, self.scene = guard.safety, guard.believed
-        self.n = controller.columns.size
-        program = self.program = given.program
-        self.why, self.at_limit, self.busy = program.rows(), program.rows(self.n), program.rows()
-        self.share, self.last, self.seconds = program.rows(), program.rows(self.n), program.rows()
+        inner, n, program = controller.stages(given), controller.columns.size, given.program
+        self.n, self.program, self.share, self.busy = n, program, program.rows(), program.rows()
+        self.last = program.rows(n)  # what was commanded last
+        self.seconds = program.rows()  # for which a command has grown
         self.most = program.constant(self._limits("acceleration"))
+        self.why = program.rows()  # which limits act, bits as `guarding` names them
+        self.at_limit = program.rows(n)  # 1 where a joint is kept from its limit
+        qd = self._within(inner)
+        busy = program.result(commanding.either, "out", rows=[inner.busy, self.busy])
+        self.commanded = replace(inner, qd=qd, busy=busy)
 
-    def add(self, inner: Commanded) -> Rows:
+    def _within(self, inner: Commanded) -> Rows:
         """Add the stages from what the law wishes to what is commanded, and return its rows."""
         n, program, wished = self.n, self.program, inner.qd
         self._hold(wished, inner.status)
@@ -131,10 +111,10 @@ class _Stages:
         """Add the stage that slows a wish down to its speeds; return the rows of the result."""
         if self.safety.speed is None:
             return wished
-        program, found = self.program, self.program.rows(self.n)
+        program, n = self.program, self.n
         limits = program.constant([*self._limits("speed"), math.inf, math.inf])
-        program.add(scale_stage, J=program.rows(6, self.n), limits=limits, qd=wished, out=found)
-        return found
+        J = program.rows(6, n)
+        return program.result(scale_stage, "out", n, J=J, limits=limits, qd=wished)
 
     def _joints(self) -> tuple[list[int], tuple[Rows, Rows]]:
         """Return the coordinates that are watched, or -1, and the rows of their bounds."""
@@ -151,7 +131,7 @@ class _Stages:
         """Add the stages that keep a frame in its box; return the rows of the command."""
         fence, program, n = self.safety.fence, self.program, self.n
         assert fence is not None
-        qd, seconds, out = program.rows(ATTEMPTS, n), program.rows(ATTEMPTS), program.rows(n)
+        qd, seconds = program.rows(ATTEMPTS, n), program.rows(ATTEMPTS)
         program.add(
             guarding.attempts,
             command=command,
@@ -161,37 +141,31 @@ class _Stages:
             velocities=qd,
             seconds=seconds,
         )
+        shares = [program.constant([place]) for place in PLACES]
         ways = [
-            self._after(fence.frame, qd[k], self._part(seconds[k], place))
+            self._after(fence.frame, qd[k], weighed(program, seconds[k].flat, share)[0])
             for k in range(ATTEMPTS)
-            for place in PLACES
+            for share in shares
         ]
-        program.add(
+        return program.result(
             guarding.fence,
+            "out",
+            n,
             attempts=qd,
             brake=brake,
-            out=out,
             reason=self.why,
             box=program.constant([fence.low, fence.high]),
             now=self._at(fence.frame, self.given.q),
             places=len(PLACES),
             poses=ways,
         )
-        return out
-
-    def _part(self, row: Rows, share: float) -> Rows:
-        """Add the stage of a share of a number; return its row."""
-        program, found = self.program, self.program.rows()
-        weights = program.constant([share])
-        program.add(commanding.weigh, A=row.column, weights=weights, B=found.column)
-        return found
 
     def _after(self, frame: str, qd: Rows, seconds: Rows) -> Rows:
         """Add the stages of the pose of a frame after some time at velocities; return its rows."""
         program, scene = self.program, self.scene
-        q, moved = program.rows(scene.nq), dict(zip(self.controller.columns, qd, strict=True))
+        moved = dict(zip(self.controller.columns, qd, strict=True))
         rates = [moved.get(column) for column in range(scene.nv)]
-        program.add(commanding.copied, rows=self.given.q, to=q)
+        q = program.result(commanding.copied, "to", scene.nq, rows=self.given.q)
         add_motion(program, scene.tree.joints, q, rates, seconds)
         return self._at(frame, q)
 

@@ -63,22 +63,15 @@ class SpeedLimit(Declared):
 
     def scaled(self, qd: Array, J: Array) -> Array:
         """Return velocities (n, B) from qd (n, B) and the Jacobian J (6, n, B) of the camera."""
-        n = qd.shape[0]
-
-        def add(program: Program, *rows: Rows) -> tuple[Rows]:
-            return (self.stages(program, n, rows[1], rows[0]),)
-
-        (out,) = evaluated(add, [qd, J], [(n,)])
+        (out,) = evaluated(lambda *rows: [self.stages(*rows)], [J, qd])
         return out
 
-    def stages(self, program: Program, n: int, J: Rows, qd: Rows) -> Rows:
+    def stages(self, program: Program, J: Rows, qd: Rows) -> Rows:
         """Add the stage that scales velocities in rows qd; return the rows of the result."""
-        given = (self.joint, n), (self.linear, 1), (self.angular, 1)
+        given = (self.joint, qd.size), (self.linear, 1), (self.angular, 1)
         each = [limit for one, count in given for limit in limits_of(one, count)]
         limits = program.numbers(np.broadcast_arrays(*each), 1)
-        out = program.rows(n)
-        program.add(kernels.scale_stage, J=J, limits=limits, qd=qd, out=out)
-        return out
+        return program.result(kernels.scale_stage, "out", qd.size, J=J, limits=limits, qd=qd)
 
 
 LIMIT = Table(SpeedLimit)

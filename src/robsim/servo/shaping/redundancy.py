@@ -36,19 +36,19 @@ def priorities(levels: Sequence[tuple[Array, Array]], rcond: float) -> tuple[Arr
     >>> qd.ravel(), P.ravel()
     (array([2., 3.]), array([0., 0., 0., 0.]))
     """
-    n = levels[0][0].shape[1]
 
     def add(program: Program, *rows: Rows) -> tuple[Rows, Rows]:
-        return descent(program, list(zip(rows[::2], rows[1::2], strict=True)), n, rcond)
+        return descent(program, list(zip(rows[::2], rows[1::2], strict=True)), rcond)
 
-    qd, P = evaluated(add, [array for level in levels for array in level], [(n,), (n, n)])
+    qd, P = evaluated(add, [array for level in levels for array in level])
     return qd, P
 
 
 def descent(
-    program: Program, levels: Sequence[tuple[Rows, Rows]], n: int, rcond: float
+    program: Program, levels: Sequence[tuple[Rows, Rows]], rcond: float
 ) -> tuple[Rows, Rows]:
     """Add the stages of `priorities` for rows (A_i, rate_i); return the rows of qd and P."""
+    n = levels[0][0].shape[1]
     qd, P = program.rows(n), program.rows(n, n)
     kept = {"qd": qd, "P": P, "N": program.rows(n, n), "usual": program.rows()}
     share, free = program.constant(rcond), n
@@ -83,14 +83,13 @@ def large_projection(A: Array, e: Array, low: float, high: float, P: Array) -> A
     >>> large_projection(A, e, 0.1, 0.5, null_space(A, 1e-6)).ravel()
     array([0., 0., 0., 1.])
     """
-    n = A.shape[1]
 
-    def add(program: Program, *rows: Rows) -> tuple[Rows]:
+    def add(program: Program, A: Rows, error: Rows, P: Rows) -> list[Rows]:
         bounds = program.constant([low, high])
-        program.add(kernels.large_stage, A=rows[0], error=rows[1], bounds=bounds, P=rows[2])
-        return (rows[2],)
+        program.add(kernels.large_stage, A=A, error=error, bounds=bounds, P=P)
+        return [P]
 
-    (out,) = evaluated(add, [A, e, P], [(n, n)])
+    (out,) = evaluated(add, [A, e, P])
     return out
 
 

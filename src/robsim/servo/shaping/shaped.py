@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import KW_ONLY, dataclass
-from typing import Annotated, Any, ClassVar
+from itertools import accumulate, pairwise
+from typing import Annotated, Any, ClassVar, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -46,20 +47,20 @@ class Shaped(Declared):
         SpeedLimit | None, LIMIT, "Speed limits, under which the command keeps its direction."
     ] = None
 
+    # of a task that leaves no motions free
+    secondary = cast(Any, None)
+    projection = cast(Any, "classic")
+
     def shaping(self, scene: Scene, columns: Columns) -> Shaping:
         """Return the shaping of the commanded velocities of a scene."""
         names = [scene.velocity_names[i] for i in columns]
-        secondary, projection = self._redundancy()
-        parts: tuple[Any, ...] = (self.limit, secondary)
+        parts: tuple[Any, ...] = (self.limit, self.secondary)
         for part in parts:
             if hasattr(part, "check"):
                 part.check(names)
+        large = None if isinstance(self.projection, str) else self.projection
         at = coordinates_of(scene, columns)
-        return Shaping(secondary, projection, self.smooth_start, self.limit, *at)
-
-    def _redundancy(self) -> tuple[Any, Any]:
-        """Return the secondary motion, and the large projection if that is its projector."""
-        return None, None
+        return Shaping(self.secondary, large, self.smooth_start, self.limit, *at)
 
     def chosen(self, scene: Scene, moving: Columns) -> Columns:
         """Return those of the velocities `moving` that `joints` names."""
@@ -99,26 +100,16 @@ class Redundant(Shaped):
                 "leave projection out"
             )
 
-    def _redundancy(self) -> tuple[Any, Any]:
-        large = None if isinstance(self.projection, str) else self.projection
-        return self.secondary, large
-
 
 def _velocities(scene: Scene, name: str) -> Sequence[int]:
     """Return the indices of a robot's velocities, or of the velocity of that name."""
-    names = scene.velocity_names
-    starts = np.cumsum([0, *(robot.nv for robot in scene.robots)])
-    for i, robot in enumerate(scene.robots):
-        if robot.name == name:
-            found: Sequence[int] = range(int(starts[i]), int(starts[i + 1]))
-            break
-    else:
-        if name not in names:
-            exists = [*(robot.name for robot in scene.robots), *names]
-            raise InputError(
-                f"joints: no robot or velocity {name!r}; {suggest(name, exists, 'names')}"
-            )
-        found = [names.index(name)]
+    ends = pairwise(accumulate((robot.nv for robot in scene.robots), initial=0))
+    robots = {robot.name: range(*both) for robot, both in zip(scene.robots, ends, strict=True)}
+    velocities = {other: [i] for i, other in enumerate(scene.velocity_names)}
+    exists: dict[str, Sequence[int]] = {**robots, **velocities, **robots}
+    if name not in exists:
+        raise InputError(f"joints: no robot or velocity {name!r}; {suggest(name, exists, 'names')}")
+    found = exists[name]
     if scene.prescribed[list(found)].any():
         raise InputError(f"joints: '{name}' moves on its own; a task cannot command it as well")
     return found

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated, NamedTuple
+from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +17,7 @@ from robsim.kernels.machine.rows import Rows
 from robsim.servo.given import Given
 from robsim.servo.laws.inverse import RCOND
 from robsim.servo.shaping.limit import SpeedLimit
-from robsim.servo.shaping.redundancy import AvoidLimits, Posture, Secondary, descent
+from robsim.servo.shaping.redundancy import AvoidLimits, Posture, descent
 from robsim.world.scene import Scene
 
 PROJECTIONS = family("projection")
@@ -49,87 +49,68 @@ class LargeProjection(Declared):
 PROJECTION = Choice(PROJECTIONS, default="large", plain=("classic",))
 
 
-class Shapeable(NamedTuple):
-    """The rows of a command of n velocities, and of the task of k features that it serves."""
-
-    k: int
-    n: int
-    error: Rows
-    J: Rows
-    A: Rows
-    qd: Rows
-
-
 @dataclass(frozen=True, eq=False)
 class Shaping:
     """What is done to the command after the law, for the commanded velocities of a scene."""
 
-    secondary: Secondary | None
+    secondary: Any  # a `Secondary`, or None
     projection: LargeProjection | None
     smooth_start: float | None  # per second
     limit: SpeedLimit | None
     coordinates: NDArray[np.int64]  # of each commanded velocity; -1 if it has none of its own
     limits: Array  # (n, 2) of these coordinates, in rad or m
 
-    def stages(self, given: Given, of: Shapeable) -> Rows:
-        """Add the stages that shape a command, and return its rows."""
-        program, qd, n = given.program, of.qd, of.n
-        if self.secondary is not None:
-            wish, P = self._wish(given, n), self._projector(program, of)
-            qd = program.rows(n)
-            program.add(kernels.project_stage, P=P, wish=wish, qd=of.qd, out=qd)
-        if self.smooth_start is not None:
-            mu, late = program.number(self.smooth_start), program.rows(n)
-            first = program.rows(n)
-            program.add(kernels.smooth_stage, mu=mu, dt=given.dt, first=first, qd=qd, out=late)
-            qd = late
-        return qd if self.limit is None else self.limit.stages(program, n, of.J, qd)
+    def stages(self, given: Given, qd: Rows, error: Rows, J: Rows, A: Rows) -> Rows:
+        """Add the stages that shape a command qd (n,), and return its rows.
 
-    def _projector(self, program: Program, of: Shapeable) -> Rows:
+        It serves a task with an error (k,), whose camera moves by J and features by A.
+        """
+        program, n = given.program, qd.size
+        if self.secondary is not None:
+            wish, P = self._wish(given, n), self._projector(program, error, A)
+            qd = program.result(kernels.project_stage, "out", n, P=P, wish=wish, qd=qd)
+        if self.smooth_start is not None:
+            held = {"mu": program.number(self.smooth_start), "first": program.rows(n)}
+            qd = program.result(kernels.smooth_stage, "out", n, **held, dt=given.dt, qd=qd)
+        return qd if self.limit is None else self.limit.stages(program, J, qd)
+
+    def _projector(self, program: Program, error: Rows, A: Rows) -> Rows:
         """Add the stages of the projector onto what the task leaves free."""
-        _, P = descent(program, [(of.A, program.rows(of.k))], of.n, RCOND)
+        _, P = descent(program, [(A, program.rows(error.size))], RCOND)
         if self.projection:
             bounds = program.constant([self.projection.low, self.projection.high])
-            program.add(kernels.large_stage, A=of.A, error=of.error, bounds=bounds, P=P)
+            program.add(kernels.large_stage, A=A, error=error, bounds=bounds, P=P)
         return P
 
     def _wish(self, given: Given, n: int) -> Rows:
         """Add the stage of the secondary motion, which may come from a user's class."""
-        program, q = given.program, given.q
-        wish, secondary = program.rows(n), self.secondary
-        if isinstance(secondary, AvoidLimits | Posture) and type(secondary) in (
-            AvoidLimits,
-            Posture,
-        ):
+        program, q, secondary = given.program, given.q, self.secondary
+        if type(secondary) in (AvoidLimits, Posture):
             low, high = (program.constant(each) for each in secondary.bounds(self.limits))
-            program.add(
+            return program.result(
                 kernels.wish_stage,
+                "wish",
+                n,
                 gain=program.number(secondary.gain),
                 lowest=low,
                 highest=high,
-                wish=wish,
                 q=[q[i] if i >= 0 else None for i in self.coordinates],
             )
-            return wish
-        program.call(lambda blocks, step: blocks.put(wish, self._asked(blocks.get(q), n)))
-        return wish
+        return program.asked(lambda blocks, step: self._asked(blocks.get(q), n), n)
 
     def _asked(self, q: Array, n: int) -> Array:
-        """Return the secondary motion (n, B) of a user's class."""
-        assert self.secondary is not None
+        """Return the secondary motion (n, B) of a user's class.
+
+        Velocities without a coordinate of their own are at zero.
+        """
         name, wanted = type(self.secondary).__name__, (q.shape[1], n)
-        given = self.secondary.velocity(shown_view(self._q(q)), self.limits)
+        own = self.coordinates[:, None] >= 0
+        at = np.where(own, q[self.coordinates], 0.0)
+        given = self.secondary.velocity(shown_view(at), self.limits)
         wish = numbers(given, f"{name}.velocity", wanted)
         if wish.shape != wanted:
             raise InputError(f"{name}.velocity: expected shape {wanted}, got {wish.shape}")
         return np.ascontiguousarray(wish.T)
-
-    def _q(self, q: Array) -> Array:
-        """Return coordinates (n, B), zero for velocities without a coordinate of their own."""
-        own = self.coordinates >= 0
-        found = np.zeros((len(own), q.shape[1]))
-        found[own] = q[self.coordinates[own]]
-        return found
 
 
 def coordinates_of(scene: Scene, columns: NDArray[np.int64]) -> tuple[NDArray[np.int64], Array]:

@@ -12,9 +12,8 @@ from robsim.base.errors import InputError, said
 from robsim.declare.problems import under
 from robsim.servo.bound_block import BoundBlock
 from robsim.servo.feature_block import FeatureBlock
-from robsim.servo.goals.goal import Goal, GoalFeatures, configuration, goal_observation
+from robsim.servo.goals.goal import GoalFeatures, configuration, goal_observation
 from robsim.servo.laws.broyden import Broyden
-from robsim.servo.laws.depths import Depths
 from robsim.servo.regulated import Regulated
 from robsim.servo.sight import Key, Sight, sight
 from robsim.servo.tasks.soundness import collinear
@@ -23,37 +22,27 @@ from robsim.world.scene import Scene
 Found = list[tuple[Sight, ...]]  # of each part, the sights of its one or two cameras
 
 
-def sights_of(
-    parts: Sequence[FeatureBlock], camera: Any, target: str | None, scene: Scene
-) -> Found:
-    """Return the sights of each block, whose own camera and target come first.
+def sights_of(task: Any, scene: Scene) -> Found:
+    """Return the sights of each block of a task, whose own camera and target come first.
 
     InputError: a name that does not exist, or a camera that nothing moves.
     """
     made: dict[Key, Sight] = {}
     each = []
-    for part in parts:
-        names = part.camera or camera
+    for part in task.blocks:
+        names = part.camera or task.camera
         several = names if isinstance(names, tuple) else (names,)
-        found = [sight(scene, name, part.target or target) for name in several]
+        found = [sight(scene, name, part.target or task.target) for name in several]
         each.append(tuple(made.setdefault(s.key, s) for s in found))
     return each
 
 
-def regulated_by(
-    parts: Sequence[FeatureBlock],
-    goal: Goal,
-    depths: Depths,
-    interaction: Any,
-    belief: Scene | None,
-    truth: Found,
-    columns: NDArray[np.int64],
-) -> Regulated:
-    """Return what blocks with these true sights regulate.
+def regulated_by(task: Any, truth: Found, columns: NDArray[np.int64]) -> Regulated:
+    """Return what a task regulates with its true sights.
 
-    InputError, GoalError: they cannot, or not with this goal, belief or depth.
+    InputError, GoalError: it cannot, or not with its goal, belief or depth.
     """
-    scene = truth[0][0].scene
+    scene, goal, depths, belief = truth[0][0].scene, task.goal, task.depths, task.belief
     exact = belief is None or belief == scene
     with under("belief"):
         believed = truth if exact else _believed(belief, scene, truth)
@@ -65,8 +54,8 @@ def regulated_by(
     for each in sights:
         depths.check(len(each.target.marks), each.target.name)
     with under("features"):
-        bound = tuple(_bound(*pair) for pair in zip(parts, believed, strict=True))
-    which: Any = "current" if isinstance(interaction, Broyden) else interaction
+        bound = tuple(_bound(*pair) for pair in zip(task.blocks, believed, strict=True))
+    which: Any = "current" if isinstance(task.interaction, Broyden) else task.interaction
     given = goal.s if isinstance(goal, GoalFeatures) else None
     draft = Regulated(bound, sights, exact, columns, depths, which, goals, q_goal, given, runs)
     return draft.at_its_goal()

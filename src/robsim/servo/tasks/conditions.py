@@ -73,13 +73,11 @@ class StagedCondition(ABC):
     def holds(self, first: Comparison, second: Comparison) -> NDArray[np.bool_]:
         """Return truth values (B,): in which runs the condition holds."""
 
-        def add(program: Program, *rows: Rows) -> tuple[Rows]:
-            pairs = zip(rows[::2], rows[1::2], strict=True)
-            seen = [Compared(error, [pixels]) for error, pixels in pairs]
-            return (self.stages(program, *seen),)
+        def add(program: Program, e: Rows, x: Rows, e2: Rows, x2: Rows) -> list[Rows]:
+            return [self.stages(program, Compared(e, [x]), Compared(e2, [x2]))]
 
         given = [x for one in (first, second) for x in (one.error_last, one.pixels_last)]
-        (found,) = evaluated(add, given, [()])
+        (found,) = evaluated(add, given)
         return np.asarray(found > 0.0)
 
 
@@ -111,11 +109,8 @@ class ErrorBelow(StagedCondition, Declared):
 
     def stages(self, program: Program, first: Compared, second: Compared) -> Rows:
         """Add the stage of the condition, and return its row."""
-        of, found = first if self.of == "first" else second, program.rows()
-        program.add(
-            kernels.error_below, error=of.error, bound=program.constant(self.value), out=found
-        )
-        return found
+        error, bound = (first if self.of == "first" else second).error, program.constant(self.value)
+        return program.result(kernels.error_below, "out", error=error, bound=bound)
 
 
 @register("condition", "near_border")
@@ -136,7 +131,6 @@ class NearBorder(StagedCondition, Declared):
 
     def stages(self, program: Program, first: Compared, second: Compared) -> Rows:
         """Add the stage of the condition, and return its row."""
-        numbers, found = program.constant([self.margin, *np.subtract(self.size, 1)]), program.rows()
+        numbers = program.constant([self.margin, *np.subtract(self.size, 1)])
         images = [(pixels,) for pixels in first.images]
-        program.add(kernels.near_border, numbers=numbers, out=found, images=images)
-        return found
+        return program.result(kernels.near_border, "out", numbers=numbers, images=images)

@@ -73,30 +73,17 @@ class DockingLaw(StagedLaw):
 
     def stages(self, of: LawRows) -> AtGain:
         """Add the stage of where the unicycle is; return what adds that of the command."""
-        program, place = of.program, self._planar(of.program, of.error)
-        numbers = program.constant([self.turn, self.h])
-
-        def at(gain: Rows) -> Rows:
-            qd = program.rows(2)
-            program.add(kernels.dock, place=place, rate=gain, numbers=numbers, qd=qd)
-            return qd
-
-        return at
+        numbers = of.program.constant([self.turn, self.h])
+        given = {"place": self._planar(of.program, of.error), "numbers": numbers}
+        return lambda gain: of.program.result(kernels.dock, "qd", 2, rate=gain, **given)
 
     def _planar(self, program: Program, error: Rows) -> Rows:
         """Add the stage of `planar`, and return its rows (3,)."""
         T_b_c, back = (program.constant(T.matrix[:3]) for T in (self.T_b_c, self.T_b_c.inv()))
-        place = program.rows(3)
-        program.add(
-            kernels.planar, error=error, T_b_c=T_b_c, T_c_b=back, room=program.rows(30), x=place
-        )
-        return place
+        given = {"error": error, "T_b_c": T_b_c, "T_c_b": back, "room": program.rows(30)}
+        return program.result(kernels.planar, "x", 3, **given)
 
     def planar(self, error: Array) -> Array:
         """Return x, y and heading (3, B) of the unicycle in goal axes, from (c*t_c, theta u)."""
-
-        def add(program: Program, *rows: Rows) -> tuple[Rows]:
-            return (self._planar(program, *rows),)
-
-        (place,) = evaluated(add, [error], [(3,)])
+        (place,) = evaluated(lambda *rows: [self._planar(*rows)], [error])
         return place

@@ -8,7 +8,7 @@ from typing import Annotated, Any, ClassVar
 
 import numpy as np
 
-from robsim.base.arrays import Array, frozen, numbers
+from robsim.base.arrays import Array, frozen, number, numbers
 from robsim.base.errors import InputError, said
 from robsim.declare import Choice, Declared, Number, Time, register
 from robsim.declare.joints import Axes, PerJoint, followed
@@ -17,7 +17,7 @@ from robsim.declare.spec import Context, Raw, expected
 from robsim.servo.laws.gain import PER_SECOND
 from robsim.servo.laws.inverse import RCOND
 from robsim.servo.shaping.shaped import JOINTS, Columns
-from robsim.servo.tasks.follower import check_trajectory
+from robsim.servo.tasks.follower import check_trajectory, unseen
 from robsim.servo.tasks.joint_follower import JointFollower, check_limits
 from robsim.servo.tasks.named import Axis, axes_called, axes_named
 from robsim.trajectory.limits import Acceleration, Limits, Speed
@@ -166,31 +166,24 @@ class FollowJoints(Declared):
             check_limits(scene, coordinates, goal[None])
         order = np.argsort([axis.velocity for axis in axes])
         robot = scene.robots[_owner(scene, axes[0].velocity)]
-        n = len(axes)
+        tip = f"{robot.name}.{robot.tip}"
         return JointFollower(
-            scene,
-            f"{robot.name}.{robot.tip}",
-            (),
-            self.columns(scene),
-            frozen(goal[order][:, None]),
-            tuple(scene.coordinate_units[i] for i in coordinates[order]),
-            np.full(n, self.tolerance),
-            np.empty((0, 2)),
-            self.gain or 1.0,
-            n,
-            RCOND,
-            self.gain,
-            self.trajectory,
-            self.duration,
-            self._limits,
-            self.by is not None,
-            goal,
-            coordinates,
-            order,
+            **unseen(scene, tip, self.columns(scene), goal[order], self),
+            units=tuple(scene.coordinate_units[i] for i in coordinates[order]),
+            full_rank=len(axes),
+            rcond=RCOND,
+            goal=goal,
+            coordinates=coordinates,
+            order=order,
         )
 
     @property
-    def _limits(self) -> Limits | None:
+    def relative(self) -> bool:
+        """Whether the goal is counted from the start of each run."""
+        return self.by is not None
+
+    @property
+    def limits(self) -> Limits | None:
         """The limits of the axes; None where a duration or a trajectory is given."""
         return None if self.speed is None else Limits(self.speed, self.acceleration)
 
@@ -222,8 +215,8 @@ class FollowJoints(Declared):
             )
         if self.trajectory is not None:
             _ = numbers(self.trajectory.at(0.0), f"{what} at 0 s", goal.shape)
-        if self._limits is not None:
-            _ = self._limits.of(len(goal))
+        if self.limits is not None:
+            _ = self.limits.of(len(goal))
         return goal
 
     def _checked_goal(self, what: str) -> Any:
@@ -240,10 +233,7 @@ class FollowJoints(Declared):
             raise InputError(f"{what}: expected the names of joints, got {said(way)}")
         if self.joints is not None:
             raise InputError(f"{what} names its joints: leave joints out")
-        goals = {name: numbers(value, f"{what}[{name!r}]", ()) for name, value in way.items()}
-        if any(value.ndim for value in goals.values()):
-            raise InputError(f"{what}: expected one number for each joint, got {said(way)}")
-        return {name: float(value) for name, value in goals.items()}
+        return {name: number(value, f"{what}[{name!r}]") for name, value in way.items()}
 
     def _check_plan(self) -> None:
         """Raise InputError unless there is one of a trajectory, a duration, and limits."""

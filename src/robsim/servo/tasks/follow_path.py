@@ -19,7 +19,7 @@ from robsim.servo.laws.gain import PER_SECOND
 from robsim.servo.laws.inverse import INVERSE
 from robsim.servo.servo_controller import rcond_of
 from robsim.servo.shaping.shaped import Columns, Redundant
-from robsim.servo.tasks.follower import check_trajectory
+from robsim.servo.tasks.follower import check_trajectory, unseen
 from robsim.servo.tasks.path_follower import PathFollower, usual_rank
 from robsim.trajectory import Path, Straight
 from robsim.trajectory.pace import Acceleration, Duration, Pace, Speed, Turn, TurnAcceleration
@@ -163,23 +163,13 @@ class FollowPath(Redundant):
         end = self._end()
         s_goal = np.concatenate([end[:3, 3], np.zeros(3)])[:k]
         return PathFollower(
-            scene,
-            frame,
-            (),
-            columns,
-            frozen(s_goal[:, None]),
-            ("m", "m", "m", "rad", "rad", "rad")[:k],
-            np.full(k, self.tolerance),
-            np.empty((0, 2)),
-            self.gain or 1.0,
-            usual_rank(scene, frame, columns, k),
-            rcond_of(self.inverse),
-            self.gain,
-            self.path,
-            None if self.path is not None else Pace(**self._limits_given()),
-            end,
-            self.inverse,
-            self.shaping(scene, columns),
+            **unseen(scene, frame, columns, s_goal, self),
+            units=("m", "m", "m", "rad", "rad", "rad")[:k],
+            full_rank=usual_rank(scene, frame, columns, k),
+            rcond=rcond_of(self.inverse),
+            way_pace=None if self.path is not None else Pace(**self._limits_given()),
+            end=end,
+            shaping=self.shaping(scene, columns),
         )
 
     def _limits_given(self) -> dict[str, Any]:

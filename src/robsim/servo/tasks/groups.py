@@ -7,10 +7,10 @@ from typing import Annotated, Any, ClassVar
 
 from robsim.declare import Stacked
 from robsim.servo.feature_block import FEATURES
+from robsim.servo.laws.broyden import INTERACTION
 from robsim.servo.laws.depths import DEPTH, SCALE, Depth
 from robsim.servo.laws.feed_forward import FEED_FORWARD
 from robsim.servo.laws.gain import GAIN, AdaptiveGain
-from robsim.servo.laws.interaction import INTERACTION
 from robsim.servo.laws.inverse import INVERSE
 from robsim.servo.laws.law import LAW
 from robsim.servo.tasks.task import ServoTask

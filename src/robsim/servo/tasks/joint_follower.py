@@ -3,24 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from robsim.base.arrays import Array, numbers
 from robsim.base.errors import InputError
+from robsim.features.rows import picked
 from robsim.kernels.control import commanding, following
-from robsim.kernels.machine.program import Blocks
 from robsim.kernels.machine.rows import Rows
 from robsim.robot.joint import LIMIT_SLACK
-from robsim.servo.command import Command
-from robsim.servo.controller import Decision
 from robsim.servo.given import Commanded, Given
-from robsim.servo.tasks.followed import Followed, followed
-from robsim.servo.tasks.follower import Follower
-from robsim.trajectory.limits import Limits
-from robsim.trajectory.timing import ALIKE
+from robsim.servo.tasks.follower import Followed, Follower, followed, timing
 from robsim.world.scene import Scene
 
 
@@ -28,10 +22,6 @@ from robsim.world.scene import Scene
 class JointFollower(Follower):
     """The controller of `FollowJoints`."""
 
-    trajectory: Any  # the same for all runs; None: from where each of them starts to the goal
-    duration: float | None  # of a way to the goal; None: as the limits allow
-    limits: Limits | None
-    relative: bool  # whether the goal is counted from the start
     goal: Array  # (n,) in the order of the axes of the trajectory; with `by` from the start
     coordinates: NDArray[np.int64]  # of these axes
     order: NDArray[np.int64]  # of the axes for the commanded velocities, which are sorted
@@ -39,84 +29,55 @@ class JointFollower(Follower):
     def stages(self, given: Given) -> Commanded:
         """Add the stages of an instant to a program, and return the rows that they write."""
         program, n = given.program, self.k
-        q, start = [given.q[i] for i in self.coordinates], program.rows(n)
-        program.add(following.remembered, to=start, rows=q)
-        way, (s, error), qd = self._way(given, start), self._missed(given, start), program.rows(n)
-        program.add(
+        q = [given.q[i] for i in self.coordinates]
+        start = program.result(following.remembered, "to", n, rows=q)
+        way = self._way(given, start)
+        qd = program.result(
             following.towards,
+            "qd",
+            n,
             here=way.here,
             gain=self.gain_row(given),
             duration=given.dt,
-            qd=qd,
             axes=[(axis, q[axis]) for axis in self.order.tolist()],
         )
-        task_jacobian = program.constant(np.eye(n))
-
-        def decide(blocks: Blocks) -> Decision:
-            command = Command(*map(blocks.get, (s, error, qd, task_jacobian)))
-            return Decision(command, self._jacobian(blocks.get(given.q)))
-
-        rows = s, error, qd, task_jacobian, self.busy(given, way)
-        return Commanded(*rows, decide, lambda qd: None)
+        rows = *self._missed(given, start), qd, program.constant(np.eye(n)), self.busy(given, way)
+        return Commanded(*rows, lambda blocks: self._jacobian(blocks.get(given.q)))
 
     def _missed(self, given: Given, start: Rows) -> tuple[Rows, Rows]:
         """Add the stages of s and of the error, and return their rows."""
-        program, n = given.program, self.k
-        s, error = program.rows(n), program.rows(n)
-        since = start if self.relative else program.constant(np.zeros(n))
-        for i, axis in enumerate(self.order.tolist()):
-            q, own = self.coordinates[axis], slice(i, i + 1)
-            where = {"s": given.q[q : q + 1], "s_goal": since[axis : axis + 1]}
-            program.add(commanding.difference, **where, error=s[own])
-        program.add(
-            commanding.difference, s=s, s_goal=program.constant(self.s_goal.ravel()), error=error
-        )
-        return s, error
+        program, goal = given.program, given.program.constant(self.s_goal.ravel())
+        s = picked(program, given.q, self.coordinates[self.order])
+        if self.task.relative:
+            since = picked(program, start, self.order)
+            s = program.result(commanding.difference, "error", self.k, s=s, s_goal=since)
+        return s, program.result(commanding.difference, "error", self.k, s=s, s_goal=goal)
 
     def _way(self, given: Given, start: Rows) -> Followed:
         """Add the stages of the trajectory of each run, from where its joints started."""
         n, program = self.k, given.program
-        if self.trajectory is not None:
-            at = self.trajectory.at
+        if self.task.trajectory is not None:
+            at = self.task.trajectory.at
             return followed(
-                given, self.trajectory, n, lambda t: numbers(at(t), "trajectory.at", (n,))
+                given, self.task.trajectory, n, lambda t: numbers(at(t), "trajectory.at", (n,))
             )
-        goal, way = program.constant(np.ravel(self.goal)), program.rows(n)
-        if self.relative:
-            change, goal = goal, program.rows(n)
-            program.add(commanding.summed, x=start, y=change, out=goal)
-        program.add(commanding.difference, s=goal, s_goal=start, error=way)
-        seconds, ramps = self._timing(given, way)
-        here = program.rows(2, n)
-        program.add(
-            following.axes,
-            dt=given.dt,
-            seconds=seconds,
-            ramps=ramps,
-            start=start,
-            ways=way,
-            goal=goal,
-            here=here,
-        )
-        return Followed(here, seconds)
-
-    def _timing(self, given: Given, way: Rows) -> tuple[Rows, Rows]:
-        """Return the rows of the duration of a way, and of its ramps."""
-        n, program = self.k, given.program
-        if self.limits is None:
-            return program.constant(self.duration), program.constant(np.full(n, ALIKE))
-        seconds, ramps = program.rows(), program.rows(n)
-        limits = program.constant(np.stack(self.limits.of(n)))
-        program.add(following.paced, ways=way, limits=limits, ramps=ramps, seconds=seconds)
-        return seconds, ramps
+        goal = program.constant(np.ravel(self.goal))
+        if self.task.relative:
+            goal = program.result(commanding.summed, "out", n, x=start, y=goal)
+        ways = program.result(commanding.difference, "error", n, s=goal, s_goal=start)
+        limits = None if self.task.limits is None else np.stack(self.task.limits.of(n))
+        times = timing(program, ways, self.task.duration, limits)
+        way = {"start": start, "ways": ways, "goal": goal}
+        here = program.result(following.axes, "here", 2, n, dt=given.dt, **times, **way)
+        return Followed(here, times["seconds"])
 
     def goal_from(self, start: Array) -> Array:
         """Return where runs go (B, n) or (n,) whose joints started at (B, n)."""
-        return start + self.goal if self.relative else self.goal
+        return start + self.goal if self.task.relative else self.goal
 
     def check_start(self, q0: Array) -> None:
         """Raise InputError if the joint limits let no run go as far as it should."""
-        if self.relative:
+        if self.task.relative:
             goals = self.goal_from(q0[:, self.coordinates])
             check_limits(self.scene, self.coordinates, goals)
 

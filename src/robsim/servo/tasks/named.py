@@ -36,17 +36,11 @@ def axes_called(scene: Scene, names: Iterable[str], what: str) -> list[Axis]:
     twice.
     """
     known = axes_of(scene)
-    fits: dict[str, list[str]] = {}
-    for full in known:
-        for name in (full, full.split(".", 1)[1]):
-            fits.setdefault(name, []).append(full)
-    return distinct(scene, [_one(scene, known, fits, name, what) for name in names], what)
+    return distinct(scene, [_one(scene, known, name, what) for name in names], what)
 
 
-def _one(
-    scene: Scene, known: dict[str, Axis], fits: dict[str, list[str]], name: str, what: str
-) -> Axis:
-    full = fits.get(name, [])
+def _one(scene: Scene, known: dict[str, Axis], name: str, what: str) -> Axis:
+    full = [full for full in known if name in (full, full.split(".", 1)[1])]
     if len(full) > 1:
         raise InputError(f"{what}: which joint {name!r}? There are {', '.join(full)}")
     if not full:

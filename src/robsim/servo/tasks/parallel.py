@@ -66,8 +66,10 @@ class ParallelController(Several):
         """Add the stages of all tasks, each of which commands its own joints."""
         each, qd = self._parts(given), given.program.rows(self.columns.size)
         for part, one in zip(self.parts, each, strict=True):
-            for i, column in enumerate(self._own(part)):
-                given.program.add(
-                    commanding.copied, rows=one.qd[i : i + 1], to=qd[column : column + 1]
-                )
+            given.program.add(
+                commanding.widened,
+                A=one.qd.reshape(1, -1),
+                out=qd.reshape(1, -1),
+                columns=self._own(part).tolist(),
+            )
         return self._together(given, each, qd)

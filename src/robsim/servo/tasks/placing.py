@@ -18,7 +18,7 @@ from robsim.servo.laws.gain import PER_SECOND
 from robsim.servo.laws.inverse import PseudoInverse
 from robsim.servo.laws.law import UnitOfLength
 from robsim.servo.laws.staged_law import AtGain, LawRows, StagedLaw, realised
-from robsim.servo.placed_frame import jacobian_in_world, placed_at
+from robsim.servo.placed_frame import placed_at
 from robsim.servo.regulated import Regulated
 from robsim.servo.shaping.shaped import Columns, Redundant
 from robsim.servo.sight import Sight
@@ -104,44 +104,29 @@ class PlacingLaw(StagedLaw):
         program, tree, held_by = of.program, self.sight.scene.tree, self.sight.target.on
         placed = placed_at(program, tree, of.q)
         T_w_c, T = placed.frames([tree.find(self.sight.eye.name), tree.find(held_by)])
-        now, goal = program.rows(3, 3), program.rows(3, 3)
-        program.add(kernels.in_world, T=T_w_c, points=of.s.reshape(3, 3), out=now)
-        program.add(
-            kernels.in_world,
-            T=T_w_c,
-            points=program.constant(np.reshape(self.s_goal, (3, 3))),
-            out=goal,
+        points = of.s.reshape(3, 3), program.constant(np.reshape(self.s_goal, (3, 3)))
+        now, goal = (
+            program.result(kernels.in_world, "out", 3, 3, T=T_w_c, points=each) for each in points
         )
         V = self._twist(program, now, goal)
         program.add(kernels.carried, T=T, twist=V)
-        J = jacobian_in_world(placed, tree, held_by, T, self.columns)
+        moves = tree.moves(tree.carried(held_by), self.columns)
+        J = placed.base_jacobian(T, moves)
         given = of._replace(J=J, inverse=PseudoInverse())
         qd = realised(given, V, program.constant(self.task.length))
         return lambda gain: qd
 
     def _twist(self, program: Program, now: Rows, goal: Rows) -> Rows:
         """Add the stages of `twist`, and return its rows (6,)."""
-        rotation, translation = (
-            program.constant(gain) for gain in (self.task.rotation, self.task.translation)
-        )
-        V, variant = program.rows(6), self.task.variant
-        program.add(
-            kernels.turning,
-            now=now,
-            goal=goal,
-            gain=rotation,
-            completed=variant == "completed",
-            twist=V,
-        )
-        sign = 1 if variant == "printed" else -1
-        program.add(kernels.moving, now=now, goal=goal, gain=translation, sign=sign, twist=V)
+        task, marks = self.task, {"now": now, "goal": goal}
+        turn, move = program.constant(task.rotation), program.constant(task.translation)
+        how = {"gain": turn, "completed": task.variant == "completed"}
+        V = program.result(kernels.turning, "twist", 6, **marks, **how)
+        sign = 1 if task.variant == "printed" else -1
+        program.add(kernels.moving, **marks, gain=move, sign=sign, twist=V)
         return V
 
     def twist(self, now: Array, goal: Array) -> tuple[Array, Array]:
         """Return T and Omega (3, B) at the world's origin, from a, b, c (3, 3, B) in its axes."""
-
-        def add(program: Program, *rows: Rows) -> tuple[Rows]:
-            return (self._twist(program, *rows),)
-
-        (V,) = evaluated(add, [now, goal], [(6,)])
+        (V,) = evaluated(lambda *rows: [self._twist(*rows)], [now, goal])
         return V[:3], V[3:]

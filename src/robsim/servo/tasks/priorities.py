@@ -2,27 +2,23 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import repeat
 from typing import Annotated, Any
 
 from robsim.base.errors import InputError, said
 from robsim.declare import ListOf, register
-from robsim.kernels.machine.program import Blocks
-from robsim.kernels.machine.rows import Rows
-from robsim.servo.command import Command
-from robsim.servo.controller import Controller, Decision
+from robsim.servo.controller import Controller
 from robsim.servo.given import Commanded, Given
 from robsim.servo.laws.inverse import SHARE, PseudoInverse
 from robsim.servo.laws.law import JointLaw
-from robsim.servo.regulated_stages import joined
 from robsim.servo.servo_controller import Servo
 from robsim.servo.servo_stages import ServoStages
 from robsim.servo.shaping.redundancy import descent
 from robsim.servo.shaping.shaped import Columns, Redundant
-from robsim.servo.shaping.shaping import Shapeable, Shaping
+from robsim.servo.shaping.shaping import Shaping
 from robsim.servo.tasks.family import TASKS, TaskChoice
-from robsim.servo.tasks.several import OfParts, OfTasks, common, marks_used, union
+from robsim.servo.tasks.several import OfParts, OfTasks, common
 from robsim.servo.tasks.task import ServoTask, Task
 from robsim.world.scene import Scene
 
@@ -57,7 +53,7 @@ class Priorities(OfTasks, Redundant):
 
     def columns(self, scene: Scene) -> Columns:
         """Return the velocities that any of the tasks commands."""
-        return self.chosen(scene, union(self.each_columns(scene)))
+        return self.chosen(scene, super().columns(scene))
 
     def bind(self, scene: Scene, columns: Columns | None = None) -> Controller:
         """Return the controller of all tasks in a scene."""
@@ -76,8 +72,7 @@ def _check_level(task: Any) -> None:
             "priorities are for tasks such as IBVS, PBVS and Hybrid with law='joint', "
             f"got {said(task)}"
         )
-    secondary = getattr(task, "secondary", None)
-    if task.joints or secondary or task.smooth_start or task.limit:
+    if task.joints or task.secondary or task.smooth_start or task.limit:
         raise InputError(
             "joints, secondary, smooth_start and limit belong to Priorities(...) as a "
             "whole, not to one of its tasks"
@@ -98,24 +93,10 @@ class Ordered(OfParts):
 
     def stages(self, given: Given) -> Commanded:
         """Add the stages in which each task moves within what those before leave free."""
-        program, n = given.program, self.columns.size
         made = [ServoStages(part, given.inside(str(i))) for i, part in enumerate(self.parts)]
-        for each in made:
-            each.assess()
-        levels = [(one.A, one.rate()) for one in made]
-        qd, _ = descent(program, levels, n, self.rcond)
-        error, A = (joined(program, [one.plain[i] for one in made]) for i in (0, 2))
-        s, J = joined(program, [one.of.s for one in made]), made[0].of.first
-        qd = self.shaping.stages(given, Shapeable(self.k, n, error, J, A, qd))
-
-        def decide(blocks: Blocks) -> Decision:
-            found = Command(*map(blocks.get, (s, error, qd, A)))
-            weights = blocks.get(used[0]) if used[0] is not None else None
-            return Decision(found, blocks.get(J), weights=weights)
-
-        def note(qd: Rows) -> None:
-            for one in made:
-                one.note(qd)
-
-        used = marks_used(program, self.parts, made)
-        return Commanded(s, error, qd, A, program.rows(), decide, note, *used)
+        for one in made:
+            one.assess()
+        qd, _ = descent(given.program, [(one.A, one.rate()) for one in made], self.rcond)
+        found = self._together(given, [one.commanded(qd) for one in made], qd)
+        task = found.error, made[0].of.first, found.task_jacobian
+        return replace(found, qd=self.shaping.stages(given, qd, *task))

@@ -12,7 +12,7 @@ from robsim.base.values import known
 from robsim.declare import Whole, Word, register
 from robsim.features.pose import Translation
 from robsim.servo.feature_block import FeatureBlock, Indices
-from robsim.servo.laws.interaction import INTERACTION
+from robsim.servo.laws.broyden import INTERACTION
 from robsim.servo.laws.inverse import INVERSE
 from robsim.servo.laws.law import UnitOfLength
 from robsim.servo.laws.partitioned import Advance, PartitionedLaw, Roll

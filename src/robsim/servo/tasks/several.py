@@ -14,14 +14,13 @@ from robsim.base.arrays import Array, frozen
 from robsim.base.errors import InputError
 from robsim.declare import Declared
 from robsim.declare.problems import under
+from robsim.features.rows import joined, picked
 from robsim.kernels.control import commanding
 from robsim.kernels.control.weighting import worst
-from robsim.kernels.machine.program import Blocks, Program
+from robsim.kernels.machine.program import Program
 from robsim.kernels.machine.rows import Rows
-from robsim.servo.command import Command
-from robsim.servo.controller import Controller, Decision
+from robsim.servo.controller import Controller
 from robsim.servo.given import Commanded, Given
-from robsim.servo.regulated_stages import joined
 from robsim.servo.shaping.shaped import Columns
 from robsim.servo.sight import Key, Sight
 from robsim.servo.tasks.family import check_nesting
@@ -56,13 +55,6 @@ class OfParts(Controller):
         """The sights of which a feature of any task needs all marks at once."""
         return frozenset().union(*(part.whole for part in self.parts))
 
-
-@dataclass(frozen=True, eq=False)
-class Several(OfParts):
-    """The controller of several tasks, each with joints of its own, which they may share."""
-
-    parts: tuple[Controller, ...]
-
     def check_start(self, q0: Array) -> None:
         """Raise InputError if a task can be done from none of the starts q0 (B, nq)."""
         for part in self.parts:
@@ -78,32 +70,41 @@ class Several(OfParts):
 
     def _together(self, given: Given, each: list[Commanded], qd: Rows) -> Commanded:
         """Return the rows of all tasks, with the velocities that are commanded."""
-        program, width = given.program, self.columns.size
+        program, own = given.program, [self._own(part) for part in self.parts]
         s, error = (
             joined(program, [getattr(one, name) for one in each]) for name in ("s", "error")
         )
-        A, at, busy = program.rows(self.k, width), 0, program.rows()
-        for part, one in zip(self.parts, each, strict=True):
-            own, rows = self._own(part).tolist(), A[at : at + part.k]
-            program.add(commanding.widened, A=one.task_jacobian, out=rows, columns=own)
-            at += part.k
-        program.add(commanding.either, out=busy, rows=[one.busy for one in each])
-
-        def decide(blocks: Blocks) -> Decision:
-            get = blocks.get
-            found = Command(*map(get, (s, error, qd, A)))
-            used = get(weights) if weights is not None else None
-            return Decision(found, each[0].decide(blocks).J, weights=used)
+        both = list(zip(own, each, strict=True))
+        A = joined(program, [self._wide(program, one, columns) for columns, one in both])
+        busy = program.result(commanding.either, "out", rows=[one.busy for one in each])
 
         def note(qd: Rows) -> None:
-            for part, one in zip(self.parts, each, strict=True):
-                mine = program.rows(part.columns.size)
-                for i, column in enumerate(self._own(part)):
-                    program.add(commanding.copied, rows=qd[column : column + 1], to=mine[i : i + 1])
-                one.note(mine)
+            for columns, one in both:
+                one.note(picked(program, qd, columns))
 
-        weights, status = marks_used(program, self.parts, each)
-        return Commanded(s, error, qd, A, busy, decide, note, weights, status)
+        return Commanded(s, error, qd, A, busy, each[0].J, note, *self._marks_used(program, each))
+
+    def _wide(self, program: Program, one: Commanded, own: Columns) -> Rows:
+        """Return the rows of how all velocities move the features of a part."""
+        shape, given = (one.s.size, self.columns.size), {"A": one.task_jacobian}
+        return program.result(commanding.widened, "out", *shape, **given, columns=own.tolist())
+
+    def _marks_used(
+        self, program: Program, each: list[Commanded]
+    ) -> tuple[Rows | None, Rows | None]:
+        """Return the rows of the weights of all parts, and of the worst status of what is left."""
+        weights, status = None, [one.status for one in each if one.status is not None]
+        if self.weighted:
+            ones = [program.constant(np.ones(one.s.size)) for one in each]
+            pairs = zip(ones, each, strict=True)
+            weights = joined(program, [w if e.weights is None else e.weights for w, e in pairs])
+        if len(status) < 2:
+            return weights, status[0] if status else None
+        return weights, program.result(worst, "out", rows=status)
+
+
+class Several(OfParts):
+    """The controller of several tasks, each with joints of its own, which they may share."""
 
 
 class OfSeveral(Declared):
@@ -130,6 +131,10 @@ class OfSeveral(Declared):
             with under(*place):
                 found.append(task.columns(scene))
         return found
+
+    def columns(self, scene: Scene) -> Columns:
+        """Return the velocities that any of the tasks commands."""
+        return frozen(np.unique(np.concatenate(self.each_columns(scene))))
 
     def bound(self, scene: Scene, columns: Iterable[Columns]) -> tuple[Any, ...]:
         """Return the controllers of all tasks, each with its columns."""
@@ -184,22 +189,6 @@ def common(parts: Sequence[Controller]) -> dict[str, Any]:
     }
 
 
-def marks_used(
-    program: Program, parts: Sequence[Controller], each: Sequence[Any]
-) -> tuple[Rows | None, Rows | None]:
-    """Return the rows of the weights of all parts, and of the worst status of what is left."""
-    weights, status = None, [one.status for one in each if one.status is not None]
-    if any(part.weighted for part in parts):
-        whole = [program.constant(np.ones(part.k)) for part in parts]
-        pairs = zip(whole, each, strict=True)
-        weights = joined(program, [w if one.weights is None else one.weights for w, one in pairs])
-    if len(status) < 2:
-        return weights, *(status or [None])
-    found = program.rows()
-    program.add(worst, out=found, rows=status)
-    return weights, found
-
-
 def beside(arrays: Sequence[Array], axis: int) -> Array:
     """Return arrays beside each other along an axis, some of which may have an axis of runs."""
     others = [list(array.shape) for array in arrays]
@@ -209,8 +198,3 @@ def beside(arrays: Sequence[Array], axis: int) -> Array:
     shapes = ((*common[:at], size, *common[at:]) for size in sizes)
     pairs = zip(arrays, shapes, strict=True)
     return np.concatenate([np.broadcast_to(*pair) for pair in pairs], axis=axis)
-
-
-def union(columns: Iterable[Columns]) -> Columns:
-    """Return every velocity once, in order."""
-    return frozen(np.unique(np.concatenate(list(columns))))

@@ -185,10 +185,9 @@ def warn_of_rank(controller: Servo) -> None:
     if found < full:
         marks = np.unique(np.atleast_3d(first.target.marks)[..., 0], axis=0)
         cause = "its marks lie on one line; " if collinear(marks) else ""
-        few = cause or len(marks) < 3
-        advice = "at least three marks that are not on one line"
-        if not few:
-            advice = "more features, or command fewer joints"
+        advice = "more features, or command fewer joints"
+        if cause or len(marks) < 3:
+            advice = "at least three marks that are not on one line"
         warnings.warn(
             f"the features of '{first.target.name}' fix only {found} of the {full} "
             f"motions of camera '{first.eye.name}' at the goal: {cause}"

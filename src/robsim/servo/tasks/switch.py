@@ -9,7 +9,7 @@ from typing import Annotated, Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from robsim.base.arrays import frozen
+from robsim.base.arrays import Array, frozen
 from robsim.base.errors import InputError, said
 from robsim.declare import Flag, register
 from robsim.kernels.control import commanding
@@ -21,7 +21,7 @@ from robsim.servo.given import Commanded, Given
 from robsim.servo.shaping.shaped import Columns
 from robsim.servo.tasks.conditions import CONDITION, Compared, Comparison, Condition, staged
 from robsim.servo.tasks.family import TASKS, TaskChoice
-from robsim.servo.tasks.several import OfSeveral, Place, Several, common, union
+from robsim.servo.tasks.several import OfSeveral, Place, Several, common
 from robsim.servo.tasks.task import Task
 from robsim.world.scene import Scene
 
@@ -64,10 +64,6 @@ class Switch(OfSeveral):
         first, second = tasks
         return replace(self, first=first, second=second)
 
-    def columns(self, scene: Scene) -> Columns:
-        """Return the velocities that either scheme commands."""
-        return union(self.each_columns(scene))
-
     def bind(self, scene: Scene, columns: Columns | None = None) -> Controller:
         """Return the controller of both schemes in a scene, each with its own joints."""
         mine = self.columns(scene)
@@ -87,11 +83,9 @@ class Switched(Several):
     def stages(self, given: Given) -> Commanded:
         """Add the stages of both schemes; the joints of the one that waits stand still."""
         each, program = self._parts(given), given.program
-        qd, second = program.rows(self.columns.size), program.rows()
-        program.add(
-            kernels.thrown, stays=self.latch, holds=self._condition(given, each), second=second
-        )
-        program.add(commanding.cleared, rows=qd)
+        holds = self._condition(given, each)
+        second = program.result(kernels.thrown, "second", stays=self.latch, holds=holds)
+        qd = program.result(commanding.cleared, "rows", self.columns.size)
         for i, (part, one) in enumerate(zip(self.parts, each, strict=True)):
             to = [qd[column] for column in self._own(part)]
             program.add(commanding.taken, qd=one.qd, second=second, which=i, to=to)
@@ -100,42 +94,31 @@ class Switched(Several):
 
     def _condition(self, given: Given, each: list[Commanded]) -> Rows:
         """Return the row of the condition, which may be a user's."""
-        program, images = given.program, [_images(given, part) for part in self.parts]
-        parts = list(zip(self.parts, each, images, strict=True))
-        when = staged(self.when)
+        program, when = given.program, staged(self.when)
+        images = [[given.views[sight.key].pixels for sight in part.sights] for part in self.parts]
+        parts = list(zip(each, images, strict=True))
         if when is not None:
-            seen = [Compared(one.error, some) for _, one, some in parts]
-            return when.stages(program, *seen)
-        holds = program.rows()
+            return when.stages(program, *(Compared(one.error, some) for one, some in parts))
 
-        def ask(blocks: Blocks, step: int) -> None:
-            seen = [_comparison(blocks, *each) for each in parts]
-            blocks.put(holds, _truths(self.when, seen, blocks.runs).astype(float))
+        def ask(blocks: Blocks, step: int) -> Array:
+            seen = [_comparison(blocks, *part) for part in parts]
+            return _truths(self.when, seen, blocks.runs).astype(float)
 
-        program.call(ask)
-        return holds
+        return program.asked(ask)
 
 
 def _of_its_turn(program: Program, each: Sequence[Commanded], second: Rows) -> Rows | None:
     """Return the row of the status of the scheme whose turn it is, or None where none has one."""
     if all(one.status is None for one in each):
         return None
-    found = program.rows()
-    program.add(commanding.cleared, rows=found.flat)
+    (found,) = program.result(commanding.cleared, "rows", 1)
     for i, one in enumerate(each):
         if one.status is not None:
             program.add(commanding.taken, qd=one.status.flat, second=second, which=i, to=[found])
     return found
 
 
-def _images(given: Given, part: Controller) -> list[Rows]:
-    """Return the rows of the pixels of each of its images."""
-    return [given.views[sight.key].pixels for sight in part.sights]
-
-
-def _comparison(
-    blocks: Blocks, part: Controller, one: Commanded, images: Sequence[Rows]
-) -> Comparison:
+def _comparison(blocks: Blocks, one: Commanded, images: Sequence[Rows]) -> Comparison:
     """Return what a condition of a user's is shown of one scheme."""
     get = blocks.get
     pixels = np.concatenate([np.empty((0, 2, blocks.runs)), *map(get, images)])

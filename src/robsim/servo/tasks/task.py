@@ -142,7 +142,7 @@ class ServoTask(Shaped):
         if columns is not None:
             return self._controller(scene, columns)
         controller = self._own_controller(scene)
-        if self._redundancy()[0] is None:
+        if self.secondary is None:
             warn_of_rank(controller)
             self.warn_of_wheels(controller)
         return controller
@@ -193,14 +193,13 @@ class ServoTask(Shaped):
         """Return the true sights of each feature block; those of the last scene are kept."""
         last: Found | None = vars(self).get("_sights")
         if last is None or last[0][0].scene is not scene:
-            last = sights_of(self.blocks, self.camera, self.target, scene)
+            last = sights_of(self, scene)
             vars(self)["_sights"] = last
         return last
 
     def regulated(self, sights: Found, columns: Columns) -> Regulated:
         """Return what the task regulates with its true sights; InputError if it cannot."""
-        given = self.depths, self.interaction, self.belief
-        return regulated_by(self.blocks, self.goal, *given, sights, columns)
+        return regulated_by(self, sights, columns)
 
     def warn_of_wheels(self, controller: Servo) -> None:
         """Warn with RankWarning if a unicycle alone is asked for more than it can do."""

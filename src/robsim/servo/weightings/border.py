@@ -43,6 +43,7 @@ class Border(WeightsOfMarks, Declared):
     def marks(self, of: MarksSeen) -> Rows:
         """Add the stage of the weights of the marks of a sight, and return their rows."""
         program = of.given.program
-        width, found = program.number(self.width), program.rows(of.N)
-        program.add(kernels.border, pixels=of.view.pixels, camera=of.camera, width=width, out=found)
-        return found
+        image = {"pixels": of.view.pixels, "camera": of.camera}
+        return program.result(
+            kernels.border, "out", of.N, **image, width=program.number(self.width)
+        )

@@ -33,9 +33,6 @@ class Fade(WeightsOfMarks, Declared):
     def marks(self, of: MarksSeen) -> Rows:
         """Add the stage of the weights of the marks of a sight, and return their rows."""
         program = of.given.program
-        ramp, found = program.rows(of.N), program.rows(of.N)
-        seconds = program.number(self.time)
-        program.add(
-            kernels.fade, there=of.there, seconds=seconds, dt=of.given.dt, ramp=ramp, out=found
-        )
-        return found
+        times = {"seconds": program.number(self.time), "dt": of.given.dt}
+        ramp = program.rows(of.N)
+        return program.result(kernels.fade, "out", of.N, there=of.there, **times, ramp=ramp)

@@ -12,8 +12,8 @@ from robsim.base.errors import InputError
 from robsim.declare.problems import under
 from robsim.servo.bound_block import BoundBlock
 from robsim.servo.regulated import Regulated
-from robsim.servo.sight import Key
-from robsim.servo.weightings.weighting import Group, WeightsOfMarks
+from robsim.servo.sight import Key, Sight
+from robsim.servo.weightings.weighting import Group
 
 POSE_MARKS = 4  # fewer leave several poses
 
@@ -76,25 +76,18 @@ def check_weighting(weighting: tuple[Any, ...], regulated: Regulated) -> None:
         return
     with under("weighting"):
         made_of(regulated)
-    _check_marks(weighting, regulated)
-    if not any(getattr(each, "excuses", False) for each in weighting):
-        return
-    for sight in regulated.sights:
-        if sight.eye.camera.size is None:
-            raise InputError(
-                f"weighting: camera '{sight.eye.name}' has no size, and its image no border"
-            )
+        for each in weighting:
+            for sight in regulated.sights:
+                _check_sight(each, sight)
 
 
-def _check_marks(weighting: tuple[Any, ...], regulated: Regulated) -> None:
-    """Raise InputError where there are too few marks."""
-    for each in weighting:
-        if not isinstance(each, WeightsOfMarks):
-            continue
-        name = type(each).__name__
-        for sight in regulated.sights:
-            if len(sight.target.marks) < each.least_marks:
-                raise InputError(
-                    f"weighting: {name} needs {each.least_marks} marks or more, and "
-                    f"'{sight.target.name}' has {len(sight.target.marks)}"
-                )
+def _check_sight(weighting: Any, sight: Sight) -> None:
+    """Raise InputError where there are too few marks, or an image without the borders needed."""
+    least, marks = getattr(weighting, "least_marks", 1), len(sight.target.marks)
+    if marks < least:
+        raise InputError(
+            f"{type(weighting).__name__} needs {least} marks or more, and "
+            f"'{sight.target.name}' has {marks}"
+        )
+    if getattr(weighting, "excuses", False) and sight.eye.camera.size is None:
+        raise InputError(f"camera '{sight.eye.name}' has no size, and its image no border")

@@ -37,12 +37,11 @@ class _Robust(WeightsOfMarks):
     def marks(self, of: MarksSeen) -> Rows:
         """Add the stage of the weights of the marks of a sight, and return their rows."""
         program, N = of.given.program, of.N
-        goal, noise = program.numbers(of.goal, 2), program.number(self.noise)
-        found, room = program.rows(N), program.scratch(3 * N)
+        goal = program.numbers(of.goal, 2)
         image = {"pixels": of.view.pixels, "goal": goal, "there": of.there}
-        weighed = {"least": noise, "weights": found, "room": room}
-        program.add(kernels.by_distance, kind=self.kernel, **image, **weighed)
-        return found
+        how = {"kind": self.kernel, "least": program.number(self.noise)}
+        room = program.scratch(3 * N)
+        return program.result(kernels.by_distance, "weights", N, **image, **how, room=room)
 
 
 @register("weighting", "huber")

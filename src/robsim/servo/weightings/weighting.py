@@ -14,7 +14,6 @@ from robsim.base.arrays import Array, shown_view
 from robsim.declare import Choice, ListOf, family
 from robsim.kernels.machine.rows import Rows
 from robsim.servo.given import Given, View
-from robsim.servo.sight import Sight
 
 WEIGHTINGS = family("weighting")
 
@@ -23,7 +22,6 @@ class MarksSeen(NamedTuple):
     """The rows of the N marks of a sight, of which a weighting makes weights (N,)."""
 
     given: Given
-    sight: Sight
     N: int
     view: View  # pixels as measured, NaN where none are; a hidden mark is where it was seen last
     camera: Rows  # as `robsim.kernels.images.viewing` has it
