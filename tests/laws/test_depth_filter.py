@@ -285,7 +285,7 @@ def test_it_is_a_value(again):
         ((1000.0,), "start of the depth filter must lie between 0.01 m and 100.0 m, got 1000.0"),
         ((1e-3,), "start of the depth filter must lie between"),
         ((1.0, -0.5), "DepthFilter.start_sigma must be a positive number"),
-        ((1.0, 0.5, 0.0), "DepthFilter.noise .px. must be a positive number"),
+        ((1.0, 0.5, 0.0), "DepthFilter.noise must be a positive number .px."),
         (("far",), "DepthFilter.start: expected a number"),
         ((np.nan,), "DepthFilter.start: nan"),
     ],

@@ -51,8 +51,8 @@ def test_it_is_a_value(again):
 @pytest.mark.parametrize(
     "arguments, message",
     [
-        ((0.0, 0.4, 30.0), r"at_zero \(per second\) must be a positive number, got 0"),
-        ((4.0, -0.4, 30.0), r"at_infinity \(per second\) must be a positive number"),
+        ((0.0, 0.4, 30.0), r"at_zero must be a positive number \(per second\), got 0"),
+        ((4.0, -0.4, 30.0), r"at_infinity must be a positive number \(per second\)"),
         ((4.0, 0.4, 0.0), "slope must be a positive number"),
         ((4.0, 0.4, np.nan), "slope: nan"),
         ((4.0, 4.0, 30.0), "at_zero must be above at_infinity, got 4.0 and 4.0"),
@@ -71,7 +71,7 @@ def test_a_gain_is_a_positive_number_or_adaptive():
     two = DECLARED.check(2, "gain")
     assert two == 2.0 and type(two) is float
     for bad in (0, -1, [1, 2]):
-        with pytest.raises(InputError, match=r"gain \(per second\) must be a positive number, got"):
+        with pytest.raises(InputError, match=r"gain must be a positive number \(per second\), got"):
             DECLARED.check(bad, "gain")
     for bad in (np.inf, None, True, {}):
         with pytest.raises(InputError, match=r"gain: .* number"):
