@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from functools import reduce
 from typing import Any
 
 
@@ -24,26 +25,23 @@ class Rows(int):
 
     def __getitem__(self, where: Any) -> Rows:
         """Return the rows of one entry of the first axis, or of some that follow one another."""
-        if isinstance(where, tuple):
-            found = self
-            for each in where:
-                found = found[each]
-            return found
-        if not self.shape:
-            raise IndexError("a single row has no parts")
-        length, *rest = self.shape
-        step = math.prod(rest)
-        if isinstance(where, slice):
-            start, stop, stride = where.indices(length)
-            if stride != 1:
-                raise IndexError(f"rows follow one another: {where}")
-            return Rows(self + start * step, (max(stop - start, 0), *rest))
-        if not -length <= where < length:
-            raise IndexError(f"there is no entry {where} of {length}")
-        return Rows(self + where % length * step, tuple(rest))
+        if where.__class__ is tuple:
+            return reduce(Rows.__getitem__, where, self)
+        try:
+            found = range(self.shape[0])[where]
+        except IndexError:
+            raise IndexError(f"{self!r} have no entry {where}") from None
+        rest = self.shape[1:]
+        if where.__class__ is not slice:
+            return Rows(self + found * math.prod(rest), rest)
+        if found.step != 1:
+            raise IndexError(f"rows follow one another: {where}")
+        return Rows(self + found.start * math.prod(rest), (len(found), *rest))
 
     def __iter__(self) -> Iterator[Rows]:
-        return (self[i] for i in range(self.shape[0]))
+        rest = self.shape[1:]
+        step = math.prod(rest)
+        return (Rows(self + i * step, rest) for i in range(self.shape[0]))
 
     @property
     def size(self) -> int:
