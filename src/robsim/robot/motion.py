@@ -23,7 +23,7 @@ def add_motion(
     (see `add_rolling`) and joints of the user's kinds in Python are not moved here.
     """
     steady: list[tuple[Any, Any]] = []
-    for row in joints.rows[1:]:
+    for row in joints.rows[1:].tolist():
         kind, first, at = row[KIND], row[IQ], row[IV]
         rate = rates[at] if at >= 0 else None
         if rate is None or kind == kinds.OWN:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from functools import cached_property
 from itertools import groupby
 
 import numpy as np
@@ -35,6 +36,8 @@ COORDINATES = {  # of joints that have several
     kinds.CAR: 3,
 }
 
+_STILL = np.eye(3, 4)[None]
+
 
 class Placed:
     """The rows of a program in which the bodies of a tree stand, at coordinates q (nq,).
@@ -45,20 +48,21 @@ class Placed:
 
     def __init__(self, program: Program, joints: Joints, q: Rows) -> None:
         self.program, self.joints, self.q, (self.nq,) = program, joints, q, q.shape
-        bodies, own = len(joints.rows), joints.rows[:, KIND] == kinds.OWN
-        self.poses = program.constant(np.tile(np.eye(4)[:3], (bodies, 1, 1)))
+        self._rows = joints.rows.tolist()
+        own = [i for i, row in enumerate(self._rows) if row[KIND] == kinds.OWN]
+        self.poses = program.constant(np.repeat(_STILL, len(self._rows), axis=0))
         self.ratio = program.constant(np.ones(joints.ratios))
-        self.motions = program.rows(int(own.sum()), 3, 4)
+        self.motions = program.rows(len(own), 3, 4)
         self.place = program.numbers(joints.place, 3)
-        self._motion = {i: self.motions[n] for n, i in enumerate(np.flatnonzero(own).tolist())}
-        self._curves = self._kept_curves()
+        self._poses, self._places = list(self.poses), list(self.place)  # body by body
+        self._motion = dict(zip(own, self.motions, strict=True))
 
     def add(self) -> None:
         """Add the stages: what depends on others first, then bodies after their parents."""
         self.follow()
         self._stage()
-        bodies = range(1, len(self.joints.rows))
-        for stage, some in groupby(bodies, lambda i: STAGES.get(int(self.joints.rows[i, KIND]))):
+        bodies = range(1, len(self._rows))
+        for stage, some in groupby(bodies, lambda i: STAGES.get(self._rows[i][KIND])):
             for each in [list(some)] if stage else [[i] for i in some]:
                 self._bodies(stage, each)
 
@@ -108,28 +112,28 @@ class Placed:
         for body, offset in some:
             T = self.program.rows(3, 4)
             last = offset[:3] if offset.ndim == 2 else runs_last(offset[..., :3, :], 2)
-            each.append((self.poses[body], self.program.numbers(last, 2), T))
+            each.append((self._poses[body], self.program.numbers(last, 2), T))
         self.program.add(placing.frames, each=each)
         return [T for _, _, T in each]
 
     def _bodies(self, stage: Stage | None, some: list[int]) -> None:
         each = []
         for i in some:
-            row = self.joints.rows[i]
+            row = self._rows[i]
             given = self._motion[i] if i in self._motion else self._coordinates(row)
-            each.append((self.poses[row[PARENT]], self.place[i], given, self.poses[i]))
+            each.append((self._poses[row[PARENT]], self._places[i], given, self._poses[i]))
         if stage is None:
             self._rail(some[0], *each[0])
         else:
             self.program.add(stage, each=each)
 
-    def _coordinates(self, row: Array) -> Rows:
+    def _coordinates(self, row: list[int]) -> Rows:
         """Return the rows of the coordinates that move a body: one, or several of the tree."""
-        count, x = COORDINATES.get(int(row[KIND]), 0), row[IX]
+        count, x = COORDINATES.get(row[KIND], 0), row[IX]
         return self.q[x : x + count] if count else self._x(x)
 
     def _rail(self, i: int, parent: Rows, place: Rows, s: Rows, T: Rows) -> None:
-        row = self.joints.rows[i]
+        row = self._rows[i]
         bend = self.ratio[row[BEND]]
         given = {"parent": parent, "place": place, "s": s, "T": T, "curvature": bend}
         self.program.add(placing.ride, **self._curves, which=row[CURVE], **given)
@@ -159,7 +163,9 @@ class Placed:
         """Return the row of a coordinate: of the tree, or of those that depend on others."""
         return self.q[i] if i < self.nq else self._followers[i - self.nq]
 
-    def _kept_curves(self) -> dict[str, Address]:
+    @cached_property
+    def _curves(self) -> dict[str, Address]:
+        """The tables of the curves of all rails."""
         tables = zip(("first", "lengths", "pieces"), self.joints.curves, strict=True)
         return {name: self.program.address(array) for name, array in tables}
 

@@ -54,7 +54,7 @@ class Regulated:
         """Return the features at the goal."""
         views = [part.at_goal(seen, projections) for part in self.parts]
         s = _stacked([part.measure(view) for part, view in zip(self.parts, views, strict=True)])
-        J = {t.key: t.jacobian(projections[t.key], t.moves(self.columns)) for t in self.sights}
+        J = {t.key: t.jacobian(projections[t.key], self.moves[t.key]) for t in self.sights}
         first = J[self.sights[0].key]
         if isinstance(self.which, np.ndarray):
             each: list[Array] = []  # all cameras move as one
@@ -193,6 +193,11 @@ class Regulated:
             sight.key: sight.project(sight.home(self.runs) if q is None else q)
             for sight in self.sights
         }
+
+    @cached_property
+    def moves(self) -> dict[Key, Moves]:
+        """How the commanded velocities move each camera against its target."""
+        return {sight.key: sight.moves(self.columns) for sight in self.sights}
 
     @cached_property
     def own_moves(self) -> tuple[NDArray[np.int64], dict[Key, Moves]]:

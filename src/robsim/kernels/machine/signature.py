@@ -155,7 +155,7 @@ class Each(Fields):
 
     @cached_property
     def encode(self) -> Callable[[Any], list[int] | None]:
-        """A function that returns the length and the numbers of entries; None if they do not fit."""
+        """A function that returns the length and the numbers of entries; None for a misfit."""
         entry = "entry" if self.alone else f"({', '.join(self.given)},)"
         tests = " and ".join(self.kinds[name].test(name) for name in self.given)
         values = ", ".join(kind.value(name) for name, kind in self.kinds.items())
