@@ -34,7 +34,7 @@ class Blocks:
         for first, values in program.same:
             same[first : first + values.size] = values
         self.flat[:] = np.repeat(same, WIDTH)
-        for first, values in program.each_own:
+        for first, values in program.given:
             self.put(first, values[:, runs])
 
     @property
@@ -122,7 +122,7 @@ class Program:
         self._scratch = Rows(0, (0,))
         self.calls: list[tuple[Stage, Sequence[int]] | Own | Rescue] = []
         self.same: list[tuple[int, Array]] = []  # first rows, and what begins there in all runs
-        self.each_own: list[tuple[int, Array]] = []  # (rows, runs)
+        self.given: list[tuple[int, Array]] = []  # (rows, runs)
         self.wholes: list[Rows] = []  # rows of whole numbers, by which stages find places in memory
         self.kept: list[Any] = []  # whose addresses stand among the numbers
 
@@ -161,7 +161,7 @@ class Program:
         if runs == 1:
             return self.constant(given[..., 0])
         found = self.rows(*shape)
-        self.each_own.append((found, given.reshape(-1, runs)))
+        self.given.append((found, given.reshape(-1, runs)))
         return found
 
     def number(self, value: Any) -> Rows:
@@ -172,7 +172,7 @@ class Program:
     @property
     def runs(self) -> int:
         """The number of runs of which each has numbers of its own, or 1."""
-        return max((values.shape[1] for _, values in self.each_own), default=1)
+        return max((values.shape[1] for _, values in self.given), default=1)
 
     def whole(self, values: Any) -> Rows:
         """Return the row of whole numbers (runs,), which stand there bit by bit."""

@@ -210,7 +210,8 @@ class Signature(Fields):
             code += [f"   packed_[{list(self.kinds).index(name)}] = len(packed_)"]
             code += [f"   packed_ += _{name}.encode({name})"]
         code += ["   return packed_", " except unfit:", "  pass"]
-        code += [f" refuse(dict({', '.join(f'{n}={n}' for n in self.given)}, **others_))"]
+        rows = [*(f"{name!r}: {name}" for name in self.given), "**others_"]
+        code += [f" refuse({{{', '.join(rows)}}})"]
         known = {"unfit": _UNFIT, "missing": _MISSING, "refuse": self._refuse}
         return self.compiled("pack", code, **known)  # type: ignore[no-any-return]
 
