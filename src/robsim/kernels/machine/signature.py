@@ -86,7 +86,7 @@ class Whole:
 
     def value(self, name: str) -> str:
         """Return the expression of the whole number that stands for what is given."""
-        return name
+        return f"int({name})"
 
 
 def is_whole(value: Any) -> bool:
