@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import accumulate
 
 import numpy as np
 
@@ -113,10 +114,12 @@ class Images:
 
     def taken(self, placed: Placed, image: Rows, seen: Rows, status: Rows) -> list[View]:
         """Add the stages of an image of bodies that are placed, of what is seen, and its status."""
-        found, of, taken, shown = [], FIRST, parts(image), parts(seen)
+        found, of, taken = [], FIRST, parts(image)
+        shown = taken if seen is image else parts(seen)
         for sight, group in zip(self.sights, self.groups, strict=True):
             some = group.rows
-            rows, to = [part[some] for part in taken], [part[some] for part in shown]
+            rows = [part[some] for part in taken]
+            to = rows if seen is image else [part[some] for part in shown]
             if sight.key in self.excused:
                 each = self.program.rows(len(sight.target.marks))
                 found.append(view(self.program, placed, sight, *rows, each, of=EACH))
@@ -196,17 +199,14 @@ class Images:
 def parts(image: Rows) -> tuple[Rows, Rows]:
     """Return the rows of the pixels (N, 2) and of the depths (N,) of an image."""
     N = image.size // 3
-    return image[: 2 * N].reshape(N, 2), image[2 * N :]
+    return Rows(image, (N, 2)), Rows(image + 2 * N, (N,))
 
 
 def mark_groups(sights: Sequence[Sight]) -> list[MarkGroup]:
     """Return the marks of each camera and target, as they stand in the rows of an image."""
     counts = [len(sight.target.marks) for sight in sights]
-    firsts = np.cumsum([0, *counts]).tolist()
-    return [
-        MarkGroup(*sight.key, first, count)
-        for sight, first, count in zip(sights, firsts, counts, strict=False)
-    ]
+    each = zip(sights, accumulate(counts, initial=0), counts, strict=False)
+    return [MarkGroup(*sight.key, first, count) for sight, first, count in each]
 
 
 def lateness(latency: float | Array, dt: float, steps: int) -> tuple[Array, Array]:

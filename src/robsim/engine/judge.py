@@ -48,12 +48,11 @@ class Judge:
         add(judging.stillness, **paced, periods=self.still)
         moving = self._moving(plant, images)
         add(judging.path, T=moving, before=program.rows(3), length=self.length)
-        slack = np.array([-LIMIT_SLACK, LIMIT_SLACK])
-        free = np.full(plant.scene.limits.shape, [-np.inf, np.inf])
+        slack = np.array([-1.0, 1.0]) * (LIMIT_SLACK if limited else np.inf)
         add(
             judging.judge,
             q=plant.q,
-            limits=program.constant((plant.scene.limits + slack if limited else free).T),
+            limits=program.constant((plant.scene.limits + slack).T),
             status=self._worst(images.status, command.status),
             depth=images.true[2 * images.N :].column,
             qd=command.qd,

@@ -126,7 +126,7 @@ class Loop:
         """Go on with the runs that have not ended."""
         if going.chunk is None:
             return
-        alive = going.chunk.get(self.sequence.alive, 1)[0] != 0.0
+        alive = going.chunk.get(self.sequence.alive) != 0.0
         if not alive.any():
             going.done, going.chunk = True, None
         elif not alive.all():
@@ -191,7 +191,7 @@ class Steps:
         """
         before = chunk.numbers.copy() if self._rescues else chunk.numbers
         given = made.addresses, made.at, made.numbers, self.motion
-        advance(*given, chunk.flat, self.alive, step, until)
+        advance(*given, chunk.flat, int(self.alive), step, until)  # kernels take it faster
         if not any(chunk.numbers[:, row].any() for row in self._rescues):
             return True
         chunk.numbers[:] = before

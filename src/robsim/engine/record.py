@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import pairwise
+from itertools import accumulate, pairwise
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -63,7 +63,7 @@ class Recorder:
         self.every = every(record)
         instants = 0 if self.every is None else steps // self.every + 1
         _check_memory(runs, steps, self.every, widths)
-        self.bounds = np.cumsum([0, *widths]).tolist()
+        self.bounds = list(accumulate(widths, initial=0))
         width = self.bounds[-1]
         self.table = np.full((runs, instants, width), np.nan)
         self.ends = np.full((runs, width + 4), np.nan)  # and path length, ending, step, outcome

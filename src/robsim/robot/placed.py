@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cached_property
 from itertools import groupby
 
 import numpy as np
@@ -12,10 +13,12 @@ from robsim.kernels.control.commanding import copied, jacobian
 from robsim.kernels.formulas.jacobian import Moves
 from robsim.kernels.formulas.tree import Bodies
 from robsim.kernels.machine.program import Blocks, Program, evaluated
-from robsim.kernels.machine.rows import Rows
+from robsim.kernels.machine.rows import Address, Rows
 from robsim.robot.assembly import Joints
 from robsim.robot.joints.kind import PlacedBody
 from robsim.robot.member import Member
+
+_STILL = np.eye(3, 4)[None]
 
 
 class Placed:
@@ -28,13 +31,12 @@ class Placed:
         self.program, self.joints, self.q, (self.nq,) = program, joints, q, q.shape
         own = [each for each in joints.members if each.kind.own]
         self._called = [each for each in own if each.is_called]
-        self.poses = program.constant(np.tile(np.eye(4)[:3], (len(joints.bodies), 1, 1)))
+        self.poses = program.constant(np.repeat(_STILL, len(joints.bodies), axis=0))
         self.ratio = program.constant(np.ones(joints.ratios))
         motions = program.rows(len(own), 3, 4)
         self.place = program.numbers(joints.place, 3)
+        self._poses, self._places = list(self.poses), list(self.place)  # body by body
         self._motion = {each.body: rows for each, rows in zip(own, motions, strict=True)}
-        tables = zip(("first", "lengths", "pieces"), joints.curves, strict=True)
-        self.curves = {name: program.address(array) for name, array in tables}
 
     def add(self) -> None:
         """Add the stages: what depends on others first, then bodies after their parents."""
@@ -104,7 +106,7 @@ class Placed:
         for body, offset in some:
             T = self.program.rows(3, 4)
             last = offset[:3] if offset.ndim == 2 else runs_last(offset[..., :3, :], 2)
-            each.append((self.poses[body], self.program.numbers(last, 2), T))
+            each.append((self._poses[body], self.program.numbers(last, 2), T))
         self.program.add(placing.frames, each=each)
         return [T for _, _, T in each]
 
@@ -119,11 +121,17 @@ class Placed:
         """Return the rows of a body, and of what moves it."""
         body = self.joints.bodies[i]
         x = self._motion[i] if i in self._motion else self._x(body.x)
-        return PlacedBody(self.poses[body.parent], self.place[i], x, self.poses[i], body)
+        return PlacedBody(self._poses[body.parent], self._places[i], x, self._poses[i], body)
 
     def _x(self, i: int) -> Rows:
         """Return the row of a coordinate: of the tree, or of those that depend on others."""
         return self.q[i] if i < self.nq else self._followers[i - self.nq]
+
+    @cached_property
+    def curves(self) -> dict[str, Address]:
+        """The tables of the curves of all rails."""
+        tables = zip(("first", "lengths", "pieces"), self.joints.curves, strict=True)
+        return {name: self.program.address(array) for name, array in tables}
 
 
 def frame_jacobian(bodies: Bodies, T: Array, moves: Moves) -> Array:

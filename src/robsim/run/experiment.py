@@ -41,7 +41,7 @@ from robsim.run.staged import Staged
 from robsim.run.text import complete_text
 from robsim.run.varied import Template, checked
 from robsim.servo.safety.safety import Safety
-from robsim.servo.tasks.task import Task
+from robsim.servo.tasks.task import ServoTask, Task
 from robsim.world.actuation import Actuation
 from robsim.world.scene import Scene
 from robsim.world.sensing import Sensing
@@ -403,7 +403,7 @@ class Experiment(Value):
         keeper = self._keeper(checkpoint, resume)
         how = {"threads": threads, "chunk": chunk, "progress": progress}
         with interrupt.held(begun=False) as stops, self._named():
-            if isinstance(self.task, Staged):
+            if not isinstance(self.task, ServoTask) and isinstance(self.task, Staged):  # faster so
                 with self.keyed("task"):
                     result = self.task.simulated(self, checkpoint=keeper, **how)
                 finished = True
@@ -481,14 +481,15 @@ class Experiment(Value):
         with self.keyed("task"):
             controller = made.task.bind(made.scene)
         start = starts(self.scene, self.scene.home, "home") if self.start is None else self.start
-        q0 = np.broadcast_to(start, (self.runs, self.scene.nq))
+        q0 = np.empty((self.runs, self.scene.nq))
+        q0[:] = start
         steps = whole_periods(self.dt, self.duration)
         single = start.ndim == 1 and not self.varied
         settings = self.hold, self.first_run, numbers, self.record, single
         with self.keyed():
             return Loop(
                 controller,
-                np.ascontiguousarray(q0),
+                q0,
                 self.dt,
                 steps,
                 self.seed,

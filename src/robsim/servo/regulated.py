@@ -202,6 +202,11 @@ class Regulated:
         }
 
     @cached_property
+    def moves(self) -> dict[Key, Moves]:
+        """How the commanded velocities move each camera against its target."""
+        return {sight.key: sight.moves(self.columns) for sight in self.sights}
+
+    @cached_property
     def own_moves(self) -> tuple[NDArray[np.int64], dict[Key, Moves]]:
         """The prescribed velocities, and how they move each camera against its target."""
         columns = frozen(np.flatnonzero(self.sights[0].scene.prescribed))

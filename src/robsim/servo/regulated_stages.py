@@ -39,8 +39,7 @@ class RegulatedRows:
         self.seen_twist = {sight.key: self.program.rows(6) for sight in regulated.sights}
         self.placed, self.frames = self._world()
         self.seen = {sight.key: self._seen(sight) for sight in regulated.sights}
-        columns = regulated.columns
-        self.J = {s.key: self.jacobian(s, s.moves(columns)) for s in regulated.sights}
+        self.J = {s.key: self.jacobian(s, regulated.moves[s.key]) for s in regulated.sights}
         self.first = self.J[regulated.sights[0].key]
         self.shown = [self._shown(part.sights) for part in regulated.parts]
         pairs = zip(regulated.parts, self.shown, strict=True)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import reduce
+from functools import cached_property, reduce
 
 from robsim.base.errors import naming
 from robsim.declare import Declared, described
@@ -48,6 +48,10 @@ class Actuation(Declared):
 
     def acting(self) -> list[Acting[JointEffect]]:
         """Return the imperfections that are on, in the order of the fields."""
+        return self._acting
+
+    @cached_property
+    def _acting(self) -> list[Acting[JointEffect]]:
         return acting(self, PARTS, JointEffect, AFTER_IMAGES)
 
     @property

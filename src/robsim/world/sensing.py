@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import reduce
+from functools import cached_property, reduce
 
 from robsim.declare import Declared, described
 from robsim.world.imperfections.dropped import Dropped, DroppedImages
@@ -41,6 +41,10 @@ class Sensing(Declared):
 
     def acting(self) -> list[Acting[ImageEffect]]:
         """Return the imperfections that are on, in the order of the fields."""
+        return self._acting
+
+    @cached_property
+    def _acting(self) -> list[Acting[ImageEffect]]:
         return acting(self, PARTS, ImageEffect, FIRST_STREAM)
 
     def timing(self, dt: float) -> ImageTiming:

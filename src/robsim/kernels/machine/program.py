@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
+from array import array
 from collections.abc import Callable, Sequence
-from itertools import groupby
+from itertools import accumulate, chain, groupby
 from typing import Any, NamedTuple, cast
 
 import numpy as np
@@ -12,7 +13,7 @@ from numpy.typing import NDArray
 
 from robsim.kernels.machine import stage as kernels
 from robsim.kernels.machine.lanes import WIDTH
-from robsim.kernels.machine.rows import Address, Rows
+from robsim.kernels.machine.rows import Address, Rows, rows_at
 from robsim.kernels.machine.stage import Stage
 
 Array = NDArray[np.float64]
@@ -28,15 +29,13 @@ class Blocks:
         self.runs, self.rows = len(runs), runs
         self.memory: dict[str, Any] = {}  # what stages in Python keep, arrays with the run first
         self.made: dict[Any, Any] = {}  # what stages in Python made at this step
-        each = np.append(runs, np.repeat(runs[-1:], -len(runs) % WIDTH))
-        self.numbers = _aligned(each.size // WIDTH, program.size)
+        self.numbers = _aligned(-(-len(runs) // WIDTH), program.size)
         same = np.zeros(program.size)  # at once, as a row at a time takes ten times as long
-        for first, values in program.given:
-            same[first : first + len(values)] = values[:, 0]
+        for first, values in program.same:
+            same[first : first + values.size] = values
         self.flat[:] = np.repeat(same, WIDTH)
         for first, values in program.given:
-            if values.shape[1] > 1:
-                self._into(first, values[:, each])
+            self.put(first, values[:, runs])
 
     @property
     def flat(self) -> Array:
@@ -103,9 +102,9 @@ class Compiled:
     def __init__(self, calls: list[tuple[Stage, Sequence[int]]]) -> None:
         self.addresses = np.array([stage.address for stage, _ in calls], dtype=np.int64)
         sizes = [len(numbers) for _, numbers in calls]
-        self.at = np.cumsum([0, *sizes], dtype=np.int64)[: len(calls)]
-        flat = [n for _, numbers in calls for n in numbers]
-        self.numbers = np.fromiter(flat or [0], np.int64)
+        self.at = np.array([0, *accumulate(sizes)], dtype=np.int64)[: len(calls)]
+        flat = array("q", chain.from_iterable(numbers for _, numbers in calls))
+        self.numbers = np.array(flat or [0], dtype=np.int64)
 
     def __call__(self, blocks: Blocks, step: int) -> None:
         """Perform the stages on all blocks."""
@@ -122,7 +121,8 @@ class Program:
         self.size = 0
         self._scratch = Rows(0, (0,))
         self.calls: list[tuple[Stage, Sequence[int]] | Own | Rescue] = []
-        self.given: list[tuple[int, Array]] = []
+        self.same: list[tuple[int, Array]] = []  # first rows, and what begins there in all runs
+        self.given: list[tuple[int, Array]] = []  # (rows, runs)
         self.wholes: list[Rows] = []  # rows of whole numbers, by which stages find places in memory
         self.kept: list[Any] = []  # whose addresses stand among the numbers
 
@@ -130,7 +130,7 @@ class Program:
         """Return new rows of a shape, a single one by default."""
         first = self.size
         self.size += math.prod(shape)
-        return Rows(first, shape)
+        return rows_at(first, shape)
 
     def scratch(self, *shape: int) -> Rows:
         """Return rows of a shape in which any stage may work, but where none keeps."""
@@ -140,26 +140,34 @@ class Program:
 
     def constant(self, values: Any) -> Rows:
         """Return the rows of numbers that are the same in all runs."""
-        array = np.array(values, dtype=np.float64)
-        return self._given(array.reshape(-1, 1), array.shape)
+        given = np.array(values, dtype=np.float64)
+        found = rows_at(self.size, given.shape)
+        self.size += given.size
+        self.same.append((found, given.ravel()))
+        return found
 
     def numbers(self, values: Any, axes: int) -> Rows:
         """Return the rows of numbers with so many axes, and a last one of runs if they vary."""
-        array = np.asarray(values, dtype=np.float64)
-        return self.constant(array) if array.ndim == axes else self.each(array)
+        given = np.asarray(values, dtype=np.float64)
+        return self.constant(given) if given.ndim == axes else self.each(given)
 
     def each(self, values: Any) -> Rows:
         """Return the rows of numbers (..., runs), of each run its own.
 
         One column stands for all runs.
         """
-        array = np.asarray(values, dtype=np.float64)
-        return self._given(array.reshape(-1, array.shape[-1]), array.shape[:-1])
+        given = np.asarray(values, dtype=np.float64)
+        *shape, runs = given.shape
+        if runs == 1:
+            return self.constant(given[..., 0])
+        found = self.rows(*shape)
+        self.given.append((found, given.reshape(-1, runs)))
+        return found
 
     def number(self, value: Any) -> Rows:
         """Return the row of a number, the same in all runs or (runs,) of each its own."""
         is_one = isinstance(value, float | int | np.integer)
-        return self.constant(value) if is_one else self.each(np.reshape(value, -1))
+        return self.constant(value) if is_one else self.each(np.asarray(value).reshape(-1))
 
     @property
     def runs(self) -> int:
@@ -170,11 +178,6 @@ class Program:
         """Return the row of whole numbers (runs,), which stand there bit by bit."""
         self.wholes.append(self.each(np.asarray(values, dtype=np.int64).view(np.float64)))
         return self.wholes[-1]
-
-    def _given(self, values: Array, shape: tuple[int, ...]) -> Rows:
-        found = self.rows(*shape)
-        self.given.append((found, values))
-        return found
 
     def address(self, array: NDArray[Any]) -> Address:
         """Return the address of the first number of an array, which is kept as long as this."""
@@ -299,8 +302,8 @@ def evaluated(
     if runs is None:
         runs = np.arange(count) if program.runs > 1 else np.zeros(count, dtype=np.int64)
     blocks = Blocks(program, runs)
-    for row, array in zip(rows, arrays, strict=True):
-        blocks.put(row, array)
+    for row, values in zip(rows, arrays, strict=True):
+        blocks.put(row, values)
     for part in program.segments():
         part(blocks, 0)
     others = [()] * len(found) if shapes is None else shapes

@@ -25,6 +25,8 @@ from robsim.kernels.machine.rows import Address, Rows
 
 _SYMBOL = re.compile(r"[A-Za-z]\w*")
 _MULTIPLE = re.compile(r"(?:(\d+)\*)?([A-Za-z]\w*)")
+_UNFIT = (AttributeError, IndexError, TypeError, ValueError)  # what looking at a wrong value raises
+_MISSING = object()
 
 
 class WrongRows(TypeError):
@@ -47,11 +49,6 @@ class Shape:
         axes = {match[2]: (i, int(match[1] or 1)) for i, match in each if match}
         return {} if self.may_be_absent else axes
 
-    @property
-    def code(self) -> str:
-        """The shape as an expression of Python."""
-        return f"({', '.join(self.dims)}{',' if self.dims else ''})"
-
     def expected(self, counts: dict[str, int]) -> str:
         """Return the shape in words, with counts that are known."""
         what = "rows" if self.kind is Rows else "the address of an array"
@@ -62,91 +59,114 @@ class Shape:
             f"{f' where {known}' if known else ''}{' or None' if self.may_be_absent else ''}"
         )
 
-    def fits(self, value: Any, counts: dict[str, int]) -> bool:
-        """Return whether a value has this shape; counts that are not known yet are found."""
-        if value is None:
-            return self.may_be_absent
-        if type(value) is not self.kind or len(value.shape) != len(self.dims):
-            return False
-        for name, (axis, times) in self.found.items():
-            counts.setdefault(name, value.shape[axis] // times)
-        return all(
-            length == eval(dim, {"__builtins__": {}}, dict(counts))
-            for dim, length in zip(self.dims, value.shape, strict=True)
-            if set(_SYMBOL.findall(dim)) <= counts.keys()
-        )
+    def test(self, name: str) -> str:
+        """Return the expression that says whether what is given fits."""
+        shape = f"({', '.join(self.dims)}{',' if self.dims else ''})"
+        same = f"{name}.__class__ is {self.kind.__name__} and {name}.shape == {shape}"
+        return f"({name} is None or {same})" if self.may_be_absent else same
 
-    def encode(self, value: Any) -> list[int]:
-        """Return the whole numbers that stand for a value."""
-        return [-1 if value is None else value]
+    def value(self, name: str) -> str:
+        """Return the expression of the whole number that stands for what is given."""
+        return f"-1 if {name} is None else {name}" if self.may_be_absent else name
 
 
 class Whole:
     """A whole number."""
 
     found: ClassVar[dict[str, tuple[int, int]]] = {}
+    may_be_absent = False
 
     def expected(self, counts: dict[str, int]) -> str:
         """Return what is expected, in words."""
         return "a whole number"
 
-    def fits(self, value: Any, counts: dict[str, int]) -> bool:
-        """Return whether a value is one, and no rows."""
-        whole = isinstance(value, int | np.integer | np.bool_)
-        return whole and not isinstance(value, Rows | Address)
+    def test(self, name: str) -> str:
+        """Return the expression that says whether what is given fits."""
+        return f"({name}.__class__ is int or is_whole({name}))"
 
-    def encode(self, value: Any) -> list[int]:
-        """Return the whole numbers that stand for a value."""
-        return [int(value)]
+    def value(self, name: str) -> str:
+        """Return the expression of the whole number that stands for what is given."""
+        return f"int({name})"
 
 
-class Each:
+def is_whole(value: Any) -> bool:
+    """Return whether a value is a whole number, and no rows."""
+    whole = isinstance(value, int | np.integer | np.bool_)
+    return whole and not isinstance(value, Rows | Address)
+
+
+class Fields:
+    """Values with names, of which each is declared: of a stage, or of each record of a list.
+
+    What is given is checked, and made into whole numbers, by code that is written in Python and
+    compiled, since programs are put together for every run.
+    """
+
+    def __init__(self, texts: dict[str, str]) -> None:
+        self.kinds = {name: _kind(text) for name, text in texts.items()}
+        found = {count for kind in self.kinds.values() for count in kind.found}
+        self.given = [name for name, text in texts.items() if text != "count" or name not in found]
+        self.known = {"Rows": Rows, "Address": Address, "is_whole": is_whole}
+        self.known |= {f"_{name}": kind for name, kind in self.kinds.items()}
+
+    def counted(self) -> list[str]:
+        """Return the lines that find counts from shapes."""
+        lines: dict[str, str] = {}
+        for name, kind in self.kinds.items():
+            for count, (axis, times) in kind.found.items():
+                divided = f" // {times}" if times > 1 else ""
+                lines.setdefault(count, f"{count} = {name}.shape[{axis}]{divided}")
+        return [line for count, line in lines.items() if count not in self.given]
+
+    def compiled(self, name: str, code: list[str], **more: Any) -> Any:
+        """Return a function that is written in Python and knows the kinds by their names."""
+        known = {**self.known, **more}
+        exec("\n".join(code), known)
+        return known[name]
+
+
+class Each(Fields):
     """A list of records, each a tuple of the fields but counts, or of values of a single kind."""
 
     found: ClassVar[dict[str, tuple[int, int]]] = {}
+    may_be_absent = False
 
     def __init__(self, text: str) -> None:
-        named = [field.partition("=") for field in text.split(";")] if "=" in text else []
-        self.alone = not named
-        self.fields = {name.strip(): kind.strip() for name, _, kind in named} or {"": text}
-        self.kinds = {name: _kind(kind) for name, kind in self.fields.items()}
-        self.given = [name for name, kind in self.fields.items() if kind != "count"]
+        self.alone = "=" not in text
+        named = (
+            [("entry", "=", text)] if self.alone else [f.partition("=") for f in text.split(";")]
+        )
+        super().__init__({name.strip(): kind.strip() for name, _, kind in named})
 
     def expected(self, counts: dict[str, int]) -> str:
         """Return what is expected, in words."""
-        each = [f"{name} {self.kinds[name].expected(counts)}".strip() for name in self.given]
-        return f"a list, each {each[0]}" if self.alone else f"a list of tuples ({'; '.join(each)})"
+        if self.alone:
+            return f"a list, each {self.kinds['entry'].expected(counts)}"
+        each = [f"{name} {self.kinds[name].expected(counts)}" for name in self.given]
+        return f"a list of tuples ({'; '.join(each)})"
 
-    def fits(self, value: Any, counts: dict[str, int]) -> bool:
-        """Return whether a value is such a list."""
-        if isinstance(value, Rows | str) or not hasattr(value, "__len__"):
-            return False
-        return all(self._found(record, counts) is not None for record in value)
+    def test(self, name: str) -> str:
+        """Return the expression that says whether what is given fits."""
+        return f"_{name}.encode({name}) is not None"
 
-    def _found(self, record: Any, counts: dict[str, int]) -> dict[str, Any] | None:
-        """Return the values of a record and its counts by their names; None if it does not fit."""
-        values, own = (record,) if self.alone else record, dict(counts)
-        if not isinstance(values, tuple) or len(values) != len(self.given):
-            return None
-        found = dict(zip(self.given, values, strict=True))
-        fits = all(self.kinds[name].fits(value, own) for name, value in found.items())
-        return {**own, **found} if fits else None
+    def value(self, name: str) -> str:
+        """Return the expression of the whole numbers that stand for what is given."""
+        return f"*_{name}.encode({name})"
 
     @cached_property
     def encode(self) -> Callable[[Any], list[int] | None]:
-        """A function that returns the length and the numbers of the entries; None if they differ.
-
-        It is written in Python and compiled, as that of a whole signature.
-        """
+        """A function that returns the length and the numbers of entries; None for a misfit."""
         entry = "entry" if self.alone else f"({', '.join(self.given)},)"
-        named = {name or "entry": kind for name, kind in self.kinds.items()}
-        given = [name or "entry" for name in self.given]
+        tests = " and ".join(self.kinds[name].test(name) for name in self.given)
+        values = ", ".join(kind.value(name) for name, kind in self.kinds.items())
         code = ["def encode(value):", " found_ = [len(value)]", f" for {entry} in value:"]
-        code += [f"  {line}" for line in unpacked(named, set())]
-        tests = [test_of(name, named[name]) for name in given]
-        code += [f"  if not ({' and '.join(tests)}):", "   return None"]
-        code += [f"  found_ += [{', '.join(value_of(name, kind) for name, kind in named.items())}]"]
-        return compiled("encode", [*code, " return found_"], named)  # type: ignore[no-any-return]
+        code += [
+            *(f"  {line}" for line in self.counted()),
+            f"  if not ({tests}):",
+            "   return None",
+        ]
+        code += [f"  found_ += [{values}]", " return found_"]
+        return self.compiled("encode", code)  # type: ignore[no-any-return]
 
 
 Kind = Shape | Whole | Each
@@ -154,75 +174,46 @@ Kind = Shape | Whole | Each
 
 def _kind(text: str) -> Kind:
     """Return what a declaration says."""
-    text = text.strip()
     if text in ("count", "whole"):
         return Whole()
     if text.startswith("each:"):
-        return Each(text.removeprefix("each:"))
+        return Each(text.removeprefix("each:").strip())
     if text.startswith("table:"):
         return Shape(text.removeprefix("table:"), Address)
     return Shape(text)
 
 
-def unpacked(kinds: dict[str, Kind], known: set[str]) -> list[str]:
-    """Return the lines that find counts from shapes."""
-    lines = []
-    for name, kind in kinds.items():
-        for count, (axis, times) in kind.found.items():
-            if count not in known:
-                known.add(count)
-                lines.append(f"{count} = {name}.shape[{axis}]{f' // {times}' * (times > 1)}")
-    return lines
-
-
-def test_of(name: str, kind: Kind) -> str:
-    """Return the expression that says whether what is given fits."""
-    if not isinstance(kind, Shape):
-        return f"({name}.__class__ is int or _{name}.fits({name}, {{}}))"
-    same = f"{name}.__class__ is {kind.kind.__name__} and {name}.shape == {kind.code}"
-    return f"({name} is None or {same})" if kind.may_be_absent else same
-
-
-def value_of(name: str, kind: Kind) -> str:
-    """Return the expression of the whole numbers that stand for what is given."""
-    if isinstance(kind, Each):
-        return f"*_{name}.encode({name})"
-    absent = isinstance(kind, Shape) and kind.may_be_absent
-    return f"-1 if {name} is None else {name}" if absent else name
-
-
-def compiled(name: str, code: list[str], kinds: dict[str, Kind], **more: Any) -> Any:
-    """Return a function that is written in Python and knows the kinds by their names."""
-    known: dict[str, Any] = {"Rows": Rows, "Address": Address, **more}
-    known |= {f"_{each}": kind for each, kind in kinds.items()}
-    exec("\n".join(code), known)
-    return known[name]
-
-
-class Signature:
+class Signature(Fields):
     """The parameters of a stage, beside the block and the number of the step."""
 
     def __init__(self, name: str, function: Callable[..., Any]) -> None:
         _, _, *given = inspect.signature(function).parameters.values()
+        super().__init__({each.name: each.default for each in given})
         self.name = name
-        self.texts = {each.name: each.default for each in given}
-        self.kinds: dict[str, Kind] = {each: _kind(text) for each, text in self.texts.items()}
-        found = {count for kind in self.kinds.values() for count in kind.found}
-        self.counts = {each for each, text in self.texts.items() if text == "count"}
-        self.given = [each for each in self.kinds if each not in self.counts & found]
         self.lists = [each for each, kind in self.kinds.items() if isinstance(kind, Each)]
-        self._pack = self._packing()
 
-    def pack(self, **rows: Any) -> list[int]:
-        """Return the whole numbers that stand for what is given; WrongRows if it does not fit."""
-        try:
-            return self._pack(**rows)
-        except WrongRows:
-            raise
-        except TypeError:  # of a function that is called with other names
-            given = ", ".join(rows) or "nothing"
-            takes = f"takes {', '.join(self.given) or 'nothing'}"
-            raise WrongRows(f"stage '{self.name}' {takes}; it was given {given}") from None
+    @cached_property
+    def pack(self) -> Callable[..., list[int]]:
+        """A function that checks what is given by name, and returns it as whole numbers.
+
+        WrongRows: it does not fit.
+        """
+        absent = {n: "None" if self.kinds[n].may_be_absent else "missing" for n in self.given}
+        heads = [*(f"{name}={default}" for name, default in absent.items()), "**others_"]
+        tests = [self.kinds[n].test(n) for n in self.given if n not in self.lists]
+        values = ("0" if n in self.lists else k.value(n) for n, k in self.kinds.items())
+        code = [f"def pack({', '.join(heads)}):", " try:"]
+        code += [f"  {line}" for line in self.counted()]
+        code += [f"  if {' and '.join(['not others_', *tests])}:"]
+        code += [f"   packed_ = [{', '.join(values)}]"]
+        for name in self.lists:  # None, for one that does not fit, is nothing that can be added
+            code += [f"   packed_[{list(self.kinds).index(name)}] = len(packed_)"]
+            code += [f"   packed_ += _{name}.encode({name})"]
+        code += ["   return packed_", " except unfit:", "  pass"]
+        rows = [*(f"{name!r}: {name}" for name in self.given), "**others_"]
+        code += [f" refuse({{{', '.join(rows)}}})"]
+        known = {"unfit": _UNFIT, "missing": _MISSING, "refuse": self._refuse}
+        return self.compiled("pack", code, **known)  # type: ignore[no-any-return]
 
     @property
     def wrapper(self) -> str:
@@ -233,44 +224,32 @@ class Signature:
         )
         return f"def wrapper(p, w, step):\n    body({', '.join(['w', 'step', *numbers])})\n"
 
-    def _packing(self) -> Callable[..., list[int]]:
-        """Return a function that checks what is given by name, and returns it as whole numbers.
-
-        It is written in Python and compiled, since programs are put together for every run.
-        """
-        known = {name for name in self.given if name in self.counts}
-        tests = [test_of(name, self.kinds[name]) for name in self.given if name not in self.lists]
-        tests += [f"{name}_ is not None" for name in self.lists]
-        code = [f"def pack({self._heads()}):", " try:"]
-        code += [f"  {line}" for line in unpacked(self.kinds, known)]
-        code += [f"  {name}_ = _{name}.encode({name})" for name in self.lists]
-        code += [f"  fits_ = {' and '.join(tests) or 'True'}"]
-        code += [" except (AttributeError, IndexError, TypeError, ValueError):", "  fits_ = False"]
-        code += [" if not fits_:", f"  wrong(dict({', '.join(f'{n}={n}' for n in self.given)}))"]
-        values = ("0" if n in self.lists else value_of(n, kind) for n, kind in self.kinds.items())
-        code += [f" packed_ = [{', '.join(values)}]"]
-        for name in self.lists:
-            code += [f" packed_[{list(self.kinds).index(name)}] = len(packed_)"]
-            code += [f" packed_ += {name}_"]
-        return compiled("pack", [*code, " return packed_"], self.kinds, wrong=self._refuse)  # type: ignore[no-any-return]
-
-    def _heads(self) -> str:
-        """Return the parameters of the function that packs, those that may be absent last."""
-        absent = [name for name in self.given if self._may_be_absent(name)]
-        heads = [*(n for n in self.given if n not in absent), *(f"{n}=None" for n in absent)]
-        return f"*, {', '.join(heads)}" if heads else ""
-
-    def _may_be_absent(self, name: str) -> bool:
-        kind = self.kinds[name]
-        return isinstance(kind, Shape) and kind.may_be_absent
-
-    def _refuse(self, given: dict[str, Any]) -> NoReturn:
+    def _refuse(self, rows: dict[str, Any]) -> NoReturn:
         """Raise WrongRows for the first parameter that is not what the stage takes."""
-        counts = {name: given[name] for name in self.counts & given.keys()}
-        for name in [*given, *given]:  # once more with all counts
-            kind, value = self.kinds[name], given[name]
-            if not kind.fits(value, counts):
+        named = {name: value for name, value in rows.items() if value is not _MISSING}
+        needed = {name for name in self.given if not self.kinds[name].may_be_absent}
+        if not needed <= named.keys() <= set(self.given):
+            given = ", ".join(name for name, value in named.items() if value is not None)
+            takes = f"takes {', '.join(self.given) or 'nothing'}"
+            raise WrongRows(f"stage '{self.name}' {takes}; it was given {given or 'nothing'}")
+        counts = {name: named[name] for name in named if isinstance(self.kinds[name], Whole)}
+        for name in [*named, *named]:  # once more with all counts
+            known = dict(counts)
+            if not self._fits(name, named, counts):
+                expected = self.kinds[name].expected(known)
                 raise WrongRows(
-                    f"stage '{self.name}': {name} takes {kind.expected(counts)}, got {value!r}"
+                    f"stage '{self.name}': {name} takes {expected}, got {named[name]!r}"
                 )
-        raise WrongRows(f"stage '{self.name}' cannot take {given}")
+        raise WrongRows(f"stage '{self.name}' cannot take {named}")
+
+    def _fits(self, name: str, rows: dict[str, Any], counts: dict[str, int]) -> bool:
+        """Return whether one value fits the counts that are known; those that it has are found."""
+        kind = self.kinds[name]
+        try:
+            for count, (axis, times) in kind.found.items():
+                counts.setdefault(count, rows[name].shape[axis] // times)
+            return bool(eval(kind.test(name), {**self.known, **counts, **rows}))
+        except NameError:  # of a count that is found later
+            return True
+        except _UNFIT:
+            return False

@@ -48,8 +48,9 @@ class Depths:
 
     def factors(self, marks: int) -> Array:
         """Return the factor (N, 1) of each mark, or (N, B) of each in each run."""
-        scale = self.scale if self.runs > 1 else np.reshape(self.scale, (-1, 1))
-        return np.broadcast_to(scale, (marks, self.runs)).astype(np.float64)
+        found = np.empty((marks, self.runs))
+        found[:] = self.scale if self.runs > 1 else np.reshape(self.scale, (-1, 1))
+        return found
 
     @property
     def runs(self) -> int:
