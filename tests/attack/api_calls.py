@@ -15,7 +15,7 @@ CASES = 800
 DOORS = ("classic", "curves", "examples", "robots", "testing", "trajectory", "units")
 INNER = (  # of the kernels' layout, or of files: not for users
     "stages", "is_own", "of_last", "blind", "repeated", "some", "image_of", "points_of",
-    "of_runs", "text_facts", "written_facts", "text_check", "bind", "bound_law", "chosen",
+    "of_runs", "facts", "wrap", "count", "text_check", "bind", "bound_law", "chosen",
     "columns", "regulated", "shaping", "sights", "warn_of_wheels", "with_inner", "loop",
     "dataset", "checked", "simulated", "begun", "constants", "fits", "source_limits", "limits",
     "following", "within", "bounds", "check", "scaled", "concerns", "periods", "drift", "guard",

@@ -1205,8 +1205,8 @@ def test_files_that_cannot_be_read(tmp_path):
         (latin, ["l.toml", "byte", "UTF-8"]),
         (empty, ["e.toml", "empty"]),
         (large, ["x.toml", "2 MB"]),
-        (tmp_path / ("n" * 300), ["nnn", "cannot be read"]),
-        (None, ["None", "cannot be read"]),
+        (tmp_path / ("n" * 300), ["nnn", "cannot read"]),
+        (None, ["None", "cannot read"]),
     ]:
         for reader in (load_scenario, read_robot):
             with pytest.raises(rs.FileError) as caught:

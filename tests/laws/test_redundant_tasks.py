@@ -226,7 +226,7 @@ def test_a_level_has_no_inverse_of_its_own():
 
 @pytest.mark.parametrize("size", [None, 3, (1, 2, 3), [640]])
 def test_an_image_has_two_sides(size):
-    with pytest.raises(rs.InputError, match=r"must be \(width, height\)"):
+    with pytest.raises(rs.InputError, match=r"expected \(width, height\) in whole pixels"):
         rs.NearBorder(10, size)
 
 

@@ -39,7 +39,7 @@ class ListOf(Spec):
         if self.alone and not listed:
             value, listed = [value], True
         if not listed or not self.least <= len(value) <= self.most:
-            raise InputError(f"{what}: expected {self.words()}, got {said(value)}")
+            raise InputError(f"{what}: expected {self.accepts()}, got {said(value)}")
         return tuple(self.item.check(each, what) for each in value)
 
     def read(self, raw: Raw, c: Context) -> tuple[Any, ...]:

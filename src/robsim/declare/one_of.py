@@ -49,8 +49,7 @@ class OneOf(Spec):
     def write(self, value: Any, c: Context) -> Raw:
         for spec in self.specs:
             try:
-                spec.check(value, "value")
-                return spec.write(value, c)
+                return spec.write(spec.check(value, "value"), c)
             except (InputError, NoText, TypeError):
                 continue
         raise NoText(f"{type(value).__name__} is Python code")

@@ -1,5 +1,26 @@
 """The declaration of an image's width and height."""
 
-from robsim.declare import ListOf, Whole
+from __future__ import annotations
 
-SIZE = ListOf(Whole(1, 1_000_000), 2, 2)
+from dataclasses import dataclass
+from typing import ClassVar
+
+from robsim.declare import ListOf, Whole
+from robsim.declare.spec import Spec
+
+PIXELS = Whole(1, 1_000_000)
+
+
+@dataclass(frozen=True)
+class ImageSize(ListOf):
+    """The declaration of an image's width and height in whole pixels."""
+
+    phrase: ClassVar[str] = "[width, height] in whole pixels"
+    python_phrase: ClassVar[str] = "(width, height) in whole pixels"
+
+    item: Spec = PIXELS
+    least: int = 2
+    most: int = 2
+
+
+SIZE = ImageSize()

@@ -67,7 +67,7 @@ class Imperfection(Declared):
     left_out: ClassVar[str] = "effects of your own"
 
     @classmethod
-    def of(cls, given: Any) -> Self:
+    def wrap(cls, given: Any) -> Self:
         """Return an imperfection with this base class, also where it is a user's own object."""
         if isinstance(given, cls):
             return given
@@ -132,7 +132,7 @@ def acting(holder: Any, parts: Sequence[Any], base: type[P], first: int) -> list
     for part in parts:
         if isinstance(part, str):
             for i, each in enumerate(getattr(holder, part)):
-                found.append(Acting(base.of(each), first + 2 * i, part, each, True))
+                found.append(Acting(base.wrap(each), first + 2 * i, part, each, True))
             continue
         given = {each.name: getattr(holder, each.name) for each in fields_of(part)}
         name = next(iter(given))
