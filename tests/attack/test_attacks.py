@@ -13,7 +13,7 @@ SLOW = (
     "together",
 )  # whose cases are processes of their own
 # of whose cases one of so many is tried by default, and the others by `full`
-LONG = {"api_calls": 6, "checkpoints": 5, "toml_mutants": 6, "urdf_mutants": 4, "wishes": 4}
+LONG = {"api_calls": 12, "checkpoints": 10, "toml_mutants": 6, "urdf_mutants": 4, "wishes": 8}
 
 
 def parts():

@@ -32,7 +32,7 @@ def clear(folder: Path) -> None:
 
 
 def _clear(each: "os.DirEntry[str]", now: float) -> None:
-    kept = {".nbc": MONTH, ".tmp": WRITING}.get(Path(each.name).suffix, math.inf)
+    kept = {".nbc": MONTH, ".tmp": WRITING, ".lock": WRITING}.get(Path(each.name).suffix, math.inf)
     with suppress(OSError):
         old = now - each.stat(follow_symlinks=False).st_mtime > kept
         if old and each.is_file(follow_symlinks=False):

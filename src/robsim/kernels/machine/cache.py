@@ -11,6 +11,7 @@ from typing import Any
 from numba.core.compiler import CompileResult
 
 from robsim.kernels.machine import aged, prebuilt, saying, sources, store
+from robsim.kernels.machine.claim import Claim
 
 LINKED: dict[str, Any] = {}  # the stages that kernels may call, by their symbols
 _CLEARED: set[Path] = set()  # the folder, once this process has cleared it
@@ -26,6 +27,7 @@ class KernelCache:
         self.module = function.__module__ or ""  # None of what `exec` made
         self.free = [_described(cell.cell_contents) for cell in function.__closure__ or ()]
         self.cache_path = str(store.CACHE)  # which Numba shows in `stats`
+        self._claims: dict[Any, Claim] = {}  # to compile it for some argument types
 
     @property
     def sources(self) -> str:
@@ -35,13 +37,27 @@ class KernelCache:
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         """Return the compiled kernel for some argument types; None if it is nowhere.
 
-        A file that is damaged is as none, whatever Python and Numba make of it.
+        It is nowhere once this process has the claim to compile it: where another process compiles
+        it at this moment, its file is waited for.
         """
         if not self.sources:
             return None
         _clear_once()
         target_context.refresh()
         host = target_context.codegen().magic_tuple()
+        found = self._found(sig, host, target_context)
+        if found is None:
+            key = (sig, host, self.sources, self.free)
+            self._claims[sig] = claim = Claim(store.CACHE / store.file_name(self.name, key))
+            if claim.waited:
+                found = self._found(sig, host, target_context)
+        return found
+
+    def _found(self, sig: Any, host: tuple[str, ...], target_context: Any) -> Any:
+        """Return the compiled kernel that came with the package or was kept; None if none did.
+
+        A file that is damaged is as none, whatever Python and Numba make of it.
+        """
         places = [(prebuilt.FOLDER, (host[0], prebuilt.LEVEL, ""))] if prebuilt.FOLDER else []
         for folder, processor in (*places, (store.CACHE, host)):
             key = (sig, processor, self.sources, self.free)
@@ -77,6 +93,8 @@ class KernelCache:
             store.save(store.CACHE, self.name, key, (symbols, data._reduce()))
         except OSError as error:
             saying.unkept(f"{store.CACHE} cannot be written ({error.strerror or error})")
+        finally:
+            self._claims.pop(sig, None)
         _clear_once()
 
     def flush(self) -> None:
