@@ -12,6 +12,7 @@ from pathlib import Path
 ROOT = Path(__file__).parents[1] / "src" / "robsim"
 WHOLE = (
     *("run/text.py", "run/brief.py", "run/changed.py", "run/paths.py", "run/varied.py"),
+    "run/beliefs.py",
     *("run/start_table.py", "files/layout.py", "studies/text.py"),
 )
 
