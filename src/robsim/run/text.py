@@ -129,7 +129,8 @@ def read_experiment(tables: Mapping[str, Raw], source: str, old: Any = None) -> 
     problems, folder = Problems(source), Path(source).parent
     c = Context(problems, facts={"library": partial(origin_robot, folder=folder), "belief": None})
     raw = {key: each for key, each in tables.items() if key in SCENE}
-    scene = c.changing(old.scene).tried(SCENE_SPEC, raw) if old else c.tried(SCENE_SPEC, raw)
+    over = c if old is None else c.changing(old.scene)
+    scene = old.scene if old is not None and not raw else over.tried(SCENE_SPEC, raw)
     c = c.knowing(scene=None if scene is MISSING else scene)
     rest = {key: each for key, each in tables.items() if key not in SCENE}
     made = _read_rest(rest, c, old)
