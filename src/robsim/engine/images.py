@@ -164,9 +164,7 @@ class Images:
 
     def _affected(self) -> ImageRows:
         """Add the stages of all imperfections, from where they act on the way of the image."""
-        program, gone = self.program, self.program.rows(self.N + 1)
-        if self._keeps:
-            program.add(copied, rows=program.constant(np.zeros(self.N + 1)), to=gone)
+        program, gone = self.program, self.program.rows(self.N + 1)  # zeros
         rows = self.pixels, gone[: self.N], gone[self.N], self.plant.dt, self.latency
         image = ImageRows(program, self.groups, self.every, *rows, *self.key)
         for each in self.effects:

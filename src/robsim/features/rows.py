@@ -129,6 +129,8 @@ class Seen:
 
 def picked(program: Program, rows: Rows, which: NDArray[np.int64]) -> Rows:
     """Add the stages that copy some entries of rows (n, ...), by number; return the new rows."""
+    if which.tolist() == list(range(rows.shape[0])):
+        return rows
     found = program.rows(len(which), *rows.shape[1:])
     for i, n in enumerate(which.tolist()):
         program.add(commanding.copied, rows=rows[n].flat, to=found[i].flat)

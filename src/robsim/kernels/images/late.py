@@ -70,20 +70,26 @@ def receive(
     hides="N",
     age="row",
 ):
-    """Take what arrives; hidden marks stay where they were, and all do where the image is lost.
+    """Take an image; hidden marks stay where they were, and all do where the image is lost.
 
-    (every, N, pixels, depth, hidden, lost, delay; and what is taken: pixels, depth, hidden, age)
+    Afterwards `hidden` and `lost` are zero, for the stages of the next step to set.
     """
     if step % every:
         put(w, age, get(w, age) + 1.0)
+        put(w, lost, 0.0)
+        for n in range(N):
+            put(w, hidden + n, 0.0)
         return
     none = np.inf if step == 0 else 0.0  # the first image is never lost, nor hidden
     kept = get(w, lost) > none
+    put(w, lost, 0.0)
     for n in range(N):
-        gone = kept | (get(w, hidden + n) > none)
+        hides_now = get(w, hidden + n)
+        gone = kept | (hides_now > none)
         for i in range(2):
             at = 2 * n + i
             put(w, taken + at, where(gone, get(w, taken + at), get(w, pixels + at)))
         put(w, taken_depth + n, where(gone, get(w, taken_depth + n), get(w, depth + n)))
-        put(w, hides + n, where(kept, get(w, hides + n), get(w, hidden + n)))
+        put(w, hides + n, where(kept, get(w, hides + n), hides_now))
+        put(w, hidden + n, 0.0)
     put(w, age, where(kept, get(w, age) + 1.0, get(w, delay)))

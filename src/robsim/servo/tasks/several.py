@@ -86,6 +86,8 @@ class OfParts(Controller):
 
     def _wide(self, program: Program, one: Commanded, own: Columns) -> Rows:
         """Return the rows of how all velocities move the features of a part."""
+        if own.size == self.columns.size:  # in the same order
+            return one.task_jacobian
         shape, given = (one.s.size, self.columns.size), {"A": one.task_jacobian}
         return program.result(commanding.widened, "out", *shape, **given, columns=own.tolist())
 
