@@ -139,15 +139,14 @@ class Pose:
         return np.array(rpy_of(self.rotation))
 
     def revised(self, **changes: Any) -> Pose:
-        """Return a copy with another position, rpy, rotvec or rotation, each of one or more."""
-        T, shape = self.matrix, self.matrix.shape[:-2]
-        for name, values in changes.items():
-            new = np.asarray(values, dtype=float)
-            if name in ("rpy", "rotvec"):
-                new = (Pose.at(rpy=new) if name == "rpy" else Pose.at(rotvec=new)).rotation
-            lead = new.shape[: -1 if name == "position" else -2] or shape
-            T = np.array(np.broadcast_to(T, (*lead, 4, 4)))
-            T[..., :3, 3 if name == "position" else slice(3)] = new
+        """Return a copy with another position, rotation, rpy or rotvec, of one pose or of more."""
+        if changes.keys() & {"rpy", "rotvec"}:
+            return Pose.at(*np.moveaxis(self.position, -1, 0), **changes)
+        position = np.asarray(changes.get("position", self.position), dtype=float)
+        rotation = np.asarray(changes.get("rotation", self.rotation), dtype=float)
+        lead = common_lead(rotation.shape[:-2], position.shape[:-1], "rotations and positions")
+        T = np.zeros((*lead, 4, 4))
+        T[..., :3, :3], T[..., :3, 3], T[..., 3, 3] = rotation, position, 1.0
         return Pose(T)
 
     def held(self, **changes: Any) -> Pose:
