@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
 import numpy as np
@@ -60,15 +60,15 @@ class Context:
 
     def at(self, *keys: str | int, over: Any = MISSING) -> Context:
         """Return the context of a value inside."""
-        return replace(self, path=(*self.path, *keys), over=over)
+        return Context(self.problems, (*self.path, *keys), self.facts, over)
 
     def changing(self, old: Any) -> Context:
         """Return the context of a change of an old value."""
-        return replace(self, over=old)
+        return Context(self.problems, self.path, self.facts, old)
 
     def knowing(self, **facts: Any) -> Context:
         """Return the same place with more facts."""
-        return replace(self, facts={**self.facts, **facts})
+        return Context(self.problems, self.path, {**self.facts, **facts}, self.over)
 
     def report(self, text: str) -> None:
         """Add a problem of the value here."""

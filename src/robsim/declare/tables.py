@@ -107,7 +107,7 @@ def _read_fields(form: type[Any], raw: Mapping[str, Raw], kept: Fields, c: Conte
     usual = {name: x for name, x in usual.items() if not raw.keys() & _keys_at(form, name)}
     given: Fields = {}
     own = ChainMap(given, kept, usual)
-    inner = replace(c, over=MISSING).knowing(own=own, raw=raw, also=())
+    inner = c.changing(MISSING).knowing(own=own, raw=raw, also=())
     facts = getattr(form, "facts", None)
     for each in sorted(fields, key=lambda each: each.name not in first):
         if facts and each.name not in first:
@@ -181,7 +181,7 @@ def _replaced(form: type[Any], name: str, own: Fields) -> bool:
 
 def _said(value: Any, c: Context, form: type[Any]) -> tuple[Fields, Context]:
     """Return the declared fields of an object as its table says them, and what is known there."""
-    c = replace(c, over=MISSING)
+    c = c.changing(MISSING)
     source = value if form is type(value) else form.of(value, c)
     own = {each.name: getattr(source, each.name) for each in fields_of(form)}
     _check_plain(source, own)

@@ -23,14 +23,15 @@ def add_motion(
     here.
     """
     steady: list[tuple[Any, Any]] = []
+    each = list(q)
     for member in joints.members:
-        stage, own, v = member.kind.moving, q[member.q], rates[member.v]
+        stage, v = member.kind.moving, rates[member.v]
         if member.is_called or not v or v[0] is None:
             continue
         if stage is None:
-            steady += zip(own, v, strict=True)
+            steady += zip(each[member.q], v, strict=True)
             continue
-        given = {"dt": dt, "q": own[: member.kind.moved], "v": Rows(v[0], (len(v),))}
+        given = {"dt": dt, "q": q[member.q][: member.kind.moved], "v": Rows(v[0], (len(v),))}
         if "numbers" in stage.signature.given:
             given["numbers"] = program.constant(member.constants)
         program.add(stage, **given)
