@@ -61,8 +61,17 @@ class Actuation(Declared):
 
     def response(self, count: int) -> Response:
         """Return how joints follow, of so many velocities of a scene."""
+        if count in self._responses:
+            return self._responses[count]
         each = (each.effect.response(count) for each in self.acting())
-        return reduce(Response.and_also, each, Response.of(count))
+        found = reduce(Response.and_also, each, Response.of(count))
+        if self.holds_still:  # and not of a user's effect, which may change
+            self._responses[count] = found
+        return found
+
+    @cached_property
+    def _responses(self) -> dict[int, Response]:
+        return {}
 
     def check(self, velocities: Sequence[str], coordinates: Sequence[str]) -> None:
         """Raise InputError if an imperfection does not fit the joints, by their names."""
