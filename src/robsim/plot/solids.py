@@ -8,10 +8,7 @@ from typing import Any
 
 import numpy as np
 from matplotlib.colors import to_rgb
-from mpl_toolkits.mplot3d.art3d import (  # type: ignore[import-untyped]
-    Line3DCollection,
-    Poly3DCollection,
-)
+from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection  # type: ignore[import-untyped]
 
 from robsim.base.arrays import Array
 from robsim.plot import palette
