@@ -310,3 +310,14 @@ def test_any_tables_are_laid_out_as_toml(tables):
 def test_the_folder_is_that_of_the_process_by_default():
     scenario = load_scenario(examples.path("visp_tutorial"))
     assert scenario.to_toml() == scenario.to_toml(folder=os.curdir)
+
+
+def test_a_camera_of_normalised_coordinates_has_a_text_and_is_changed():
+    """Its focal lengths are below a pixel, which a text says by K alone."""
+    lens = rs.Camera([[0.5, 0, 0], [0, 0.5, 0], [0, 0, 1]])
+    eye = rs.MountedCamera("eye", lens, on="free_camera.body")
+    dot = rs.Object("dot", marks=[[0, 0, 1], [0.1, 0, 1], [0, 0.1, 1.1], [0.1, 0.2, 1]])
+    made = rs.Experiment(rs.Scene([rs.robots.free_camera()], [dot], [eye]), rs.IBVS())
+    for text in (made.to_toml(), made.to_toml(complete=True)):
+        assert rs.Experiment.from_text(text) == made
+    assert made.at("cameras.eye.on", "world").scene.camera().camera == lens

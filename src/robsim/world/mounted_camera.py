@@ -89,8 +89,10 @@ def _intrinsics(lens: Camera, c: Context) -> dict[str, Any]:
     parts = parts_of(lens.K)
     if c.facts.get("by_hand"):
         return parts
-    exact = same(lens.K, np.array(matrix_of(**parts, size=None)))
-    if not (c.facts.get("short") and exact):
+    in_pixels = min(parts["focal"]) >= 1.0  # else the lens is of normalised coordinates
+    if not (c.facts.get("short") and in_pixels) or not same(
+        lens.K, np.array(matrix_of(**parts, size=None))
+    ):
         return {"K": lens.K.tolist()}
     if c.facts.get("changes"):
         return parts
