@@ -16,7 +16,7 @@ TURNS = 3
 def drawn(run, path: Path) -> float:
     """Median of the seconds between two frames of a film, drawing and encoding included."""
     told: list[float] = []
-    rs.animate(run, path, progress=lambda share: told.append(time.perf_counter()))
+    rs.save_film(run, path, progress=lambda share: told.append(time.perf_counter()))
     return float(np.median(np.diff(told)))
 
 

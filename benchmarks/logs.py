@@ -11,8 +11,8 @@ import mcap.reader
 from rosbags.rosbag2 import Reader, StoragePlugin, Writer
 
 import robsim as rs
-from robsim.logs import messages
-from robsim.logs.spoken import spoken
+from robsim.logs import message_types
+from robsim.logs.run_messages import generate_messages
 
 TURNS = 3
 INSTANTS = 2500
@@ -30,7 +30,7 @@ def least(call):
 
 def plainly_written(words, path):
     """Serialise and write messages that are there already, by rosbags alone."""
-    store, topics = messages.typestore(), {}
+    store, topics = message_types.load_typestore(), {}
     with Writer(path, version=8, storage_plugin=StoragePlugin.MCAP) as writer:
         for topic, kind, now, message in words:
             if topic not in topics:
@@ -40,7 +40,7 @@ def plainly_written(words, path):
 
 def plainly_read(path):
     """Read and deserialise every message by rosbags alone."""
-    store = messages.typestore()
+    store = message_types.load_typestore()
     with Reader(path) as reader:
         for connection, _, data in reader.messages():
             store.deserialize_cdr(data, connection.msgtype)
@@ -57,12 +57,12 @@ def main():
     """Print a table."""
     experiment = rs.load_scenario(rs.examples.path("chapter_6_1")).with_(dt=0.002)
     run = experiment.run(duration=0.002 * INSTANTS, hold=True)
-    words = list(spoken(run, experiment, 0))
+    words = list(generate_messages(run, experiment, 0))
     with tempfile.TemporaryDirectory() as folder:
         file, turns = Path(folder) / "run.mcap", iter(range(TURNS))
-        write = least(lambda: rs.save_bag(run, file))
+        write = least(lambda: rs.write_bag(run, file))
         plain = least(lambda: plainly_written(words, Path(folder) / f"plain{next(turns)}"))
-        read = least(lambda: rs.open_bag(file, experiment))
+        read = least(lambda: rs.read_bag(file, experiment))
         decoded = least(lambda: plainly_read(file))
         raw = least(lambda: bytes_read(file))
         size = file.stat().st_size

@@ -29,7 +29,7 @@ def mixed(one):
             "task.gain": rs.LogUniform(0.2, 4.0),
             "sensing.noise": rs.Uniform(0.0, 1.0),
             f"belief.cameras.{eye}.focal": rs.Normal(1.0, 0.05),
-            f"cameras.{eye}.center": rs.Plus(rs.Normal(0.0, [5.0, 5.0])),
+            f"cameras.{eye}.center": rs.Sum(rs.Normal(0.0, [5.0, 5.0])),
         },
     }
 

@@ -8,8 +8,8 @@ import sys
 from pathlib import Path
 
 import robsim as rs
-from robsim.suites.registry import names
-from robsim.suites.tables import SuiteTable
+from robsim.suites.suite_registry import list_suites
+from robsim.suites.suite_tables import SuiteTable
 
 PAGE = Path(__file__).parent / "bench.md"
 
@@ -34,7 +34,7 @@ def written(text: str, name: str) -> str:
 def main() -> int:
     """Write or check the tables."""
     text = now = PAGE.read_text(encoding="utf-8")
-    for name in names():
+    for name in list_suites():
         now = written(now, name)
     if "--check" in sys.argv:
         return int(now != text)

@@ -10,12 +10,12 @@ import sys
 from pathlib import Path
 
 import robsim as rs
-from robsim.declare.document import markdown
-from robsim.declare.families import families
+from robsim.declare.document import format_markdown_table
+from robsim.declare.kind_families import families
 from robsim.robot.link_table import LinkTable
 from robsim.robot.robot_table import RobotTable
+from robsim.run.experiment_text import ExperimentTable, RunTable
 from robsim.run.start_table import StartTable
-from robsim.run.text import ExperimentTable, RunTable
 from robsim.world.mounted_camera import CameraTable
 
 HERE = Path(__file__).parent
@@ -110,12 +110,19 @@ def kinds() -> str:
         "[scenario.md](scenario.md) explains and shows the tables.",
     ]
     for title, kind in TABLES.items():
-        lines += ["", f"## {title}", "", markdown(kind)]
+        lines += ["", f"## {title}", "", format_markdown_table(kind)]
     for noun, family in sorted(families().items()):
         lines += ["", f"## {noun.capitalize()}s", ""]
         for name, kind in family.kinds.items():
             about = (inspect.getdoc(kind) or "").split("\n", 1)[0]
-            lines += [f"### `{name}`", "", f"`{kind.__name__}`: {about}", "", markdown(kind), ""]
+            lines += [
+                f"### `{name}`",
+                "",
+                f"`{kind.__name__}`: {about}",
+                "",
+                format_markdown_table(kind),
+                "",
+            ]
     return "\n".join(lines).rstrip() + "\n"
 
 

@@ -13,9 +13,9 @@ planned = rs.load_scenario(rs.examples.path("chapter_6_1"))
 robot = planned.at("task.gain", 0.8 * planned.task.gain).with_(
     sensing=rs.Sensing(latency=0.08), actuation=rs.Actuation(lag=0.1)
 )
-rs.save_bag(robot.run(), "robot.mcap", start=1.7e9)  # seconds since 1970, as a recorder has them
+rs.write_bag(robot.run(), "robot.mcap", start=1.7e9)  # seconds since 1970, as a recorder has them
 
-run = rs.open_bag("robot.mcap", planned)
+run = rs.read_bag("robot.mcap", planned)
 print(rs.explain(run))
 print()
 print(rs.compare({"robot": run, "planned": planned}))
@@ -29,7 +29,7 @@ print("largest difference of a command (rad/s):")
 for joint in run.velocity.values:
     print(f"  {joint:10} {float(away.sel(velocity=joint)):.4f}")
 
-same = rs.open_bag("robot.mcap")  # with the experiment that the bag says: the robot's own
+same = rs.read_bag("robot.mcap")  # with the experiment that the bag says: the robot's own
 print()
 print("to the bit with its own experiment:", bool((same.q == run.q).all()), end=", ")
 print("lag", rs.Experiment.of(same).actuation.lag, "s")

@@ -16,7 +16,9 @@ for axes, (name, changes) in zip(panels, SCHEMES.items(), strict=True):
     outcome, path = rs.Outcome(int(run.outcome)).name, float(run.path_length)
     print(f"{name:8} {outcome:13} after {float(run.end_time):5.2f} s, {path:.3f} m of way")
     for j in range(5):
-        axes.plot(*run.pixels[:, j].T, color=palette.nth(j), linestyle=(palette.LINES * 2)[j])
+        axes.plot(
+            *run.pixels[:, j].T, color=palette.cycle_color(j), linestyle=(palette.LINES * 2)[j]
+        )
     axes.plot(*run.pixels[0].T, "ko", markerfacecolor="w", markersize=4, label="start")
     axes.plot(*run.pixels_goal.T, "kx", markersize=5, label="goal")
     axes.add_patch(plt.Rectangle((-0.5, -0.5), 640, 480, fill=False, linewidth=1.5))

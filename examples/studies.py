@@ -29,8 +29,8 @@ wrong = rs.study(
     start=rs.LookAt(distance=(0.8, 1.4), roll=(-60, 60) * deg),
     vary={
         "task.gain": rs.LogUniform(0.8, 2.0),
-        "belief.cameras.camera.focal": rs.Plus(rs.Normal(0.0, 10.0)),
-        "belief.cameras.camera.center": rs.Plus(rs.Normal(0.0, [4.0, 4.0])),
+        "belief.cameras.camera.focal": rs.Sum(rs.Normal(0.0, 10.0)),
+        "belief.cameras.camera.center": rs.Sum(rs.Normal(0.0, [4.0, 4.0])),
         "belief.cameras.camera.rpy": rs.Normal(0.0, [1 * deg] * 3),
     },
 )

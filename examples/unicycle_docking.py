@@ -35,12 +35,16 @@ for axes, run, title in zip(panels, (docked, askew), ("docking", "position-based
         name = rs.Outcome(int(run.outcome[i])).name
         print(f"  {name:13} at ({x:7.3f}, {y:7.3f}) cm, {theta:7.3f} deg")
         way = run.q[i, :, :2] / cm
-        axes.plot(*way.T, palette.LINES[i % 4], color=palette.nth(i), linewidth=1.2)
-        for (a, b, turn), fill in ((start, "none"), (end, palette.nth(i))):
+        axes.plot(*way.T, palette.LINES[i % 4], color=palette.cycle_color(i), linewidth=1.2)
+        for (a, b, turn), fill in ((start, "none"), (end, palette.cycle_color(i))):
             wedge = (3, 0, np.degrees(turn) - 90)  # a triangle that points ahead
             place = (a / cm, b / cm)
             axes.plot(
-                *place, marker=wedge, color=palette.nth(i), markerfacecolor=fill, markersize=9
+                *place,
+                marker=wedge,
+                color=palette.cycle_color(i),
+                markerfacecolor=fill,
+                markersize=9,
             )
     axes.plot(0, 0, "k+", markersize=14)
     axes.set(title=title, xlabel="x (cm)", aspect="equal", xlim=(-66, 8), ylim=(-22, 22))

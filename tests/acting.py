@@ -15,10 +15,10 @@ from refused import spec_of_key
 import robsim as rs
 from robsim.declare import Role
 from robsim.declare.problems import Problems
-from robsim.declare.schema import Definitions
+from robsim.declare.schema import SchemaDefinitions
 from robsim.declare.spec import MISSING, Context
-from robsim.files.toml import write
-from robsim.plot.picture import picture_of
+from robsim.files.toml import write_toml
+from robsim.plot.scene_content import build_scene_content
 from robsim.run.experiment import Experiment
 
 NUMBER = re.compile(r"(?<![\w^.])-?\d+(\.\d+)?([eE][-+]?\d+)?")
@@ -70,11 +70,11 @@ class Case:
 
     @cached_property
     def _experiment(self):
-        return Experiment.from_text(write(self.tables), "case.toml")
+        return Experiment.from_text(write_toml(self.tables), "case.toml")
 
     def _means(self, tables) -> bool:
         """Return whether other tables are the same experiment in other words."""
-        other = Experiment.from_text(write(tables), "case.toml")
+        other = Experiment.from_text(write_toml(tables), "case.toml")
         return other == self._experiment and self.tables.get("study") == tables.get("study")
 
     def _with(self, key, value) -> dict:
@@ -90,7 +90,7 @@ class Case:
         spec, own = each.spec, self.own().get(key, MISSING)
         spec = spec_of_key(each, key) if key in spec.keys(each.name) else spec
         plain = own if own is not MISSING else written(spec, each.default)
-        words = words_in(each.spec.properties(each.name, Definitions()).get(key, {}), plain)
+        words = words_in(each.spec.properties(each.name, SchemaDefinitions()).get(key, {}), plain)
         yield from ((value, True) for value in (*self.others.get(key, ()), *words))
         yield from ((value, False) for value in near(plain))
         if own is not MISSING and not each.required:
@@ -142,7 +142,7 @@ def near(raw) -> Iterator[Any]:
 
 def results(tables) -> dict:
     """Return all numbers of the run of an experiment, or of its study where it has one."""
-    experiment = Experiment.from_text(write(tables), "case.toml")
+    experiment = Experiment.from_text(write_toml(tables), "case.toml")
     if "study" in tables:
         return {name: np.asarray(each) for name, each in rs.study(experiment).table.items()}
     run = experiment.run()
@@ -161,14 +161,14 @@ def same(one, other) -> bool:
 
 def pictures(tables) -> dict:
     """Return all points that a figure of the scene shows, and the frame in which it shows them."""
-    scene = Experiment.from_text(write(tables), "case.toml").scene
-    found = dict(enumerate(wire.points for wire in picture_of(scene, None, None).solid))
+    scene = Experiment.from_text(write_toml(tables), "case.toml").scene
+    found = dict(enumerate(wire.points for wire in build_scene_content(scene, None, None).solid))
     return {**found, "display": scene.display.matrix}
 
 
 def files(tables) -> dict:
     """Return the files of all robots that URDF can hold."""
-    scene = Experiment.from_text(write(tables), "case.toml").scene
+    scene = Experiment.from_text(write_toml(tables), "case.toml").scene
     found = {}
     with TemporaryDirectory() as folder:
         for robot in scene.robots:
@@ -179,7 +179,7 @@ def files(tables) -> dict:
 
 def commands(tables) -> dict:
     """Return the command of the controller on its own, at a start that it sees."""
-    experiment = Experiment.from_text(write(tables), "case.toml")
+    experiment = Experiment.from_text(write_toml(tables), "case.toml")
     now, controller = next(experiment.steps()), rs.Controller(experiment)
     steps = (controller.step(now.pixels, now.q, i * experiment.dt) for i in range(3))
     return {i: np.asarray(command.velocities) for i, command in enumerate(steps)}

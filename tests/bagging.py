@@ -6,9 +6,9 @@ from rosbags.highlevel import AnyReader
 from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
 
 import robsim as rs
-from robsim.logs import messages
-from robsim.logs.messages import message
-from robsim.logs.write_commands import header, joint_state
+from robsim.logs import message_types
+from robsim.logs.command_messages import make_header, make_joint_state
+from robsim.logs.message_types import make_message
 
 NANO = 1_000_000_000
 
@@ -16,42 +16,44 @@ NANO = 1_000_000_000
 def transform(parent, child, pose, t=0.0):
     """A TransformStamped of a pose (7,): position, and quaternion x, y, z, w."""
     x, y, z, *rotation = (float(value) for value in pose)
-    move = message("geometry_msgs/msg/Vector3", x=x, y=y, z=z)
-    turn = message("geometry_msgs/msg/Quaternion", **dict(zip("xyzw", rotation, strict=True)))
-    return message(
+    move = make_message("geometry_msgs/msg/Vector3", x=x, y=y, z=z)
+    turn = make_message("geometry_msgs/msg/Quaternion", **dict(zip("xyzw", rotation, strict=True)))
+    return make_message(
         "geometry_msgs/msg/TransformStamped",
-        header=header(message, round(t * NANO), parent),
+        header=make_header(make_message, round(t * NANO), parent),
         child_frame_id=child,
-        transform=message("geometry_msgs/msg/Transform", translation=move, rotation=turn),
+        transform=make_message("geometry_msgs/msg/Transform", translation=move, rotation=turn),
     )
 
 
 def sent(each):
     """A message as it comes out of its bytes."""
-    store = messages.typestore()
+    store = message_types.load_typestore()
     return store.deserialize_cdr(store.serialize_cdr(each, each.__msgtype__), each.__msgtype__)
 
 
 def state(q, names, t=0.0):
-    return sent(joint_state(message, round(t * NANO), names, np.array(q, float), np.empty(0)))
+    return sent(
+        make_joint_state(make_message, round(t * NANO), names, np.array(q, float), np.empty(0))
+    )
 
 
 def detections(marks, t=0.0):
     """A Detection2DArray of {name: (column, row)}."""
-    head, found = header(message, round(t * NANO)), []
+    head, found = make_header(make_message, round(t * NANO)), []
     for name, (column, row) in marks.items():
-        point = message("vision_msgs/msg/Point2D", x=float(column), y=float(row))
-        centre = message("vision_msgs/msg/Pose2D", position=point, theta=0.0)
-        box = message("vision_msgs/msg/BoundingBox2D", center=centre, size_x=0.0, size_y=0.0)
+        point = make_message("vision_msgs/msg/Point2D", x=float(column), y=float(row))
+        centre = make_message("vision_msgs/msg/Pose2D", position=point, theta=0.0)
+        box = make_message("vision_msgs/msg/BoundingBox2D", center=centre, size_x=0.0, size_y=0.0)
         kind = "vision_msgs/msg/Detection2D"
-        found.append(message(kind, header=head, results=[], bbox=box, id=name))
-    return sent(message(messages.DETECTIONS, header=head, detections=found))
+        found.append(make_message(kind, header=head, results=[], bbox=box, id=name))
+    return sent(make_message(message_types.DETECTIONS, header=head, detections=found))
 
 
 def april_tag(family, number, corners):
     """A detection as apriltag_ros has it: corners from the lower left, an edge at a whole pixel."""
-    points = [message("apriltag_msgs/msg/Point", x=float(x), y=float(y)) for x, y in corners]
-    return message(
+    points = [make_message("apriltag_msgs/msg/Point", x=float(x), y=float(y)) for x, y in corners]
+    return make_message(
         "apriltag_msgs/msg/AprilTagDetection",
         family=family,
         id=number,
@@ -67,12 +69,12 @@ def april_tag(family, number, corners):
 def frames(*each, t=0.0):
     """A TFMessage of (parent, frame, pose)."""
     found = [transform(parent, frame, pose.q, t) for parent, frame, pose in each]
-    return sent(message(messages.FRAMES, transforms=found))
+    return sent(make_message(message_types.FRAMES, transforms=found))
 
 
 def said(path):
     """The messages of a bag: (topic, type, time, message)."""
-    store = messages.typestore()
+    store = message_types.load_typestore()
     with AnyReader([path]) as reader:
         for c, t, data in reader.messages():
             yield c.topic, c.msgtype, t, store.deserialize_cdr(data, c.msgtype)
@@ -80,7 +82,7 @@ def said(path):
 
 def written(path, content, storage=StoragePlugin.MCAP, packed=CompressionMode.NONE):
     """Write a bag of some messages: (topic, type, time, message)."""
-    store = messages.typestore()
+    store = message_types.load_typestore()
     writer = Writer(path, version=8, storage_plugin=storage)
     if packed is not CompressionMode.NONE:
         writer.set_compression(packed, CompressionFormat.ZSTD)
@@ -106,19 +108,19 @@ def changed(content, of, change):
 
 def remake(each, **fields):
     """A message in which some fields are others."""
-    names = [name for name, _ in messages.typestore().fielddefs[each.__msgtype__][1]]
-    return message(each.__msgtype__, **{name: getattr(each, name) for name in names} | fields)
+    names = [name for name, _ in message_types.load_typestore().fielddefs[each.__msgtype__][1]]
+    return make_message(each.__msgtype__, **{name: getattr(each, name) for name in names} | fields)
 
 
 def later(each, seconds):
     """A message with a later stamp, or an earlier one, down to 0."""
     old = each.header
     time = old.stamp.sec * NANO + old.stamp.nanosec + int(seconds * NANO)
-    return remake(each, header=header(message, max(time, 0), old.frame_id))
+    return remake(each, header=make_header(make_message, max(time, 0), old.frame_id))
 
 
 def refused(path, words, experiment=None, **how):
     """See that a bag is refused in one line that names it once."""
     with pytest.raises(rs.FileError, match=words) as raised:
-        rs.open_bag(path, experiment, **how)
+        rs.read_bag(path, experiment, **how)
     assert "\n" not in str(raised.value) and str(raised.value).count(str(path)) == 1

@@ -11,7 +11,7 @@ from covering import thin
 import robsim as rs
 from robsim import cli
 from robsim.base import interrupt
-from robsim.declare.families import families
+from robsim.declare.kind_families import families
 
 PUMA_ROWS = [
     [0, 0.67183, 0, np.pi / 2],

@@ -6,37 +6,37 @@ import math
 from functools import singledispatch
 from typing import Any
 
-from robsim.declare.arrays import Numbers
-from robsim.declare.choices import Choice
-from robsim.declare.fields import Field, fields_of
-from robsim.declare.joints import OfJoint, PerJoint
+from robsim.declare.array_types import Numbers
+from robsim.declare.choices import KindOf
+from robsim.declare.fields import DeclaredField, fields_of
+from robsim.declare.joint_numbers import OfJoint, PerJoint
 from robsim.declare.lists import ListOf, Names
-from robsim.declare.one_of import OneOf, _form
 from robsim.declare.quantities import SI, Quantity, Vector
-from robsim.declare.scalars import Flag, Number, Whole
+from robsim.declare.scalars import Flag, Integer, Number
 from robsim.declare.spec import Spec
 from robsim.declare.tables import Table
-from robsim.declare.words import Name, Text, Word
+from robsim.declare.texts import Name, Text, Word
+from robsim.declare.union import OneOf, _get_raw_form
 from robsim.geometry.pose_table import PoseSpec
-from robsim.robot.link_table import Span
+from robsim.robot.link_table import JointLimits
 from robsim.robot.robot_table import OriginSpec
-from robsim.run.phase import Hangings, PhaseName
-from robsim.run.text import Aside
-from robsim.servo.feature_block import Features
+from robsim.run.experiment_text import ForeignTable
+from robsim.run.phase import AttachmentTable, PhaseName
+from robsim.servo.feature_block import FeaturesSpec
 from robsim.servo.goals.goal import GoalSpec
-from robsim.servo.tasks.belief import Belief
-from robsim.servo.tasks.follow_path import Way
-from robsim.studies.text import VarySpec
-from robsim.studies.values import ValuesSpec
-from robsim.vision.intrinsics import Focal
+from robsim.servo.tasks.belief_spec import BeliefSpec
+from robsim.servo.tasks.follow_path import PathSpec
+from robsim.studies.study_text import VarySpec
+from robsim.studies.value_lists import ValuesSpec
+from robsim.vision.intrinsics import FocalLengths
 
 
-def spec_of_key(field: Field, key: str) -> Spec:
+def spec_of_key(field: DeclaredField, key: str) -> Spec:
     """Return what one key of the table around a field may hold."""
     spec = field.spec
     if isinstance(spec, Table) and spec.flat:
         return next(each.spec for each in fields_of(spec.declared) if each.name == key)
-    if isinstance(spec, Choice):
+    if isinstance(spec, KindOf):
         if key != field.name:
             return next(each.spec for beside, _, each in spec._beside() if beside == key)
         return spec.other or spec
@@ -57,7 +57,7 @@ def _(spec: Numbers) -> list[Any]:
 
 
 @refused.register
-def _(spec: Choice) -> list[Any]:
+def _(spec: KindOf) -> list[Any]:
     kindless: list[Any] = [{}] if spec.default is None else []
     return [3, "none of them", {"kind": "none of them"}, [[]], *kindless]
 
@@ -84,7 +84,7 @@ def _(spec: Names) -> list[Any]:
 
 @refused.register
 def _(spec: OneOf) -> list[Any]:
-    return [raw for raw in (True, "none of them", [[True]]) if _form(raw) in spec.forms]
+    return [raw for raw in (True, "none of them", [[True]]) if _get_raw_form(raw) in spec.forms]
 
 
 @refused.register
@@ -109,7 +109,7 @@ def _(spec: Number) -> list[Any]:
 
 
 @refused.register
-def _(spec: Whole) -> list[Any]:
+def _(spec: Integer) -> list[Any]:
     return ["one", 1.5, True, spec.least - 1, spec.most + 1]
 
 
@@ -144,7 +144,7 @@ def _(spec: PoseSpec) -> list[Any]:
 
 
 @refused.register
-def _(spec: Span) -> list[Any]:
+def _(spec: JointLimits) -> list[Any]:
     return [3, [], ["1 kg", "2 kg"]]
 
 
@@ -160,17 +160,17 @@ def _(spec: PhaseName) -> list[Any]:
 
 
 @refused.register
-def _(spec: Hangings) -> list[Any]:
+def _(spec: AttachmentTable) -> list[Any]:
     return [3, "cup", ["cup"], {"cup": 1}]
 
 
 @refused.register
-def _(spec: Aside) -> list[Any]:
+def _(spec: ForeignTable) -> list[Any]:
     return [3, "x"]
 
 
 @refused.register
-def _(spec: Features) -> list[Any]:
+def _(spec: FeaturesSpec) -> list[Any]:
     return [3, "none of them", [], {}]
 
 
@@ -180,12 +180,12 @@ def _(spec: GoalSpec) -> list[Any]:
 
 
 @refused.register
-def _(spec: Belief) -> list[Any]:
+def _(spec: BeliefSpec) -> list[Any]:
     return [3, "x", []]
 
 
 @refused.register
-def _(spec: Way) -> list[Any]:
+def _(spec: PathSpec) -> list[Any]:
     return [3, "x", [], {}]
 
 
@@ -200,5 +200,5 @@ def _(spec: ValuesSpec) -> list[Any]:
 
 
 @refused.register
-def _(spec: Focal) -> list[Any]:
+def _(spec: FocalLengths) -> list[Any]:
     return ["800 px", [800.0], [], True]

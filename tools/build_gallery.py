@@ -19,8 +19,8 @@ from gallery_groups import GROUPS, group_of
 from gallery_pictures import pictures
 
 import robsim as rs
-from robsim.base.output import write_whole
-from robsim.studio.gallery import Shelf
+from robsim.base.atomic_files import write_whole
+from robsim.studio.scenario_shelf import ScenarioShelf
 
 HERE = Path(__file__).parent
 DEFAULT = HERE.parent / "docs" / "gallery"
@@ -37,7 +37,7 @@ class Card:
 def main() -> None:
     """Build the pages and the index, and say where they are."""
     folder = Path(sys.argv[1]) if len(sys.argv) > 1 else DEFAULT
-    shelf = Shelf.shipped()
+    shelf = ScenarioShelf.shipped()
     cards = []
     for entry in shelf.entries:
         cards.append(build(folder, shelf.experiment(entry["name"]), **entry))
@@ -51,7 +51,7 @@ def build(folder: Path, experiment: rs.Experiment, name: str, title: str, about:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", rs.RankWarning)  # some experiments show what it warns of
         run = experiment.run()
-    page = rs.open_recording(rs.export_html(run, folder / f"{name}.html")).header
+    page = rs.load_recording(rs.export_html(run, folder / f"{name}.html")).header
     ending, arrived = page["events"][-1]["text"], page["outcome"] == rs.Outcome.CONVERGED.name
     images = "".join(f'<img src="{each}" alt="">' for each in pictures(experiment, run))
     html = (

@@ -11,9 +11,15 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[1] / "src" / "robsim"
 WHOLE = (
-    *("run/text.py", "run/brief.py", "run/changed.py", "run/paths.py", "run/varied.py"),
+    *(
+        "run/experiment_text.py",
+        "run/brief_text.py",
+        "run/experiment_overrides.py",
+        "run/experiment_paths.py",
+        "run/batch_numbers.py",
+    ),
     "run/beliefs.py",
-    *("run/start_table.py", "files/layout.py", "studies/text.py"),
+    *("run/start_table.py", "files/toml_layout.py", "studies/study_text.py"),
 )
 
 

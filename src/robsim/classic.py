@@ -19,8 +19,8 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robsim.base.arrays import Array, frozen, numbers
-from robsim.base.errors import InputError, naming
+from robsim.base.arrays import Array, as_floats, make_read_only
+from robsim.base.errors import InputError, prefix_errors
 from robsim.geometry.pose import Pose, as_matrix
 from robsim.geometry.primitives import Block, CameraBody, Primitive, Wheel
 from robsim.vision.camera import Camera
@@ -54,7 +54,7 @@ class ClassicCamera(CameraBody):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        given = numbers(self.intrinsics, "intrinsics (f, px, py, alpha, u0, v0)", (6,))
+        given = as_floats(self.intrinsics, "intrinsics (f, px, py, alpha, u0, v0)", (6,))
         if given.ndim > 1:
             raise InputError(f"intrinsics: expected six numbers, got shape {given.shape}")
         object.__setattr__(self, "intrinsics", tuple(given.tolist()))
@@ -63,7 +63,7 @@ class ClassicCamera(CameraBody):
     @cached_property
     def Ki(self) -> Array:
         """The intrinsic matrix (3, 3) of the chapter's eq. (10), as `point_view` takes it."""
-        return frozen(chapter_intrinsics(*self.intrinsics))
+        return make_read_only(chapter_intrinsics(*self.intrinsics))
 
 
 def init_block(L: float, W: float, H: float, color: str) -> Block:
@@ -124,7 +124,7 @@ def move_block(blk_i: Block, R: ArrayLike, t: ArrayLike) -> Block:
     >>> move_block(init_block(30, 20, 10, "r"), np.eye(3), [0, 0, 5]).vertices.max(axis=0)
     array([15., 10., 10.])
     """
-    return _moved(_checked(blk_i, Block, "move_block: blk_i"), R, t)
+    return _move_primitive(_check_primitive(blk_i, Block, "move_block: blk_i"), R, t)
 
 
 def move_circ(circ_i: Wheel, R: ArrayLike, t: ArrayLike) -> Wheel:
@@ -135,7 +135,7 @@ def move_circ(circ_i: Wheel, R: ArrayLike, t: ArrayLike) -> Wheel:
     >>> move_circ(init_circ(10, 4, 16, "k"), np.eye(3), [[0], [0], [2]]).vertices[0]
     array([10.,  0.,  0.])
     """
-    return _moved(_checked(circ_i, Wheel, "move_circ: circ_i"), R, t)
+    return _move_primitive(_check_primitive(circ_i, Wheel, "move_circ: circ_i"), R, t)
 
 
 def move_cam(cam_i: C, R: ArrayLike, t: ArrayLike) -> C:
@@ -149,7 +149,7 @@ def move_cam(cam_i: C, R: ArrayLike, t: ArrayLike) -> C:
     >>> move_cam(cam, np.eye(3), [0, 0, 5]).pose
     <Pose position [0.0, 0.0, 5.0] rotvec [0.0, 0.0, 0.0]>
     """
-    return _moved(_checked(cam_i, CameraBody, "move_cam: cam_i"), R, t)
+    return _move_primitive(_check_primitive(cam_i, CameraBody, "move_cam: cam_i"), R, t)
 
 
 def plot_block(block: Block) -> list[LineCollection]:
@@ -164,7 +164,7 @@ def plot_block(block: Block) -> list[LineCollection]:
     'x (cm)'
     >>> plt.close()
     """
-    return _drawn(_checked(block, Block, "plot_block: block"))
+    return _draw_primitive(_check_primitive(block, Block, "plot_block: block"))
 
 
 def plot_circ(circ: Wheel) -> list[LineCollection]:
@@ -175,7 +175,7 @@ def plot_circ(circ: Wheel) -> list[LineCollection]:
     1
     >>> plt.close()
     """
-    return _drawn(_checked(circ, Wheel, "plot_circ: circ"))
+    return _draw_primitive(_check_primitive(circ, Wheel, "plot_circ: circ"))
 
 
 def plot_cam(cam: CameraBody) -> list[LineCollection]:
@@ -186,7 +186,7 @@ def plot_cam(cam: CameraBody) -> list[LineCollection]:
     1
     >>> plt.close()
     """
-    return _drawn(_checked(cam, CameraBody, "plot_cam: cam"))
+    return _draw_primitive(_check_primitive(cam, CameraBody, "plot_cam: cam"))
 
 
 def point_view(p3D: ArrayLike, Ki: ArrayLike, T_c: Any) -> Array:
@@ -208,15 +208,15 @@ def point_view(p3D: ArrayLike, Ki: ArrayLike, T_c: Any) -> Array:
            [240., 400.],
            [ nan,  nan]])
     """
-    points = numbers(p3D, "p3D", (3,))
-    T_w_c = _rigid(numbers(as_matrix(T_c), "T_c", (4, 4)), "T_c") @ T_CHAPTER_CAMERA
-    pixels = _camera(Ki).project(np.atleast_2d(points), T_w_c)[..., [1, 0]]
+    points = as_floats(p3D, "p3D", (3,))
+    T_w_c = _build_rigid_pose(as_floats(as_matrix(T_c), "T_c", (4, 4)), "T_c") @ T_CHAPTER_CAMERA
+    pixels = _build_chapter_camera(Ki).project(np.atleast_2d(points), T_w_c)[..., [1, 0]]
     return pixels[..., 0, :] if points.ndim == 1 else pixels
 
 
-def _camera(Ki: ArrayLike) -> Camera:
+def _build_chapter_camera(Ki: ArrayLike) -> Camera:
     """Return the camera with an intrinsic matrix of the chapter."""
-    matrix = numbers(Ki, "Ki", (3, 3))
+    matrix = as_floats(Ki, "Ki", (3, 3))
     if matrix.ndim != 2:
         raise InputError(f"Ki: expected one matrix of shape (3, 3), got {matrix.shape}")
     try:
@@ -229,42 +229,42 @@ def _camera(Ki: ArrayLike) -> Camera:
         ) from None
 
 
-def _checked(given: P, kind: type[Primitive], what: str) -> P:
+def _check_primitive(given: P, kind: type[Primitive], what: str) -> P:
     if not isinstance(given, kind):
         raise InputError(f"{what}: expected a {kind.__name__}, got a {type(given).__name__}")
     return given
 
 
-def _moved(primitive: P, R: ArrayLike, t: ArrayLike) -> P:
+def _move_primitive(primitive: P, R: ArrayLike, t: ArrayLike) -> P:
     """Return a copy of the primitive, moved rigidly."""
     T = np.eye(4)
-    T[:3, :3] = _shaped(R, "R", (3, 3))
-    T[:3, 3] = _shaped(t, "t", (3,), (3, 1)).ravel()
-    return primitive.at(_rigid(T, "R"))
+    T[:3, :3] = _check_matrix_shape(R, "R", (3, 3))
+    T[:3, 3] = _check_matrix_shape(t, "t", (3,), (3, 1)).ravel()
+    return primitive.at(_build_rigid_pose(T, "R"))
 
 
-def _shaped(value: ArrayLike, what: str, *shapes: tuple[int, ...]) -> Array:
-    array = numbers(value, what, ())
+def _check_matrix_shape(value: ArrayLike, what: str, *shapes: tuple[int, ...]) -> Array:
+    array = as_floats(value, what, ())
     if array.shape not in shapes:
         expected = " or ".join(map(str, shapes))
         raise InputError(f"{what}: expected shape {expected}, got {array.shape}")
     return array
 
 
-def _rigid(T: Array, what: str) -> Pose:
+def _build_rigid_pose(T: Array, what: str) -> Pose:
     """Return the pose of a matrix; an error names the argument `what`."""
-    with naming(what):
+    with prefix_errors(what):
         return Pose(T)
 
 
-def _drawn(primitive: Block | Wheel | CameraBody) -> list[LineCollection]:
+def _draw_primitive(primitive: Block | Wheel | CameraBody) -> list[LineCollection]:
     """Add the primitive's wire frame to the current 3-D axes."""
     from matplotlib.colors import is_color_like
     from mpl_toolkits.mplot3d import art3d  # type: ignore[import-untyped]
 
     if not is_color_like(primitive.color):
         raise InputError(f"expected a colour of Matplotlib such as 'r', got {primitive.color!r}")
-    axes = _solid_axes()
+    axes = _find_3d_axes()
     had_data = axes.has_data()
     lines = art3d.Line3DCollection(primitive.vertices[primitive.edges], colors=primitive.color)
     axes.add_collection3d(lines)
@@ -274,7 +274,7 @@ def _drawn(primitive: Block | Wheel | CameraBody) -> list[LineCollection]:
     return [lines]
 
 
-def _solid_axes() -> Any:
+def _find_3d_axes() -> Any:
     """Return the current axes if 3-D, else others of the figure that are, else new ones."""
     import matplotlib.pyplot as plt
 

@@ -39,7 +39,7 @@ class ContainerError(ValueError):
 
 
 @dataclass(frozen=True)
-class Block:
+class ArrayBlock:
     """An array among the numbers of a container, in one piece from `offset` on."""
 
     kinds: ClassVar[set[str]] = NUMBERS | {"<c16"}
@@ -49,8 +49,8 @@ class Block:
     offset: int
 
     def __post_init__(self) -> None:
-        places = [*_list(self.shape), self.offset]
-        if self.dtype not in self.kinds or not all(map(is_count, places)):
+        places = [*_check_list(self.shape), self.offset]
+        if self.dtype not in self.kinds or not all(map(is_json_count, places)):
             raise ValueError(f"no type and place of numbers: {self.dtype!s:.80}")
         if len(self.shape) > MOST_DIMENSIONS:
             raise ValueError(f"{len(self.shape)} dimensions")
@@ -75,33 +75,33 @@ class Block:
         return (found != 0 if is_truth else found).reshape(self.shape)
 
 
-def pack(header: Any, arrays: Sequence[NDArray[Any]]) -> BytesIO:
+def pack_container(header: Any, arrays: Sequence[NDArray[Any]]) -> BytesIO:
     """Return a container of a header and arrays. ValueError: an array is not of numbers.
 
-    >>> unpack(pack({"step": 3}, [np.arange(2.0)]))
+    >>> unpack_container(pack_container({"step": 3}, [np.arange(2.0)]))
     ({'step': 3}, [array([0., 1.])])
     """
     content, blocks = BytesIO(), []
     for array in arrays:
         dtype = array.dtype.newbyteorder("<").str
-        blocks.append(asdict(Block(dtype, list(array.shape), content.tell())))
+        blocks.append(asdict(ArrayBlock(dtype, list(array.shape), content.tell())))
         content.write(np.ascontiguousarray(array, dtype).tobytes())
-    seal(content, {"header": header, "arrays": blocks})
+    append_seal(content, {"header": header, "arrays": blocks})
     return content
 
 
-def unpack(file: BinaryIO) -> tuple[Any, list[NDArray[Any]]]:
+def unpack_container(file: BinaryIO) -> tuple[Any, list[NDArray[Any]]]:
     """Return the header and the arrays of a container. ContainerError: it is none, or damaged."""
     size, told = read_header(file)
     try:
-        blocks = [Block(**each) for each in _list(told["arrays"])]
-        check_fit(blocks, size)
+        blocks = [ArrayBlock(**each) for each in _check_list(told["arrays"])]
+        check_blocks_fit(blocks, size)
         return told["header"], [block.read(file) for block in blocks]
     except (ValueError, TypeError, KeyError) as error:
         raise ContainerError(f"has a header that fits no numbers: {error!s:.200}", True) from None
 
 
-def check_fit(blocks: Sequence[Block], size: int) -> None:
+def check_blocks_fit(blocks: Sequence[ArrayBlock], size: int) -> None:
     """Raise ValueError unless all blocks fit into so many bytes, and none twice."""
     if any(block.offset + block.bytes > size for block in blocks):
         raise ValueError("a variable goes beyond the end")
@@ -109,7 +109,7 @@ def check_fit(blocks: Sequence[Block], size: int) -> None:
         raise ValueError("the variables are larger than the file")
 
 
-def seal(content: BytesIO, header: object) -> None:
+def append_seal(content: BytesIO, header: object) -> None:
     """Append the header and the checksum to numbers. ValueError: the header cannot be written."""
     text = json.dumps(header, ensure_ascii=False, separators=(",", ":")).encode()
     if len(text) > LONGEST_HEADER:
@@ -133,10 +133,10 @@ def read_header(file: BinaryIO) -> tuple[int, Any]:
     if length > min(LONGEST_HEADER, size - _TAIL):
         raise ContainerError(f"has a seal with an index of {length} bytes")
     file.seek(size - _TAIL - length)
-    return size - _TAIL - length, _parsed(file.read(length))
+    return size - _TAIL - length, _parse_header(file.read(length))
 
 
-def is_count(value: Any) -> bool:
+def is_json_count(value: Any) -> bool:
     """Return whether a value of JSON is a count."""
     return type(value) is int and 0 <= value < 1 << 62
 
@@ -151,23 +151,23 @@ def _checksum(file: BinaryIO, size: int) -> bytes:
     return found.digest()
 
 
-def _parsed(text: bytes) -> Any:
+def _parse_header(text: bytes) -> Any:
     try:
-        header = json.loads(text.decode(), object_pairs_hook=_unrepeated)
+        header = json.loads(text.decode(), object_pairs_hook=_make_unique_dict)
         json.dumps(header, ensure_ascii=False).encode()  # half a character could not be printed
     except (ValueError, RecursionError) as error:
         raise ContainerError(f"has a seal whose index is no JSON: {error!s:.200}") from None
     return header
 
 
-def _unrepeated(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+def _make_unique_dict(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     found = dict(pairs)
     if len(found) < len(pairs):
         raise ValueError("a name occurs twice")
     return found
 
 
-def _list(value: Any) -> list[Any]:
+def _check_list(value: Any) -> list[Any]:
     if not isinstance(value, list):
         raise TypeError(f"expected a list, got {value!r:.80}")
     return value

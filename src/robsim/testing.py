@@ -14,13 +14,13 @@ from typing import Any
 
 import numpy as np
 
-from robsim.base.arrays import Array, flag, frozen, numbers, runs_last, whole
-from robsim.base.errors import InputError, said
+from robsim.base.arrays import Array, as_bool, as_floats, as_integer, make_read_only, move_runs_last
+from robsim.base.errors import InputError, format_value
 from robsim.features.feature import Feature, Observation
-from robsim.geometry.pose import Pose, homogeneous
-from robsim.robot.joints.kind import JointKind, check_kind
+from robsim.geometry.pose import Pose, homogeneous_matrix
+from robsim.robot.joints.joint_kind import JointKind, check_joint_kind
 from robsim.servo.laws.control_state import ControlState
-from robsim.servo.laws.inverse import PseudoInverse, product
+from robsim.servo.laws.inverse import PseudoInverse, multiply_batches
 from robsim.servo.laws.law import Law
 from robsim.vision.camera import Camera
 
@@ -45,34 +45,38 @@ def check_feature(
     `bits` it must be the same to the last bit, as of RobSim's own features.
     `marks` are (N, 3) in axes of the target, or how many, scattered; `runs` views are random.
     """
-    least = 0.0 if flag(bits, "bits") else ROUNDING
+    least = 0.0 if as_bool(bits, "bits") else ROUNDING
     if isinstance(feature, type) or not isinstance(feature, Feature):
         raise InputError(
-            f"expected a feature, with measure, unit and tolerance, got {said(feature)}"
+            f"expected a feature, with measure, unit and tolerance, got {format_value(feature)}"
         )
-    views = _Views.random(marks, seed, runs)
+    views = _RandomViews.random(marks, seed, runs)
     if hasattr(feature, "towards"):
-        goal = _Views.random(views.marks, seed + 1, 1, rotation=0.3)
+        goal = _RandomViews.random(views.marks, seed + 1, 1, rotation=0.3)
         feature = feature.towards(goal.observed(feature))
     seen = views.observed(feature)
-    problems = _attributes(feature)
-    s, failures = _call(feature, "measure", seen, (runs, None))
+    problems = _check_attributes(feature)
+    s, failures = _call_and_check(feature, "measure", seen, (runs, None))
     if failures:
         return [*problems, *failures]
 
     def alone(rows: Any) -> Observation:
         return views.some(rows).observed(feature)
 
-    problems += _batch(lambda rows: feature.measure(alone(rows)), s, "measure", least)
+    problems += _check_rows_alone(lambda rows: feature.measure(alone(rows)), s, "measure", least)
     if not hasattr(feature, "interaction"):
         return problems
-    L, failures = _call(feature, "interaction", seen, (runs, s.shape[1], 6))
+    L, failures = _call_and_check(feature, "interaction", seen, (runs, s.shape[1], 6))
     if failures:
         return [*problems, *failures]
     columns = [f"{type(feature).__name__}.interaction, column {motion}" for motion in MOTIONS]
     scales = np.full(6, 1.0 + np.abs(L).max())
-    problems += _compare(columns, partial(_feature_off, feature, views), L, scales, "measure")
-    return problems + _batch(lambda rows: feature.interaction(alone(rows)), L, "interaction", least)
+    problems += _check_against_differences(
+        columns, partial(_subtract_interaction, feature, views), L, scales, "measure"
+    )
+    return problems + _check_rows_alone(
+        lambda rows: feature.interaction(alone(rows)), L, "interaction", least
+    )
 
 
 def check_law(
@@ -84,24 +88,29 @@ def check_law(
     may differ from the same run in a batch as with `check_feature`. Only with the same `bits` do
     the runs of a simulation not depend on how they are divided among threads.
     """
-    joints, features = whole(joints, "joints", 1, MOST), whole(features, "features", 1, MOST)
-    rng = np.random.default_rng(whole(seed, "seed", 0))
+    joints, features = (
+        as_integer(joints, "joints", 1, MOST),
+        as_integer(features, "features", 1, MOST),
+    )
+    rng = np.random.default_rng(as_integer(seed, "seed", 0))
     e = rng.normal(size=(features, RUNS))
     L, J = rng.normal(size=(features, 6, RUNS)), rng.normal(size=(6, joints, RUNS))
     at = rng.normal(size=(joints, RUNS))
 
     def state(rows: Any, scale: float = 1.0) -> ControlState:
         error, M, N, q = (a[..., rows] for a in (scale * e, L, J, at))
-        A = product(*map(np.ascontiguousarray, (M, N)))
+        A = multiply_batches(*map(np.ascontiguousarray, (M, N)))
         return ControlState(error, M, N, A, 1.0, PseudoInverse(), s_last=error, q_last=q)
 
     name = type(law).__name__
-    qd, failures = _call(law, "command", state(slice(None)), (RUNS, joints))
+    qd, failures = _call_and_check(law, "command", state(slice(None)), (RUNS, joints))
     if failures:
         return failures
-    least = 0.0 if flag(bits, "bits") else ROUNDING
-    problems = _batch(lambda rows: law.command(state(rows)), qd, f"{name}.command", least)
-    at_rest, failures = _call(law, "command", state(slice(None), 0.0), (RUNS, joints))
+    least = 0.0 if as_bool(bits, "bits") else ROUNDING
+    problems = _check_rows_alone(
+        lambda rows: law.command(state(rows)), qd, f"{name}.command", least
+    )
+    at_rest, failures = _call_and_check(law, "command", state(slice(None), 0.0), (RUNS, joints))
     if failures or np.abs(at_rest).max() > 1e-12:
         problems.append(f"{name}.command does not give zero velocity for zero error")
     rate = np.einsum("kb,kcb,cjb,bj->b", e, L, J, qd)
@@ -123,17 +132,17 @@ def check_joint(
     differ by rounding, as with `check_feature`; with `bits` they must be the same.
     """
     if not isinstance(kind, JointKind):
-        return [f"expected a JointKind, got {said(kind)}"]
+        return [f"expected a JointKind, got {format_value(kind)}"]
     try:
-        check_kind(kind)
+        check_joint_kind(kind)
     except InputError as reason:
         return [str(reason)]
-    runs = whole(runs, "runs", 1, MOST)
-    rng = np.random.default_rng(whole(seed, "seed", 0))
+    runs = as_integer(runs, "runs", 1, MOST)
+    rng = np.random.default_rng(as_integer(seed, "seed", 0))
     q = kind.sample(rng.random((runs, len(kind.rest))), kind.rest, kind.ranges(None, None))
     nv, name = len(kind.velocities), type(kind).__name__
-    T, problems = _call(kind, "motion", q, (runs, 4, 4))
-    V, failures = _call(kind, "twists", q, (runs, nv, 6))
+    T, problems = _call_and_check(kind, "motion", q, (runs, 4, 4))
+    V, failures = _call_and_check(kind, "twists", q, (runs, nv, 6))
     if problems or failures:
         return problems + failures
     rigid = np.abs(np.einsum("bij,bkj->bik", T[:, :3, :3], T[:, :3, :3]) - np.eye(3)).max()
@@ -144,51 +153,56 @@ def check_joint(
         ]
     if nv:
         columns = [f"{name}.twists, velocity '{velocity}'" for velocity in kind.velocities]
-        scales, off = 1.0 + np.abs(V).max((0, 2)), partial(_joint_off, kind, q)
-        problems += _compare(columns, off, V.swapaxes(1, 2), scales, "motion")
-    least = 0.0 if flag(bits, "bits") else ROUNDING
-    problems += _batch(lambda rows: kind.motion(q[rows]), T, f"{name}.motion", least)
-    return problems + _batch(lambda rows: kind.twists(q[rows]), V, f"{name}.twists", least)
+        scales, off = 1.0 + np.abs(V).max((0, 2)), partial(_subtract_twists, kind, q)
+        problems += _check_against_differences(columns, off, V.swapaxes(1, 2), scales, "motion")
+    least = 0.0 if as_bool(bits, "bits") else ROUNDING
+    problems += _check_rows_alone(lambda rows: kind.motion(q[rows]), T, f"{name}.motion", least)
+    return problems + _check_rows_alone(
+        lambda rows: kind.twists(q[rows]), V, f"{name}.twists", least
+    )
 
 
 @dataclass(frozen=True)
-class _Views:
+class _RandomViews:
     """Random views of some marks, from one camera and from a second one beside it."""
 
     marks: Array  # (N, 3)
     T_c_o: Array  # (3, 4, B)
 
     @classmethod
-    def random(cls, marks: Any, seed: int, runs: int, rotation: float = 0.6) -> _Views:
+    def random(cls, marks: Any, seed: int, runs: int, rotation: float = 0.6) -> _RandomViews:
         """Return views with the target 1.2 to 1.8 m ahead, turned by up to `rotation` rad."""
-        rng, runs = np.random.default_rng(whole(seed, "seed", 0)), whole(runs, "runs", 1, MOST)
+        rng, runs = (
+            np.random.default_rng(as_integer(seed, "seed", 0)),
+            as_integer(runs, "runs", 1, MOST),
+        )
         if isinstance(marks, int):
-            marks = rng.uniform(-0.3, 0.3, size=(whole(marks, "marks", 1, MOST), 3))
+            marks = rng.uniform(-0.3, 0.3, size=(as_integer(marks, "marks", 1, MOST), 3))
         turn = rng.uniform(-rotation, rotation, (runs, 3))
         T = np.array(Pose.exp(np.concatenate([np.zeros((runs, 3)), turn], axis=1)).matrix)
         T[:, :3, 3] = rng.uniform([-0.2, -0.2, 1.2], [0.2, 0.2, 1.8], (runs, 3))
-        given = numbers(marks, "marks", ("N", 3))
+        given = as_floats(marks, "marks", ("N", 3))
         if given.ndim != 2 or not given.size:
             raise InputError(f"marks: expected (N, 3), or how many, got shape {given.shape}")
-        return cls(given, runs_last(T[:, :3], 2))
+        return cls(given, move_runs_last(T[:, :3], 2))
 
-    def some(self, rows: Any) -> _Views:
+    def some(self, rows: Any) -> _RandomViews:
         """Return the views of some runs."""
-        return _Views(self.marks, np.ascontiguousarray(self.T_c_o[..., rows]))
+        return _RandomViews(self.marks, np.ascontiguousarray(self.T_c_o[..., rows]))
 
-    def moved(self, twist: Array) -> _Views:
+    def moved(self, twist: Array) -> _RandomViews:
         """Return the views after the camera moved by exp(twist)."""
-        T = Pose.exp(twist).inv().matrix @ homogeneous(self.T_c_o)
-        return _Views(self.marks, runs_last(T[:, :3], 2))
+        T = Pose.exp(twist).inv().matrix @ homogeneous_matrix(self.T_c_o)
+        return _RandomViews(self.marks, move_runs_last(T[:, :3], 2))
 
     def observed(self, feature: Feature) -> Observation:
         """Return the observation that the feature gets."""
         if getattr(feature, "cameras", 1) != 2:
             return self._by(CAMERA)
-        T = BETWEEN.inv().matrix @ homogeneous(self.T_c_o)
-        other = _Views(self.marks, runs_last(T[:, :3], 2))._by(OTHER_CAMERA)
+        T = BETWEEN.inv().matrix @ homogeneous_matrix(self.T_c_o)
+        other = _RandomViews(self.marks, move_runs_last(T[:, :3], 2))._by(OTHER_CAMERA)
         between = np.broadcast_to(BETWEEN.matrix[:3, :, None], self.T_c_o.shape)
-        return self._by(CAMERA, other=other, between_last=frozen(between.copy()))
+        return self._by(CAMERA, other=other, between_last=make_read_only(between.copy()))
 
     def _by(self, camera: Camera, **more: Any) -> Observation:
         T = self.T_c_o
@@ -196,11 +210,11 @@ class _Views:
         X = ((T[:, 0] * x + T[:, 1] * y) + T[:, 2] * z) + T[:, 3]
         pixels, _ = camera.image_of(X)
         more |= {"model": self.marks, "guess_last": self.T_c_o}
-        depth = frozen(np.ascontiguousarray(X[:, 2]))
-        return Observation.of_last(frozen(pixels), depth, camera, **more)
+        depth = make_read_only(np.ascontiguousarray(X[:, 2]))
+        return Observation.of_last(make_read_only(pixels), depth, camera, **more)
 
 
-def _attributes(feature: Feature) -> list[str]:
+def _check_attributes(feature: Feature) -> list[str]:
     name = type(feature).__name__
     problems = []
     if not isinstance(getattr(feature, "unit", None), str):
@@ -211,7 +225,7 @@ def _attributes(feature: Feature) -> list[str]:
     return problems
 
 
-def _call(
+def _call_and_check(
     owner: Any, method: str, given: Any, shape: tuple[int | None, ...]
 ) -> tuple[Array, list[str]]:
     """Return what a method returns, and a list of what is wrong with it."""
@@ -236,7 +250,7 @@ def _call(
     return value.astype(np.float64), []
 
 
-def _compare(
+def _check_against_differences(
     columns: list[str], off: Callable[[float, Array], Array], exact: Array, scales: Array, of: str
 ) -> list[str]:
     """Check that what central differences are off falls with the square of the step.
@@ -258,7 +272,7 @@ def _compare(
     return problems
 
 
-def _feature_off(feature: Feature, views: _Views, step: float, L: Array) -> Array:
+def _subtract_interaction(feature: Feature, views: _RandomViews, step: float, L: Array) -> Array:
     """Return central differences of s (B, k, 6) less L, without half turns where angles jump."""
     found = []
     for V in step * np.eye(6):
@@ -268,7 +282,7 @@ def _feature_off(feature: Feature, views: _Views, step: float, L: Array) -> Arra
     return np.asarray(off - jump * np.round(off / jump))
 
 
-def _joint_off(kind: JointKind, q: Array, step: float, V: Array) -> Array:
+def _subtract_twists(kind: JointKind, q: Array, step: float, V: Array) -> Array:
     """Return central differences of the motion (B, 6, nv), as twists in its axes, less V."""
     axes, found = Pose(kind.motion(q)).rotation, []
     for rates in np.eye(V.shape[-1]):
@@ -279,7 +293,9 @@ def _joint_off(kind: JointKind, q: Array, step: float, V: Array) -> Array:
     return np.stack(found, axis=-1) - V
 
 
-def _batch(call: Callable[[Any], Any], all_rows: Array, who: str, share: float) -> list[str]:
+def _check_rows_alone(
+    call: Callable[[Any], Any], all_rows: Array, who: str, share: float
+) -> list[str]:
     """Check that each row alone is the same as in the batch, to a share of the largest number."""
     allowed = share * np.abs(all_rows).max(initial=0.0)
     for b in range(len(all_rows)):

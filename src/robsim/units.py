@@ -1,5 +1,5 @@
 """Units at the doors: `from robsim.units import cm, deg`; inside, metres, radians and seconds."""
 
-from robsim.base.units import Dimension, cm, deg, m, mm, ms, parse, rad, s, um
+from robsim.base.si_units import Dimension, cm, deg, m, mm, ms, parse, rad, s, um
 
 __all__ = ["Dimension", "cm", "deg", "m", "mm", "ms", "parse", "rad", "s", "um"]

@@ -14,8 +14,8 @@ from pathlib import Path
 import numpy as np
 from attack.harness import Lost, Wrong
 
-from robsim.container import pack, unpack
-from robsim.kernels.machine import store
+from robsim.container import pack_container, unpack_container
+from robsim.kernels.machine import cache_files
 
 NAME = "cache_files"
 CASES = 1
@@ -56,9 +56,9 @@ def simulated(folder, limit=None):
 @cache
 def expected():
     """The files that the simulation needs, {name: content}, and its bits."""
-    simulated(store.CACHE.parent)  # compiles what is missing
-    names, bits = simulated(store.CACHE.parent)
-    paths = {name: store.CACHE / name for name in names}
+    simulated(cache_files.CACHE.parent)  # compiles what is missing
+    names, bits = simulated(cache_files.CACHE.parent)
+    paths = {name: cache_files.CACHE / name for name in names}
     return {n: path.read_bytes() for n, path in paths.items() if path.exists()}, bits
 
 
@@ -69,7 +69,7 @@ def case(seed):
     with tempfile.TemporaryDirectory() as root:
         place = Path(root) / "cache"
         place.mkdir()
-        folder = place / store.CACHE.name
+        folder = place / cache_files.CACHE.name
         folder.mkdir()
         for name, content in files.items():
             (folder / name).write_bytes(content)
@@ -120,11 +120,11 @@ def swapped(rng, place, folder, names):
 def pickled(rng, place, folder, names):
     """The digest is right, but what is in it is no kernel."""
     for name in some(rng, names):
-        key, _ = unpack(BytesIO((folder / name).read_bytes()))
+        key, _ = unpack_container(BytesIO((folder / name).read_bytes()))
         wrong = [None, ([], ()), (["robsim.none"], ()), ([], (1, 2, 3)), "text", b"\0"]
         data = np.frombuffer(pickle.dumps(wrong[rng.integers(len(wrong))]), np.uint8)
         odd = [(key, [data]), (key, []), (key[:1], [data]), (None, [data, data])]
-        (folder / name).write_bytes(pack(*odd[rng.integers(4)]).getbuffer())
+        (folder / name).write_bytes(pack_container(*odd[rng.integers(4)]).getbuffer())
 
 
 def folders(rng, place, folder, names):

@@ -11,7 +11,7 @@ import numpy as np
 from attack.harness import Wrong
 
 import robsim as rs
-from robsim.container import pack, unpack
+from robsim.container import pack_container, unpack_container
 from robsim.engine.loop import Loop
 from robsim.run import checkpoint
 
@@ -88,7 +88,7 @@ def flipped(random, content):
 
 def retold(random, content):
     """Another value somewhere in the header, under a right checksum."""
-    header, arrays = unpack(BytesIO(content))
+    header, arrays = unpack_container(BytesIO(content))
     header = json.loads(json.dumps(header))
     chunks = header["loops"][0]["chunks"]
     at = random.choice([*chunks, *chunks, *chunks, header["loops"][0], header])
@@ -97,23 +97,23 @@ def retold(random, content):
         del at[key]
     else:
         at[key] = ODD[random.integers(len(ODD))]
-    return pack(header, arrays).getvalue()
+    return pack_container(header, arrays).getvalue()
 
 
 def renumbered(random, content):
     """Other numbers in some array, under a right checksum."""
-    header, arrays = unpack(BytesIO(content))
+    header, arrays = unpack_container(BytesIO(content))
     array = arrays[random.integers(len(arrays))]
     chosen = random.random(array.shape) < random.choice([0.001, 0.1, 1.0])
     with np.errstate(all="ignore"), warnings.catch_warnings():
         warnings.simplefilter("ignore")
         array[chosen] = np.array(NUMBERS)[random.integers(len(NUMBERS))].astype(array.dtype)
-    return pack(header, arrays).getvalue()
+    return pack_container(header, arrays).getvalue()
 
 
 def reshaped(random, content):
     """An array of another shape or type, or in another place, under a right checksum."""
-    header, arrays = unpack(BytesIO(content))
+    header, arrays = unpack_container(BytesIO(content))
     i, j = random.integers(len(arrays), size=2)
     ways = (
         lambda: arrays.__setitem__(i, arrays[j]),
@@ -126,4 +126,4 @@ def reshaped(random, content):
     )  # fmt: skip
     with np.errstate(all="ignore"):
         ways[random.integers(len(ways))]()
-    return pack(header, arrays).getvalue()
+    return pack_container(header, arrays).getvalue()

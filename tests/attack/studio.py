@@ -14,7 +14,7 @@ from attack.harness import Wrong
 from studio.fake import FILES, PAGE, Browser, Fake, answer, everything
 from websockets.frames import Frame, Opcode
 
-from robsim.studio.web import limits
+from robsim.studio.web import server_limits
 from robsim.studio.web.server import Server
 
 NAME, CASES, PATIENCE = "studio", 8, 60.0
@@ -60,7 +60,7 @@ class Place:
         handler.emit = lambda record: self.log.append(handler.format(record)[-250:])
         for name in ("robsim.studio", "asyncio"):
             logging.getLogger(name).addHandler(handler)
-        limits.PATIENCE, limits.HEAD_SECONDS, limits.PING = 3.0, 2.0, 0.5
+        server_limits.PATIENCE, server_limits.HEAD_SECONDS, server_limits.PING = 3.0, 2.0, 0.5
         self.server = Server(self.app)
         self.browser = Browser(self.server)
         self.cases, self.resident = 0, 0

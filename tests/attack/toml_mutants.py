@@ -16,12 +16,12 @@ from attack.harness import Wrong
 
 from robsim import Experiment, InputError, examples
 from robsim.base import errors
-from robsim.run.text import ExperimentTable, keys_of
+from robsim.run.experiment_text import ExperimentTable, get_table_keys
 
 NAME, CASES = "toml_mutants", 150
 LONGEST = 2.0  # seconds of the processor, in which anything is refused
 RUNS, WRITTEN = 0.05, 0.1  # shares of the scenarios taken that are run, and read again
-TABLES = {*keys_of(ExperimentTable), "schema"}
+TABLES = {*get_table_keys(ExperimentTable), "schema"}
 NO_KEY = re.compile(r"line \d+|<text>: (and \d+ more|empty|larger than)")
 KEY = re.compile(r"<text>: ([\w-]+)(\[\d+\]|\.\S|:)")
 NUMBERS = ["0", "-0.0", "-1", "nan", "inf", "-inf", "1e308", "1e-320", "1e9", "true", "1e19"]

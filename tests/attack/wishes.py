@@ -8,9 +8,9 @@ import numpy as np
 from attack.harness import Wrong
 
 from robsim import examples, load_scenario
-from robsim.studio.bench import Bench
-from robsim.studio.gallery import Shelf
-from robsim.studio.session import _WISHES, Session
+from robsim.studio.scenario_shelf import ScenarioShelf
+from robsim.studio.session import _REQUESTS, Session
+from robsim.studio.workbench import Workbench
 
 NAME, CASES = "wishes", 15
 FILES = ("adaptive_gain", "calibration_errors", "eye_in_hand", "unicycle_docking", "visp_tutorial")
@@ -24,7 +24,7 @@ ODD = [
 @cache
 def session(name):
     """A session that nobody runs: its wishes are done here, one by one."""
-    return Session(Bench(load_scenario(examples.path(name))), Shelf.shipped())
+    return Session(Workbench(load_scenario(examples.path(name))), ScenarioShelf.shipped())
 
 
 def case(seed):
@@ -50,7 +50,7 @@ def case(seed):
 
 def wish_of(draw, bench):
     """One thing that a page might ask for, most of it wrong."""
-    name = draw.choice([*_WISHES, "set", "set", "drag", "second", "quit"])
+    name = draw.choice([*_REQUESTS, "set", "set", "drag", "second", "quit"])
     if name in ("set", "second"):
         return {
             name: draw.choice([[path_of(draw, bench), value_of(draw, bench)], draw.choice(ODD)])

@@ -12,11 +12,11 @@ from hypothesis import strategies as st
 
 import robsim as rs
 from robsim import examples, load_scenario
-from robsim.base.units import parse
-from robsim.declare.brief import shortest
-from robsim.declare.quantities import DIMENSIONS, Exact
-from robsim.files.layout import laid_out
-from robsim.files.toml import parse as tables_of
+from robsim.base.si_units import parse
+from robsim.declare.quantities import DIMENSIONS, ExactQuantity
+from robsim.declare.short_numbers import shorten_numbers
+from robsim.files.toml import parse_toml as tables_of
+from robsim.files.toml_layout import format_toml
 
 LENS = rs.Camera([[800, 0, 320], [0, 800, 240], [0, 0, 1]])
 
@@ -266,26 +266,32 @@ def test_whatever_is_changed_comes_back_from_a_short_text(changes):
 
 @given(x=st.floats(-1e9, 1e9), unit=st.sampled_from(sorted(DIMENSIONS)))
 def test_a_number_in_its_shortest_unit_is_the_same_to_the_last_bit(x, unit):
-    text = shortest(Exact(x, unit))
+    text = shorten_numbers(ExactQuantity(x, unit))
     assert np.float64(parse(text, DIMENSIONS[unit])).tobytes() == np.float64(x).tobytes()
-    assert len(text) <= len(Exact(x, unit))
+    assert len(text) <= len(ExactQuantity(x, unit))
 
 
 def test_numbers_are_as_people_write_them():
     said = {
-        "22.86 cm": Exact(0.2286, "m"),
-        "90 deg": Exact(np.deg2rad(90), "rad"),
-        "40 ms": Exact(0.04, "s"),
-        "-147 deg": Exact(-147 * rs.units.deg, "rad"),
-        "1, 2, 3 mm": Exact([0.001, 0.002, 0.003], "m"),
-        "0 m": Exact(0.0, "m"),
-        "-0 m": Exact(-0.0, "m"),
-        "1 rad": Exact(1.0, "rad"),
-        "2.7 g/cm^3": Exact(2700.0, "kg/m^3"),
-        "0.5": Exact(0.5, "1"),
+        "22.86 cm": ExactQuantity(0.2286, "m"),
+        "90 deg": ExactQuantity(np.deg2rad(90), "rad"),
+        "40 ms": ExactQuantity(0.04, "s"),
+        "-147 deg": ExactQuantity(-147 * rs.units.deg, "rad"),
+        "1, 2, 3 mm": ExactQuantity([0.001, 0.002, 0.003], "m"),
+        "0 m": ExactQuantity(0.0, "m"),
+        "-0 m": ExactQuantity(-0.0, "m"),
+        "1 rad": ExactQuantity(1.0, "rad"),
+        "2.7 g/cm^3": ExactQuantity(2700.0, "kg/m^3"),
+        "0.5": ExactQuantity(0.5, "1"),
     }
-    assert {text: shortest(exact) for text, exact in said.items()} == {t: t for t in said}
-    assert shortest({"a": [1.0, -0.0, 0.5, True, "1.0 m"]})["a"] == [1, -0.0, 0.5, True, "1.0 m"]
+    assert {text: shorten_numbers(exact) for text, exact in said.items()} == {t: t for t in said}
+    assert shorten_numbers({"a": [1.0, -0.0, 0.5, True, "1.0 m"]})["a"] == [
+        1,
+        -0.0,
+        0.5,
+        True,
+        "1.0 m",
+    ]
 
 
 @drawn(
@@ -304,7 +310,7 @@ def test_numbers_are_as_people_write_them():
 )
 def test_any_tables_are_laid_out_as_toml(tables):
     tables.pop("schema", None)
-    assert tables_of(laid_out(tables), "text") == tables
+    assert tables_of(format_toml(tables), "text") == tables
 
 
 def test_the_folder_is_that_of_the_process_by_default():

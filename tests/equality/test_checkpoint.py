@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import robsim as rs
-from robsim.container import pack, unpack
+from robsim.container import pack_container, unpack_container
 from robsim.declare import register
 from robsim.files import examples
 from robsim.run import checkpoint
@@ -200,9 +200,9 @@ def test_a_checkpoint_is_taken_up_on_another_machine_which_is_told(monkeypatch):
 def forged(change):
     """Write a checkpoint with a right checksum, changed by `change(chunk, arrays)`."""
     with open("point", "rb") as file:
-        header, arrays = unpack(file)
+        header, arrays = unpack_container(file)
     change(header["loops"][0]["chunks"][0], arrays)
-    Path("forged").write_bytes(pack(header, arrays).getbuffer())
+    Path("forged").write_bytes(pack_container(header, arrays).getbuffer())
 
 
 def put(chunk, **values):

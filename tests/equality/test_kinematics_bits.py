@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 import robsim as rs
-from robsim.base.warned import TWO_TURNS
-from robsim.kernels.bodies import kinematics
+from robsim.base.unit_warnings import LARGEST_RADIANS
+from robsim.kernels.bodies import batch_kinematics
 
-BATCH = 32 * kinematics.WIDTH + 3  # whole blocks and a part of one
+BATCH = 32 * batch_kinematics.WIDTH + 3  # whole blocks and a part of one
 
 
 def screw():
@@ -47,7 +47,7 @@ def test_a_configuration_alone_equals_its_row_in_any_batch(name, method):
     robot = ROBOTS[name]
     q, call = some(robot), getattr(robot, method)
     whole = call(q)
-    for i in (0, 1, kinematics.WIDTH - 1, kinematics.WIDTH, BATCH - 1):
+    for i in (0, 1, batch_kinematics.WIDTH - 1, batch_kinematics.WIDTH, BATCH - 1):
         same(call(q[i]), whole[i])
     for rows in (slice(3, 4), slice(100, 250), slice(None, None, -1), slice(0, 0)):
         same(call(q[rows]), whole[rows])
@@ -85,7 +85,7 @@ def test_what_a_kernel_finds_unusual_is_an_error(value, row, method):
 
 
 def test_what_may_be_degrees_is_unusual_and_large_angles_of_computations_pass():
-    assert kinematics.USUAL <= TWO_TURNS
+    assert batch_kinematics.USUAL_COORDINATE <= LARGEST_RADIANS
     robot = ROBOTS["puma560"]
     q = some(robot)
     turned = q + 2 * np.pi * 50

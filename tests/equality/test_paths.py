@@ -8,7 +8,12 @@ import pytest
 
 import robsim as rs
 from robsim import examples
-from robsim.run.paths import is_number, owner_of, path_of, with_numbers
+from robsim.run.experiment_paths import (
+    find_path,
+    find_path_owner,
+    is_numeric_value,
+    replace_numbers,
+)
 
 FEW = {"adaptive_gain": 9, "calibration_errors": 11, "car": 17, "wrong_dh": 23}  # every so many
 NAMES = sorted(examples.names())
@@ -41,7 +46,7 @@ def in_file(name, changes):
 def by_path(experiment, changes):
     """The experiment with these changes by their paths alone; None where they are refused."""
     try:
-        return with_numbers(experiment, changes)
+        return replace_numbers(experiment, changes)
     except Exception:  # noqa: BLE001 - all of them lead to the way of a file
         return None
 
@@ -131,8 +136,12 @@ def calls_of(change):
 
 def test_a_number_has_a_path_and_what_is_none_has_not():
     experiment = rs.load_scenario(examples.path("wrong_calibration"))
-    found = path_of(experiment, "belief.cameras.camera.focal")
-    assert found.get(owner_of(experiment, "belief.cameras.camera.focal")) == 960.0
-    assert is_number(experiment.scene.home) and not is_number("800") and not is_number(True)
-    assert path_of(experiment, "cameras.other.focal") is None
-    assert path_of(experiment, "task.gian") is None
+    found = find_path(experiment, "belief.cameras.camera.focal")
+    assert found.get(find_path_owner(experiment, "belief.cameras.camera.focal")) == 960.0
+    assert (
+        is_numeric_value(experiment.scene.home)
+        and not is_numeric_value("800")
+        and not is_numeric_value(True)
+    )
+    assert find_path(experiment, "cameras.other.focal") is None
+    assert find_path(experiment, "task.gian") is None

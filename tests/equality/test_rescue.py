@@ -4,7 +4,7 @@ import numpy as np
 
 import robsim as rs
 from robsim import examples
-from robsim.engine.chunk import Going
+from robsim.engine.chunk import ChunkProgress
 
 
 def experiment(ahead):
@@ -21,7 +21,7 @@ def recorded(experiment, fast=True, chunk=3):
     if not fast:
         loop.sequence._fast = None  # every step through the stages in Python
     for first in range(0, 3, chunk):
-        loop.advance(Going(np.arange(first, min(first + chunk, 3))), lambda share: None)
+        loop.advance(ChunkProgress(np.arange(first, min(first + chunk, 3))), lambda share: None)
     return np.concatenate([loop.recorder.table.ravel(), loop.recorder.ends.ravel()])
 
 
@@ -31,7 +31,7 @@ def test_a_pose_that_needs_no_python_is_found_by_stages_alone(monkeypatch):
 
     near = experiment(0.1)
     slow = recorded(near, fast=False)
-    monkeypatch.setattr("robsim.features.rows.without_guess", refuse)
+    monkeypatch.setattr("robsim.features.feature_rows.without_guess", refuse)
     np.testing.assert_array_equal(recorded(near), slow)
 
 

@@ -5,7 +5,7 @@ import pytest
 
 import robsim as rs
 from robsim.engine.loop import Loop
-from robsim.servo.laws.partitioned import PartitionedLaw
+from robsim.servo.laws.partitioned_law import PartitionedLaw
 from robsim.trajectory import Blends, Path, Quintic, Straight, Trapezoid
 
 PLATE = np.array([[-0.05, -0.06, 0], [0.06, -0.05, 0], [0.05, 0.04, 0], [-0.06, 0.06, 0]])

@@ -11,8 +11,8 @@ import robsim as rs
 from robsim.declare import family
 from robsim.run.experiment import Experiment
 from robsim.run.replay import replay
-from robsim.servo.tasks.docking import Docking
-from robsim.servo.tasks.placing import Placing
+from robsim.servo.tasks.docking_task import Docking
+from robsim.servo.tasks.placing_task import Placing
 from robsim.trajectory import Blends, Path, Quintic, Straight, Trapezoid
 
 pytestmark = pytest.mark.filterwarnings("ignore::robsim.base.errors.RankWarning")

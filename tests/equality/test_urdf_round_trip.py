@@ -10,9 +10,9 @@ from hypothesis import strategies as st
 
 import robsim as rs
 from robsim import robots
-from robsim.geometry.rotation import rpy_of
-from robsim.robot.urdf.solids import plain
-from robsim.robot.urdf.values import frame_of
+from robsim.geometry.rotation import rotation_to_rpy
+from robsim.robot.urdf.attribute_values import find_axis_rotation
+from robsim.robot.urdf.shape_export import split_into_solids
 
 KINDS = {"fixed", "revolute", "prismatic", "floating", "planar"}
 
@@ -82,7 +82,7 @@ def same_inertia(one, other):
 def same_shapes(shapes, others):
     """Of those that URDF knows, or that stand for others; but for the points of circles."""
     known = (rs.Block, rs.Wheel, rs.Ball, rs.Mesh)
-    written = [each for shape in shapes for each in plain(shape, known)]
+    written = [each for shape in shapes for each in split_into_solids(shape, known)]
     for one, other in zip(written, others, strict=True):
         close(one.pose.matrix, other.pose.matrix)
         mine, theirs = vars(one) | {"n": 0}, vars(other) | {"n": 0}
@@ -193,7 +193,7 @@ def test_a_file_of_ours_is_written_again_in_the_same_words(tmp_path):
 def test_roll_pitch_and_yaw_give_the_rotation_again(seed):
     rng = np.random.default_rng(seed)
     R = any_pose(rng).rotation @ any_pose(rng).rotation
-    close(rs.Pose.at(rpy=rpy_of(R)).rotation, R, 2e-15)
+    close(rs.Pose.at(rpy=rotation_to_rpy(R)).rotation, R, 2e-15)
 
 
 @settings(derandomize=True, deadline=None, max_examples=300)
@@ -202,7 +202,7 @@ def test_the_frame_of_an_axis_is_a_rotation_to_the_last_digit(seed):
     rng = np.random.default_rng(seed)
     axis = rng.normal(size=3) * 10.0 ** rng.integers(-9, 1, 3)
     axis /= np.linalg.norm(axis)
-    R = frame_of(axis)
+    R = find_axis_rotation(axis)
     close(R.T @ R, np.eye(3), 1e-15)
     assert (R[:, 2] == axis).all() and np.linalg.det(R) > 0
 

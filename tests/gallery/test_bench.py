@@ -12,11 +12,11 @@ import pytest
 from stopping import stop_at_the_second
 
 import robsim as rs
-from robsim.statistics.proportions import share
-from robsim.suites.poses import flying
+from robsim.statistics.proportions import estimate_share
+from robsim.suites.builtin_schemes import BUILT_IN
+from robsim.suites.camera_poses import make_flying_scene
 from robsim.suites.published import calibration, cns_150, vit_500
-from robsim.suites.registry import names, suite_of
-from robsim.suites.schemes import BUILT_IN
+from robsim.suites.suite_registry import list_suites, load_suite
 
 ROOT = Path(__file__).parents[2]
 CNS, VIT = cns_150.suite(), vit_500.suite()
@@ -105,7 +105,7 @@ FORTY = "IBVS, L current", "IBVS, L desired", "IBVS, L mean", "PBVS, goal form",
 
 def test_starts_above_a_poster_that_see_less_than_the_square_begin_and_arrive():
     """Of the 88 starts that cannot begin with four marks all do with forty; here every fourth."""
-    suite = suite_of("vit_500_poster")
+    suite = load_suite("vit_500_poster")
     less = np.array(suite.groups["square"]) == "sees less than the square"
     schemes = {name: suite.schemes[name] for name in FORTY}
     rows = rs.bench(some(suite, np.flatnonzero(less)[::4], schemes=schemes)).data
@@ -127,7 +127,7 @@ def test_who_succeeds_above_a_poster_whose_marks_may_leave_the_image():
 
 
 def test_the_poster_is_seen_as_a_whole_at_the_goal():
-    suite = suite_of("vit_500_poster")
+    suite = load_suite("vit_500_poster")
     seen = suite.scene.view(suite.goal)
     assert seen.pixels.shape == (40, 2) and not seen.visibility.any()
     room = np.minimum(seen.pixels + 0.5, (639.5, 479.5) - seen.pixels)
@@ -167,7 +167,7 @@ def test_l_current_is_trapped_where_the_goal_looks_at_the_square_from_aside():
 def test_a_start_beside_the_goal_is_a_jump_of_the_target():
     """The camera moves as when the target jumps in one period, later by it and the latency."""
     rail = rs.Robot("rail", [rs.Link("base"), rs.Link("cart", "base", rs.Joint("prismatic"))])
-    suite, dt, jump = suite_of("shift_lag"), 0.04, 0.05
+    suite, dt, jump = load_suite("shift_lag"), 0.04, 0.05
     plate = replace(suite.scene.object(), on="rail.cart")
 
     def rate(seconds):
@@ -238,7 +238,7 @@ def test_robust_weights_of_sixteen_marks_leave_what_noise_leaves():
     suite = calibration.suite()
     label = np.array(suite.groups["error"]) == calibration.KINDS["image"]
     side = np.linspace(-0.1, 0.1, 4)
-    scene = flying(500.0, np.array([[x, y, 0.0] for x in side for y in side]))
+    scene = make_flying_scene(500.0, np.array([[x, y, 0.0] for x in side for y in side]))
     few = some(suite, np.flatnonzero(label), scene=scene, schemes=calibration.ROBUST)
     rows = rs.bench(few).data.groupby("scheme")["distance_to_goal"]
     assert 1e3 * rows.median().max() < 3.5
@@ -249,7 +249,7 @@ def test_every_published_number_is_what_its_scenario_gives():
     assert found("gallery").data["success"].all()
     assert str(found("gallery")).count("agrees") == 30
     off = replace(
-        suite_of("gallery"), numbers=(suite_of("gallery").numbers[0]._replace(expected=2),)
+        load_suite("gallery"), numbers=(load_suite("gallery").numbers[0]._replace(expected=2),)
     )
     wrong = rs.bench(off)
     assert not wrong.data["success"].any() and "DIFFERS" in str(wrong)
@@ -311,7 +311,7 @@ def test_the_table_counts_what_began_with_the_interval_of_wilson():
     rows, table = found("vit_500").data, found("vit_500").table.set_index("scheme")
     for name in BUILT_IN:
         own = rows[rows["scheme"] == name]
-        expected = share(int(own["success"].sum()), int(own["began"].sum()))
+        expected = estimate_share(int(own["success"].sum()), int(own["began"].sum()))
         wanted = (expected.count, expected.of, expected.low, expected.high)
         assert tuple(table.loc[name, ["successes", "runs", "low", "high"]]) == wanted
         good = own[own["success"]]
@@ -350,7 +350,7 @@ def test_progress_goes_from_nothing_to_all():
     assert told == sorted(told) and 0 <= told[0] < 0.2 and told[-1] == 1.0
 
 
-OTHERS = [pytest.param(each, marks=pytest.mark.full) for each in names() if each != "vit_500"]
+OTHERS = [pytest.param(each, marks=pytest.mark.full) for each in list_suites() if each != "vit_500"]
 
 
 @pytest.mark.parametrize("name", ["vit_500", *OTHERS])

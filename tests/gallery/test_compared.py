@@ -5,7 +5,7 @@ import pytest
 
 import robsim as rs
 from robsim.analysis import measures
-from robsim.analysis.recorded import Recorded
+from robsim.analysis.run_arrays import RecordedRuns
 
 
 def scenario(name, *changes):
@@ -261,5 +261,5 @@ def test_the_measures_of_the_way_are_those_of_the_runs(ceiling):
     """The margin of the table is that of the lift, the joint that meets its limit."""
     for name, run in ceiling.runs.items():
         lift = run.dropna("time").q.values[:, 2]
-        margin = measures.limit_margin(Recorded(run, ceiling.scenes[name]))
+        margin = measures.limit_margin(RecordedRuns(run, ceiling.scenes[name]))
         assert float(margin[0]) == pytest.approx((lift.min() - 0.2) / 1.0, abs=1e-12)

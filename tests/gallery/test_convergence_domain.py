@@ -3,7 +3,7 @@
 import pytest
 
 import robsim as rs
-from robsim.studies.text import plan_of
+from robsim.studies.study_text import read_plan
 from robsim.units import deg
 
 
@@ -40,6 +40,6 @@ def test_the_trap_is_one_place(study):
 
 
 def test_the_shipped_study_says_the_same_starts(study):
-    plan = plan_of(rs.load_scenario(rs.examples.path("local_minimum")))
+    plan = read_plan(rs.load_scenario(rs.examples.path("local_minimum")))
     assert plan.runs == 6000 and plan.seed == 1
     assert plan.start == study.plan.start

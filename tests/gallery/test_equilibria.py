@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import robsim as rs
-from robsim.analysis.field import Field
-from robsim.base.arrays import runs_last
+from robsim.analysis.vector_fields import VectorField
+from robsim.base.arrays import move_runs_last
 
 TRAPS = ("local_minimum", "tilted_square")
 
@@ -79,8 +79,8 @@ def test_the_saddle_stands_on_the_border_between_goal_and_trap(name):
     scenario = scenario_of(name)
     found = rs.equilibria(scenario.scene, scenario.task)
     (saddle,) = found.saddles
-    field = Field.of(scenario.scene, scenario.task)
-    q = runs_last(saddle.q[None], 1)
+    field = VectorField.of(scenario.scene, scenario.task)
+    q = move_runs_last(saddle.q[None], 1)
     values, vectors = np.linalg.eig(field.jacobian(q)[..., 0])
     way = 1e-3 * vectors[:, values.real.argmax()].real
     sides = field.moved(np.repeat(q, 2, axis=1), np.stack([way, -way], axis=1)).T

@@ -21,12 +21,12 @@ def bench():
 
 @pytest.fixture(scope="module")
 def q(bench):
-    return rs.viewpoints(bench, 6, rs.LookAt("board", distance=(0.4, 0.6)), seed=1)
+    return rs.sample_viewpoints(bench, 6, rs.LookAt("board", distance=(0.4, 0.6)), seed=1)
 
 
 @pytest.fixture(scope="module")
 def views(bench, q):
-    return rs.observe(bench, q)
+    return rs.simulate_views(bench, q)
 
 
 def gaps(pixels, *places):
@@ -140,20 +140,26 @@ def seeing(views, marks):
 @pytest.mark.parametrize(
     ("make", "reason"),
     [
-        (lambda b, q: rs.observe(b.scene, q), "experiment"),
-        (lambda b, q: rs.observe(b, q[0]), "q: expected a row for each view, (V, 6), got (6,)"),
-        (lambda b, q: rs.observe(b, q + 9.0), "q"),
-        (lambda b, q: rs.observe(b, q, camera="eye"), "no camera 'eye' in the scene"),
-        (lambda b, q: rs.observe(b, q, seed=-1), "seed must be a whole number from 0 on"),
+        (lambda b, q: rs.simulate_views(b.scene, q), "experiment"),
         (
-            lambda b, q: rs.observe(b.at("sensing.outliers", 0.1), q),
+            lambda b, q: rs.simulate_views(b, q[0]),
+            "q: expected a row for each view, (V, 6), got (6,)",
+        ),
+        (lambda b, q: rs.simulate_views(b, q + 9.0), "q"),
+        (lambda b, q: rs.simulate_views(b, q, camera="eye"), "no camera 'eye' in the scene"),
+        (lambda b, q: rs.simulate_views(b, q, seed=-1), "seed must be a whole number from 0 on"),
+        (
+            lambda b, q: rs.simulate_views(b.at("sensing.outliers", 0.1), q),
             "sensing.outliers: views have noise and quantisation only",
         ),
-        (lambda b, q: rs.observe(b, 0 * q), "pixels: 0 marks seen in view 0"),
-        (lambda b, q: rs.viewpoints(b, 0, None), "count must be a whole number from 1 on"),
-        (lambda b, q: rs.viewpoints(b, 6, q), "start: expected a sampler such as rs.LookAt("),
+        (lambda b, q: rs.simulate_views(b, 0 * q), "pixels: 0 marks seen in view 0"),
+        (lambda b, q: rs.sample_viewpoints(b, 0, None), "count must be a whole number from 1 on"),
         (
-            lambda b, q: rs.viewpoints(b, 2, rs.LookAt("board", distance=(0.01, 0.02))),
+            lambda b, q: rs.sample_viewpoints(b, 6, q),
+            "start: expected a sampler such as rs.LookAt(",
+        ),
+        (
+            lambda b, q: rs.sample_viewpoints(b, 2, rs.LookAt("board", distance=(0.01, 0.02))),
             "viewpoints: none of 2 sees the whole target: widen start",
         ),
     ],
@@ -201,7 +207,7 @@ def test_what_is_asked_of_a_calibration_is_checked(bench, views, q):
 )
 def test_poses_are_refused(A, B, method, reason):
     with pytest.raises(rs.InputError, match=re.escape(reason)):
-        rs.hand_eye(A, B, method)
+        rs.solve_hand_eye(A, B, method)
 
 
 def seen_from(*rpy):
@@ -255,8 +261,8 @@ def test_a_lens_without_opencv_is_told(monkeypatch):
 
 def test_numbers_that_are_given_are_as_many_as_the_draws():
     one = rs.load_scenario(rs.examples.path("visp_tutorial"))
-    for sampler in (rs.Given([1.0, 2.0]), rs.Times(rs.Given([1.0, 2.0]))):
+    for sampler in (rs.TabulatedValues([1.0, 2.0]), rs.Product(rs.TabulatedValues([1.0, 2.0]))):
         with pytest.raises(rs.InputError, match=r"runs: 3, and task\.gain is given for 2 draws"):
             rs.study(one, 3, vary={"task.gain": sampler})
     with pytest.raises(rs.InputError, match="Given: expected a row of numbers for each draw"):
-        rs.Given(1.0)
+        rs.TabulatedValues(1.0)

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 import robsim as rs
-from robsim.analysis.explanation.changes import without_limits
-from robsim.calibration import calibrate as calibrating
+from robsim.analysis.explanation.counterfactuals import remove_joint_limits
+from robsim.calibration import calibration_solver as calibrating
 
 ALSO = ["focal", "center"]
 
@@ -21,7 +21,7 @@ def bench():
 @pytest.fixture(scope="module")
 def views(bench):
     look = rs.LookAt("board", distance=(0.3, 0.9), cone=0.9, aside=0.1)
-    return rs.observe(bench, rs.viewpoints(bench, 10, look, seed=3))
+    return rs.simulate_views(bench, rs.sample_viewpoints(bench, 10, look, seed=3))
 
 
 def sized(views, times):
@@ -59,7 +59,7 @@ def test_a_camera_without_a_size_sees_marks_anywhere(views):
 def test_what_noise_takes_off_the_image_is_not_seen(bench, views):
     """The marks that are left are where noise has put them, in the image."""
     loud = bench.at("sensing.noise", 60.0)
-    seen = rs.observe(loud, views.q).pixels
+    seen = rs.simulate_views(loud, views.q).pixels
     lost = np.isnan(seen[..., 0])
     assert lost.any() and not lost.all()
     assert np.nanmin(seen) >= -3.0 and np.nanmax(seen[..., 0]) <= 1283.0
@@ -86,7 +86,7 @@ def test_encoders_may_tell_a_little_more_than_the_limits(views, over, fits):
 
 def test_marks_behind_the_camera_are_said_before_any_least_squares(views, capfd):
     """Of a robot without limits; LAPACK itself would print."""
-    free = without_limits(rs.Experiment(views.scene, rs.IBVS())).scene
+    free = remove_joint_limits(rs.Experiment(views.scene, rs.IBVS())).scene
     there = rs.CalibrationViews(free, np.degrees(views.q), views.pixels)
     with pytest.raises(rs.InputError, match=r"mark \d+ of view \d+ would be behind the camera"):
         rs.calibrate(there, ALSO)
@@ -140,7 +140,7 @@ def test_views_that_are_mixed_up_are_the_worst(views):
 
 def test_noise_that_is_given_is_no_misfit(bench, views):
     """5 pixels of noise are too much unless it is said that they are noise."""
-    loud = rs.observe(bench.at("sensing.noise", 5.0), views.q)
+    loud = rs.simulate_views(bench.at("sensing.noise", 5.0), views.q)
     assert rs.calibrate(loud, ALSO, noise=5.0).misfit == ""
     assert rs.calibrate(views, ALSO).misfit == ""
     with pytest.warns(rs.FitWarning, match="the marks are 4.* px off"):

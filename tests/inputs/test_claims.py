@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 
 import robsim as rs
-from robsim.base.claim import CLAIM, claimed
-from robsim.cli.files import results_folder
+from robsim.base.folder_lock import LOCK_FILE, lock_folder
+from robsim.cli.output_files import claim_results_folder
 
 resource = pytest.importorskip("resource")  # nor are there such locks elsewhere
 
@@ -31,7 +31,7 @@ def process(code, *arguments, **settings):
 HOLD = """
     import sys
     from pathlib import Path
-    from robsim.base.claim import claimed
+    from robsim.base.folder_lock import claimed
     with claimed(Path(".")):
         print("claimed", flush=True)
         sys.stdin.readline()
@@ -41,11 +41,14 @@ HOLD = """
 def test_a_folder_in_which_a_process_writes_is_not_given_to_another(here):
     other = process(HOLD)
     assert other.stdout.readline() == "claimed\n"
-    with pytest.raises(rs.FileError, match=f"process {other.pid} is writing there"), claimed(here):
+    with (
+        pytest.raises(rs.FileError, match=f"process {other.pid} is writing there"),
+        lock_folder(here),
+    ):
         pass
     other.communicate("\n")
-    with claimed(here):
-        assert (here / CLAIM).read_text() == str(os.getpid())
+    with lock_folder(here):
+        assert (here / LOCK_FILE).read_text() == str(os.getpid())
     assert not list(here.iterdir())
 
 
@@ -54,28 +57,28 @@ def test_what_a_killed_process_had_claimed_is_free(here):
     other.stdout.readline()
     other.kill()
     other.communicate()
-    assert (here / CLAIM).exists()
-    with claimed(here):
+    assert (here / LOCK_FILE).exists()
+    with lock_folder(here):
         pass
     assert not list(here.iterdir())
 
 
 def test_a_claim_goes_also_after_errors(here):
-    with pytest.raises(KeyboardInterrupt), claimed(here):
+    with pytest.raises(KeyboardInterrupt), lock_folder(here):
         raise KeyboardInterrupt
     assert not list(here.iterdir())
 
 
 def test_each_command_makes_a_folder_of_its_own():
     with (
-        results_folder(None, "out", False, ()) as one,
-        results_folder(None, "out", False, ()) as two,
+        claim_results_folder(None, "out", False, ()) as one,
+        claim_results_folder(None, "out", False, ()) as two,
     ):
         assert (one, two) == (Path("out"), Path("out-2"))
 
 
 def test_a_folder_in_which_nothing_was_written_goes_after_an_error():
-    with pytest.raises(rs.InputError), results_folder(None, "out", False, ()):
+    with pytest.raises(rs.InputError), claim_results_folder(None, "out", False, ()):
         raise rs.InputError("wrong")
     assert not Path("out").exists()
 
@@ -84,8 +87,8 @@ def test_only_one_of_four_commands_writes_the_same_folder(here):
     code = """
         import sys
         from pathlib import Path
-        from robsim.base.output import write_whole
-        from robsim.cli.files import results_folder
+        from robsim.base.atomic_files import write_whole
+        from robsim.cli.output_files import results_folder
         print(flush=True)
         sys.stdin.readline()
         with results_folder(Path("out"), "", False, ["a"]) as folder:

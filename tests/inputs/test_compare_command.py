@@ -154,7 +154,7 @@ def test_ctrl_c_while_the_figure_is_drawn_keeps_the_runs(robsim, monkeypatch):
     def interrupt(*_):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("robsim.cli.compare.save_figure", interrupt)
+    monkeypatch.setattr("robsim.cli.compare_command.save_figure", interrupt)
     status, _, err = robsim("compare", "turn.toml", "-o", "out")
     assert status == 130 and "the runs are complete" in err
     assert files("out") == ["comparison.csv", "comparison.nc", "turn.nc"]

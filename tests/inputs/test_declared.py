@@ -12,19 +12,19 @@ import robsim as rs
 from robsim import robots
 from robsim.declare import families, fields_of
 from robsim.declare.quantities import Quantity
-from robsim.declare.scalars import Number, Whole
-from robsim.declare.tables import form_of
-from robsim.files.toml import write
+from robsim.declare.scalars import Integer, Number
+from robsim.declare.tables import get_text_form
+from robsim.files.toml import write_toml
 from robsim.robot.dh_row import DHRow
 from robsim.robot.joint import Steering
 from robsim.robot.link_table import LinkTable
 from robsim.robot.robot_table import RobotTable, ToolTable
 from robsim.run.experiment import Experiment
+from robsim.run.experiment_text import ExperimentTable, RunTable
 from robsim.run.start_table import StartTable
-from robsim.run.text import ExperimentTable, RunTable
 from robsim.servo.feature_block import FeatureBlock
 from robsim.servo.goals.goal import GoalTable
-from robsim.studies.text import StudyTable, plan_of
+from robsim.studies.study_text import StudyTable, read_plan
 from robsim.trajectory import Straight
 
 SOURCE = "bench.toml"
@@ -209,9 +209,9 @@ def whole(kind, name, path, table, around):
 
 
 def read(tables):
-    experiment = Experiment.from_text(write(tables), SOURCE)
+    experiment = Experiment.from_text(write_toml(tables), SOURCE)
     if not isinstance(experiment.task, rs.Mission):
-        plan_of(experiment)
+        read_plan(experiment)
     return experiment
 
 
@@ -235,7 +235,7 @@ def wrong_values(kind):
     """Each key of a table with each of the values that it must not have."""
     return [
         (key, wrong)
-        for each in fields_of(form_of(kind))
+        for each in fields_of(get_text_form(kind))
         for key in each.spec.keys(each.name)
         for wrong in refused(spec_of_key(each, key))
     ]
@@ -274,7 +274,7 @@ def found_in(value, kind, depth=0):
 
 @every_kind
 def test_a_number_out_of_bounds_is_refused_in_python_too(kind, name, path, table, around):
-    if form_of(kind) is not kind:
+    if get_text_form(kind) is not kind:
         return  # its fields are those of a text
     made = found_in(read(whole(kind, name, path, table, around)[0]), kind)
     for each in fields_of(kind):
@@ -284,7 +284,7 @@ def test_a_number_out_of_bounds_is_refused_in_python_too(kind, name, path, table
 
 
 def numbers_beyond(spec):
-    if isinstance(spec, Whole):
+    if isinstance(spec, Integer):
         return [spec.least - 1, spec.least + 0.5, math.nan, "one", True]
     if not isinstance(spec, Number):
         return []
@@ -295,6 +295,6 @@ def numbers_beyond(spec):
 
 @every_kind
 def test_a_meaning_is_a_sentence(kind, name, path, table, around):
-    for each in fields_of(form_of(kind)):
+    for each in fields_of(get_text_form(kind)):
         first, *_, last = each.meaning
         assert (first.isupper() or not first.isalpha()) and last == ".", (each.name, each.meaning)

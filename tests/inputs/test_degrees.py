@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import robsim as rs
-from robsim.base.warned import warn_of_degrees
+from robsim.base.unit_warnings import warn_of_degrees
 
 LINK = [[0.0, 0.0, 1.0, 0.0]]
 ARM = rs.Robot.from_dh(LINK * 2)

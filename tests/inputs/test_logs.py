@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import robsim as rs
-from robsim.logs import messages
+from robsim.logs import message_types
 from robsim.run.log import Stream
 
 RHINO = rs.load_scenario(rs.examples.path("chapter_6_1")).with_(duration=0.6)
@@ -19,7 +19,7 @@ def run():
 
 @pytest.fixture
 def rows(run):
-    return rs.table(run)
+    return rs.to_table(run)
 
 
 def put(table, row, column, value):
@@ -166,19 +166,19 @@ def test_without_rosbags_it_is_told_what_to_install(run, tmp_path, monkeypatch):
         return there(name, *more, **named)
 
     monkeypatch.setattr(builtins, "__import__", without)
-    messages.typestore.cache_clear()
+    message_types.load_typestore.cache_clear()
     bag = tmp_path / "there.mcap"
     bag.touch()
     for call in (
-        lambda: rs.save_bag(run, tmp_path / "bag"),
-        lambda: rs.open_bag(bag),
-        lambda: next(rs.bag_images(bag, "/image")),
+        lambda: rs.write_bag(run, tmp_path / "bag"),
+        lambda: rs.read_bag(bag),
+        lambda: next(rs.read_bag_images(bag, "/image")),
         lambda: rs.RosMessages(rs.Controller(RHINO)).command([0.0] * 5),
     ):
         with pytest.raises(rs.InputError, match=r"needs rosbags: pip install 'robsim\[ros\]'"):
             call()
     assert list(tmp_path.iterdir()) == [bag]
-    messages.typestore.cache_clear()
+    message_types.load_typestore.cache_clear()
 
 
 def test_the_clock_of_a_stream_and_how_it_is_held():

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import robsim as rs
-from robsim.declare.lookup import dotted_names
-from robsim.run.text import task_table
+from robsim.declare.name_lookup import yield_dotted_names
+from robsim.run.experiment_text import make_task_table
 
 ODD = [
     *(None, object(), np.nan, np.inf, {1, 2}, len, range(3), b"x", 1 + 2j, 10**400, 1e308, 3, -1),
@@ -21,7 +21,10 @@ ODD = [
 def test_an_odd_value_fits_or_is_one_clear_error(example, every):
     experiment = rs.load_scenario(rs.examples.path(example))
     rng = np.random.default_rng(5)
-    every_name = [*dotted_names(task_table(experiment)), *dotted_names(experiment.scene)]
+    every_name = [
+        *yield_dotted_names(make_task_table(experiment)),
+        *yield_dotted_names(experiment.scene),
+    ]
     refused, paths = 0, every_name[::every]
     for path in paths:
         value = ODD[rng.integers(len(ODD))]

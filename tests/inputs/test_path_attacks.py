@@ -5,7 +5,7 @@ import pytest
 
 import robsim as rs
 from robsim import examples
-from robsim.run.paths import path_of
+from robsim.run.experiment_paths import find_path
 
 NAMES = ("calibration_errors", "wrong_dh", "latency_and_gain")
 
@@ -32,7 +32,7 @@ def test_a_path_that_does_not_exist_is_refused_with_what_may_be_meant(experiment
     paths = paths_of(experiment)
     for path in paths[::29]:
         wrong = misspelt(path, rng)
-        if wrong in paths or path_of(experiment, wrong):
+        if wrong in paths or find_path(experiment, wrong):
             continue
         with pytest.raises(rs.FileError) as error:
             experiment.at(wrong, 1.0)
@@ -73,7 +73,7 @@ def test_a_number_that_cannot_be_is_refused_everywhere(experiment, value):
 
 def test_rows_of_runs_of_the_wrong_shape_are_refused(experiment):
     for path in paths_of(experiment)[::19]:
-        found = path_of(experiment, path)
+        found = find_path(experiment, path)
         wrong = np.ones((2, 7, 5, 3))
         with pytest.raises(rs.RobSimError, match=r"expected shape|cannot differ|expected"):
             experiment.vary({path: wrong})

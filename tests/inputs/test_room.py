@@ -4,8 +4,8 @@ import sys
 
 import pytest
 
-from robsim.base import room as module
-from robsim.base.room import OWN, UNKNOWN, room
+from robsim.base import free_memory as module
+from robsim.base.free_memory import OWN, UNKNOWN, get_free_memory
 
 STAT = "anon 5\ninactive_file 300000000\ntotal_inactive_file 200000000\n"
 
@@ -27,23 +27,23 @@ def system(monkeypatch, tmp_path):
 
 
 def test_the_least_that_any_limit_leaves_counts(system):
-    assert room() == 0.5e12 - OWN  # half of what there is
+    assert get_free_memory() == 0.5e12 - OWN  # half of what there is
     system("meminfo", "MemTotal: 16000000 kB\nMemAvailable: 8000000 kB\n")
-    assert room() == 8192e6 - OWN
+    assert get_free_memory() == 8192e6 - OWN
     system("cgroup/memory/memory.limit_in_bytes", "6000000000\n")
     system("cgroup/memory/memory.usage_in_bytes", "1000000000\n")
     system("cgroup/memory/memory.stat", STAT)
-    assert room() == 5.2e9 - OWN
+    assert get_free_memory() == 5.2e9 - OWN
     system("self/cgroup", "0::/mine\n")
     for folder, limit in (("cgroup", "4000000000"), ("cgroup/mine", "max")):
         system(f"{folder}/memory.max", limit)
         system(f"{folder}/memory.current", "1000000000")
         system(f"{folder}/memory.stat", STAT)
-    assert room() == 5.2e9 - OWN  # the group of the process has no limit of its own
+    assert get_free_memory() == 5.2e9 - OWN  # the group of the process has no limit of its own
     system("cgroup/mine/memory.max", "2000000000\n")
-    assert room() == 1.3e9 - OWN
+    assert get_free_memory() == 1.3e9 - OWN
     system("cgroup/mine/memory.current", "9000000000\n")
-    assert room() == 0.0
+    assert get_free_memory() == 0.0
 
 
 def test_where_the_system_does_not_tell_there_are_a_few_gigabytes(system, monkeypatch):
@@ -51,7 +51,7 @@ def test_where_the_system_does_not_tell_there_are_a_few_gigabytes(system, monkey
         raise ValueError("unrecognized configuration name")
 
     monkeypatch.setattr(module.os, "sysconf", unknown)
-    assert room() == UNKNOWN - OWN
+    assert get_free_memory() == UNKNOWN - OWN
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="there are no such limits")
@@ -60,4 +60,4 @@ def test_the_limit_on_the_addresses_of_a_process_counts(system, monkeypatch):
 
     system("self/statm", "250000 1 1 1 1 1 1\n")
     monkeypatch.setattr(resource, "getrlimit", lambda which: (3_000_000_000, -1))
-    assert room() == 3e9 - 250_000 * resource.getpagesize() - OWN
+    assert get_free_memory() == 3e9 - 250_000 * resource.getpagesize() - OWN

@@ -13,10 +13,10 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 import robsim as rs
-from robsim.files.library import read_robot
+from robsim.files.robot_library import read_robot
 from robsim.run.experiment import Experiment, load_scenario
-from robsim.servo.tasks.docking import Docking
-from robsim.servo.tasks.placing import Placing
+from robsim.servo.tasks.docking_task import Docking
+from robsim.servo.tasks.placing_task import Placing
 
 DEG = math.pi / 180
 RHINO = """

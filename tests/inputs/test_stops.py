@@ -81,21 +81,21 @@ def test_a_stop_before_anything_was_simulated_is_keyboard_interrupt(monkeypatch)
 
 
 def test_a_comparison_that_is_stopped_while_it_measures_has_what_was_simulated(monkeypatch):
-    from robsim.analysis import scheme
+    from robsim.analysis import compared_scheme
 
     def stop(*given):
         signal.raise_signal(signal.SIGINT)
         signal.raise_signal(signal.SIGINT)
         return measured(*given)
 
-    measured = scheme.measured
+    measured = compared_scheme.measure_run
     short = LONG.with_(duration=4.0, record="all")
     pair = {"a": short, "b": short.at("task.gain", 1.0)}
     whole = rs.compare(pair)
     for record in ("all", "summary"):
         alike = {name: each.with_(record=record) for name, each in pair.items()}
         with monkeypatch.context() as patched, pytest.raises(rs.Interrupted) as error:
-            patched.setattr(scheme, "measured", stop)
+            patched.setattr(compared_scheme, "measured", stop)
             rs.compare(alike)
         found = error.value.run
         assert found.names == ("a",)
@@ -103,17 +103,17 @@ def test_a_comparison_that_is_stopped_while_it_measures_has_what_was_simulated(m
 
 
 def test_a_summary_that_is_stopped_between_its_parts_has_those_that_were_done(monkeypatch):
-    from robsim.analysis import scheme
+    from robsim.analysis import compared_scheme
 
     def stop(*given):
         signal.raise_signal(signal.SIGINT)
         return measured(*given)
 
-    measured = scheme.measured
-    monkeypatch.setattr("robsim.analysis.recorded.BLOCK", 250)  # of 101 moments: two runs
+    measured = compared_scheme.measure_run
+    monkeypatch.setattr("robsim.analysis.run_arrays.BLOCK", 250)  # of 101 moments: two runs
     starts = np.repeat(LONG.start[None], 5, axis=0)
     case = LONG.with_(duration=4.0, record="summary", start=starts)
-    monkeypatch.setattr(scheme, "measured", stop)
+    monkeypatch.setattr(compared_scheme, "measured", stop)
     with pytest.raises(rs.Interrupted) as error:
         rs.compare({"a": case})
     outcome = error.value.run.data.outcome.values[0]
@@ -246,7 +246,7 @@ def test_a_command_that_is_stopped_while_it_imports_says_a_word(tmp_path):
 import importlib, os, signal, sys
 class Finder:
     def find_spec(self, name, path, target=None):
-        if name == "robsim.cli.compare":
+        if name == "robsim.cli.compare_command":
             os.kill(os.getpid(), signal.SIGTERM)
 sys.meta_path.insert(0, Finder())
 from robsim.cli import main

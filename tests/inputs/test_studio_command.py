@@ -12,7 +12,7 @@ import urllib.request
 import pytest
 
 from robsim import examples, load_scenario, save_run
-from robsim.cli.studio import _found
+from robsim.cli.studio_command import _load_shown
 
 COMMAND = [sys.executable, "-m", "robsim", "studio"]
 
@@ -67,8 +67,8 @@ def test_a_file_a_run_and_a_folder_are_found(tmp_path):
     (tmp_path / "a.toml").write_text(experiment.text)
     (tmp_path / "results").mkdir()
     save_run(experiment.run(duration=0.4), tmp_path / "results" / "run.nc")
-    assert _found(tmp_path / "a.toml")[0] == experiment
+    assert _load_shown(tmp_path / "a.toml")[0] == experiment
     for path in (tmp_path / "results", tmp_path / "results" / "run.nc"):
-        assert _found(path)[0] == experiment.with_(duration=0.4)
-    chosen, shelf = _found(tmp_path)
+        assert _load_shown(path)[0] == experiment.with_(duration=0.4)
+    chosen, shelf = _load_shown(tmp_path)
     assert chosen == experiment and [each["name"] for each in shelf.entries] == ["a"]

@@ -5,7 +5,7 @@ import json
 import pytest
 
 import robsim as rs
-from robsim.cli.studio import _found
+from robsim.cli.studio_command import _load_shown
 
 
 @pytest.fixture(scope="module")
@@ -26,8 +26,8 @@ def folder(kept, tmp_path):
 
 
 def test_the_folder_of_a_study_is_known_by_its_file(folder):
-    shown, shelf = _found(folder)
-    assert shelf is None and isinstance(shown, rs.Study)
+    shown, shelf = _load_shown(folder)
+    assert shelf is None and isinstance(shown, rs.StudyResult)
     assert shown.hash == rs.open_study(folder).hash and len(shown.table) == 8
 
 
@@ -91,4 +91,4 @@ def test_a_map_has_bounds(kept, monkeypatch):
 def test_a_page_of_a_study_is_no_recording(kept, tmp_path):
     path = rs.export_html(rs.open_study(kept), tmp_path / "map.html")
     with pytest.raises(rs.FileError, match="it holds 'robsim study', and not 'robsim recording'"):
-        rs.open_recording(path)
+        rs.load_recording(path)

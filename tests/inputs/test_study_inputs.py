@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 import robsim as rs
-from robsim.studies import cluster
-from robsim.studies.cluster import connect
+from robsim.studies import dask_cluster
+from robsim.studies.dask_cluster import connect_client
 
 TEXT = flying.TEXT.replace("4 s", "0.2 s")
 FLYING = rs.Experiment.from_text(TEXT)
@@ -57,13 +57,13 @@ BAD = {
         }
     },
     "vary: task.gain: Times changes the value of the experiment, and task brings its own": {
-        "vary": {"task": [rs.IBVS(), rs.PBVS()], "task.gain": rs.Times(rs.Uniform(1, 2))}
+        "vary": {"task": [rs.IBVS(), rs.PBVS()], "task.gain": rs.Product(rs.Uniform(1, 2))}
     },
     "vary: task: IBVS.* has a belief of its own": {
         "vary": {"task": [rs.IBVS(belief=FLYING.scene.believe(focal=1.2)), rs.IBVS()]}
     },
     "vary: cameras.eye.center: .* has not the shape of what is there": {
-        "vary": {"cameras.eye.center": rs.Plus(rs.Uniform([0, 0, 0], [1, 1, 1]))}
+        "vary": {"cameras.eye.center": rs.Sum(rs.Uniform([0, 0, 0], [1, 1, 1]))}
     },
     "threads must be a whole number from 1 on": {"threads": 0},
     "chunk must be a whole number from 1 on, got 0": {"chunk": 0},
@@ -106,8 +106,8 @@ WRONG = {
     "Grid: low and high are one number each": lambda: rs.Grid([1, 2], 3),
     "Grid: with log, low is above 0": lambda: rs.Grid(0, 3, log=True),
     "Grid.count must be a whole number from 1": lambda: rs.Grid(1, 3, 0),
-    "Plus.of.* got 3": lambda: rs.Plus(3),
-    "Times: expected a sampler of numbers, got Plus": lambda: rs.Times(rs.Plus(rs.Uniform(0, 1))),
+    "Plus.of.* got 3": lambda: rs.Sum(3),
+    "Times: expected a sampler of numbers, got Plus": lambda: rs.Product(rs.Sum(rs.Uniform(0, 1))),
     "Choice.values: expected a list": lambda: rs.Choice(3),
     "LookAt.distance .*expected \\(low, high\\)": lambda: rs.LookAt(distance=(2, 1)),
     "LookAt.roll": lambda: rs.LookAt(distance=(1, 2), roll=(1, -1)),
@@ -175,14 +175,14 @@ def test_a_damaged_part_is_named(tmp_path):
 
 
 def test_a_scheduler_that_does_not_answer_is_told_soon(monkeypatch):
-    assert cluster.PATIENCE < 15
-    monkeypatch.setattr(cluster, "PATIENCE", 0.5)
+    assert dask_cluster.PATIENCE < 15
+    monkeypatch.setattr(dask_cluster, "PATIENCE", 0.5)
     silent = socket.create_server(("127.0.0.1", 0))
     address = f"tcp://127.0.0.1:{silent.getsockname()[1]}"
     with silent, pytest.raises(rs.InputError, match=f"no scheduler answers at {address}"):
-        connect(address)
+        connect_client(address)
     with pytest.raises(rs.InputError, match="expected an address such as tcp://host:8786"):
-        connect("host")
+        connect_client("host")
 
 
 def test_commands_tell_what_is_no_study(called, tmp_path):
@@ -206,14 +206,14 @@ def test_commands_tell_what_is_no_study(called, tmp_path):
 
 
 def test_names_without_quotes_are_taken_as_meant(tmp_path):
-    from robsim.studies.text import plan_of
+    from robsim.studies.study_text import read_plan
 
     path = tmp_path / "s.toml"
     path.write_text(
         TEXT + '[study]\nruns = 5\nvary.task.gain = { kind = "uniform", low = 1, high = 2 }'
     )
-    assert plan_of(rs.load_scenario(path)).axes[0].name == "task.gain"
-    assert plan_of(rs.load_scenario(path, ["study.runs=7"])).draws == 7
+    assert read_plan(rs.load_scenario(path)).axes[0].name == "task.gain"
+    assert read_plan(rs.load_scenario(path, ["study.runs=7"])).draws == 7
     start = '{ kind = "look_at", distance = ["1 m", "2 m"], roll = ["-1 deg", "120 deg"] }'
-    roll = plan_of(rs.load_scenario(path, [f"study.start={start}"])).start.roll
+    roll = read_plan(rs.load_scenario(path, [f"study.start={start}"])).start.roll
     np.testing.assert_allclose(roll, np.radians([-1, 120]))

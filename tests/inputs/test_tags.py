@@ -25,11 +25,14 @@ TAG = rs.Tag("tag36h11", 7, size=0.1)
         (lambda: rs.Board("DICT_4X4_50", 5, 4, 0.03, 0.04), "tag of 0.04 m: larger tha"),
         (lambda: rs.Board("DICT_4X4_50", 5, 4, -1, 0.02), "square of a board in metres must be"),
         (lambda: rs.Board("DICT_4X4_50", 20, 20, 0.03, 0.02), "200 white squares, but DICT"),
-        (lambda: rs.Detector([]), "targets: expected at least one Tag or Board"),
-        (lambda: rs.Detector(TAG), "targets: expected a list of Tag and Board, got"),
-        (lambda: rs.Detector([TAG, 3]), "targets: expected a Tag or a Board, got 3"),
-        (lambda: rs.Detector([TAG, rs.Tag("tag36h11", 7, 0.2)]), "have tag 7 of tag36h11 both"),
-        (lambda: rs.render(rs.Camera(np.eye(3)), {}), "camera: expected a Camera with a size"),
+        (lambda: rs.TagDetector([]), "targets: expected at least one Tag or Board"),
+        (lambda: rs.TagDetector(TAG), "targets: expected a list of Tag and Board, got"),
+        (lambda: rs.TagDetector([TAG, 3]), "targets: expected a Tag or a Board, got 3"),
+        (lambda: rs.TagDetector([TAG, rs.Tag("tag36h11", 7, 0.2)]), "have tag 7 of tag36h11 both"),
+        (
+            lambda: rs.render_targets(rs.Camera(np.eye(3)), {}),
+            "camera: expected a Camera with a size",
+        ),
         (lambda: TAG.picture(0), "pixels must be a whole number from 1 on"),
         (lambda: TAG.picture(9_000), "pixels of a side of the picture must be below 10000"),
     ],
@@ -51,15 +54,15 @@ def test_what_looks_like_millimetres_is_warned_of():
 
 def test_wrong_targets_to_render_are_refused(camera):
     with pytest.raises(rs.InputError, match="targets: expected poses by Tag or Board, got"):
-        rs.render(camera, {"tag": rs.Pose.at()})
+        rs.render_targets(camera, {"tag": rs.Pose.at()})
     with pytest.raises(rs.InputError, match="pose of tag36h11_7"):
-        rs.render(camera, {TAG: 3})
+        rs.render_targets(camera, {TAG: 3})
     with pytest.raises(rs.InputError, match="samples must be a whole number from 1 on"):
-        rs.render(camera, {}, samples=0)
+        rs.render_targets(camera, {}, samples=0)
 
 
 def test_an_image_of_nothing_is_even(camera):
-    image = rs.render(camera.resized(32, 24), {})
+    image = rs.render_targets(camera.resized(32, 24), {})
     assert image.shape == (24, 32) and (image == 128).all()
 
 
@@ -74,9 +77,9 @@ def test_what_is_missing_is_told(monkeypatch):
     for name in ("cv2", "pyapriltags"):
         monkeypatch.setitem(sys.modules, name, None)
     with pytest.raises(rs.InputError, match=r"AprilTags need pyapriltags: pip install 'robsim\[vi"):
-        rs.Detector([TAG])
+        rs.TagDetector([TAG])
     with pytest.raises(rs.InputError, match=r"tags need OpenCV: pip install 'robsim\[vision\]'"):
-        rs.Detector([rs.Tag("DICT_4X4_50", 0, 0.1)])
+        rs.TagDetector([rs.Tag("DICT_4X4_50", 0, 0.1)])
 
 
 def test_yaml_without_its_reader_is_told(monkeypatch, tmp_path):

@@ -6,7 +6,7 @@ import sys
 import pytest
 
 import robsim as rs
-from robsim.cli.tell import tell
+from robsim.cli.console import print_text
 
 SCENE = """schema = 1
 robots = [{ model = "free_camera" }]
@@ -175,5 +175,5 @@ def test_a_title_is_shown_by_any_terminal(monkeypatch, encoding, shown, stream):
     """What its encoding lacks is escaped, and so are controls, which could write anywhere."""
     written = io.BytesIO()
     monkeypatch.setattr(sys, stream, io.TextIOWrapper(written, encoding, errors="strict"))
-    tell("Ω \x1b[31m café", err=stream == "stderr")
+    print_text("Ω \x1b[31m café", err=stream == "stderr")
     assert written.getvalue().decode(encoding) == f"{shown}\n"

@@ -41,7 +41,7 @@ def test_a_pose_says_what_it_needs(marks, pixels, camera, noise, message):
 
 def test_no_runs_have_no_poses():
     assert rs.estimate_pose(SQUARE, np.zeros((0, 4, 2)), CAMERA).T_c_o.shape == (0, 4, 4)
-    assert rs.homography(np.zeros((0, 4, 2)), np.zeros((0, 4, 2))).shape == (0, 3, 3)
+    assert rs.estimate_homography(np.zeros((0, 4, 2)), np.zeros((0, 4, 2))).shape == (0, 3, 3)
     found = rs.triangulate(np.zeros((0, 4, 2)), np.zeros((0, 4, 2)), CAMERA, CAMERA, RIG)
     assert found.points.shape == (0, 4, 3) and found.covariance.shape == (0, 4, 3, 3)
     assert rs.decompose_homography(np.zeros((0, 3, 3))).rotations.shape == (0, 4, 3, 3)
@@ -89,7 +89,7 @@ def test_two_images_say_what_they_need(change, message):
 )
 def test_a_homography_says_what_it_needs(a, b, message):
     with pytest.raises(rs.InputError, match=message):
-        rs.homography(a, b)
+        rs.estimate_homography(a, b)
 
 
 @pytest.mark.parametrize(
@@ -117,7 +117,7 @@ def test_numbers_without_sense_are_no_errors_of_ours(size):
     """Whatever the size of what is given: an answer, or none, or an InputError."""
     assert rs.estimate_pose(size * SQUARE / 0.1, PIXELS, CAMERA).rms.shape == ()
     assert rs.estimate_pose(SQUARE, size * PIXELS, CAMERA).rms.shape == ()
-    assert rs.homography(PIXELS, size * PIXELS).shape == (3, 3)
+    assert rs.estimate_homography(PIXELS, size * PIXELS).shape == (3, 3)
     assert rs.decompose_homography(size * np.eye(3)).in_front[0]
     for shift in ((size, 0, 0), (0, 0, size), (size, size, size)):
         found = rs.triangulate(PIXELS, size * PIXELS, CAMERA, CAMERA, rs.Pose.at(*shift))

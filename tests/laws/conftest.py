@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 import robsim as rs
-from robsim.base.arrays import runs_last
+from robsim.base.arrays import move_runs_last
 from robsim.engine.plant import Plant
 from robsim.kernels.machine.program import Blocks, Program
-from robsim.servo.standalone import Standalone
+from robsim.servo.single_step import SingleStepController
 
 HERE = rs.Pose.at()
 PLATE = np.array([[-0.05, -0.06, 0], [0.06, -0.05, 0], [0.05, 0.04, 0], [-0.06, 0.06, 0]])
@@ -219,10 +219,10 @@ def decide():
 
     def get(scene, task, q, step=0, memory=None, columns=None):
         controller = task.bind(scene, columns)
-        wide = runs_last(np.atleast_2d(q), 1)
+        wide = move_runs_last(np.atleast_2d(q), 1)
         memory = {} if memory is None else memory
         if not memory:
-            memory["alone"] = Standalone(controller, 0.04)
+            memory["alone"] = SingleStepController(controller, 0.04)
             memory["blocks"] = memory["alone"].begin(wide.shape[1])
         projections = {sight.key: sight.project(wide) for sight in controller.sights}
         pixels = {key: seen.pixels for key, seen in projections.items()}

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import robsim as rs
-from robsim.kernels.bodies.actuation import count, follow
+from robsim.kernels.bodies.actuator_response import follow_commands, quantise_encoders
 from robsim.kernels.machine.program import evaluated
 
 INF = np.inf
@@ -19,7 +19,7 @@ def followed(u, v, lag, limit, rate, dt):
         mean = program.rows()
         own = {"limits": program.constant([limit]), "rates": program.constant([rate])}
         given = {"dt": program.constant(dt), "lag": program.constant(lag), **own}
-        program.add(follow, **given, each=[(command, v, mean)])
+        program.add(follow_commands, **given, each=[(command, v, mean)])
         return v, mean
 
     v, mean = evaluated(add, [np.array([u]), np.array([v])], [(), ()])
@@ -163,7 +163,7 @@ def test_encoders_count_in_whole_steps_and_err_by_half_of_one(arm):
 def counted(steps, q):
     def add(program, rows):
         out = program.rows(len(q))
-        program.add(count, steps=program.constant(steps), q=rows, out=out)
+        program.add(quantise_encoders, steps=program.constant(steps), q=rows, out=out)
         return (out,)
 
     return evaluated(add, [q], [(len(q),)])[0]

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 import robsim as rs
-from robsim.analysis.advising.floor import floor
-from robsim.analysis.advising.limit import largest, limited_by
-from robsim.analysis.advising.linear import Linear
-from robsim.analysis.advising.mistakes import mistakes
-from robsim.analysis.advising.notes import notes
-from robsim.analysis.leaves import leaves
+from robsim.analysis.linearisation.caveats import generate_caveats
+from robsim.analysis.linearisation.linear_loop import LinearLoop
+from robsim.analysis.linearisation.noise_floor import compute_noise_floor
+from robsim.analysis.linearisation.perturbations import generate_perturbations
+from robsim.analysis.linearisation.stability_limit import find_largest_factor, find_limiting_cause
+from robsim.analysis.task_tree import list_servo_tasks
 
 MARKS = np.array([[-0.06, -0.06, 0], [0.06, -0.05, 0], [0.05, 0.06, 0], [-0.06, 0.05, 0.02]])
 EYE = rs.Camera([[800, 0, 500], [0, 800, 500], [0, 0, 1]], size=(1000, 1000))
@@ -92,15 +92,17 @@ def random_case(i):
 def linear_of(experiment):
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", rs.RankWarning)
-        return Linear.of(experiment)
+        return LinearLoop.of(experiment)
 
 
 def limit_of(experiment):
     """The largest gain and what limits it, as advice has them, without the time for the rest."""
     linear = linear_of(experiment)
-    (leaf,) = leaves(linear.task)
+    (leaf,) = list_servo_tasks(linear.task)
     gain = leaf.gain
-    return gain * largest(linear.scaled, linear.timing), limited_by(experiment, linear, gain)
+    return gain * find_largest_factor(linear.scaled, linear.timing), find_limiting_cause(
+        experiment, linear, gain
+    )
 
 
 def grows(experiment, linear, gain):
@@ -124,7 +126,7 @@ def grows(experiment, linear, gain):
 def test_three_percent_below_the_limit_decays_and_three_above_grows(i):
     experiment = random_case(i)
     linear = linear_of(experiment)
-    limit = largest(linear.scaled, linear.timing)
+    limit = find_largest_factor(linear.scaled, linear.timing)
     if limit == 0.0:  # the belief is so wrong that no gain helps
         assert linear.scaled.rates[0].real < 0 and grows(experiment, linear, 0.1)
         return
@@ -143,7 +145,7 @@ def test_the_secondary_motion_has_its_own_rate():
     experiment = rs.Experiment(scene, task, **times)
     linear = linear_of(experiment)
     assert not linear.scaled.proportional and linear.response.basis.shape == (7, 7)
-    limit = largest(linear.scaled, linear.timing)
+    limit = find_largest_factor(linear.scaled, linear.timing)
     assert not grows(experiment, linear, 0.97 * limit)
     assert grows(experiment, linear, 1.03 * limit)
 
@@ -184,7 +186,7 @@ def test_the_mean_square_of_lost_images(lost):
 def test_the_noise_of_the_closed_form(gain):
     """Of four marks 6 sigma^2 g / (2 - g) in all, and g / (2 - g) (L'L)^-1 of the camera."""
     linear = linear_of(example("noise_floor", f"task.gain={gain}"))
-    found = floor(linear.response, linear.scaled, linear.timing, 1.0, np.zeros(6))
+    found = compute_noise_floor(linear.response, linear.scaled, linear.timing, 1.0, np.zeros(6))
     share = 0.04 * gain / (2 - 0.04 * gain)
     rows = []
     for X, Y in 0.1 * np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]):
@@ -233,7 +235,9 @@ def test_the_noise_of_runs(changes):
 def test_encoders_leave_no_noise_where_only_the_jacobian_reads_them():
     experiment = example("joint_lag", "actuation.encoder=0.5 deg")
     linear = linear_of(experiment)
-    noise = floor(linear.response, linear.scaled, linear.timing, 0.0, np.full(6, 0.003))
+    noise = compute_noise_floor(
+        linear.response, linear.scaled, linear.timing, 0.0, np.full(6, 0.003)
+    )
     assert noise.pixels < 1e-9
     assert experiment.run(record="summary").outcome == rs.Outcome.CONVERGED
 
@@ -251,7 +255,9 @@ def test_what_a_mistake_moves_is_where_runs_end():
     advice = rs.advise(experiment)
     assert advice.metres == pytest.approx(0.011, rel=0.01)
     here, far = camera_in_target(scene, advice.q), advice.effects[0].metres
-    every = {each.name: each for each in mistakes(task, scene, task.bind(scene).sights)}
+    every = {
+        each.name: each for each in generate_perturbations(task, scene, task.bind(scene).sights)
+    }
     assert len(advice.effects) == len(every) == 48
     for effect in (*advice.effects[:5], advice.effects[-1]):
         wrong_task = every[effect.name].made(task, scene)
@@ -309,7 +315,7 @@ def test_a_gain_that_adapts_counts_as_at_zero_error_and_a_smooth_start_not_at_al
 def test_motions_that_are_left_free_are_no_part_of_it():
     experiment = example("eye_in_hand")
     assert limit_of(experiment)[0] == pytest.approx(50.0, rel=1e-6)
-    said = list(notes(experiment, linear_of(experiment)))
+    said = list(generate_caveats(experiment, linear_of(experiment)))
     assert said == ["1 motion that the features leave free have no part in it"]
 
 
@@ -359,7 +365,7 @@ def test_a_law_that_reads_the_joints_at_once_is_stable_for_longer():
     own = experiment.with_(task=rs.IBVS(law=Spring()))
     linear = linear_of(own)
     assert not linear.scaled.plain
-    limit = largest(linear.scaled, linear.timing)
+    limit = find_largest_factor(linear.scaled, linear.timing)
     assert limit > 1.2 * limit_of(experiment)[0]
     z, d = np.exp(1j * np.linspace(1e-3, np.pi, 200_000)), 2
     gains = -(z - 1) / (0.7 * z**-d + 0.3) / 0.04  # for which z is a root: z - 1 + g dt (...) = 0

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from robsim.base.errors import InputError
 from robsim.geometry.pose import Pose
 from robsim.geometry.primitives import CameraBody
-from robsim.kernels.formulas import camera as kernels
+from robsim.kernels.formulas import perspective as kernels
 from robsim.vision.camera import Camera, Visibility
 from robsim.vision.chapter import T_CHAPTER_CAMERA, chapter_intrinsics, intrinsics_from_chapter
 
@@ -177,7 +177,7 @@ def test_how_a_pixel_moves_with_its_point_is_the_derivative_with_skew_and_lens()
     camera = Camera([[800, 3, 320], [0, 700, 240], [0, 0, 1]], distortion=(-0.2, 0.05, 0.01, -0.02))
     x = np.random.default_rng(3).uniform(-0.4, 0.4, (9, 2, 1))
     J, step = np.empty((9, 2, 2, 1)), 1e-6
-    kernels.pixel_rates(x, camera.K, camera.lens, J)
+    kernels.pixel_jacobian(x, camera.K, camera.lens, J)
     for c in range(2):
         ahead, behind = (
             camera.project(np.c_[x[:, :, 0] + d * np.eye(2)[c], np.ones(9)], Pose.at())

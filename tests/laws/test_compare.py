@@ -6,7 +6,7 @@ import xarray as xr
 
 import robsim as rs
 from robsim.analysis import measures
-from robsim.analysis.recorded import Recorded
+from robsim.analysis.run_arrays import RecordedRuns
 
 SQUARE = 0.25 * np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]])
 GOAL = rs.Pose.at(0, 0, -1)
@@ -191,9 +191,11 @@ def test_the_margin_to_the_border_is_the_smallest_by_hand(recorded):
         shown = pixels.copy()
         shown[last:] = np.nan
         made = replaced(run, pixels=shown)
-        assert measures.border_margin(Recorded(made, scene)).tolist() == [expected]
+        assert measures.border_margin(RecordedRuns(made, scene)).tolist() == [expected]
     pixels[3, 1] = -3.0, 240.0
-    assert measures.border_margin(Recorded(replaced(run, pixels=pixels), scene)).tolist() == [-2.5]
+    assert measures.border_margin(RecordedRuns(replaced(run, pixels=pixels), scene)).tolist() == [
+        -2.5
+    ]
 
 
 def test_excursion_and_detour_by_hand(recorded):
@@ -205,14 +207,14 @@ def test_excursion_and_detour_by_hand(recorded):
     pixels[2, 0] = 90.0, 100.0  # 10 px beyond its end
     pixels[1, 1] = 248.0, 164.0  # mark 1 stands at its goal, and is 80 px from it for a while
     made = replaced(run, pixels=pixels, pixels_goal=goal)
-    assert measures.image_excursion(Recorded(made, scene)).tolist() == [2.0]
-    assert measures.image_detour(Recorded(made, scene)).tolist() == [80.0]
+    assert measures.image_excursion(RecordedRuns(made, scene)).tolist() == [2.0]
+    assert measures.image_detour(RecordedRuns(made, scene)).tolist() == [80.0]
     pixels[1, 1] = goal[1]
     made = replaced(run, pixels=pixels, pixels_goal=goal)
-    assert measures.image_detour(Recorded(made, scene)).tolist() == [30.0]
+    assert measures.image_detour(RecordedRuns(made, scene)).tolist() == [30.0]
     pixels[1, 0] = 130.0, 100.0
     made = replaced(run, pixels=pixels, pixels_goal=goal)
-    assert measures.image_detour(Recorded(made, scene)).tolist() == [10.0]
+    assert measures.image_detour(RecordedRuns(made, scene)).tolist() == [10.0]
 
 
 def test_the_margin_to_the_limits_is_a_share_of_the_range(recorded):
@@ -221,10 +223,12 @@ def test_the_margin_to_the_limits_is_a_share_of_the_range(recorded):
     q = np.tile(0.5 * (low + high), (4, 1))
     q[2, 3] = low[3] + 0.07 * (high - low)[3]
     q[3, 1] = high[1] - 0.2 * (high - low)[1]
-    found = measures.limit_margin(Recorded(replaced(run, q=q), scene))
+    found = measures.limit_margin(RecordedRuns(replaced(run, q=q), scene))
     np.testing.assert_allclose(found, [0.07], rtol=1e-12)
     q[3] = np.nan
-    np.testing.assert_allclose(measures.limit_margin(Recorded(replaced(run, q=q), scene)), [0.07])
+    np.testing.assert_allclose(
+        measures.limit_margin(RecordedRuns(replaced(run, q=q), scene)), [0.07]
+    )
 
 
 def test_without_border_limits_or_goal_image_these_measures_are_undefined(free_scene):
@@ -256,7 +260,7 @@ def test_a_row_of_a_batch_has_the_bits_of_the_run_alone(batch):
 
 def test_a_batch_is_measured_in_blocks_of_any_size(batch, monkeypatch):
     scene, tasks, starts, found = batch
-    monkeypatch.setattr("robsim.analysis.recorded.BLOCK", 1000)  # of 376 moments: two runs
+    monkeypatch.setattr("robsim.analysis.run_arrays.BLOCK", 1000)  # of 376 moments: two runs
     again = rs.compare(scene, tasks, starts, duration=15)
     xr.testing.assert_identical(again.data, found.data)
 
@@ -286,7 +290,7 @@ def test_of_a_batch_the_table_has_shares_and_medians(batch):
 def test_a_summary_has_the_measures_of_all_instants_and_keeps_the_ends(batch, monkeypatch):
     """In parts of two runs, and with the noise of the numbers that the runs have."""
     scene, tasks, starts, _ = batch
-    monkeypatch.setattr("robsim.analysis.recorded.BLOCK", 200)  # of 76 moments: two runs
+    monkeypatch.setattr("robsim.analysis.run_arrays.BLOCK", 200)  # of 76 moments: two runs
     told = {"duration": 3, "sensing": rs.Sensing(noise=0.1), "first_run": 5}
     shares = []
     found = rs.compare(scene, tasks, starts, record="summary", progress=shares.append, **told)
@@ -303,7 +307,7 @@ def test_a_summary_has_the_measures_of_all_instants_and_keeps_the_ends(batch, mo
 
 def test_ctrl_c_keeps_the_ends_that_were_reached(batch, monkeypatch):
     scene, tasks, starts, _ = batch
-    monkeypatch.setattr("robsim.analysis.recorded.BLOCK", 200)
+    monkeypatch.setattr("robsim.analysis.run_arrays.BLOCK", 200)
     shares = []
 
     def stop(share):

@@ -12,10 +12,10 @@ import pytest
 import xarray as xr
 
 import robsim as rs
-from robsim.base.values import unchanging
-from robsim.declare import Declared, Number
-from robsim.engine.chunk import Going
-from robsim.files.deferred import Deferred
+from robsim.base.value import is_immutable
+from robsim.declare import DeclaredValue, Number
+from robsim.engine.chunk import ChunkProgress
+from robsim.files.lazy_dataset import LazyDataset
 
 TUTORIAL = rs.load_scenario(rs.examples.path("visp_tutorial")).with_(duration=0.4)
 PARTS = ("_variables", "_coord_names", "_dims", "_indexes", "_encoding", "_close")
@@ -34,7 +34,7 @@ def made():
 
 
 def deferred(dataset=made, attrs=lambda: {"title": "t"}):
-    return Deferred.of(dataset, attrs)
+    return LazyDataset.of(dataset, attrs)
 
 
 WHOLE = made().assign_attrs(title="t")
@@ -174,11 +174,11 @@ def test_a_run_holds_no_dataset_until_it_is_read_and_its_text_until_that_is_aske
 
 
 def test_a_run_that_was_read_keeps_nothing_of_the_loop():
-    from robsim.run.result import dataset
+    from robsim.run.simulation_dataset import make_dataset
 
     loop = TUTORIAL.loop()
-    loop.advance(Going(np.arange(1)), lambda share: None)
-    run, gone = dataset(loop, TUTORIAL, dict), weakref.ref(loop)
+    loop.advance(ChunkProgress(np.arange(1)), lambda share: None)
+    run, gone = make_dataset(loop, TUTORIAL, dict), weakref.ref(loop)
     del loop
     assert gone() is not None and run.sizes["time"] == 11
     assert gone() is None
@@ -196,7 +196,7 @@ def test_what_is_read_late_is_what_is_read_at_once(tmp_path):
 
 
 @dataclass
-class Changing(Declared):
+class Changing(DeclaredValue):
     """A law of a user that is registered, but not frozen."""
 
     share: Annotated[float, Number(above=0), "Share of the usual command."] = 1.0
@@ -206,7 +206,7 @@ class Changing(Declared):
 
 
 def test_a_run_says_what_a_law_was_that_has_changed_since(monkeypatch):
-    from robsim.declare.families import family, register
+    from robsim.declare.kind_families import family, register
 
     monkeypatch.setattr(family("law"), "loaded", dict(family("law").loaded))
     law = register("law", "changing")(Changing)(0.5)
@@ -262,4 +262,4 @@ def test_a_kept_controller_warns_each_time():
     ],
 )
 def test_only_what_is_of_ours_is_known_to_stay(value, stays):
-    assert unchanging(value) is stays
+    assert is_immutable(value) is stays

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from robsim.base.errors import InputError
-from robsim.kernels.estimation import depth_filter as kernels
+from robsim.kernels.estimation import inverse_depth_filter as kernels
 from robsim.kernels.formulas import se3
 from robsim.servo.laws.depth_filter import DepthFilter
 
@@ -21,7 +21,7 @@ seeds = st.integers(0, 2**32)
 def moved(X, V, dt):
     """Marks X (N, 3, B) in axes of a camera that moved by exp(V dt)."""
     T = np.empty((3, 4, V.shape[1]))
-    se3.exp(np.ascontiguousarray(-V * dt), T)
+    se3.exp_se3(np.ascontiguousarray(-V * dt), T)
     return np.einsum("rcb,ncb->nrb", T[:, :3], X) + T[:, 3]
 
 
@@ -35,15 +35,17 @@ def begin(depth, x, K):
     N, _, runs = x.shape
     state, P = np.empty((N, 3, runs)), np.empty((N, 3, 3, runs))
     numbers = [1 / depth.start, depth.start_sigma / depth.start, *sigma(depth, K)]
-    kernels.begin(x, np.repeat(np.array(numbers)[:, None], runs, axis=1), state, P)
+    kernels.initialise_depth_filter(
+        x, np.repeat(np.array(numbers)[:, None], runs, axis=1), state, P
+    )
     return state, P
 
 
 def step(depth, state, P, V, dt, x, K):
     """State and covariance after a twist V (6, B), when the points x (N, 2, B) are measured."""
     new, covariance = np.empty(state.shape), np.empty(P.shape)
-    kernels.predict(state, P, V, dt, new, covariance)
-    kernels.update(new, covariance, x, np.outer(sigma(depth, K), np.ones(x.shape[2])))
+    kernels.predict_depth(state, P, V, dt, new, covariance)
+    kernels.correct_depth(new, covariance, x, np.outer(sigma(depth, K), np.ones(x.shape[2])))
     return new, covariance
 
 
@@ -192,12 +194,12 @@ def test_a_mark_that_is_not_measured_is_predicted():
 def test_the_jacobian_of_the_motion_is_of_second_order_under_central_differences(seed):
     rng = np.random.default_rng(seed)
     T = np.empty((3, 4, 1))
-    se3.exp(rng.uniform(-0.2, 0.2, (6, 1)), T)
+    se3.exp_se3(rng.uniform(-0.2, 0.2, (6, 1)), T)
     at = np.array([*rng.uniform(-0.4, 0.4, 2), rng.uniform(0.5, 3)])
-    F = np.array(kernels.move(*at, T, 0)[1:])
+    F = np.array(kernels.move_mark(*at, T, 0)[1:])
 
     def error(h):
-        ends = [[kernels.move(*(at + s * h * d), T, 0)[0] for s in (1, -1)] for d in np.eye(3)]
+        ends = [[kernels.move_mark(*(at + s * h * d), T, 0)[0] for s in (1, -1)] for d in np.eye(3)]
         differences = [(np.array(a) - np.array(b)) / (2 * h) for a, b in ends]
         return np.abs(np.array(differences).T - F).max()
 
@@ -211,9 +213,9 @@ def test_the_covariance_follows_the_jacobian_and_grows_by_the_drift():
     root = rng.normal(size=(3, 3))
     P, V = root @ root.T, rng.uniform(-0.3, 0.3, (6, 1))
     new, covariance, T = np.empty((1, 3, 1)), np.empty((1, 3, 3, 1)), np.empty((3, 4, 1))
-    kernels.predict(state.reshape(1, 3, 1), P.reshape(1, 3, 3, 1), V, 0.5, new, covariance)
-    se3.exp(-0.5 * V, T)
-    expected, *F = kernels.move(*state, T, 0)
+    kernels.predict_depth(state.reshape(1, 3, 1), P.reshape(1, 3, 3, 1), V, 0.5, new, covariance)
+    se3.exp_se3(-0.5 * V, T)
+    expected, *F = kernels.move_mark(*state, T, 0)
     F = np.array(F)
     np.testing.assert_array_equal(new.ravel(), expected)
     drift = 0.5 * np.array([1e-8, 1e-8, (1e-2 * expected[2]) ** 2])
@@ -227,7 +229,7 @@ def test_the_correction_is_that_of_kalman():
     at, x = np.array([0.1, -0.2, 1.5]), np.array([0.15, -0.1])
     gain = P[:, :2] @ np.linalg.inv(P[:2, :2] + R)
     state, covariance = at.reshape(1, 3, 1).copy(), P.reshape(1, 3, 3, 1).copy()
-    kernels.update(state, covariance, x.reshape(1, 2, 1), np.array([[0.3], [0.7]]))
+    kernels.correct_depth(state, covariance, x.reshape(1, 2, 1), np.array([[0.3], [0.7]]))
     np.testing.assert_allclose(state.ravel(), at + gain @ (x - at[:2]), rtol=1e-13)
     np.testing.assert_allclose(covariance[0, :, :, 0], P - gain @ P[:2], rtol=0, atol=1e-13)
 

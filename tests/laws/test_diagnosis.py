@@ -5,8 +5,8 @@ import pytest
 
 import robsim as rs
 from robsim import examples
-from robsim.analysis.field import seen_pose
-from robsim.servo.sight import sight
+from robsim.analysis.vector_fields import compute_target_pose
+from robsim.servo.camera_target import make_camera_target
 
 SQUARE = np.array([[-0.1, -0.1, 0], [0.1, -0.1, 0], [0.1, 0.1, 0], [-0.1, 0.1, 0]])
 START = rs.Pose.at(0.1, -0.05, -0.2, rotvec=(0.1, -0.1, 0.3)).q
@@ -216,5 +216,5 @@ def test_a_run_that_is_not_repeated_is_told():
 def test_the_pose_of_the_target_is_that_of_the_scene():
     scene = flying()
     pose = scene.pose("eye", START).inv() @ scene.pose("square", START)
-    found = seen_pose(sight(scene, None, None), START[:, None])[0]
+    found = compute_target_pose(make_camera_target(scene, None, None), START[:, None])[0]
     np.testing.assert_allclose(found.matrix, pose.matrix, atol=1e-15)

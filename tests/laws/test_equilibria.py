@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import robsim as rs
-from robsim.analysis.field import Field
-from robsim.analysis.starts import drawn
+from robsim.analysis.random_starts import sample_starts
+from robsim.analysis.vector_fields import VectorField
 
 SQUARE = np.array([[-0.1, -0.1, 0], [0.1, -0.1, 0], [0.1, 0.1, 0], [-0.1, 0.1, 0]])
 FACING = rs.Pose.at(0, 0, -0.5)
@@ -374,8 +374,10 @@ def test_the_table_says_what_is_there(free_scene):
 def test_starts_of_a_flying_camera_are_where_the_documentation_says(free_scene):
     """Distance and cosine of the angle are uniform, the middle of the marks is in the centre."""
     points, goal = CASES["planar"]
-    field = Field.of(free_scene(points), rs.IBVS(goal=goal))
-    T = rs.Pose.from_quaternion(*np.split(drawn(field, 4000, 0, (0.5, 1.5), 0.8).T, [3], axis=1))
+    field = VectorField.of(free_scene(points), rs.IBVS(goal=goal))
+    T = rs.Pose.from_quaternion(
+        *np.split(sample_starts(field, 4000, 0, (0.5, 1.5), 0.8).T, [3], axis=1)
+    )
     middle = points.mean(axis=0)
     ahead = (T.inv() @ np.broadcast_to(middle, (4000, 1, 3)))[:, 0]
     np.testing.assert_allclose(ahead[:, :2], 0.0, atol=1e-12)
@@ -391,16 +393,16 @@ def test_starts_of_a_flying_camera_are_where_the_documentation_says(free_scene):
 def test_a_start_does_not_depend_on_how_many_there_are(free_scene, puma_scene, puma_goal):
     """Draws that see nothing are repeated alone."""
     for scene, goal in ((free_scene(CASES["planar"][0]), FACING), (puma_scene, puma_goal)):
-        field = Field.of(scene, rs.IBVS(goal=goal))
-        few, many = (drawn(field, count, 3, (0.6, 1.4), 1.5) for count in (7, 40))
+        field = VectorField.of(scene, rs.IBVS(goal=goal))
+        few, many = (sample_starts(field, count, 3, (0.6, 1.4), 1.5) for count in (7, 40))
         np.testing.assert_array_equal(few, many[:, :7])
 
 
 def test_starts_of_an_arm_are_within_its_limits_and_see_the_marks(puma_scene, puma_goal):
     robot = rs.robots.planar_2r()
-    field = Field.of(over_a_dot(robot), rs.IBVS())
-    q = drawn(field, 500, 1, (1, 1), 0.0)
+    field = VectorField.of(over_a_dot(robot), rs.IBVS())
+    q = sample_starts(field, 500, 1, (1, 1), 0.0)
     assert (np.abs(q) <= np.pi).all() and np.abs(q).max() > 3
-    field = Field.of(puma_scene, rs.IBVS(goal=puma_goal))  # without limits
-    q = drawn(field, 500, 1, (1, 1), 0.0)
+    field = VectorField.of(puma_scene, rs.IBVS(goal=puma_goal))  # without limits
+    q = sample_starts(field, 500, 1, (1, 1), 0.0)
     assert (np.abs(q) <= np.pi).all() and field.in_front(q).all()

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 import robsim as rs
-from robsim.base.arrays import runs_last
-from robsim.kernels.control.broyden import learn_stage
-from robsim.kernels.estimation.depth_filter import filter_stage
-from robsim.servo.standalone import Standalone
+from robsim.base.arrays import move_runs_last
+from robsim.kernels.control.broyden_update import learn_jacobian
+from robsim.kernels.estimation.inverse_depth_filter import filter_depths
+from robsim.servo.single_step import SingleStepController
 
 quiet = pytest.mark.filterwarnings("ignore::robsim.RankWarning")
 STARTS = 10
@@ -31,17 +31,17 @@ def calls_of(alone, stage):
 
 def state_of(alone, blocks):
     """The 1/Z (N, B) of a depth filter, and its variance."""
-    (p,) = calls_of(alone, filter_stage)
+    (p,) = calls_of(alone, filter_depths)
     return blocks.get(p[5], p[0], 3)[:, 2], blocks.get(p[6], p[0], 3, 3)[:, 2, 2]
 
 
 def instant(controller, run, step, memory):
     """The decision at a step of runs on pixels, and the projection; the memory goes on."""
-    q, sight = runs_last(run.q.values[:, step], 1), controller.sights[0]
+    q, sight = move_runs_last(run.q.values[:, step], 1), controller.sights[0]
     seen = sight.project(q)
     pixels = np.ascontiguousarray(run.s.values[:, step].T.reshape(seen.pixels.shape))
     if not memory:
-        memory["alone"] = Standalone(controller, 0.04)
+        memory["alone"] = SingleStepController(controller, 0.04)
         memory["blocks"] = memory["alone"].begin(q.shape[1])
     given = {sight.key: pixels}, {sight.key: seen.depth}
     return memory["alone"].decide(memory["blocks"], step, q, *given), seen
@@ -114,9 +114,9 @@ def test_among_several_tasks_broyden_hears_what_was_commanded_in_the_end(arrange
     """What it learns explains the step that was made, not the one that it would have made."""
     scene, before = arrange("eye_in_hand"), None
     controller = SEVERAL[task].bind(scene)
-    sight, q = controller.sights[0], runs_last(around(scene, 3), 1)
-    alone = Standalone(controller, 0.04)
-    blocks, (p,) = alone.begin(3), calls_of(alone, learn_stage)
+    sight, q = controller.sights[0], move_runs_last(around(scene, 3), 1)
+    alone = SingleStepController(controller, 0.04)
+    blocks, (p,) = alone.begin(3), calls_of(alone, learn_jacobian)
     for step in range(40):
         seen = sight.project(q)
         given = {sight.key: seen.pixels}, {sight.key: seen.depth}

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 import robsim.features
 from robsim.declare import family
 from robsim.servo.bound_block import BoundBlock
-from robsim.testing import _Views, check_feature
+from robsim.testing import _RandomViews, check_feature
 
 FEATURES = family("feature").kinds
 
@@ -43,7 +43,7 @@ def test_its_interaction_matrix_is_a_derivative_of_second_order(name, seed):
 def test_on_which_marks_its_numbers_depend_is_the_same_in_every_view(name):
     """What one view tells, by hiding mark after mark, is what any marks hide in any other."""
     feature = FEATURES[name]()
-    views, rng = _Views.random(MARKS.get(name, SPREAD), 1, 60), np.random.default_rng(2)
+    views, rng = _RandomViews.random(MARKS.get(name, SPREAD), 1, 60), np.random.default_rng(2)
     seen = views.observed(feature)
     cameras, N = getattr(feature, "cameras", 1), len(seen.pixels_last)
     block = BoundBlock(feature, (None,) * cameras, None, None, 1.0)

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import robsim as rs
-from robsim.servo.standalone import Standalone
+from robsim.servo.single_step import SingleStepController
 from robsim.trajectory import Blends, Path, Quintic, Straight, Trapezoid
 
 DT = 0.04
@@ -282,7 +282,7 @@ def test_the_error_is_position_and_turn_from_the_end(arm):
 def test_the_reach_of_a_path_is_the_derivative_of_its_features(arm):
     task = rs.FollowPath(reached(arm, START, 3 * OFFSET), duration=1.0)
     controller, tree = task.bind(arm), arm.robots[0]
-    alone = Standalone(controller, DT)
+    alone = SingleStepController(controller, DT)
 
     def s(q):
         return alone.decide(alone.begin(1), 0, q[:, None], {}, {}).command

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from robsim.base.errors import InputError
-from robsim.kernels.formulas import gain as kernels
+from robsim.kernels.formulas import adaptive_gain as kernels
 from robsim.servo.laws.gain import GAIN as DECLARED
 from robsim.servo.laws.gain import AdaptiveGain
 
@@ -38,7 +38,7 @@ def test_it_is_elementwise_in_any_batch():
 def test_an_error_without_bound_gives_the_least_gain():
     np.testing.assert_array_equal(GAIN.at(np.array([1e300])), GAIN.least)
     gain = np.empty(1)
-    kernels.adaptive(GAIN.at_zero, GAIN.at_infinity, GAIN.slope, np.array([np.inf]), gain)
+    kernels.compute_gains(GAIN.at_zero, GAIN.at_infinity, GAIN.slope, np.array([np.inf]), gain)
     assert gain[0] == GAIN.least
 
 

@@ -114,9 +114,9 @@ def test_it_is_believed_wrongly_where_that_makes_sense():
 
 
 def test_how_far_wheels_have_turned_does_not_set_states_apart():
-    from robsim.analysis.field import Field
+    from robsim.analysis.vector_fields import VectorField
 
-    field = Field.of(*vehicle("car"))
+    field = VectorField.of(*vehicle("car"))
     a, b = np.zeros((8, 1)), np.zeros((8, 1))
     b[4:] = 1.0
     assert field.apart(a, b) == 0.0

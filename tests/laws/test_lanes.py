@@ -5,8 +5,8 @@ import pytest
 from numba import njit
 
 from robsim.kernels.formulas.lane_math import cos_sin
-from robsim.kernels.machine.block import gather_rows, scatter_rows
-from robsim.kernels.machine.lanes import WIDTH, absolute, get, put, some, sqrt, where
+from robsim.kernels.machine.block_io import gather_rows, scatter_rows
+from robsim.kernels.machine.lanes import WIDTH, absolute, any_lane, get, put, sqrt, where
 
 ODD = np.array([0.0, -0.0, 1.0, -2.5, np.inf, -np.inf, np.nan, 1e-310])
 
@@ -32,7 +32,7 @@ def computed(block):
     c /= b
     put(block, 12, c)
     put(block, 13, where(a == b, 1.0, where(a > b, 2.0, where(a <= b, 3.0, 4.0))))
-    return some(a > b), some(a > 1e300)
+    return any_lane(a > b), any_lane(a > 1e300)
 
 
 def expected(a, b):

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from robsim.base.errors import InputError
-from robsim.servo.shaping.limit import SpeedLimit
+from robsim.servo.shaping.speed_limit import SpeedLimit
 
 steady = settings(derandomize=True, max_examples=50, deadline=None)
 LIMITS = [

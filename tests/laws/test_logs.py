@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 import robsim as rs
-from robsim.page.export import open_recording
+from robsim.page.export import load_recording
 from robsim.run.log import NANO, Log, Stream
-from robsim.run.recorded import recorded
+from robsim.run.run_from_log import make_run_from_log
 
 ENDS = ("outcome", "end_time", "q_end", "pixels_end", "pixel_error", "goal_pose", "q0")
 
@@ -22,7 +22,7 @@ def rhino():
 
 @pytest.fixture(scope="module")
 def rows(rhino):
-    return rs.table(rhino.run(duration=1.0))
+    return rs.to_table(rhino.run(duration=1.0))
 
 
 def same(run, other, names):
@@ -40,7 +40,7 @@ def same(run, other, names):
 def test_a_table_is_the_run_again_to_the_bit(name, tmp_path):
     made = experiment(name, duration=1.2)
     run = made.run()
-    rs.table(run).to_csv(tmp_path / "log.csv", index=False)
+    rs.to_table(run).to_csv(tmp_path / "log.csv", index=False)
     again = rs.read_log(tmp_path / "log.csv", made)
     assert set(run.data_vars) - set(again.data_vars) == set()
     same(run, again, ["time", "q", "qd", "pixels", "s", "error", "camera_pose", "camera_velocity"])
@@ -57,7 +57,7 @@ def test_rows_are_their_table(rhino, rows):
 
 def test_it_ends_as_the_run_did(rhino):
     run = rhino.run()
-    again = rs.read_log(rs.table(run), rhino)
+    again = rs.read_log(rs.to_table(run), rhino)
     same(run, again, ENDS)
     assert again.attrs["hold"] == 0 and again.attrs["recorded"] == "table"
 
@@ -65,7 +65,7 @@ def test_it_ends_as_the_run_did(rhino):
 def test_a_log_that_goes_on_says_from_when_on_its_error_stayed_small(rhino):
     """Held for a second at its goal, with one period in between in which the marks are off."""
     run = rhino.run(hold=True, duration=13.0)
-    log, small = rs.table(run), (np.abs(run.error.values) < run.attrs["tolerance"]).all(axis=1)
+    log, small = rs.to_table(run), (np.abs(run.error.values) < run.attrs["tolerance"]).all(axis=1)
     first = int(np.argmax(small))
     log.loc[first + 4, "pixels[0,column]"] += 5.0
     again = rs.read_log(log, rhino)
@@ -82,7 +82,7 @@ def test_a_recorded_run_is_saved_opened_and_drawn(rhino, rows, tmp_path):
     run = rs.read_log(rows, rhino)
     assert rs.open_run(rs.save_run(run, tmp_path / "log.nc")).identical(run)
     assert len(rs.plot.run(run, rhino.scene).axes) == 5
-    page = open_recording(rs.export_html(run, tmp_path / "log.html"))
+    page = load_recording(rs.export_html(run, tmp_path / "log.html"))
     assert "Simulated from the same start" in str(page.header)
 
 
@@ -115,7 +115,7 @@ def test_ages_are_known_to_the_nanosecond_also_of_times_since_1970(rhino, rows):
     images = Stream("images", times[::2] - 9, run.pixels.values[::2])
     (sight,) = rs.Controller(rhino).sights
     log = Log("log", Stream("joints", times - 9, run.q.values), {sight.key: images})
-    ages = recorded(log, rhino).image_age.values
+    ages = make_run_from_log(log, rhino).image_age.values
     np.testing.assert_array_equal(ages[:, 0], [0.0, 0.04] * 13)
 
 
@@ -161,7 +161,7 @@ def test_replay_commands_the_same_to_the_bit(rhino, rows):
 def test_a_robot_with_another_gain_and_late_images_is_found_out(rhino):
     """Gain times 0.8, images two periods late: the factor and the delay of the commands."""
     real = rhino.at("task.gain", 0.8 * rhino.task.gain).with_(sensing=rs.Sensing(latency=0.08))
-    found = rs.explain(rs.read_log(rs.table(real.run()), rhino), trials=False)
+    found = rs.explain(rs.read_log(rs.to_table(real.run()), rhino), trials=False)
     (commands,) = [each for each in found.causes if each.about == "commands"]
     assert commands.evidence["periods"] == 2
     assert commands.evidence["scale"] == pytest.approx(0.8, abs=0.01)
@@ -170,7 +170,7 @@ def test_a_robot_with_another_gain_and_late_images_is_found_out(rhino):
 
 def test_joints_that_follow_late_are_found_out(rhino):
     real = rhino.with_(actuation=rs.Actuation(lag=0.12))
-    found = rs.explain(rs.read_log(rs.table(real.run()), rhino), trials=False)
+    found = rs.explain(rs.read_log(rs.to_table(real.run()), rhino), trials=False)
     (motion,) = [each for each in found.causes if each.about == "motion"]
     assert motion.evidence == {**motion.evidence, "periods": 0, "lag": 3.0}
     assert motion.evidence["scale"] == pytest.approx(1.0, abs=1e-9)
@@ -192,7 +192,7 @@ def test_a_clock_that_trembles_does_not_hide_how_joints_follow(rhino, changes, s
     """Rows up to 20 % of a period early or late, of joints that do exactly as told otherwise."""
     rng, dt = np.random.default_rng(6), rhino.dt
     run = rhino.run(duration=6.0)
-    log = rs.table(run)
+    log = rs.to_table(run)
     told = log[[f"qd[{name}]" for name in rhino.scene.velocity_names]].to_numpy()
     log["time"] += rng.uniform(-0.2, 0.2, len(log)) * dt * (log.index > 0)
     late, steps = changes.get("late", 0), np.diff(log["time"])
@@ -217,7 +217,7 @@ def test_a_clock_that_trembles_does_not_hide_how_joints_follow(rhino, changes, s
 
 def test_a_target_elsewhere_is_found_out_in_the_images(rhino):
     moved = rhino.scene.believe(place=rs.Pose.at(0.005))
-    run = rs.read_log(rs.table(rhino.run(duration=1.0)), rhino.with_(scene=moved))
+    run = rs.read_log(rs.to_table(rhino.run(duration=1.0)), rhino.with_(scene=moved))
     found = rs.explain(run, trials=False)
     (places,) = [each for each in found.causes if each.about == "places"]
     q = rhino.run(duration=1.0).q.values
@@ -227,7 +227,7 @@ def test_a_target_elsewhere_is_found_out_in_the_images(rhino):
 
 def test_it_is_measured_beside_its_simulation(rhino):
     real = rhino.with_(sensing=rs.Sensing(latency=0.08))
-    run = rs.read_log(rs.table(real.run()), rhino)
+    run = rs.read_log(rs.to_table(real.run()), rhino)
     both = rs.compare({"real": run, "simulated": rhino}).data
     alone = rs.compare({"simulated": real}).data
     for name in ("image_detour", "path_ratio", "rotation", "effort_angular", "limit_margin"):
@@ -259,6 +259,6 @@ def test_a_task_without_a_camera_is_read_from_its_joints():
     task = rs.FollowJoints(arm.home + 0.1, duration=1.0)
     made = rs.Experiment(rs.Scene(arm), task, duration=1.0)
     run = made.run()
-    again = rs.read_log(rs.table(run), made)
+    again = rs.read_log(rs.to_table(run), made)
     same(run, again, ["q", "qd", "s", "frame_pose"])
     assert again.sizes["mark"] == 0

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import robsim as rs
-from robsim import condition_number, manipulability, robots, singularity_distance, workspace
+from robsim import condition_number, manipulability, robots, sample_workspace, singularity_distance
 
 RANDOM = settings(derandomize=True, deadline=None, max_examples=50)
 LENGTHS = st.floats(0.05, 3)
@@ -185,7 +185,7 @@ def test_an_isotropic_finger_has_condition_one():
 @pytest.mark.parametrize(("a", "b"), [(1.0, 1.0), (1.0, 0.6), (0.5, 0.8)])
 def test_two_links_reach_the_whole_ring_and_nothing_else(a, b):
     arm = two_links(a, b, limits=np.radians([[-180, 180], [-180, 180]]))
-    found = workspace(arm, count=4000)
+    found = sample_workspace(arm, count=4000)
     far = np.linalg.norm(found.points, axis=1)
     assert far.max() <= a + b + 1e-12 and far.min() >= abs(a - b) - 1e-12
     assert far.max() > 0.999 * (a + b) and far.min() < abs(a - b) + 0.01
@@ -199,7 +199,7 @@ def test_two_links_reach_the_whole_ring_and_nothing_else(a, b):
 @pytest.mark.parametrize("name", ["panda", "scara", "stanford_arm", "kinova_gen3"])
 def test_joints_are_uniform_within_their_limits_and_the_points_are_theirs(name):
     robot = robots.load(name)
-    found = workspace(robot, count=3000, seed=4)
+    found = sample_workspace(robot, count=3000, seed=4)
     low, high = robot.limits.T
     free = np.isinf(low)
     low[free], high[free] = robot.home[free] - np.pi, robot.home[free] + np.pi
@@ -216,17 +216,20 @@ def test_joints_are_uniform_within_their_limits_and_the_points_are_theirs(name):
 
 def test_the_same_seed_gives_the_same_bits_and_more_begin_with_fewer():
     puma = robots.puma560()
-    many, few = workspace(puma, 8300, seed=7), workspace(puma, 900, seed=7)  # more than a chunk
+    many, few = (
+        sample_workspace(puma, 8300, seed=7),
+        sample_workspace(puma, 900, seed=7),
+    )  # more than a chunk
     for part in ("q", "points", "manipulability"):
         np.testing.assert_array_equal(getattr(many, part)[:900], getattr(few, part))
         assert not getattr(many, part).flags.writeable
-    assert few == workspace(puma, 900, seed=7) and few != workspace(puma, 900, seed=8)
-    assert np.abs(workspace(puma, 900, seed=2**64 - 1).q - few.q).min() > 0
+    assert few == sample_workspace(puma, 900, seed=7) and few != sample_workspace(puma, 900, seed=8)
+    assert np.abs(sample_workspace(puma, 900, seed=2**64 - 1).q - few.q).min() > 0
 
 
 def test_another_link_and_other_axes_can_be_followed():
     puma = robots.puma560()
-    elbow = workspace(puma, 500, link="upper_arm", axes="all", length=0.5)
+    elbow = sample_workspace(puma, 500, link="upper_arm", axes="all", length=0.5)
     height = elbow.points - [0, 0, 0.67183]
     np.testing.assert_allclose(np.linalg.norm(height, axis=1), 0.4318, rtol=0, atol=1e-12)
     expected = manipulability(puma, elbow.q, "upper_arm", "all", 0.5)
@@ -236,7 +239,7 @@ def test_another_link_and_other_axes_can_be_followed():
 
 def test_a_joint_without_limits_makes_one_turn_whatever_it_is_called():
     turn = rs.Joint("revolute", name="shoulder", tail=rs.Pose.at(1, 0, 0))
-    found = workspace(rs.Robot("r", [rs.Link("base"), rs.Link("arm", "base", turn)]), 1000)
+    found = sample_workspace(rs.Robot("r", [rs.Link("base"), rs.Link("arm", "base", turn)]), 1000)
     assert -np.pi < found.q.min() < -3 and 3 < found.q.max() < np.pi
 
 
@@ -262,18 +265,18 @@ def test_what_cannot_be_measured_is_said(measure):
 
 def test_a_workspace_without_end_is_refused_by_the_names_of_its_joints():
     with pytest.raises(rs.InputError, match=r"'unicycle' has no end: no limits for 'body.x', 'b"):
-        workspace(robots.unicycle())
+        sample_workspace(robots.unicycle())
     with pytest.raises(rs.InputError, match=r"no limits for 'body\.x', .*'body\.qw'; expected"):
-        workspace(robots.free_camera())
+        sample_workspace(robots.free_camera())
     lift = rs.Robot.from_dh([[0, 0, 1, 0], [0, 0, 0, 0]], joints="RP")
     with pytest.raises(rs.InputError, match="'robot' has no end: no limits for 'link2'; expected"):
-        workspace(lift)
+        sample_workspace(lift)
     with pytest.raises(rs.InputError, match="robot 'post' has no joint that moves"):
-        workspace(rs.Robot("post", [rs.Link("base")]))
+        sample_workspace(rs.Robot("post", [rs.Link("base")]))
     with pytest.raises(rs.InputError, match="expected a Robot, got 3"):
-        workspace(3)
+        sample_workspace(3)
     for count in (0, 1.5, 2_000_000):
         with pytest.raises(rs.InputError, match="count must be"):
-            workspace(robots.planar_2r(), count)
+            sample_workspace(robots.planar_2r(), count)
     with pytest.raises(rs.InputError, match="seed must be a whole number"):
-        workspace(robots.planar_2r(), 5, seed=-1)
+        sample_workspace(robots.planar_2r(), 5, seed=-1)

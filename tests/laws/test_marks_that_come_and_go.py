@@ -151,7 +151,7 @@ def test_a_log_of_marks_that_come_and_go_is_the_run_again():
     task = rs.IBVS(GOAL, weighting="border")
     made = rs.Experiment(SCENE, task, BESIDE, dt=0.04, duration=0.4)
     run = made.run()
-    rows = rs.table(run)
+    rows = rs.to_table(run)
     hidden = [f"pixels[{i},{axis}]" for i in (3, 17) for axis in ("column", "row")]
     rows.loc[4:, hidden] = np.nan
     again = rs.read_log(rows, made)

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 import robsim as rs
 from robsim.base.errors import InputError
 from robsim.features.moments import DecoupledMoments, PointMoments, RegionMoments
-from robsim.kernels.formulas import moments as kernels
+from robsim.kernels.formulas import image_moments as kernels
 from robsim.testing import check_feature
 
 steady = settings(derandomize=True, max_examples=20, deadline=None)
@@ -22,7 +22,7 @@ L_SHAPE = np.array([[0, 0], [4, 0], [4, 1], [1.5, 1], [1.5, 3], [0, 3]]) / 10 - 
 PENTAGON = np.array([[-0.15, -0.1], [0.2, -0.12], [0.15, 0.1], [0.02, 0.16], [-0.12, 0.08]])
 KINDS = pytest.mark.parametrize("kind", ["points", "region"])
 SHAPES = pytest.mark.parametrize("shape", [L_SHAPE, PENTAGON], ids=["L", "pentagon"])
-UP_TO_4 = [kernels.powers(k) for k in range(kernels.ORDER_4)]
+UP_TO_4 = [kernels.moment_powers(k) for k in range(kernels.ORDER_4)]
 
 
 def flat(shape):
@@ -45,7 +45,7 @@ def centred(points, of_marks=False):
     """Centre (2,) and moments (15,) of one polygon or set of marks."""
     centre, mu = np.empty((2, 1)), np.empty((kernels.ORDER_4, 1))
     x = np.ascontiguousarray(points, float)[..., None]
-    (kernels.marks if of_marks else kernels.region)(x, centre, mu)
+    (kernels.mark_moments if of_marks else kernels.region_moments)(x, centre, mu)
     return centre[:, 0], mu[:, 0]
 
 
@@ -218,14 +218,14 @@ def test_the_plane_of_coplanar_marks_is_found(seed):
     x = rng.uniform(-0.3, 0.3, (5, 2))
     found = np.empty((3, 1))
     depth = 1 / (A * x[:, 0] + B * x[:, 1] + C)
-    kernels.plane(x[..., None].copy(), depth[:, None].copy(), found)
+    kernels.fit_inverse_depth_plane(x[..., None].copy(), depth[:, None].copy(), found)
     spread = np.linalg.cond(x - x.mean(0)) ** 2
     np.testing.assert_allclose(found[:, 0], [A, B, C], atol=1e-14 * spread)
 
 
 def test_a_constant_depth_is_a_plane_parallel_to_the_image():
     found = np.empty((3, 1))
-    kernels.plane(CROOKED[..., None].copy(), np.full((6, 1), 0.7), found)
+    kernels.fit_inverse_depth_plane(CROOKED[..., None].copy(), np.full((6, 1), 0.7), found)
     np.testing.assert_allclose(found[:, 0], [0, 0, 1 / 0.7], rtol=0, atol=1e-15)
 
 

@@ -1,4 +1,4 @@
-"""L by moving the camera a little: what a feature without `interaction` gets."""
+"""L by moving the camera a little: what a feature without `compute_interaction` gets."""
 
 from dataclasses import replace
 
@@ -6,11 +6,15 @@ import numpy as np
 import pytest
 
 import robsim as rs
-from robsim.features.numeric import differences, interaction, moved
+from robsim.features.numeric_interaction import (
+    compute_interaction,
+    difference_interaction,
+    displace_camera,
+)
 from robsim.features.points import PixelPoints, Points
-from robsim.features.pose import ThetaU, Translation
-from robsim.features.stereo import StereoPoints
-from robsim.testing import _Views
+from robsim.features.pose_error import ThetaU, Translation
+from robsim.features.stereo_points import StereoPoints
+from robsim.testing import _RandomViews
 
 BUILT_IN = pytest.mark.parametrize(
     "feature",
@@ -20,23 +24,23 @@ BUILT_IN = pytest.mark.parametrize(
 
 
 def views(feature, runs=30):
-    return _Views.random(5, 12, runs)
+    return _RandomViews.random(5, 12, runs)
 
 
 @BUILT_IN
 def test_differences_are_the_interaction_matrix(feature):
     seen = views(feature).observed(feature)
     L = feature.interaction(seen)
-    assert np.abs(differences(feature, seen) - L).max() < 1e-9 * np.abs(L).max()
-    np.testing.assert_array_equal(interaction(feature, seen), L)
+    assert np.abs(difference_interaction(feature, seen) - L).max() < 1e-9 * np.abs(L).max()
+    np.testing.assert_array_equal(compute_interaction(feature, seen), L)
 
 
 @BUILT_IN
 def test_a_run_alone_has_the_bits_that_it_has_in_a_batch(feature):
     both = views(feature)
-    together = differences(feature, both.observed(feature))
+    together = difference_interaction(feature, both.observed(feature))
     for b in range(30):
-        alone = differences(feature, both.some(slice(b, b + 1)).observed(feature))
+        alone = difference_interaction(feature, both.some(slice(b, b + 1)).observed(feature))
         np.testing.assert_array_equal(alone[0], together[b])
 
 
@@ -44,7 +48,7 @@ def test_a_pose_is_fitted_anew_wherever_its_guess_is():
     seen = views(ThetaU()).observed(ThetaU())
     off = replace(seen, guess_last=seen.guess_last + [[[0]] * 3 + [[0.05]]] * 3)
     L = ThetaU().interaction(seen)
-    assert np.abs(differences(ThetaU(), off) - L).max() < 1e-8 * np.abs(L).max()
+    assert np.abs(difference_interaction(ThetaU(), off) - L).max() < 1e-8 * np.abs(L).max()
 
 
 @pytest.mark.parametrize("axis", range(6))
@@ -53,7 +57,7 @@ def test_what_would_be_seen_is_what_the_moved_camera_sees(axis):
     here, step = views(StereoPoints()), 0.1
     twist = step * np.eye(6)[axis]
     said, truth = (
-        moved(here.observed(StereoPoints()), axis, step),
+        displace_camera(here.observed(StereoPoints()), axis, step),
         here.moved(twist).observed(StereoPoints()),
     )
     for a, b in ((said, truth), (said.other, truth.other)):
@@ -80,7 +84,7 @@ def test_a_feature_of_depth_gets_its_interaction_matrix():
     X = np.concatenate([seen.points, np.ones((30, 5, 1))], axis=-1) * seen.depth[..., None]
     zero = np.zeros((30, 5))
     L = np.stack([zero, zero, zero - 1, -X[..., 1], X[..., 0], zero], axis=-1)
-    np.testing.assert_allclose(interaction(Depths(), seen), L, rtol=0, atol=1e-9)
+    np.testing.assert_allclose(compute_interaction(Depths(), seen), L, rtol=0, atol=1e-9)
 
 
 class MeasuredPixels:
@@ -97,7 +101,7 @@ def test_pixels_through_a_lens_get_the_derivative_of_the_lens():
     bent = rs.Camera(straight.K, distortion=(-0.2, 0.05, 1e-3, -5e-4))
     X = np.array([[[0.1, -0.2, 1.0], [0.3, 0.2, 1.4]]])
     seen = rs.Observation.of(bent.project(X, rs.Pose.at()), X[..., 2], bent)
-    L, h = interaction(MeasuredPixels(), seen)[0], 1e-4
+    L, h = compute_interaction(MeasuredPixels(), seen)[0], 1e-4
     for axis, along in enumerate(np.eye(6)):
         ahead, behind = (bent.project(X, rs.Pose.exp(s * along)) for s in (h, -h))
         np.testing.assert_allclose(

@@ -20,8 +20,8 @@ import numpy as np
 from robsim.declare import Number, Stacked, register
 from robsim.kernels.formulas import random
 from robsim.kernels.machine.lanes import WIDTH
-from robsim.kernels.machine.memory import unsigned
-from robsim.kernels.machine.stage import stage
+from robsim.kernels.machine.array_views import unsigned
+from robsim.kernels.machine.stages import stage
 from robsim.world.imperfections.image_effect import ImageEffect
 
 
@@ -66,7 +66,7 @@ from typing import Annotated, ClassVar
 
 from robsim.declare import Number, Stacked, register
 from robsim.kernels.machine.lanes import absolute, get, put, where
-from robsim.kernels.machine.stage import stage
+from robsim.kernels.machine.stages import stage
 from robsim.world.imperfections.joint_effect import JointEffect
 
 

@@ -252,7 +252,7 @@ def test_it_is_analysed_and_drawn():
     run = rs.simulate(made, task, made.home + 0.05, duration=2.0)
     assert rs.explain(run, rs.Experiment(made, task), trials=False).what
     assert rs.plot.scene(made, run=run).axes and rs.plot.run(run, made).axes
-    work = rs.workspace(arm(Universal()), count=50, link="own")
+    work = rs.sample_workspace(arm(Universal()), count=50, link="own")
     assert (np.abs(work.q[:, 1:3]) <= 1).all()
 
 

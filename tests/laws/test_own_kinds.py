@@ -24,11 +24,11 @@ import math
 from dataclasses import dataclass
 
 from robsim.declare import Declared, register
-from robsim.features.compiled import Compiled
+from robsim.features.compiled_feature import Compiled
 from robsim.features.feature import Tolerance
 from robsim.kernels.formulas.interaction import points_interaction
-from robsim.kernels.machine.memory import matrix, vector
-from robsim.kernels.machine.stage import stage
+from robsim.kernels.machine.array_views import matrix, vector
+from robsim.kernels.machine.stages import stage
 
 
 @stage
@@ -66,9 +66,9 @@ from typing import Annotated, ClassVar
 
 from robsim.declare import Declared, Number, register
 from robsim.kernels.machine.lanes import absolute, get, put
-from robsim.kernels.machine.stage import stage
+from robsim.kernels.machine.stages import stage
 from robsim.servo.laws.inverse import ANY, inverted
-from robsim.servo.laws.staged_law import StagedLaw
+from robsim.servo.laws.compiled_law import StagedLaw
 
 
 @stage
@@ -109,8 +109,8 @@ from typing import Annotated, ClassVar
 from robsim.declare import Declared, Length, Number, register
 from robsim.kernels.formulas.lane_math import cos_sin
 from robsim.kernels.machine.lanes import get, put
-from robsim.kernels.machine.stage import stage
-from robsim.robot.joints.kind import JointKind
+from robsim.kernels.machine.stages import stage
+from robsim.robot.joints.joint_kind import JointKind
 
 
 @stage
@@ -314,8 +314,8 @@ from dataclasses import dataclass
 from robsim.declare import register
 from robsim.kernels.formulas.lane_poses import compose
 from robsim.kernels.machine.lanes import get, put
-from robsim.kernels.machine.stage import stage
-from robsim.robot.joints.kind import JointKind
+from robsim.kernels.machine.stages import stage
+from robsim.robot.joints.joint_kind import JointKind
 
 
 @stage
@@ -350,7 +350,7 @@ SHIPPED = """
 import json, runpy, sys
 import robsim.features
 import robsim as rs
-from robsim.cli.uses import uses
+from robsim.cli.warm_workload import uses
 pages = runpy.run_path(sys.argv[1])
 askew = rs.Joint("sway", rs.Pose.at(rpy=(0, 0, 0.5)))
 crab = rs.Robot("crab", [rs.Link("base"), rs.Link("crab", "base", askew)])

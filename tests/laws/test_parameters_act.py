@@ -12,20 +12,20 @@ from recipes import recipes
 
 import robsim as rs
 from robsim.declare import Role, families, fields_of
-from robsim.declare.schema import Definitions
-from robsim.declare.tables import form_of
-from robsim.run.text import ExperimentTable
+from robsim.declare.schema import SchemaDefinitions
+from robsim.declare.tables import get_text_form
+from robsim.run.experiment_text import ExperimentTable
 from robsim.servo.feature_block import FeatureBlock
-from robsim.studies.text import StudyTable
+from robsim.studies.study_text import StudyTable
 
 LABELS = ("title", "about", "sources", "color", "name")
 
 
-class Met(Definitions):
+class Met(SchemaDefinitions):
     """The definitions of a schema, which note the classes that they meet."""
 
     def table(self, kind, more, needed):
-        self.made.setdefault("", []).append(form_of(kind))
+        self.made.setdefault("", []).append(get_text_form(kind))
         return super().table(kind, more, needed)
 
     @property
@@ -36,7 +36,7 @@ class Met(Definitions):
 def declared():
     """{label: class} of all declared classes: kinds by family and name, others by their name."""
     found = {
-        f"{noun} {name}": form_of(kind)
+        f"{noun} {name}": get_text_form(kind)
         for noun, family in families().items()
         for name, kind in family.kinds.items()
         if kind.__module__.startswith("robsim.")

@@ -9,9 +9,9 @@ from hypothesis import strategies as st
 
 import robsim as rs
 from robsim.base.errors import GoalError, InputError
-from robsim.features.pose import ThetaU, Translation
-from robsim.kernels.estimation.pose import fit_pose
-from robsim.kernels.estimation.pose_newton import curvature
+from robsim.features.pose_error import ThetaU, Translation
+from robsim.kernels.estimation.pose_fit import fit_pose
+from robsim.kernels.estimation.pose_newton import pose_hessian
 from robsim.kernels.features import pose_features
 from robsim.kernels.formulas import se3
 from robsim.kernels.machine.lanes import WIDTH
@@ -175,7 +175,7 @@ def second_derivatives(T, x):
     rows = np.concatenate([*image, L.ravel()])
     block = np.repeat(rows[:, None], WIDTH, axis=1).ravel()
     block = np.concatenate([block, np.zeros((12 * len(X) + 36) * WIDTH)])
-    curvature(block, *(n * len(X) for n in (1, 0, 2, 3, 5, 6, 18)))
+    pose_hessian(block, *(n * len(X) for n in (1, 0, 2, 3, 5, 6, 18)))
     lower = block.reshape(-1, WIDTH)[30 * len(X) :, 0].reshape(6, 6)
     return np.tril(lower) + np.tril(lower, -1).T
 
@@ -328,5 +328,5 @@ def test_compose_and_inverse_are_those_of_matrices(seed):
     out = np.empty((3, 4, 9))
     se3.compose(last(A), last(B), out)
     close(out, last(A @ B), 1e-15 * 8)
-    se3.inverse(last(A), out)
+    se3.inverse_pose(last(A), out)
     close(out, last(A.inv()), 1e-15 * 4)

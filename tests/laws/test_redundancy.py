@@ -10,14 +10,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from robsim.base.errors import InputError
-from robsim.kernels.control.redundancy import switch
+from robsim.kernels.control.null_space import sigmoid_switch
 from robsim.servo.shaping.redundancy import (
     AvoidLimits,
     Posture,
-    Secondary,
+    SecondaryMotion,
     large_projection,
     null_space,
-    priorities,
+    solve_priorities,
 )
 
 RCOND = 1e-6
@@ -75,12 +75,12 @@ def test_the_switch_is_the_sigmoid_scaled_to_meet_its_ends():
     sig = lambda x: 1 / (1 + math.exp(6 - 12 * (x - low) / (high - low)))  # noqa: E731
     x = np.linspace(low, high, 101)
     expected = [(sig(v) - sig(low)) / (sig(high) - sig(low)) for v in x]
-    w = [switch(v, low, high) for v in x]
+    w = [sigmoid_switch(v, low, high) for v in x]
     close(w, expected, 1e-14)
     assert (w[0], w[50], w[-1]) == (0.0, pytest.approx(0.5, abs=1e-14), 1.0)
     assert (np.diff(w) > 0).all()
-    assert (switch(0.0, low, high), switch(9.0, low, high)) == (0.0, 1.0)
-    nearly = switch(low + 1e-9, low, high), switch(high - 1e-9, low, high)
+    assert (sigmoid_switch(0.0, low, high), sigmoid_switch(9.0, low, high)) == (0.0, 1.0)
+    nearly = sigmoid_switch(low + 1e-9, low, high), sigmoid_switch(high - 1e-9, low, high)
     close(nearly, [0, 1], 1e-8)  # continuous at both ends
 
 
@@ -115,7 +115,7 @@ def test_between_it_is_the_mean_weighed_by_the_switch(seed, k, n):
     rng = np.random.default_rng(seed)
     A, e = rng.normal(size=(k, n, 9)), rng.normal(size=(k, 9))
     far, near, P = large(A, e, 0.0, 1e-9), null_space(A, RCOND), large(A, e, 0.5, 3.0)
-    w = np.array([switch(np.linalg.norm(e[:, b]), 0.5, 3.0) for b in range(9)])
+    w = np.array([sigmoid_switch(np.linalg.norm(e[:, b]), 0.5, 3.0) for b in range(9)])
     close(P, w * far + (1 - w) * near, 1e-14)
 
 
@@ -183,7 +183,7 @@ levels_of = st.lists(st.integers(1, 4), min_size=1, max_size=4)
 @given(seeds, levels_of, st.integers(2, 8))
 def test_tasks_in_order_agree_with_nested_null_spaces(seed, shapes, n):
     stack = stacks(seed, shapes, n)
-    qd, P = priorities(batch(stack), RCOND)
+    qd, P = solve_priorities(batch(stack), RCOND)
     for b, levels in enumerate(stack):
         expected, left = lexicographic(levels)
         scale = 1 + np.linalg.norm(expected)
@@ -197,8 +197,8 @@ def test_tasks_in_order_agree_with_nested_null_spaces(seed, shapes, n):
 def test_a_lower_level_never_disturbs_a_higher_one(seed, shapes, n):
     stack = stacks(seed, shapes, n)
     levels = batch(stack)
-    served = [priorities(levels[: i + 1], RCOND)[0] for i in range(len(levels))]
-    qd, P = priorities(levels, RCOND)
+    served = [solve_priorities(levels[: i + 1], RCOND)[0] for i in range(len(levels))]
+    qd, P = solve_priorities(levels, RCOND)
     speed = 1 + np.abs(qd).max(axis=0)
     for (A, _), before in zip(levels, served, strict=True):
         size = 1 + np.abs(A).max()
@@ -212,7 +212,7 @@ def test_levels_that_nearly_conflict_are_served_or_dropped_but_never_disturb(gap
     first = np.linalg.qr(rng.normal(size=(6, 3)))[0].T
     second = first[:1] + gap * np.linalg.qr(rng.normal(size=(6, 1)))[0].T
     levels = [(first, np.ones(3)), (second, -np.ones(1)), (rng.normal(size=(2, 6)), np.ones(2))]
-    qd, P = priorities(batch([levels]), RCOND)
+    qd, P = solve_priorities(batch([levels]), RCOND)
     close(first @ qd[:, 0], 1, 1e-10 if gap < 1e-2 else 1e-12)
     assert np.abs(second @ qd[:, 0] + 1).max() < 1e-9 or gap < 2e-6
     assert np.linalg.norm(qd) < 1e2 / max(gap, RCOND)
@@ -222,8 +222,8 @@ def test_levels_that_nearly_conflict_are_served_or_dropped_but_never_disturb(gap
 def test_a_level_that_repeats_another_changes_nothing():
     rng = np.random.default_rng(5)
     A, rate = rng.normal(size=(3, 6, 4)), rng.normal(size=(3, 4))
-    once, P = priorities([(A, rate)], RCOND)
-    twice, Q = priorities([(A, rate), (2 * A, -rate), (np.zeros((1, 6, 4)), rate[:1])], RCOND)
+    once, P = solve_priorities([(A, rate)], RCOND)
+    twice, Q = solve_priorities([(A, rate), (2 * A, -rate), (np.zeros((1, 6, 4)), rate[:1])], RCOND)
     np.testing.assert_array_equal(twice, once)
     np.testing.assert_array_equal(Q, P)
 
@@ -232,7 +232,7 @@ def test_one_level_is_least_squares_and_its_projector_the_null_space():
     rng = np.random.default_rng(6)
     A, rate = rng.normal(size=(8, 6, 4)), rng.normal(size=(8, 4))
     A[:, 5] = A[:, 0]
-    qd, P = priorities([(A, rate)], RCOND)
+    qd, P = solve_priorities([(A, rate)], RCOND)
     for b in range(4):
         close(qd[:, b], np.linalg.pinv(A[..., b], rcond=RCOND) @ rate[:, b], 1e-13)
     np.testing.assert_array_equal(P, null_space(A, RCOND))
@@ -244,13 +244,13 @@ def test_one_level_is_least_squares_and_its_projector_the_null_space():
 def test_a_run_does_not_depend_on_its_batch_by_a_single_bit():
     levels = batch(stacks(7, (3, 2, 2), 6, 23))
     A, rate = levels[0]
-    whole = *priorities(levels, RCOND), large(A, rate, 0.5, 2.0)
+    whole = *solve_priorities(levels, RCOND), large(A, rate, 0.5, 2.0)
     for part in (slice(0, 1), slice(3, 20), slice(22, 0, -5)):
         some = [
             (np.ascontiguousarray(A[..., part]), np.ascontiguousarray(r[..., part]))
             for A, r in levels
         ]
-        again = *priorities(some, RCOND), large(*some[0], 0.5, 2.0)
+        again = *solve_priorities(some, RCOND), large(*some[0], 0.5, 2.0)
         for a, b in zip(again, whole, strict=True):
             np.testing.assert_array_equal(a, b[..., part])
 
@@ -258,10 +258,10 @@ def test_a_run_does_not_depend_on_its_batch_by_a_single_bit():
 @pytest.mark.parametrize("bad", [np.nan, np.inf])
 def test_a_run_that_is_not_finite_stays_so_and_leaves_the_others_alone(bad):
     levels = batch(stacks(8, (3, 2, 2), 6, 9))
-    qd, P = priorities(levels, RCOND)
+    qd, P = solve_priorities(levels, RCOND)
     clean = large(*levels[0], 0.5, 2.0)
     levels[1][0][0, 2, 4] = levels[0][0][2, 1, 7] = bad
-    spoilt, Q = priorities(levels, RCOND)
+    spoilt, Q = solve_priorities(levels, RCOND)
     spoilt_large = large(*levels[0], 0.5, 2.0)
     others = np.setdiff1d(np.arange(9), [4, 7])
     assert np.isnan(spoilt[:, [4, 7]]).all() and np.isnan(Q[..., [4, 7]]).all()
@@ -276,7 +276,7 @@ def test_what_is_given_is_left_as_it_was():
     before = copy.deepcopy(levels)
     P = null_space(levels[0][0], RCOND)
     kept = P.copy()
-    priorities(levels, RCOND)
+    solve_priorities(levels, RCOND)
     large_projection(*levels[0], 0.0, 1e-9, P)
     np.testing.assert_array_equal(P, kept)
     for (A, r), (B, s) in zip(levels, before, strict=True):
@@ -327,7 +327,7 @@ def test_a_posture_draws_every_coordinate():
 
 def test_secondary_motions_are_values():
     for value in (AvoidLimits(2.0, 0.2), Posture([0.1, 0.2], 2.0)):
-        assert isinstance(value, Secondary)
+        assert isinstance(value, SecondaryMotion)
         for again in (copy.deepcopy(value), pickle.loads(pickle.dumps(value))):
             assert again == value and hash(again) == hash(value)
     assert Posture([0.1, 0.2]) != Posture([0.1, 0.3])

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 import robsim as rs
-from robsim.suites.poses import flying
-from robsim.suites.suite import square
+from robsim.suites.camera_poses import make_flying_scene
+from robsim.suites.suite import square_marks
 
 KINDS = "huber", "tukey", "cauchy"
 FOCAL, GOAL = 500.0, rs.GoalPose(rs.Pose.at(0, 0, 0.6))
-SCENE = flying(FOCAL, square(0.2))
+SCENE = make_flying_scene(FOCAL, square_marks(0.2))
 BESIDE = rs.Pose.at(0.02, -0.01, -0.62, rpy=(0.02, 0.01, -0.03)).q
 CAMERA = rs.Camera([[800, 0, 320], [0, 800, 240], [0, 0, 1]])
 CLOUD = np.random.default_rng(8).normal(scale=0.1, size=(9, 3))
@@ -56,7 +56,7 @@ def interaction_of(run):
     """L (8, 6) in pixels of what a run measured at an instant, at the true depths."""
     points = (run.s.values.reshape(4, 2) - [319.5, 239.5]) / FOCAL
     T = rs.Pose(run.camera_pose.values).inv().matrix
-    x, y, i = points[:, 0], points[:, 1], 1 / (square(0.2) @ T[:3, :3].T + T[:3, 3])[:, 2]
+    x, y, i = points[:, 0], points[:, 1], 1 / (square_marks(0.2) @ T[:3, :3].T + T[:3, 3])[:, 2]
     o = 0 * i
     rows = [[-i, o, x * i, x * y, -(1 + x * x), y], [o, -i, y * i, 1 + y * y, -x * y, -x]]
     return FOCAL * np.moveaxis(np.array(rows), -1, 0).reshape(-1, 6)
@@ -109,7 +109,7 @@ def test_a_mark_beside_its_place_does_not_move_the_end():
     )
     moved = grid.copy()
     moved[5] += [0.024, 0, 0]  # 20 px at 0.6 m
-    scene = flying(FOCAL, moved)
+    scene = make_flying_scene(FOCAL, moved)
     belief = scene.believe(marks=grid)
     away = {}
     for kind in (None, "tukey"):

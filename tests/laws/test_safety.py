@@ -5,7 +5,7 @@ import pytest
 
 import robsim as rs
 from robsim import examples
-from robsim.kernels.control.guarding import braking
+from robsim.kernels.control.command_limits import braking_speed
 
 DT = 0.02
 A, SPEED, MARGIN = 2.0, 0.8, 0.05
@@ -53,16 +53,18 @@ def test_the_largest_velocity_from_which_a_joint_stops_in_time(seed):
     than a billionth of it is left."""
     rng = np.random.default_rng(seed)
     distance, a, dt = 10 ** rng.uniform(-6, 1), 10 ** rng.uniform(-1, 2), 10 ** rng.uniform(-3, -1)
-    v, way = braking(distance, a, dt), 0.0
+    v, way = braking_speed(distance, a, dt), 0.0
     while v > 0:
         way, v = way + v * dt, v - a * dt
     np.testing.assert_allclose(way, distance, rtol=1e-9)
 
 
 def test_ends_of_braking():
-    assert braking(0.0, 1.0, 0.1) == braking(-1.0, 1.0, 0.1) == 0.0
-    assert braking(np.inf, 1.0, 0.1) == np.inf and braking(0.3, np.inf, 0.1) == 0.3 / 0.1
-    assert braking(np.nan, 1.0, 0.1) == 0.0
+    assert braking_speed(0.0, 1.0, 0.1) == braking_speed(-1.0, 1.0, 0.1) == 0.0
+    assert (
+        braking_speed(np.inf, 1.0, 0.1) == np.inf and braking_speed(0.3, np.inf, 0.1) == 0.3 / 0.1
+    )
+    assert braking_speed(np.nan, 1.0, 0.1) == 0.0
 
 
 @pytest.mark.parametrize("seed", range(4))

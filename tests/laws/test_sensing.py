@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 
 import robsim as rs
-from robsim.engine.chunk import Going
-from robsim.engine.images import lateness
-from robsim.kernels.images.sensing import quantise
+from robsim.engine.chunk import ChunkProgress
+from robsim.engine.image_stream import split_latency
+from robsim.kernels.images.pixel_noise import quantise_rows
 from robsim.kernels.machine.program import evaluated
-from robsim.servo.sight import Sight
-from robsim.servo.standalone import Standalone
+from robsim.servo.camera_target import CameraTarget
+from robsim.servo.single_step import SingleStepController
 
 VISP = rs.load_scenario(rs.examples.path("visp_tutorial"))
 SCENE, TASK, Q0 = VISP.scene, VISP.task, VISP.start
@@ -107,7 +107,7 @@ def test_what_is_behind_the_camera_is_nowhere_in_steps_too():
 
 def quantised(step, pixels):
     def add(program, rows):
-        program.add(quantise, every=1, values=rows.flat, size=program.constant(step))
+        program.add(quantise_rows, every=1, values=rows.flat, size=program.constant(step))
         return (rows,)
 
     return evaluated(add, [pixels], [pixels.shape[:-1]])[0]
@@ -173,11 +173,11 @@ def test_each_run_may_have_a_latency_of_its_own(task):
     starts = np.repeat(Q0[None], len(own), axis=0)
     loop = rs.Experiment(SCENE, task, starts, sensing=sensing, **told).loop()
     program, images = loop.sequence.program, loop.sequence.images
-    delay, share = lateness(own, DT, loop.steps)
+    delay, share = split_latency(own, DT, loop.steps)
     rows = {images.latency: own, images.delay: delay, images.share: share}
     rows[images.ahead] = share * DT
     program.given += [(at, values[None]) for at, values in rows.items()]
-    loop.advance(Going(np.arange(len(own))), lambda done: None)
+    loop.advance(ChunkProgress(np.arange(len(own))), lambda done: None)
     for i, latency in enumerate(own):
         sensing = rs.Sensing(0.3, latency=latency, occlusions=sensing.occlusions)
         alone = rs.simulate(SCENE, task, Q0, first_run=i, sensing=sensing, **told)
@@ -186,7 +186,7 @@ def test_each_run_may_have_a_latency_of_its_own(task):
 
 
 def test_too_many_images_on_their_way_are_refused_before_anything_runs(monkeypatch):
-    monkeypatch.setattr("robsim.engine.images.room", lambda: 4e9)
+    monkeypatch.setattr("robsim.engine.image_stream.room", lambda: 4e9)
     with pytest.raises(rs.InputError, match=r"latency: 9000000 images .* 6.9 GB, and 4.0 GB are"):
         closed(latency=9.0, duration=10.0, dt=1e-6)
 
@@ -204,11 +204,11 @@ def test_late_by_whole_periods_the_features_are_those_of_then_to_the_bit(periods
 def test_the_command_is_the_law_on_the_features_of_the_step_before_to_the_bit(task):
     run = closed(task, latency=DT, duration=0.8)
     loop = rs.Experiment(SCENE, task, Q0).loop()
-    eye = Sight(SCENE, SCENE.camera(), SCENE.object())
+    eye = CameraTarget(SCENE, SCENE.camera(), SCENE.object())
     for k in range(1, 20):
         then, now = (np.ascontiguousarray(run.q.values[i][:, None]) for i in (k - 1, k))
         seen = eye.project(then)
-        alone = Standalone(loop.controller, DT)
+        alone = SingleStepController(loop.controller, DT)
         given = {eye.key: seen.pixels}, {eye.key: seen.depth}
         command = alone.decide(alone.begin(1), k, now, *given).command
         np.testing.assert_array_equal(command.qd[:, 0], run.qd.values[k])

@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from robsim.kernels.control import commanding
-from robsim.kernels.linear_algebra import singular, solve
+from robsim.kernels.control import control_law
+from robsim.kernels.linear_algebra import pseudoinverse, svd
 from robsim.kernels.machine.program import evaluated
 
 steady = settings(derandomize=True, max_examples=60, deadline=None)
@@ -18,7 +18,9 @@ EPS = np.finfo(float).eps
 def least_squares(A, y, damping=0.0, rcond=1e-12):
     """x (n, runs) and rank (runs,) of A (m, n, runs) and y (m, runs)."""
     x, rank = np.empty(A.shape[1:]), np.empty(A.shape[2], dtype=np.int64)
-    solve.least_squares(np.ascontiguousarray(A), np.ascontiguousarray(y), damping, rcond, x, rank)
+    pseudoinverse.least_squares(
+        np.ascontiguousarray(A), np.ascontiguousarray(y), damping, rcond, x, rank
+    )
     return x, rank
 
 
@@ -144,7 +146,7 @@ def decomposed(A):
     m, n, runs = A.shape
     k = min(m, n)
     G, V, sigma = np.empty((max(m, n), k, runs)), np.empty((k, k, runs)), np.empty((k, runs))
-    singular.singular_values(np.ascontiguousarray(A), G, V, sigma)
+    svd.decompose_matrices(np.ascontiguousarray(A), G, V, sigma)
     return G, V, sigma
 
 
@@ -179,9 +181,9 @@ def of_product(B, C, y, rcond=1e-9):
 
     def add(program, B, C, A, y):
         x, rank = program.rows(n), program.rows()
-        room = program.rows(solve.product_scratch_of(k, n))
+        room = program.rows(pseudoinverse.count_product_rows(k, n))
         given = {"L": B, "J": C, "A": A, "y": y, "rcond": program.constant(rcond)}
-        program.add(commanding.solve_product, **given, x=x, rank=rank, scratch=room)
+        program.add(control_law.solve_task_product, **given, x=x, rank=rank, scratch=room)
         return x, rank
 
     x, rank = evaluated(add, [B, C, A, y], [(n,), ()])
@@ -309,5 +311,5 @@ def test_the_data_are_left_as_they_were():
 def test_products_are_those_of_numpy_run_by_run(seed, m, k, n):
     rng = np.random.default_rng(seed)
     A, B, out = rng.normal(size=(m, k, 4)), rng.normal(size=(k, n, 4)), np.empty((m, n, 4))
-    solve.product(A, B, out)
+    pseudoinverse.multiply_matrices(A, B, out)
     close(out, np.einsum("mkb,knb->mnb", A, B), 1e-14 * k)

@@ -9,14 +9,14 @@ import pytest
 
 import robsim as rs
 from robsim.declare import families
-from robsim.features.rows import Seen
+from robsim.features.feature_rows import ObservationRows
 from robsim.kernels.features.line_features import segments_stage
 from robsim.kernels.features.point_features import polar_stage
-from robsim.kernels.images.hiding import lose_numbers
+from robsim.kernels.images.mark_occlusion import flag_lost_numbers
+from robsim.kernels.machine.block_rows import Address, BlockRows
 from robsim.kernels.machine.program import Program, evaluated
-from robsim.kernels.machine.rows import Address, Rows
 from robsim.kernels.machine.signature import WrongRows
-from robsim.kernels.machine.stage import Stage, stage
+from robsim.kernels.machine.stages import CompiledStage, stage
 
 SOURCES = Path(rs.__file__).parent
 
@@ -37,7 +37,7 @@ def calls(monkeypatch):
 
 def swapped(rows):
     """All that is given, with each two rows of different shapes in each other's place."""
-    named = [name for name, value in rows.items() if isinstance(value, Rows | Address)]
+    named = [name for name, value in rows.items() if isinstance(value, BlockRows | Address)]
     for a, b in combinations(named, 2):
         if rows[a].shape != rows[b].shape:
             yield {**rows, a: rows[b], b: rows[a]}
@@ -80,9 +80,9 @@ def test_rows_of_another_shape_are_refused_in_every_feature(calls):
         given = {"radius": 0.1} if name == "sphere" else {}
         program, N = Program(), 1 if name == "sphere" else 4
         shapes = (N, 2), (N, 2), (N,), (22,), (N, 3), (3, 4)
-        rows = Seen(program, N, *(program.rows(*shape) for shape in shapes))
-        other = Seen(program, N, *(program.rows(*shape) for shape in shapes))
-        rows = Seen(**{**vars(rows), "other": other, "between": program.rows(3, 4)})
+        rows = ObservationRows(program, N, *(program.rows(*shape) for shape in shapes))
+        other = ObservationRows(program, N, *(program.rows(*shape) for shape in shapes))
+        rows = ObservationRows(**{**vars(rows), "other": other, "between": program.rows(3, 4)})
         if hasattr(kind, "stages"):
             kind(**given).stages(rows)
     assert seen and refused(calls) > 60
@@ -120,11 +120,11 @@ def test_what_is_no_rows_is_refused(given):
 def test_lists_have_their_length_and_their_entries_checked():
     program = Program()
     rows, lost = program.rows(3), program.rows(2)
-    program.add(lose_numbers, lost=lost, numbers=[[rows[0], rows[2]], [rows[1]]])
+    program.add(flag_lost_numbers, lost=lost, numbers=[[rows[0], rows[2]], [rows[1]]])
     ((_, numbers),) = program.calls
     assert numbers == [2, 3, 3, 2, 2, 0, 2, 1, 1]  # k, lost, where the list begins, and the list
     with pytest.raises(WrongRows, match="numbers takes a list, each a list, each a row, got"):
-        program.add(lose_numbers, lost=lost, numbers=[[rows]])
+        program.add(flag_lost_numbers, lost=lost, numbers=[[rows]])
 
 
 def test_a_name_that_a_stage_does_not_have_is_refused_with_those_that_it_has():
@@ -137,7 +137,7 @@ def test_a_name_that_a_stage_does_not_have_is_refused_with_those_that_it_has():
 
 
 def test_rows_are_cut_without_leaving_their_block():
-    rows = Rows(7, (4, 2))
+    rows = BlockRows(7, (4, 2))
     assert [int(rows[i]) for i in (0, 1, -1)] == [7, 9, 13] and rows[1].shape == (2,)
     assert (int(rows[1, 1]), rows[1, 1].shape) == (10, ())
     assert (int(rows[1:3]), rows[1:3].shape, rows[1:3].flat.shape) == (9, (2, 2), (4,))
@@ -212,4 +212,4 @@ def test_every_stage_but_those_called_by_symbol_declares_what_it_takes():
                 if len(own) != len(node.args.defaults):
                     plain.add(node.name)
     assert plain == {"by_triangle", "rotate", "truncate"}
-    assert isinstance(weighed, Stage)
+    assert isinstance(weighed, CompiledStage)

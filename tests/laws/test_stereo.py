@@ -6,8 +6,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import robsim as rs
-from robsim.features.stereo import StereoPoints
-from robsim.kernels.features.stereo import triangulate
+from robsim.features.stereo_points import StereoPoints
+from robsim.kernels.features.midpoint_triangulation import triangulate_midpoint
 from robsim.testing import check_feature
 
 steady = settings(derandomize=True, max_examples=20, deadline=None)
@@ -37,7 +37,7 @@ def last(array):
 
 def triangulated(x, other, B):
     X = np.empty((x.shape[1], 3, x.shape[0]))
-    triangulate(last(x), last(other), last(B.matrix[:, :3]), X)
+    triangulate_midpoint(last(x), last(other), last(B.matrix[:, :3]), X)
     return np.moveaxis(X, -1, 0)
 
 

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import robsim as rs
-from robsim.base.arrays import runs_last
-from robsim.kernels.estimation.depth_filter import filter_stage
-from robsim.servo.standalone import Standalone
+from robsim.base.arrays import move_runs_last
+from robsim.kernels.estimation.inverse_depth_filter import filter_depths
+from robsim.servo.single_step import SingleStepController
 
 RATE = 0.1  # rad/s
 ASIDE = {"pan_tilt": [0.1, 0.05]}  # a start from which a lag is not taken for divergence
@@ -163,11 +163,11 @@ def test_a_depth_filter_is_told_of_the_motion_that_is_known(passing):
     plain = passing()[2]
     assert (run.outcome >= rs.Outcome.CONVERGED).all()
     np.testing.assert_allclose(run.error_norm[:, -1], plain.error_norm[:, -1], atol=1e-3)
-    alone = Standalone(task.bind(scene), 0.04)
+    alone = SingleStepController(task.bind(scene), 0.04)
     sight, blocks = alone.controller.sights[0], alone.begin(run.sizes["run"])
-    (p,) = (call[1] for call in alone.program.calls if call[0] is filter_stage)
+    (p,) = (call[1] for call in alone.program.calls if call[0] is filter_depths)
     for step in range(run.sizes["time"]):
-        q = runs_last(run.q.values[:, step], 1)
+        q = move_runs_last(run.q.values[:, step], 1)
         seen = sight.project(q)
         alone.decide(blocks, step, q, {sight.key: seen.pixels}, {sight.key: seen.depth})
     Z = 1 / blocks.get(p[5], p[0], 3)[:, 2]

@@ -4,14 +4,14 @@ import numpy as np
 import pytest
 
 import robsim as rs
-from robsim.kernels.linear_algebra import solve
+from robsim.kernels.linear_algebra import pseudoinverse
 from robsim.kernels.machine.program import Program
 
 
 def least_squares(A, y):
     """x (n, runs) and rank (runs,) of A (m, n, runs) and y (m, runs)."""
     x, rank = np.empty(A.shape[1:]), np.empty(A.shape[2], dtype=np.int64)
-    solve.least_squares(A, y, 0.0, 1e-12, x, rank)
+    pseudoinverse.least_squares(A, y, 0.0, 1e-12, x, rank)
     return x, rank
 
 

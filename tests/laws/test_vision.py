@@ -400,9 +400,9 @@ def planes(seed, runs=20, points=6):
 def test_a_homography_is_that_of_the_motion_itself(seed, points):
     R, t, n, a, b = planes(seed, points=points)
     expected = R + t[:, :, None] * n[:, None]
-    H = rs.homography(a, b)
+    H = rs.estimate_homography(a, b)
     close(H, expected, 1e-9)  # four points that are nearly three are among them
-    H = rs.homography(800 * a + 3, 700 * b - 5)  # pixels: up to scale
+    H = rs.estimate_homography(800 * a + 3, 700 * b - 5)  # pixels: up to scale
     K, M = np.diag([700.0, 700, 1]), np.diag([800.0, 800, 1])
     K[:2, 2], M[:2, 2] = -5, 3
     mapped = np.linalg.inv(K) @ H @ M
@@ -413,14 +413,14 @@ def test_a_homography_is_that_of_the_motion_itself(seed, points):
 @given(seed=seeds)
 def test_the_motion_is_among_those_of_its_homography(seed):
     R, t, n, a, b = planes(seed)
-    found = rs.decompose_homography(3.0 * rs.homography(a, b), a)
+    found = rs.decompose_homography(3.0 * rs.estimate_homography(a, b), a)
     whole = np.concatenate([R.reshape(-1, 9), t, n], axis=1)
     mine = [found.rotations.reshape(-1, 4, 9), found.translations, found.normals]
     apart = np.abs(np.concatenate(mine, axis=-1) - whole[:, None]).max(-1)
     assert (np.where(found.in_front, apart, np.inf).min(1) < 1e-6).all()
     assert (found.in_front.sum(1) <= 2).all()
     rebuilt = found.rotations + found.translations[..., None] * found.normals[..., None, :]
-    close(rebuilt, np.repeat(rs.homography(a, b)[:, None], 4, axis=1), 1e-12)
+    close(rebuilt, np.repeat(rs.estimate_homography(a, b)[:, None], 4, axis=1), 1e-12)
     close(found.rotations @ np.swapaxes(found.rotations, -1, -2), np.eye(3) + 0 * rebuilt, 1e-13)
 
 
@@ -444,10 +444,10 @@ def test_a_translation_along_the_normal_is_found():
 
 def test_a_homography_has_the_same_bits_alone_and_in_a_batch():
     _, _, _, a, b = planes(9, 50)
-    H = rs.homography(a, b)
+    H = rs.estimate_homography(a, b)
     found = rs.decompose_homography(H, a)
     for i in (0, 17, 49):
-        np.testing.assert_array_equal(rs.homography(a[i], b[i]), H[i])
+        np.testing.assert_array_equal(rs.estimate_homography(a[i], b[i]), H[i])
         alone = rs.decompose_homography(H[i], a[i])
         for name in ("rotations", "translations", "normals", "in_front"):
             np.testing.assert_array_equal(getattr(alone, name), getattr(found, name)[i])
@@ -456,16 +456,18 @@ def test_a_homography_has_the_same_bits_alone_and_in_a_batch():
 def test_three_of_four_points_on_a_line_leave_the_homography_open():
     a = np.array([[0.0, 0], [0.1, 0], [0.2, 0], [0, 0.1]])
     _, _, _, good, other = planes(1, 1, 4)
-    H = rs.homography([a, good[0]], [a, other[0]])
+    H = rs.estimate_homography([a, good[0]], [a, other[0]])
     assert np.isnan(H[0]).all() and np.isfinite(H[1]).all()
-    assert np.isnan(rs.homography([good[0], a], [a, good[0]])).all()  # there is none at all
+    assert np.isnan(
+        rs.estimate_homography([good[0], a], [a, good[0]])
+    ).all()  # there is none at all
     square = np.array([[-1.0, -1], [1, -1], [1, 1], [-1, 1]])
     for one, twice in ((square, square[[0, 0, 2, 3]]), (square, a)):
-        assert np.isnan(rs.homography(one, twice)).all()
-        assert np.isnan(rs.homography(twice, one)).all()
+        assert np.isnan(rs.estimate_homography(one, twice)).all()
+        assert np.isnan(rs.estimate_homography(twice, one)).all()
     for close_by in (1e-300, 1e-320, 0.0):
-        assert np.isnan(rs.homography(square, close_by * square)).all()
+        assert np.isnan(rs.estimate_homography(square, close_by * square)).all()
     gap = np.array([good[0], good[0]])
     gap[0, 1] = np.nan
-    H = rs.homography(gap, other[0])
+    H = rs.estimate_homography(gap, other[0])
     assert np.isnan(H[0]).all() and np.isfinite(H[1]).all()

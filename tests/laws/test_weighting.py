@@ -7,9 +7,9 @@ import pytest
 from poster import BESIDE, CAMERA, GOAL, HIDDEN, LESS, POSTER, SCENE
 
 import robsim as rs
-from robsim.kernels.control import weighting as kernels
+from robsim.kernels.control import mark_weights as kernels
 from robsim.kernels.machine.program import evaluated
-from robsim.suites.poses import flying
+from robsim.suites.camera_poses import make_flying_scene
 from robsim.suites.published.vit_500 import FOCAL
 
 GOAL_POSE = rs.Pose.from_quaternion(POSTER.goal[:3], POSTER.goal[3:])
@@ -36,7 +36,7 @@ def by_kernel(pixels, width=40.0):
     def add(program, marks):
         found = program.rows(1)
         given = {"camera": program.each(CAMERA.rows), "width": program.constant(width)}
-        program.add(kernels.border, pixels=marks.reshape(1, 2), **given, out=found)
+        program.add(kernels.weight_border_distance, pixels=marks.reshape(1, 2), **given, out=found)
         return (found,)
 
     return evaluated(add, [np.ascontiguousarray(pixels.T)], [(1,)])[0][0]
@@ -112,7 +112,7 @@ def test_weights_of_zero_and_one_are_marks_that_are_not_there_and_those_that_are
     seen = np.flatnonzero(SCENE.view(q).visibility == 0)
     some = rs.FeatureBlock("points", marks=seen.tolist())
     whole = step(rs.IBVS(GOAL, weighting=rs.Border(width=1e-9)), q)
-    scene = flying(FOCAL, SCENE.object().marks[seen])
+    scene = make_flying_scene(FOCAL, SCENE.object().marks[seen])
     alone = step(rs.IBVS(GOAL), q, scene)
     picked = step(rs.IBVS(GOAL, features=[some], weighting=rs.Border(width=1e-9)), q)
     for run in (whole, picked):
@@ -191,7 +191,7 @@ def test_a_pose_is_that_of_the_marks_that_are_there(form):
     whole = rs.simulate(SCENE, task, q, duration=3)
     hidden = rs.simulate(SCENE, task, q, duration=3, sensing=HIDDEN)
     np.testing.assert_allclose(hidden.qd, whole.qd, atol=1e-11)
-    blind = flying(FOCAL, SCENE.object().marks)
+    blind = make_flying_scene(FOCAL, SCENE.object().marks)
     open_ = rs.MountedCamera("eye", rs.Camera(CAMERA.K), on="free_camera.body")
     endless = rs.Scene(blind.robots, blind.objects, open_)
     all_seen = rs.simulate(endless, rs.PBVS(GOAL, form=form), q, duration=3)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import robsim as rs
-from robsim.kernels.formulas import curve
+from robsim.kernels.formulas import plane_curves
 
 STORED = json.loads((Path(__file__).parent / "curves_mpmath.json").read_text())
 
@@ -38,13 +38,13 @@ def test_a_chord_is_that_of_the_search(case):
     else:
         way = rs.curves.Catenary(case["start"], case["end"], case["cable"])
     for gives, at, expected in [
-        (curve.ARC, case["length"], case["arc"]),
-        (curve.ANGLE, case["length"], case["turn"]),
-        (curve.ARC, case["at"], case["third"]),
-        (curve.HEIGHT, case["at"], case["height"]),
-        (curve.TILT, case["at"], case["tilt"]),
+        (plane_curves.ARC, case["length"], case["arc"]),
+        (plane_curves.ANGLE, case["length"], case["turn"]),
+        (plane_curves.ARC, case["at"], case["third"]),
+        (plane_curves.HEIGHT, case["at"], case["height"]),
+        (plane_curves.TILT, case["at"], case["tilt"]),
     ]:
-        found, _ = curve.chord(
+        found, _ = plane_curves.chord_quantity(
             way.constants, 0, case["s"], case["length"], case["wheel"], at, gives
         )
         assert abs(found - expected) < 2e-14

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 import robsim as rs
-from robsim.kernels.estimation import pose
+from robsim.kernels.estimation import pose_fit
 from robsim.kernels.formulas import random, se3
-from robsim.kernels.linear_algebra import solve
+from robsim.kernels.linear_algebra import pseudoinverse
 from robsim.robot.frame import Frame
 from robsim.robot.joint import Joint
 from robsim.robot.tree import Tree
@@ -29,7 +29,7 @@ def test_exponential_and_its_inverses_agree_with_60_digits_at_every_angle():
     for case in stored("se3_mpmath.json")["cases"]:
         w = np.array(case["omega"])
         T = np.empty((3, 4, 1))
-        se3.exp(np.r_[case["v"], w][:, None], T)
+        se3.exp_se3(np.r_[case["v"], w][:, None], T)
         close(T[:, :, 0], case["T"], 1e-15 * (1 + np.linalg.norm(case["v"])) * 2)
         quaternion, back = np.empty((4, 1)), np.empty((3, 1))
         se3.rotation_to_quaternion(T, quaternion)
@@ -47,7 +47,7 @@ def test_a_small_rotation_keeps_its_relative_accuracy():
         w = np.array(case["omega"])
         if 0 < np.linalg.norm(w) < 1e-3:
             T, quaternion, back = np.empty((3, 4, 1)), np.empty((4, 1)), np.empty((3, 1))
-            se3.exp(np.r_[0, 0, 0, w][:, None], T)
+            se3.exp_se3(np.r_[0, 0, 0, w][:, None], T)
             se3.rotation_to_quaternion(T, quaternion)
             se3.rotation_vector(quaternion, back)
             np.testing.assert_allclose(back[:, 0], w, rtol=1e-14, atol=1e-15 * np.linalg.norm(w))
@@ -103,9 +103,9 @@ def test_the_pose_of_a_target_is_that_of_opencv_without_and_with_noise(target):
         if case["target"] == target:
             x, guess = np.array(case["points"])[..., None], np.array(case["T_c_o"])[..., None]
             T, fitted = np.empty((3, 4, 1)), np.array(case["fitted"])
-            pose.fit_pose(marks[..., None].copy(), x, guess, T)
+            pose_fit.fit_pose(marks[..., None].copy(), x, guess, T)
             close(T[..., 0], fitted, 1e-10 if case["noise"] else 1e-12)
-            pose.fit_pose(marks[..., None].copy(), x, guess + [[[0]] * 3 + [[0.01]]] * 3, T)
+            pose_fit.fit_pose(marks[..., None].copy(), x, guess + [[[0]] * 3 + [[0.01]]] * 3, T)
             close(T[..., 0], fitted, 1e-10 if case["noise"] else 1e-12)
 
 
@@ -122,7 +122,7 @@ def test_least_squares_is_the_pseudo_inverse_of_lapack(shape):
     A, y = rng.normal(size=(*shape, 40)), rng.normal(size=(shape[0], 40))
     A[:, -1, 20:] = A[:, 0, 20:] * (shape[1] > 1)  # half of them without full column rank
     x, rank = np.empty((shape[1], 40)), np.empty(40, dtype=np.int64)
-    solve.least_squares(A, y, 0.0, 1e-8, x, rank)
+    pseudoinverse.least_squares(A, y, 0.0, 1e-8, x, rank)
     for b in range(40):
         close(x[:, b], np.linalg.pinv(A[:, :, b], rcond=1e-8) @ y[:, b], 1e-10)
         assert rank[b] == np.linalg.matrix_rank(A[:, :, b], tol=1e-8)
@@ -134,7 +134,7 @@ def test_damped_least_squares_solves_the_regularised_normal_equations(shape):
     A, y = rng.normal(size=(*shape, 9)), rng.normal(size=(shape[0], 9))
     A[:, -1] = A[:, 0]
     x, rank = np.empty((shape[1], 9)), np.empty(9, dtype=np.int64)
-    solve.least_squares(A, y, 0.1, 1e-8, x, rank)
+    pseudoinverse.least_squares(A, y, 0.1, 1e-8, x, rank)
     for b in range(9):
         M = A[:, :, b].T @ A[:, :, b] + 0.01 * np.eye(shape[1])
         close(x[:, b], np.linalg.solve(M, A[:, :, b].T @ y[:, b]), 1e-12)

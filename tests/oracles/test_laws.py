@@ -11,17 +11,22 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import robsim as rs
-from robsim.base.arrays import runs_last
-from robsim.kernels.control.commanding import estimate
+from robsim.base.arrays import move_runs_last
+from robsim.kernels.control.control_law import estimate_drift
 from robsim.kernels.machine.program import Blocks, Program
-from robsim.servo.given import alone
+from robsim.servo.camera_target import adjoint, compute_relative_pose
+from robsim.servo.controller_rows import allocate_inputs
 from robsim.servo.laws.control_state import ControlState
-from robsim.servo.laws.inverse import DampedInverse, JacobianTranspose, PseudoInverse, product
+from robsim.servo.laws.inverse import (
+    DampedInverse,
+    JacobianTranspose,
+    PseudoInverse,
+    multiply_batches,
+)
 from robsim.servo.laws.law import CameraLaw, JointLaw
-from robsim.servo.laws.partitioned import PartitionedLaw
-from robsim.servo.sight import adjoint, relative
-from robsim.servo.tasks.docking import DockingLaw
-from robsim.servo.tasks.placing import Placing, PlacingLaw
+from robsim.servo.laws.partitioned_law import PartitionedLaw
+from robsim.servo.tasks.docking_task import DockingLaw
+from robsim.servo.tasks.placing_task import Placing, PlacingLaw
 
 steady = settings(derandomize=True, max_examples=50, deadline=None)
 seeds = st.integers(0, 2**32)
@@ -64,7 +69,7 @@ def point_rows(X):
 def states(seed, inverse, k=8, n=6, gain=0.7):
     rng = np.random.default_rng(seed)
     e, L, J = (rng.normal(size=(*shape, RUNS)) for shape in [(k,), (k, 6), (6, n)])
-    return ControlState(e, L, J, product(L, J), gain, inverse)
+    return ControlState(e, L, J, multiply_batches(L, J), gain, inverse)
 
 
 def agree(a, b, tolerance):
@@ -360,7 +365,9 @@ def test_the_adjoint_writes_a_twist_in_other_axes(seed):
 @given(seed=seeds)
 def test_the_relative_pose_is_the_inverse_of_one_times_the_other(seed):
     A, B = random_poses(seed), random_poses(seed + 1)
-    found = np.moveaxis(relative(runs_last(A[:, :3], 2), runs_last(B[:, :3], 2)), -1, 0)
+    found = np.moveaxis(
+        compute_relative_pose(move_runs_last(A[:, :3], 2), move_runs_last(B[:, :3], 2)), -1, 0
+    )
     close(found, (np.linalg.inv(A) @ B)[:, :3], 1e-13)
 
 
@@ -414,7 +421,7 @@ def test_the_depth_filter_is_the_extended_kalman_filter_of_the_textbook():
         expected = extended_kalman(images[0], 1 / 0.7, images[1:], V[:-1], dt, 1.5 / 500, 0.4)
         program = Program()
         points, twists = program.rows(1, 2), program.rows(6)
-        given = alone(program, [], 0, dt)
+        given = allocate_inputs(program, [], 0, dt)
         found = depth.stages(given, points, twists, K)
         (p,), (act,) = (call[1] for call in program.calls), program.segments()
         blocks = Blocks(program, np.zeros(1, dtype=np.int64))
@@ -435,7 +442,7 @@ def test_estimated_motion_is_a_filter_of_what_the_command_does_not_explain():
     program = Program()
     error, last, by_command, drift = (program.rows(4) for _ in range(4))
     rows = {"errors": error, "before": last, "moved": by_command, "drifts": drift}
-    program.add(estimate, **rows, lag=program.constant(0.3), dt=program.constant(dt))
+    program.add(estimate_drift, **rows, lag=program.constant(0.3), dt=program.constant(dt))
     (act,), blocks = program.segments(), Blocks(program, np.zeros(RUNS, dtype=np.int64))
     d = before = moved = None
     for k in range(30):

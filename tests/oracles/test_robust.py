@@ -6,11 +6,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from robsim.kernels.estimation import robust
+from robsim.kernels.estimation import m_estimator
 from robsim.kernels.machine.lanes import WIDTH
 
 STORED = json.loads((Path(__file__).parent / "robust_statsmodels.json").read_text())
-KINDS = {"huber": robust.HUBER, "tukey": robust.TUKEY, "cauchy": robust.CAUCHY}
+KINDS = {"huber": m_estimator.HUBER, "tukey": m_estimator.TUKEY, "cauchy": m_estimator.CAUCHY}
 
 
 def weights(distances, kind, least):
@@ -18,7 +18,7 @@ def weights(distances, kind, least):
     N, rows = len(distances), np.full((2 * len(distances) + 1, WIDTH), float(least))
     rows[:N] = distances
     block = rows.reshape(-1)
-    robust.put_weights(block, kind, N, 0, 2 * N, N)
+    m_estimator.put_robust_weights(block, kind, N, 0, 2 * N, N)
     return block.reshape(-1, WIDTH)[N : 2 * N]
 
 
@@ -38,8 +38,8 @@ def test_the_weights_are_those_of_the_norms(kind):
 def test_the_scale_is_the_median_deviation_from_zero(case):
     """From the weights of Cauchy: w = 1 / (1 + (r / scale / c)^2)."""
     r = np.array(case["distances"])
-    found = weights(r[:, None], robust.CAUCHY, 1e-9)[r.argmax(), 0]
-    scale = r.max() / robust.AT_CAUCHY / np.sqrt(1 / found - 1)
+    found = weights(r[:, None], m_estimator.CAUCHY, 1e-9)[r.argmax(), 0]
+    scale = r.max() / m_estimator.CAUCHY_SCALE / np.sqrt(1 / found - 1)
     np.testing.assert_allclose(scale, case["scale"], rtol=1e-12)
 
 
@@ -47,11 +47,11 @@ def test_each_run_has_a_scale_of_its_own_of_the_marks_that_it_sees():
     rng = np.random.default_rng(3)
     r = np.abs(rng.normal(size=(9, WIDTH)))
     gone = rng.random(r.shape) < 0.4
-    found = weights(np.where(gone, np.nan, r), robust.HUBER, 0.01)
+    found = weights(np.where(gone, np.nan, r), m_estimator.HUBER, 0.01)
     for b in range(WIDTH):
         seen = ~gone[:, b]
-        scale = robust.NORMAL * np.median(r[seen, b])
-        wanted = np.minimum(1, robust.AT_HUBER * scale / r[seen, b])
+        scale = m_estimator.NORMAL_SCALE * np.median(r[seen, b])
+        wanted = np.minimum(1, m_estimator.HUBER_THRESHOLD * scale / r[seen, b])
         np.testing.assert_allclose(found[seen, b], wanted, rtol=1e-13)
         assert (found[gone[:, b], b] == 0.0).all()
 
@@ -60,5 +60,5 @@ def test_each_run_has_a_scale_of_its_own_of_the_marks_that_it_sees():
 def test_rows_are_sorted_lane_by_lane(n):
     rows = np.random.default_rng(n).normal(size=(n, WIDTH))
     block = rows.reshape(-1).copy()
-    robust.put_in_order(block, 0, n)
+    m_estimator.sort_rows(block, 0, n)
     np.testing.assert_array_equal(block.reshape(n, WIDTH), np.sort(rows, axis=0))

@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from robsim.base.arrays import runs_last
+from robsim.base.arrays import move_runs_last
 from robsim.features.depth import LogDepth
 from robsim.features.ellipse import Ellipse
 from robsim.features.feature import Observation
@@ -24,13 +24,13 @@ from robsim.features.moments import DecoupledMoments, PointMoments, RegionMoment
 from robsim.features.points import Points
 from robsim.features.points_3d import Points3D
 from robsim.features.polar import Polar
-from robsim.features.pose import ThetaU, Translation
+from robsim.features.pose_error import ThetaU, Translation
 from robsim.features.segments import Segments
 from robsim.features.sphere import Sphere
-from robsim.kernels.estimation.pose import fit_pose
+from robsim.kernels.estimation.pose_fit import fit_pose
 from robsim.servo.laws.control_state import ControlState
 from robsim.servo.laws.gain import AdaptiveGain
-from robsim.servo.laws.inverse import PseudoInverse, product
+from robsim.servo.laws.inverse import PseudoInverse, multiply_batches
 from robsim.servo.laws.law import JointLaw
 from robsim.servo.shaping.redundancy import large_projection, null_space
 from robsim.vision.camera import Camera
@@ -49,7 +49,7 @@ def values(group, key):
 
 def seen(marks):
     """An observation of marks (B, N, 3) or (N, 3) given in camera axes."""
-    X = runs_last(np.asarray(marks, float).reshape(-1, *np.shape(marks)[-2:]), 2)
+    X = move_runs_last(np.asarray(marks, float).reshape(-1, *np.shape(marks)[-2:]), 2)
     points, depth = np.ascontiguousarray(X[:, :2] / X[:, 2:]), np.ascontiguousarray(X[:, 2])
     return Observation(points, points, depth, Camera(np.eye(3)))
 
@@ -57,7 +57,7 @@ def seen(marks):
 def posed(T):
     """An observation whose pose of the target is T (B, 4, 4)."""
     view = seen(np.ones((len(T), 3, 3)))
-    vars(view)["pose_last"] = runs_last(T[:, :3], 2)
+    vars(view)["pose_last"] = move_runs_last(T[:, :3], 2)
     return view
 
 
@@ -260,8 +260,8 @@ def task(case):
     """Error (k, 1) and interaction matrices (k, 6, 1), now and at the goal, of image points."""
     now, goal = seen(case["marks"]), seen(case["goal_marks"])
     e = Points().measure(now) - Points().measure(goal)
-    L, L_goal = (runs_last(np.array(Points().interaction(view)), 2) for view in (now, goal))
-    return runs_last(e, 1), L, L_goal
+    L, L_goal = (move_runs_last(np.array(Points().interaction(view)), 2) for view in (now, goal))
+    return move_runs_last(e, 1), L, L_goal
 
 
 @pytest.mark.parametrize(("which", "key"), [(0, "v_current"), (1, "v_desired"), (2, "v_mean")])
@@ -271,7 +271,7 @@ def test_the_law_of_image_points(which, key):
         e, L, L_goal = task(case)
         L = (L, L_goal, 0.5 * (L + L_goal))[which]
         close(e.T, [case["e"]])
-        state = ControlState(e, L, eye, product(L, eye), case["gain"], PseudoInverse())
+        state = ControlState(e, L, eye, multiply_batches(L, eye), case["gain"], PseudoInverse())
         close(JointLaw().command(state), [case[key]])
 
 
@@ -304,8 +304,8 @@ def test_projections_of_a_secondary_motion():
 def test_estimated_poses():
     """1e-12 of metres and of R; ViSP iterates until its error no longer changes."""
     for case in cases("pose"):
-        x = runs_last(np.array([case["image"]]), 2)
-        guess = runs_last(np.array([case["guess"]])[:, :3], 2)
+        x = move_runs_last(np.array([case["image"]]), 2)
+        guess = move_runs_last(np.array([case["guess"]])[:, :3], 2)
         T = np.empty((3, 4, 1))
         fit_pose(np.array(case["model"])[..., None].copy(), x, guess, T)
         np.testing.assert_allclose(T[..., 0], np.array(case["T_c_o"])[:3], rtol=0, atol=1e-12)

@@ -8,7 +8,7 @@ import pytest
 from page.conftest import until
 
 import robsim as rs
-from robsim.page.export import export_html, framed
+from robsim.page.export import embed_page, export_html
 
 pytestmark = pytest.mark.browser
 FRAME = "robsim.space.frames.find((f) => f.name === '{}')"
@@ -164,7 +164,9 @@ def test_a_damaged_page_says_so(opened, demo_page, tmp_path):
 
 
 def test_it_lives_in_a_frame_of_a_notebook(opened, demo_page, tmp_path):
-    (tmp_path / "notebook.html").write_text(f"<body data-ready=1>{framed(demo_page.read_text())}")
+    (tmp_path / "notebook.html").write_text(
+        f"<body data-ready=1>{embed_page(demo_page.read_text())}"
+    )
     page = opened((tmp_path / "notebook.html").as_uri())
     frame = page.frame_locator("iframe")
     frame.locator("body[data-ready=yes]").wait_for()

@@ -14,10 +14,10 @@ import pytest
 
 import robsim as rs
 from robsim import page
-from robsim.container import pack, unpack
-from robsim.page.document import MODULES
-from robsim.page.export import export_html, framed, open_recording
-from robsim.page.recording import recording_of
+from robsim.container import pack_container, unpack_container
+from robsim.page.export import embed_page, export_html, load_recording
+from robsim.page.html_document import MODULES
+from robsim.page.recordings import build_recording
 
 STATIC = Path(page.__file__).parent / "static"
 
@@ -41,19 +41,19 @@ def poses(recording, frame, group="true"):
 
 def test_frames_are_where_the_scene_has_them(demo, tmp_path):
     scene = rs.Experiment.of(demo).scene
-    back = open_recording(export_html(demo, tmp_path / "run.html"))
+    back = load_recording(export_html(demo, tmp_path / "run.html"))
     for frame in ("camera", "cube", "rhino_xr4.tool"):
         true = scene.display.matrix @ scene.pose(frame, demo.q.values).matrix
         assert np.abs(poses(back, frame) - true).max() < 1e-4
 
 
 def test_numbers_come_back_as_float32(demo, tmp_path):
-    back = open_recording(export_html(demo, tmp_path / "run.html"))
+    back = load_recording(export_html(demo, tmp_path / "run.html"))
     assert np.array_equal(back.arrays["camera.pixels"], demo.pixels.values.astype(np.float32))
     assert np.array_equal(back.arrays["time"], demo.time.values.astype(np.float32))
     error = back.arrays["curve error"]
     assert np.array_equal(error[:, 0], demo.error_norm.values.astype(np.float32))
-    made = recording_of(demo)
+    made = build_recording(demo)
     assert back.header == json.loads(json.dumps(made.header))
 
 
@@ -70,27 +70,27 @@ def test_ten_thousand_instants_of_an_arm_stay_below_three_megabytes(tmp_path):
 
 
 def test_what_is_believed_elsewhere_is_a_ghost_and_what_is_not_is_none():
-    wrong = recording_of(run_of("wrong_dh", duration=0.4)).header
+    wrong = build_recording(run_of("wrong_dh", duration=0.4)).header
     groups = [wrong["frames"][part["frame"]]["group"] for part in wrong["parts"]]
     assert groups.count("belief") > 3 and "goal" in groups
-    right = recording_of(run_of("visp_tutorial", duration=0.4)).header
+    right = build_recording(run_of("visp_tutorial", duration=0.4)).header
     assert "belief" not in [frame["group"] for frame in right["frames"]]
 
 
 def test_a_mission_is_shown_as_a_whole():
     mission = run_of("inspection_a")
-    made = recording_of(mission)
+    made = build_recording(mission)
     assert made.arrays["time"].size == mission.run.sizes["time"]
     told = [event["text"] for event in made.header["events"]]
     assert told == [*(leg.name for leg in mission.legs), "14 phases done after 37.6 s"]
     short = dataclasses.replace(mission, legs=mission.legs[:9])
-    assert recording_of(short).header["events"][-1]["text"] == "9 of 14 phases done after 27.2 s"
+    assert build_recording(short).header["events"][-1]["text"] == "9 of 14 phases done after 27.2 s"
 
 
 def test_robots_scenes_and_experiments_stand_still():
     arm = rs.robots.puma560()
     for shown in (arm, rs.Scene(arm), rs.load_scenario(rs.examples.path("car"))):
-        assert recording_of(shown).arrays["poses"].shape[0] == 1
+        assert build_recording(shown).arrays["poses"].shape[0] == 1
 
 
 def test_no_text_can_leave_its_place(tmp_path):
@@ -98,8 +98,8 @@ def test_no_text_can_leave_its_place(tmp_path):
     experiment = rs.load_scenario(rs.examples.path("visp_tutorial")).with_(title=bad)
     page = export_html(experiment.run(duration=0.2), tmp_path / "run.html").read_text()
     assert page.count("</script>") == 2 and "alert(1)</" not in page
-    assert open_recording(tmp_path / "run.html").header["title"] == bad
-    assert framed(page).count("<") == 2
+    assert load_recording(tmp_path / "run.html").header["title"] == bad
+    assert embed_page(page).count("<") == 2
 
 
 @pytest.mark.parametrize("shown", [None, 3, "run.nc", np.zeros(3)])
@@ -122,7 +122,7 @@ def test_damaged_pages_are_refused(demo, tmp_path):
     for at in rng.integers(start, whole.index("</script>", start), 20):
         path.write_text(f"{whole[:at]}!!{whole[at + 1 :]}")
         with pytest.raises(rs.FileError, match=r"run\.html"):
-            open_recording(path)
+            load_recording(path)
 
 
 @pytest.mark.parametrize(
@@ -133,12 +133,12 @@ def test_forged_recordings_are_refused_whatever_their_checksum(demo, tmp_path, c
     path = export_html(demo, tmp_path / "run.html")
     whole = path.read_text()
     text = re.search(r'id="recording">(.*?)<', whole)[1]
-    header, arrays = unpack(BytesIO(gzip.decompress(base64.b64decode(text))))
+    header, arrays = unpack_container(BytesIO(gzip.decompress(base64.b64decode(text))))
     header["arrays"][0].update(change)
-    forged = base64.b64encode(gzip.compress(pack(header, arrays).getvalue())).decode()
+    forged = base64.b64encode(gzip.compress(pack_container(header, arrays).getvalue())).decode()
     path.write_text(whole.replace(text, forged))
     with pytest.raises(rs.FileError, match=r"run\.html: not a page of RobSim"):
-        open_recording(path)
+        load_recording(path)
 
 
 def test_the_libraries_are_those_that_are_listed():

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import robsim as rs
-from robsim.robot.urdf.words import safe
+from robsim.robot.urdf.vocabulary import make_safe_name
 
 PEERS = {  # by the files of tests that take them
     "test_[!bv]*.py": ("mujoco", "pinocchio", "yourdfpy", "rtbdata"),
@@ -46,7 +46,9 @@ class Pinocchio:
         self.model = pinocchio.buildModelFromUrdf(str(path), mimic=mimic)
         self.data = self.model.createData()
         every = zip(self.model.names, self.model.joints, strict=True)
-        self.joints = [(safe(name, "joint"), joint) for name, joint in list(every)[1:] if joint.nq]
+        self.joints = [
+            (make_safe_name(name, "joint"), joint) for name, joint in list(every)[1:] if joint.nq
+        ]
         self.speeds = {name: i for i, name in enumerate(robot.velocity_names)}
 
     def at(self, q):
@@ -80,7 +82,7 @@ class Pinocchio:
         """Our name and the number of each frame of a link."""
         kind = self.pin.FrameType.BODY
         every = enumerate(self.model.frames)
-        return {safe(f.name, "link"): i for i, f in every if f.type == kind}
+        return {make_safe_name(f.name, "link"): i for i, f in every if f.type == kind}
 
     def pose(self, frame):
         return self.data.oMf[frame].homogeneous
@@ -241,7 +243,7 @@ def run(rhino):
 @pytest.fixture(scope="session")
 def bag(run, tmp_path_factory):
     """A bag of `run`, which `rhino` describes, as a file."""
-    return rs.save_bag(run, tmp_path_factory.mktemp("bags") / "run.mcap")
+    return rs.write_bag(run, tmp_path_factory.mktemp("bags") / "run.mcap")
 
 
 @pytest.fixture

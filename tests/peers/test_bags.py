@@ -14,9 +14,9 @@ from rosbags.highlevel import AnyReader
 from rosbags.rosbag2 import Writer
 
 import robsim as rs
-from robsim.logs import messages
-from robsim.logs.messages import message
-from robsim.logs.write_commands import header as stamped
+from robsim.logs import message_types
+from robsim.logs.command_messages import make_header as stamped
+from robsim.logs.message_types import make_message
 
 ROOT = Path(__file__).parents[2]
 EXAMPLES = ("visp_tutorial", "chapter_6_1", "stereo_in_hand", "watching_head", "joint_lag")
@@ -31,7 +31,7 @@ def every(path, topic):
 
 @pytest.mark.parametrize("storage", ["mcap", "sqlite3"])
 def test_rosbags_reads_every_value(run, rhino, storage, tmp_path):
-    path = rs.save_bag(run, tmp_path / "bag", storage=storage, start=1.7e9)
+    path = rs.write_bag(run, tmp_path / "bag", storage=storage, start=1.7e9)
     assert sorted(p.suffix for p in path.iterdir()) == [
         {"mcap": ".mcap", "sqlite3": ".db3"}[storage],
         ".yaml",
@@ -114,7 +114,7 @@ def test_the_reader_of_mcap_finds_the_same_bytes(bag, run):
 @pytest.mark.parametrize("where", ["bag", "bag.mcap", "bag.db3"])
 def test_there_and_back_is_the_same_to_the_bit(name, where, tmp_path):
     run = rs.load_scenario(rs.examples.path(name)).run(duration=1.2)
-    again = rs.open_bag(rs.save_bag(run, tmp_path / where, start=1.7e9))
+    again = rs.read_bag(rs.write_bag(run, tmp_path / where, start=1.7e9))
     for each in set(run.data_vars) - {"path_length", "qd_actual", "outcome"}:
         mine = (
             run[each].isel(time=slice(0, again.sizes["time"]))
@@ -129,7 +129,7 @@ def test_there_and_back_is_the_same_to_the_bit(name, where, tmp_path):
 def test_hidden_marks_are_left_out_and_come_back_as_nan(run, rhino, tmp_path):
     hidden = run.copy(deep=True)
     hidden.pixels.values[3:6, 1] = np.nan
-    again = rs.open_bag(rs.save_bag(hidden, tmp_path / "bag"))
+    again = rs.read_bag(rs.write_bag(hidden, tmp_path / "bag"))
     np.testing.assert_array_equal(again.pixels, hidden.pixels)
 
 
@@ -144,9 +144,9 @@ def test_topics_joints_and_marks_of_others(content, rhino, run, tmp_path):
                 state = remake(each, name=names, position=position, velocity=np.empty(0))
                 yield "/robot/state", kind, time, state
             elif topic == "/joint_commands":
-                layout = message("std_msgs/msg/MultiArrayLayout", dim=[], data_offset=0)
-                speeds = message(messages.NUMBERS, layout=layout, data=each.velocity)
-                yield "/speeds", messages.NUMBERS, time, speeds
+                layout = make_message("std_msgs/msg/MultiArrayLayout", dim=[], data_offset=0)
+                speeds = make_message(message_types.NUMBERS, layout=layout, data=each.velocity)
+                yield "/speeds", message_types.NUMBERS, time, speeds
             elif topic == "/camera/detections":
                 for one in each.detections:
                     one.id = f"tag{one.id.removeprefix('cube.')}"
@@ -156,30 +156,30 @@ def test_topics_joints_and_marks_of_others(content, rhino, run, tmp_path):
     names = {name: f"arm_{name}" for name in rhino.scene.coordinate_names}
     ids = {"cube": [f"tag{i}" for i in range(run.sizes["mark"])]}
     with pytest.warns(rs.FileWarning, match=r"the scene has no such thing: joint gripper"):
-        found = rs.open_bag(path, rhino, topics={"commands": "/speeds"}, names=names, marks=ids)
+        found = rs.read_bag(path, rhino, topics={"commands": "/speeds"}, names=names, marks=ids)
     for name in ("q", "qd", "pixels", "s"):
         np.testing.assert_array_equal(found[name], run[name])
 
 
 def test_images_are_bytes_with_times(tmp_path):
-    kind = messages.COMPRESSED
+    kind = message_types.COMPRESSED
 
     def images():
         for i in range(3):
-            header = stamped(message, i * NANO // 4)
+            header = stamped(make_message, i * NANO // 4)
             data = np.arange(i, dtype=np.uint8)
-            yield "/eye/image", kind, i, message(kind, header=header, format="jpeg", data=data)
+            yield "/eye/image", kind, i, make_message(kind, header=header, format="jpeg", data=data)
 
-    found = list(rs.bag_images(written(tmp_path / "bag", images()), "/eye/image"))
+    found = list(rs.read_bag_images(written(tmp_path / "bag", images()), "/eye/image"))
     assert [each.time for each in found] == [0.0, 0.25, 0.5]
     assert [each.data for each in found] == [b"", b"\0", b"\0\1"]
     with pytest.raises(rs.FileError, match="no topic /eye; did you mean '/eye/image"):
-        list(rs.bag_images(tmp_path / "bag", "/eye"))
+        list(rs.read_bag_images(tmp_path / "bag", "/eye"))
 
 
 def test_other_intrinsics_are_found_out(content, tmp_path):
     zoomed = changed(content, "/camera/camera_info", lambda i, t, m: (t, remake(m, k=1.1 * m.k)))
-    found = rs.explain(rs.open_bag(written(tmp_path / "bag", zoomed)), trials=False)
+    found = rs.explain(rs.read_bag(written(tmp_path / "bag", zoomed)), trials=False)
     assert [each.about for each in found.causes] == ["intrinsics"]
 
 
@@ -189,18 +189,18 @@ def test_nan_marks_are_not_seen(content, tmp_path):
             each.detections[0].bbox.center.position.x = np.nan
         return time, each
 
-    again = rs.open_bag(written(tmp_path / "bag", changed(content, "/camera/detections", lost)))
+    again = rs.read_bag(written(tmp_path / "bag", changed(content, "/camera/detections", lost)))
     assert np.argwhere(np.isnan(again.pixels.values[:, :, 0])).tolist() == [[4, 0]]
 
 
 def test_a_bag_is_written_whole_or_not_at_all(run, tmp_path, monkeypatch):
     with pytest.raises(rs.FileError, match="exists already"):
-        rs.save_bag(run, rs.save_bag(run, tmp_path / "bag"))
-    before = rs.save_bag(run, tmp_path / "run.mcap").read_bytes()
+        rs.write_bag(run, rs.write_bag(run, tmp_path / "bag"))
+    before = rs.write_bag(run, tmp_path / "run.mcap").read_bytes()
     monkeypatch.setattr(Writer, "write", lambda *_: (_ for _ in ()).throw(OSError(28, "disk full")))
     for name in ("new", "run.mcap"):
         with pytest.raises(rs.FileError, match="cannot write"):
-            rs.save_bag(run, tmp_path / name)
+            rs.write_bag(run, tmp_path / name)
     assert (tmp_path / "run.mcap").read_bytes() == before
     assert sorted(p.name for p in tmp_path.iterdir()) == ["bag", "run.mcap"]
 
@@ -211,10 +211,10 @@ def test_runs_that_no_bag_can_be_of(run, rhino, tmp_path):
         (rhino.run(start=np.stack([rhino.scene.home] * 2)), "a bag is of one run, and these are 2"),
     ):
         with pytest.raises(rs.InputError, match=words):
-            rs.save_bag(what, tmp_path / "bag")
+            rs.write_bag(what, tmp_path / "bag")
     for how, words in (({"storage": "bag"}, "no storage 'bag'"), ({"start": -1.0}, "start: ")):
         with pytest.raises(rs.InputError, match=words):
-            rs.save_bag(run, tmp_path / "bag", **how)
+            rs.write_bag(run, tmp_path / "bag", **how)
 
 
 def test_parts_of_a_bag_are_read_in_their_order(content, run, tmp_path):
@@ -224,7 +224,7 @@ def test_parts_of_a_bag_are_read_in_their_order(content, run, tmp_path):
         some = [each for each in content if each[2] * 11 // (NANO + 1) == part]
         folder = written(tmp_path / f"part{part}", some)
         shutil.move(folder / f"{folder.name}.mcap", tmp_path / "bag" / f"bag_{part}.mcap")
-    np.testing.assert_array_equal(rs.open_bag(tmp_path / "bag").q, run.q)
+    np.testing.assert_array_equal(rs.read_bag(tmp_path / "bag").q, run.q)
 
 
 def test_the_guide_runs_with_bags(tmp_path, monkeypatch):

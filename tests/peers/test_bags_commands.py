@@ -5,12 +5,12 @@ import pytest
 from bagging import NANO, written
 
 import robsim as rs
-from robsim.logs import messages
-from robsim.logs.bag_files import At
-from robsim.logs.messages import message
-from robsim.logs.read_commands import Commands
-from robsim.logs.twists import components
-from robsim.logs.write_commands import header, trajectory, twist
+from robsim.logs import message_types
+from robsim.logs.bag_files import TimedMessage
+from robsim.logs.command_messages import make_header, make_trajectory, make_twist
+from robsim.logs.command_reader import CommandReader
+from robsim.logs.message_types import make_message
+from robsim.logs.twists import twist_components
 
 
 def controller(name):
@@ -19,14 +19,16 @@ def controller(name):
 
 def read(name, kind, *each):
     """The commands of some messages, and what of them the scene does not have."""
-    commands = Commands(controller(name), kind, {})
-    stream = commands.stream("topic /told", [At(i * NANO, one) for i, one in enumerate(each)])
+    commands = CommandReader(controller(name), kind, {})
+    stream = commands.stream(
+        "topic /told", [TimedMessage(i * NANO, one) for i, one in enumerate(each)]
+    )
     return None if stream is None else stream.values, list(commands.others)
 
 
 def twisted(**parts):
     """A Twist of components such as linear_y."""
-    found = twist(message, np.zeros(0), ())
+    found = make_twist(make_message, np.zeros(0), ())
     for name, value in parts.items():
         of, axis = name.split("_")
         setattr(getattr(found, of), axis, value)
@@ -34,24 +36,28 @@ def twisted(**parts):
 
 
 def stamped(frame, **parts):
-    return message(messages.STAMPED, header=header(message, 0, frame), twist=twisted(**parts))
+    return make_message(
+        message_types.STAMPED, header=make_header(make_message, 0, frame), twist=twisted(**parts)
+    )
 
 
 def streamed(names, velocity, count=1):
-    now = trajectory(message, names, np.zeros(len(names)), np.zeros(len(names)), 0)
+    now = make_trajectory(make_message, names, np.zeros(len(names)), np.zeros(len(names)), 0)
     now.points[0].velocities, now.points = np.array(velocity), now.points * count
     return now
 
 
 def test_what_a_body_cannot_do_is_left_out_and_named():
     values, others = read(
-        "unicycle_docking", messages.TWIST, twisted(linear_x=0.5, linear_z=1.0, angular_z=-0.25)
+        "unicycle_docking",
+        message_types.TWIST,
+        twisted(linear_x=0.5, linear_z=1.0, angular_z=-0.25),
     )
     assert values.tolist() == [[0.5, -0.25]] and others == ["linear.z of topic /told"]
 
 
 def test_a_twist_of_a_mobile_arm_is_that_of_its_base():
-    values, others = read("mobile_arm", messages.TWIST, twisted(linear_y=0.5, angular_z=1.0))
+    values, others = read("mobile_arm", message_types.TWIST, twisted(linear_y=0.5, angular_z=1.0))
     names = controller("mobile_arm").scene.velocity_names
     assert {n: v for n, v in zip(names, values[0], strict=True) if v} == {
         "body.vy": 0.5,
@@ -64,7 +70,7 @@ def test_a_trajectory_without_points_is_a_stop_and_a_joint_that_is_not_named_goe
     names = controller("chapter_6_1").scene.velocity_names
     values, others = read(
         "chapter_6_1",
-        messages.TRAJECTORY,
+        message_types.TRAJECTORY,
         streamed([*names[::-1], "gripper"], [5, 4, 3, 2, 1, 9]),
         streamed(names[:2], [7, 8]),
         streamed(names[1:], [0] * 4, count=0),
@@ -75,19 +81,19 @@ def test_a_trajectory_without_points_is_a_stop_and_a_joint_that_is_not_named_goe
 
 NAMES = ["shoulder", "wrist"]
 REFUSED = {
-    "a plan": ("chapter_6_1", messages.TRAJECTORY, lambda: streamed(NAMES, [1, 2], count=2),
+    "a plan": ("chapter_6_1", message_types.TRAJECTORY, lambda: streamed(NAMES, [1, 2], count=2),
                "a trajectory of 2 points, at 0 s; commands have one"),
-    "no velocity": ("chapter_6_1", messages.TRAJECTORY, lambda: streamed(NAMES, []),
+    "no velocity": ("chapter_6_1", message_types.TRAJECTORY, lambda: streamed(NAMES, []),
                     "2 names and 0 of velocit"),
-    "nan": ("chapter_6_1", messages.TRAJECTORY, lambda: streamed(NAMES, [1, np.nan]),
+    "nan": ("chapter_6_1", message_types.TRAJECTORY, lambda: streamed(NAMES, [1, np.nan]),
             "velocity of joint wrist is nan, at 0 s"),
-    "world": ("visp_tutorial", messages.STAMPED, lambda: stamped("map", linear_x=1.0),
+    "world": ("visp_tutorial", message_types.STAMPED, lambda: stamped("map", linear_x=1.0),
               "a twist in 'map', at 0 s; it is read in axes of the body"),
-    "nan twist": ("visp_tutorial", messages.STAMPED, lambda: stamped("", angular_x=np.nan),
+    "nan twist": ("visp_tutorial", message_types.STAMPED, lambda: stamped("", angular_x=np.nan),
                   "topic /told: nan, at 0 s"),
-    "no body": ("chapter_6_1", messages.TWIST, twisted, "commands one body .*; here are none"),
-    "fewer": ("chapter_6_1", messages.NUMBERS,
-              lambda: message(messages.NUMBERS, layout=None, data=np.zeros(3)),
+    "no body": ("chapter_6_1", message_types.TWIST, twisted, "commands one body .*; here are none"),
+    "fewer": ("chapter_6_1", message_types.NUMBERS,
+              lambda: make_message(message_types.NUMBERS, layout=None, data=np.zeros(3)),
               "3 numbers, at 0 s; 5 are commanded"),
 }  # fmt: skip
 
@@ -101,16 +107,16 @@ def test_what_is_no_command_is_told_in_a_line(case):
 
 
 def test_the_parts_of_twists():
-    assert components(["a.vx", "a.wz"]) == (("linear", "x", 0), ("angular", "z", 1))
+    assert twist_components(["a.vx", "a.wz"]) == (("linear", "x", 0), ("angular", "z", 1))
     with pytest.raises(rs.InputError, match="here are a, b"):
-        components(["a.v", "b.omega"])
+        twist_components(["a.v", "b.omega"])
 
 
 def test_a_bag_of_what_the_scene_has_no_commands_for_is_named(tmp_path):
     made = rs.load_scenario(rs.examples.path("chapter_6_1"))
-    rs.save_bag(made.run(duration=0.2), tmp_path / "run.mcap")
-    told = [("/cmd_vel", messages.TWIST, 0, twisted(linear_x=1.0))]
+    rs.write_bag(made.run(duration=0.2), tmp_path / "run.mcap")
+    told = [("/cmd_vel", message_types.TWIST, 0, twisted(linear_x=1.0))]
     path = written(tmp_path / "bag", told)
     (tmp_path / "run.mcap").rename(path / "run_1.mcap")
     with pytest.raises(rs.InputError, match=f"{path}: a Twist commands one body"):
-        rs.open_bag(path, topics={"commands": "/cmd_vel"})
+        rs.read_bag(path, topics={"commands": "/cmd_vel"})

@@ -7,9 +7,9 @@ import pytest
 from bagging import NANO, april_tag, detections, frames, sent, state, written
 
 import robsim as rs
-from robsim.logs import messages
-from robsim.logs.messages import message
-from robsim.logs.write_commands import header
+from robsim.logs import message_types
+from robsim.logs.command_messages import make_header
+from robsim.logs.message_types import make_message
 
 
 def experiment(name="chapter_6_1"):
@@ -60,7 +60,7 @@ def test_what_is_not_looked_for_is_told_by_the_controller(ros):
 
 
 def test_corners_of_april_tags_are_in_our_order_and_pixels():
-    """pyapriltags gives the same corners as apriltag_ros; `Detector` reads them likewise."""
+    """pyapriltags gives the same corners as apriltag_ros; `TagDetector` reads them likewise."""
     tag = rs.Tag("tag36h11", 7, size=0.1)
     scene = rs.Scene(
         [rs.robots.free_camera()],
@@ -70,9 +70,9 @@ def test_corners_of_april_tags_are_in_our_order_and_pixels():
     controller = rs.Controller(rs.Experiment(scene, rs.IBVS(rs.Pose.at(0, 0, -1)), duration=1.0))
     ours = np.array([[10, 20], [30, 21], [31, 41], [9, 40]]) + 0.25
     theirs = ours[::-1] + 0.5
-    array = message(
-        messages.APRILTAGS,
-        header=header(message, NANO),
+    array = make_message(
+        message_types.APRILTAGS,
+        header=make_header(make_message, NANO),
         detections=[april_tag("tag36h11", 7, theirs), april_tag("tag36h11", 8, theirs)],
     )
     found = rs.RosMessages(controller).marks(sent(array)).pixels
@@ -84,8 +84,11 @@ def test_corners_of_april_tags_are_in_our_order_and_pixels():
 
 BODIES = ("visp_tutorial", "unicycle_docking", "differential_drive", "holonomic")
 SAID = [
-    *(("chapter_6_1", kind) for kind in (messages.NUMBERS, messages.JOINTS, messages.TRAJECTORY)),
-    *((name, kind) for name in BODIES for kind in messages.TWISTS),
+    *(
+        ("chapter_6_1", kind)
+        for kind in (message_types.NUMBERS, message_types.JOINTS, message_types.TRAJECTORY)
+    ),
+    *((name, kind) for name in BODIES for kind in message_types.TWISTS),
 ]
 
 
@@ -106,11 +109,11 @@ def test_commands_come_back_from_a_bag(name, kind, tmp_path):
             places = dict(zip(names, run.pixels.values[i], strict=True))
             command = ros.command(run.qd.values[i, columns], kind)
             yield "/joint_states", now.__msgtype__, t, now
-            yield f"/{eye}/detections", messages.DETECTIONS, t, detections(places, t / NANO)
+            yield f"/{eye}/detections", message_types.DETECTIONS, t, detections(places, t / NANO)
             yield "/commands", kind, t, command
 
     path = written(tmp_path / "bag", told())
-    again = rs.open_bag(path, made, topics={"commands": "/commands"}, clock="log")
+    again = rs.read_bag(path, made, topics={"commands": "/commands"}, clock="log")
     np.testing.assert_array_equal(again.qd, run.qd)
     assert again.attrs["commands"] == "topic /commands"
 
@@ -119,7 +122,7 @@ def test_a_trajectory_leads_to_where_joints_will_be(ros):
     names = ros.controller.scene.coordinate_names
     other = rs.RosMessages(ros.controller, order=[*names[::-1], "gripper"])
     ros.joints(state([1, 2, 3, 4, 5], names))
-    each = sent(ros.command([10, 20, 30, 40, 50], messages.TRAJECTORY, ahead=0.25))
+    each = sent(ros.command([10, 20, 30, 40, 50], message_types.TRAJECTORY, ahead=0.25))
     (point,) = each.points
     assert tuple(each.joint_names) == names and point.time_from_start.nanosec == 250_000_000
     np.testing.assert_array_equal(point.positions, [3.5, 7, 10.5, 14, 17.5])
@@ -127,16 +130,16 @@ def test_a_trajectory_leads_to_where_joints_will_be(ros):
     numbers = sent(other.command([10, 20, 30, 40, 50]))
     np.testing.assert_array_equal(numbers.data, [50, 40, 30, 20, 10, 0])
     with pytest.raises(rs.InputError, match="needs the position of joint tool"):
-        other.command([1] * 5, messages.TRAJECTORY)
+        other.command([1] * 5, message_types.TRAJECTORY)
 
 
 def test_a_twist_is_that_of_the_body():
     ros = rs.RosMessages(rs.Controller(experiment("visp_tutorial")))
-    each = sent(ros.command([1, 2, 3, 4, 5, 6], messages.STAMPED)).twist
+    each = sent(ros.command([1, 2, 3, 4, 5, 6], message_types.STAMPED)).twist
     assert [getattr(each.linear, a) for a in "xyz"] == [1, 2, 3]
     assert [getattr(each.angular, a) for a in "xyz"] == [4, 5, 6]
     drive = rs.RosMessages(rs.Controller(experiment("unicycle_docking")))
-    each = sent(drive.command([0.5, -0.25], messages.TWIST))
+    each = sent(drive.command([0.5, -0.25], message_types.TWIST))
     assert (each.linear.x, each.angular.z, each.linear.y, each.angular.x) == (0.5, -0.25, 0, 0)
 
 
@@ -155,8 +158,8 @@ def test_what_does_not_fit_is_told_in_a_line(ros):
         (lambda: ros.command([0] * 4), r"velocities"),
         (lambda: ros.command([0] * 5, "std_msgs/msg/Float64"), "did you mean 'std_msgs/msg/Float"),
         (lambda: ros.command([0] * 5, None), "no command of type None"),
-        (lambda: ros.command([0] * 5, messages.TWIST), "commands one body .*; here are none"),
-        (lambda: ros.command([0] * 5, messages.TRAJECTORY, ahead=0), "ahead"),
+        (lambda: ros.command([0] * 5, message_types.TWIST), "commands one body .*; here are none"),
+        (lambda: ros.command([0] * 5, message_types.TRAJECTORY, ahead=0), "ahead"),
         (lambda: rs.RosMessages(3), "expected a Controller, got 3"),
         (lambda: rs.RosMessages(ros.controller, order=["a"]), "expected joint shoulder once"),
         (lambda: rs.RosMessages(ros.controller, order=3), "order: expected names of joints"),
@@ -189,6 +192,8 @@ def test_an_april_tag_that_is_there_twice_is_told():
     scene = rs.load_scenario(rs.examples.path("visp_tutorial"))
     ros = rs.RosMessages(rs.Controller(scene))
     tag = april_tag("tag36h11", 3, np.arange(8).reshape(4, 2))
-    twice = message(messages.APRILTAGS, header=header(message, NANO), detections=[tag, tag])
+    twice = make_message(
+        message_types.APRILTAGS, header=make_header(make_message, NANO), detections=[tag, tag]
+    )
     with pytest.raises(rs.InputError, match=r"mark 'tag36h11_3.0' is there twice, at 1 s"):
         ros.marks(sent(twice))

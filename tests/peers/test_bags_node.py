@@ -9,8 +9,8 @@ import pytest
 from bagging import NANO, detections, frames, sent, state
 
 import robsim as rs
-from robsim.logs import messages
-from robsim.logs.messages import message
+from robsim.logs import message_types
+from robsim.logs.message_types import make_message
 
 ROOT = Path(__file__).parents[2]
 
@@ -56,7 +56,7 @@ def type_of(kind):
     def make(**fields):
         assert not any(isinstance(value, np.ndarray) for value in fields.values())
         arrays = {name: np.array(fields[name]) for name in NUMBERS & fields.keys()}
-        return message(kind, **fields | arrays)
+        return make_message(kind, **fields | arrays)
 
     return make
 
@@ -97,7 +97,7 @@ def test_the_node_follows_a_base_by_its_frames(node):
     run = experiment("unicycle_docking").run(duration=1.0)
     ros, _ = node(
         scenario=str(rs.examples.path("unicycle_docking")),
-        kind=messages.TWIST,
+        kind=message_types.TWIST,
         commands="/cmd_vel",
         frames=["world=map", "unicycle.body=base_link"],
     )

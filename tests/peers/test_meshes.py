@@ -9,7 +9,7 @@ import trimesh
 
 import robsim as rs
 from robsim.geometry import mesh_files
-from robsim.plot.wireframe import parts, shown
+from robsim.plot.wireframe import list_drawable_shapes, list_scene_parts
 
 BALL = trimesh.creation.icosphere(subdivisions=3, radius=0.1)
 LINK = (
@@ -30,7 +30,7 @@ def urdf(folder, mesh, scale="", color="", more="", origin=""):
 
 
 def drawn(robot):
-    return shown(robot.links[0].shapes)
+    return list_drawable_shapes(robot.links[0].shapes)
 
 
 def lack(robot):
@@ -150,23 +150,23 @@ def test_files_and_surfaces_that_are_too_large_are_refused(tmp_path, monkeypatch
     monkeypatch.setattr(mesh_files, "LARGEST_FILE", 1000)
     assert "larger than" in lack(robot)
     monkeypatch.undo()
-    mesh_files._read.cache_clear()
+    mesh_files._parse_mesh_file.cache_clear()
     monkeypatch.setattr(mesh_files, "MOST_TRIANGLES", 1000)
     assert lack(robot).endswith("more than 1000 triangles")
-    mesh_files._read.cache_clear()
+    mesh_files._parse_mesh_file.cache_clear()
 
 
 def test_without_the_extra_it_is_said_once_for_all_meshes(tmp_path, monkeypatch):
     robot = urdf(tmp_path, "../meshes/ball.stl", more=BOX.replace("collision", "visual"))
     BALL.export(tmp_path / "arm/meshes/ball.stl")
-    mesh_files._read.cache_clear()
+    mesh_files._parse_mesh_file.cache_clear()
     monkeypatch.setitem(__import__("sys").modules, "trimesh", None)
     with pytest.warns(
         rs.FileWarning, match=r"1 of 1 meshes .*pip install 'robsim\[mesh\]'"
     ) as caught:
         rs.export_html(robot, tmp_path / "arm.html")
     assert len(caught) == 1
-    mesh_files._read.cache_clear()
+    mesh_files._parse_mesh_file.cache_clear()
 
 
 def test_a_mesh_is_the_same_value_with_its_file_and_without(tmp_path):
@@ -204,6 +204,6 @@ def test_thirty_links_of_a_hundred_thousand_triangles_make_a_page_of_less_than_1
         warnings.simplefilter("error")
         page = rs.export_html(robot, tmp_path / "chain.html")
     assert page.stat().st_size < 10e6
-    for part in parts(rs.Scene(robot), 1.0):
+    for part in list_scene_parts(rs.Scene(robot), 1.0):
         assert 1000 < len(part.wire.faces) < 9000
         assert np.ptp(part.wire.points[:, 2]) > 0.19  # still as large

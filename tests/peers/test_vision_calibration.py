@@ -16,7 +16,9 @@ def bench():
 @pytest.fixture(scope="module")
 def views(bench):
     look = rs.LookAt("board", distance=(0.3, 0.8), cone=0.8, aside=0.1)
-    return rs.observe(bench.at("belief", None), rs.viewpoints(bench, 15, look, seed=3))
+    return rs.simulate_views(
+        bench.at("belief", None), rs.sample_viewpoints(bench, 15, look, seed=3)
+    )
 
 
 @pytest.mark.parametrize("coefficients", [4, 5])
@@ -71,11 +73,11 @@ def test_marks_in_space_take_a_guess():
 
 def test_boards_that_are_drawn_and_found_calibrate_the_hand(bench, views):
     """From images to the mount: rendered, detected, calibrated."""
-    detector, scene = rs.Detector([BOARD]), bench.scene
+    detector, scene = rs.TagDetector([BOARD]), bench.scene
     lens, q = scene.camera().camera, views.q[:5]
     T_c_o = [rs.Pose(scene.pose("camera", each).matrix).inv() for each in q]
     board = rs.Pose(scene.pose("board").matrix)
-    images = [rs.render(lens, {BOARD: T @ board}) for T in T_c_o]
+    images = [rs.render_targets(lens, {BOARD: T @ board}) for T in T_c_o]
     pixels = np.stack([detector(image).pixels([BOARD]) for image in images])
     known = views.scene.replacing(bench.task.belief.camera())
     sharp = rs.CalibrationViews(known, q, pixels)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import robsim as rs
-from robsim.studies.text import plan_of, text_of
+from robsim.studies.study_text import format_plan, read_plan
 
 RUNS = 4
 EYE, SQUARE = "cameras.eye", "objects.square"
@@ -17,13 +17,13 @@ CASES = {
     "factors": {f"{EYE}.focal": [0.9, 1.0, 1.1]},
     "believed factor": {f"belief.{EYE}.focal": rs.Grid(0.9, 1.1, 3)},
     "even": {f"{EYE}.focal": rs.Sobol(450, 550), "task.gain": rs.Sobol(1.0, 2.0)},
-    "center": {f"{EYE}.center": rs.Plus(rs.Normal(0.0, 3.0))},
+    "center": {f"{EYE}.center": rs.Sum(rs.Normal(0.0, 3.0))},
     "distortion": {f"{EYE}.distortion": rs.Normal([0.0, 0.0, 0.0, 0.0], 0.005)},
-    "place": {f"{EYE}.position": rs.Plus(rs.Normal(0.0, 0.01))},
+    "place": {f"{EYE}.position": rs.Sum(rs.Normal(0.0, 0.01))},
     "turn": {f"belief.{EYE}.rpy": TURN},
     "both": {f"{EYE}.rpy": TURN, f"belief.{EYE}.focal": rs.Uniform(480, 520)},
-    "marks": {f"{SQUARE}.marks": rs.Times(rs.Uniform(0.9, 1.1))},
-    "target": {f"belief.{SQUARE}.position": rs.Plus(rs.Uniform(-0.02, 0.02))},
+    "marks": {f"{SQUARE}.marks": rs.Product(rs.Uniform(0.9, 1.1))},
+    "target": {f"belief.{SQUARE}.position": rs.Sum(rs.Uniform(-0.02, 0.02))},
     "noise": {"sensing.noise": rs.Uniform(0.0, 1.0), "sensing.latency": rs.Uniform(0.0, 0.1)},
     "lag": {"actuation.lag": rs.Uniform(0.0, 0.1)},
     "period": {"run.dt": ["20 ms", "40 ms"], "task.gain": rs.Uniform(0.5, 1.0)},
@@ -91,8 +91,8 @@ def test_a_row_is_what_its_values_give_by_hand(flying, case, belief):
 @pytest.mark.parametrize("case", CASES)
 def test_the_text_of_a_study_says_the_same_study(flying, case):
     one = study_of(flying, case, "partial").plan
-    again = plan_of(rs.Experiment.from_text(text_of(one)))
-    assert text_of(again) == text_of(one)
+    again = read_plan(rs.Experiment.from_text(format_plan(one)))
+    assert format_plan(again) == format_plan(one)
     assert [axis.labels for axis in again.axes] == [axis.labels for axis in one.axes]
     runs = np.arange(one.runs)
     for a, b in zip(one.axes, again.axes, strict=True):
@@ -119,8 +119,8 @@ def test_the_links_of_an_arm_come_back_from_a_store(tmp_path):
     arm = rs.load_scenario(rs.examples.path("wrong_dh")).with_(duration=0.4)
     name = "belief.robots.puma560.links.forearm.dh"
     vary = {
-        f"{name}.a": rs.Plus(rs.Normal(0.0, 0.002)),
-        f"{name}.alpha": rs.Times(rs.Uniform(1, 1.1)),
+        f"{name}.a": rs.Sum(rs.Normal(0.0, 0.002)),
+        f"{name}.alpha": rs.Product(rs.Uniform(1, 1.1)),
     }
     found = rs.study(arm, RUNS, vary=vary, store=tmp_path)
     assert rs.open_study(tmp_path).table.equals(found.table)

@@ -15,7 +15,7 @@ from robsim.statistics.paired_tests import (
     median_interval,
     paired_difference,
 )
-from robsim.studies.paired import paired
+from robsim.studies.paired_comparison import compare_paired
 
 
 def table(rows):
@@ -96,7 +96,7 @@ def test_the_interval_of_the_median_holds_it_at_its_level_whatever_the_distribut
 
 
 def test_draws_are_counted_by_who_converged_and_those_that_could_not_begin_apart():
-    [pair] = paired(MIXED).pairs
+    [pair] = compare_paired(MIXED).pairs
     assert (pair.first, pair.second) == ("IBVS", "PBVS")
     assert tuple(pair.counts) == (8, 1, 0, 1, 1, 1)
     assert pair.difference.value == pytest.approx(0.1) and pair.difference.of == 10
@@ -104,7 +104,7 @@ def test_draws_are_counted_by_who_converged_and_those_that_could_not_begin_apart
     assert (pair.median.low, pair.median.high) == pytest.approx((1.0, 1.7))
     assert pair.p == pair.p_holm == 1.0
     mixed = MIXED.sample(frac=1, random_state=1)
-    [other] = paired(mixed).pairs
+    [other] = compare_paired(mixed).pairs
     sign = 1 if other.first == "IBVS" else -1
     assert sign * other.median.value == pair.median.value
 
@@ -112,13 +112,13 @@ def test_draws_are_counted_by_who_converged_and_those_that_could_not_begin_apart
 def test_several_pairs_are_corrected_as_holm_has_it():
     endings = {"a": "+" * 40, "b": "+" * 30 + "-" * 10, "c": "+" * 20 + "-" * 20}
     rows = [(i, task, end, 1.0) for task, ends in endings.items() for i, end in enumerate(ends)]
-    p = {(one.first, one.second): (one.p, one.p_holm) for one in paired(table(rows)).pairs}
+    p = {(one.first, one.second): (one.p, one.p_holm) for one in compare_paired(table(rows)).pairs}
     assert p["a", "b"] == p["b", "c"] == pytest.approx((2 * 0.5**10, 2 * 2 * 0.5**10))
     assert p["a", "c"] == pytest.approx((2 * 0.5**20, 3 * 2 * 0.5**20))
 
 
 def test_it_prints_as_a_table_in_every_form():
-    found = paired(MIXED)
+    found = compare_paired(MIXED)
     head, row, *notes = str(found).split("\n")
     assert head.split("  ")[:1] == ["first"] and "end_time, s [95 %]" in head
     assert row.split()[:7] == ["IBVS", "PBVS", "10", "8", "1", "0", "1"]
@@ -127,7 +127,7 @@ def test_it_prints_as_a_table_in_every_form():
     [line] = csv.DictReader(io.StringIO(found.csv()))
     assert line["apart"] == "1" and float(line["difference"]) == found.pairs[0].difference.value
     assert found.latex().count(r"\\") == 2 and r"end\_time" in found.latex()
-    assert "end_time" not in str(paired(MIXED, measure=None))
+    assert "end_time" not in str(compare_paired(MIXED, measure=None))
 
 
 @pytest.mark.parametrize(
@@ -151,4 +151,4 @@ def test_it_prints_as_a_table_in_every_form():
 )
 def test_what_cannot_be_compared_is_told(change, arguments, message):
     with pytest.raises(InputError, match=message):
-        paired(change(MIXED), **arguments)
+        compare_paired(change(MIXED), **arguments)

@@ -4,15 +4,15 @@ import numpy as np
 import pytest
 
 import robsim as rs
-from robsim.starts.reach import Reach
-from robsim.statistics.random_numbers import Draws
+from robsim.starts.start_kinematics import StartKinematics
+from robsim.statistics.random_numbers import RandomNumbers
 from robsim.units import deg
 
 MANY = np.arange(100_000)
 
 
 def drawn(sampler, count=MANY, shape=()):
-    return sampler.drawn(Draws(3, "x", count), shape)
+    return sampler.drawn(RandomNumbers(3, "x", count), shape)
 
 
 @pytest.mark.parametrize(
@@ -30,17 +30,19 @@ def drawn(sampler, count=MANY, shape=()):
     ],
 )
 def test_numbers_have_the_mean_and_spread_of_their_distribution(sampler, mean, std):
-    source = Draws(3, "x", MANY, evenly=(1, 0))
+    source = RandomNumbers(3, "x", MANY, evenly=(1, 0))
     values = sampler.drawn(source, ())
     assert abs(values.mean() - mean) < 4 * std / np.sqrt(MANY.size)
     assert abs(values.std() - std) < 0.01 * std
 
 
 def test_evenly_drawn_numbers_miss_no_cell():
-    points = rs.Sobol([0, 0], [1, 1]).drawn(Draws(1, "x", np.arange(256), evenly=(2, 0)), (2,))
+    points = rs.Sobol([0, 0], [1, 1]).drawn(
+        RandomNumbers(1, "x", np.arange(256), evenly=(2, 0)), (2,)
+    )
     cells = np.floor(points * 16).astype(int)
     assert len({tuple(each) for each in cells}) == 256  # a net: one point in each of 16 x 16
-    two = rs.Sobol(0, 1).drawn(Draws(1, "y", np.array([5, 200]), evenly=(2, 1)), ())
+    two = rs.Sobol(0, 1).drawn(RandomNumbers(1, "y", np.array([5, 200]), evenly=(2, 1)), ())
     np.testing.assert_array_equal(two, points[[5, 200], 1])
 
 
@@ -48,13 +50,17 @@ def test_what_is_drawn_depends_on_seed_name_and_draw_alone():
     some = np.array([7, 3, 40])
     whole = drawn(rs.Normal(0, [1.0, 2.0]), shape=(2,))
     np.testing.assert_array_equal(drawn(rs.Normal(0, [1.0, 2.0]), some, (2,)), whole[some])
-    for other in (Draws(4, "x", MANY), Draws(3, "y", MANY), Draws(3, "x", MANY, 1)):
-        r = np.corrcoef(other.uniform(1)[:, 0], Draws(3, "x", MANY).uniform(1)[:, 0])[0, 1]
+    for other in (
+        RandomNumbers(4, "x", MANY),
+        RandomNumbers(3, "y", MANY),
+        RandomNumbers(3, "x", MANY, 1),
+    ):
+        r = np.corrcoef(other.uniform(1)[:, 0], RandomNumbers(3, "x", MANY).uniform(1)[:, 0])[0, 1]
         assert abs(r) < 0.02
 
 
 def test_choices_are_drawn_as_often():
-    found = np.bincount(rs.Choice(["a", "b", "c"]).picked(Draws(3, "x", MANY)))
+    found = np.bincount(rs.Choice(["a", "b", "c"]).picked(RandomNumbers(3, "x", MANY)))
     assert (abs(found - MANY.size / 3) < 4 * np.sqrt(MANY.size * 2 / 9)).all()
 
 
@@ -64,11 +70,13 @@ def test_a_grid_is_taken_in_turn():
 
 @pytest.fixture(scope="module")
 def reach(flying):
-    return Reach(flying.at("task.goal", rs.GoalPose(rs.Pose.at(0, 0, 0.5))).loop().controller)
+    return StartKinematics(
+        flying.at("task.goal", rs.GoalPose(rs.Pose.at(0, 0, 0.5))).loop().controller
+    )
 
 
 def places(start, reach, count=2000):
-    q, ok = start.coordinates(reach, Draws(1, "start", np.arange(count)))
+    q, ok = start.coordinates(reach, RandomNumbers(1, "start", np.arange(count)))
     assert ok.all()
     return rs.Pose.from_quaternion(q[:, :3], q[:, 3:])
 
@@ -119,8 +127,8 @@ def test_about_and_within_stay_within(reach):
 
 def test_starts_of_an_arm_are_reached_by_its_joints():
     arm = rs.load_scenario(rs.examples.path("eye_in_hand"))
-    at = Reach(arm.loop().controller)
-    draws = Draws(1, "start", np.arange(40))
+    at = StartKinematics(arm.loop().controller)
+    draws = RandomNumbers(1, "start", np.arange(40))
     wanted = rs.Shell(distance=(0.02, 0.05), angle=(0.0, 0.2))
     q, ok = wanted.coordinates(at, draws)
     assert ok.sum() > 30
@@ -133,8 +141,8 @@ def test_starts_of_an_arm_are_reached_by_its_joints():
 
 def test_anywhere_is_within_the_limits():
     arm = rs.load_scenario(rs.examples.path("eye_in_hand"))
-    at = Reach(arm.loop().controller)
-    q, _ = rs.Anywhere().coordinates(at, Draws(1, "start", np.arange(1000)))
+    at = StartKinematics(arm.loop().controller)
+    q, _ = rs.Anywhere().coordinates(at, RandomNumbers(1, "start", np.arange(1000)))
     low, high = arm.scene.limits.T
     assert (q >= low).all() and (q <= high).all()
     assert (np.ptp(q, axis=0) > 0.98 * (high - low)).all()
@@ -143,9 +151,14 @@ def test_anywhere_is_within_the_limits():
 def test_what_is_given_comes_in_turn_and_together():
     """Rows of two names belong together, whichever runs are looked at, and from a text too."""
     rows = np.arange(6.0).reshape(3, 2)
-    np.testing.assert_array_equal(drawn(rs.Given(rows), np.array([2, 0]), (2,)), rows[[2, 0]])
+    np.testing.assert_array_equal(
+        drawn(rs.TabulatedValues(rows), np.array([2, 0]), (2,)), rows[[2, 0]]
+    )
     experiment = rs.load_scenario(rs.examples.path("visp_tutorial")).with_(duration=0.04)
-    vary = {"task.gain": rs.Given([1, 2, 3]), "sensing.noise": rs.Times(rs.Given([5, 6, 7]))}
+    vary = {
+        "task.gain": rs.TabulatedValues([1, 2, 3]),
+        "sensing.noise": rs.Product(rs.TabulatedValues([5, 6, 7])),
+    }
     study = rs.study(experiment.at("sensing.noise", 0.5), 3, vary=vary)
     assert study.table["task.gain"].tolist() == [1, 2, 3]
     assert study.table["sensing.noise"].tolist() == [2.5, 3.0, 3.5]

@@ -7,7 +7,7 @@ from scipy import stats
 
 from robsim import InputError
 from robsim.statistics.association import correlation_ratio, ranks, spearman
-from robsim.studies.sensitivity import sensitivity
+from robsim.studies.sensitivity import compute_sensitivity
 
 RNG = np.random.default_rng(11)
 X = RNG.normal(size=400)
@@ -92,10 +92,10 @@ def test_of_what_does_nothing_the_interval_has_zero():
 
 
 def test_what_decides_comes_first_with_its_direction_and_a_bend_is_seen():
-    outcome = sensitivity(table())
+    outcome = compute_sensitivity(table())
     assert outcome.effects[0].name == "gain" and outcome.runs == 570
     assert outcome.effects[0].rho.high < -0.7 and outcome.effects[0].eta.value > 0.9
-    first, *rest = sensitivity(table(), "distance_to_goal").effects
+    first, *rest = compute_sensitivity(table(), "distance_to_goal").effects
     assert first.name == "focal" and first.eta.low > 0.85 and abs(first.rho.value) < 0.2
     assert all(each.eta.low < 0.15 for each in rest)
     [lens] = [each for each in rest if each.kind == "choice"]
@@ -103,22 +103,24 @@ def test_what_decides_comes_first_with_its_direction_and_a_bend_is_seen():
 
 
 def test_runs_of_the_same_draw_count_once_but_for_what_differs_between_them():
-    effects = {each.name: each for each in sensitivity(table(tasks=("IBVS", "PBVS"))).effects}
+    effects = {
+        each.name: each for each in compute_sensitivity(table(tasks=("IBVS", "PBVS"))).effects
+    }
     assert effects["gain"].eta.of == 570 and effects["task"].eta.of == 1140
-    one = {each.name: each for each in sensitivity(table()).effects}
+    one = {each.name: each for each in compute_sensitivity(table()).effects}
     assert effects["gain"].rho == pytest.approx(one["gain"].rho, abs=1e-12)
 
 
 def test_few_values_are_groups_and_many_are_bins_also_with_ties():
     few = table().assign(gain=lambda t: t["gain"].round(1).clip(0.2, 0.8))
     tied = table().assign(gain=lambda t: np.where(t["run"] < 580, 0.0, t["gain"]))
-    assert sensitivity(few, names="gain").effects[0].groups == 7
-    assert sensitivity(tied, names=["gain"]).effects[0].groups >= 2
-    assert sensitivity(table(), names=["gain"]).effects[0].groups == 10
+    assert compute_sensitivity(few, names="gain").effects[0].groups == 7
+    assert compute_sensitivity(tied, names=["gain"]).effects[0].groups >= 2
+    assert compute_sensitivity(table(), names=["gain"]).effects[0].groups == 10
 
 
 def test_it_prints_as_a_table_in_every_form():
-    found = sensitivity(table())
+    found = compute_sensitivity(table())
     lines = str(found).split("\n")
     assert lines[0].split()[:2] == ["varied", "kind"] and lines[1].split()[:2] == ["gain", "number"]
     assert "converged, of 570 runs that began" in lines
@@ -147,4 +149,4 @@ def test_it_prints_as_a_table_in_every_form():
 )
 def test_what_tells_nothing_is_told(change, arguments, message):
     with pytest.raises(InputError, match=message):
-        sensitivity(change(table()), **arguments)
+        compute_sensitivity(change(table()), **arguments)

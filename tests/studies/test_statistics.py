@@ -6,20 +6,20 @@ import pytest
 from robsim.geometry.pose import Pose
 from robsim.geometry.rotation import random_quaternions
 from robsim.statistics.estimate import Estimate
-from robsim.statistics.proportions import share
-from robsim.statistics.random_numbers import STUDIES, SUITES, Draws, uniform
+from robsim.statistics.proportions import estimate_share
+from robsim.statistics.random_numbers import STUDIES, SUITES, RandomNumbers, uniform
 
 
 def test_a_share_is_an_estimate_in_percent_with_its_count():
-    found = share(713, 1000)
+    found = estimate_share(713, 1000)
     assert (found.value, found.of, found.count, str(found)) == (
         0.713,
         1000,
         713,
         "71.3 % [68.4, 74.0]",
     )
-    assert [share(count, 977).count for count in range(978)] == list(range(978))
-    nothing = share(0, 0)
+    assert [estimate_share(count, 977).count for count in range(978)] == list(range(978))
+    nothing = estimate_share(0, 0)
     assert (nothing.count, nothing.low, nothing.high, str(nothing)) == (0, 0.0, 1.0, "-")
     assert str(Estimate(0.12, -np.inf, np.inf, 3)) == "+0.12 [-]"
 
@@ -28,11 +28,13 @@ def test_a_row_of_random_numbers_depends_on_no_other_row():
     rows = np.array([40, 3, 17])
     np.testing.assert_array_equal(uniform(7, SUITES, rows, 5), uniform(7, SUITES, 50, 5)[rows])
     assert not np.isin(uniform(7, SUITES, 50, 5), uniform(7, STUDIES, 50, 5)).any()
-    draws = Draws(7, "start", rows, attempt=2)
+    draws = RandomNumbers(7, "start", rows, attempt=2)
     np.testing.assert_array_equal(
-        draws.uniform(4), Draws(7, "start", np.arange(50), attempt=2).uniform(4)[rows]
+        draws.uniform(4), RandomNumbers(7, "start", np.arange(50), attempt=2).uniform(4)[rows]
     )
-    assert not np.isin(draws.uniform(4), Draws(7, "start", rows, attempt=3).uniform(4)).any()
+    assert not np.isin(
+        draws.uniform(4), RandomNumbers(7, "start", rows, attempt=3).uniform(4)
+    ).any()
 
 
 def test_random_rotations_are_uniform():

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import robsim as rs
-from robsim.statistics.proportions import share
+from robsim.statistics.proportions import estimate_share
 from robsim.units import deg
 
 
@@ -73,9 +73,9 @@ def test_counts_are_of_those_that_began(flying):
     some = rs.study(flying, start=q)
     counts = some.counts()
     runs, began, shares = counts.rows["all"]
-    assert (runs, began) == (4, 3) and shares["CONVERGED"] == share(3, 3)
+    assert (runs, began) == (4, 3) and shares["CONVERGED"] == estimate_share(3, 3)
     assert "1 of 4 runs could not begin" in str(some)
-    assert some.converged() == share(3, 3)
+    assert some.converged() == estimate_share(3, 3)
 
 
 def test_noise_is_that_of_the_draw(flying):
@@ -109,8 +109,8 @@ def test_what_no_batch_can_differ_in_is_simulated_run_by_run(flying):
 
 def test_plus_and_times_change_the_nominal_value(flying):
     vary = {
-        "cameras.eye.position": rs.Plus(rs.Normal(0.0, [0.0, 0.0, 0.01])),
-        "belief.objects.square.marks": rs.Times(rs.Uniform(0.9, 1.1)),
+        "cameras.eye.position": rs.Sum(rs.Normal(0.0, [0.0, 0.0, 0.01])),
+        "belief.objects.square.marks": rs.Product(rs.Uniform(0.9, 1.1)),
     }
     some = rs.study(flying.with_(duration=0.2), 50, vary=vary, seed=1).table
     assert (some["cameras.eye.position[0]"] == 0).all()
@@ -139,7 +139,7 @@ def test_the_worst_are_named(found):
 def test_a_changed_run_is_told(found, monkeypatch):
     runs, facts = found._facts
     other = {**facts, "path_length": facts["path_length"] + 1.0}
-    doctored = rs.Study(found.plan, lambda: (runs, other))
+    doctored = rs.StudyResult(found.plan, lambda: (runs, other))
     with pytest.warns(rs.ReplayWarning, match="run 4 has another path_length now"):
         doctored.replay(4)
 

@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 
 import robsim as rs
-from robsim.base import output
-from robsim.studies import cluster
-from robsim.studies.rows import Rows
-from robsim.studies.text import text_of
+from robsim.base import atomic_files
+from robsim.studies import dask_cluster
+from robsim.studies.row_simulator import RowSimulator
+from robsim.studies.study_text import format_plan
 
 NOISY = {"sensing.noise": 0.3, "sensing.latency": 0.08}
 
@@ -46,7 +46,7 @@ def test_a_store_and_its_text_leave_the_bits(noisy, how, wanted, tmp_path):
     path = tmp_path / "again.toml"
     path.write_text(stored.text)
     again = rs.open_study(tmp_path / "a").plan
-    assert text_of(again) == stored.text
+    assert format_plan(again) == stored.text
     assert stored.table.equals(rs.open_study(tmp_path / "a").table)
 
 
@@ -89,7 +89,7 @@ main()
 
 
 def test_a_full_disk_keeps_what_is_done(noisy, how, wanted, tmp_path, monkeypatch):
-    write = output._write
+    write = atomic_files._write_synced
 
     def full(path, content):
         if len(list(tmp_path.glob("rows-*"))) == 2:
@@ -97,7 +97,7 @@ def test_a_full_disk_keeps_what_is_done(noisy, how, wanted, tmp_path, monkeypatc
             raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
         write(path, content)
 
-    monkeypatch.setattr(output, "_write", full)
+    monkeypatch.setattr(atomic_files, "_write", full)
     with pytest.raises(rs.FileError, match=r"cannot write .*rows-.*No space left on device"):
         rs.study(noisy, 12, store=tmp_path, chunk=10, **how)
     monkeypatch.undo()
@@ -136,11 +136,14 @@ def test_trajectories_are_those_of_the_runs(noisy, how, tmp_path):
 def test_a_worker_is_told_all_it_needs(noisy, how):
     plan = rs.study(noisy, 12, **how).plan
     work = pickle.dumps(plan)
-    there, here = cluster.run_chunk(work, cluster.VERSIONS, 5, 20), Rows(plan).done(5, 20)
+    there, here = (
+        dask_cluster.simulate_chunk(work, dask_cluster.VERSIONS, 5, 20),
+        RowSimulator(plan).done(5, 20),
+    )
     for name, values in here.facts.items():
         np.testing.assert_array_equal(there.facts[name], values)
     with pytest.raises(rs.InputError, match=r"this worker has RobSim .* install the same"):
-        cluster.run_chunk(work, {"robsim": "0.0", "kernels": "x"}, 5, 20)
+        dask_cluster.simulate_chunk(work, {"robsim": "0.0", "kernels": "x"}, 5, 20)
 
 
 @pytest.mark.full
@@ -158,7 +161,7 @@ def test_a_cluster_leaves_the_bits_also_where_a_worker_dies(noisy, how, wanted, 
     quiet = {"host": "127.0.0.1", "dashboard_address": "127.0.0.1:0", "silence_logs": 50}
     with (
         distributed.LocalCluster(n_workers=2, threads_per_worker=1, **quiet) as made,
-        cluster.connect(made.scheduler_address) as client,
+        dask_cluster.connect_client(made.scheduler_address) as client,
     ):
         assert rs.study(noisy, 12, client=client, chunk=7, **how).hash == wanted
         told = {"client": client, "chunk": 4, "store": tmp_path, "progress": kill}

@@ -10,8 +10,8 @@ from matplotlib.colors import to_hex
 import robsim as rs
 from robsim import plot
 from robsim.plot import palette
-from robsim.statistics.proportions import share
-from robsim.studies.sensitivity import sensitivity
+from robsim.statistics.proportions import estimate_share
+from robsim.studies.sensitivity import compute_sensitivity
 
 matplotlib.use("agg")
 
@@ -86,7 +86,10 @@ def test_dots_can_have_the_colours_of_a_number_or_of_a_choice():
         f"IBVS ({len(BEGAN) // 2})",
         f"PBVS ({len(BEGAN) // 2})",
     ]
-    assert {to_hex(c) for c in dots(axes)[1].get_facecolors()} == {palette.nth(0), palette.nth(1)}
+    assert {to_hex(c) for c in dots(axes)[1].get_facecolors()} == {
+        palette.cycle_color(0),
+        palette.cycle_color(1),
+    }
 
 
 def test_of_very_many_runs_a_fair_sample_is_drawn_and_that_is_told():
@@ -124,7 +127,7 @@ def test_shares_are_drawn_with_the_interval_of_wilson_and_their_counts():
         line, _, [bars] = container
         for i, gain in enumerate((0.5, 1.0, 2.0)):
             mine = BEGAN[(BEGAN["task"] == task) & (BEGAN["task.gain"] == gain)]
-            found = share(int((mine["outcome"] == "CONVERGED").sum()), len(mine))
+            found = estimate_share(int((mine["outcome"] == "CONVERGED").sum()), len(mine))
             assert line.get_ydata()[i] == pytest.approx(100 * found.value)
             ends = bars.get_segments()[i][:, 1]
             np.testing.assert_allclose(ends, [100 * found.low, 100 * found.high], atol=1e-9)
@@ -175,7 +178,7 @@ def test_the_second_map_has_half_the_width_of_the_interval():
     began = BEGAN[BEGAN["task"] == "IBVS"]
     edges = np.linspace(BEGAN["start_y"].min(), BEGAN["start_y"].max(), 10)
     cell = began[began["start_y"] < edges[1]]
-    found = share(int((cell["outcome"] == "CONVERGED").sum()), len(cell))
+    found = estimate_share(int((cell["outcome"] == "CONVERGED").sum()), len(cell))
     assert one[0, 0] == pytest.approx(50 * (found.high - found.low))
 
 
@@ -198,7 +201,7 @@ def test_a_distribution_rises_to_all_runs_and_has_its_median_at_the_half():
 
 
 def test_bars_are_the_correlation_ratios_with_their_intervals():
-    found = sensitivity(TABLE)
+    found = compute_sensitivity(TABLE)
     axes = plot.study_sensitivity(TABLE).axes[0]
     names = [label.get_text() for label in axes.get_yticklabels()]
     assert names == [each.name for each in found.effects] and names[0] == "start_angle"

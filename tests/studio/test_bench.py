@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from robsim import InputError, Outcome, Pose, examples, load_scenario
-from robsim.studio.bench import Bench, explained
-from robsim.studio.downloads import python_of
+from robsim.studio.downloads import format_python_code
+from robsim.studio.workbench import Workbench, explain_live_run
 
 
 @pytest.fixture
@@ -22,7 +22,7 @@ def through(bench):
 
 
 def test_what_runs_on_the_bench_is_the_run_of_the_experiment(experiment):
-    bench = Bench(experiment)
+    bench = Workbench(experiment)
     q = through(bench)
     run = experiment.run()
     assert (
@@ -35,7 +35,7 @@ def test_what_runs_on_the_bench_is_the_run_of_the_experiment(experiment):
 
 
 def test_a_change_on_the_way_goes_on_from_there(experiment):
-    bench = Bench(experiment)
+    bench = Workbench(experiment)
     for _ in range(20):
         bench.step()
     here = bench.pair.live.now
@@ -49,7 +49,7 @@ def test_a_change_on_the_way_goes_on_from_there(experiment):
 
 
 def test_a_start_that_is_changed_begins_anew(experiment):
-    bench = Bench(experiment)
+    bench = Workbench(experiment)
     for _ in range(5):
         bench.step()
     bench.set("start.position", [0.1, 0.0, -1.0])
@@ -57,7 +57,7 @@ def test_a_start_that_is_changed_begins_anew(experiment):
 
 
 def test_other_features_begin_a_new_table(experiment):
-    bench = Bench(experiment)
+    bench = Workbench(experiment)
     for _ in range(5):
         bench.step()
     bench.set("task.kind", "pbvs")
@@ -66,7 +66,7 @@ def test_other_features_begin_a_new_table(experiment):
 
 
 def test_the_target_is_dragged_and_with_it_the_goal(experiment):
-    bench = Bench(experiment)
+    bench = Workbench(experiment)
     handle = next(each for each in bench.handles if each.name == "objects.square")
     before = np.array(next(each.pose for each in bench.handles if each.name == "goal"))
     bench.drag("objects.square", [handle.pose[0] + 0.05, *handle.pose[1:]])
@@ -82,7 +82,7 @@ def test_the_target_is_dragged_and_with_it_the_goal(experiment):
 
 def test_the_start_of_an_arm_is_dragged_by_its_hand():
     experiment = load_scenario(examples.path("eye_in_hand"))
-    bench = Bench(experiment)
+    bench = Workbench(experiment)
     pose = next(each.pose for each in bench.handles if each.name == "start")
     wanted = [pose[0] - 0.03, pose[1] + 0.02, *pose[2:]]
     bench.drag("start", wanted)
@@ -92,7 +92,7 @@ def test_the_start_of_an_arm_is_dragged_by_its_hand():
 
 
 def test_a_computed_goal_is_dragged():
-    bench = Bench(load_scenario(examples.path("calibration_errors")))
+    bench = Workbench(load_scenario(examples.path("calibration_errors")))
     pose = next(each.pose for each in bench.handles if each.name == "goal")
     bench.drag("goal", [pose[0], pose[1], pose[2] - 0.25, *pose[3:]])
     T_c_o = bench.experiment.task.goal.T_c_o
@@ -101,7 +101,7 @@ def test_a_computed_goal_is_dragged():
 
 
 def test_a_second_scheme_runs_beside(experiment):
-    bench = Bench(experiment)
+    bench = Workbench(experiment)
     bench.compare(["task.interaction", "desired"])
     through(bench)
     other = np.array([each.q for each in bench.pair.other.instants])
@@ -133,7 +133,7 @@ def test_a_second_scheme_runs_beside(experiment):
     ],
 )
 def test_what_is_wrong_changes_nothing(experiment, name, value, reason):
-    bench = Bench(experiment)
+    bench = Workbench(experiment)
     bench.step()
     with pytest.raises(InputError, match=reason):
         bench.set(name, value)
@@ -146,7 +146,7 @@ def test_what_is_wrong_changes_nothing(experiment, name, value, reason):
     "pose", [None, [0.0] * 7, [1e9] * 7, ["a"] * 7, [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, True], [1.0]]
 )
 def test_a_drag_to_no_pose_is_refused(experiment, pose):
-    bench = Bench(experiment)
+    bench = Workbench(experiment)
     with pytest.raises(InputError, match="a drag: "):
         bench.drag("start", pose)
     with pytest.raises(InputError, match="no handle"):
@@ -154,13 +154,13 @@ def test_a_drag_to_no_pose_is_refused(experiment, pose):
 
 
 def test_a_drag_out_of_reach_is_refused():
-    bench = Bench(load_scenario(examples.path("eye_in_hand")))
+    bench = Workbench(load_scenario(examples.path("eye_in_hand")))
     with pytest.raises(InputError, match="camera does not reach there"):
         bench.drag("start", [5.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0])
 
 
 def test_a_mission_is_played_as_a_whole():
-    bench = Bench(load_scenario(examples.path("inspection_a")))
+    bench = Workbench(load_scenario(examples.path("inspection_a")))
     assert bench.pair is None and bench.ended
     with pytest.raises(InputError, match="step by step"):
         bench.compare(["task.kind", "ibvs"])
@@ -168,7 +168,7 @@ def test_a_mission_is_played_as_a_whole():
 
 
 def test_a_change_that_the_second_scheme_cannot_follow_changes_nothing(experiment):
-    bench = Bench(experiment)
+    bench = Workbench(experiment)
     bench.compare(["task.features.tolerance", 2e-5])
     for _ in range(5):
         bench.step()
@@ -180,7 +180,7 @@ def test_a_change_that_the_second_scheme_cannot_follow_changes_nothing(experimen
 
 
 def test_the_end_is_that_of_the_first_scheme(experiment):
-    bench = Bench(experiment)
+    bench = Workbench(experiment)
     bench.compare(["task.gain", 0.3])
     through(bench)
     end = float(experiment.run()["end_time"])
@@ -191,34 +191,34 @@ def test_the_end_is_that_of_the_first_scheme(experiment):
 
 def test_two_schemes_have_one_period(experiment):
     with pytest.raises(InputError, match="step by step"):
-        Bench(experiment).compare(["run.dt", 0.01])
+        Workbench(experiment).compare(["run.dt", 0.01])
 
 
 def test_a_file_that_is_gone_is_not_missed(experiment, tmp_path):
     path = tmp_path / "mine.toml"
     path.write_text(f"# Watch it.\n\n{experiment.text}")
-    bench = Bench(load_scenario(path))
+    bench = Workbench(load_scenario(path))
     path.unlink()
     bench.set("task.gain", 2.0)
     bench.reset()
     assert bench.texts == {"watch for": "Watch it."}
-    assert "from_text" in python_of(*bench.current)
+    assert "from_text" in format_python_code(*bench.current)
 
 
 def test_python_says_what_is_on_the_bench(experiment):
     odd = experiment.with_(title="it's \\ '''' and \"quoted\"").at("task.gain", 3.0)
     for each in (odd, experiment.at("task.gain", 3.0), experiment):
         found = {}
-        exec(python_of(each, {}).replace("rs.show(run)", ""), found)
+        exec(format_python_code(each, {}).replace("rs.show(run)", ""), found)
         assert found["experiment"] == each
 
 
 def test_explained_is_what_ran_since_the_last_change(experiment):
-    bench = Bench(experiment)
+    bench = Workbench(experiment)
     for _ in range(50):
         bench.step()
     bench.set("task.gain", 2.0)
     through(bench)
-    bench.explain(explained(bench.experiment, bench.pair.live, trials=False))
+    bench.explain(explain_live_run(bench.experiment, bench.pair.live, trials=False))
     assert bench.texts["explanation"].startswith("After the last change, at 2.00 s")
     assert bench.texts["experiment"] == experiment.at("task.gain", 2.0).text

@@ -9,8 +9,8 @@ from websockets.exceptions import InvalidStatus
 from websockets.http11 import Request
 
 from robsim.base.errors import InputError
-from robsim.studio.web.answers import Refused
-from robsim.studio.web.gate import Gate
+from robsim.studio.web.access_gate import AccessGate
+from robsim.studio.web.http_responses import RefusedRequest
 from robsim.studio.web.server import Server
 
 ASK = b"Open the address that the command printed, with its token.\n"
@@ -119,14 +119,14 @@ def test_a_socket_needs_the_cookie_and_the_origin_of_its_own_host(browser):
 def passes(gate, host, cookie):
     try:
         gate.check(Request("/", Headers(host=host, cookie=cookie)))
-    except Refused:
+    except RefusedRequest:
         return False
     return True
 
 
 def test_behind_all_addresses_only_numbers_and_the_machines_own_name_are_ours():
     """A number cannot be a name that somebody made to point here."""
-    gate = Gate("0.0.0.0", 8000)
+    gate = AccessGate("0.0.0.0", 8000)
     name, token = gate.address.removeprefix("http://").split(":8000/?token=")
     taken = [
         host
@@ -138,11 +138,11 @@ def test_behind_all_addresses_only_numbers_and_the_machines_own_name_are_ours():
 
 
 def test_a_host_that_was_given_is_ours_and_port_80_is_left_out():
-    gate = Gate("Lab.example", 80)
+    gate = AccessGate("Lab.example", 80)
     assert gate.address.startswith("http://lab.example/?token=")
     cookie = f"robsim_80={gate.address.split('=')[1]}"
     assert passes(gate, "lab.EXAMPLE", cookie) and not passes(gate, "lab.example:8000", cookie)
-    assert Gate("::1", 8000).address.startswith("http://[::1]:8000/")
+    assert AccessGate("::1", 8000).address.startswith("http://[::1]:8000/")
 
 
 def test_other_machines_are_let_in_only_by_a_word():

@@ -8,8 +8,8 @@ from studio.fake import Browser, Fake, closed, everything
 from websockets.exceptions import ConnectionClosed
 from websockets.frames import Frame, Opcode
 
-from robsim.studio.web import limits
-from robsim.studio.web.messages import BadMessage, Budget, parsed
+from robsim.studio.web import server_limits
+from robsim.studio.web.page_messages import BadMessage, MessageBudget, parse_page_message
 from robsim.studio.web.server import Server
 
 OBJECT = "a message is a JSON object, such as {...}"
@@ -68,23 +68,23 @@ def test_bytes_are_no_message(browser):
 
 
 def test_messages_nest_as_deep_as_is_said():
-    deep = parsed(b'{"a":' * 15 + b"[1]" + b"}" * 15)
+    deep = parse_page_message(b'{"a":' * 15 + b"[1]" + b"}" * 15)
     for _ in range(15):
         deep = deep["a"]
     assert deep == [1]
     with pytest.raises(BadMessage, match=DEEP):
-        parsed(b'{"a":' * 15 + b"[[]]" + b"}" * 15)
+        parse_page_message(b'{"a":' * 15 + b"[[]]" + b"}" * 15)
 
 
 def test_a_page_that_goes_on_with_nonsense_is_not_listened_to(browser):
     with browser.page() as page:
-        for _ in range(limits.BAD):
+        for _ in range(server_limits.BAD):
             page.send("nonsense")
         assert closed(page) == (1008, "too many malformed messages")
 
 
 def test_a_message_has_a_largest_size_in_one_frame_or_many(browser, app):
-    rest = limits.MESSAGE - len('{"a": ""}')
+    rest = server_limits.MESSAGE - len('{"a": ""}')
     whole = '{"a": "%s"}' % ("b" * rest)
     with browser.page() as page:
         page.send(whole)
@@ -100,9 +100,9 @@ def test_a_message_has_a_largest_size_in_one_frame_or_many(browser, app):
 
 
 def test_a_page_may_say_so_much_a_second():
-    budget = Budget()
+    budget = MessageBudget()
     assert [budget.spend(7.0) for _ in range(401)] == [True] * 400 + [False]
-    budget = Budget()
+    budget = MessageBudget()
     assert all(budget.spend(i / 200) for i in range(2000))
     assert sum(budget.spend(10 + i / 400) for i in range(2000)) < 1200
 
@@ -171,7 +171,7 @@ def test_a_page_that_cannot_be_greeted_is_closed(caplog):
 
 
 def test_more_pages_than_it_takes_are_refused_in_words(browser, monkeypatch):
-    monkeypatch.setattr(limits, "PAGES", 1)
+    monkeypatch.setattr(server_limits, "PAGES", 1)
     with browser.page():
         got = browser.raw(browser.handshake())
         assert (got.status, got.body) == (

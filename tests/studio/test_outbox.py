@@ -6,15 +6,15 @@ import time
 
 from studio.fake import answer, everything
 
-from robsim.studio.web import limits
-from robsim.studio.web.outbox import Outbox, framed
+from robsim.studio.web import server_limits
+from robsim.studio.web.outbox import Outbox, encode_websocket_frame
 
 
 def test_an_outbox_keeps_the_order_and_drops_all_when_it_is_full():
     box = Outbox()
     box.put(b"before it was greeted")
     assert box.take() is None and box.start_anew() and not box.start_anew()
-    for i in range(limits.QUEUE):
+    for i in range(server_limits.QUEUE):
         box.put(b"%d" % i)
     assert [box.take(), box.take()] == [b"0", b"1"]
     for i in range(3):
@@ -27,10 +27,10 @@ def test_an_outbox_keeps_the_order_and_drops_all_when_it_is_full():
 def test_an_outbox_counts_bytes_and_lets_one_frame_of_any_size_pass():
     box = Outbox()
     box.start_anew()
-    large = bytes(limits.QUEUE_BYTES + 1)
+    large = bytes(server_limits.QUEUE_BYTES + 1)
     box.put(large)
     assert box.take() is large
-    half = bytes(limits.QUEUE_BYTES // 2)
+    half = bytes(server_limits.QUEUE_BYTES // 2)
     for _ in range(5):
         box.put(half)
         box.put(half)
@@ -41,7 +41,10 @@ def test_an_outbox_counts_bytes_and_lets_one_frame_of_any_size_pass():
 
 
 def test_frames_are_those_of_the_protocol():
-    assert framed("é") == b"\x81\x02\xc3\xa9" and framed(b"\0") == b"\x82\x01\0"
+    assert (
+        encode_websocket_frame("é") == b"\x81\x02\xc3\xa9"
+        and encode_websocket_frame(b"\0") == b"\x82\x01\0"
+    )
 
 
 def test_a_page_that_falls_behind_comes_to_the_present_when_it_reads_again(server, browser, app):
@@ -94,8 +97,8 @@ def test_who_broadcasts_waits_for_nobody_even_where_the_app_does(server, browser
 
 
 def test_a_page_that_reads_nothing_is_dropped(server, browser, monkeypatch):
-    monkeypatch.setattr(limits, "PATIENCE", 0.2)
-    monkeypatch.setattr(limits, "PAGES", 1)
+    monkeypatch.setattr(server_limits, "PATIENCE", 0.2)
+    monkeypatch.setattr(server_limits, "PAGES", 1)
     with browser.connected() as stuck:
         stuck.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
         stuck.sendall(browser.handshake())
@@ -103,11 +106,11 @@ def test_a_page_that_reads_nothing_is_dropped(server, browser, monkeypatch):
 
 
 def test_a_page_of_which_nothing_is_heard_is_dropped(server, browser, monkeypatch):
-    monkeypatch.setattr(limits, "PATIENCE", 1.0)
-    monkeypatch.setattr(limits, "PING", 0.05)
+    monkeypatch.setattr(server_limits, "PATIENCE", 1.0)
+    monkeypatch.setattr(server_limits, "PING", 0.05)
     with browser.page() as page, browser.connected() as silent:
         silent.sendall(browser.handshake())
-        assert everything(silent).count(framed("").replace(b"\x81", b"\x89")) >= 2
+        assert everything(silent).count(encode_websocket_frame("").replace(b"\x81", b"\x89")) >= 2
         page.send("{}")  # whose browser has answered the pings
         assert page.recv(20) == "{}"
 

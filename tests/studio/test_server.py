@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 from studio.fake import FILES, PAGE, Browser, Fake, answer, closed, everything
 
-from robsim.studio.web import limits
+from robsim.studio.web import server_limits
 from robsim.studio.web.server import Server
 
 SAFE = {
@@ -93,18 +93,18 @@ def test_what_is_no_request_is_refused(browser, data):
 
 
 def test_what_is_too_long_is_refused(browser):
-    assert browser.get("/" + "a" * limits.LINE).status == 414
+    assert browser.get("/" + "a" * server_limits.LINE).status == 414
     assert browser.raw(b"GET /" + b"a" * 5_000_000).status == 414  # sent and heard to the end
-    assert browser.get("/", A="a" * limits.HEAD).status == 431
-    assert browser.raw(b"GET / HTTP/1.1\r\n" + b"A: b\r\n" * limits.HEAD).status == 431
-    assert browser.get("/", A="a" * limits.LINE).status == 431
-    assert browser.get("/", A="a" * (limits.LINE - 5)).status == 200
+    assert browser.get("/", A="a" * server_limits.HEAD).status == 431
+    assert browser.raw(b"GET / HTTP/1.1\r\n" + b"A: b\r\n" * server_limits.HEAD).status == 431
+    assert browser.get("/", A="a" * server_limits.LINE).status == 431
+    assert browser.get("/", A="a" * (server_limits.LINE - 5)).status == 200
     long = {f"A{i}": "a" * 4000 for i in range(5)}
     assert browser.get("/", **long).status == 431
 
 
 def test_a_request_that_does_not_end_is_not_waited_for(browser, monkeypatch):
-    monkeypatch.setattr(limits, "HEAD_SECONDS", 0.05)
+    monkeypatch.setattr(server_limits, "HEAD_SECONDS", 0.05)
     got = browser.raw(b"GET / HTTP/1.1\r\nHost: ")
     assert (got.status, got.body) == (408, b"This request did not come to its end in time.\n")
     with browser.connected() as ahead, browser.connected() as gone:
@@ -125,7 +125,7 @@ def test_what_fails_inside_stays_inside_and_is_logged_once(where, caplog):
 
 
 def test_more_connections_than_it_takes_are_refused_and_others_come_later(browser, monkeypatch):
-    monkeypatch.setattr(limits, "CONNECTIONS", 3)
+    monkeypatch.setattr(server_limits, "CONNECTIONS", 3)
     held = [browser.connected() for _ in range(3)]
     with browser.connected() as stream:
         got = answer(everything(stream))
@@ -149,14 +149,14 @@ def test_twenty_ask_at_the_same_time_and_each_gets_all(browser):
 
 
 def test_a_reader_of_half_a_file_is_dropped_and_holds_up_nobody(browser, app, monkeypatch):
-    monkeypatch.setattr(limits, "PATIENCE", 0.1)
+    monkeypatch.setattr(server_limits, "PATIENCE", 0.1)
     monkeypatch.setitem(FILES, "big.nc", ("application/x-netcdf", bytes(20_000_000)))
     asked = f"GET /download/big.nc HTTP/1.1\r\nHost: {browser.host}\r\nCookie: {browser.cookie}"
-    held = [browser.connected() for _ in range(2 * limits.ANSWERS)]
+    held = [browser.connected() for _ in range(2 * server_limits.ANSWERS)]
     for each in held:
         each.sendall(f"{asked}\r\n\r\n".encode())
     assert browser.get("/").body == PAGE.encode()
-    assert all(len(everything(each)) < 20_000_000 for each in held[: limits.ANSWERS])
+    assert all(len(everything(each)) < 20_000_000 for each in held[: server_limits.ANSWERS])
     for each in held:
         each.close()
 

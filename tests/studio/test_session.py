@@ -10,18 +10,18 @@ import tomllib
 import numpy as np
 import pytest
 
-from robsim import examples, load_scenario, open_recording, open_run
-from robsim.page.packing import unpacked
-from robsim.studio.bench import Bench
-from robsim.studio.gallery import Shelf
+from robsim import examples, load_recording, load_scenario, open_run
+from robsim.page.recording_codec import unpack_recording
+from robsim.studio.scenario_shelf import ScenarioShelf
 from robsim.studio.session import Session
+from robsim.studio.workbench import Workbench
 
 
 class Pages:
     """Pages that keep what they are told."""
 
     def __init__(self, experiment):
-        self.session = Session(Bench(experiment), Shelf.shipped())
+        self.session = Session(Workbench(experiment), ScenarioShelf.shipped())
         self.told, self.heard = [], 0
         self.session.broadcast = self.told.append
         self.session.start()
@@ -70,7 +70,7 @@ def rows_of(messages):
     arrays = {}
     for message in map(json.loads, messages):
         if message["type"] in ("recording", "rows"):
-            _, more = unpacked(base64.b64decode(message["recording"]))
+            _, more = unpack_recording(base64.b64decode(message["recording"]))
             start = message.get("from", 0)
             timed = message["type"] == "rows"
             arrays = {
@@ -161,9 +161,9 @@ def test_what_is_saved_is_the_experiment_as_it_is(pages, tmp_path, monkeypatch):
     run = session.bench.experiment.run()
     assert np.array_equal(open_run(tmp_path / "run.nc")["q"], run["q"], equal_nan=True)
     (tmp_path / "run.html").write_bytes(session.download("run.html")[1])
-    assert open_recording(tmp_path / "run.html").header["outcome"] == "CONVERGED"
+    assert load_recording(tmp_path / "run.html").header["outcome"] == "CONVERGED"
     found = {}
-    monkeypatch.setattr("robsim.page.export.open_page", lambda path: None)
+    monkeypatch.setattr("robsim.page.export.open_page_file", lambda path: None)
     exec(session.download("experiment.py")[1].decode(), found)
     assert found["experiment"] == session.bench.experiment
     assert session.download("../run.nc") is None
@@ -180,7 +180,7 @@ def test_a_mistake_of_the_simulation_is_told_and_nothing_ends(pages, monkeypatch
 
 
 def test_what_was_told_in_parts_is_told_whole_to_who_comes_late(pages, monkeypatch):
-    monkeypatch.setattr("robsim.studio.outgoing.LONGEST", 3)
+    monkeypatch.setattr("robsim.studio.outbound_messages.LONGEST", 3)
     for gain in (0.6, 0.7, 0.8, 0.9, 1.0, 1.1):
         pages.ask({"step": 4})
         pages.ask({"set": ["task.gain", gain]})
@@ -199,7 +199,7 @@ def test_what_was_told_in_parts_is_told_whole_to_who_comes_late(pages, monkeypat
 def test_a_folder_is_a_shelf(tmp_path):
     (tmp_path / "one.toml").write_text("# Look here.\nschema = 1\ntitle = '<b>one</b>'\n")
     (tmp_path / "two.toml").write_text("not toml")
-    assert Shelf.of(tmp_path).entries == [
+    assert ScenarioShelf.of(tmp_path).entries == [
         {"name": "one", "title": "<b>one</b>", "about": "Look here."},
         {"name": "two", "title": "two", "about": ""},
     ]

@@ -10,10 +10,10 @@ import pytest
 from studio.test_session import Pages
 
 import robsim as rs
-from robsim.page.packing import unpacked
-from robsim.studio.gallery import Shelf
+from robsim.page.recording_codec import unpack_recording
+from robsim.studio.scenario_shelf import ScenarioShelf
 from robsim.studio.session import Session
-from robsim.studio.web.app import Unavailable
+from robsim.studio.web.app import UnavailableDownload
 
 
 @pytest.fixture(scope="module")
@@ -29,7 +29,7 @@ class StudyPages(Pages):
     """Pages of a studio of a study."""
 
     def __init__(self, study):
-        self.session = Session(None, Shelf.shipped(), study)
+        self.session = Session(None, ScenarioShelf.shipped(), study)
         self.told, self.heard = [], 0
         self.session.broadcast = self.told.append
         self.session.start()
@@ -47,7 +47,7 @@ def told(pages):
     """The header and the arrays of the map, as a new page is told them first."""
     message = json.loads(pages.session.hello()[0])
     assert message["type"] == "study"
-    return unpacked(base64.b64decode(message["recording"]))
+    return unpack_recording(base64.b64decode(message["recording"]))
 
 
 def test_a_new_page_is_told_the_table_first(study, told):
@@ -124,7 +124,7 @@ def test_before_a_run_is_open_there_is_nothing_to_move(wish, pages):
     pages.ask(wish)
     state = pages.until(lambda state: state["note"])
     assert state["note"] == "no run is open yet: choose one on the map"
-    with pytest.raises(Unavailable, match="no run is open yet"):
+    with pytest.raises(UnavailableDownload, match="no run is open yet"):
         pages.session.download("run.nc")
 
 

@@ -13,7 +13,7 @@ import numba
 import pytest
 
 import robsim
-from robsim.kernels.machine import sources, store
+from robsim.kernels.machine import cache_files, sources
 
 KERNELS = Path(robsim.__file__).parent / "kernels"
 CALL = """
@@ -143,7 +143,7 @@ def test_an_edit_in_a_callee_of_another_file_is_seen_and_a_second_start_compiles
     assert before and Path(folder).parent == cache
 
     assert start(copy, cache) == [[3.0, 0.0], 1, 0, folder]
-    edit(copy / "robsim/kernels/control/docking.py", "\n", "\n\n")  # which it does not import
+    edit(copy / "robsim/kernels/control/docking_law.py", "\n", "\n\n")  # which it does not import
     assert start(copy, cache) == [[3.0, 0.0], 1, 0, folder]
     assert compiled(cache) == before
 
@@ -176,11 +176,7 @@ def test_an_edit_of_a_stage_that_is_called_by_symbol_is_seen(copy):
     cache = copy / "cache"
     assert start(copy, cache, SOLVE) == [[0.5, 0.5], 1, 0]
     rank = "    put(block, scratch, rank)\n"
-    edit(
-        copy / "robsim/kernels/linear_algebra/singular.py",
-        rank,
-        rank.replace("rank)", "7.0 + rank)"),
-    )
+    edit(copy / "robsim/kernels/linear_algebra/svd.py", rank, rank.replace("rank)", "7.0 + rank)"))
     assert start(copy, cache, SOLVE) == [[0.5, 0.5], 8, 0]
     assert start(copy, cache, SOLVE) == [[0.5, 0.5], 8, 1]
 
@@ -240,13 +236,13 @@ def test_the_imports_of_a_kernel_file_are_those_that_python_reads():
                 expected |= {each.module, *(f"{each.module}.{name.name}" for name in each.names)}
             elif isinstance(each, ast.Import):
                 expected |= {name.name for name in each.names}
-        assert sources.imported(module) == expected & sources.SOURCES.keys(), module
+        assert sources.imported_modules(module) == expected & sources.SOURCES.keys(), module
         assert "import_module" not in path.read_text(encoding="utf-8")
 
 
 def test_a_function_without_a_file_is_not_kept():
     assert sources.digest_of("no_such_module") == ""
-    assert len(sources.digest_of("robsim.kernels.control.docking")) == 20
+    assert len(sources.digest_of("robsim.kernels.control.docking_law")) == 20
 
 
 @pytest.mark.first_start
@@ -265,7 +261,7 @@ def test_every_kernel_source_and_its_name_count(copy):
 
     def name():
         code = f"import sys; sys.path.insert(0, {str(copy)!r})\n"
-        code += "from robsim.kernels.machine.store import KERNEL_HASH as name; print(name)"
+        code += "from robsim.kernels.machine.cache_files import KERNEL_HASH as name; print(name)"
         environment = {**os.environ, "ROBSIM_CACHE_DIR": str(copy / "cache")}
         done = subprocess.run(
             [sys.executable, "-c", code],
@@ -279,7 +275,7 @@ def test_every_kernel_source_and_its_name_count(copy):
     names = [name()]
     (copy / "robsim/kernels/more.py").write_text("# more", encoding="utf-8")
     names.append(name())
-    (copy / "robsim/kernels/formulas/tree.py").rename(copy / "robsim/kernels/trees.py")
+    (copy / "robsim/kernels/formulas/body_arrays.py").rename(copy / "robsim/kernels/trees.py")
     names.append(name())
     edit(copy / "robsim/kernels/trees.py", "\n", "\n\n")
     names.append(name())
@@ -288,14 +284,14 @@ def test_every_kernel_source_and_its_name_count(copy):
 
 def test_numba_keeps_its_own_cache_for_the_functions_of_a_user():
     assert os.environ.get("NUMBA_CACHE_DIR", "") == numba.config.CACHE_DIR
-    assert store.CACHE.parent == store.USER_CACHE and len(store.KERNEL_HASH) == 16
+    assert cache_files.CACHE.parent == cache_files.USER_CACHE and len(cache_files.KERNEL_HASH) == 16
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="the usual place is another one there")
 def test_the_usual_place_is_the_users_cache_folder(monkeypatch, tmp_path):
     monkeypatch.delenv("ROBSIM_CACHE_DIR", raising=False)
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
-    assert store._user_cache() == tmp_path / "robsim"
+    assert cache_files._user_cache_folder() == tmp_path / "robsim"
     monkeypatch.delenv("XDG_CACHE_HOME")
     monkeypatch.setenv("HOME", str(tmp_path))
-    assert store._user_cache() == tmp_path / ".cache" / "robsim"
+    assert cache_files._user_cache_folder() == tmp_path / ".cache" / "robsim"

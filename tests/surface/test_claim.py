@@ -4,7 +4,7 @@ import os
 import subprocess
 import sys
 
-from robsim.kernels.machine.claim import Claim
+from robsim.kernels.machine.compile_lock import CompileLock
 
 COUNTED = """
 from robsim.kernels.machine import store
@@ -28,13 +28,13 @@ def test_one_process_compiles_and_the_others_load(tmp_path):
 
 
 def test_a_claim_ends_with_its_object(tmp_path):
-    first = Claim(tmp_path / "kernel.nbc")
+    first = CompileLock(tmp_path / "kernel.nbc")
     assert not first.waited and [path.name for path in tmp_path.iterdir()] == ["kernel.lock"]
     del first
     assert not list(tmp_path.iterdir())
-    assert not Claim(tmp_path / "kernel.nbc").waited
+    assert not CompileLock(tmp_path / "kernel.nbc").waited
 
 
 def test_where_nothing_can_be_written_nobody_waits(tmp_path):
     (tmp_path / "file").write_text("")
-    assert not Claim(tmp_path / "file" / "kernel.nbc").waited
+    assert not CompileLock(tmp_path / "file" / "kernel.nbc").waited

@@ -9,12 +9,12 @@ from matplotlib.text import Text
 from PIL import Image
 
 import robsim as rs
-from robsim.cli.views import check_views
-from robsim.plot.film.animate import PAUSE
-from robsim.plot.film.clock import LONGEST, MOST, clock
-from robsim.plot.film.footage import footage_of
-from robsim.plot.film.screen import Screen
-from robsim.plot.solids import Solids
+from robsim.cli.page_and_films import check_views
+from robsim.plot.film.animation import PAUSE
+from robsim.plot.film.film_frames import FilmFrames
+from robsim.plot.film.film_source import build_film_source
+from robsim.plot.film.frame_times import LONGEST, MOST, choose_frame_times
+from robsim.plot.shaded_solids import SolidFaces
 
 LOOK = {"view": None, "goal": None, "title": None}
 SMALL = {"dpi": 25}  # 320 x 180 pixels
@@ -25,8 +25,10 @@ def example(name, **changes):
 
 
 def screen_of(run, fps=4.0, speed=None, **look):
-    footage = footage_of(run)
-    return Screen(footage, clock(footage.time, fps, speed), (12.8, 7.2), 50.0, **LOOK | look)
+    footage = build_film_source(run)
+    return FilmFrames(
+        footage, choose_frame_times(footage.time, fps, speed), (12.8, 7.2), 50.0, **LOOK | look
+    )
 
 
 @pytest.fixture(scope="module")
@@ -47,7 +49,7 @@ def mission():
 def written(run, path, **how):
     """The pictures (H, W, 3) of a GIF as any reader shows them, and their milliseconds."""
     pictures, spans = [], []
-    with Image.open(rs.animate(run, path, **SMALL | how)) as film:
+    with Image.open(rs.save_film(run, path, **SMALL | how)) as film:
         assert film.info["loop"] == 0  # for ever
         for k in range(film.n_frames):
             film.seek(k)
@@ -76,7 +78,7 @@ def test_frames_are_as_many_as_rate_and_speed_say(arm, tmp_path, fps, speed, fra
 
 def test_each_frame_shows_the_nearest_instant_and_the_last_one_the_end():
     time = np.arange(251) * 0.04
-    found = clock(time, 12.0, 1.5).instants
+    found = choose_frame_times(time, 12.0, 1.5).instants
     wanted = np.minimum(np.arange(81) * 1.5 / 12, 10.0)
     away = np.abs(time - wanted[:, None])
     np.testing.assert_allclose(np.abs(time[found] - wanted), away.min(axis=1), atol=1e-12)
@@ -84,10 +86,10 @@ def test_each_frame_shows_the_nearest_instant_and_the_last_one_the_end():
 
 
 def test_ten_thousand_instants_are_a_film_of_a_minute():
-    found = clock(np.arange(10_000) * 0.04, 20.0, None)
+    found = choose_frame_times(np.arange(10_000) * 0.04, 20.0, None)
     assert found.speed == 7 and len(found.instants) == np.ceil(399.96 / 7 * 20) + 1
     assert len(found.instants) <= 20 * LONGEST + 1
-    assert clock(np.arange(5) * 0.04, 20.0, None).speed == 1
+    assert choose_frame_times(np.arange(5) * 0.04, 20.0, None).speed == 1
 
 
 def test_an_instant_alone_is_a_film_of_one_frame(tmp_path):
@@ -102,7 +104,7 @@ def test_an_instant_alone_is_a_film_of_one_frame(tmp_path):
 def test_what_is_after_the_end_of_a_run_is_not_filmed():
     run = example("visp_tutorial").run()
     assert np.isnan(run.error_norm.values[-1])
-    footage = footage_of(run)
+    footage = build_film_source(run)
     assert footage.time[-1] == float(run.end_time)
     screen = screen_of(run, fps=1.0)
     screen[len(screen) - 1]
@@ -144,7 +146,7 @@ def test_two_cameras_have_an_image_each():
 
 
 def faces(figure):
-    [solids] = [a for a in figure.axes[0].collections if isinstance(a, Solids)]
+    [solids] = [a for a in figure.axes[0].collections if isinstance(a, SolidFaces)]
     return solids
 
 
@@ -256,14 +258,14 @@ def test_a_gif_has_the_frames_that_were_drawn(arm, tmp_path):
 
 @pytest.mark.full
 def test_the_same_run_gives_the_same_bytes(arm, tmp_path):
-    one, other = (rs.animate(arm, tmp_path / name, fps=5) for name in ("a.gif", "b.gif"))
+    one, other = (rs.save_film(arm, tmp_path / name, fps=5) for name in ("a.gif", "b.gif"))
     assert one.read_bytes() == other.read_bytes()
 
 
 @pytest.mark.full
 def test_a_film_of_the_demo_is_small(tmp_path):
     run = example("chapter_6_1").run()
-    assert rs.animate(run, tmp_path / "run.gif").stat().st_size < 3e6
+    assert rs.save_film(run, tmp_path / "run.gif").stat().st_size < 3e6
 
 
 @pytest.mark.browser
@@ -271,7 +273,7 @@ def test_an_mp4_has_the_frames_that_were_drawn(arm, tmp_path):
     import av
 
     screen = screen_of(arm, fps=5.0)
-    with av.open(rs.animate(arm, tmp_path / "run.mp4", fps=5, dpi=50)) as film:
+    with av.open(rs.save_film(arm, tmp_path / "run.mp4", fps=5, dpi=50)) as film:
         stream = film.streams.video[0]
         assert stream.average_rate == 5 and stream.codec_context.name == "h264"
         pictures = [frame.to_ndarray(format="rgb24").astype(int) for frame in film.decode(stream)]
@@ -282,7 +284,7 @@ def test_an_mp4_has_the_frames_that_were_drawn(arm, tmp_path):
 
 def test_folders_are_made_and_shares_told(short, tmp_path):
     shares = []
-    path = rs.animate(short, tmp_path / "a" / "run.GIF", **SMALL, fps=10, progress=shares.append)
+    path = rs.save_film(short, tmp_path / "a" / "run.GIF", **SMALL, fps=10, progress=shares.append)
     assert path.stat().st_size > 1000 and shares == [0.2, 0.4, 0.6, 0.8, 1.0]
 
 
@@ -294,7 +296,7 @@ def test_a_stop_leaves_what_was_there(short, tmp_path):
     path = tmp_path / "run.gif"
     path.write_text("old")
     with pytest.raises(KeyboardInterrupt):
-        rs.animate(short, path, **SMALL, progress=stop)
+        rs.save_film(short, path, **SMALL, progress=stop)
     assert [each.read_text() for each in tmp_path.iterdir()] == ["old"]
 
 
@@ -320,33 +322,33 @@ BAD = {
 @pytest.mark.parametrize(("how", "message"), BAD.values(), ids=BAD)
 def test_what_cannot_be_filmed_so_is_refused_at_once(short, tmp_path, how, message):
     with pytest.raises(rs.InputError, match=message):
-        rs.animate(short, tmp_path / "run.gif", **how)
+        rs.save_film(short, tmp_path / "run.gif", **how)
     assert not list(tmp_path.iterdir())
 
 
 def test_paths_of_no_film_are_refused(short, tmp_path):
     for path in (tmp_path / "run.avi", "run", ".gif"):
         with pytest.raises(rs.InputError, match=r"a film ends in \.gif or \.mp4"):
-            rs.animate(short, path)
+            rs.save_film(short, path)
     (tmp_path / "folder.gif").mkdir()
     with pytest.raises(rs.FileError, match="it is a folder"):
-        rs.animate(short, tmp_path / "folder.gif")
+        rs.save_film(short, tmp_path / "folder.gif")
     with pytest.raises(rs.FileError, match="cannot write"):
-        rs.animate(short, "a\0b.gif")
+        rs.save_film(short, "a\0b.gif")
 
 
 def test_batches_summaries_and_other_things_are_refused(tmp_path):
     experiment = example("visp_tutorial", duration=0.4)
     several = experiment.with_(start=np.tile(experiment.start, (3, 1))).run()
     with pytest.raises(rs.InputError, match=r"these are 3: pick one, as in run\.isel\(run=0\)"):
-        rs.animate(several, tmp_path / "run.gif")
-    assert rs.animate(several.isel(run=1), tmp_path / "run.gif", **SMALL).exists()
+        rs.save_film(several, tmp_path / "run.gif")
+    assert rs.save_film(several.isel(run=1), tmp_path / "run.gif", **SMALL).exists()
     with pytest.raises(rs.InputError, match="only the end of this run was recorded"):
-        rs.animate(experiment.run(record="summary"), tmp_path / "a.gif")
+        rs.save_film(experiment.run(record="summary"), tmp_path / "a.gif")
     with pytest.raises(rs.InputError, match="expected a run"):
-        rs.animate(experiment.scene, tmp_path / "a.gif")
+        rs.save_film(experiment.scene, tmp_path / "a.gif")
     with pytest.raises(rs.InputError, match="not one of this scene"):
-        rs.animate(several.isel(run=0), tmp_path / "a.gif", example("chapter_6_1"))
+        rs.save_film(several.isel(run=0), tmp_path / "a.gif", example("chapter_6_1"))
 
 
 # ---- commands ----
@@ -363,7 +365,7 @@ def test_an_mp4_without_pyav_is_refused_before_anything_runs(called, monkeypatch
     without_av(monkeypatch)
     monkeypatch.chdir(tmp_path)
     with pytest.raises(rs.InputError, match=r"pip install 'robsim\[film\]'.* needs nothing more"):
-        rs.animate(short, "run.mp4")
+        rs.save_film(short, "run.mp4")
     status, out, err = called("run", str(rs.examples.path("visp_tutorial")), "--mp4")
     assert status == 2 and not out and "an MP4 needs PyAV, which is not installed" in err
     assert not list(tmp_path.iterdir())
@@ -379,7 +381,7 @@ def test_run_writes_a_page_and_a_film_beside_the_rest(called, monkeypatch, tmp_p
     assert sorted(path.name for path in Path("out").iterdir()) == names
     run = rs.open_run("out/run.nc")
     assert Path("out/run.html").read_bytes() == rs.export_html(run, "again.html").read_bytes()
-    assert Path("out/run.gif").read_bytes() == rs.animate(run, "again.gif").read_bytes()
+    assert Path("out/run.gif").read_bytes() == rs.save_film(run, "again.gif").read_bytes()
     assert called(*command, *short, "--force")[0] == 0  # films of another run go
     assert sorted(path.name for path in Path("out").iterdir()) == ["run.nc", "scenario.toml"]
 
@@ -400,7 +402,9 @@ def test_the_demo_is_live_where_a_person_sees_it(called, monkeypatch, tmp_path, 
     served = []
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr("robsim.page.export.has_browser", lambda: seen)
-    monkeypatch.setattr("robsim.cli.demo.serve", lambda *given, **how: served.append((given, how)))
+    monkeypatch.setattr(
+        "robsim.cli.demo_command.serve", lambda *given, **how: served.append((given, how))
+    )
     status, out, _ = called("demo", *options)
     assert status == 0
     line = "see it move  open robsim-demo/run.html in any browser\n"
@@ -408,4 +412,4 @@ def test_the_demo_is_live_where_a_person_sees_it(called, monkeypatch, tmp_path, 
         assert served == [((example("chapter_6_1"),), {"once": True})] and line not in out
     else:
         assert not served and out.endswith(line)
-    assert rs.open_recording("robsim-demo/run.html").header["outcome"] == "CONVERGED"
+    assert rs.load_recording("robsim-demo/run.html").header["outcome"] == "CONVERGED"

@@ -6,14 +6,14 @@ import shlex
 import pytest
 
 import robsim as rs
-from robsim.studio.gallery import remark
+from robsim.studio.scenario_shelf import extract_remark
 
 MOST = 330  # characters, of which a card of the gallery has room
 SENTENCE = re.compile(r"[.?!](?= [A-Z]|$)")
 
 
 def head(name):
-    first, *lines = remark(rs.examples.path(name).read_text(encoding="utf-8")).split("\n")
+    first, *lines = extract_remark(rs.examples.path(name).read_text(encoding="utf-8")).split("\n")
     return first, lines
 
 

@@ -27,7 +27,9 @@ def faces(axes, color):
     collections = [c for c in axes.collections if isinstance(c, PolyCollection)]
     lines = [c for c in axes.collections if isinstance(c, LineCollection)]
     pairs = zip(collections, lines, strict=True)
-    mine = [c for c, line in pairs if to_hex(line.get_edgecolor()[0]) == palette.color(color)]
+    mine = [
+        c for c, line in pairs if to_hex(line.get_edgecolor()[0]) == palette.convert_color(color)
+    ]
     corners = [path.vertices for c in mine for path in c.get_paths()]
     return np.concatenate(corners), [c.get_zorder() for c in mine]
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import robsim as rs
-from robsim.analysis.explanation.finding import Finding
-from robsim.base.html import table
+from robsim.analysis.explanation.findings import Finding
+from robsim.base.html import format_html_table
 
 
 def cells(html):
@@ -77,6 +77,6 @@ def test_a_comparison_is_the_table_that_it_prints():
 
 @pytest.mark.parametrize("text", ["<script>", 'a "b"', "x & y", "<img src=x onerror=y>"])
 def test_every_text_is_escaped(text):
-    html = table(text, [(text, 3)], (text, text), text)
+    html = format_html_table(text, [(text, 3)], (text, text), text)
     assert text not in html
-    assert "<td" in html and "<br>" in table("two\nlines", [])
+    assert "<td" in html and "<br>" in format_html_table("two\nlines", [])

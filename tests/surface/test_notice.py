@@ -9,8 +9,8 @@ import numba
 import pytest
 from numba.core.event import Event, EventStatus
 
-from robsim.kernels.formulas import gain, interaction
-from robsim.kernels.machine import notice, saying, store
+from robsim.kernels.formulas import adaptive_gain, interaction
+from robsim.kernels.machine import cache_files, compile_notice, stderr_messages
 
 CODE = """
 import numpy as np
@@ -43,10 +43,10 @@ def wait(teller):
 @pytest.fixture
 def teller(monkeypatch):
     """A listener of its own, which is not silent in tests, and for which a second is nothing."""
-    monkeypatch.setattr(saying, "quiet", lambda: False)
-    monkeypatch.setattr(saying, "_said", False)
-    monkeypatch.setattr(notice, "PATIENCE", 0.0)
-    return notice.Notice()
+    monkeypatch.setattr(stderr_messages, "quiet", lambda: False)
+    monkeypatch.setattr(stderr_messages, "_said", False)
+    monkeypatch.setattr(compile_notice, "PATIENCE", 0.0)
+    return compile_notice.CompileNotice()
 
 
 class Terminal(io.StringIO):
@@ -59,13 +59,13 @@ def test_one_line_says_what_is_done_and_where_it_is_kept(teller, capsys):
         start(teller, interaction.points_interaction)
         wait(teller)
         end(teller, interaction.points_interaction)
-    line = f"robsim: compiling kernels, once: they are kept in {store.CACHE}\n"
+    line = f"robsim: compiling kernels, once: they are kept in {cache_files.CACHE}\n"
     assert capsys.readouterr() == ("", line)
     assert teller.compiled == ["interaction.points_interaction"] * 2
 
 
 def test_before_a_second_has_passed_nothing_is_said(teller, capsys, monkeypatch):
-    monkeypatch.setattr(notice, "PATIENCE", 1000.0)
+    monkeypatch.setattr(compile_notice, "PATIENCE", 1000.0)
     start(teller, interaction.points_interaction)
     end(teller, interaction.points_interaction)
     assert teller._timer.finished.is_set()
@@ -77,10 +77,10 @@ def test_a_terminal_shows_what_is_compiled_now_and_keeps_the_first_line_only(tel
     monkeypatch.setattr(sys, "stderr", screen)
     start(teller, interaction.points_interaction)
     wait(teller)
-    start(teller, gain.adaptive)
+    start(teller, adaptive_gain.compute_gains)
     first, now = screen.getvalue().split("\n")
     assert first.startswith("robsim: compiling kernels") and "0 kernels in 0 s" in now
-    end(teller, gain.adaptive)
+    end(teller, adaptive_gain.compute_gains)
     end(teller, interaction.points_interaction)
     last = screen.getvalue().split("\n")[1].rsplit("\r", 2)
     assert last[1].strip() == "" and last[2] == ""
@@ -88,11 +88,11 @@ def test_a_terminal_shows_what_is_compiled_now_and_keeps_the_first_line_only(tel
 
 @pytest.mark.parametrize("variable", ["ROBSIM_QUIET", "PYTEST_CURRENT_TEST"])
 def test_it_can_be_silenced_and_is_silent_in_tests(capsys, monkeypatch, variable):
-    teller = notice.Notice()
-    monkeypatch.setattr(notice, "PATIENCE", 0.0)
+    teller = compile_notice.CompileNotice()
+    monkeypatch.setattr(compile_notice, "PATIENCE", 0.0)
     monkeypatch.delenv("PYTEST_CURRENT_TEST")
     monkeypatch.delenv("ROBSIM_QUIET", raising=False)
-    assert not saying.quiet()
+    assert not stderr_messages.is_quiet()
     monkeypatch.setenv(variable, "1")
     start(teller, interaction.points_interaction)
     wait(teller)
@@ -109,7 +109,7 @@ def test_the_functions_of_a_user_are_not_counted(teller, capsys):
 
 def test_without_a_place_to_write_it_says_so(teller, capsys, monkeypatch, tmp_path):
     (tmp_path / "file").touch()
-    monkeypatch.setattr(store, "CACHE", tmp_path / "file" / "below")
+    monkeypatch.setattr(cache_files, "CACHE", tmp_path / "file" / "below")
     start(teller, interaction.points_interaction)
     wait(teller)
     end(teller, interaction.points_interaction)
@@ -125,8 +125,8 @@ def test_what_cannot_be_kept_is_told_once_and_by_its_reason(teller, capsys, monk
     data = numba.njit(lambda x: x)
     data(1.0)
     (made,) = data.overloads.values()
-    monkeypatch.setattr(store, "CACHE", tmp_path)
-    monkeypatch.setattr(store, "save", full)
+    monkeypatch.setattr(cache_files, "CACHE", tmp_path)
+    monkeypatch.setattr(cache_files, "save", full)
     for _ in range(2):
         interaction.points_interaction._cache.save_overload(made.signature.args, made)
     assert capsys.readouterr().err == (

@@ -16,7 +16,7 @@ from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection
 import robsim as rs
 from robsim import plot
 from robsim.plot import palette
-from robsim.plot.solids import SHADOW, Solids
+from robsim.plot.shaded_solids import SHADOW, SolidFaces
 
 matplotlib.use("agg")
 
@@ -123,7 +123,7 @@ def wires(figure):
 def faces(figure):
     """{label: [corners (n, 3) of a face, ...]} of the solids in 3-D axes."""
     found = {}
-    for solids in [a for a in figure.axes[0].collections if isinstance(a, Solids)]:
+    for solids in [a for a in figure.axes[0].collections if isinstance(a, SolidFaces)]:
         for label, corners in zip(solids.labels, np.asarray(solids._faces), strict=True):
             again = (np.diff(corners, axis=0) == 0).all(axis=1)  # corners are repeated, to pad
             found.setdefault(label, []).append(corners[np.r_[True, ~again]])
@@ -289,9 +289,9 @@ def test_links_keep_their_colours_and_an_all_black_robot_gets_one_for_each():
     arm = rs.Robot.from_dh([[0, 1, 0, 0]] * 3, shapes=shapes, name="arm")
     drawn = colors_of(plot.scene(rs.Scene(arm)).axes[0])
     own = [palette.BLACK, palette.BLUE, palette.VERMILLION, palette.GREEN]
-    assert list(drawn.values()) == [palette.tinted(color, 0.15) for color in own]
+    assert list(drawn.values()) == [palette.tint_color(color, 0.15) for color in own]
     drawn = colors_of(plot.scene(rs.Scene(RHINO)).axes[0])
-    own = [palette.tinted(palette.color(color), 0.15) for color in "krbgmc"]
+    own = [palette.tint_color(palette.convert_color(color), 0.15) for color in "krbgmc"]
     assert list(drawn.values()) == own
 
 
@@ -321,7 +321,7 @@ def test_what_has_several_colours_is_named_by_one_that_is_its_own():
     arm = rs.Robot.from_dh([[0, 1, 0, 0]], shapes=[[rs.Block(1, 1, 1)], head], links=["head"])
     colors = colors_of(plot.scene(rs.Scene(arm)).axes[0])
     own = {"base": palette.BLACK, "head": palette.PURPLE}
-    assert colors == {name: palette.tinted(color, 0.15) for name, color in own.items()}
+    assert colors == {name: palette.tint_color(color, 0.15) for name, color in own.items()}
 
 
 def test_outcomes_have_colours_of_their_own_blue_where_it_worked_warm_where_not():
@@ -338,7 +338,7 @@ def test_the_same_figure_has_the_same_bytes(scene, run):
 
 
 def test_the_colours_of_links_differ_up_to_twenty_one():
-    assert len({palette.nth(i) for i in range(21)}) == 21
+    assert len({palette.cycle_color(i) for i in range(21)}) == 21
     arm = rs.Robot.from_dh([[0, 1, 0, 0]] * 20, shapes=[[rs.Block(1, 1, 1)]] * 21, name="arm")
     assert legend(plot.scene(rs.Scene(arm)).axes[0]) == ["arm"]  # more links than a legend holds
 
@@ -356,13 +356,13 @@ def test_two_cameras_a_held_cube_and_its_goal_have_their_colours():
     for eye in eyes:
         assert_same(faces(figure)[eye.name], faces_of(body.drawn(eye.pose), np.eye(4)))
     colors = colors_of(figure.axes[0])
-    assert colors["cube"] == palette.tinted(palette.GREEN, 0.15)
-    assert colors["goal"] == palette.tinted(palette.SKY_BLUE, 0.15)
+    assert colors["cube"] == palette.tint_color(palette.GREEN, 0.15)
+    assert colors["goal"] == palette.tint_color(palette.SKY_BLUE, 0.15)
 
 
 def test_a_face_is_the_brighter_the_more_it_looks_at_the_lamp():
     scene = rs.Scene(objects=rs.Object("cube", rs.Block(1, 1, 1, "b")))
-    [solids] = [a for a in plot.scene(scene).axes[0].collections if isinstance(a, Solids)]
+    [solids] = [a for a in plot.scene(scene).axes[0].collections if isinstance(a, SolidFaces)]
     brightness = solids._facecolor3d.sum(axis=1)
     up = [np.ptp(corners[:, 2]) == 0 and corners[0, 2] > 0 for corners in np.array(solids._faces)]
     assert brightness[up] == brightness.max()
@@ -522,8 +522,8 @@ def test_an_unknown_colour_is_refused_by_name():
 
 @pytest.mark.parametrize("letter", "krgbcmyw")
 def test_the_letters_of_the_primitives_have_colours_of_their_own(letter):
-    others = [palette.color(other) for other in "krgbcmyw" if other != letter]
-    assert palette.color(letter) not in others
+    others = [palette.convert_color(other) for other in "krgbcmyw" if other != letter]
+    assert palette.convert_color(letter) not in others
 
 
 # --- the image window
@@ -817,7 +817,7 @@ def test_figures_are_drawn_into_the_axes_that_are_given(scene, run, examined):
     plot.moments(scene, [scene.home, scene.home + OFFSET], axes=pictures)
     assert all(axes.get_aspect() == 1 for axes in pictures)
     sides = Figure().subplots(1, 2)
-    plot.workspace(rs.workspace(RHINO, 50), axes=sides)
+    plot.workspace(rs.sample_workspace(RHINO, 50), axes=sides)
     assert sides[0].get_title() == "from the side"
 
 
@@ -857,7 +857,7 @@ def test_sizes_and_titles_are_the_users(scene, run, compared, examined):
         plot.run: (run, scene),
         plot.comparison: (compared,),
         plot.diagnosis: (examined,),
-        plot.workspace: (rs.workspace(RHINO, 50),),
+        plot.workspace: (rs.sample_workspace(RHINO, 50),),
         plot.moments: (scene, [scene.home]),
     }
     for draw, given in draws.items():

@@ -13,7 +13,7 @@ from mpl_toolkits.mplot3d.art3d import Line3DCollection
 import robsim as rs
 from robsim import plot, robots
 from robsim.cli import commands
-from robsim.plot.solids import Solids
+from robsim.plot.shaded_solids import SolidFaces
 
 matplotlib.use("agg")
 STANFORD = """\
@@ -56,7 +56,7 @@ def lines(figure):
     ends = [
         a._segments3d for a in drawn if isinstance(a, Line3DCollection) and a.get_label()[0] != "_"
     ]
-    ends += [a._faces for a in drawn if isinstance(a, Solids)]
+    ends += [a._faces for a in drawn if isinstance(a, SolidFaces)]
     return np.concatenate([np.asarray(each).reshape(-1, 3) for each in ends])
 
 
@@ -66,9 +66,9 @@ def test_the_table_of_a_robot_is_printed_whole(robsim):
 
 @pytest.mark.parametrize("name", robots.names())
 def test_each_robot_has_a_row_for_each_link_and_all_its_sources(robsim, name):
-    from robsim.cli.robot_table import robot_table
+    from robsim.cli.robot_description import format_robot
 
-    table, robot = robot_table(name), robots.load(name)
+    table, robot = format_robot(name), robots.load(name)
     rows = [line.split() for line in table.splitlines()]
     for link in robot.links[1:]:
         assert any(row[:1] == [link.name] and link.joint.kind in row for row in rows)

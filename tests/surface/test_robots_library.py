@@ -12,7 +12,7 @@ import pytest
 
 import robsim as rs
 from robsim import robots
-from robsim.robot.dh_row import dh_constants
+from robsim.robot.dh_row import compute_dh_constants
 
 NAMES = (
     "car",
@@ -74,7 +74,7 @@ def test_the_table_is_that_of_the_oracle_bit_for_bit(name):
     assert len(robot.links) == 1 + len(spec["rows"])
     for link, row, letter in zip(robot.links[1:], spec["rows"], spec["joints"], strict=True):
         kind = {"R": "revolute", "P": "prismatic"}[letter]
-        place, tail = dh_constants(np.array(row), spec["convention"], letter == "R")
+        place, tail = compute_dh_constants(np.array(row), spec["convention"], letter == "R")
         assert link.joint.kind == kind
         np.testing.assert_array_equal(link.joint.place.matrix, place.matrix)
         np.testing.assert_array_equal(link.joint.tail.matrix, tail.matrix)

@@ -77,7 +77,7 @@ def test_what_is_heavy_is_loaded_only_by_what_needs_it():
 
 
 @pytest.mark.parametrize(
-    "code", ["import robsim; dir(robsim)", "import robsim.cli", "import robsim.cli.schema"]
+    "code", ["import robsim; dir(robsim)", "import robsim.cli", "import robsim.cli.schema_command"]
 )
 def test_help_and_completion_load_no_numbers(code):
     (loaded,) = loaded_by(code)
@@ -100,8 +100,8 @@ def test_a_users_kind_meets_the_shipped_ones_whatever_was_imported():
     code += "except ValueError as error: assert 'CameraLaw' in str(error)\n"
     code += "else: raise AssertionError\n"
     code += "Mine.name = 'mine'; register('law')(Mine)\n"
-    code += "import robsim; assert 'mine' in robsim.declare.families()['law'].kinds\n"
-    code += "assert robsim.declare.families()['task'].kinds['mission'] is robsim.Mission"
+    code += "import robsim; assert 'mine' in robsim.declare.kind_families()['law'].kinds\n"
+    code += "assert robsim.declare.kind_families()['task'].kinds['mission'] is robsim.Mission"
     loaded_by(code)
 
 

@@ -6,42 +6,44 @@ import pytest
 
 import robsim as rs
 from robsim import cli
-from robsim.cli import uses, warm
+from robsim.cli import warm_command, warm_workload
 from robsim.declare import families
-from robsim.kernels.machine import prebuilt, store
+from robsim.kernels.machine import cache_files, prebuilt
 
 
 def test_the_list_has_every_example_feature_and_module():
-    listed = uses.uses()
+    listed = warm_workload.list_workload()
     assert len(set(listed)) == len(listed)
     by_kind = {kind: {what for k, what in listed if k == kind} for kind, _ in listed}
     assert by_kind["example"] == set(rs.examples.names())
     assert by_kind["change"] >= {f"task.features={name}" for name in families()["feature"].kinds}
     assert by_kind["change"] >= {"task.law=camera", "task.law=joint"}
-    assert by_kind["docstrings"] >= {"robsim.robot.ik.result", "robsim.vision.stereo"}
+    assert by_kind["docstrings"] >= {"robsim.robot.ik.ik_result", "robsim.vision.stereo"}
 
 
 def test_one_thing_is_done_as_a_user_does_it(monkeypatch, tmp_path):
     monkeypatch.chdir(tmp_path)
     done = []
     monkeypatch.setattr(rs.Experiment, "run", lambda self: done.append(self.task))
-    monkeypatch.setattr(uses.robsim, "simulate", lambda *a, **how: done.append(how["sensing"]))
-    uses.do(("change", "sensing.noise=1"))
-    uses.do(("example", "visp_tutorial"))
+    monkeypatch.setattr(
+        warm_workload.robsim, "simulate", lambda *a, **how: done.append(how["sensing"])
+    )
+    warm_workload.run_workload_item(("change", "sensing.noise=1"))
+    warm_workload.run_workload_item(("example", "visp_tutorial"))
     task, sensing, other = done
     assert sensing.noise == 1.0 and isinstance(task, rs.IBVS)
     assert other == rs.load_scenario(rs.examples.path("visp_tutorial")).task
 
 
 def test_changes_are_of_keys_that_there_are():
-    changes = [what for kind, what in uses.uses() if kind == "change"]
+    changes = [what for kind, what in warm_workload.list_workload() if kind == "change"]
     assert 'sensing.effects=["outliers"]' in changes and 'actuation.effects=["lag"]' in changes
     for change in changes:
-        rs.load_scenario(rs.examples.path(uses.SCENARIO), [change])
+        rs.load_scenario(rs.examples.path(warm_workload.SCENARIO), [change])
 
 
 def test_what_fails_is_told_by_its_name():
-    compiled, error = warm.compiled_by(("example", "none_such"))
+    compiled, error = warm_command.compile_for_item(("example", "none_such"))
     assert compiled == set() and error.startswith("example none_such: InputError: no example")
 
 
@@ -58,11 +60,11 @@ def called(monkeypatch, capsys):
 
 
 def test_it_says_what_it_compiled_and_where_and_that_there_is_nothing_left(monkeypatch, called):
-    monkeypatch.setattr(warm, "_done", lambda jobs: ({"a", "b"}, ["example car: it broke"]))
+    monkeypatch.setattr(warm_command, "_done", lambda jobs: ({"a", "b"}, ["example car: it broke"]))
     out, err = called()
-    assert out.startswith("compiled 2 kernels in 0 s; kept: ") and str(store.CACHE) in out
+    assert out.startswith("compiled 2 kernels in 0 s; kept: ") and str(cache_files.CACHE) in out
     assert err == "warning: example car: it broke\n"
-    monkeypatch.setattr(warm, "_done", lambda jobs: (set(), []))
+    monkeypatch.setattr(warm_command, "_done", lambda jobs: (set(), []))
     assert called().out.startswith("nothing to do: ")
     monkeypatch.setattr(prebuilt, "LEVEL", "x86-64-v3")
     assert "what came with the package serves here (x86-64-v3)" in called().out
@@ -70,7 +72,9 @@ def test_it_says_what_it_compiled_and_where_and_that_there_is_nothing_left(monke
 
 @pytest.mark.full  # as a process of its own is started
 def test_a_process_of_its_own_does_the_work(monkeypatch, called):
-    monkeypatch.setattr(uses, "uses", lambda: [("change", "sensing.noise=1"), ("example", "none")])
+    monkeypatch.setattr(
+        warm_workload, "uses", lambda: [("change", "sensing.noise=1"), ("example", "none")]
+    )
     first, second = called(), called()
     assert first.err.count("warning: example none: InputError") == 1
     assert second.out.startswith("nothing to do: ")
@@ -78,9 +82,12 @@ def test_a_process_of_its_own_does_the_work(monkeypatch, called):
 
 def test_without_a_place_to_write_it_is_refused(monkeypatch, tmp_path, capsys):
     (tmp_path / "file").touch()
-    monkeypatch.setattr(store, "CACHE", tmp_path / "file" / "below")
+    monkeypatch.setattr(cache_files, "CACHE", tmp_path / "file" / "below")
     monkeypatch.setattr(sys, "argv", ["robsim", "warm"])
     with pytest.raises(SystemExit) as stop:
         cli.main()
     assert stop.value.code == 2
-    assert capsys.readouterr().err == f"error: cannot write {store.CACHE}, where kernels are kept\n"
+    assert (
+        capsys.readouterr().err
+        == f"error: cannot write {cache_files.CACHE}, where kernels are kept\n"
+    )

@@ -22,7 +22,7 @@ from robsim import cli
 sys.argv = ["robsim", "demo", "--no-figures", "--force", "-o", "demo"]
 cli.main()
 from robsim.kernels.machine import prebuilt
-from robsim.kernels.machine.notice import NOTICE
+from robsim.kernels.machine.compile_notice import NOTICE
 q = hashlib.sha256(robsim.open_run("demo/run.nc").q.values.tobytes()).hexdigest()
 print(json.dumps([robsim.__file__, prebuilt.LEVEL, NOTICE.compiled, q]))
 """

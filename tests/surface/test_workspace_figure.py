@@ -8,7 +8,7 @@ import pytest
 from matplotlib.collections import LineCollection, PathCollection
 
 import robsim as rs
-from robsim import plot, robots, workspace
+from robsim import plot, robots, sample_workspace
 
 matplotlib.use("agg")
 
@@ -20,7 +20,7 @@ def dots(axes):
 
 @pytest.fixture(scope="module")
 def puma():
-    return workspace(robots.puma560(), 700, axes="all")
+    return sample_workspace(robots.puma560(), 700, axes="all")
 
 
 def test_both_views_show_all_points_the_best_on_top(puma):
@@ -65,15 +65,15 @@ def test_what_lies_in_a_plane_is_seen_from_one_side(place, view):
     first, *others = robots.planar_2r().links[1:]
     joint = first.joint.with_constants(rs.Pose.at(0, 0, 0, **place), first.joint.tail)
     arm = rs.Robot("arm", [rs.Link("base"), replace(first, joint=joint), *others])
-    figure = plot.workspace(workspace(arm, 50))
+    figure = plot.workspace(sample_workspace(arm, 50))
     assert [axes.get_title() for axes in figure.axes] == [view, ""]
     assert figure.axes[1].get_ylabel() == "linear manipulability of fore"
 
 
 def test_a_line_and_a_point_can_be_seen_too():
-    belt = plot.workspace(workspace(robots.conveyor(), 20))
+    belt = plot.workspace(sample_workspace(robots.conveyor(), 20))
     assert dots(belt.axes[0]).get_offsets()[:, 0].max() > 1
-    still = plot.workspace(workspace(robots.turntable(), 20))  # the middle of the plate
+    still = plot.workspace(sample_workspace(robots.turntable(), 20))  # the middle of the plate
     np.testing.assert_allclose(dots(still.axes[0]).get_offsets(), 0, atol=1e-12)
     for figure in (belt, still):
         figure.canvas.draw()

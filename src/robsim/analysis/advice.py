@@ -10,25 +10,33 @@ from typing import Any
 
 import numpy as np
 
-from robsim.analysis.advising.effects import Effect, effects, rounded
-from robsim.analysis.advising.floor import Floor, deviation, floor
-from robsim.analysis.advising.limit import largest, limited_by
-from robsim.analysis.advising.linear import WHO, Linear
-from robsim.analysis.advising.notes import notes
-from robsim.analysis.explanation.wording import away, number
-from robsim.analysis.leaves import leaves, weighs_robustly
+from robsim.analysis.explanation.text_format import format_number, format_offset
+from robsim.analysis.linearisation.caveats import generate_caveats
+from robsim.analysis.linearisation.linear_loop import CALLER, LinearLoop
+from robsim.analysis.linearisation.miscalibration_effects import (
+    MiscalibrationEffect,
+    compute_effects,
+    zero_rounding,
+)
+from robsim.analysis.linearisation.noise_floor import (
+    NoiseFloor,
+    compute_noise_floor,
+    pixel_deviation,
+)
+from robsim.analysis.linearisation.stability_limit import find_largest_factor, find_limiting_cause
+from robsim.analysis.task_tree import has_robust_weighting, list_servo_tasks
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError, RankWarning
-from robsim.base.html import table
-from robsim.base.values import Value
-from robsim.run import ends
-from robsim.run.checks import of_kind
+from robsim.base.html import format_html_table
+from robsim.base.value import Value
+from robsim.run import end_variables
 from robsim.run.experiment import Experiment
-from robsim.run.staged import Staged
+from robsim.run.mission_protocol import SelfSimulatingTask
+from robsim.run.run_checks import check_instance
 from robsim.servo.tasks.follow_joints import FollowJoints
 from robsim.servo.tasks.follow_path import FollowPath
 
-SHOWN = 5  # effects in a text
+SHOWN_EFFECTS = 5  # effects in a text
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,10 +50,10 @@ class Advice(Value):
     margin        how many times all gains can be multiplied until then
     limited_by    what that comes from, in words
     rate          at which the slowest motion decays, per second, without delays
-    noise         what noise leaves (`Floor`: pixels, metres, radians); zero without noise
+    noise         what noise leaves (`NoiseFloor`: pixels, metres, radians); zero without noise
     q             (nq,) where the experiment comes to rest
     metres, radians   by which the camera stands off its goal there; NaN where no pose is its goal
-    effects       of a small mistake in each number that is believed (`Effect`), most harmful first
+    effects       of a small mistake in each number that is believed (`MiscalibrationEffect`), most harmful first
     notes         what this cannot say
 
     >>> from robsim import advise, examples, load_scenario
@@ -59,25 +67,25 @@ class Advice(Value):
     margin: float
     limited_by: str
     rate: float
-    noise: Floor
+    noise: NoiseFloor
     q: Array
     metres: float
     radians: float
-    effects: tuple[Effect, ...]
+    effects: tuple[MiscalibrationEffect, ...]
     notes: tuple[str, ...]
 
     @property
     def stability(self) -> str:
         """The gain and its limit, in a line."""
-        gain = "" if math.isnan(self.gain) else f"gain {number(self.gain)}: "
+        gain = "" if math.isnan(self.gain) else f"gain {format_number(self.gain)}: "
         if self.margin == 0.0:
             return f"{gain}unstable at every gain: some motions lead away from the goal"
-        limit = f"stable up to {number(self.largest_gain)} per second"
+        limit = f"stable up to {format_number(self.largest_gain)} per second"
         if math.isnan(self.gain):
-            limit = f"stable up to {number(self.margin)} times the gains"
-        far = f"{number(self.margin)} times below"
+            limit = f"stable up to {format_number(self.margin)} times the gains"
+        far = f"{format_number(self.margin)} times below"
         if self.margin < 1.0:
-            far = f"{number(1.0 / self.margin)} times too high"
+            far = f"{format_number(1.0 / self.margin)} times too high"
         return f"{gain}{limit} (limited by {self.limited_by}); {far}"
 
     def __str__(self) -> str:
@@ -90,14 +98,14 @@ class Advice(Value):
 
     def _repr_html_(self) -> str:
         """Return what `print` shows as a table for notebooks."""
-        return table(self.stability, self._rows()[1:])
+        return format_html_table(self.stability, self._rows()[1:])
 
     def _rows(self) -> list[tuple[str, str]]:
         rows = [("", self.stability), ("Noise", self._noise())]
         if not math.isnan(self.metres):
-            off = f"{away(self.metres, self.radians)} off the goal"
+            off = f"{format_offset(self.metres, self.radians)} off the goal"
             rows.append(("End", off if self.metres or self.radians else "at the goal"))
-        harmful = [str(one) for one in self.effects if one.notable][:SHOWN]
+        harmful = [str(one) for one in self.effects if one.notable][:SHOWN_EFFECTS]
         if not any(one.moves for one in self.effects):
             rows.append(("Calibration", "no small mistake moves the end" + ", but" * bool(harmful)))
         rows += [("Mistake", one) for one in harmful]
@@ -109,7 +117,7 @@ class Advice(Value):
             return "nothing settles"
         if not noise.pixels:
             return "none"
-        return f"{number(noise.pixels)} px -> {away(noise.metres, noise.radians)} (rms)"
+        return f"{format_number(noise.pixels)} px -> {format_offset(noise.metres, noise.radians)} (rms)"
 
 
 def advise(experiment: Experiment) -> Advice:
@@ -137,18 +145,18 @@ def advise(experiment: Experiment) -> Advice:
     >>> print(advice.stability)
     gain 10: stable up to 15.5 per second (limited by 80 ms of latency); 1.55 times below
     """
-    _check(experiment)
+    _check_linear(experiment)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", RankWarning)  # what is left free is a note
-        linear = Linear.of(experiment)
-        return _advice(experiment, linear)
+        linear = LinearLoop.of(experiment)
+        return _compute_advice(experiment, linear)
 
 
-def _check(experiment: Experiment) -> None:
+def _check_linear(experiment: Experiment) -> None:
     """Raise InputError for what has no linear loop."""
-    of_kind(experiment, Experiment, "experiment")
-    task, who = experiment.task, f"{WHO}: "
-    if isinstance(task, Staged):
+    check_instance(experiment, Experiment, "experiment")
+    task, who = experiment.task, f"{CALLER}: "
+    if isinstance(task, SelfSimulatingTask):
         raise InputError(f"{who}a mission has a loop for each phase: take one of its tasks")
     if experiment.varied or np.ndim(experiment.start) > 1:
         raise InputError(f"{who}there are several runs: take one experiment, of_run(i)")
@@ -159,39 +167,39 @@ def _check(experiment: Experiment) -> None:
     experiment.check(view=False)
 
 
-def _advice(experiment: Experiment, linear: Linear) -> Advice:
-    gains: list[Any] = [leaf.gain for leaf in leaves(linear.task)]
+def _compute_advice(experiment: Experiment, linear: LinearLoop) -> Advice:
+    gains: list[Any] = [leaf.gain for leaf in list_servo_tasks(linear.task)]
     gain = max(map(float, gains), default=math.nan)
-    margin = largest(linear.scaled, linear.timing)
-    metres, radians = _end(experiment, linear)
+    margin = find_largest_factor(linear.scaled, linear.timing)
+    metres, radians = _final_offset(experiment, linear)
     return Advice(
         gain=gain,
         largest_gain=gain * margin,
         margin=margin,
-        limited_by=limited_by(experiment, linear, gain),
+        limited_by=find_limiting_cause(experiment, linear, gain),
         rate=float(linear.scaled.rates[0].real),
-        noise=_noise(experiment, linear),
+        noise=_noise_floor(experiment, linear),
         q=linear.q[:, 0].copy(),
         metres=metres,
         radians=radians,
-        effects=effects(linear),
-        notes=tuple(notes(experiment, linear)),
+        effects=compute_effects(linear),
+        notes=tuple(generate_caveats(experiment, linear)),
     )
 
 
-def _noise(experiment: Experiment, linear: Linear) -> Floor:
+def _noise_floor(experiment: Experiment, linear: LinearLoop) -> NoiseFloor:
     """Return what noise of images and encoders leaves."""
     field = linear.field
     each = (one.effect.deviation(field.scene) for one in experiment.actuation.acting())
     measured = reduce(np.hypot, each, np.zeros(field.scene.nq))
     rows = field.scene.tree.alone(field.controller.columns)
     encoder = np.where(rows >= 0, measured[rows], 0.0)
-    pixel = deviation(experiment.sensing, weighs_robustly(experiment.task))
-    return floor(linear.response, linear.scaled, linear.timing, pixel, encoder)
+    pixel = pixel_deviation(experiment.sensing, has_robust_weighting(experiment.task))
+    return compute_noise_floor(linear.response, linear.scaled, linear.timing, pixel, encoder)
 
 
-def _end(experiment: Experiment, linear: Linear) -> tuple[float, float]:
+def _final_offset(experiment: Experiment, linear: LinearLoop) -> tuple[float, float]:
     """Return metres and radians of the first camera off its goal, where it comes to rest."""
     controller, q = linear.field.controller, linear.q
-    _, metres, radians = ends.off_goal(controller, q, q.T)
-    return rounded(float(metres[0])), rounded(float(radians[0]))
+    _, metres, radians = end_variables.measure_goal_offset(controller, q, q.T)
+    return zero_rounding(float(metres[0])), zero_rounding(float(radians[0]))

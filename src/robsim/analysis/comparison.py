@@ -10,10 +10,10 @@ import numpy as np
 import xarray as xr
 
 from robsim.analysis.measures import MEASURES
-from robsim.base.arrays import not_negative
+from robsim.base.arrays import as_nonnegative
 from robsim.base.errors import InputError
-from robsim.base.html import table
-from robsim.base.tables import aligned, csv_text, digits
+from robsim.base.html import format_html_table
+from robsim.base.text_tables import align_columns, format_csv, format_digits
 from robsim.engine.outcome import Outcome
 from robsim.world.scene import Scene
 
@@ -61,7 +61,7 @@ class Comparison:
 
         0.5 is the median. Of single runs: their measures. InputError: a share beyond 0 and 1.
         """
-        share = not_negative(share, "share of a quantile")
+        share = as_nonnegative(share, "share of a quantile")
         if share > 1:
             raise InputError(f"share of a quantile: expected 0 to 1, got {share:g}")
         if not self.batch:
@@ -80,11 +80,11 @@ class Comparison:
             [name, *self._endings(i), *(float(numbers[key][i]) for key in MEASURES)]
             for i, name in enumerate(self.names)
         ]
-        return csv_text([["scheme", *self._heads("converged (1)", "began (1)"), *units], *rows])
+        return format_csv([["scheme", *self._heads("converged (1)", "began (1)"), *units], *rows])
 
     def __str__(self) -> str:
         """Return the table; measures that are undefined for every scheme are left out."""
-        return "\n".join([*aligned(self._columns()), *self._denominators(), *self.notes])
+        return "\n".join([*align_columns(self._columns()), *self._denominators(), *self.notes])
 
     def _repr_html_(self) -> str:
         """Return the table for notebooks."""
@@ -93,7 +93,9 @@ class Comparison:
         head = [
             f"{name} ({unit})" if unit else name for name, unit in zip(first, units, strict=True)
         ]
-        return table("Comparison", rows, head, "\n".join([*self._denominators(), *self.notes]))
+        return format_html_table(
+            "Comparison", rows, head, "\n".join([*self._denominators(), *self.notes])
+        )
 
     def _columns(self) -> list[list[str]]:
         """Return columns of text: the name, the unit, and the value of each scheme."""
@@ -106,7 +108,7 @@ class Comparison:
         columns += [[head, "", *column] for head, *column in zip(heads, *endings, strict=True)]
         for key, each in shown.items():
             unit = "" if each.unit == "1" else each.unit
-            columns.append([each.short, unit, *map(digits, numbers[key].values)])
+            columns.append([each.short, unit, *map(format_digits, numbers[key].values)])
         return columns
 
     def __repr__(self) -> str:

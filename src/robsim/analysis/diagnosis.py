@@ -7,16 +7,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from robsim.analysis.repeated import Repeated, repeated
-from robsim.analysis.truth import Truth, true_features
-from robsim.base.arrays import Array, last_view
-from robsim.base.values import unchecked
+from robsim.analysis.resimulation import Resimulation, resimulate_run
+from robsim.analysis.true_error import TrueError, compute_true_error
+from robsim.base.arrays import Array, view_runs_last
+from robsim.base.value import replace_unchecked
 from robsim.run.experiment import Experiment
-from robsim.servo.command import Basis
+from robsim.servo.command import LawInput
 from robsim.servo.laws.control_state import ControlState
 from robsim.servo.laws.inverse import RCOND
 from robsim.servo.laws.law import CameraLaw, JointLaw, Law
-from robsim.servo.servo_controller import Servo
+from robsim.servo.servo_controller import ServoController
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -89,28 +89,28 @@ def diagnose(run: xr.Dataset, experiment: Experiment | None = None) -> xr.Datase
     >>> int(diagnosis.rank_interaction[0]), bool((diagnosis.lyapunov_rate < 0).all())
     (6, True)
     """
-    whole = diagnosed(repeated(run, experiment))
+    whole = diagnose_resimulation(resimulate_run(run, experiment))
     record = run.attrs["record"]
     return whole.isel(time=slice(0, None, 1 if isinstance(record, str) else int(record)))
 
 
-def diagnosed(again: Repeated) -> xr.Dataset:
+def diagnose_resimulation(again: Resimulation) -> xr.Dataset:
     """Return the diagnosis of a repeated run, at every instant."""
     import xarray as xr
 
     T = len(again.snapshots)
     q = np.concatenate([one.q for one in again.snapshots], axis=1)
     rates = again.run["qd_actual" if "qd_actual" in again.run else "qd"].values[:T]
-    truth = true_features(again.case.task, again.case.scene, q)
+    truth = compute_true_error(again.case.task, again.case.scene, q)
     if truth is not None and "weight" in again.run:
         truth = truth.weighted(again.run["weight"].values[:T])
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
         found = {
-            **_lyapunov(truth, rates),
-            **_conditions(again),
-            **_stability(again, truth),
-            **_margins(again, q),
-            "singularity": _singularity(again, truth, T),
+            **_lyapunov_function(truth, rates),
+            **_ranks_and_conditions(again),
+            **_stability_measures(again, truth),
+            **_all_margins(again, q),
+            "singularity": _singularity_measure(again, truth, T),
         }
     variables = {
         name: (["time"], found[name], {"units": UNITS.get(name, "1"), "long_name": long})
@@ -125,7 +125,7 @@ def diagnosed(again: Repeated) -> xr.Dataset:
     return xr.Dataset(variables, coordinates, attributes)
 
 
-def _lyapunov(truth: Truth | None, rates: Array) -> dict[str, Array]:
+def _lyapunov_function(truth: TrueError | None, rates: Array) -> dict[str, Array]:
     if truth is None:
         return dict.fromkeys(("lyapunov", "lyapunov_rate"), np.full(len(rates), np.nan))
     return {
@@ -134,38 +134,40 @@ def _lyapunov(truth: Truth | None, rates: Array) -> dict[str, Array]:
     }
 
 
-def _conditions(again: Repeated) -> dict[str, Array]:
+def _ranks_and_conditions(again: Resimulation) -> dict[str, Array]:
     """Return ranks and singular values of the matrices that the law was given."""
-    controller, basis = again.controller, bases(again)
-    task_jacobian = _over_time([one.command.task_jacobian for one in again.snapshots])
+    controller, basis = again.controller, list_command_bases(again)
+    task_jacobian = _stack_instants([one.command.task_jacobian for one in again.snapshots])
     found: dict[str, Array] = {}
     if basis is None:
         sigma = np.full((len(task_jacobian), 1), np.nan)
     else:
-        task_jacobian = _over_time([one.state.task_jacobian_last for one in basis])
-        sigma = singular_values(_over_time([one.state.interaction_last for one in basis]))
+        task_jacobian = _stack_instants([one.state.task_jacobian_last for one in basis])
+        sigma = singular_values_over_time(
+            _stack_instants([one.state.interaction_last for one in basis])
+        )
     full = min(controller.full_rank, *task_jacobian.shape[1:])
     for name, values, least in (
         ("interaction", sigma, sigma.shape[1]),
-        ("task_jacobian", singular_values(task_jacobian), full),
+        ("task_jacobian", singular_values_over_time(task_jacobian), full),
     ):
-        found[f"rank_{name}"] = _rank(values, controller.rcond)
+        found[f"rank_{name}"] = _count_rank(values, controller.rcond)
         found[f"condition_{name}"] = values[:, 0] / values[:, least - 1]
         found[f"smallest_{name}"] = values[:, least - 1]
     return found
 
 
-def _rank(values: Array, rcond: float) -> Array:
+def _count_rank(values: Array, rcond: float) -> Array:
     count = (values > rcond * values[:, :1]).sum(axis=1)
     return np.where(np.isfinite(values[:, 0]), count, np.nan)
 
 
-def _stability(again: Repeated, truth: Truth | None) -> dict[str, Array]:
+def _stability_measures(again: Resimulation, truth: TrueError | None) -> dict[str, Array]:
     """Return the first-order stability measures of the closed loop."""
-    T, basis = len(again.snapshots), bases(again)
+    T, basis = len(again.snapshots), list_command_bases(again)
     found = {name: np.full(T, np.nan) for name in ("stability", "stability_motion", "contraction")}
     controller = again.controller
-    if truth is None or basis is None or not isinstance(controller, Servo):
+    if truth is None or basis is None or not isinstance(controller, ServoController):
         return found
     linear = type(controller.law) in (JointLaw, CameraLaw)
     for t, one in enumerate(basis):
@@ -176,25 +178,25 @@ def _stability(again: Repeated, truth: Truth | None) -> dict[str, Array]:
             continue
         # as if the twist were commanded
         own = {"task_jacobian_last": state.interaction_last, "jacobian_last": np.eye(6)[..., None]}
-        twist = unchecked(state, **own)
-        found["stability"][t] = least_eigenvalue(L @ -law_map(JointLaw(), twist))
+        twist = replace_unchecked(state, **own)
+        found["stability"][t] = smallest_eigenvalue(L @ -law_matrix(JointLaw(), twist))
         if linear:
-            M = over_motions(-law_map(controller.law, state), task_jacobian)
-            found["stability_motion"][t] = least_eigenvalue(M)
+            M = restrict_to_motions(-law_matrix(controller.law, state), task_jacobian)
+            found["stability_motion"][t] = smallest_eigenvalue(M)
             gain = float(np.ravel(state.gain)[0])
             eigenvalues = np.linalg.eigvals(np.eye(len(M)) - gain * again.case.dt * M)
             found["contraction"][t] = np.abs(eigenvalues).max(initial=0.0)
     return found
 
 
-def law_map(law: Law, state: ControlState) -> Array:
+def law_matrix(law: Law, state: ControlState) -> Array:
     """Return the matrix (n, k) that a law, linear in the error, applies to it at gain 1."""
     k = state.error_last.shape[0]
 
     def wide(array: Array) -> Array:
         return np.ascontiguousarray(np.repeat(array, k, axis=-1))
 
-    unit = unchecked(
+    unit = replace_unchecked(
         state,
         error_last=np.eye(k),
         interaction_last=wide(state.interaction_last),
@@ -204,10 +206,10 @@ def law_map(law: Law, state: ControlState) -> Array:
         s_last=None,  # nothing else counts for a law that is linear in the error
         q_last=None,
     )
-    return np.array(last_view(law.command(unit)))
+    return np.array(view_runs_last(law.command(unit)))
 
 
-def over_motions(P: Array, task_jacobian: Array) -> Array:
+def restrict_to_motions(P: Array, task_jacobian: Array) -> Array:
     """Return P task_jacobian restricted to the range of P (n, k): the motions commanded."""
     U, sigma, _ = np.linalg.svd(P, full_matrices=False)
     U = U[:, sigma > RCOND * sigma.max(initial=0.0)]
@@ -215,24 +217,24 @@ def over_motions(P: Array, task_jacobian: Array) -> Array:
     return M
 
 
-def least_eigenvalue(M: Array) -> float:
+def smallest_eigenvalue(M: Array) -> float:
     """Return the least eigenvalue of the symmetric part of M."""
     return float(np.linalg.eigvalsh(0.5 * (M + M.T)).min(initial=np.inf))
 
 
-def _margins(again: Repeated, q: Array) -> dict[str, NDArray[Any]]:
+def _all_margins(again: Resimulation, q: Array) -> dict[str, NDArray[Any]]:
     border, mark = _border_margins(again, q)
     limit, coordinate = _limit_margins(again.case.scene.limits, q)
     return {
         "border_margin": border,
         "border_mark": mark,
-        "marks_in_image": _marks_in_image(again),
+        "marks_in_image": _count_marks_in_image(again),
         "limit_margin": limit,
         "limit_coordinate": coordinate,
     }
 
 
-def _border_margins(again: Repeated, q: Array) -> tuple[Array, NDArray[np.int64]]:
+def _border_margins(again: Resimulation, q: Array) -> tuple[Array, NDArray[np.int64]]:
     """Return the least distance (T,) of a mark from its image border, and which mark."""
     each = []
     for sight in again.controller.sights:
@@ -241,10 +243,10 @@ def _border_margins(again: Repeated, q: Array) -> tuple[Array, NDArray[np.int64]
         each.append(np.minimum(pixels - low, high - pixels).min(axis=1))
     margins = np.concatenate(each)
     margins[~np.isfinite(margins)] = np.inf  # behind the camera, or no border
-    return _least(margins)
+    return _smallest_margin(margins)
 
 
-def _marks_in_image(again: Repeated) -> NDArray[np.int64]:
+def _count_marks_in_image(again: Resimulation) -> NDArray[np.int64]:
     """Return the number (T,) of marks that are in their image."""
     views = (one.projections.values() for one in again.snapshots)
     return np.array([sum(int((v.visibility == 0).sum()) for v in each) for each in views])
@@ -254,10 +256,10 @@ def _limit_margins(limits: Array, q: Array) -> tuple[Array, NDArray[np.int64]]:
     """Return the least distance (T,) from a limit as a share of its range, and where."""
     low, high = limits[:, :1], limits[:, 1:]
     span = np.where(np.isfinite(high - low), high - low, 1.0)
-    return _least(np.minimum(q - low, high - q) / span)
+    return _smallest_margin(np.minimum(q - low, high - q) / span)
 
 
-def _least(margins: Array) -> tuple[Array, NDArray[np.int64]]:
+def _smallest_margin(margins: Array) -> tuple[Array, NDArray[np.int64]]:
     """Return the least finite margin of (N, T) and its row; NaN and -1 where there is none."""
     if not len(margins):
         return np.full(margins.shape[1], np.nan), np.full(margins.shape[1], -1)
@@ -266,16 +268,18 @@ def _least(margins: Array) -> tuple[Array, NDArray[np.int64]]:
     return np.where(there, least, np.nan), np.where(there, row, -1)
 
 
-def _singularity(again: Repeated, truth: Truth | None, T: int) -> Array:
+def _singularity_measure(again: Resimulation, truth: TrueError | None, T: int) -> Array:
     if truth is None:
         return np.full(T, np.nan)
     controller = again.controller
-    values = singular_values(truth.weights[..., None] * truth.rates[..., controller.columns])
+    values = singular_values_over_time(
+        truth.weights[..., None] * truth.rates[..., controller.columns]
+    )
     least: Array = values[:, min(controller.full_rank, values.shape[1]) - 1]
     return least / values[:, 0]
 
 
-def singular_values(A: Array) -> Array:
+def singular_values_over_time(A: Array) -> Array:
     """Return singular values (T, min(m, n)) of A (T, m, n), largest first; NaN if not finite."""
     there = np.isfinite(A).all(axis=(1, 2))
     sigma = np.full((len(A), min(A.shape[1:])), np.nan)
@@ -283,12 +287,12 @@ def singular_values(A: Array) -> Array:
     return sigma
 
 
-def bases(again: Repeated) -> list[Basis] | None:
+def list_command_bases(again: Resimulation) -> list[LawInput] | None:
     """Return what each command is based on; None unless the run is of one servo task."""
     found = [decision.basis for decision in again.decisions]
-    return found if all(isinstance(one, Basis) for one in found) else None
+    return found if all(isinstance(one, LawInput) for one in found) else None
 
 
-def _over_time(arrays: list[Array]) -> Any:
+def _stack_instants(arrays: list[Array]) -> Any:
     """Return (T, ...) of T arrays whose last axis has a single run."""
     return np.stack([array[..., 0] for array in arrays])

@@ -1,4 +1,4 @@
-"""`Equilibrium` and `Equilibria`: the result of `equilibria`."""
+"""`Equilibrium` and `EquilibriumSet`: the result of `equilibria`."""
 
 from __future__ import annotations
 
@@ -11,12 +11,14 @@ from numpy.typing import NDArray
 
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError
-from robsim.base.values import Value
+from robsim.base.value import Value
 from robsim.engine.outcome import Outcome
 from robsim.geometry.pose import Pose
 
-Kind = Literal["goal", "false goal", "minimum", "degenerate", "saddle", "source", "not smooth"]
-KINDS: tuple[Kind, ...] = get_args(Kind)
+EquilibriumKind = Literal[
+    "goal", "false goal", "minimum", "degenerate", "saddle", "source", "not smooth"
+]
+EQUILIBRIUM_KINDS: tuple[EquilibriumKind, ...] = get_args(EquilibriumKind)
 ROWS = 20  # of the printed table, at most
 
 
@@ -43,7 +45,7 @@ class Equilibrium(Value):
 
     q: Array
     T_c_o: Array
-    kind: Kind
+    kind: EquilibriumKind
     error_norm: float
     eigenvalues: NDArray[np.complex128]
     free: int
@@ -69,7 +71,7 @@ class Equilibrium(Value):
 
 
 @dataclass(frozen=True, eq=False)
-class Equilibria(Value, Sequence[Equilibrium]):
+class EquilibriumSet(Value, Sequence[Equilibrium]):
     """The equilibria that were found: goals first, then minima, then the unstable ones.
 
     The table that `print` shows has in each row the kind, the share of the starts, ||e||, the
@@ -98,7 +100,7 @@ class Equilibria(Value, Sequence[Equilibrium]):
     def __len__(self) -> int:
         return len(self.found)
 
-    def of(self, kind: Kind) -> tuple[Equilibrium, ...]:
+    def of(self, kind: EquilibriumKind) -> tuple[Equilibrium, ...]:
         """Return all equilibria of one kind."""
         return tuple(each for each in self.found if each.kind == kind)
 

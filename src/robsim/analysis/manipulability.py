@@ -6,19 +6,22 @@ from typing import Any, Literal
 
 import numpy as np
 
-from robsim.base.arrays import Array, positive
-from robsim.base.errors import InputError, said, suggest
+from robsim.base.arrays import Array, as_positive
+from robsim.base.errors import InputError, format_value, suggest_names
 from robsim.robot.robot import Robot
 from robsim.statistics.random_numbers import PROBES, uniform
 
-Axes = Literal["all", "linear", "angular"]
-ROWS = {"all": slice(0, 6), "linear": slice(0, 3), "angular": slice(3, 6)}  # of (v, omega)
-TRIED, SPREAD = 8, 2.0  # configurations for the rank, and their distance from home (m, rad)
-NOTHING = 1e-9  # singular values below this share of the largest count as zero
+VelocityAxes = Literal["all", "linear", "angular"]
+AXIS_ROWS = {"all": slice(0, 6), "linear": slice(0, 3), "angular": slice(3, 6)}  # of (v, omega)
+RANK_PROBES, PROBE_DISTANCE = (
+    8,
+    2.0,
+)  # configurations for the rank, and their distance from home (m, rad)
+ZERO_SHARE = 1e-9  # singular values below this share of the largest count as zero
 
 
 def manipulability(
-    robot: Robot, q: Any, link: str | None = None, axes: Axes = "all", length: float = 1.0
+    robot: Robot, q: Any, link: str | None = None, axes: VelocityAxes = "all", length: float = 1.0
 ) -> Array:
     """Return the product (...,) of the singular values of a link's Jacobian at q.
 
@@ -42,13 +45,13 @@ def manipulability(
     >>> manipulability(arm, [[0.3, np.pi / 2], [0.3, 0.0]], axes="linear").round(9)
     array([1., 0.])
     """
-    values = singular_values(robot, q, link, axes, length)
+    values = jacobian_singular_values(robot, q, link, axes, length)
     product: Array = values.prod(axis=-1) if values.shape[-1] else np.zeros(values.shape[:-1])
     return product
 
 
 def singularity_distance(
-    robot: Robot, q: Any, link: str | None = None, axes: Axes = "all", length: float = 1.0
+    robot: Robot, q: Any, link: str | None = None, axes: VelocityAxes = "all", length: float = 1.0
 ) -> Array:
     """Return the smallest singular value (...,) of a link's Jacobian; 0 at a singularity.
 
@@ -66,13 +69,13 @@ def singularity_distance(
     0.0342
     0.0000
     """
-    values = singular_values(robot, q, link, axes, length)
+    values = jacobian_singular_values(robot, q, link, axes, length)
     smallest: Array = values[..., -1] if values.shape[-1] else np.zeros(values.shape[:-1])
     return smallest
 
 
 def condition_number(
-    robot: Robot, q: Any, link: str | None = None, axes: Axes = "all", length: float = 1.0
+    robot: Robot, q: Any, link: str | None = None, axes: VelocityAxes = "all", length: float = 1.0
 ) -> Array:
     """Return the largest singular value (...,) of a link's Jacobian over the smallest.
 
@@ -84,7 +87,7 @@ def condition_number(
     >>> float(condition_number(arm, np.radians([20, 135]), axes="linear").round(9))
     1.0
     """
-    values = singular_values(robot, q, link, axes, length)
+    values = jacobian_singular_values(robot, q, link, axes, length)
     infinite = np.full(values.shape[:-1], np.inf)
     if not values.shape[-1]:
         return infinite
@@ -92,8 +95,8 @@ def condition_number(
     return np.asarray(np.divide(largest, smallest, out=infinite, where=smallest > 0))
 
 
-def singular_values(
-    robot: Robot, q: Any, link: str | None = None, axes: Axes = "all", length: float = 1.0
+def jacobian_singular_values(
+    robot: Robot, q: Any, link: str | None = None, axes: VelocityAxes = "all", length: float = 1.0
 ) -> Array:
     """Return singular values (..., r) of a link's Jacobian, largest first.
 
@@ -102,16 +105,18 @@ def singular_values(
     Arguments as in `manipulability`.
     """
     if not isinstance(robot, Robot):
-        raise InputError(f"expected a Robot, got {said(robot)}")
-    if not isinstance(axes, str) or axes not in ROWS:
-        raise InputError(f"no axes {said(axes)}; {suggest(axes, ROWS, 'axes')}")
-    unit = positive(length, "length (metres)")
+        raise InputError(f"expected a Robot, got {format_value(robot)}")
+    if not isinstance(axes, str) or axes not in AXIS_ROWS:
+        raise InputError(f"no axes {format_value(axes)}; {suggest_names(axes, AXIS_ROWS, 'axes')}")
+    unit = as_positive(length, "length (metres)")
     q = robot.coordinates(q, limits=False)
-    rank = _rank(_spectrum(robot, _tried(robot), link, axes, 1.0))
-    return _spectrum(robot, q, link, axes, unit)[..., :rank]
+    rank = _generic_rank(_all_singular_values(robot, _probe_configurations(robot), link, axes, 1.0))
+    return _all_singular_values(robot, q, link, axes, unit)[..., :rank]
 
 
-def _spectrum(robot: Robot, q: Array, link: str | None, axes: Axes, unit: float) -> Array:
+def _all_singular_values(
+    robot: Robot, q: Array, link: str | None, axes: VelocityAxes, unit: float
+) -> Array:
     """Return all singular values of J, with lengths in units of `unit` metres."""
     J = robot.jacobian(q, link)
     with np.errstate(over="ignore", invalid="ignore"):
@@ -119,18 +124,18 @@ def _spectrum(robot: Robot, q: Array, link: str | None, axes: Axes, unit: float)
         J[..., [name == "m/s" for name in robot.velocity_units]] *= unit
     if not np.isfinite(J).all():
         raise InputError(f"length (metres): {unit:g} makes a Jacobian that is not finite")
-    return np.asarray(np.linalg.svd(J[..., ROWS[axes], :], compute_uv=False), dtype=np.float64)
+    return np.asarray(np.linalg.svd(J[..., AXIS_ROWS[axes], :], compute_uv=False), dtype=np.float64)
 
 
-def _tried(robot: Robot) -> Array:
+def _probe_configurations(robot: Robot) -> Array:
     """Return (TRIED, nq) fixed configurations around home."""
-    rates = SPREAD * (2 * uniform(0, PROBES, TRIED, robot.nv) - 1)
+    rates = PROBE_DISTANCE * (2 * uniform(0, PROBES, RANK_PROBES, robot.nv) - 1)
     return robot.integrate(robot.home, rates, 1.0)
 
 
-def _rank(values: Array) -> int:
+def _generic_rank(values: Array) -> int:
     """Return the highest rank among some configurations, from their singular values."""
     if not values.size:
         return 0
     largest = values.max()
-    return int((values > NOTHING * largest).sum(axis=-1).max()) if largest > 0 else 0
+    return int((values > ZERO_SHARE * largest).sum(axis=-1).max()) if largest > 0 else 0

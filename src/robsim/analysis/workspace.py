@@ -6,10 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from robsim.analysis.manipulability import Axes, manipulability
-from robsim.base.arrays import Array, frozen, whole
-from robsim.base.errors import InputError, said
-from robsim.base.values import Value
+from robsim.analysis.manipulability import VelocityAxes, manipulability
+from robsim.base.arrays import Array, as_integer, make_read_only
+from robsim.base.errors import InputError, format_value
+from robsim.base.value import Value
 from robsim.robot.robot import Robot
 from robsim.statistics.random_numbers import WORKSPACE, uniform
 
@@ -19,7 +19,7 @@ CHUNK = 8192  # configurations at a time
 
 @dataclass(frozen=True, eq=False)
 class Workspace(Value):
-    """The result of `workspace`: configurations of a robot, and positions of one of its links.
+    """The result of `sample_workspace`: configurations of a robot, and positions of one of its links.
 
     robot            the robot
     link             the link whose origins are the points
@@ -31,7 +31,7 @@ class Workspace(Value):
 
     robot: Robot
     link: str
-    axes: Axes
+    axes: VelocityAxes
     q: Array
     points: Array
     manipulability: Array
@@ -48,12 +48,12 @@ class Workspace(Value):
         )
 
 
-def workspace(
+def sample_workspace(
     robot: Robot,
     count: int = 10_000,
     seed: int = 0,
     link: str | None = None,
-    axes: Axes = "linear",
+    axes: VelocityAxes = "linear",
     length: float = 1.0,
 ) -> Workspace:
     """Sample where a link can be, with joints uniform and independent within their limits.
@@ -69,7 +69,7 @@ def workspace(
     InputError: another joint has no limits.
 
     >>> from robsim.files import robots
-    >>> found = workspace(robots.planar_2r(), count=1000)
+    >>> found = sample_workspace(robots.planar_2r(), count=1000)
     >>> print(found)  # a disc of two metres
     planar_2r.fore in 1000 configurations
     x -1.998 to 1.997 m, y -1.997 to 1.998 m, z 0.000 to 0.000 m
@@ -77,17 +77,24 @@ def workspace(
     linear manipulability up to 1
     """
     if not isinstance(robot, Robot):
-        raise InputError(f"expected a Robot, got {said(robot)}")
-    count, seed = whole(count, "count", 1, MOST), whole(seed, "seed", 0, 2**64)
-    low, high = _ranges(robot)
+        raise InputError(f"expected a Robot, got {format_value(robot)}")
+    count, seed = as_integer(count, "count", 1, MOST), as_integer(seed, "seed", 0, 2**64)
+    low, high = _coordinate_ranges(robot)
     q = low + (high - low) * uniform(seed, WORKSPACE, count, robot.nq)
     parts = [q[i : i + CHUNK] for i in range(0, count, CHUNK)]
     points = np.concatenate([robot.fk(part, link)[:, :3, 3] for part in parts])
     moves = np.concatenate([manipulability(robot, part, link, axes, length) for part in parts])
-    return Workspace(robot, link or robot.tip, axes, frozen(q), frozen(points), frozen(moves))
+    return Workspace(
+        robot,
+        link or robot.tip,
+        axes,
+        make_read_only(q),
+        make_read_only(points),
+        make_read_only(moves),
+    )
 
 
-def _ranges(robot: Robot) -> tuple[Array, Array]:
+def _coordinate_ranges(robot: Robot) -> tuple[Array, Array]:
     """Return the lowest and the highest value (nq,) of each coordinate."""
     if not robot.nq:
         raise InputError(f"robot '{robot.name}' has no joint that moves, and so no workspace")

@@ -7,15 +7,15 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from robsim.base.errors import InputError, said
+from robsim.base.errors import InputError, format_value
 
 Array = NDArray[np.float64]
 T = TypeVar("T", bound=np.generic)
-EXACT = 2**53  # whole numbers below it are floats, too
+EXACT_INTEGERS = 2**53  # whole numbers below it are floats, too
 _FLOAT = np.dtype(np.float64)
 
 
-def numbers(
+def as_floats(
     value: ArrayLike, what: str, shape: tuple[int | str, ...], *, gaps: bool = False
 ) -> Array:
     """Return a finite float64 copy whose last axes have `shape` (a word stands for any size).
@@ -28,7 +28,7 @@ def numbers(
     if type(value) is np.ndarray and value.dtype is _FLOAT:
         array = value.copy()
     else:
-        array = _converted(value, what, shape)
+        array = _convert_to_floats(value, what, shape)
     if array.shape[max(array.ndim - len(shape), 0) :] != shape:
         _check_shape(array, what, shape)
     finite = np.isfinite(array)
@@ -41,7 +41,7 @@ def numbers(
     return array
 
 
-def is_ready(value: Any, size: int) -> bool:
+def is_kernel_array(value: Any, size: int) -> bool:
     """Return whether this is an array (..., size) that kernels can read as it is."""
     return (
         type(value) is np.ndarray
@@ -52,7 +52,7 @@ def is_ready(value: Any, size: int) -> bool:
     )
 
 
-def _converted(value: ArrayLike, what: str, shape: tuple[int | str, ...]) -> Array:
+def _convert_to_floats(value: ArrayLike, what: str, shape: tuple[int | str, ...]) -> Array:
     """Return a float64 copy; raise InputError unless it is numeric."""
     try:
         given = np.asarray(value)
@@ -60,8 +60,8 @@ def _converted(value: ArrayLike, what: str, shape: tuple[int | str, ...]) -> Arr
             raise TypeError("texts, truth values, dates and None are no numbers, as NumPy has it")
         return np.array(value, dtype=np.float64, order="C")  # kernels are compiled for it
     except (TypeError, ValueError, OverflowError):
-        kind = f"numbers of shape {_wanted(shape)}" if shape else "a number"
-        raise InputError(f"{what}: expected {kind}, got {said(value)}") from None
+        kind = f"numbers of shape {_format_shape(shape)}" if shape else "a number"
+        raise InputError(f"{what}: expected {kind}, got {format_value(value)}") from None
 
 
 def _check_shape(array: Array, what: str, shape: tuple[int | str, ...]) -> None:
@@ -70,20 +70,20 @@ def _check_shape(array: Array, what: str, shape: tuple[int | str, ...]) -> None:
     if tail is None or any(
         isinstance(n, int) and n != size for n, size in zip(shape, tail, strict=True)
     ):
-        raise InputError(f"{what}: expected shape {_wanted(shape)}, got {array.shape}")
+        raise InputError(f"{what}: expected shape {_format_shape(shape)}, got {array.shape}")
 
 
-def _wanted(shape: tuple[int | str, ...]) -> str:
+def _format_shape(shape: tuple[int | str, ...]) -> str:
     return "(..., " + ", ".join(map(str, shape)) + ")"
 
 
-def frozen(array: NDArray[T]) -> NDArray[T]:
+def make_read_only(array: NDArray[T]) -> NDArray[T]:
     """Return the same array, made read-only."""
     array.flags.writeable = False
     return array
 
 
-def runs_last(array: NDArray[T], axes: int) -> NDArray[T]:
+def move_runs_last(array: NDArray[T], axes: int) -> NDArray[T]:
     """Return an array (..., a, b) of `axes` trailing axes as a contiguous one (a, b, run).
 
     It can be written to, whether the array could or not: kernels are compiled for each kind.
@@ -93,30 +93,30 @@ def runs_last(array: NDArray[T], axes: int) -> NDArray[T]:
     return np.require(np.moveaxis(flat, 0, -1), requirements=["C", "W"])
 
 
-def runs_first(array: NDArray[T], lead: tuple[int, ...] = (-1,)) -> NDArray[T]:
+def move_runs_first(array: NDArray[T], lead: tuple[int, ...] = (-1,)) -> NDArray[T]:
     """Return an array (a, b, run) as a contiguous one (*lead, a, b)."""
     first = np.ascontiguousarray(np.moveaxis(array, -1, 0))
     return first.reshape(*lead, *array.shape[:-1])
 
 
-def is_listed(value: object) -> bool:
+def has_items(value: object) -> bool:
     """Return whether a value has items: a text is one value, and so is an array without axes."""
     if isinstance(value, np.ndarray):
         return value.ndim > 0
     return isinstance(value, Iterable) and not isinstance(value, str)
 
 
-def is_any(value: Any) -> bool:
+def is_any_nonzero(value: Any) -> bool:
     """Return whether a number, or any of an array, is not zero; a number takes less time so."""
     return bool(value) if isinstance(value, float | int) else bool(np.any(value))
 
 
-def some_runs(array: NDArray[T], chosen: NDArray[Any]) -> NDArray[T]:
+def select_runs(array: NDArray[T], chosen: NDArray[Any]) -> NDArray[T]:
     """Return a contiguous copy (..., some) of the chosen runs of an array with the run last."""
     return np.ascontiguousarray(array[..., chosen])
 
 
-def length(array: Array) -> Array:
+def euclidean_length(array: Array) -> Array:
     """Return the Euclidean length over the first axis, summed term by term.
 
     The order of the terms is fixed, so that the bits are the same for any number of runs.
@@ -131,78 +131,80 @@ _RUN_FIRST = [tuple(np.roll(range(n), 1).tolist()) for n in range(5)]
 _RUN_LAST = [tuple(np.roll(range(n), -1).tolist()) for n in range(5)]
 
 
-def first_view(array: NDArray[T]) -> NDArray[T]:
+def view_runs_first(array: NDArray[T]) -> NDArray[T]:
     """Return a view (run, a, b) of an array (a, b, run)."""
     return array.transpose(_RUN_FIRST[array.ndim])
 
 
-def shown_view(array: NDArray[T]) -> NDArray[T]:
+def view_for_user(array: NDArray[T]) -> NDArray[T]:
     """Return a read-only view (run, a, b), for the user, of an array (a, b, run)."""
-    return frozen(first_view(array))
+    return make_read_only(view_runs_first(array))
 
 
-def last_view(array: NDArray[T]) -> NDArray[T]:
+def view_runs_last(array: NDArray[T]) -> NDArray[T]:
     """Return a view (a, b, run) of an array (run, a, b); it is contiguous if that was a view."""
     return array.transpose(_RUN_LAST[array.ndim])
 
 
-def one_or_each(
+def as_one_or_each(
     value: Any, what: str, owner: str, *, zero: bool = False
 ) -> float | tuple[float, ...]:
     """Return one positive number for all, or a tuple of one for each owner.
 
     With `zero`, 0 is allowed too. InputError names `what` and the owner.
     """
-    given = numbers(value, what, ())
+    given = as_floats(value, what, ())
     fits = (given >= 0 if zero else given > 0).all()
     if given.ndim > 1 or not given.size or not fits:
         kind = "number not below 0" if zero else "positive number"
         raise InputError(
-            f"{what} must be a {kind}, or one for each {owner}, got {said(given.tolist())}"
+            f"{what} must be a {kind}, or one for each {owner}, got {format_value(given.tolist())}"
         )
     return tuple(given.tolist()) if given.ndim else float(given)
 
 
-def number(value: Any, what: str) -> float:
+def as_float(value: Any, what: str) -> float:
     """Return a finite number, or raise an InputError that names `what`."""
-    array = numbers(value, what, ())
+    array = as_floats(value, what, ())
     if array.ndim:
-        raise InputError(f"{what}: expected a number, got {said(value)}")
+        raise InputError(f"{what}: expected a number, got {format_value(value)}")
     return float(array)
 
 
-def positive(value: Any, what: str) -> float:
+def as_positive(value: Any, what: str) -> float:
     """Return a finite number above zero, or raise an InputError that names `what`."""
     if type(value) is float and 0.0 < value < math.inf:
         return value
-    array = numbers(value, what, ())
+    array = as_floats(value, what, ())
     if array.ndim or not array > 0:
-        raise InputError(f"{what} must be a positive number, got {said(value)}")
+        raise InputError(f"{what} must be a positive number, got {format_value(value)}")
     return float(array)
 
 
-def not_negative(value: Any, what: str) -> float:
+def as_nonnegative(value: Any, what: str) -> float:
     """Return a finite number of at least zero, or raise an InputError that names `what`."""
-    array = numbers(value, what, ())
+    array = as_floats(value, what, ())
     if array.ndim or array < 0:
-        raise InputError(f"{what} must be a number not below 0, got {said(value)}")
+        raise InputError(f"{what} must be a number not below 0, got {format_value(value)}")
     return float(array)
 
 
-def whole(value: Any, what: str, low: int, below: int | None = None) -> int:
+def as_integer(value: Any, what: str, low: int, below: int | None = None) -> int:
     """Return a whole number of at least `low`, or raise an InputError that names `what`."""
-    if type(value) is int and low <= value < (EXACT if below is None else min(below, EXACT)):
+    if type(value) is int and low <= value < (
+        EXACT_INTEGERS if below is None else min(below, EXACT_INTEGERS)
+    ):
         return value  # as below, without the time that it takes
-    array = numbers(value, what, ())
+    array = as_floats(value, what, ())
     if isinstance(value, bool) or array.ndim or array != np.round(array) or array < low:
-        raise InputError(f"{what} must be a whole number from {low} on, got {said(value)}")
+        raise InputError(f"{what} must be a whole number from {low} on, got {format_value(value)}")
     if below is not None and int(value) >= below:
-        raise InputError(f"{what} must be below {below}, got {said(value)}")
+        raise InputError(f"{what} must be below {below}, got {format_value(value)}")
     return int(value)
 
 
-def flag(value: Any, what: str) -> bool:
+def as_bool(value: Any, what: str) -> bool:
     """Return a truth value, or raise an InputError that names `what`."""
     if not isinstance(value, bool | np.bool_):
-        raise InputError(f"{what} must be True or False, got {said(value)}")
+        raise InputError(f"{what} must be True or False, got {format_value(value)}")
     return bool(value)

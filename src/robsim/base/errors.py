@@ -85,17 +85,17 @@ class ReplayWarning(UserWarning):
     """A run has other numbers than the same simulation has now; the message says the first."""
 
 
-def said(value: object) -> str:
+def format_value(value: object) -> str:
     """Return how a message shows a value that was given: short, and on one line.
 
-    >>> said("cm" * 1000), said(10**5000)
+    >>> format_value("cm" * 1000), format_value(10**5000)
     ("'cmcmcmcmcmcmcmcmcmcmcmcmcm...mcmcmcmcmcmcmcmcmcmcmcmcmcm'", '0x...')
     """
     text = " ".join(_SHORT.repr(value).split("\n"))
     return text if len(text) <= 120 else f"{text[:116]} ..."
 
 
-class _Short(reprlib.Repr):
+class _ShortRepr(reprlib.Repr):
     """The short texts of values, also of whole numbers that Python writes in hexadecimal only."""
 
     def __init__(self) -> None:
@@ -108,18 +108,18 @@ class _Short(reprlib.Repr):
         return super().repr_int(x, level) if x.bit_length() < 10_000 else "0x..."
 
 
-_SHORT = _Short()
+_SHORT = _ShortRepr()
 
 
-def is_one_of(name: object, exist: Container[str]) -> bool:
+def is_known_name(name: object, exist: Container[str]) -> bool:
     """Return whether this is a name that exists: an array, say, is none."""
     return isinstance(name, str) and name in exist
 
 
-def suggest(name: object, exists: Iterable[str], kind: str) -> str:
+def suggest_names(name: object, exists: Iterable[str], kind: str) -> str:
     """Return the end of a message on an unknown name: the nearest name, and all that exist.
 
-    >>> suggest("tol", ["base", "tool"], "frames")
+    >>> suggest_names("tol", ["base", "tool"], "frames")
     "did you mean 'tool'? frames: base, tool"
     """
     names = list(exists)
@@ -130,12 +130,12 @@ def suggest(name: object, exists: Iterable[str], kind: str) -> str:
 
 def check_known(name: object, exist: Collection[str], no: str, kind: str) -> None:
     """Raise InputError unless a name is one of those that exist; `no` says it: "no frame {}"."""
-    if not is_one_of(name, exist):
-        raise InputError(f"{no.format(said(name))}; {suggest(name, exist, kind)}")
+    if not is_known_name(name, exist):
+        raise InputError(f"{no.format(format_value(name))}; {suggest_names(name, exist, kind)}")
 
 
 @contextmanager
-def in_file(where: object) -> Iterator[None]:
+def raise_file_errors(where: object) -> Iterator[None]:
     """Raise FileError, which names a file or a place in one, for another InputError from inside."""
     try:
         yield
@@ -146,7 +146,7 @@ def in_file(where: object) -> Iterator[None]:
 
 
 @contextmanager
-def naming(what: str) -> Iterator[None]:
+def prefix_errors(what: str) -> Iterator[None]:
     """Put what an InputError from inside is about in front of it, such as "phase 'lift'"."""
     try:
         yield

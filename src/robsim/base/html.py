@@ -8,30 +8,30 @@ from html import escape
 _CELL = "text-align: left; padding: 0.15em 0.8em 0.15em 0"
 
 
-def table(
+def format_html_table(
     title: str, rows: Iterable[Sequence[object]], head: Sequence[object] = (), note: str = ""
 ) -> str:
     """Return a table as HTML, from rows of texts or numbers, with a title above and a note below.
 
     A head names the columns. A row of fewer cells than the head leaves the last ones empty.
 
-    >>> table("a < b", [("x", 1)]).count("&lt;")
+    >>> format_html_table("a < b", [("x", 1)]).count("&lt;")
     1
     """
-    parts = [f"<div><strong>{_lines(title)}</strong><table>"]
+    parts = [f"<div><strong>{_escape_lines(title)}</strong><table>"]
     if head:
-        parts.append(f"<thead>{_row('th', head)}</thead>")
-    body = "".join(_row("td", row) for row in rows)
+        parts.append(f"<thead>{_format_html_row('th', head)}</thead>")
+    body = "".join(_format_html_row("td", row) for row in rows)
     parts.append(f"<tbody>{body}</tbody></table>")
     if note:
-        parts.append(f"<p>{_lines(note)}</p>")
+        parts.append(f"<p>{_escape_lines(note)}</p>")
     return "".join([*parts, "</div>"])
 
 
-def _row(kind: str, cells: Sequence[object]) -> str:
-    columns = "".join(f'<{kind} style="{_CELL}">{_lines(cell)}</{kind}>' for cell in cells)
+def _format_html_row(kind: str, cells: Sequence[object]) -> str:
+    columns = "".join(f'<{kind} style="{_CELL}">{_escape_lines(cell)}</{kind}>' for cell in cells)
     return f"<tr>{columns}</tr>"
 
 
-def _lines(text: object) -> str:
+def _escape_lines(text: object) -> str:
     return escape(str(text)).replace("\n", "<br>")

@@ -2,7 +2,7 @@
 
 A stop raises KeyboardInterrupt, as Python's own handler does for Ctrl-C, where there is nothing to
 be saved; but not within an import or a compiler, for which it waits. Once a run has begun, it
-waits until a block that was `held` looks for it.
+waits until a block that was `defer_stops` looks for it.
 """
 
 from __future__ import annotations
@@ -25,11 +25,13 @@ LEAVING = 2.0  # seconds, for which a stop that was raised has its way out to it
 _BUSY = {"importlib", "numba", "llvmlite"}
 
 
-class _Hold:
+class _Deferral:
     """A block in which stops wait, and those inside of it."""
 
-    def __init__(self, outer: _Hold | None, stop: Callable[[], object], begun: bool, deaf: bool):
-        self.root: _Hold = outer.root if outer else self
+    def __init__(
+        self, outer: _Deferral | None, stop: Callable[[], object], begun: bool, deaf: bool
+    ):
+        self.root: _Deferral = outer.root if outer else self
         self.came: list[int] = outer.came if outer else []
         self.deaf: bool = deaf or (outer is not None and outer.deaf)
         inner = () if self.deaf else (stop,)
@@ -37,10 +39,10 @@ class _Hold:
         self.begun = begun  # of the root alone
 
 
-class _State:
+class _StopState:
     """What this process knows of stops; its handlers run in the main thread."""
 
-    hold: _Hold | None = None
+    hold: _Deferral | None = None
     first = int(signal.SIGINT)
     listening = False
     waiting: ClassVar[list[int]] = []  # stops, until an import or a compiler has ended
@@ -48,7 +50,7 @@ class _State:
 
 
 @contextmanager
-def held(
+def defer_stops(
     stop: Callable[[], object] = lambda: None, *, begun: bool = True, deaf: bool = False
 ) -> Iterator[list[int]]:
     """Let stops wait within a `with` block, and yield the list into which they are put.
@@ -63,98 +65,106 @@ def held(
     if threading.current_thread() is not threading.main_thread():
         yield []
         return
-    outer = _State.hold
-    own = _Hold(outer, stop, begun, deaf)
+    outer = _StopState.hold
+    own = _Deferral(outer, stop, begun, deaf)
     before = {} if outer else {number: signal.getsignal(number) for number in SIGNALS}
-    mine = {number: handler for number, handler in before.items() if _is_default(number, handler)}
+    mine = {
+        number: handler
+        for number, handler in before.items()
+        if _is_default_handler(number, handler)
+    }
     try:
-        _State.hold = own
+        _StopState.hold = own
         for number in mine:
-            signal.signal(number, _heard)
+            signal.signal(number, _handle_signal)
         own.root.begun |= begun
         if own.came and not own.deaf:
             stop()
         yield [] if own.deaf else own.came
     finally:
-        _State.hold = outer
+        _StopState.hold = outer
         for number, handler in mine.items():
             signal.signal(number, handler)
 
 
 @contextmanager
-def listening() -> Iterator[None]:
+def listen_for_stops() -> Iterator[None]:
     """Take over the stops of a process that is the command line, from its first to its last line.
 
     Afterwards they are ignored: there is nothing left but Python's own end.
     """
-    mine = [number for number in SIGNALS if _is_default(number, signal.getsignal(number))]
-    _State.first, _State.raised = int(signal.SIGINT), -LEAVING
-    _State.listening, hook, sys.unraisablehook = True, sys.unraisablehook, _unraised
+    mine = [number for number in SIGNALS if _is_default_handler(number, signal.getsignal(number))]
+    _StopState.first, _StopState.raised = int(signal.SIGINT), -LEAVING
+    _StopState.listening, hook, sys.unraisablehook = True, sys.unraisablehook, _handle_unraisable
     for number in mine:
-        signal.signal(number, _heard)
+        signal.signal(number, _handle_signal)
     try:
         yield
     finally:
         for number in mine:
             signal.signal(number, signal.SIG_IGN)
-        _State.listening, sys.unraisablehook = False, hook
+        _StopState.listening, sys.unraisablehook = False, hook
 
 
-def look() -> None:
+def raise_pending_stop() -> None:
     """Raise KeyboardInterrupt now if a stop came during an import that is over."""
-    for number in _State.waiting[:1]:
-        _heard(number, None)
+    for number in _StopState.waiting[:1]:
+        _handle_signal(number, None)
 
 
-def status() -> int:
+def get_exit_status() -> int:
     """Return the exit status of a process that was stopped: the shell's number for the signal."""
-    return 128 + _State.first
+    return 128 + _StopState.first
 
 
-def is_others() -> bool:
+def has_foreign_handler() -> bool:
     """Return whether Ctrl-C calls a function in this thread that raises who knows what."""
     in_main = threading.current_thread() is threading.main_thread()
     handler = signal.getsignal(signal.SIGINT) if in_main else None
-    return callable(handler) and not _is_default(signal.SIGINT, handler) and handler != _heard
+    return (
+        callable(handler)
+        and not _is_default_handler(signal.SIGINT, handler)
+        and handler != _handle_signal
+    )
 
 
-def _is_default(number: int, handler: Any) -> bool:
+def _is_default_handler(number: int, handler: Any) -> bool:
     """Return whether a handler is that which Python has at its start."""
     if number == signal.SIGINT:
         return handler is signal.default_int_handler
     return bool(handler == signal.SIG_DFL)
 
 
-def _heard(number: int, frame: FrameType | None) -> None:
+def _handle_signal(number: int, frame: FrameType | None) -> None:
     """Take a stop."""
-    if number in _State.waiting:
-        _State.waiting.remove(number)
-    hold = _State.hold
+    if number in _StopState.waiting:
+        _StopState.waiting.remove(number)
+    hold = _StopState.hold
     if hold is None or not hold.root.begun:
-        _raise(number, frame)
+        _raise_interrupt(number, frame)
         return
     hold.came.append(number)
     if len(hold.came) > 1:
-        _say("saving what was simulated so far")
+        _write_to_stderr("saving what was simulated so far")
         return
-    _State.first = number
+    _StopState.first = number
     for stop in hold.stops:
         stop()
 
 
-def _raise(number: int, frame: FrameType | None) -> None:
+def _raise_interrupt(number: int, frame: FrameType | None) -> None:
     """Raise KeyboardInterrupt, as soon as that can be; a script ends by other signals as ever."""
-    if number != signal.SIGINT and not _State.listening:
+    if number != signal.SIGINT and not _StopState.listening:
         signal.signal(number, signal.SIG_DFL)
         signal.raise_signal(number)
-    elif _is_busy(frame):
-        _come_again(number)
-    elif time.monotonic() - _State.raised > LEAVING:
-        _State.raised, _State.first = time.monotonic(), number
+    elif _is_uninterruptible(frame):
+        _resend_later(number)
+    elif time.monotonic() - _StopState.raised > LEAVING:
+        _StopState.raised, _StopState.first = time.monotonic(), number
         raise KeyboardInterrupt
 
 
-def _is_busy(frame: FrameType | None) -> bool:
+def _is_uninterruptible(frame: FrameType | None) -> bool:
     """Return whether an import or a compiler is at work, which an exception would break."""
     while frame:
         if str(frame.f_globals.get("__name__", "")).partition(".")[0] in _BUSY:
@@ -163,16 +173,16 @@ def _is_busy(frame: FrameType | None) -> bool:
     return False
 
 
-def _come_again(number: int) -> None:
-    _State.waiting.append(number)
-    timer = threading.Timer(AGAIN, _send, (number,))
+def _resend_later(number: int) -> None:
+    _StopState.waiting.append(number)
+    timer = threading.Timer(AGAIN, _send_signal, (number,))
     timer.daemon = True
     timer.start()
 
 
-def _send(number: int) -> None:
+def _send_signal(number: int) -> None:
     main = threading.main_thread().ident
-    if number not in _State.waiting:
+    if number not in _StopState.waiting:
         return
     if hasattr(signal, "pthread_kill") and main:  # wakes it, too
         signal.pthread_kill(main, number)
@@ -180,16 +190,16 @@ def _send(number: int) -> None:
         signal.raise_signal(number)
 
 
-def _unraised(what: Any) -> None:
+def _handle_unraisable(what: Any) -> None:
     """Let a stop come again that was raised where Python lets nothing be raised."""
     if isinstance(what.exc_value, KeyboardInterrupt):
-        _State.raised = -LEAVING
-        _come_again(_State.first)
+        _StopState.raised = -LEAVING
+        _resend_later(_StopState.first)
     else:
         sys.__unraisablehook__(what)
 
 
-def _say(text: str) -> None:
+def _write_to_stderr(text: str) -> None:
     """Write a line on stderr, past its buffer, in which the main thread may be writing."""
     with suppress(OSError, ValueError, AttributeError):
         os.write(sys.stderr.fileno(), f"robsim: {text}\n".encode())

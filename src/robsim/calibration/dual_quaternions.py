@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from robsim.base.arrays import Array
-from robsim.calibration.motions import Motions, cross_matrix
+from robsim.calibration.relative_motions import RelativeMotions, cross_matrix
 from robsim.geometry.pose import Pose
 
 
-def daniilidis(motions: Motions) -> Pose:
+def daniilidis(motions: RelativeMotions) -> Pose:
     """Return the mount by the method of Daniilidis 1999.
 
     A motion is a dual quaternion q + eps q' with q' = t q / 2. The vector parts of A and B give six
@@ -17,10 +17,10 @@ def daniilidis(motions: Motions) -> Pose:
     combination with |q| = 1 and q q' = 0 is the mount.
     """
     (a, a_dual), (b, b_dual) = _vector_parts(motions.A), _vector_parts(motions.B)
-    real, dual = _rows(a, b), _rows(a_dual, b_dual)
+    real, dual = _quaternion_rows(a, b), _quaternion_rows(a_dual, b_dual)
     S = np.block([[real, np.zeros_like(real)], [dual, real]])
     u, v = np.linalg.svd(S.reshape(-1, 8), full_matrices=False)[2][-2:]
-    return _pose(*_combined(u, v))
+    return _pose_from_dual(*_combine_null_vectors(u, v))
 
 
 def _vector_parts(T: Pose) -> tuple[Array, Array]:
@@ -30,12 +30,12 @@ def _vector_parts(T: Pose) -> tuple[Array, Array]:
     return xyz, 0.5 * (w * t + np.cross(t, xyz))
 
 
-def _rows(a: Array, b: Array) -> Array:
+def _quaternion_rows(a: Array, b: Array) -> Array:
     """Return the rows (n, 3, 4) of [a - b, [a + b]x], for unknowns (w, x, y, z)."""
     return np.concatenate([(a - b)[..., None], cross_matrix(a + b)], axis=-1)
 
 
-def _combined(u: Array, v: Array) -> tuple[Array, Array]:
+def _combine_null_vectors(u: Array, v: Array) -> tuple[Array, Array]:
     """Return q and q' of l u + m v with |q| = 1 and q q' = 0.
 
     Of the two ratios l / m that make q q' = 0 that with the larger |q| is the mount.
@@ -43,7 +43,7 @@ def _combined(u: Array, v: Array) -> tuple[Array, Array]:
     a, b, c = (
         float(each) for each in (u[:4] @ u[4:], u[:4] @ v[4:] + u[4:] @ v[:4], v[:4] @ v[4:])
     )
-    ratios = [(1.0, 0.0)] if a == b == 0.0 else _roots(a, b, c)
+    ratios = [(1.0, 0.0)] if a == b == 0.0 else _quadratic_ratios(a, b, c)
     lengths = [np.sqrt(np.square(l * u[:4] + m * v[:4]).sum()) for l, m in ratios]
     best = int(np.argmax(lengths))
     l, m = ratios[best]
@@ -51,7 +51,7 @@ def _combined(u: Array, v: Array) -> tuple[Array, Array]:
     return both[:4], both[4:]
 
 
-def _roots(a: float, b: float, c: float) -> list[tuple[float, float]]:
+def _quadratic_ratios(a: float, b: float, c: float) -> list[tuple[float, float]]:
     """Return unit vectors (l, m) with a l^2 + b l m + c m^2 = 0, or nearly so where none is."""
     root = np.sqrt(max(b * b - 4 * a * c, 0.0))
     far = -0.5 * (b + np.copysign(root, b))
@@ -59,7 +59,7 @@ def _roots(a: float, b: float, c: float) -> list[tuple[float, float]]:
     return [(x / size, y / size) for x, y in pairs if (size := np.hypot(x, y)) > 0.0]
 
 
-def _pose(q: Array, dual: Array) -> Pose:
+def _pose_from_dual(q: Array, dual: Array) -> Pose:
     """Return the pose of a dual quaternion, scalars first: t = 2 q' conj(q)."""
     (w, xyz), (w_dual, xyz_dual) = (q[0], q[1:]), (dual[0], dual[1:])
     t = 2 * (-w_dual * xyz + w * xyz_dual - np.cross(xyz_dual, xyz))

@@ -8,22 +8,22 @@ from typing import Any
 import numpy as np
 
 from robsim.base.arrays import Array
-from robsim.base.errors import InputError, is_one_of, said, suggest
+from robsim.base.errors import InputError, format_value, is_known_name, suggest_names
 from robsim.calibration.dual_quaternions import daniilidis
-from robsim.calibration.motions import (
-    Motions,
-    checked_poses,
+from robsim.calibration.relative_motions import (
+    RelativeMotions,
+    build_pose,
+    check_view_poses,
     cross_matrix,
-    motions_between,
+    find_relative_motions,
     nearest_rotation,
-    pose_of,
 )
 from robsim.geometry.pose import Pose
 
 SWAPS = np.array([[1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]])  # half turns about an axis
 
 
-def tsai_lenz(motions: Motions) -> Pose:
+def tsai_lenz(motions: RelativeMotions) -> Pose:
     """Return the mount by the method of Tsai and Lenz 1989, rotation first.
 
     With P = 2 sin(theta/2) n of a motion, [P_A + P_B]x p = P_B - P_A, and p = tan(theta/2) n of
@@ -32,14 +32,16 @@ def tsai_lenz(motions: Motions) -> Pose:
     """
     P_A = _half_sines(motions.A.rotvec)
     P_B = _half_sines(motions.B.rotvec)
-    every = [_rows(P_A + each * P_B) for each in SWAPS]
+    every = [_stack_cross_matrices(P_A + each * P_B) for each in SWAPS]
     swap = SWAPS[np.argmax([np.linalg.svd(M, compute_uv=False)[-1] for M in every])]
-    p = np.linalg.lstsq(_rows(P_A + swap * P_B), (swap * P_B - P_A).ravel(), rcond=None)[0]
-    R = Pose.at(rotvec=_turn(p)).rotation @ np.diag(swap)
-    return pose_of(R, _translation(motions, R))
+    p = np.linalg.lstsq(
+        _stack_cross_matrices(P_A + swap * P_B), (swap * P_B - P_A).ravel(), rcond=None
+    )[0]
+    R = Pose.at(rotvec=_rotation_from_tangents(p)).rotation @ np.diag(swap)
+    return build_pose(R, _solve_translation(motions, R))
 
 
-def _rows(P: Array) -> Array:
+def _stack_cross_matrices(P: Array) -> Array:
     """Return [P]x (3 n, 3) of vectors P (n, 3), one below the other."""
     return cross_matrix(P).reshape(-1, 3)
 
@@ -50,36 +52,36 @@ def _half_sines(w: Array) -> Array:
     return np.asarray(w * np.sinc(theta / (2 * np.pi)))
 
 
-def _turn(p: Array) -> Array:
+def _rotation_from_tangents(p: Array) -> Array:
     """Return the rotation vector of tan(theta/2) n."""
     size = np.sqrt(p @ p)
     return np.asarray(p * (2 * np.arctan(size) / size if size > 0 else 2.0))
 
 
-def park_martin(motions: Motions) -> Pose:
+def park_martin(motions: RelativeMotions) -> Pose:
     """Return the mount by the method of Park and Martin 1994, rotation first.
 
     The rotation takes the rotation vectors of B nearest to those of A, by least squares.
     """
     R = nearest_rotation(motions.A.rotvec.T @ motions.B.rotvec)
-    return pose_of(R, _translation(motions, R))
+    return build_pose(R, _solve_translation(motions, R))
 
 
-def _translation(motions: Motions, R: Array) -> Array:
+def _solve_translation(motions: RelativeMotions, R: Array) -> Array:
     """Return the position (3,) of the mount: (R_A - 1) t = R t_B - t_A, by least squares."""
     M = (motions.A.rotation - np.eye(3)).reshape(-1, 3)
     right = motions.B.position @ R.T - motions.A.position
     return np.asarray(np.linalg.lstsq(M, right.ravel(), rcond=None)[0])
 
 
-METHODS: dict[str, Callable[[Motions], Pose]] = {
+METHODS: dict[str, Callable[[RelativeMotions], Pose]] = {
     "tsai_lenz": tsai_lenz,
     "park_martin": park_martin,
     "daniilidis": daniilidis,
 }
 
 
-def hand_eye(T_m_f: Any, T_c_o: Any, method: str = "park_martin") -> Pose:
+def solve_hand_eye(T_m_f: Any, T_c_o: Any, method: str = "park_martin") -> Pose:
     """Return the mount X = T_m_c of a camera from poses of views, in closed form.
 
     T_m_f   poses (V, 4, 4) of the frame f that carries the target, in the frame m that carries the
@@ -95,9 +97,11 @@ def hand_eye(T_m_f: Any, T_c_o: Any, method: str = "park_martin") -> Pose:
 
     >>> X, Z = Pose.at(0.1, 0, 0.05, rpy=(0, 0, 1)), Pose.at(1, 0, 0)
     >>> A = Pose.at(0, 0.1, [0.3, 0.4, 0.5], rpy=[[0.2, 0, 0], [0, 0.3, 0], [0, 0, 0.4]])
-    >>> hand_eye(A, X.inv() @ A @ Z)
+    >>> solve_hand_eye(A, X.inv() @ A @ Z)
     <Pose position [0.1, 0.0, 0.05] rotvec [0.0, 0.0, 1.0]>
     """
-    if not is_one_of(method, METHODS):
-        raise InputError(f"no method {said(method)}; {suggest(method, METHODS, 'methods')}")
-    return METHODS[method](motions_between(*checked_poses(T_m_f, T_c_o)))
+    if not is_known_name(method, METHODS):
+        raise InputError(
+            f"no method {format_value(method)}; {suggest_names(method, METHODS, 'methods')}"
+        )
+    return METHODS[method](find_relative_motions(*check_view_poses(T_m_f, T_c_o)))

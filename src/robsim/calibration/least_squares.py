@@ -18,7 +18,7 @@ ROUNDING = 1e-12  # relative: a sum of squares that is larger by less counts as 
 ARRIVED = 1e-9  # pixels, by which all marks together move: a shorter step ends the search
 
 
-class Problem(NamedTuple, Generic[S]):
+class LeastSquaresProblem(NamedTuple, Generic[S]):
     """Residuals (M,) of a state, their rates (M, P), and the state after a step (P,)."""
 
     residuals: Callable[[S], Array]
@@ -26,7 +26,7 @@ class Problem(NamedTuple, Generic[S]):
     moved: Callable[[S, Array], S]
 
 
-def minimised(problem: Problem[S], state: S) -> S:
+def minimise(problem: LeastSquaresProblem[S], state: S) -> S:
     """Return the state of least squares near a first one.
 
     Each step solves (J'J + damping D) dp = -J'r with D the diagonal of J'J (Marquardt 1963), by
@@ -38,10 +38,12 @@ def minimised(problem: Problem[S], state: S) -> S:
         J = problem.rates(state)
         scale = np.sqrt(np.square(J).sum(axis=0))
         scale[scale == 0.0] = 1.0
-        R, c = np.split(triangle(np.column_stack([J / scale, r]))[: len(scale)], [-1], axis=1)
+        R, c = np.split(
+            triangular_factor(np.column_stack([J / scale, r]))[: len(scale)], [-1], axis=1
+        )
         while damping <= MOST_DAMPING:
-            step = _step(R, c[:, 0], damping)
-            tried, r_tried = _tried(problem, state, step / scale)
+            step = _solve_damped_step(R, c[:, 0], damping)
+            tried, r_tried = _try_step(problem, state, step / scale)
             if r_tried @ r_tried <= (1.0 + ROUNDING) * (r @ r):
                 break
             damping *= 10.0
@@ -53,13 +55,13 @@ def minimised(problem: Problem[S], state: S) -> S:
     return state
 
 
-def triangle(M: Array) -> Array:
+def triangular_factor(M: Array) -> Array:
     """Return the upper triangle R (n, n) of M = Q R, M (rows, n), by blocks of rows.
 
     They are so small that LAPACK takes one thread for each, whose bits do not depend on how many
     there are.
 
-    >>> np.abs(triangle(np.ones((1000, 1)))) ** 2
+    >>> np.abs(triangular_factor(np.ones((1000, 1)))) ** 2
     array([[1000.]])
     """
     n = M.shape[1]
@@ -73,7 +75,7 @@ def triangle(M: Array) -> Array:
     return np.asarray(np.linalg.qr(M, "r"))
 
 
-def _step(R: Array, c: Array, damping: float) -> Array:
+def _solve_damped_step(R: Array, c: Array, damping: float) -> Array:
     """Return the damped step (P,) of rates Q R whose columns have length one, with c = Q'r."""
     count = len(c)
     M = np.concatenate([R, np.sqrt(damping) * np.eye(count)])
@@ -81,7 +83,7 @@ def _step(R: Array, c: Array, damping: float) -> Array:
     return step
 
 
-def _tried(problem: Problem[S], state: S, step: Array) -> tuple[S, Array]:
+def _try_step(problem: LeastSquaresProblem[S], state: S, step: Array) -> tuple[S, Array]:
     """Return the state after a step and its residuals; infinite where there is none."""
     try:
         there = problem.moved(state, step)

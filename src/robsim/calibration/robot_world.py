@@ -8,17 +8,22 @@ import numpy as np
 
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError
-from robsim.calibration.motions import checked_poses, motions_between, nearest_rotation, pose_of
+from robsim.calibration.relative_motions import (
+    build_pose,
+    check_view_poses,
+    find_relative_motions,
+    nearest_rotation,
+)
 from robsim.geometry.pose import Pose
 
 TIE = 1e-6  # relative: closer singular values count as the same
 
 
-def robot_world(T_m_f: Any, T_c_o: Any) -> tuple[Pose, Pose]:
+def solve_robot_world(T_m_f: Any, T_c_o: Any) -> tuple[Pose, Pose]:
     """Return the mount X = T_m_c of a camera and the place Z = T_f_o of its target.
 
     T_m_f  poses (V, 4, 4) of the frame f that carries the target, in the frame m that carries the
-           camera, as the joints tell them; see `hand_eye`
+           camera, as the joints tell them; see `solve_hand_eye`
     T_c_o  poses (V, 4, 4) of the target in camera axes
 
     X T_c_o = T_m_f Z in every view. By the method of Shah 2013 ("Solving the robot-world/hand-eye
@@ -29,19 +34,19 @@ def robot_world(T_m_f: Any, T_c_o: Any) -> tuple[Pose, Pose]:
 
     >>> X, Z = Pose.at(0.1, 0, 0.05, rpy=(0, 0, 1)), Pose.at(1, 0, 0)
     >>> A = Pose.at(0, 0.1, [0.3, 0.4, 0.5], rpy=[[0.2, 0, 0], [0, 0.3, 0], [0, 0, 0.4]])
-    >>> robot_world(A, X.inv() @ A @ Z)[1]
+    >>> solve_robot_world(A, X.inv() @ A @ Z)[1]
     <Pose position [1.0, 0.0, 0.0] rotvec [0.0, 0.0, 0.0]>
     """
-    A, B = checked_poses(T_m_f, T_c_o)
-    motions_between(A, B)  # checks that they turn about two axes
-    R_X, R_Z = _rotations(A.rotation, B.rotation)
+    A, B = check_view_poses(T_m_f, T_c_o)
+    find_relative_motions(A, B)  # checks that they turn about two axes
+    R_X, R_Z = _solve_rotations(A.rotation, B.rotation)
     left = np.concatenate([np.broadcast_to(-np.eye(3), A.rotation.shape), A.rotation], axis=2)
     right = B.position @ R_X.T - A.position
     t = np.linalg.lstsq(left.reshape(-1, 6), right.ravel(), rcond=None)[0]
-    return pose_of(R_X, t[:3]), pose_of(R_Z, t[3:])
+    return build_pose(R_X, t[:3]), build_pose(R_Z, t[3:])
 
 
-def _rotations(R_A: Array, R_B: Array) -> tuple[Array, Array]:
+def _solve_rotations(R_A: Array, R_B: Array) -> tuple[Array, Array]:
     """Return R_X and R_Z of R_Z = R_A' R_X R_B, with vec by columns: vec(R_Z) = K vec(R_X)."""
     K = np.einsum("vij,vkl->ikjl", R_B.swapaxes(1, 2), R_A.swapaxes(1, 2)).reshape(9, 9)
     U, s, Vt = np.linalg.svd(K)

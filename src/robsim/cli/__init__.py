@@ -10,12 +10,12 @@ def main() -> None:
 
     What would end the process is heard from here on, before all that takes time to import.
     """
-    with interrupt.listening():
+    with interrupt.listen_for_stops():
         try:
-            from robsim.cli.commands import run_command
+            from robsim.cli.commands import run_command_line
 
-            interrupt.look()
-            run_command()
+            interrupt.raise_pending_stop()
+            run_command_line()
         except KeyboardInterrupt:  # before the command could take it
             sys.stderr.write("stopped\n")
-            sys.exit(interrupt.status())
+            sys.exit(interrupt.get_exit_status())

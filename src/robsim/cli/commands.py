@@ -11,21 +11,21 @@ from robsim import __version__
 from robsim.base import interrupt
 from robsim.base.errors import Interrupted, RobSimError
 from robsim.cli import (
-    bench,
-    check,
-    compare,
-    demo,
-    examples,
-    explain,
-    export,
-    robots,
-    run,
-    schema,
-    studio,
-    study,
-    warm,
+    bench_command,
+    check_command,
+    compare_command,
+    demo_command,
+    examples_command,
+    explain_command,
+    export_command,
+    robots_command,
+    run_command,
+    schema_command,
+    studio_command,
+    study_command,
+    warm_command,
 )
-from robsim.cli.tell import tell
+from robsim.cli.console import print_text
 
 BAD_INPUT = 2  # exit status
 NEW_OBJECTS = 100_000  # between looks for garbage, which at Python's 700 take a sixth of a start
@@ -38,22 +38,35 @@ def cli() -> None:
 
 
 for _each in (
-    *(demo, run, compare, study, bench, check, explain, export, examples, robots, schema, studio),
-    warm,
+    *(
+        demo_command,
+        run_command,
+        compare_command,
+        study_command,
+        bench_command,
+        check_command,
+        explain_command,
+        export_command,
+        examples_command,
+        robots_command,
+        schema_command,
+        studio_command,
+    ),
+    warm_command,
 ):
     cli.add_command(_each.command)
 
 
-def run_command() -> None:
+def run_command_line() -> None:
     """Run the command that the arguments name; exit status 0 when it is done, 2 for bad input."""
     gc.set_threshold(NEW_OBJECTS)
     try:
         cli(standalone_mode=False)
     except (click.Abort, KeyboardInterrupt, Interrupted):  # the last of what is not to be saved
-        tell("stopped", err=True)
-        sys.exit(interrupt.status())
+        print_text("stopped", err=True)
+        sys.exit(interrupt.get_exit_status())
     except RobSimError as error:
-        tell(f"error: {error}", err=True)
+        print_text(f"error: {error}", err=True)
         sys.exit(BAD_INPUT)
     except click.ClickException as error:
         error.show()

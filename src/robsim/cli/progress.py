@@ -14,10 +14,10 @@ import click
 
 from robsim.base import interrupt
 from robsim.base.errors import FileWarning, Interrupted, RankWarning
-from robsim.cli.tell import tell
+from robsim.cli.console import print_text
 
 
-def finished(
+def run_and_save(
     work: Callable[..., Any],
     save: Callable[[Any], object],
     folder: Path,
@@ -27,39 +27,39 @@ def finished(
 
     What was simulated before a stop is saved, and the command ends.
     """
-    with interrupt.held(begun=False) as stops:
+    with interrupt.defer_stops(begun=False) as stops:
         try:
-            with warnings_as_lines(), bar("simulating") as progress:
+            with print_warnings_as_lines(), progress_bar("simulating") as progress:
                 found = work(progress=progress)
         except Interrupted as stop:
-            tell("stopping: saving what was simulated so far", err=True)
+            print_text("stopping: saving what was simulated so far", err=True)
             save(stop.run)
-            stopped(folder)
+            exit_after_stop(folder)
         save(found)
-        tell(f"{found}\nresults: {folder}") if report is None else report(found)
+        print_text(f"{found}\nresults: {folder}") if report is None else report(found)
         if stops:
-            stopped(folder)
+            exit_after_stop(folder)
     return found
 
 
-def stopped(folder: Path) -> NoReturn:
+def exit_after_stop(folder: Path) -> NoReturn:
     """End the command after a stop, once all that there is has been saved."""
-    tell(f"stopped; what was simulated so far is in {folder}", err=True)
-    sys.exit(interrupt.status())
+    print_text(f"stopped; what was simulated so far is in {folder}", err=True)
+    sys.exit(interrupt.get_exit_status())
 
 
 @contextmanager
-def drawing(what: str) -> Iterator[None]:
+def exit_if_drawing_stops(what: str) -> Iterator[None]:
     """End the command when a stop comes while figures are drawn; the data are written by then."""
     try:
         yield
     except KeyboardInterrupt:
-        tell(f"stopped while drawing; the {what} complete", err=True)
-        sys.exit(interrupt.status())
+        print_text(f"stopped while drawing; the {what} complete", err=True)
+        sys.exit(interrupt.get_exit_status())
 
 
 @contextmanager
-def bar(label: str, runs: int = 0) -> Iterator[Any]:
+def progress_bar(label: str, runs: int = 0) -> Iterator[Any]:
     """Yield a function of the share done, which shows it on a terminal; None elsewhere.
 
     Of so many `runs` it shows those that are done, their rate and the time left as well.
@@ -89,7 +89,7 @@ def bar(label: str, runs: int = 0) -> Iterator[Any]:
 
 
 @contextmanager
-def warnings_as_lines() -> Iterator[None]:
+def print_warnings_as_lines() -> Iterator[None]:
     """Print warnings as lines for the user, without a line of source code."""
     with warnings.catch_warnings(record=True) as caught:
         for kind in (RankWarning, FileWarning):
@@ -98,4 +98,4 @@ def warnings_as_lines() -> Iterator[None]:
             yield
         finally:
             for warning in caught:
-                tell(f"warning: {warning.message}", err=True)
+                print_text(f"warning: {warning.message}", err=True)

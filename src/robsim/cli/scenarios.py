@@ -5,13 +5,13 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from robsim.base.errors import in_file
+from robsim.base.errors import raise_file_errors
 
 if TYPE_CHECKING:
     from robsim.run.experiment import Experiment
 
 
-def load(file: Path, changes: tuple[str, ...]) -> Experiment:
+def load_with_changes(file: Path, changes: tuple[str, ...]) -> Experiment:
     """Return the experiment in a scenario file, with KEY=VALUE changes."""
     from robsim.run.experiment import load_scenario
 
@@ -20,7 +20,7 @@ def load(file: Path, changes: tuple[str, ...]) -> Experiment:
 
 def check_colors(scenario: Experiment) -> None:
     """Raise FileError for a colour that Matplotlib does not know, before simulating."""
-    from robsim.plot.palette import color
+    from robsim.plot.palette import convert_color
 
     scene = scenario.scene
     parts = [(f"robots.{r.name}.links.{k.name}", k.shapes) for r in scene.robots for k in r.links]
@@ -28,5 +28,5 @@ def check_colors(scenario: Experiment) -> None:
     parts += [(f"cameras.{c.name}", (c.camera.body,)) for c in scene.cameras if c.camera.body]
     for owner, shapes in parts:
         for shape in shapes:
-            with in_file(f"{scenario.source}: {owner}"):
-                color(shape.color)
+            with raise_file_errors(f"{scenario.source}: {owner}"):
+                convert_color(shape.color)

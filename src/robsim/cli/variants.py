@@ -18,30 +18,36 @@ class Variant(NamedTuple):
     changes: tuple[str, ...]
 
 
-def variants(files: Sequence[Path], vary: str | None = None) -> list[Variant]:
+def list_variants(files: Sequence[Path], vary: str | None = None) -> list[Variant]:
     """Return one variant for each file or, with `vary` ("key=value,value,..."), file and value.
 
     The name is the file's stem, or the value, or of several files both; equal names are numbered.
 
-    >>> [v.name for v in variants([Path("a.toml"), Path("b/a.toml")])]
+    >>> [v.name for v in list_variants([Path("a.toml"), Path("b/a.toml")])]
     ['a', 'a-2']
-    >>> [(v.name, *v.changes) for v in variants([Path("a.toml")], "task.gain=1,2")]
+    >>> [(v.name, *v.changes) for v in list_variants([Path("a.toml")], "task.gain=1,2")]
     [('1', 'task.gain=1'), ('2', 'task.gain=2')]
     """
     found: list[Variant] = []
     for file in files:
-        for value, changes in _changes(vary):
+        for value, changes in _list_value_changes(vary):
             parts = [file.stem] if not value else [value] if len(files) == 1 else [file.stem, value]
-            found.append(Variant(_free("-".join(map(_plain, parts)), found), file, changes))
+            found.append(
+                Variant(
+                    _number_if_taken("-".join(map(_make_filename_safe, parts)), found),
+                    file,
+                    changes,
+                )
+            )
     return found
 
 
-def _changes(vary: str | None) -> list[tuple[str, tuple[str, ...]]]:
+def _list_value_changes(vary: str | None) -> list[tuple[str, tuple[str, ...]]]:
     """Return (value, changes) for each value; without `vary`, one pair that changes nothing."""
     if vary is None:
         return [("", ())]
     key, equals, text = vary.partition("=")
-    values = [value.strip() for value in _split(text)]
+    values = [value.strip() for value in _split_outside_brackets(text)]
     if not equals or not key.strip() or not all(values):
         raise InputError(
             f"--vary: expected key=value,value, as in task.interaction=current,mean, got {vary!r}"
@@ -49,7 +55,7 @@ def _changes(vary: str | None) -> list[tuple[str, tuple[str, ...]]]:
     return [(value, (f"{key.strip()}={value}",)) for value in values]
 
 
-def _split(text: str) -> list[str]:
+def _split_outside_brackets(text: str) -> list[str]:
     """Split at commas that are not within brackets, braces or quotes."""
     parts, depth, quote = [""], 0, ""
     for letter in text:
@@ -65,12 +71,12 @@ def _split(text: str) -> list[str]:
     return parts
 
 
-def _plain(text: str) -> str:
+def _make_filename_safe(text: str) -> str:
     """Return the text with only those characters that are safe in the name of a file."""
     return re.sub(r"[^\w.+]+", "-", text).strip("-.")[:60] or "scheme"
 
 
-def _free(name: str, taken: Sequence[Variant]) -> str:
+def _number_if_taken(name: str, taken: Sequence[Variant]) -> str:
     """Return the name, numbered if it is taken; "comparison" is reserved."""
     names = {variant.name for variant in taken} | {"comparison"}
     numbered = (name if i == 1 else f"{name}-{i}" for i in range(1, len(names) + 2))

@@ -8,18 +8,34 @@ from contextlib import suppress
 from dataclasses import dataclass, field, fields, is_dataclass, replace
 from typing import Any, ClassVar
 
-from robsim.base.errors import InputError, said, suggest
-from robsim.declare.families import Family, plural
-from robsim.declare.fields import Field, fields_of
-from robsim.declare.paths import Part, field_parts
-from robsim.declare.phrases import either_of, methods_of
-from robsim.declare.problems import Broken
-from robsim.declare.spec import MISSING, Context, Given, NoText, Raw, Spec, expected, with_article
-from robsim.declare.tables import LACKING, controls_of, form_of, pick, read_table, write_table
+from robsim.base.errors import InputError, format_value, suggest_names
+from robsim.declare.dotted_paths import PathPart, find_field_parts
+from robsim.declare.error_phrases import format_methods, join_alternatives
+from robsim.declare.fields import DeclaredField, fields_of
+from robsim.declare.kind_families import KindFamily, pluralize
+from robsim.declare.problems import UnreadableValue
+from robsim.declare.spec import (
+    MISSING,
+    Context,
+    NoTextError,
+    PythonValue,
+    Raw,
+    Spec,
+    add_article,
+    make_expected_error,
+)
+from robsim.declare.tables import (
+    LACKING,
+    get_text_form,
+    read_field,
+    read_table,
+    write_table,
+    yield_controls,
+)
 
 
 @dataclass(frozen=True)
-class Choice(Spec):
+class KindOf(Spec):
     """One of the kinds of a family: its name alone, or a table with `kind`.
 
     `default` is the kind of a table that does not say one. `beside_of` are keys that stand beside
@@ -28,7 +44,7 @@ class Choice(Spec):
     stand there instead, such as a number.
     """
 
-    family: Family
+    family: KindFamily
     default: str | None = None
     beside_of: Mapping[str, tuple[str, str]] = field(default_factory=dict)
     protocol: Any = None
@@ -52,7 +68,7 @@ class Choice(Spec):
             if value in self.plain or value == self.none:
                 return value if value in self.plain else None
             if value in self._known(value):
-                return _plain(self.family.find(value), value, what)
+                return _make_default_kind(self.family.find(value), value, what)
         elif not isinstance(value, type):
             if self._allows(value):
                 return value
@@ -60,11 +76,11 @@ class Choice(Spec):
                 return value
             if self.other is not None and value is not None:
                 return self.other.check(value, what)
-        hint = suggest(value, [*self.plain, *self.names], plural(self.family.noun))
+        hint = suggest_names(value, [*self.plain, *self.names], pluralize(self.family.noun))
         more = f", or {self.other.words()}" if self.other else ""
-        more += f", or an object with {methods_of(self.protocol)}" if self.protocol else ""
+        more += f", or an object with {format_methods(self.protocol)}" if self.protocol else ""
         named = isinstance(value, str)
-        wrong = f"no {self.family.noun} {said(value)}" if named else self._not_one(value)
+        wrong = f"no {self.family.noun} {format_value(value)}" if named else self._not_one(value)
         raise InputError(f"{what}: {wrong}; {hint}{more}")
 
     def read(self, raw: Raw, c: Context) -> Any:
@@ -76,19 +92,19 @@ class Choice(Spec):
             return self._read_other(raw, c)
         old = self.family.name_of(c.over)
         if old is None and is_dataclass(c.over) and "kind" not in raw:
-            return _with_fields(c.over, raw, c)
+            return _replace_user_fields(c.over, raw, c)
         kind = raw.get("kind", old or self.default)
-        kind = None if isinstance(kind, Given) else kind
+        kind = None if isinstance(kind, PythonValue) else kind
         if kind is None and self.plain:
-            raise expected(self.words(), raw)
+            raise make_expected_error(self.words(), raw)
         if kind is None:
             c.at("kind").report(f"{LACKING}; kinds: {', '.join(map(repr, self.names))}")
-            raise Broken
+            raise UnreadableValue
         if not isinstance(kind, str) or kind not in self._known(kind):
             c.at("kind").report(
-                f"no kind {said(kind)}; {suggest(str(kind)[:64], self.names, 'kinds')}"
+                f"no kind {format_value(kind)}; {suggest_names(str(kind)[:64], self.names, 'kinds')}"
             )
-            raise Broken
+            raise UnreadableValue
         return read_table(self.family.find(kind), raw, c if old else c.changing(MISSING), "kind")
 
     def write(self, value: Any, c: Context) -> Raw:
@@ -122,8 +138,8 @@ class Choice(Spec):
     ) -> Any:
         """Return an object of a kind, of which one field stands under a key beside its name."""
         old = c.over if type(c.over) is kind else MISSING
-        before, each = c.problems.seen, replace(field_of(kind, at), name=key)
-        value = pick(each, table, c.changing(MISSING if old is MISSING else getattr(old, at)))
+        before, each = c.problems.seen, replace(find_declared_field(kind, at), name=key)
+        value = read_field(each, table, c.changing(MISSING if old is MISSING else getattr(old, at)))
         if c.problems.seen > before:
             return MISSING
         given = {} if value is MISSING else {at: value}
@@ -153,11 +169,11 @@ class Choice(Spec):
         names = map(repr, self._bare)
         bare = self.only == () or (self.short and self.names)  # so that no table may stand here
         table = [] if bare else [f"the table of {self._article}"]
-        return either_of(*names, *more, *table)
+        return join_alternatives(*names, *more, *table)
 
     def accepts(self) -> str:
         more = [self.other.accepts()] if self.other else []
-        return either_of(*map(repr, self._bare), *more, self._article)
+        return join_alternatives(*map(repr, self._bare), *more, self._article)
 
     def schema(self, define: Any) -> dict[str, Any]:
         tables = [define(self.family.find(name), name) for name in self.names]
@@ -179,10 +195,10 @@ class Choice(Spec):
         ]
         return [(name, self.words()), *beside]
 
-    def _beside(self) -> Iterator[tuple[str, str, Field]]:
+    def _beside(self) -> Iterator[tuple[str, str, DeclaredField]]:
         """Yield the keys beside the name, each with the kind and the field that it is for."""
         for key, (kind, at) in self.beside_of.items():
-            yield key, kind, field_of(self.family.find(kind), at)
+            yield key, kind, find_declared_field(self.family.find(kind), at)
 
     def controls(self, value: Any, place: Any) -> Iterable[Any]:
         name = value if isinstance(value, str) else self.family.name_of(value)
@@ -194,7 +210,7 @@ class Choice(Spec):
         if len(offered) > 1:
             yield key.control("choice", name or self.none, options=offered)
         if name is not None and not isinstance(value, str):
-            yield from controls_of(value, place.with_(f"{place.path}.kind", name))
+            yield from yield_controls(value, place.with_(f"{place.path}.kind", name))
 
     @property
     def plain_spec(self) -> Spec:
@@ -203,9 +219,9 @@ class Choice(Spec):
     def parts(self, keys: list[str], value: Any, c: Context) -> list[Any]:
         if keys == ["kind"]:
             keys.clear()
-            return [Part(self, c, self.family.name_of, _other_kind)]
+            return [PathPart(self, c, self.family.name_of, _find_other_kind)]
         if self._allows(value):
-            return field_parts(form_of(type(value)), keys, value, c)
+            return find_field_parts(get_text_form(type(value)), keys, value, c)
         return [] if self.other is None else self.other.parts(keys, value, c)
 
     def inner(self, name: str, key: str) -> tuple[str, ...]:
@@ -213,7 +229,9 @@ class Choice(Spec):
 
     def _offered(self, name: str | None) -> tuple[str, ...]:
         """Return the words that do without a table, and the one that stands there."""
-        bare = [each for each in self.names if not _needed(self.family.find(each))]
+        bare = [
+            each for each in self.names if not _list_required_parameters(self.family.find(each))
+        ]
         none = [self.none] if self.none else []
         words = [*none, *self.plain, *(bare if self.short or not self.plain else [])]
         return tuple(dict.fromkeys([*words, *([name] if name else [])]))
@@ -232,7 +250,7 @@ class Choice(Spec):
         try:
             self.other.check(value, "value")
         except InputError:
-            raise NoText(f"{type(value).__name__} is Python code") from None
+            raise NoTextError(f"{type(value).__name__} is Python code") from None
         return self.other.write(value, c)
 
     def _known(self, name: str) -> list[str]:
@@ -253,11 +271,11 @@ class Choice(Spec):
         guess = f"; did you mean {near[0]!r}?" if near else ""
         if isinstance(raw, str) and raw in self.names:  # which needs a table here
             guess = f', as in {{ kind = "{raw}" }}'
-        raise InputError(f"must be {self.text_words()}, got {said(raw)}{guess}")
+        raise InputError(f"must be {self.text_words()}, got {format_value(raw)}{guess}")
 
     def _not_one(self, value: object) -> str:
         made = ", not the class" if isinstance(value, type) else ""
-        return f"expected {self._article}{made}, got {said(value)}"
+        return f"expected {self._article}{made}, got {format_value(value)}"
 
     @property
     def _bare(self) -> list[str]:
@@ -266,40 +284,44 @@ class Choice(Spec):
 
     @property
     def _article(self) -> str:
-        return with_article(self.family.noun)
+        return add_article(self.family.noun)
 
     def _written(self, value: Any, c: Context) -> tuple[str, dict[str, Raw]]:
         name = self.family.name_of(value)
         if name is None:
-            raise NoText(f"{type(value).__name__} is Python code")
+            raise NoTextError(f"{type(value).__name__} is Python code")
         return name, write_table(value, c.changing(MISSING))
 
 
-def field_of(kind: type[Any], name: str) -> Field:
+def find_declared_field(kind: type[Any], name: str) -> DeclaredField:
     """Return the declared field of that name."""
-    return next(each for each in fields_of(form_of(kind)) if each.name == name)
+    return next(each for each in fields_of(get_text_form(kind)) if each.name == name)
 
 
-def _needed(kind: type[Any]) -> list[str]:
+def _list_required_parameters(kind: type[Any]) -> list[str]:
     """Return the parameters that must be given."""
     return [each.name for each in fields_of(kind) if each.required]
 
 
-def _plain(kind: type[Any], name: str, what: str) -> Any:
+def _make_default_kind(kind: type[Any], name: str, what: str) -> Any:
     """Return a kind without parameters; InputError if it needs some."""
-    if needed := _needed(kind):
+    if needed := _list_required_parameters(kind):
         raise InputError(f"{what}: {name!r} needs {', '.join(needed)}: give a {kind.__name__}(...)")
     return kind()
 
 
-def _with_fields(value: Any, raw: Mapping[str, Raw], c: Context) -> Any:
+def _replace_user_fields(value: Any, raw: Mapping[str, Raw], c: Context) -> Any:
     """Return an object of a user's class, which no family knows, with other fields."""
     known = [each.name for each in fields(value) if each.init]
     for key in raw.keys() - set(known):
-        c.at(key).report(f"unknown key {said(key)}; {suggest(key[:64], known, 'keys')}")
-    given = {key: x.value if isinstance(x, Given) else x for key, x in raw.items() if key in known}
+        c.at(key).report(
+            f"unknown key {format_value(key)}; {suggest_names(key[:64], known, 'keys')}"
+        )
+    given = {
+        key: x.value if isinstance(x, PythonValue) else x for key, x in raw.items() if key in known
+    }
     return replace(value, **given)
 
 
-def _other_kind(owner: Any, name: str) -> Any:
+def _find_other_kind(owner: Any, name: str) -> Any:
     raise InputError(f"{name}: what is of another kind has other parameters")

@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from robsim.declare.quantities import Exact
+from robsim.declare.quantities import ExactQuantity
 from robsim.declare.spec import Context, Raw
 
 # how far from zero a slider reaches where no bound is declared and the value is small, by unit
@@ -53,12 +53,12 @@ class Control:
         if not self.united:
             return value
         if isinstance(self.unit, str):
-            return Exact(value, self.unit)
-        return [Exact(x, unit) for x, unit in zip(value, self.unit, strict=True)]
+            return ExactQuantity(value, self.unit)
+        return [ExactQuantity(x, unit) for x, unit in zip(value, self.unit, strict=True)]
 
 
 @dataclass(frozen=True)
-class Place:
+class ControlPlace:
     """The dotted name of a value, what it means, and what is known there."""
 
     path: str
@@ -66,12 +66,12 @@ class Place:
     meaning: str = ""
     beside: Mapping[str, Any] = field(default_factory=dict)
 
-    def at(self, key: str | int, meaning: str = "") -> Place:
+    def at(self, key: str | int, meaning: str = "") -> ControlPlace:
         """Return the place of a value inside."""
         path = f"{self.path}.{key}" if self.path else str(key)
         return replace(self, path=path, meaning=meaning)
 
-    def with_(self, path: str, value: Any) -> Place:
+    def with_(self, path: str, value: Any) -> ControlPlace:
         """Return the same place, where another name must be said along with what is changed."""
         return replace(self, beside={**self.beside, path: value})
 
@@ -92,7 +92,7 @@ class Place:
 
         A bound that is not a value itself is left out by a thousandth of the reach.
         """
-        first, last = _range(value, unit, low, high, 0.0, FACTOR)
+        first, last = _compute_slider_range(value, unit, low, high, 0.0, FACTOR)
         gap = 1e-3 * (last - first)
         first, last = first + gap * open_ends[0], last - gap * open_ends[1]
         return self.control("number", float(value), unit=unit, united=united, low=first, high=last)
@@ -105,7 +105,7 @@ class Place:
         units = [unit] * len(each) if isinstance(unit, str) else unit
         bounds = limits if limits is not None else [(None, None)] * len(each)
         ends = [
-            _range(x, u, low, high, x, 1.0)
+            _compute_slider_range(x, u, low, high, x, 1.0)
             for x, u, (low, high) in zip(each, units, bounds, strict=True)
         ]
         first, last = map(list, zip(*ends, strict=True))
@@ -113,7 +113,7 @@ class Place:
         return self.control("numbers", each, low=first, high=last, **more)
 
 
-def _range(
+def _compute_slider_range(
     value: float, unit: str, low: float | None, high: float | None, middle: float, factor: float
 ) -> tuple[float, float]:
     """Return the bounds of a number, or where there are none how far it reaches from a middle."""

@@ -5,52 +5,52 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
-from robsim.declare.fields import Field, fields_of
+from robsim.declare.fields import DeclaredField, fields_of
 from robsim.declare.spec import MISSING
-from robsim.declare.tables import Table, form_of
+from robsim.declare.tables import Table, get_text_form
 
 GROUPS = ("", "goal", "features", "depth", "law", "weighting", "shaping")
 
 
-def markdown(kind: type[Any]) -> str:
+def format_markdown_table(kind: type[Any]) -> str:
     """Return a Markdown table of the keys of a class: what each holds, its default, its meaning.
 
     The fields of a group, which the class that declares them names, stand together.
     """
     form, lines = (
-        form_of(kind),
+        get_text_form(kind),
         ["| key | holds | default | meaning |", "| --- | --- | --- | --- |"],
     )
     for name in GROUPS:
-        fields = [each for each in fields_of(form) if _group(form, each) == name]
+        fields = [each for each in fields_of(form) if _get_field_group(form, each) == name]
         lines += [f"| **{name}** | | | |"] if name and fields else []
-        lines += [f"| {' | '.join(row)} |" for each in fields for row in _rows(each)]
+        lines += [f"| {' | '.join(row)} |" for each in fields for row in _format_field_rows(each)]
     return "\n".join(lines)
 
 
-def _group(kind: type[Any], each: Field) -> str:
+def _get_field_group(kind: type[Any], each: DeclaredField) -> str:
     """Return the group of a field: the attribute `group` of the class that declares it."""
     owner = next(one for one in kind.__mro__ if each.name in vars(one).get("__annotations__", {}))
     return str(vars(owner).get("group", ""))
 
 
-def _rows(each: Field) -> Iterator[tuple[str, str, str, str]]:
+def _format_field_rows(each: DeclaredField) -> Iterator[tuple[str, str, str, str]]:
     if isinstance(each.spec, Table) and each.spec.flat:
         for inner in fields_of(each.spec.declared):
-            yield from _rows(inner)
+            yield from _format_field_rows(inner)
         return
     for i, (key, holds) in enumerate(each.spec.rows(each.name)):
-        default = "" if i else _default(each)
-        yield f"`{key}`", _cell(holds), default, _cell("" if i else each.meaning)
+        default = "" if i else _format_default(each)
+        yield f"`{key}`", _escape_cell(holds), default, _escape_cell("" if i else each.meaning)
 
 
-def _default(each: Field) -> str:
+def _format_default(each: DeclaredField) -> str:
     if each.default is MISSING:
         return "required"
     if each.default is None or each.default == ():
         return ""
-    return _cell(f"`{each.default}`")
+    return _escape_cell(f"`{each.default}`")
 
 
-def _cell(text: str) -> str:
+def _escape_cell(text: str) -> str:
     return text.replace("|", "\\|").replace("\n", " ")

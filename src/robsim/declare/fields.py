@@ -14,14 +14,14 @@ from typing import Any, get_type_hints
 
 import numpy as np
 
-from robsim.base.arrays import Array, frozen
+from robsim.base.arrays import Array, make_read_only
 from robsim.base.errors import InputError
-from robsim.base.values import Value
+from robsim.base.value import Value
 from robsim.declare.spec import MISSING, Spec
 
 
 @dataclass(frozen=True, init=False)
-class Stacked:
+class PerRun:
     """The mark of a field whose number may differ from run to run, in the shapes of one run.
 
     A stage then takes it as an array with the runs last, of `rows` where it has rows. Where runs
@@ -42,7 +42,7 @@ class Stacked:
     def bound(self, values: Array) -> Array:
         """Return numbers (runs, ...) as a stage takes them, read-only."""
         runs_last = np.ascontiguousarray(np.moveaxis(values, 0, -1))
-        return frozen(np.atleast_2d(runs_last) if self.rows else runs_last)
+        return make_read_only(np.atleast_2d(runs_last) if self.rows else runs_last)
 
 
 class Role(Enum):
@@ -56,7 +56,7 @@ class Role(Enum):
 
 
 @dataclass(frozen=True)
-class Field:
+class DeclaredField:
     """A declared field: what it may hold, what it means, and its default.
 
     `stacked` says that its number may differ from run to run.
@@ -66,7 +66,7 @@ class Field:
     spec: Spec
     meaning: str
     default: Any = MISSING
-    stacked: Stacked | None = None
+    stacked: PerRun | None = None
     role: Role = Role.RUN
 
     @property
@@ -75,17 +75,17 @@ class Field:
         return self.default is MISSING
 
 
-def fields_of(kind: type[Any]) -> tuple[Field, ...]:
+def fields_of(kind: type[Any]) -> tuple[DeclaredField, ...]:
     """Return the declared fields of a dataclass, in the order of its arguments."""
     if kind not in _FOUND:
-        _FOUND[kind] = _found(kind)
+        _FOUND[kind] = _collect_fields(kind)
     return _FOUND[kind]
 
 
-_FOUND: dict[type[Any], tuple[Field, ...]] = {}
+_FOUND: dict[type[Any], tuple[DeclaredField, ...]] = {}
 
 
-def _found(kind: type[Any]) -> tuple[Field, ...]:
+def _collect_fields(kind: type[Any]) -> tuple[DeclaredField, ...]:
     hints = get_type_hints(kind, include_extras=True)
     found = []
     for each in dataclasses.fields(kind):
@@ -93,13 +93,15 @@ def _found(kind: type[Any]) -> tuple[Field, ...]:
         specs = [part for part in said if isinstance(part, Spec)]
         if specs and each.init:
             meaning = next((part for part in said if isinstance(part, str)), "")
-            stacked = next((part for part in said if isinstance(part, Stacked)), None)
+            stacked = next((part for part in said if isinstance(part, PerRun)), None)
             role = next((part for part in said if isinstance(part, Role)), Role.RUN)
-            found.append(Field(each.name, specs[0], meaning, _default(each), stacked, role))
+            found.append(
+                DeclaredField(each.name, specs[0], meaning, _get_default(each), stacked, role)
+            )
     return tuple(found)
 
 
-class Declared(Value):
+class DeclaredValue(Value):
     """A value that checks its declared fields when it is made."""
 
     def __post_init__(self) -> None:
@@ -116,7 +118,7 @@ def check_fields(value: Any) -> None:
             object.__setattr__(value, each.name, checked)
 
 
-def _default(each: dataclasses.Field[Any]) -> Any:
+def _get_default(each: dataclasses.Field[Any]) -> Any:
     if each.default is not dataclasses.MISSING:
         return each.default
     if each.default_factory is not dataclasses.MISSING:
@@ -124,7 +126,7 @@ def _default(each: dataclasses.Field[Any]) -> Any:
     return MISSING
 
 
-def same(a: Any, b: Any) -> bool:
+def is_identical(a: Any, b: Any) -> bool:
     """Return whether two values are one to the last bit: -0.0 is not 0.0."""
     if type(a) is not type(b):
         return False
@@ -134,20 +136,20 @@ def same(a: Any, b: Any) -> bool:
         a, b = np.asarray(a), np.asarray(b)
         return (a.shape, a.dtype, a.tobytes()) == (b.shape, b.dtype, b.tobytes())
     if isinstance(a, tuple | list):
-        return len(a) == len(b) and all(map(same, a, b))
+        return len(a) == len(b) and all(map(is_identical, a, b))
     if dataclasses.is_dataclass(a) and a is not b:
         own = [each.name for each in dataclasses.fields(a) if each.compare]
-        return all(same(getattr(a, name), getattr(b, name)) for name in own)
+        return all(is_identical(getattr(a, name), getattr(b, name)) for name in own)
     return a is b or bool(a == b)
 
 
-def is_default(each: Field, value: Any) -> bool:
+def is_default(each: DeclaredField, value: Any) -> bool:
     """Return whether a field has the value that it has where a text says nothing."""
-    if each.required or same(each.default, value):
+    if each.required or is_identical(each.default, value):
         return not each.required
     if each.default is None and not each.spec.takes_none:
         return False
     try:
-        return same(each.spec.check(each.default, each.name), value)
+        return is_identical(each.spec.check(each.default, each.name), value)
     except InputError:
         return False

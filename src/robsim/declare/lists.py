@@ -8,15 +8,15 @@ from typing import Any, ClassVar, cast
 
 import numpy as np
 
-from robsim.base.arrays import is_listed
-from robsim.base.errors import InputError, said, suggest
-from robsim.declare.fields import same
-from robsim.declare.paths import item_part
-from robsim.declare.problems import Broken
+from robsim.base.arrays import has_items
+from robsim.base.errors import InputError, format_value, suggest_names
+from robsim.declare.dotted_paths import make_item_part
+from robsim.declare.fields import is_identical
+from robsim.declare.problems import UnreadableValue
 from robsim.declare.scalars import Number
-from robsim.declare.spec import Context, Raw, Spec, Unsayable, expected
-from robsim.declare.tables import Table, keys_of
-from robsim.declare.words import Text
+from robsim.declare.spec import Context, Raw, Spec, UnwritableChange, make_expected_error
+from robsim.declare.tables import Table, get_table_keys
+from robsim.declare.texts import Text
 
 
 @dataclass(frozen=True)
@@ -35,11 +35,11 @@ class ListOf(Spec):
     def check(self, value: Any, what: str) -> tuple[Any, ...]:
         if isinstance(value, Iterator):
             value = list(value)
-        listed = isinstance(value, Sequence | np.ndarray) and is_listed(value)
+        listed = isinstance(value, Sequence | np.ndarray) and has_items(value)
         if self.alone and not listed:
             value, listed = [value], True
         if not listed or not self.least <= len(value) <= self.most:
-            raise InputError(f"{what}: expected {self.accepts()}, got {said(value)}")
+            raise InputError(f"{what}: expected {self.accepts()}, got {format_value(value)}")
         return tuple(self.item.check(each, what) for each in value)
 
     def read(self, raw: Raw, c: Context) -> tuple[Any, ...]:
@@ -47,12 +47,14 @@ class ListOf(Spec):
             return self._read_changes(raw, c)
         if not isinstance(raw, list):
             tables = self.item.form == "table" and isinstance(raw, Mapping) and c.path
-            raise expected(f"a list of tables, [[{c.path[-1]}]]" if tables else "a valid list", raw)
+            raise make_expected_error(
+                f"a list of tables, [[{c.path[-1]}]]" if tables else "a valid list", raw
+            )
         self._check_count(raw)
         before = c.problems.seen
-        made = [c.at(label(each, i)).tried(self.item, each) for i, each in enumerate(raw)]
+        made = [c.at(get_item_label(each, i)).tried(self.item, each) for i, each in enumerate(raw)]
         if c.problems.seen > before:
-            raise Broken
+            raise UnreadableValue
         return tuple(made)
 
     def write(self, value: Any, c: Context) -> list[Raw]:
@@ -60,8 +62,10 @@ class ListOf(Spec):
             return [self.item.write(each, c.at(i)) for i, each in enumerate(value)]
         key = self._name_key
         if [getattr(each, key) for each in c.over] != [getattr(each, key) for each in value]:
-            raise Unsayable
-        pairs = [(old, new) for old, new in zip(c.over, value, strict=True) if not same(old, new)]
+            raise UnwritableChange
+        pairs = [
+            (old, new) for old, new in zip(c.over, value, strict=True) if not is_identical(old, new)
+        ]
         table = cast(Table, self.item)
         return [table.written(new, c.at(getattr(new, key), over=old), key) for old, new in pairs]
 
@@ -104,7 +108,7 @@ class ListOf(Spec):
         if keys[0] not in names:
             return []
         first = keys.pop(0)
-        return [item_part(self.item, names.index(first), c.at(first))]
+        return [make_item_part(self.item, names.index(first), c.at(first))]
 
     def inside(self) -> Sequence[type[Any]]:
         return self.item.inside()
@@ -117,7 +121,7 @@ class ListOf(Spec):
     @property
     def _name_key(self) -> str:
         """The key under which the items have their names; "" if they have none."""
-        return next(filter(None, map(name_key, self.item.inside())), "")
+        return next(filter(None, map(find_name_key, self.item.inside())), "")
 
     def _labels(self, value: Sequence[Any]) -> list[str]:
         """Return the names of the items, or else their numbers."""
@@ -135,7 +139,11 @@ class ListOf(Spec):
         changes = self._by_name(raw, c) if isinstance(raw, list) else dict(raw)
         numbered = f"; they are numbered 0 to {len(labels) - 1}"
         for name in changes.keys() - set(labels):
-            hint = f" to change; {suggest(name[:64], labels, 'names')}" if self.named else numbered
+            hint = (
+                f" to change; {suggest_names(name[:64], labels, 'names')}"
+                if self.named
+                else numbered
+            )
             c.at(name).report(f"there is none{hint}")
         if self.in_turn:
             changes = {name: changes.get(name, {}) for name in labels}
@@ -144,16 +152,16 @@ class ListOf(Spec):
             for name, old in zip(labels, c.over, strict=True)
         ]
         if c.problems.seen > before:
-            raise Broken
+            raise UnreadableValue
         return tuple(made)
 
     def _by_name(self, raw: list[Raw], c: Context) -> dict[str, Raw]:
         """Return the changes of a list of tables by the names that they say."""
         found: dict[str, Raw] = {}
         for i, table in enumerate(raw):
-            name = label(table, i)
+            name = get_item_label(table, i)
             if isinstance(name, int):
-                c.at(i).report(f"needs the name of what it changes, got {said(table)}")
+                c.at(i).report(f"needs the name of what it changes, got {format_value(table)}")
             elif name in found:
                 c.at(name).report("there are two tables of this name; give one")
             else:
@@ -167,7 +175,7 @@ class ListOf(Spec):
             number = self.least if count < self.least else self.most
             how = f"{bound} {number}" if self.least < self.most else f"{number}"
             items = "item" if number == 1 else "items"
-            raise InputError(f"must have {how} {items}, not {count}, got {said(raw)}")
+            raise InputError(f"must have {how} {items}, not {count}, got {format_value(raw)}")
 
 
 NAME = Text(most=200)
@@ -190,12 +198,12 @@ class Names(ListOf):
         return {"anyOf": [{"type": "string"}, super().schema(define)]}
 
 
-def name_key(kind: type[Any]) -> str | None:
+def find_name_key(kind: type[Any]) -> str | None:
     """Return the key under which things of a class have their name; None if they have none."""
-    return next((key for key in ("name", "robot") if key in keys_of(kind)), None)
+    return next((key for key in ("name", "robot") if key in get_table_keys(kind)), None)
 
 
-def label(raw: Raw, number: int) -> str | int:
+def get_item_label(raw: Raw, number: int) -> str | int:
     """Return the name of a table, or its number; a library robot has that of its model."""
     table = raw if isinstance(raw, Mapping) else {}
     name = next((table[key] for key in ("name", "model", "robot") if key in table), None)

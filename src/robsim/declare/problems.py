@@ -5,23 +5,23 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from robsim.base.errors import FileError, InputError, said
+from robsim.base.errors import FileError, InputError, format_value
 
 SHOWN = 10  # problems that one error lists
 LONGEST = 600  # characters of one problem
 
 
-class Broken(Exception):
+class UnreadableValue(Exception):
     """The signal that a value cannot be read, for reasons that are already reported."""
 
 
 @contextmanager
-def under(*keys: str | int) -> Iterator[None]:
+def prefix_path(*keys: str | int) -> Iterator[None]:
     """Put these keys in front of the path of an InputError that comes from inside.
 
     A FileError stays as it is: it says all that is wrong, and where.
 
-    >>> with under("cameras", "eye", "K"):
+    >>> with prefix_path("cameras", "eye", "K"):
     ...     raise InputError("expected 9 numbers")
     Traceback (most recent call last):
     ...
@@ -32,7 +32,7 @@ def under(*keys: str | int) -> Iterator[None]:
     except FileError:
         raise
     except InputError as error:
-        error.path = joined(*keys, error.path)
+        error.path = join_keys(*keys, error.path)
         raise
 
 
@@ -66,13 +66,13 @@ class Problems:
     def at(self, *keys: str | int) -> Iterator[None]:
         """Keep an InputError that comes from inside, and go on."""
         try:
-            with under(*keys):
+            with prefix_path(*keys):
                 yield
         except FileError:
             raise
         except InputError as error:
             self.add(error.path, error.text)
-        except Broken:
+        except UnreadableValue:
             pass
 
     def stop(self) -> None:
@@ -83,15 +83,15 @@ class Problems:
             raise FileError("\n".join([*self.found, *rest])) from None
 
 
-def joined(*keys: str | int) -> str:
+def join_keys(*keys: str | int) -> str:
     """Return a key path: joined('objects', 'cube', 'marks', 3) is 'objects.cube.marks[3]'."""
     path = ""
     for key in keys:
-        part = f"[{key}]" if isinstance(key, int) else _cut(key)
+        part = f"[{key}]" if isinstance(key, int) else _shorten_key(key)
         path += part if not path or part.startswith("[") or not part else f".{part}"
     return path
 
 
-def _cut(key: str) -> str:
+def _shorten_key(key: str) -> str:
     """Return a key of the path; a path that is already joined stays as it is."""
-    return key if len(key) <= 200 and key.isprintable() else said(key)
+    return key if len(key) <= 200 and key.isprintable() else format_value(key)

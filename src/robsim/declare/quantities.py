@@ -8,14 +8,16 @@ from typing import Any, ClassVar, get_args
 
 import numpy as np
 
-from robsim.base import units
-from robsim.base.arrays import numbers
-from robsim.base.errors import UnitError, said
+from robsim.base import si_units
+from robsim.base.arrays import as_floats
+from robsim.base.errors import UnitError, format_value
 from robsim.declare.scalars import LARGEST, Number
 from robsim.declare.spec import Context, Raw
 
 LONGEST = 200  # characters of a quantity
-SI: dict[units.Dimension, str] = {each: units.names(each)[0] for each in get_args(units.Dimension)}
+SI: dict[si_units.Dimension, str] = {
+    each: si_units.list_units(each)[0] for each in get_args(si_units.Dimension)
+}
 DIMENSIONS = {unit: dimension for dimension, unit in SI.items()}
 EXAMPLES = {
     "angle": "90 deg",
@@ -38,51 +40,53 @@ def read_quantity(raw: Raw, *of: str, count: int | None = None) -> Any:
     """
     text, plain = isinstance(raw, str), isinstance(raw, int | float)
     if not (len(raw) <= LONGEST if text else plain and not abs(raw) > LARGEST):
-        raise _refused(raw, of, count)
-    found = _parsed(" ".join(raw.split()) if text else raw, of, count)
+        raise _make_unit_error(raw, of, count)
+    found = _parse_quantity(" ".join(raw.split()) if text else raw, of, count)
     if not all(abs(number) <= LARGEST for number in (found if count else (found,))):
-        raise UnitError(f"{said(raw)}: expected a number of at most {LARGEST:g} in SI units")
+        raise UnitError(
+            f"{format_value(raw)}: expected a number of at most {LARGEST:g} in SI units"
+        )
     return found
 
 
-def _parsed(text: Raw, of: tuple[str, ...], count: int | None) -> Any:
+def _parse_quantity(text: Raw, of: tuple[str, ...], count: int | None) -> Any:
     """Return numbers in SI of a text with a unit of the first dimension that it fits."""
     for unit in of:
         try:
             if unit == "1":
                 return float(text)
-            return units.parse(text, DIMENSIONS[unit], *([count] if count else []))
+            return si_units.parse(text, DIMENSIONS[unit], *([count] if count else []))
         except ValueError:
             if len(of) == 1 and unit != "1":
                 raise
-    raise _refused(text, of, count)
+    raise _make_unit_error(text, of, count)
 
 
-def _refused(raw: Raw, of: tuple[str, ...], count: int | None) -> UnitError:
+def _make_unit_error(raw: Raw, of: tuple[str, ...], count: int | None) -> UnitError:
     wanted = "a bare number"
     if of != ("1",):
-        wanted = f"a short text with a unit, as in {examples(*of, count=count)}"
-    return UnitError(f"{said(raw)}: expected {wanted}")
+        wanted = f"a short text with a unit, as in {format_examples(*of, count=count)}"
+    return UnitError(f"{format_value(raw)}: expected {wanted}")
 
 
-def examples(*of: str, count: int | None = None) -> str:
+def format_examples(*of: str, count: int | None = None) -> str:
     """Return examples of quantities of one or two of these SI units, as a phrase."""
-    return " or ".join(f'"{example_of(unit, count)}"' for unit in of[:2])
+    return " or ".join(f'"{format_example(unit, count)}"' for unit in of[:2])
 
 
-def example_of(unit: str, count: int | None = None) -> str:
+def format_example(unit: str, count: int | None = None) -> str:
     """Return how a text says a quantity of an SI unit, or `count` of them."""
     number, name = EXAMPLES[DIMENSIONS[unit]].split(" ", 1)
     return f"{', '.join('123'[:count]) if count else number} {name}"
 
 
-class Exact(str):
+class ExactQuantity(str):
     """The text of numbers in SI, such as '0.1, 0.2 m', which knows them; bare of unit "1"."""
 
     numbers: tuple[float, ...]
     unit: str
 
-    def __new__(cls, numbers: Any, unit: str) -> Exact:
+    def __new__(cls, numbers: Any, unit: str) -> ExactQuantity:
         """Return the text of a number, or of several."""
         own = tuple(map(float, np.atleast_1d(numbers)))
         made = super().__new__(cls, f"{', '.join(map(repr, own))} {unit}".removesuffix(" 1"))
@@ -96,7 +100,7 @@ class Quantity(Number):
 
     united: ClassVar[bool] = True
 
-    dimension: units.Dimension = "length"
+    dimension: si_units.Dimension = "length"
 
     @property
     def si_unit(self) -> str:
@@ -105,19 +109,19 @@ class Quantity(Number):
     @property
     def example(self) -> str:
         """How a text says it."""
-        return example_of(self.si_unit)
+        return format_example(self.si_unit)
 
     def parsed(self, raw: Raw, c: Context) -> Any:
         return read_quantity(raw, self.si_unit)
 
     def write(self, value: Any, c: Context) -> Any:
-        return Exact(value, self.si_unit)
+        return ExactQuantity(value, self.si_unit)
 
     def text_words(self) -> str:
         return f'a quantity{self.bounds} such as "{self.example}"'
 
     def schema(self, define: Any) -> dict[str, Any]:
-        pattern = units.pattern(self.dimension)
+        pattern = si_units.make_quantity_pattern(self.dimension)
         return {"type": "string", "pattern": pattern, "examples": [self.example]}
 
     def rows(self, name: str) -> list[tuple[str, str]]:
@@ -144,19 +148,19 @@ def Time(**bounds: Any) -> Quantity:
 class Vector(Quantity):
     """Several quantities of one dimension in one text, such as "1, 2, 3 mm"."""
 
-    dimension: units.Dimension = "length"
+    dimension: si_units.Dimension = "length"
     count: int = 3
 
     @property
     def example(self) -> str:
         """How a text says it."""
-        return example_of(self.si_unit, self.count)
+        return format_example(self.si_unit, self.count)
 
     def demand(self, value: Any) -> str:
         return "" if np.ndim(value) == 1 else self.accepts()
 
     def taken(self, value: Any, what: str) -> Any:
-        return tuple(numbers(value, what, (self.count,)).tolist())
+        return tuple(as_floats(value, what, (self.count,)).tolist())
 
     def parsed(self, raw: Raw, c: Context) -> Any:
         return read_quantity(raw, self.si_unit, count=self.count)

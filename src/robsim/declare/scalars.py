@@ -11,9 +11,9 @@ from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
-from robsim.base.arrays import numbers
-from robsim.base.errors import InputError, said
-from robsim.declare.spec import Context, NoText, Raw, Spec, expected
+from robsim.base.arrays import as_floats
+from robsim.base.errors import InputError, format_value
+from robsim.declare.spec import Context, NoTextError, Raw, Spec, make_expected_error
 
 LARGEST = 1e9  # of any number in SI units, so that no product of poses overflows
 
@@ -36,7 +36,7 @@ BOUNDS = {
 
 
 @dataclass(frozen=True)
-class Plain(Spec):
+class PlainValue(Spec):
     """A value that one test decides on, whether it comes from a text or from Python."""
 
     def demand(self, value: Any) -> str:
@@ -54,13 +54,13 @@ class Plain(Spec):
     def within(self, value: Any, raw: Raw) -> Any:
         """Return a value that a text says as `raw`; InputError unless it is one."""
         if demand := self.demand(value):
-            raise expected(demand, raw)
+            raise make_expected_error(demand, raw)
         return value
 
     def check(self, value: Any, what: str) -> Any:
         made = self.taken(value, what)
         if self.demand(made):
-            raise InputError(f"{what} must be {self.accepts()}, got {said(value)}")
+            raise InputError(f"{what} must be {self.accepts()}, got {format_value(value)}")
         return made
 
     def read(self, raw: Raw, c: Context) -> Any:
@@ -68,12 +68,12 @@ class Plain(Spec):
 
     def write(self, value: Any, c: Context) -> Any:
         if demand := self.demand(value):
-            raise NoText(f"{said(value)} is not {demand}")
+            raise NoTextError(f"{format_value(value)} is not {demand}")
         return value
 
 
 @dataclass(frozen=True, kw_only=True)
-class Number(Plain):
+class Number(PlainValue):
     """A finite number within bounds, in `unit` where that is not an SI unit."""
 
     above: float | None = None
@@ -102,13 +102,13 @@ class Number(Plain):
         return ""
 
     def taken(self, value: Any, what: str) -> Any:
-        return numbers(value, what, ()).tolist()
+        return as_floats(value, what, ()).tolist()
 
     def parsed(self, raw: Raw, c: Context) -> Any:
         if isinstance(raw, bool) or not isinstance(raw, int | float):
-            raise expected("a valid number", raw)
+            raise make_expected_error("a valid number", raw)
         if LARGEST < abs(raw) < math.inf:
-            raise expected(f"a number of at most {LARGEST:g}", raw)
+            raise make_expected_error(f"a number of at most {LARGEST:g}", raw)
         return float(raw)
 
     def write(self, value: Any, c: Context) -> Any:
@@ -138,7 +138,7 @@ ANY, POSITIVE, NOT_NEGATIVE = Number(), Number(above=0), Number(least=0)
 
 
 @dataclass(frozen=True)
-class Whole(Plain):
+class Integer(PlainValue):
     """A whole number from `least` to `most`."""
 
     least: int = 0
@@ -149,7 +149,7 @@ class Whole(Plain):
         return "" if whole and self.least <= value <= self.most else self.words()
 
     def taken(self, value: Any, what: str) -> Any:
-        number = numbers(value, what, ())
+        number = as_floats(value, what, ())
         return int(value) if not number.ndim and number == np.round(number) else value
 
     def words(self) -> str:
@@ -166,7 +166,7 @@ class Whole(Plain):
 
 
 @dataclass(frozen=True)
-class Flag(Plain):
+class Flag(PlainValue):
     """A truth value."""
 
     phrase: ClassVar[str] = "true or false"

@@ -5,15 +5,15 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any
 
-from robsim.declare.fields import Field, fields_of
-from robsim.declare.tables import form_of
+from robsim.declare.fields import DeclaredField, fields_of
+from robsim.declare.tables import get_text_form
 
 DRAFT = "http://json-schema.org/draft-07/schema#"
 Properties = dict[str, Any]
 
 
 @dataclass(frozen=True)
-class Definitions:
+class SchemaDefinitions:
     """The schemas of declared classes, each made when a reference to it is first asked for.
 
     With `partial` nothing is required: the tables change others.
@@ -32,17 +32,17 @@ class Definitions:
         return {"$ref": f"#/definitions/{key}"}
 
     @property
-    def changes(self) -> Definitions:
+    def changes(self) -> SchemaDefinitions:
         """The same where tables change others, so that no key is required."""
-        return Definitions(self.made, True)
+        return SchemaDefinitions(self.made, True)
 
     def table(self, kind: type[Any], more: Properties, needed: list[str]) -> dict[str, Any]:
         """Return the schema of the table of a class, with `more` properties."""
         properties = dict(more)
-        for each in fields_of(form_of(kind)):
+        for each in fields_of(get_text_form(kind)):
             for key, schema in each.spec.properties(each.name, self).items():
-                properties[key] = _described(each, schema)
-        needed = [*needed, *(each.name for each in fields_of(form_of(kind)) if each.required)]
+                properties[key] = _add_description(each, schema)
+        needed = [*needed, *(each.name for each in fields_of(get_text_form(kind)) if each.required)]
         needed = [] if self.partial else [key for key in needed if key in properties]
         about = (kind.__doc__ or "").split("\n")[0]
         made = {"type": "object", "description": about, "properties": properties}
@@ -51,12 +51,12 @@ class Definitions:
 
 def json_schema(kind: type[Any], **more: Any) -> dict[str, Any]:
     """Return the JSON Schema of the table of a class, with `more` properties that are required."""
-    define = Definitions()
+    define = SchemaDefinitions()
     top = define.table(kind, more, list(more))
     return {"$schema": DRAFT, **top, "definitions": define.made}
 
 
-def _described(each: Field, schema: dict[str, Any]) -> dict[str, Any]:
+def _add_description(each: DeclaredField, schema: dict[str, Any]) -> dict[str, Any]:
     """Return a schema with the meaning of its field; beside a reference nothing may stand."""
     if not each.meaning or "$ref" in schema or "description" in schema:
         return schema

@@ -8,13 +8,13 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from robsim.base.errors import FileError, InputError, said
-from robsim.declare.problems import Broken, Problems, joined
+from robsim.base.errors import FileError, InputError, format_value
+from robsim.declare.problems import Problems, UnreadableValue, join_keys
 
 Raw = Any  # what a TOML text holds: tables, lists, texts, numbers, truth values
 
 
-class NoText(Exception):
+class NoTextError(Exception):
     """The error about a value made of a user's Python code, which no text can hold."""
 
 
@@ -29,7 +29,7 @@ MISSING: Any = _Missing()
 
 
 @dataclass(frozen=True)
-class Given:
+class PythonValue:
     """A value that Python code gives in a table, as it is, and a table of changes of it."""
 
     value: Any
@@ -72,20 +72,22 @@ class Context:
 
     def report(self, text: str) -> None:
         """Add a problem of the value here."""
-        self.problems.add(joined(*self.path), text)
+        self.problems.add(join_keys(*self.path), text)
 
     def blame(self, error: InputError) -> None:
         """Add an error about the value here, or about a value inside."""
-        self.problems.add(joined(*self.path, error.path), error.text)
+        self.problems.add(join_keys(*self.path, error.path), error.text)
 
     def tried(self, spec: Spec, raw: Raw) -> Any:
         """Return the value that `raw` says, or MISSING with its problem reported."""
         try:
-            if not isinstance(raw, Given):
+            if not isinstance(raw, PythonValue):
                 return spec.read(raw, self)
             value = self._checked(spec, raw.value)
             return value if raw.changes is None else spec.read(raw.changes, self.changing(value))
-        except Broken:  # for a problem that is reported elsewhere: nothing is made of the rest
+        except (
+            UnreadableValue
+        ):  # for a problem that is reported elsewhere: nothing is made of the rest
             self.problems.seen += 1
         except FileError:
             raise
@@ -108,10 +110,10 @@ class Context:
         except (TypeError, ValueError, AttributeError, OverflowError) as error:
             if isinstance(error, InputError):
                 raise
-            raise expected_given(spec, value) from None  # of an object that is no number
+            raise make_python_error(spec, value) from None  # of an object that is no number
 
 
-class Unsayable(Exception):
+class UnwritableChange(Exception):
     """The signal that no table says how one value differs from another."""
 
 
@@ -210,16 +212,16 @@ class Spec:
         return [(name, self.words())]
 
 
-def with_article(noun: str) -> str:
+def add_article(noun: str) -> str:
     """Return 'a link' for 'link', and 'an object' for 'object'."""
     return f"{'an' if noun[0] in 'aeiouAEIO' else 'a'} {noun}"
 
 
-def expected(words: str, raw: Raw) -> InputError:
+def make_expected_error(words: str, raw: Raw) -> InputError:
     """Return the error about a value of the wrong kind."""
-    return InputError(f"must be {words}, got {said(raw)}")
+    return InputError(f"must be {words}, got {format_value(raw)}")
 
 
-def expected_given(spec: Spec, value: Any) -> InputError:
+def make_python_error(spec: Spec, value: Any) -> InputError:
     """Return the error about a Python object that a field cannot hold."""
-    return InputError(f"expected {spec.accepts()}, got {said(value)}")
+    return InputError(f"expected {spec.accepts()}, got {format_value(value)}")

@@ -8,36 +8,38 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
-from robsim.base.errors import InputError, said, suggest
-from robsim.base.values import hashable
-from robsim.declare.fields import Field, fields_of, is_default, same
-from robsim.declare.paths import facts_of, field_parts
-from robsim.declare.problems import Broken
+from robsim.base.errors import InputError, format_value, suggest_names
+from robsim.base.value import make_hashable
+from robsim.declare.dotted_paths import find_field_parts, get_inner_context
+from robsim.declare.fields import DeclaredField, fields_of, is_default, is_identical
+from robsim.declare.problems import UnreadableValue
 from robsim.declare.spec import (
     MISSING,
     Context,
-    Given,
-    NoText,
+    NoTextError,
+    PythonValue,
     Raw,
     Spec,
-    Unsayable,
-    expected,
-    with_article,
+    UnwritableChange,
+    add_article,
+    make_expected_error,
 )
 
 LACKING = "missing, and it must be given"
 Fields = dict[str, Any]
 
 
-def form_of(kind: type[Any]) -> type[Any]:
+def get_text_form(kind: type[Any]) -> type[Any]:
     """Return the class that declares how a table of this kind looks: mostly the kind itself."""
     form: type[Any] = getattr(kind, "text_form", kind)
     return form
 
 
-def keys_of(kind: type[Any]) -> tuple[str, ...]:
+def get_table_keys(kind: type[Any]) -> tuple[str, ...]:
     """Return the keys of the table of a class."""
-    return tuple(key for each in fields_of(form_of(kind)) for key in each.spec.keys(each.name))
+    return tuple(
+        key for each in fields_of(get_text_form(kind)) for key in each.spec.keys(each.name)
+    )
 
 
 def read_table(
@@ -49,33 +51,35 @@ def read_table(
     all that is wrong.
     """
     if not isinstance(raw, Mapping):
-        raise expected("a table", raw)
-    form, before = form or form_of(kind), c.problems.seen
-    _report_unknown(form, raw, c, extra)
-    source = _before(form, c)
-    gone = {key for key, each in raw.items() if isinstance(each, Given) and each.value is None}
+        raise make_expected_error("a table", raw)
+    form, before = form or get_text_form(kind), c.problems.seen
+    _report_unknown_keys(form, raw, c, extra)
+    source = _convert_old_value(form, c)
+    gone = {
+        key for key, each in raw.items() if isinstance(each, PythonValue) and each.value is None
+    }
     raw = {key: each for key, each in raw.items() if key not in gone}
-    kept = _kept(form, source, gone | _rivals(form, raw, c))
+    kept = _collect_kept_fields(form, source, gone | _find_rival_fields(form, raw, c))
     given = _read_fields(form, raw, kept, c)
     if c.problems.seen > before:
-        raise Broken
+        raise UnreadableValue
     made = replace(source, **given) if type(source) is form else form(**given)
     return made if form is kind else made.made(c.knowing(own=given))
 
 
-def _before(form: type[Any], c: Context) -> Any:
+def _convert_old_value(form: type[Any], c: Context) -> Any:
     """Return the object that a table changes, as its table says it; MISSING if there is none."""
     if c.over is MISSING or not hasattr(form, "of") or type(c.over) is form:
         return c.over
     return form.of(c.over, c.knowing(brief=True, short=True))
 
 
-def _rivals(form: type[Any], raw: Mapping[str, Raw], c: Context) -> set[str]:
+def _find_rival_fields(form: type[Any], raw: Mapping[str, Raw], c: Context) -> set[str]:
     """Return the fields that cannot stand beside those of a table; report some of the table's."""
     found = set[str]()
     for group in getattr(form, "rivals", ()):
         ways = {
-            way: [key for name in way for key in _keys_at(form, name) if key in raw]
+            way: [key for name in way for key in _get_field_keys(form, name) if key in raw]
             for way in group
         }
         given = [", ".join(keys) for keys in ways.values() if keys]
@@ -85,11 +89,11 @@ def _rivals(form: type[Any], raw: Mapping[str, Raw], c: Context) -> set[str]:
     return found
 
 
-def _keys_at(form: type[Any], name: str) -> tuple[str, ...]:
+def _get_field_keys(form: type[Any], name: str) -> tuple[str, ...]:
     return next(each.spec.keys(name) for each in fields_of(form) if each.name == name)
 
 
-def _kept(form: type[Any], source: Any, gone: set[str]) -> Fields:
+def _collect_kept_fields(form: type[Any], source: Any, gone: set[str]) -> Fields:
     """Return the fields of an object that stay as they are where a table does not say them."""
     if source is MISSING:
         return {}
@@ -104,7 +108,7 @@ def _read_fields(form: type[Any], raw: Mapping[str, Raw], kept: Fields, c: Conte
     """Return the fields that a table says, those that are kept, and the defaults of the rest."""
     fields, first = fields_of(form), getattr(form, "facts_from", ())
     usual = {each.name: each.default for each in fields if not each.required}
-    usual = {name: x for name, x in usual.items() if not raw.keys() & _keys_at(form, name)}
+    usual = {name: x for name, x in usual.items() if not raw.keys() & _get_field_keys(form, name)}
     given: Fields = {}
     own = ChainMap(given, kept, usual)
     inner = c.changing(MISSING).knowing(own=own, raw=raw, also=())
@@ -112,7 +116,7 @@ def _read_fields(form: type[Any], raw: Mapping[str, Raw], kept: Fields, c: Conte
     for each in sorted(fields, key=lambda each: each.name not in first):
         if facts and each.name not in first:
             inner, facts = facts(own, inner), None
-        value = pick(each, raw, inner.changing(kept.get(each.name, MISSING)))
+        value = read_field(each, raw, inner.changing(kept.get(each.name, MISSING)))
         if value is not MISSING:
             given[each.name] = value
     if check := getattr(form, "text_check", None):
@@ -120,7 +124,7 @@ def _read_fields(form: type[Any], raw: Mapping[str, Raw], kept: Fields, c: Conte
     return dict(own)
 
 
-def pick(each: Field, raw: Mapping[str, Raw], c: Context) -> Any:
+def read_field(each: DeclaredField, raw: Mapping[str, Raw], c: Context) -> Any:
     """Return the value of a field from its table; MISSING if it is not there, or wrong."""
     before = c.problems.seen
     value = each.spec.pick(raw, each.name, c)
@@ -137,10 +141,10 @@ def write_table(
     The value of a `key` is there in any case. NoText: no text can say the object. Unsayable: none
     can say the difference.
     """
-    form = form or form_of(type(value))
+    form = form or get_text_form(type(value))
     if c.over is not MISSING:
         return _write_changes(value, c, form, key)
-    own, inner = _said(value, c, form)
+    own, inner = _collect_field_values(value, c, form)
     table: dict[str, Raw] = {}
     for each in fields_of(form):
         if not (c.facts.get("brief") and is_default(each, own[each.name])):
@@ -150,47 +154,47 @@ def write_table(
 
 def _write_changes(value: Any, c: Context, form: type[Any], key: str | None) -> dict[str, Raw]:
     if type(c.over) is not type(value):
-        raise Unsayable
+        raise UnwritableChange
     plain = c.knowing(brief=False, changes=True)
-    before, _ = _said(c.over, plain, form)
-    after, inner = _said(value, plain, form)
+    before, _ = _collect_field_values(c.over, plain, form)
+    after, inner = _collect_field_values(value, plain, form)
     new_inner = inner.knowing(brief=c.facts.get("brief"), changes=False)
     table: dict[str, Raw] = {} if key is None else {key: after[key]}
     for each in fields_of(form):
         old, new = before[each.name], after[each.name]
         if (
-            same(old, new)
+            is_identical(old, new)
             or each.name == key
-            or (new is None and _replaced(form, each.name, after))
+            or (new is None and _is_replaced(form, each.name, after))
         ):
             continue
         if new is not None:
             where = new_inner if old is None else inner.changing(old)
             each.spec.put(table, each.name, new, where)
         if not table.keys() & set(each.spec.keys(each.name)):
-            raise Unsayable
+            raise UnwritableChange
     return table
 
 
-def _replaced(form: type[Any], name: str, own: Fields) -> bool:
+def _is_replaced(form: type[Any], name: str, own: Fields) -> bool:
     """Return whether another field says what a field no longer does."""
     groups = (group for group in getattr(form, "rivals", ()) if any(name in way for way in group))
     ways = (way for group in groups for way in group if name not in way)
     return any(own[each] is not None for way in ways for each in way)
 
 
-def _said(value: Any, c: Context, form: type[Any]) -> tuple[Fields, Context]:
+def _collect_field_values(value: Any, c: Context, form: type[Any]) -> tuple[Fields, Context]:
     """Return the declared fields of an object as its table says them, and what is known there."""
     c = c.changing(MISSING)
     source = value if form is type(value) else form.of(value, c)
     own = {each.name: getattr(source, each.name) for each in fields_of(form)}
-    _check_plain(source, own)
+    _check_undeclared_fields(source, own)
     inner = c.knowing(own=own, raw={})
     return own, form.facts(own, inner) if hasattr(form, "facts") else inner
 
 
-def _report_unknown(form: type[Any], raw: Mapping[str, Raw], c: Context, extra: Any) -> None:
-    known = (*extra, *keys_of(form), *c.facts.get("also", ()))
+def _report_unknown_keys(form: type[Any], raw: Mapping[str, Raw], c: Context, extra: Any) -> None:
+    known = (*extra, *get_table_keys(form), *c.facts.get("also", ()))
     for key in raw:
         if key in known:
             continue
@@ -198,23 +202,25 @@ def _report_unknown(form: type[Any], raw: Mapping[str, Raw], c: Context, extra: 
             c.problems.untold += 1
             c.problems.seen += 1
         else:
-            c.at(key).report(f"unknown key {said(key)}; {suggest(key[:64], known, 'keys')}")
+            c.at(key).report(
+                f"unknown key {format_value(key)}; {suggest_names(key[:64], known, 'keys')}"
+            )
 
 
-def _check_plain(source: Any, own: Fields) -> None:
+def _check_undeclared_fields(source: Any, own: Fields) -> None:
     """Raise NoText if an object holds what its declared fields do not say."""
     for each in dataclasses.fields(source):
         if each.init and each.compare and each.name not in own:  # what is part of the value
             plain, value = each.default, getattr(source, each.name)
-            if type(plain) is not type(value) or hashable(plain) != hashable(value):
-                raise NoText(f"{type(source).__name__} has a {each.name} of its own")
+            if type(plain) is not type(value) or make_hashable(plain) != make_hashable(value):
+                raise NoTextError(f"{type(source).__name__} has a {each.name} of its own")
 
 
-def controls_of(value: Any, place: Any, form: type[Any] | None = None) -> Iterator[Any]:
+def yield_controls(value: Any, place: Any, form: type[Any] | None = None) -> Iterator[Any]:
     """Yield the controls of all declared fields of an object, in their order."""
-    form = form or form_of(type(value))
+    form = form or get_text_form(type(value))
     source = value if form is type(value) else form.of(value, place.c)
-    c = facts_of(form, value, place.c)
+    c = get_inner_context(form, value, place.c)
     for each in fields_of(form):
         inner = replace(place.at(each.name, each.meaning), c=c)
         yield from each.spec.controls(getattr(source, each.name), inner)
@@ -235,11 +241,11 @@ class Table(Spec):
     @property
     def declared(self) -> type[Any]:
         """The class that declares the keys of the table."""
-        return self.says or form_of(self.kind)
+        return self.says or get_text_form(self.kind)
 
     def check(self, value: Any, what: str) -> Any:
         if not isinstance(value, self.kind):
-            raise InputError(f"{what}: expected {self.accepts()}, got {said(value)}")
+            raise InputError(f"{what}: expected {self.accepts()}, got {format_value(value)}")
         return value
 
     def read(self, raw: Raw, c: Context) -> Any:
@@ -252,12 +258,12 @@ class Table(Spec):
     def written(self, value: Any, c: Context, key: str | None = None) -> dict[str, Raw]:
         """Return the table of a value, with the value of a `key` in any case."""
         if type(value) is not self.kind:
-            raise NoText(f"{type(value).__name__} is Python code")
+            raise NoTextError(f"{type(value).__name__} is Python code")
         known = type(c.over) is type(value)
         return write_table(value, c if known else c.changing(MISSING), self.says, key)
 
     def words(self) -> str:
-        return self.phrase or with_article(self.kind.__name__)
+        return self.phrase or add_article(self.kind.__name__)
 
     def schema(self, define: Any) -> dict[str, Any]:
         reference: dict[str, Any] = define(self.says or self.kind)
@@ -266,17 +272,17 @@ class Table(Spec):
     def parts(self, keys: list[str], value: Any, c: Context) -> list[Any]:
         if self.says is None and not dataclasses.is_dataclass(value):
             return []
-        return field_parts(self.says or form_of(type(value)), keys, value, c)
+        return find_field_parts(self.says or get_text_form(type(value)), keys, value, c)
 
     def inside(self) -> Sequence[type[Any]]:
         return (self.says or self.kind,)
 
     def controls(self, value: Any, place: Any) -> Iterable[Any]:
         around = replace(place, path=place.path.rpartition(".")[0]) if self.flat else place
-        return () if value is None else controls_of(value, around, self.says)
+        return () if value is None else yield_controls(value, around, self.says)
 
     def keys(self, name: str) -> tuple[str, ...]:
-        return keys_of(self.declared) if self.flat else (name,)
+        return get_table_keys(self.declared) if self.flat else (name,)
 
     def inner(self, name: str, key: str) -> tuple[str, ...]:
         return (key,) if self.flat else ()

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from robsim.base.errors import InputError, said
+from robsim.base.errors import InputError, format_value
 from robsim.kernels.machine.program import Blocks
 
 
@@ -17,12 +17,12 @@ class Chunk(Blocks):
 
     def keep(self, going: NDArray[np.bool_]) -> None:
         """Go on with some of the runs."""
-        self.memory = _remembered(self.memory, going)
+        self.memory = _select_memory(self.memory, going)
         super().keep(going)
 
 
 @dataclass(eq=False)
-class Going:
+class ChunkProgress:
     """A chunk of runs on its way: these rows of all runs, and the step that comes next."""
 
     rows: NDArray[np.int64]
@@ -31,18 +31,18 @@ class Going:
     done: bool = False
 
 
-def _remembered(memory: dict[str, Any], going: NDArray[np.bool_]) -> dict[str, Any]:
+def _select_memory(memory: dict[str, Any], going: NDArray[np.bool_]) -> dict[str, Any]:
     """Return what a controller or a user's law remembers of the runs that go on."""
     kept: dict[str, Any] = {}
     for name, value in memory.items():
         if isinstance(value, dict):
-            kept[name] = _remembered(value, going)
+            kept[name] = _select_memory(value, going)
         else:
-            kept[name] = _rows(name, value, going.size)[going]
+            kept[name] = _check_memory_rows(name, value, going.size)[going]
     return kept
 
 
-def _rows(name: str, value: Any, runs: int) -> NDArray[Any]:
+def _check_memory_rows(name: str, value: Any, runs: int) -> NDArray[Any]:
     """Return a remembered array, one row for each run; InputError if it is none."""
     try:
         array = np.asarray(value)
@@ -51,6 +51,6 @@ def _rows(name: str, value: Any, runs: int) -> NDArray[Any]:
     if array.shape[:1] != (runs,):
         raise InputError(
             f"memory {name!r}: expected an array with a row for each of {runs} runs, "
-            f"got {said(value)}"
+            f"got {format_value(value)}"
         )
     return array

@@ -10,18 +10,18 @@ from typing import Annotated, Any, Protocol, runtime_checkable
 import numpy as np
 from numpy.typing import NDArray
 
-from robsim.base.arrays import Array, length, shown_view
-from robsim.base.errors import FrameError, InputError, said
-from robsim.declare import Choice, Declared, Flag, Length, ListOf, family, register
-from robsim.declare.words import Reference
-from robsim.geometry.pose import homogeneous
-from robsim.kernels.formulas.tree import Bodies
+from robsim.base.arrays import Array, euclidean_length, view_for_user
+from robsim.base.errors import FrameError, InputError, format_value
+from robsim.declare import DeclaredValue, Flag, KindOf, Length, ListOf, family, register
+from robsim.declare.texts import FrameReference
+from robsim.geometry.pose import homogeneous_matrix
+from robsim.kernels.formulas.body_arrays import Bodies
 from robsim.world.frame_box import FrameBox
 from robsim.world.scene import Scene
 
 
 @dataclass(frozen=True, eq=False)
-class Moment:
+class ControlInstant:
     """What an ending sees of B runs at a control instant, after the command, with the run first.
 
     time     seconds since the start
@@ -41,11 +41,11 @@ class Moment:
 
     def pose(self, frame: str) -> Array:
         """Return the pose (B, 4, 4) of a frame in the world."""
-        return homogeneous(self.scene.tree.frame(self._bodies, frame, self.runs))
+        return homogeneous_matrix(self.scene.tree.frame(self._bodies, frame, self.runs))
 
     def position(self, frame: str) -> Array:
         """Return the position (B, 3) of the origin of a frame in the world."""
-        return shown_view(self.scene.tree.frame(self._bodies, frame, self.runs)[:, 3])
+        return view_for_user(self.scene.tree.frame(self._bodies, frame, self.runs)[:, 3])
 
     @cached_property
     def _bodies(self) -> Bodies:
@@ -60,12 +60,12 @@ class Ending(Protocol):
     have `check(scene)`, which raises an InputError before anything runs.
     """
 
-    def holds(self, now: Moment) -> NDArray[np.bool_]:
+    def holds(self, now: ControlInstant) -> NDArray[np.bool_]:
         """Return truth values (B,): which runs end now."""
 
 
 ENDINGS = family("ending")
-ENDING = Choice(ENDINGS, short=False, protocol=Ending)
+ENDING = KindOf(ENDINGS, short=False, protocol=Ending)
 ENDING_LIST = ListOf(ENDING, most=64, alone=True)
 
 
@@ -80,7 +80,7 @@ class Region(FrameBox):
 
     leaves: Annotated[bool, Flag(), "Whether the run ends outside the box, not within it."] = False
 
-    def holds(self, now: Moment) -> NDArray[np.bool_]:
+    def holds(self, now: ControlInstant) -> NDArray[np.bool_]:
         """Return truth values (B,): which runs end now."""
         at = now.position(self.frame)
         within = ((at >= self.low) & (at <= self.high)).all(axis=1)
@@ -89,25 +89,25 @@ class Region(FrameBox):
 
 @register("ending", "too_close")
 @dataclass(frozen=True)
-class TooClose(Declared):
+class TooClose(DeclaredValue):
     """The ending that the origins of two frames are nearer to each other than a distance.
 
     >>> TooClose("left.tool", "right.tool", 0.1).distance
     0.1
     """
 
-    one: Annotated[str, Reference, "Frame whose origin is looked at."]
-    other: Annotated[str, Reference, "Frame to whose origin the distance is measured."]
-    distance: Annotated[float, Length(above=0), "Distance below which a run ends."]
+    one: Annotated[str, FrameReference, "Frame whose origin is looked at."]
+    other: Annotated[str, FrameReference, "Frame to whose origin the distance is measured."]
+    distance: Annotated[float, Length(above=0), "Distance below find_first_ending a run ends."]
 
     def check(self, scene: Scene) -> None:
         """Raise FrameError unless the scene has both frames."""
         for frame in (self.one, self.other):
             scene.tree.find(frame)
 
-    def holds(self, now: Moment) -> NDArray[np.bool_]:
+    def holds(self, now: ControlInstant) -> NDArray[np.bool_]:
         """Return truth values (B,): which runs end now."""
-        apart = length((now.position(self.one) - now.position(self.other)).T)
+        apart = euclidean_length((now.position(self.one) - now.position(self.other)).T)
         return np.asarray(apart < self.distance)
 
 
@@ -122,16 +122,16 @@ def check_endings(endings: Sequence[Ending], scene: Scene) -> None:
             raise InputError(f"endings: {type(ending).__name__}: {error}") from None
 
 
-def which(endings: Sequence[Ending], now: Moment) -> NDArray[np.int64]:
+def find_first_ending(endings: Sequence[Ending], now: ControlInstant) -> NDArray[np.int64]:
     """Return the number (B,) of the first ending that holds, or -1."""
     found = np.full(len(now.q), -1)
     for i, ending in enumerate(endings):
-        holds = _truths(ending, now)
+        holds = _evaluate_ending(ending, now)
         found[holds & (found < 0)] = i
     return found
 
 
-def _truths(ending: Ending, now: Moment) -> NDArray[np.bool_]:
+def _evaluate_ending(ending: Ending, now: ControlInstant) -> NDArray[np.bool_]:
     """Return truth values (B,) of an ending, which may be a user's."""
     value = ending.holds(now)
     try:
@@ -141,6 +141,6 @@ def _truths(ending: Ending, now: Moment) -> NDArray[np.bool_]:
     if holds.shape != (len(now.q),) or holds.dtype != np.bool_:
         raise InputError(
             f"{type(ending).__name__}.holds: expected truth values of shape ({len(now.q)},), "
-            f"got {said(value)}"
+            f"got {format_value(value)}"
         )
     return holds

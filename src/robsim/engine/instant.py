@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from robsim.base.arrays import Array, first_view
+from robsim.base.arrays import Array, view_runs_first
 from robsim.engine.chunk import Chunk
 from robsim.engine.loop import Loop
 from robsim.engine.outcome import Outcome
@@ -37,16 +37,16 @@ class Instant:
     outcome: Outcome
 
 
-def instants(loop: Loop) -> Iterator[Instant]:
+def iterate_instants(loop: Loop) -> Iterator[Instant]:
     """Yield the instants of the single run of a loop."""
     for step, chunk in loop.instants(np.arange(1)):
-        yield _instant(loop, step, chunk)
+        yield _make_instant(loop, step, chunk)
 
 
-def _instant(loop: Loop, step: int, chunk: Chunk) -> Instant:
+def _make_instant(loop: Loop, step: int, chunk: Chunk) -> Instant:
     seen = loop.sequence.snapshot(chunk)
     rates = seen.rates if len(seen.rates) else seen.qd
     arrays = seen.q, seen.qd, rates, seen.command.s, seen.command.error, seen.pixels
     outcome = Outcome(int(seen.outcome[0]))
-    q, qd, actual, s, error, pixels = (first_view(array)[0].copy() for array in arrays)
+    q, qd, actual, s, error, pixels = (view_runs_first(array)[0].copy() for array in arrays)
     return Instant(step, step * loop.dt, q, qd, actual, s, error, pixels, outcome)

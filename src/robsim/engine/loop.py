@@ -11,19 +11,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robsim.base.arrays import Array
-from robsim.declare.problems import under
-from robsim.engine.chunk import Chunk, Going
+from robsim.declare.problems import prefix_path
+from robsim.engine.chunk import Chunk, ChunkProgress
+from robsim.engine.chunk_state import ChunkState
 from robsim.engine.endings import Ending
-from robsim.engine.images import Images, check_sensing
-from robsim.engine.judge import Judge
-from robsim.engine.plant import Plant, moves_otherwise
-from robsim.engine.record import Record, Recorder
-from robsim.engine.snapshot import Snapshot
-from robsim.kernels.machine.program import Compiled, Own, Program
-from robsim.kernels.machine.stage import advance
+from robsim.engine.image_stream import ImageStream, check_sensing
+from robsim.engine.plant import Plant, has_actuation_dynamics
+from robsim.engine.recorder import Record, Recorder
+from robsim.engine.termination_checks import TerminationChecks
+from robsim.kernels.machine.program import CompiledStages, Program, PythonStage
+from robsim.kernels.machine.stages import advance_blocks
 from robsim.servo.command import Decision
-from robsim.servo.controller import Controller
-from robsim.servo.safety.guard import Guard
+from robsim.servo.safety.guard import SafetyGuard
+from robsim.servo.task_controller import TaskController
 from robsim.world.actuation import Actuation
 from robsim.world.scene import Scene
 from robsim.world.sensing import Sensing
@@ -40,7 +40,7 @@ class Loop:
     Where it is `stopped` or `paused`, chunks are left after a step, from which they may go on.
     """
 
-    controller: Controller
+    controller: TaskController
     q0: Array  # (runs, nq)
     dt: float
     steps: int
@@ -54,7 +54,7 @@ class Loop:
     single: bool = False  # whether one start was given, not a batch of one
     limited: bool = True  # whether joint limits end a run
     endings: tuple[Ending, ...] = ()
-    guard: Guard | None = None
+    guard: SafetyGuard | None = None
     stopped: bool = field(default=False, init=False)
     paused: bool = field(default=False, init=False)
     recorder: Recorder = field(init=False)
@@ -62,13 +62,13 @@ class Loop:
     def __post_init__(self) -> None:
         controller, scene = self.controller, self.scene
         room = self.steps, len(self.q0)
-        with under("sensing"):
+        with prefix_path("sensing"):
             check_sensing(self.sensing, controller.sights, self.dt, *room)
         self.actuation.check(scene.velocity_names, scene.coordinate_names)
-        rates = scene.nv if moves_otherwise(self.actuation, scene) else 0
+        rates = scene.nv if has_actuation_dynamics(self.actuation, scene) else 0
         weights = controller.k if controller.weighted else 0
         widths = (scene.nq, scene.nv, rates, controller.k, 2 * controller.marks, weights)
-        with under("run", "record"):
+        with prefix_path("run", "record"):
             self.recorder = Recorder(len(self.q0), self.steps, self.record, widths)
 
     @property
@@ -88,7 +88,7 @@ class Loop:
         """The stages of a step, for all chunks."""
         return Steps(self)
 
-    def advance(self, going: Going, done: Callable[[float], None]) -> None:
+    def advance(self, going: ChunkProgress, done: Callable[[float], None]) -> None:
         """Simulate a chunk of runs, in lockstep, to its end or until all are to wait."""
         burst = min(max(FIRST // len(going.rows), 1), BURST)
         while not (going.done or self.stopped or self.paused):
@@ -101,19 +101,19 @@ class Loop:
 
     def instants(self, rows: NDArray[np.int64]) -> Iterator[tuple[int, Chunk]]:
         """Simulate a chunk of runs, and yield each step with the chunk."""
-        going = Going(rows)
+        going = ChunkProgress(rows)
         while not going.done:
             chunk = self._take(going, 1)
             yield going.step - 1, chunk
             self._settle(going)
 
-    def leave(self, chunks: Sequence[Going]) -> None:
+    def leave(self, chunks: Sequence[ChunkProgress]) -> None:
         """Keep the last instants of the runs that have begun, as they are."""
         for going in chunks:
             if going.chunk is not None:
                 self.sequence.stop(self.recorder, going.chunk, going.step - 1)
 
-    def _take(self, going: Going, burst: int) -> Chunk:
+    def _take(self, going: ChunkProgress, burst: int) -> Chunk:
         """Take some steps where all stages are compiled, else one."""
         chunk = going.chunk = going.chunk or Chunk(self.sequence.program, going.rows)
         steps = burst if self.sequence.compiled else 1
@@ -122,7 +122,7 @@ class Loop:
         going.step = until
         return chunk
 
-    def _settle(self, going: Going) -> None:
+    def _settle(self, going: ChunkProgress) -> None:
         """Go on with the runs that have not ended."""
         if going.chunk is None:
             return
@@ -142,8 +142,8 @@ class Steps:
         moved = loop.actuation, loop.scene, controller.columns, loop.q0
         plant = self.plant = Plant(program, *moved, loop.dt, loop.seed, loop.runs)
         spoilt = loop.sensing, loop.steps, controller.excused
-        images = self.images = Images(program, plant, controller.sights, *spoilt)
-        judge = self.judge = Judge(program, controller, loop.steps, loop.endings)
+        images = self.images = ImageStream(program, plant, controller.sights, *spoilt)
+        judge = self.judge = TerminationChecks(program, controller, loop.steps, loop.endings)
         row, self.alive = program.whole(np.arange(len(loop.q0))), program.constant(1.0)
 
         images.remember()
@@ -164,11 +164,11 @@ class Steps:
         loop.recorder.keep(program, row, self.alive, self.kept)
         loop.recorder.end(program, row, self.alive, self.kept, judge.judged)
         stages = program.stages
-        self._fast = None if stages is None else Compiled(stages)
+        self._fast = None if stages is None else CompiledStages(stages)
         self._rescues = program.rescues
 
     @cached_property
-    def _parts(self) -> tuple[list[Own], list[Own]]:
+    def _parts(self) -> tuple[list[PythonStage], list[PythonStage]]:
         """All stages of a step, and those of the first one, where some are in Python."""
         return self.program.segments(), self.program.segments(self.motion)
 
@@ -184,14 +184,14 @@ class Steps:
                 for part in self._parts[now == 0]:
                     part(chunk, now)
 
-    def _advance(self, made: Compiled, chunk: Chunk, step: int, until: int) -> bool:
+    def _advance(self, made: CompiledStages, chunk: Chunk, step: int, until: int) -> bool:
         """Take the steps by compiled stages alone; return False if Python is needed, from before.
 
         What was kept of these steps is kept again.
         """
         before = chunk.numbers.copy() if self._rescues else chunk.numbers
         given = made.addresses, made.at, made.numbers, self.motion
-        advance(*given, chunk.flat, int(self.alive), step, until)  # kernels take it faster
+        advance_blocks(*given, chunk.flat, int(self.alive), step, until)  # kernels take it faster
         if not any(chunk.numbers[:, row].any() for row in self._rescues):
             return True
         chunk.numbers[:] = before
@@ -201,10 +201,10 @@ class Steps:
         """Keep the runs of a chunk, all of which go on, as they are."""
         recorder.stop(chunk, step, self.kept, self.judge.judged)
 
-    def snapshot(self, chunk: Chunk) -> Snapshot:
+    def snapshot(self, chunk: Chunk) -> ChunkState:
         """Return the state of a chunk at this step, with what its cameras see."""
         q = chunk.get(self.plant.q)
-        return Snapshot(
+        return ChunkState(
             q,
             chunk.get(self.plant.qd),
             chunk.get(self.plant.rates),

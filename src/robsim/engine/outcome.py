@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from enum import IntEnum
 
-from robsim.kernels.outcomes import endings
+from robsim.kernels.outcomes import outcome_codes
 
 
 class Outcome(IntEnum):
@@ -23,17 +23,17 @@ class Outcome(IntEnum):
     'local minimum'
     """
 
-    RUNNING = endings.RUNNING
-    CONVERGED = endings.CONVERGED
-    LOCAL_MINIMUM = endings.LOCAL_MINIMUM
-    OUT_OF_IMAGE = endings.OUT_OF_IMAGE
-    BEHIND_CAMERA = endings.BEHIND_CAMERA
-    JOINT_LIMIT = endings.JOINT_LIMIT
-    SINGULAR = endings.SINGULAR
-    DIVERGED = endings.DIVERGED
-    NOT_FINITE = endings.NOT_FINITE
-    TIME_LIMIT = endings.TIME_LIMIT
-    ENDED = endings.ENDED
+    RUNNING = outcome_codes.RUNNING
+    CONVERGED = outcome_codes.CONVERGED
+    LOCAL_MINIMUM = outcome_codes.LOCAL_MINIMUM
+    OUT_OF_IMAGE = outcome_codes.OUT_OF_IMAGE
+    BEHIND_CAMERA = outcome_codes.BEHIND_CAMERA
+    JOINT_LIMIT = outcome_codes.JOINT_LIMIT
+    SINGULAR = outcome_codes.SINGULAR
+    DIVERGED = outcome_codes.DIVERGED
+    NOT_FINITE = outcome_codes.NOT_FINITE
+    TIME_LIMIT = outcome_codes.TIME_LIMIT
+    ENDED = outcome_codes.ENDED
 
     @property
     def words(self) -> str:

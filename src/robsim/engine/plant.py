@@ -7,15 +7,19 @@ from numpy.typing import NDArray
 
 from robsim.base.arrays import Array
 from robsim.engine.chunk import Chunk
-from robsim.kernels.bodies import moving
-from robsim.kernels.bodies.actuation import follow
-from robsim.kernels.control.commanding import copied
+from robsim.kernels.bodies import integration
+from robsim.kernels.bodies.actuator_response import follow_commands
+from robsim.kernels.control.control_law import copy_rows
+from robsim.kernels.machine.block_rows import BlockRows
 from robsim.kernels.machine.program import Program
-from robsim.kernels.machine.rows import Rows
-from robsim.robot.motion import add_motion, add_rolling, call_motion
-from robsim.robot.placed import Placed
+from robsim.robot.fk_stages import FKStages
+from robsim.robot.integration_stages import (
+    add_integration,
+    add_python_integration,
+    add_wheel_rolling,
+)
 from robsim.world.actuation import Actuation
-from robsim.world.imperfections.joint_effect import JointPlace, JointRows
+from robsim.world.imperfections.joint_effect import JointEffectStage, JointRows
 from robsim.world.scene import Scene
 
 
@@ -38,49 +42,49 @@ class Plant:
         numbers: NDArray[np.int64],
     ) -> None:
         self.program, self.actuation, self.scene, self.columns = program, actuation, scene, columns
-        self.moves = moves_otherwise(actuation, scene)
+        self.moves = has_actuation_dynamics(actuation, scene)
         self.seconds, self.seed, self.numbers = dt, np.uint64(seed), numbers
         self.q = program.each(q0.T)
         self.qd, self.drift = program.rows(self.scene.nv), program.constant(self.scene.drift(0.0))
         acting = actuation.acting()
-        self.changes = any(each.effect.place is JointPlace.COMMANDED for each in acting)
+        self.changes = any(each.effect.place is JointEffectStage.COMMANDED for each in acting)
         self.wanted = program.rows(self.scene.nv) if self.changes else self.qd
         self.speed = program.rows(self.scene.nv)  # of joints that lag
         self.rates = program.rows(self.scene.nv if self.moves else 0)
         self.dt = program.constant(dt)
-        self.placed = Placed(program, self.scene.tree.joints, self.q)
+        self.placed = FKStages(program, self.scene.tree.joints, self.q)
 
     def move(self) -> None:
         """Add the stages of a period: joints move as they were commanded at the step before."""
         self._integrate(self.dt, self.placed, self.speed)
 
-    def within(self, seconds: Rows) -> Placed:
+    def within(self, seconds: BlockRows) -> FKStages:
         """Add the stages that place all bodies where they were in the period that ends now.
 
         That is some time, in a row, after it began; call it before `move`.
         """
-        placed = Placed(self.program, self.scene.tree.joints, self._copied(self.q))
+        placed = FKStages(self.program, self.scene.tree.joints, self._copied(self.q))
         self._integrate(seconds, placed, self._copied(self.speed))
         placed.add()
         return placed
 
-    def _integrate(self, dt: Rows, placed: Placed, speed: Rows) -> None:
+    def _integrate(self, dt: BlockRows, placed: FKStages, speed: BlockRows) -> None:
         """Add the stages that move coordinates for a time, from velocities `speed`."""
         v = self._follow(dt, speed) if self.moves else self.qd
         if self.scene.tree.cars:
             self._steer(dt, placed, v, speed)
         joints, x = self.scene.tree.joints, placed.q
-        add_motion(self.program, joints, x, list(v), dt)
-        add_rolling(self.program, joints, x, v, placed.ratio, dt)
-        call_motion(self.program, joints, x, list(v), dt)
+        add_integration(self.program, joints, x, list(v), dt)
+        add_wheel_rolling(self.program, joints, x, v, placed.ratio, dt)
+        add_python_integration(self.program, joints, x, list(v), dt)
 
-    def _copied(self, rows: Rows) -> Rows:
+    def _copied(self, rows: BlockRows) -> BlockRows:
         """Add the stage that copies rows to new ones, and return these."""
         found = self.program.rows(*rows.shape)
-        self.program.add(copied, rows=rows, to=found)
+        self.program.add(copy_rows, rows=rows, to=found)
         return found
 
-    def _steer(self, dt: Rows, placed: Placed, v: Rows, speed: Rows) -> None:
+    def _steer(self, dt: BlockRows, placed: FKStages, v: BlockRows, speed: BlockRows) -> None:
         """Let cars steer once in a period, when it begins, and move as they are steered.
 
         They steer for the mean velocity of the whole period, whatever part of it passes.
@@ -91,12 +95,12 @@ class Plant:
         for row, velocity, s in self.scene.tree.cars:
             car = self.program.constant([s.wheelbase, s.limit, s.rate])
             angle, both = placed.q[row], slice(velocity, velocity + 2)
-            add(moving.steer, dt=self.dt, angle=angle, v=whole[both], car=car)
+            add(integration.steer_car, dt=self.dt, angle=angle, v=whole[both], car=car)
             for rates in (v, speed):
-                add(moving.obey, angle=angle, v=rates[both], wheelbase=car[0])
+                add(integration.apply_steering_angle, angle=angle, v=rates[both], wheelbase=car[0])
         placed.follow()
 
-    def _follow(self, dt: Rows, speed: Rows) -> Rows:
+    def _follow(self, dt: BlockRows, speed: BlockRows) -> BlockRows:
         """Add the stages of joints that lag for a time; return the rows of mean velocities.
 
         Those that are not commanded are as given, as are all that do not lag.
@@ -108,44 +112,46 @@ class Plant:
             if i in lags:
                 each.append((self.wanted[i], speed[i], mean[i]))
             else:
-                program.add(copied, rows=self.wanted[i : i + 1], to=speed[i : i + 1])
+                program.add(copy_rows, rows=self.wanted[i : i + 1], to=speed[i : i + 1])
         if not each:
             return mean
         lag, *most = self.actuation.response(self.scene.nv)
         limits, rates = (program.numbers(each[self.columns], 1) for each in most)
         given = {"lag": program.number(lag), "limits": limits, "rates": rates}
-        program.add(follow, dt=dt, **given, each=each)
+        program.add(follow_commands, dt=dt, **given, each=each)
         return mean
 
     def place(self) -> None:
         """Add the stages that place all bodies at q."""
         self.placed.add()
 
-    def command(self, qd: Rows) -> None:
+    def command(self, qd: BlockRows) -> None:
         """Add the stage of all velocities: as commanded in rows qd, else prescribed."""
         scene, program, commanded = self.scene, self.program, self.columns.tolist()
         rows = dict(zip(commanded, qd, strict=True))
         if scene.varies:
             program.call(self._prescribe)
         commands = [rows.get(column) for column in range(scene.nv)]
-        program.add(moving.spread, v=self.qd, prescribed=self.drift, commands=commands)
+        program.add(
+            integration.assemble_velocities, v=self.qd, prescribed=self.drift, commands=commands
+        )
         if self.changes:
-            program.add(copied, rows=self.qd, to=self.wanted)
-            self._add_effects(JointPlace.COMMANDED)
+            program.add(copy_rows, rows=self.qd, to=self.wanted)
+            self._add_effects(JointEffectStage.COMMANDED)
         if not self.moves:
             return
         for i, prescribed in enumerate(scene.prescribed):
             own = self.drift if prescribed else self.speed
-            program.add(copied, rows=own[i : i + 1], to=self.rates[i : i + 1])
+            program.add(copy_rows, rows=own[i : i + 1], to=self.rates[i : i + 1])
         for row, velocity, steering in scene.tree.cars:
             v, length = self.rates[velocity : velocity + 2], program.constant(steering.wheelbase)
-            program.add(moving.obey, angle=self.q[row], v=v, wheelbase=length)
+            program.add(integration.apply_steering_angle, angle=self.q[row], v=v, wheelbase=length)
 
-    def measured(self) -> Rows:
+    def measured(self) -> BlockRows:
         """Add the stages of the coordinates as they are measured; return their rows."""
-        return self._add_effects(JointPlace.MEASURED).measured
+        return self._add_effects(JointEffectStage.MEASURED).measured
 
-    def _add_effects(self, place: JointPlace) -> JointRows:
+    def _add_effects(self, place: JointEffectStage) -> JointRows:
         """Add the stages of the imperfections of the joints at a place, one after the other."""
         rows = self.wanted, self.speed, self.q, self.q
         key = self.seconds, self.seed, self.numbers
@@ -161,6 +167,6 @@ class Plant:
         chunk.put(self.drift, np.repeat(drift, chunk.runs, axis=1))
 
 
-def moves_otherwise(actuation: Actuation, scene: Scene) -> bool:
+def has_actuation_dynamics(actuation: Actuation, scene: Scene) -> bool:
     """Return whether joints move otherwise than commanded, as does a car that must steer."""
     return actuation.moves or bool(scene.tree.cars)

@@ -11,10 +11,10 @@ from typing import Protocol
 import numpy as np
 
 from robsim.base import interrupt
-from robsim.base.arrays import whole
-from robsim.base.errors import InputError, said
-from robsim.base.threads import processors
-from robsim.engine.chunk import Going
+from robsim.base.arrays import as_integer
+from robsim.base.errors import InputError, format_value
+from robsim.base.processors import count_processors
+from robsim.engine.chunk import ChunkProgress
 from robsim.engine.loop import Loop
 
 SHORT = 2000  # runs times steps: some 10 ms of compiled steps, or 0.2 s of those in Python
@@ -22,47 +22,47 @@ SHORT = 2000  # runs times steps: some 10 ms of compiled steps, or 0.2 s of thos
 Progress = Callable[[float], None]
 
 
-class Checkpoints(Protocol):
+class CheckpointStore(Protocol):
     """Stores the state of loops whose chunks wait, and restores it when the loops begin again."""
 
     @property
     def is_due(self) -> bool:
         """Whether it is time for the next checkpoint."""
 
-    def begin(self, loop: Loop, chunks: list[Going]) -> list[Going]:
+    def begin(self, loop: Loop, chunks: list[ChunkProgress]) -> list[ChunkProgress]:
         """Return the chunks of a loop as they were stored, or as given if none are."""
 
     def save(self) -> None:
         """Store the state of all loops that have begun."""
 
 
-def advance(
+def advance_loop(
     loop: Loop,
     threads: int | None,
     chunk: int,
     progress: Progress | None,
-    checkpoints: Checkpoints | None = None,
+    checkpoints: CheckpointStore | None = None,
 ) -> bool:
     """Simulate all runs of a loop; return False if a stop came before their end.
 
     Checkpoints, if any, are written now and then, and when a stop comes.
     """
     check_progress(progress)
-    chunk = whole(chunk, "chunk", 1)
-    threads = whole(processors() if threads is None else threads, "threads", 1, 1025)
+    chunk = as_integer(chunk, "chunk", 1)
+    threads = as_integer(count_processors() if threads is None else threads, "threads", 1, 1025)
     loop.controller.check_start(loop.q0)
     loop.sequence  # noqa: B018 made once, before threads share it
     runs = len(loop.q0)
     chunk = min(chunk, math.ceil(runs / threads))
-    chunks = [Going(np.arange(i, min(i + chunk, runs))) for i in range(0, runs, chunk)]
+    chunks = [ChunkProgress(np.arange(i, min(i + chunk, runs))) for i in range(0, runs, chunk)]
     if checkpoints:
         chunks = checkpoints.begin(loop, chunks)
     short = len(chunks) == 1 and runs * loop.steps <= SHORT and progress is None
-    with interrupt.held(partial(setattr, loop, "stopped", True)):
-        if short and not interrupt.is_others():
-            _alone(loop, chunks[0])
+    with interrupt.defer_stops(partial(setattr, loop, "stopped", True)):
+        if short and not interrupt.has_foreign_handler():
+            _advance_in_this_thread(loop, chunks[0])
         else:
-            _work(loop, threads, chunks, progress, checkpoints)
+            _advance_in_threads(loop, threads, chunks, progress, checkpoints)
         finished = all(each.done for each in chunks) and not loop.stopped
         if checkpoints and not finished:
             checkpoints.save()
@@ -70,7 +70,7 @@ def advance(
         return finished
 
 
-def _alone(loop: Loop, going: Going) -> None:
+def _advance_in_this_thread(loop: Loop, going: ChunkProgress) -> None:
     """Simulate all runs in this thread, until a stop ends them after a step.
 
     NumPy's errors are warnings or ignored as in a new thread, whatever the caller has set.
@@ -79,12 +79,12 @@ def _alone(loop: Loop, going: Going) -> None:
         loop.advance(going, lambda share: None)
 
 
-def _work(
+def _advance_in_threads(
     loop: Loop,
     threads: int,
-    chunks: list[Going],
+    chunks: list[ChunkProgress],
     progress: Progress | None,
-    checkpoints: Checkpoints | None,
+    checkpoints: CheckpointStore | None,
 ) -> None:
     """Let threads take chunks while this one waits for a stop, or for the time of a checkpoint."""
     with ThreadPoolExecutor(min(threads, len(chunks))) as pool:
@@ -92,15 +92,15 @@ def _work(
             if loop.paused and checkpoints:
                 checkpoints.save()
             loop.paused = False
-            _round(loop, pool, chunks, progress, checkpoints)
+            _run_round(loop, pool, chunks, progress, checkpoints)
 
 
-def _round(
+def _run_round(
     loop: Loop,
     pool: ThreadPoolExecutor,
-    chunks: list[Going],
+    chunks: list[ChunkProgress],
     progress: Progress | None,
-    checkpoints: Checkpoints | None,
+    checkpoints: CheckpointStore | None,
 ) -> None:
     """Let threads go on with all chunks until they are done, or are to wait."""
     shares = np.array([each.done or each.step / (loop.steps + 1) for each in chunks], dtype=float)
@@ -109,7 +109,7 @@ def _round(
     try:
         for i, each in enumerate(chunks):
             jobs.append(pool.submit(loop.advance, each, partial(shares.__setitem__, i)))
-        for _ in _until_done(jobs):
+        for _ in _poll_jobs(jobs):
             if progress:
                 progress(float(shares @ weights))
             if checkpoints and checkpoints.is_due:
@@ -122,7 +122,7 @@ def _round(
         raise
 
 
-def _until_done(jobs: list[Future[None]]) -> Iterator[None]:
+def _poll_jobs(jobs: list[Future[None]]) -> Iterator[None]:
     """Yield about ten times a second until every job is done; raise the error of one that fails."""
     pending = set(jobs)
     while pending:
@@ -135,4 +135,6 @@ def _until_done(jobs: list[Future[None]]) -> Iterator[None]:
 def check_progress(progress: object) -> None:
     """Raise InputError unless a value is a function, or None."""
     if progress is not None and not callable(progress):
-        raise InputError(f"progress: expected a function of the share done, got {said(progress)}")
+        raise InputError(
+            f"progress: expected a function of the share done, got {format_value(progress)}"
+        )

@@ -1,5 +1,5 @@
 """The visual features that a controller regulates, each imported when it is first used."""
 
-from robsim.declare.families import kinds_by_class
+from robsim.declare.kind_families import make_kind_getattr
 
-__getattr__ = kinds_by_class("feature")
+__getattr__ = make_kind_getattr("feature")

@@ -8,17 +8,17 @@ from typing import ClassVar
 import numpy as np
 
 from robsim.base.arrays import Array
-from robsim.base.values import unchecked
+from robsim.base.value import replace_unchecked
 from robsim.declare import register
-from robsim.features.feature import Observation, at_goal
-from robsim.features.of_marks import OfMarks
-from robsim.features.rows import FeatureRows, Seen
+from robsim.features.feature import Observation, check_goal_observation
+from robsim.features.feature_rows import FeatureRows, ObservationRows
+from robsim.features.mark_feature import MarkFeature
 from robsim.kernels.features import point_features as kernels
 
 
 @register("feature", "log_depth")
 @dataclass(frozen=True, eq=False)
-class LogDepth(OfMarks):
+class LogDepth(MarkFeature):
     """The logarithm of each mark's depth over its depth at the goal, s = (log(Z1/Z1_goal), ...).
 
     L = [0, 0, -1/Z, -y, x, 0] (Malis, Chaumette and Boudet 1999, where the ratio of the depths
@@ -38,9 +38,9 @@ class LogDepth(OfMarks):
 
     def towards(self, goal: Observation) -> LogDepth:
         """Return the feature relative to the depths at the goal."""
-        return unchecked(self, Z_goal=at_goal(goal, "LogDepth").depth_last)
+        return replace_unchecked(self, Z_goal=check_goal_observation(goal, "LogDepth").depth_last)
 
-    def stages(self, seen: Seen) -> FeatureRows:
+    def stages(self, seen: ObservationRows) -> FeatureRows:
         """Add the stages of s and L to a program, and return their rows."""
         Z_goal = seen.goal(np.ones((seen.N, 1)) if self.Z_goal is None else self.Z_goal, seen.N)
         return seen.computed(kernels.log_depth_stage, seen.N, **seen.image, goal=Z_goal)

@@ -6,15 +6,15 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from robsim.declare import register
-from robsim.features.of_marks import OfMarks
-from robsim.features.rows import FeatureRows, Seen
+from robsim.features.feature_rows import FeatureRows, ObservationRows
+from robsim.features.mark_feature import MarkFeature
 from robsim.kernels.features import conics as kernels
-from robsim.kernels.formulas.moments import ORDER_3
+from robsim.kernels.formulas.image_moments import ORDER_3
 
 
 @register("feature", "ellipse")
 @dataclass(frozen=True)
-class Ellipse(OfMarks):
+class Ellipse(MarkFeature):
     """The image of a circle or ellipse on which the marks lie, s = (xg, yg, n20, n11, n02).
 
     (xg, yg) is the centre of the ellipse in the image (not the image of the circle's centre) and
@@ -36,7 +36,7 @@ class Ellipse(OfMarks):
 
     least_marks: ClassVar[int] = 5
 
-    def stages(self, seen: Seen) -> FeatureRows:
+    def stages(self, seen: ObservationRows) -> FeatureRows:
         """Add the stages of s and L to a program, and return their rows."""
         room = seen.program.rows
         made = {"centre": room(2), "mu": room(ORDER_3), "ABC": room(3), "R": room(6, 6)}

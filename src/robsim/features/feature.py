@@ -10,13 +10,20 @@ from typing import Annotated, Any, Protocol, runtime_checkable
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from robsim.base.arrays import Array, frozen, numbers, runs_first, runs_last, shown_view
-from robsim.base.errors import InputError, said
-from robsim.base.values import known, unchecked
+from robsim.base.arrays import (
+    Array,
+    as_floats,
+    make_read_only,
+    move_runs_first,
+    move_runs_last,
+    view_for_user,
+)
+from robsim.base.errors import InputError, format_value
+from robsim.base.value import construct_unchecked, replace_unchecked
 from robsim.declare import Number, family
-from robsim.features.checked import checked_parts, image_of_marks, poses_last
-from robsim.geometry.pose import homogeneous
-from robsim.kernels.estimation.pose import fit_pose
+from robsim.features.observation_checks import check_image, check_observation_fields, convert_poses
+from robsim.geometry.pose import homogeneous_matrix
+from robsim.kernels.estimation.pose_fit import fit_pose
 from robsim.vision.camera import Camera
 from robsim.vision.pose_estimation import estimate_pose
 
@@ -49,22 +56,22 @@ class Observation:
     weights_last: Array | None = None  # (N, B) of marks in the estimate of the pose; None: all 1
 
     def __post_init__(self) -> None:
-        vars(self).update(checked_parts(vars(self)))
+        vars(self).update(check_observation_fields(vars(self)))
 
     @property
     def pixels(self) -> Array:
         """The measured pixels (B, N, 2) = (column, row)."""
-        return shown_view(self.pixels_last)
+        return view_for_user(self.pixels_last)
 
     @property
     def points(self) -> Array:
         """The normalised image points (B, N, 2) = (x, y), undistorted, at unit depth."""
-        return shown_view(self.points_last)
+        return view_for_user(self.points_last)
 
     @property
     def depth(self) -> Array:
         """The depths (B, N) in metres, as the controller believes them."""
-        return shown_view(self.depth_last)
+        return view_for_user(self.depth_last)
 
     @property
     def K(self) -> Array:
@@ -74,7 +81,7 @@ class Observation:
     @property
     def pose(self) -> Array:
         """The pose T_c_o (B, 4, 4) of the target, estimated from the image and the model."""
-        return homogeneous(self.pose_last)
+        return homogeneous_matrix(self.pose_last)
 
     @cached_property
     def pose_last(self) -> Array:
@@ -83,9 +90,9 @@ class Observation:
             raise InputError("a pose needs the model of the target and a guess; here are none")
         T, points = np.empty_like(self.guess_last), self.points_last.copy()
         weights = None if self.weights_last is None else self.weights_last.copy()
-        marks = each_run(self.model, points.shape[-1])
+        marks = repeat_marks(self.model, points.shape[-1])
         fit_pose(marks, points, self.guess_last.copy(), T, weights)
-        return frozen(without_guess(T, self.model, points))
+        return make_read_only(refit_lost_poses(T, self.model, points))
 
     @classmethod
     def of(
@@ -116,18 +123,18 @@ class Observation:
         >>> seen.points.shape, seen.depth
         ((1, 2, 2), array([[1., 2.]]))
         """
-        given = image_of_marks(pixels, depth, camera)
+        given = check_image(pixels, depth, camera)
         runs = given[0].shape[-1]
         made = cls(
             *given,
             camera,
-            None if model is None else numbers(model, "model", ("N", 3)),
-            poses_last(guess, "guess", runs),
+            None if model is None else as_floats(model, "model", ("N", 3)),
+            convert_poses(guess, "guess", runs),
             other,
-            poses_last(between, "between", runs),
+            convert_poses(between, "between", runs),
         )
         if pose is not None:
-            vars(made)["pose_last"] = poses_last(pose, "pose", runs)
+            vars(made)["pose_last"] = convert_poses(pose, "pose", runs)
         return made
 
     @classmethod
@@ -136,26 +143,26 @@ class Observation:
         points = camera.points_of(pixels)
         given = {"pixels_last": pixels, "points_last": points, "depth_last": depth, **more}
         shown = {
-            name: frozen(part.view()) if isinstance(part, np.ndarray) else part
+            name: make_read_only(part.view()) if isinstance(part, np.ndarray) else part
             for name, part in given.items()
         }
-        return known(cls, camera=camera, **shown)
+        return construct_unchecked(cls, camera=camera, **shown)
 
     def blind(self, hidden: Sequence[NDArray[np.bool_]]) -> Observation:
         """Return the observation with NaN for marks that are hidden (N, B) from each camera."""
         mine, *others = hidden
         gone = mine[:, None]
         points = self._each(lambda x: np.where(gone, np.nan, x), "pixels_last", "points_last")
-        depth = frozen(np.where(mine, np.nan, self.depth_last))
+        depth = make_read_only(np.where(mine, np.nan, self.depth_last))
         other = self.other and self.other.blind(others)
-        return unchecked(self, **points, depth_last=depth, other=other)
+        return replace_unchecked(self, **points, depth_last=depth, other=other)
 
     def repeated(self, runs: int) -> Observation:
         """Return the observation of the first run as one of so many that see the same."""
         names = ["pixels_last", "points_last", "depth_last", "guess_last", "between_last"]
         if self.model is not None and self.model.ndim > 2:
             names.append("model")
-        return unchecked(
+        return replace_unchecked(
             self,
             **self._each(lambda x: np.repeat(x[..., :1], runs, axis=-1), *names),
             camera=self.camera.of_runs(np.zeros(1, dtype=np.int64)),
@@ -167,22 +174,24 @@ class Observation:
         """Return the observation of some of the marks, by number."""
         names = "pixels_last", "points_last", "depth_last", "model", "weights_last"
         other = self.other and self.other.some(marks)
-        return unchecked(self, **self._each(lambda x: x[marks], *names), other=other)
+        return replace_unchecked(self, **self._each(lambda x: x[marks], *names), other=other)
 
     def _each(self, change: Callable[[Array], Array], *names: str) -> dict[str, Array | None]:
         """Return some arrays after a change, read-only, by their names; None of None."""
         arrays = {name: getattr(self, name) for name in names}
-        return {name: None if x is None else frozen(change(x)) for name, x in arrays.items()}
+        return {
+            name: None if x is None else make_read_only(change(x)) for name, x in arrays.items()
+        }
 
 
-def at_goal(given: Any, who: str) -> Observation:
+def check_goal_observation(given: Any, who: str) -> Observation:
     """Return what is given for the view at the goal, or raise an InputError unless it is one."""
     if not isinstance(given, Observation):
-        raise InputError(f"{who}.towards: expected an Observation, got {said(given)}")
+        raise InputError(f"{who}.towards: expected an Observation, got {format_value(given)}")
     return given
 
 
-def without_guess(T: Array, model: Array, points: Array) -> Array:
+def refit_lost_poses(T: Array, model: Array, points: Array) -> Array:
     """Return poses (3, 4, B), those that are NaN from normalised points (N, 2, B) alone.
 
     Where all marks, (N, 3) or (N, 3, B), are seen, the guess was behind the camera.
@@ -192,19 +201,19 @@ def without_guess(T: Array, model: Array, points: Array) -> Array:
         return T
     if model.ndim > 2 and (model != model[..., :1]).any():
         for b in np.flatnonzero(lost):
-            T[..., b : b + 1] = _estimated(model[..., b], points[..., b : b + 1])
+            T[..., b : b + 1] = _estimate_poses(model[..., b], points[..., b : b + 1])
         return T
-    T[..., lost] = _estimated(model if model.ndim == 2 else model[..., 0], points[..., lost])
+    T[..., lost] = _estimate_poses(model if model.ndim == 2 else model[..., 0], points[..., lost])
     return T
 
 
-def _estimated(model: Array, points: Array) -> Array:
+def _estimate_poses(model: Array, points: Array) -> Array:
     """Return poses (3, 4, B) of marks (N, 3) from normalised points (N, 2, B) alone."""
-    found = estimate_pose(model, runs_first(points), Camera(np.eye(3)))
-    return runs_last(found.T_c_o[:, :3], 2)
+    found = estimate_pose(model, move_runs_first(points), Camera(np.eye(3)))
+    return move_runs_last(found.T_c_o[:, :3], 2)
 
 
-def each_run(model: Array, runs: int) -> Array:
+def repeat_marks(model: Array, runs: int) -> Array:
     """Return marks (N, 3, B) of each run from those of all, or as they are."""
     return model if model.ndim > 2 else np.repeat(model[..., None], runs, axis=-1)
 

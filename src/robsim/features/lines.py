@@ -6,15 +6,15 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from robsim.declare import register
-from robsim.features.of_marks import OfMarks, WithAngle
-from robsim.features.rows import FeatureRows, Seen
+from robsim.features.feature_rows import FeatureRows, ObservationRows
+from robsim.features.mark_feature import AngleFeature, MarkFeature
 from robsim.kernels.features import line_features as kernels
-from robsim.kernels.machine.stage import Stage
+from robsim.kernels.machine.stages import CompiledStage
 
 
 @register("feature", "lines")
 @dataclass(frozen=True, eq=False)
-class Lines(WithAngle):
+class Lines(AngleFeature):
     """Lines through marks 0 and 1, 2 and 3 ..., s = (rho, theta, ...), two each.
 
     x cos theta + y sin theta = rho in the image at unit depth, theta in radians. The line runs
@@ -36,14 +36,14 @@ class Lines(WithAngle):
     array([[0.1, 0. ]])
     """
 
-    stage: ClassVar[Stage] = kernels.lines_stage
+    stage: ClassVar[CompiledStage] = kernels.lines_stage
     each: ClassVar[int] = 2
     least_marks: ClassVar[int] = 2
 
 
 @register("feature", "vanishing_point")
 @dataclass(frozen=True)
-class VanishingPoint(OfMarks):
+class VanishingPoint(MarkFeature):
     """The point where the lines through marks 0, 1 and 2, 3 meet, s = (x, y), normalised.
 
     The lines must be parallel in space. Then s is the image of their point at infinity, and L is
@@ -66,6 +66,6 @@ class VanishingPoint(OfMarks):
     least_marks: ClassVar[int] = 4
     uses_depth: ClassVar[bool] = False
 
-    def stages(self, seen: Seen) -> FeatureRows:
+    def stages(self, seen: ObservationRows) -> FeatureRows:
         """Add the stages of s and L to a program, and return their rows."""
         return seen.computed(kernels.intersections_stage, self.count(seen.N), points=seen.points)

@@ -7,40 +7,42 @@ from typing import Annotated, ClassVar, Self
 
 import numpy as np
 
-from robsim.base.arrays import Array, frozen
-from robsim.base.values import unchecked
-from robsim.declare import Declared, Word, register
-from robsim.features.compiled import Compiled
-from robsim.features.feature import Observation, Tolerance, at_goal
-from robsim.features.of_marks import OfMarks
-from robsim.features.rows import FeatureRows, Seen
+from robsim.base.arrays import Array, make_read_only
+from robsim.base.value import replace_unchecked
+from robsim.declare import DeclaredValue, Word, register
+from robsim.features.compiled_feature import CompiledFeature
+from robsim.features.feature import Observation, Tolerance, check_goal_observation
+from robsim.features.feature_rows import FeatureRows, ObservationRows
+from robsim.features.mark_feature import MarkFeature
 from robsim.kernels.features import moment_features as features
-from robsim.kernels.formulas import moments as kernels
-from robsim.kernels.formulas.moments import ORDER_3, ORDER_4
-from robsim.kernels.machine.rows import Rows
+from robsim.kernels.formulas import image_moments as kernels
+from robsim.kernels.formulas.image_moments import ORDER_3, ORDER_4
+from robsim.kernels.machine.block_rows import BlockRows
 
-KINDS = ("points", "region")
-SKEWED = 0.1  # rho from which third moments determine the head; a tilt of 0.6 rad makes up to 0.05
-ANY_GOAL = frozen(np.array([[1.0], [1.0], [0.0], [0.0], [0.0]]))  # where none is known
+MOMENT_KINDS = ("points", "region")
+SKEW_THRESHOLD = (
+    0.1  # rho from which third moments determine the head; a tilt of 0.6 rad makes up to 0.05
+)
+DEFAULT_GOAL = make_read_only(np.array([[1.0], [1.0], [0.0], [0.0], [0.0]]))  # where none is known
 
 
-def _at_goal(goal: Observation, of_marks: bool) -> tuple[Array, Array]:
+def _measure_goal_moments(goal: Observation, of_marks: bool) -> tuple[Array, Array]:
     """Return the centre (2, B) and centred moments at the goal."""
     # a copy, as kernels are compiled for arrays that can be written to
-    x = at_goal(goal, "DecoupledMoments").points_last.copy()
+    x = check_goal_observation(goal, "DecoupledMoments").points_last.copy()
     centre, mu = np.empty(x.shape[1:]), np.empty((ORDER_3 if of_marks else ORDER_4, x.shape[2]))
-    (kernels.marks if of_marks else kernels.region)(x, centre, mu)
+    (kernels.mark_moments if of_marks else kernels.region_moments)(x, centre, mu)
     return centre, mu
 
 
-def _plane(goal: Observation) -> Array:
+def _fit_plane(goal: Observation) -> Array:
     """Return (A, B, C) (3, B) of the plane 1/Z = A x + B y + C through the marks."""
     ABC = np.empty((3, goal.points_last.shape[2]))
-    kernels.plane(goal.points_last.copy(), goal.depth_last.copy(), ABC)
+    kernels.fit_inverse_depth_plane(goal.points_last.copy(), goal.depth_last.copy(), ABC)
     return ABC
 
 
-def _moments(seen: Seen, of_marks: bool) -> dict[str, Rows]:
+def _add_moments(seen: ObservationRows, of_marks: bool) -> dict[str, BlockRows]:
     """Add the stage of the moments of a region or of marks, and return the rows it fills."""
     room = seen.program.rows
     found = {"centre": room(2), "mu": room(ORDER_4), "R": room(ORDER_3, 6)}
@@ -52,25 +54,27 @@ def _moments(seen: Seen, of_marks: bool) -> dict[str, Rows]:
 
 
 @dataclass(frozen=True)
-class _Basic(OfMarks):
+class _BasicMoments(MarkFeature):
     """The base of the features s = (a, xg, yg, alpha) of a region or of marks."""
 
     alpha_goal: Array | None = field(default=None, init=False, repr=False)  # (1, B)
     of_marks: ClassVar[bool]
 
-    def stages(self, seen: Seen) -> FeatureRows:
+    def stages(self, seen: ObservationRows) -> FeatureRows:
         """Add the stages of s and L to a program, and return their rows."""
-        given = _moments(seen, self.of_marks) | {"goal": seen.goal(self.alpha_goal, 1)}
+        given = _add_moments(seen, self.of_marks) | {"goal": seen.goal(self.alpha_goal, 1)}
         return seen.computed(features.basic_stage, 4, of_marks=self.of_marks, **given)
 
     def towards(self, goal: Observation) -> Self:
         """Return the feature with alpha within a quarter turn of that at the goal."""
-        return unchecked(self, alpha_goal=frozen(self.measure(goal)[:, 3][None].copy()))
+        return replace_unchecked(
+            self, alpha_goal=make_read_only(self.measure(goal)[:, 3][None].copy())
+        )
 
 
 @register("feature", "region_moments")
 @dataclass(frozen=True)
-class RegionMoments(_Basic):
+class RegionMoments(_BasicMoments):
     """Area, centre of gravity and orientation of a planar region, s = (a, xg, yg, alpha).
 
     The region is the polygon whose corners are the marks in their order, either way round, in
@@ -95,7 +99,7 @@ class RegionMoments(_Basic):
 
 @register("feature", "point_moments")
 @dataclass(frozen=True)
-class PointMoments(_Basic):
+class PointMoments(_BasicMoments):
     """Spread, centre and orientation of the marks as a set of points, s = (a, xg, yg, alpha).
 
     a = mu20 + mu02 with mu_ij = sum of (x - xg)^i (y - yg)^j over the marks, in normalised image
@@ -118,7 +122,7 @@ class PointMoments(_Basic):
 
 @register("feature", "decoupled_moments")
 @dataclass(frozen=True)
-class DecoupledMoments(Compiled, Declared):
+class DecoupledMoments(CompiledFeature, DeclaredValue):
     """Six moments, one for each motion of the camera, s = (xn, yn, an, Px, Py, alpha).
 
     an = Z* sqrt(a*/a), xn = an xg, yn = an yg in metres: for a goal parallel to the image their L
@@ -144,9 +148,9 @@ class DecoupledMoments(Compiled, Declared):
     array([0.267, 0.133, 2.   ])
     """
 
-    of: Annotated[str, Word(KINDS, "kind"), "Of the marks, or of the region within them."] = (
-        "points"
-    )
+    of: Annotated[
+        str, Word(MOMENT_KINDS, "kind"), "Of the marks, or of the region within them."
+    ] = "points"
     tolerance: Tolerance = 1e-5
     unit: str = "m, 1, rad"
     goal: Array | None = field(default=None, init=False, repr=False)  # (5, B): a*, Z*, alpha, head
@@ -158,30 +162,32 @@ class DecoupledMoments(Compiled, Declared):
         """Whether the moments are those of the marks, not of the region within them."""
         return self.of == "points"
 
-    def stages(self, seen: Seen) -> FeatureRows:
+    def stages(self, seen: ObservationRows) -> FeatureRows:
         """Add the stages of s and L to a program, and return their rows."""
-        goal = ANY_GOAL if self.goal is None else self.goal
-        given = _moments(seen, self.of_marks) | {"goal": seen.program.each(goal)}
+        goal = DEFAULT_GOAL if self.goal is None else self.goal
+        given = _add_moments(seen, self.of_marks) | {"goal": seen.program.each(goal)}
         how = {"turned": self.goal is not None, "headed": bool(goal[3:].any())}
         return seen.computed(features.decoupled_stage, 6, of_marks=self.of_marks, **given, **how)
 
     def towards(self, goal: Observation) -> DecoupledMoments:
         """Return the feature with a*, Z*, the orientation and the head of the goal."""
-        centre, mu = _at_goal(goal, self.of_marks)
+        centre, mu = _measure_goal_moments(goal, self.of_marks)
         s = np.empty((4, mu.shape[1]))
-        features.basic(self.of_marks, centre, mu, s)
+        features.basic_moments(self.of_marks, centre, mu, s)
         size, x, y, alpha = s
         if self.of_marks:
             Z = sum(goal.depth_last) / len(goal.depth_last)  # mark by mark, for any number of runs
         else:
-            A, B, C = _plane(goal)
+            A, B, C = _fit_plane(goal)
             with np.errstate(all="ignore"):  # marks on one line are in no plane: Z is not finite
                 Z = 1.0 / (A * x + B * y + C)
-        return unchecked(self, goal=frozen(np.stack([size, Z, alpha, *_head(mu, alpha)])))
+        return replace_unchecked(
+            self, goal=make_read_only(np.stack([size, Z, alpha, *_measure_head(mu, alpha)]))
+        )
 
 
-def _head(mu: Array, alpha: Array) -> Array:
+def _measure_head(mu: Array, alpha: Array) -> Array:
     """Return the heads (2, B), or zeros where a tilt could explain them."""
     h = np.empty((2, mu.shape[1]))
-    features.head(mu, alpha, h)
-    return np.where(np.hypot(*h) > SKEWED, h, 0.0)
+    features.head_vector(mu, alpha, h)
+    return np.where(np.hypot(*h) > SKEW_THRESHOLD, h, 0.0)

@@ -7,15 +7,15 @@ from typing import ClassVar
 
 from robsim.declare import register
 from robsim.features.feature import Tolerance
-from robsim.features.of_marks import OfMarks
-from robsim.features.rows import FeatureRows, Seen
-from robsim.kernels.features import points as kernels
-from robsim.kernels.machine.stage import Stage
+from robsim.features.feature_rows import FeatureRows, ObservationRows
+from robsim.features.mark_feature import MarkFeature
+from robsim.kernels.features import image_points as kernels
+from robsim.kernels.machine.stages import CompiledStage
 
 
 @register("feature", "points")
 @dataclass(frozen=True)
-class Points(OfMarks):
+class Points(MarkFeature):
     """Normalised, undistorted image points, s = (x1, y1, x2, y2, ...).
 
     L is eq. (14) of the chapter with f = 1 (Chaumette and Hutchinson 2006, eq. 11).
@@ -27,7 +27,7 @@ class Points(OfMarks):
     array([[0.1, 0.2]])
     """
 
-    stage: ClassVar[Stage] = kernels.points_stage
+    stage: ClassVar[CompiledStage] = kernels.points_stage
     each: ClassVar[int] = 2
 
 
@@ -49,7 +49,7 @@ class PixelPoints(Points):
     tolerance: Tolerance = 0.01
     unit: str = "px"
 
-    def stages(self, seen: Seen) -> FeatureRows:
+    def stages(self, seen: ObservationRows) -> FeatureRows:
         """Add the stages of s and L to a program, and return their rows."""
         rows = super().stages(seen)
         seen.program.add(kernels.pixels_stage, camera=seen.camera, **rows._asdict())

@@ -6,14 +6,14 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from robsim.declare import register
-from robsim.features.of_marks import OfMarks
+from robsim.features.mark_feature import MarkFeature
 from robsim.kernels.features import point_features as kernels
-from robsim.kernels.machine.stage import Stage
+from robsim.kernels.machine.stages import CompiledStage
 
 
 @register("feature", "points_3d")
 @dataclass(frozen=True)
-class Points3D(OfMarks):
+class Points3D(MarkFeature):
     """The marks in camera axes, in metres, s = (X1, Y1, Z1, X2, ...) = (x1 Z1, y1 Z1, Z1, ...).
 
     L = [-I, [X]x] (Chaumette and Hutchinson 2007, on 3-D points).
@@ -26,6 +26,6 @@ class Points3D(OfMarks):
     """
 
     unit: str = "m"
-    stage: ClassVar[Stage] = kernels.points_3d_stage
+    stage: ClassVar[CompiledStage] = kernels.points_3d_stage
     each: ClassVar[int] = 3
     measures_depth: ClassVar[bool] = True

@@ -6,14 +6,14 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from robsim.declare import register
-from robsim.features.of_marks import WithAngle
+from robsim.features.mark_feature import AngleFeature
 from robsim.kernels.features import point_features as kernels
-from robsim.kernels.machine.stage import Stage
+from robsim.kernels.machine.stages import CompiledStage
 
 
 @register("feature", "polar")
 @dataclass(frozen=True, eq=False)
-class Polar(WithAngle):
+class Polar(AngleFeature):
     """Polar coordinates of image points about the principal point, s = (rho1, theta1, ...).
 
     rho = sqrt(x^2 + y^2) in the image at unit depth, theta = atan2(y, x) in radians; L is that of
@@ -33,5 +33,5 @@ class Polar(WithAngle):
     array([[0.5   , 0.9273]])
     """
 
-    stage: ClassVar[Stage] = kernels.polar_stage
+    stage: ClassVar[CompiledStage] = kernels.polar_stage
     each: ClassVar[int] = 2

@@ -6,14 +6,14 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from robsim.declare import register
-from robsim.features.of_marks import WithAngle
+from robsim.features.mark_feature import AngleFeature
 from robsim.kernels.features import line_features as kernels
-from robsim.kernels.machine.stage import Stage
+from robsim.kernels.machine.stages import CompiledStage
 
 
 @register("feature", "segments")
 @dataclass(frozen=True, eq=False)
-class Segments(WithAngle):
+class Segments(AngleFeature):
     """Segments between marks 0 and 1, 2 and 3 ..., s = (xc, yc, length, angle, ...), four each.
 
     (xc, yc) is the middle in the image at unit depth, the angle that of the way from the first
@@ -31,6 +31,6 @@ class Segments(WithAngle):
     array([[0.25  , 0.4   , 0.5   , 0.9273]])
     """
 
-    stage: ClassVar[Stage] = kernels.segments_stage
+    stage: ClassVar[CompiledStage] = kernels.segments_stage
     each: ClassVar[int] = 4
     least_marks: ClassVar[int] = 2

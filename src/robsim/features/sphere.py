@@ -5,16 +5,16 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, ClassVar
 
-from robsim.declare import Declared, Length, register
-from robsim.features.compiled import Compiled
+from robsim.declare import DeclaredValue, Length, register
+from robsim.features.compiled_feature import CompiledFeature
 from robsim.features.feature import Tolerance
-from robsim.features.rows import FeatureRows, Seen
+from robsim.features.feature_rows import FeatureRows, ObservationRows
 from robsim.kernels.features import conics as kernels
 
 
 @register("feature", "sphere")
 @dataclass(frozen=True)
-class Sphere(Compiled, Declared):
+class Sphere(CompiledFeature, DeclaredValue):
     """The image of a sphere about mark 0, s = (X, Y, Z) / radius of its centre in camera axes.
 
     The outline of a sphere gives s: its direction is that of the cone of sight, and its length
@@ -37,7 +37,7 @@ class Sphere(Compiled, Declared):
     least_marks: ClassVar[int] = 1
     measures_depth: ClassVar[bool] = True
 
-    def stages(self, seen: Seen) -> FeatureRows:
+    def stages(self, seen: ObservationRows) -> FeatureRows:
         """Add the stages of s and L to a program, and return their rows."""
         given = {"point": seen.points[:1], "depth": seen.depth[:1]}
         radius = seen.program.constant(self.radius)

@@ -6,14 +6,14 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from robsim.declare import register
-from robsim.features.of_marks import OfMarks
+from robsim.features.mark_feature import MarkFeature
 from robsim.kernels.features import point_features as kernels
-from robsim.kernels.machine.stage import Stage
+from robsim.kernels.machine.stages import CompiledStage
 
 
 @register("feature", "spherical")
 @dataclass(frozen=True)
-class Spherical(OfMarks):
+class Spherical(MarkFeature):
     """Unit vectors from the camera to the marks, in camera axes, s = (s1, s2, ...), three each.
 
     L = [-(I - s s')/|P|, [s]x] with the distance |P| = Z sqrt(1 + x^2 + y^2) (Hamel and Mahony
@@ -26,5 +26,5 @@ class Spherical(OfMarks):
     array([[0.6, 0. , 0.8]])
     """
 
-    stage: ClassVar[Stage] = kernels.bearings_stage
+    stage: ClassVar[CompiledStage] = kernels.bearings_stage
     each: ClassVar[int] = 3

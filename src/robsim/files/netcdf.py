@@ -11,14 +11,14 @@ from typing import BinaryIO
 
 import xarray as xr
 
-from robsim.base.arrays import flag
-from robsim.base.errors import FileError, InputError, said
-from robsim.base.output import refused, write_whole
-from robsim.container import ContainerError, read_header, seal
-from robsim.files import index
-from robsim.files.content import TITLES, check_content
-from robsim.files.table import Run
-from robsim.files.unsealed import sealed_copy
+from robsim.base.arrays import as_bool
+from robsim.base.atomic_files import convert_os_errors, write_whole
+from robsim.base.errors import FileError, InputError, format_value
+from robsim.container import ContainerError, append_seal, read_header
+from robsim.files import run_index
+from robsim.files.flat_table import RunDataset
+from robsim.files.foreign_netcdf import make_sealed_copy
+from robsim.files.run_schema import TITLES, check_run_content
 
 SIGNATURE = b"\x89HDF\r\n\x1a\n"
 READERS = {
@@ -40,9 +40,9 @@ def save_run(run: xr.Dataset, path: str | os.PathLike[str]) -> Path:
     True
     """
     if not isinstance(run, xr.Dataset):
-        raise InputError(f"expected a run, a Dataset of simulate, got {said(run)}")
-    with refused(path):
-        return write_whole(path, sealed(run).getbuffer())
+        raise InputError(f"expected a run, a Dataset of simulate, got {format_value(run)}")
+    with convert_os_errors(path):
+        return write_whole(path, seal_run(run).getbuffer())
 
 
 def open_run(path: str | os.PathLike[str], *, unsealed: bool = False) -> xr.Dataset:
@@ -58,32 +58,32 @@ def open_run(path: str | os.PathLike[str], *, unsealed: bool = False) -> xr.Data
     ...
     robsim.base.errors.FileError: no file nothing.nc
     """
-    flag(unsealed, "unsealed")
-    with refused(path, "read"):
+    as_bool(unsealed, "unsealed")
+    with convert_os_errors(path, "read"):
         if not Path(path).is_file():
             raise FileError(f"no file {path}")
-    run = _of_others(path) if unsealed else _read(path)
+    run = _read_foreign_file(path) if unsealed else _read_sealed_file(path)
     try:
-        check_content(run)
+        check_run_content(run)
     except ValueError as problem:
         raise FileError(f"{path} is not a run that RobSim saved: {problem}") from None
     return run
 
 
-def sealed(run: xr.Dataset) -> BytesIO:
+def seal_run(run: xr.Dataset) -> BytesIO:
     """Return the bytes of the file of a run. ValueError or TypeError: it cannot be written."""
     if run.attrs.get("title") in TITLES:
-        check_content(run)
-    entries = [index.Entry.of(name, variable) for name, variable in run.variables.items()]
+        check_run_content(run)
+    entries = [run_index.IndexEntry.of(name, variable) for name, variable in run.variables.items()]
     content = BytesIO()
-    _put_netcdf(run, content)
-    entries = list(_placed(entries, content))
-    index.check_sizes(entries, content.getbuffer().nbytes)
-    seal(content, index.written(entries, run))
+    _write_netcdf(run, content)
+    entries = list(_locate_entries(entries, content))
+    run_index.check_entry_sizes(entries, content.getbuffer().nbytes)
+    append_seal(content, run_index.write_index(entries, run))
     return content
 
 
-def _put_netcdf(run: xr.Dataset, content: BytesIO) -> None:
+def _write_netcdf(run: xr.Dataset, content: BytesIO) -> None:
     """Write NetCDF-4 in memory, where no disk can be full: HDF5 does not survive that."""
     import h5netcdf
     from xarray.backends import H5NetCDFStore
@@ -92,7 +92,9 @@ def _put_netcdf(run: xr.Dataset, content: BytesIO) -> None:
         run.drop_encoding().dump_to_store(H5NetCDFStore(file))
 
 
-def _placed(entries: list[index.Entry], content: BytesIO) -> Iterator[index.Entry]:
+def _locate_entries(
+    entries: list[run_index.IndexEntry], content: BytesIO
+) -> Iterator[run_index.IndexEntry]:
     """Yield entries that say where the numbers are. ValueError: HDF5 has them otherwise."""
     import h5py
 
@@ -104,43 +106,43 @@ def _placed(entries: list[index.Entry], content: BytesIO) -> Iterator[index.Entr
             yield replace(entry, offset=stored.get_offset() or 0)
 
 
-def _read(path: str | os.PathLike[str]) -> Run:
+def _read_sealed_file(path: str | os.PathLike[str]) -> RunDataset:
     """Return the Dataset of a sealed file."""
-    with refused(path, "read"), open(path, "rb") as file:
+    with convert_os_errors(path, "read"), open(path, "rb") as file:
         try:
-            return _of(file)
+            return _read_dataset(file)
         except ContainerError as error:
             if error.lacking and not _is_netcdf(file):
-                raise _no_netcdf(path) from None
+                raise _make_no_run_error(path) from None
             raise FileError(f"{path} {error}; {TRUST}") from None
 
 
-def _of(file: BinaryIO) -> Run:
+def _read_dataset(file: BinaryIO) -> RunDataset:
     """Return the Dataset of an open file. ContainerError: it is not sealed."""
     size, told = read_header(file)
     try:
-        entries, coordinates, attributes = index.read(told, size)
+        entries, coordinates, attributes = run_index.read_index(told, size)
         variables = {each.name: each.variable(file) for each in entries}
         own = {name: variables.pop(name) for name in coordinates}
-        return Run(variables, own, attributes)
+        return RunDataset(variables, own, attributes)
     except (ValueError, TypeError, KeyError, OverflowError) as error:
         raise ContainerError(
             f"has a seal that says of no run what is in it: {error!s:.200}"
         ) from None
 
 
-def _of_others(path: str | os.PathLike[str]) -> Run:
+def _read_foreign_file(path: str | os.PathLike[str]) -> RunDataset:
     """Return the Dataset of a file that may be anybody's."""
-    with refused(path, "read"), open(path, "rb") as file:
+    with convert_os_errors(path, "read"), open(path, "rb") as file:
         if not _is_netcdf(file):
-            raise _no_netcdf(path)
+            raise _make_no_run_error(path)
     try:
-        return _of(BytesIO(sealed_copy(path)))
+        return _read_dataset(BytesIO(make_sealed_copy(path)))
     except FileError as error:
         raise FileError(f"{path} cannot be taken for a run: {error}") from None
 
 
-def _no_netcdf(path: str | os.PathLike[str]) -> FileError:
+def _make_no_run_error(path: str | os.PathLike[str]) -> FileError:
     """Return the error of a file that is no run, which says what reads it if it is a log."""
     reader = READERS.get(Path(path).suffix.lower())
     hint = f"; {reader} makes a run of such a log, and save_run its run.nc" if reader else ""

@@ -9,8 +9,8 @@ import tomllib
 from itertools import accumulate, islice
 from typing import Any
 
-from robsim.base.errors import FileError, said
-from robsim.base.input import read_bytes
+from robsim.base.errors import FileError, format_value
+from robsim.base.file_content import read_bytes
 
 Tables = dict[str, Any]
 SCHEMA = 1
@@ -22,7 +22,7 @@ _DEEP_KEY = re.compile(rf"^[ \t]*\[{{0,2}}[ \t]*(?:{_PART}\.[ \t]*){{7}}", re.MU
 MOST_DEEP = 1000  # of the latter
 
 
-def read_text(path: str | os.PathLike[str]) -> str:
+def read_toml_text(path: str | os.PathLike[str]) -> str:
     """Return the text of a file. FileError: missing, a folder, too large, not UTF-8."""
     data = read_bytes(path, "a TOML file", LARGEST_FILE)
     try:
@@ -35,65 +35,65 @@ def read_text(path: str | os.PathLike[str]) -> str:
         ) from None
 
 
-def parse(text: str, source: str) -> Tables:
+def parse_toml(text: str, source: str) -> Tables:
     """Return the tables of a TOML text. FileError: broken TOML, or another schema."""
     if len(text) > LARGEST_FILE:
         raise FileError(f"{source}: larger than {LARGEST_FILE // 1_000_000} MB")
     if not text.strip():
         raise FileError(f"{source}: empty; a file starts with schema = {SCHEMA}")
     if long := _LONG_KEY.search(text):
-        what, line = said(long[0]), _line(text, long.start())
+        what, line = format_value(long[0]), _get_line_number(text, long.start())
         raise FileError(f"{source}: not a key that could be valid: {what} (line {line})")
     if deep := next(islice(_DEEP_KEY.finditer(text), MOST_DEEP, None), None):
-        line = _line(text, deep.start())
+        line = _get_line_number(text, deep.start())
         raise FileError(f"{source}: more than {MOST_DEEP} keys of 8 parts or more (line {line})")
     try:
         tables = tomllib.loads(text)
     except RecursionError:
-        line = _line(text, _innermost(text))
+        line = _get_line_number(text, _find_deepest_bracket(text))
         raise FileError(f"{source}: brackets are nested too deeply (line {line})") from None
     except tomllib.TOMLDecodeError as error:
-        end = f"(at line {_line(text, len(text))}, the end)"
+        end = f"(at line {_get_line_number(text, len(text))}, the end)"
         reason = str(error).replace("(at end of document)", end)
         raise FileError(f"{source}: not valid TOML: {reason}") from None
     except ValueError:
-        raise FileError(f"{source}: not valid TOML: {_long_number(text)}") from None
-    return _without_schema(tables, source)
+        raise FileError(f"{source}: not valid TOML: {_describe_long_number(text)}") from None
+    return _remove_schema(tables, source)
 
 
-def write(tables: Tables) -> str:
+def write_toml(tables: Tables) -> str:
     """Return the TOML text of tables."""
     import tomli_w
 
     return tomli_w.dumps({"schema": SCHEMA, **tables})
 
 
-def _long_number(text: str) -> str:
+def _describe_long_number(text: str) -> str:
     """Return what is wrong with a number of more digits than Python reads, and its line."""
     most = sys.get_int_max_str_digits()
     found = re.search(rf"[0-9_]{{{most + 1},}}", text)
     at, size = (found.start(), len(found[0])) if found else (0, most + 1)
-    return f"a number of {size} digits; at most {most} are read (line {_line(text, at)})"
+    return f"a number of {size} digits; at most {most} are read (line {_get_line_number(text, at)})"
 
 
-def _line(text: str, at: int) -> int:
+def _get_line_number(text: str, at: int) -> int:
     return text.count("\n", 0, at) + 1
 
 
-def _innermost(text: str) -> int:
+def _find_deepest_bracket(text: str) -> int:
     """Return where the most brackets are open."""
     steps = ((char in "[{") - (char in "]}") for char in text)
     depths = list(accumulate(steps))
     return depths.index(max(depths))
 
 
-def _without_schema(tables: Tables, source: str) -> Tables:
+def _remove_schema(tables: Tables, source: str) -> Tables:
     if "schema" not in tables:
         raise FileError(f"{source}: schema: missing; the first line must be schema = {SCHEMA}")
     number = tables["schema"]
     if type(number) is not int or number != SCHEMA:
         raise FileError(
-            f"{source}: schema: {said(number)} is unknown to this version of RobSim; it reads "
+            f"{source}: schema: {format_value(number)} is unknown to this version of RobSim; it reads "
             f"schema = {SCHEMA}"
         )
     return {key: part for key, part in tables.items() if key != "schema"}

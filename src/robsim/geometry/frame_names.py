@@ -6,10 +6,10 @@ from typing import Any
 
 from robsim.base.errors import FrameError
 
-Names = tuple[str, str]
+FrameNames = tuple[str, str]
 
 
-def checked_names(frames: Any) -> Names | None:
+def check_frame_names(frames: Any) -> FrameNames | None:
     """Return two names as a tuple, or None for None; raise FrameError for anything else."""
     named = isinstance(frames, tuple | list) and [type(f) for f in frames] == [str, str]
     if frames is not None and not named:
@@ -17,7 +17,7 @@ def checked_names(frames: Any) -> Names | None:
     return (frames[0], frames[1]) if named else None
 
 
-def joined_names(left: Names | None, right: Names | None) -> Names | None:
+def join_frame_names(left: FrameNames | None, right: FrameNames | None) -> FrameNames | None:
     """Return the names of T_a_b @ T_b_c; raise FrameError if the inner ones differ."""
     if left is None or right is None:
         return None

@@ -37,12 +37,15 @@ class Hull(NamedTuple):
     def at(self, pose: Pose) -> Self:
         """Return a copy that is moved rigidly by `pose`."""
         R = pose.rotation
-        normals, edges = _units(self.normals @ R.T), _units(self.edges @ R.T)
+        normals, edges = (
+            _normalize_vectors(self.normals @ R.T),
+            _normalize_vectors(self.edges @ R.T),
+        )
         return self._replace(
             points=pose @ self.points, normals=normals, edges=edges, core=R @ self.core
         )
 
 
-def _units(vectors: Array) -> Array:
+def _normalize_vectors(vectors: Array) -> Array:
     units: Array = vectors / np.sqrt((vectors * vectors).sum(axis=-1))[:, None]
     return units

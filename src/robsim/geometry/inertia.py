@@ -8,14 +8,14 @@ from typing import Annotated, Any, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robsim.base.arrays import Array, frozen, numbers, positive
+from robsim.base.arrays import Array, as_floats, as_positive, make_read_only
 from robsim.base.errors import InputError
-from robsim.base.values import Value
+from robsim.base.value import Value
 from robsim.declare import Quantity, Role, Vector
 from robsim.declare.spec import Context
-from robsim.geometry.pose import one_pose
+from robsim.geometry.pose import check_single_pose
 
-SLACK = 1e-9  # fraction of the trace by which rounding may break the triangle inequality
+MOMENT_SLACK = 1e-9  # fraction of the trace by which rounding may break the triangle inequality
 
 
 MOMENTS = Vector("inertia")
@@ -70,13 +70,13 @@ class Inertia(Value):
 
     def __post_init__(self) -> None:
         put = object.__setattr__
-        put(self, "mass", positive(self.mass, "mass"))
-        put(self, "centre", frozen(_array(self.centre, "centre of mass", (3,))))
+        put(self, "mass", as_positive(self.mass, "mass"))
+        put(self, "centre", make_read_only(_read_fixed_array(self.centre, "centre of mass", (3,))))
         if self.tensor is None:
             raise InputError("inertia needs a tensor: 3 x 3, about the centre of mass, in kg m^2")
-        tensor = _array(self.tensor, "inertia tensor", (3, 3))
-        _check_moments(tensor)
-        put(self, "tensor", frozen((tensor + tensor.T) / 2))
+        tensor = _read_fixed_array(self.tensor, "inertia tensor", (3, 3))
+        _check_inertia_tensor(tensor)
+        put(self, "tensor", make_read_only((tensor + tensor.T) / 2))
 
     def __add__(self, other: Inertia) -> Inertia:
         """Return the inertia of two bodies in the same frame that are joined rigidly.
@@ -99,7 +99,7 @@ class Inertia(Value):
         >>> Inertia(1, (1, 0, 0), np.eye(3)).at(Pose.at(0, 2, 0)).centre
         array([1., 2., 0.])
         """
-        moved = one_pose(pose, "pose to move an inertia by")
+        moved = check_single_pose(pose, "pose to move an inertia by")
         R = moved.rotation
         return Inertia(self.mass, moved @ self.centre, R @ self.tensor @ R.T)
 
@@ -110,21 +110,21 @@ class Inertia(Value):
         return grown
 
 
-def _array(value: ArrayLike, what: str, shape: tuple[int, ...]) -> Array:
-    array = numbers(value, what, shape)
+def _read_fixed_array(value: ArrayLike, what: str, shape: tuple[int, ...]) -> Array:
+    array = as_floats(value, what, shape)
     if array.shape != shape:
         raise InputError(f"{what}: expected shape {shape}, got {array.shape}")
     return array
 
 
-def _check_moments(tensor: Array) -> None:
+def _check_inertia_tensor(tensor: Array) -> None:
     """Raise InputError unless a rigid body can have this tensor."""
     skew = np.abs(tensor - tensor.T).max()
-    if skew > SLACK * np.abs(tensor).max():
+    if skew > MOMENT_SLACK * np.abs(tensor).max():
         raise InputError(f"inertia tensor: not symmetric, by {skew:.3g} kg m^2")
     low, middle, high = np.linalg.eigvalsh(tensor)
     moments = f"principal moments {low:.6g}, {middle:.6g}, {high:.6g} kg m^2"
-    if low < -SLACK * high:
+    if low < -MOMENT_SLACK * high:
         raise InputError(f"inertia tensor: {moments}; none can be below 0")
-    if high > (low + middle) * (1 + SLACK):
+    if high > (low + middle) * (1 + MOMENT_SLACK):
         raise InputError(f"inertia tensor: {moments}; none can exceed the sum of the other two")

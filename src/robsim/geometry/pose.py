@@ -8,11 +8,11 @@ from typing import Any, overload
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robsim.base.arrays import Array, frozen, numbers, runs_first, runs_last
+from robsim.base.arrays import Array, as_floats, make_read_only, move_runs_first, move_runs_last
 from robsim.base.errors import InputError
-from robsim.base.warned import warn_of_degrees
-from robsim.geometry.frame_names import checked_names, joined_names
-from robsim.geometry.rotation import ROTATION_TOLERANCE, axis_rotation, check_rigid, rpy_of
+from robsim.base.unit_warnings import warn_of_degrees
+from robsim.geometry.frame_names import check_frame_names, join_frame_names
+from robsim.geometry.rotation import ROTATION_TOLERANCE, axis_rotation, check_rigid, rotation_to_rpy
 from robsim.kernels.formulas import se3
 
 
@@ -37,9 +37,9 @@ class Pose:
     __array_ufunc__ = None  # so that array @ Pose calls __rmatmul__
 
     def __init__(self, matrix: Any, frames: tuple[str, str] | None = None):
-        T = numbers(as_matrix(matrix), "pose", (4, 4))
+        T = as_floats(as_matrix(matrix), "pose", (4, 4))
         check_rigid(T)
-        _set(self, T, frames)
+        _set_pose_slots(self, T, frames)
 
     @classmethod
     def at(
@@ -62,21 +62,25 @@ class Pose:
         array([0., 0., 1.])
         """
         if rotvec is not None:
-            if numbers(rpy, "rpy", (3,)).any():
+            if as_floats(rpy, "rpy", (3,)).any():
                 raise InputError("rpy and rotvec: give one rotation only")
-            turn = numbers(rotvec, "rotvec", (3,))
+            turn = as_floats(rotvec, "rotvec", (3,))
             warn_of_degrees(turn, "rotvec")
-            rotation = _exp(np.concatenate([np.zeros(turn.shape), turn], -1), "rotvec").rotation
+            rotation = _exponentiate_twists(
+                np.concatenate([np.zeros(turn.shape), turn], -1), "rotvec"
+            ).rotation
         else:
-            turn = numbers(rpy, "rpy", (3,))
+            turn = as_floats(rpy, "rpy", (3,))
             warn_of_degrees(turn, "rpy")
             r, p, y_ = np.moveaxis(turn, -1, 0)
             rotation = axis_rotation("z", y_) @ axis_rotation("y", p) @ axis_rotation("x", r)
-        position = _position(x, y, z)
-        lead = common_lead(rotation.shape[:-2], position.shape[:-1], "rotations and positions")
+        position = _stack_positions(x, y, z)
+        lead = broadcast_leading_shape(
+            rotation.shape[:-2], position.shape[:-1], "rotations and positions"
+        )
         T = np.zeros((*lead, 4, 4))
         T[..., :3, :3], T[..., :3, 3], T[..., 3, 3] = rotation, position, 1.0
-        return _make(T, frames)
+        return _make_pose(T, frames)
 
     @classmethod
     def exp(cls, twist: ArrayLike) -> Pose:
@@ -87,7 +91,7 @@ class Pose:
         >>> Pose.exp([1, 0, 0, 0, 0, 0]).position
         array([1., 0., 0.])
         """
-        return _exp(numbers(twist, "twist", (6,)), "twist")
+        return _exponentiate_twists(as_floats(twist, "twist", (6,)), "twist")
 
     @classmethod
     def from_quaternion(cls, position: ArrayLike, quaternion: ArrayLike) -> Pose:
@@ -96,16 +100,16 @@ class Pose:
         >>> Pose.from_quaternion([0, 0, 1], [0, 0, 0, 1]).position
         array([0., 0., 1.])
         """
-        p, c = numbers(position, "position", (3,)), numbers(quaternion, "quaternion", (4,))
+        p, c = as_floats(position, "position", (3,)), as_floats(quaternion, "quaternion", (4,))
         if (np.abs(np.linalg.norm(c, axis=-1) - 1.0) > ROTATION_TOLERANCE).any():
             raise InputError(f"quaternion (x, y, z, w) must have length 1, got {c.tolist()}")
-        lead = common_lead(p.shape[:-1], c.shape[:-1], "position and quaternion")
+        lead = broadcast_leading_shape(p.shape[:-1], c.shape[:-1], "position and quaternion")
         c = c / np.linalg.norm(c, axis=-1, keepdims=True)
         q = np.concatenate([np.broadcast_to(p, (*lead, 3)), np.broadcast_to(c, (*lead, 4))], -1)
-        columns = runs_last(q, 1)
+        columns = move_runs_last(q, 1)
         T = np.empty((3, 4, columns.shape[-1]))
-        se3.from_quaternion(columns, T)
-        return _make(homogeneous(T, lead), None)
+        se3.pose_from_quaternion(columns, T)
+        return _make_pose(homogeneous_matrix(T, lead), None)
 
     @property
     def position(self) -> Array:
@@ -120,23 +124,23 @@ class Pose:
     @property
     def quaternion(self) -> Array:
         """The unit quaternion (..., 4) = (x, y, z, w) with w >= 0."""
-        T = runs_last(self.matrix[..., :3, :], 2)
+        T = move_runs_last(self.matrix[..., :3, :], 2)
         out = np.empty((4, T.shape[-1]))
         se3.rotation_to_quaternion(T, out)
-        return runs_first(out, self.matrix.shape[:-2])
+        return move_runs_first(out, self.matrix.shape[:-2])
 
     @property
     def rotvec(self) -> Array:
         """The rotation vector theta u (..., 3) in radians, with theta in [0, pi]."""
-        quaternion = runs_last(self.quaternion, 1)
+        quaternion = move_runs_last(self.quaternion, 1)
         out = np.empty((3, quaternion.shape[-1]))
         se3.rotation_vector(quaternion, out)
-        return runs_first(out, self.matrix.shape[:-2])
+        return move_runs_first(out, self.matrix.shape[:-2])
 
     @property
     def rpy(self) -> Array:
         """Roll, pitch and yaw (3,) in radians of a single pose: R = Rz(yaw) Ry(pitch) Rx(roll)."""
-        return np.array(rpy_of(self.rotation))
+        return np.array(rotation_to_rpy(self.rotation))
 
     def revised(self, **changes: Any) -> Pose:
         """Return a copy with another position, rotation, rpy or rotvec, of one pose or of more."""
@@ -144,7 +148,9 @@ class Pose:
             return Pose.at(*np.moveaxis(self.position, -1, 0), **changes)
         position = np.asarray(changes.get("position", self.position), dtype=float)
         rotation = np.asarray(changes.get("rotation", self.rotation), dtype=float)
-        lead = common_lead(rotation.shape[:-2], position.shape[:-1], "rotations and positions")
+        lead = broadcast_leading_shape(
+            rotation.shape[:-2], position.shape[:-1], "rotations and positions"
+        )
         T = np.zeros((*lead, 4, 4))
         T[..., :3, :3], T[..., :3, 3], T[..., 3, 3] = rotation, position, 1.0
         return Pose(T)
@@ -168,7 +174,7 @@ class Pose:
         T = np.zeros_like(self.matrix)
         T[..., :3, :3], T[..., 3, 3] = R, 1.0
         T[..., :3, 3] = -(R @ self.position[..., None])[..., 0]
-        return _make(T, self.frames[::-1] if self.frames else None)
+        return _make_pose(T, self.frames[::-1] if self.frames else None)
 
     @overload
     def __matmul__(self, other: Pose) -> Pose: ...
@@ -180,16 +186,16 @@ class Pose:
             return other.at(self)  # a primitive, a robot
         if isinstance(other, Pose) or is_pose_like(other):
             right = as_pose(other)
-            frames = joined_names(self.frames, right.frames)
+            frames = join_frame_names(self.frames, right.frames)
             lead = self.matrix.shape[:-2], right.matrix.shape[:-2]
-            common_lead(*lead, "poses that are joined")
+            broadcast_leading_shape(*lead, "poses that are joined")
             with np.errstate(over="ignore", invalid="ignore"):  # which is told
                 product = self.matrix @ right.matrix
-            return _make(_told(product, "product of poses"), frames)
-        points = numbers(other, "points", (3,))
+            return _make_pose(_check_finite_pose(product, "product of poses"), frames)
+        points = as_floats(other, "points", (3,))
         if points.ndim == 1:
             return (self.rotation @ points) + self.position
-        common_lead(self.matrix.shape[:-2], points.shape[:-2], "poses and points")
+        broadcast_leading_shape(self.matrix.shape[:-2], points.shape[:-2], "poses and points")
         return points @ np.swapaxes(self.rotation, -1, -2) + self.position[..., None, :]
 
     def __rmatmul__(self, other: Any) -> Pose:
@@ -205,10 +211,10 @@ class Pose:
             chosen = np.arange(math.prod(lead)).reshape(lead)[index]
         except IndexError as error:
             raise InputError(f"a batch of poses of shape {lead}: {error}") from None
-        return _make(self.matrix.reshape(-1, 4, 4)[chosen], self.frames)
+        return _make_pose(self.matrix.reshape(-1, 4, 4)[chosen], self.frames)
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return _make, (np.array(self.matrix), self.frames)
+        return _make_pose, (np.array(self.matrix), self.frames)
 
     def __array__(self, dtype: Any = None, copy: bool | None = None) -> Array:
         return np.array(self.matrix, dtype=dtype)
@@ -237,28 +243,28 @@ class Pose:
         return f"<Pose{name} position {p.tolist()} rotvec {w.tolist()}>"
 
 
-def _exp(V: Array, what: str) -> Pose:
+def _exponentiate_twists(V: Array, what: str) -> Pose:
     """Return the motions of twists (..., 6); InputError names `what` if one is not finite."""
-    columns = runs_last(V, 1)
+    columns = move_runs_last(V, 1)
     T = np.empty((3, 4, columns.shape[-1]))
-    se3.exp(columns, T)
-    return _make(homogeneous(_told(T, what), V.shape[:-1]), None)
+    se3.exp_se3(columns, T)
+    return _make_pose(homogeneous_matrix(_check_finite_pose(T, what), V.shape[:-1]), None)
 
 
-def _told(T: Array, what: str) -> Array:
+def _check_finite_pose(T: Array, what: str) -> Array:
     """Return an array, or raise an InputError that names `what` if it overflowed."""
     if not np.isfinite(T).all():
         raise InputError(f"{what}: too large, so that the pose is not finite")
     return T
 
 
-def _position(x: ArrayLike, y: ArrayLike, z: ArrayLike) -> Array:
+def _stack_positions(x: ArrayLike, y: ArrayLike, z: ArrayLike) -> Array:
     """Return positions (..., 3) from numbers or batches of numbers."""
     given: Any = (x, y, z)
     if all(isinstance(each, int | float) for each in given):
-        return numbers(given, "position", (3,))
+        return as_floats(given, "position", (3,))
     each = [
-        numbers(value, f"position {name}", ()) for name, value in zip("xyz", given, strict=True)
+        as_floats(value, f"position {name}", ()) for name, value in zip("xyz", given, strict=True)
     ]
     try:
         return np.stack(np.broadcast_arrays(*each), axis=-1)
@@ -267,7 +273,7 @@ def _position(x: ArrayLike, y: ArrayLike, z: ArrayLike) -> Array:
         raise InputError(f"position: batches of unequal shapes {shapes}") from None
 
 
-def common_lead(a: tuple[int, ...], b: tuple[int, ...], what: str) -> tuple[int, ...]:
+def broadcast_leading_shape(a: tuple[int, ...], b: tuple[int, ...], what: str) -> tuple[int, ...]:
     """Return the leading shape of two batches, or raise an InputError that names them."""
     if a == b:
         return a
@@ -282,7 +288,7 @@ def as_pose(value: Any) -> Pose:
     return value if isinstance(value, Pose) else Pose(value)
 
 
-def one_pose(value: Any, what: str) -> Pose:
+def check_single_pose(value: Any, what: str) -> Pose:
     """Return a single pose, or raise an InputError that names `what`."""
     try:
         pose = as_pose(value)
@@ -302,7 +308,7 @@ def as_matrix(value: Any) -> Any:
     return getattr(value, "A", value)  # spatialmath.SE3 keeps its array as .A
 
 
-def homogeneous(T: Array, lead: tuple[int, ...] = (-1,)) -> Array:
+def homogeneous_matrix(T: Array, lead: tuple[int, ...] = (-1,)) -> Array:
     """Return matrices (3, 4, b) of the kernels as homogeneous ones (*lead, 4, 4)."""
     out = np.zeros((T.shape[-1], 4, 4))
     out[:, :3], out[:, 3, 3] = np.moveaxis(T, -1, 0), 1.0
@@ -320,16 +326,16 @@ def is_pose_like(value: Any) -> bool:
         return False
 
 
-def _make(T: Array, frames: tuple[str, str] | None) -> Pose:
+def _make_pose(T: Array, frames: tuple[str, str] | None) -> Pose:
     """Return a Pose with a matrix that is known to be rigid."""
     pose = object.__new__(Pose)
-    _set(pose, T, frames)
+    _set_pose_slots(pose, T, frames)
     return pose
 
 
-def _set(pose: Pose, T: Array, frames: tuple[str, str] | None) -> None:
-    object.__setattr__(pose, "matrix", frozen(T))
-    object.__setattr__(pose, "frames", checked_names(frames))
+def _set_pose_slots(pose: Pose, T: Array, frames: tuple[str, str] | None) -> None:
+    object.__setattr__(pose, "matrix", make_read_only(T))
+    object.__setattr__(pose, "frames", check_frame_names(frames))
 
 
 IDENTITY = Pose.at()

@@ -8,13 +8,13 @@ from typing import Annotated, Any, ClassVar
 
 import numpy as np
 
-from robsim.declare import ListOf, Number, Stacked, Table, Vector
-from robsim.declare.problems import under
-from robsim.declare.spec import Context, NoText
-from robsim.geometry.angles import angles_of
-from robsim.geometry.pose import Pose, one_pose
+from robsim.declare import ListOf, Number, PerRun, Table, Vector
+from robsim.declare.problems import prefix_path
+from robsim.declare.spec import Context, NoTextError
+from robsim.geometry.angles import find_exact_angles
+from robsim.geometry.pose import Pose, check_single_pose
 
-ROTATION = ListOf(ListOf(Number(), 3, 3), 3, 3)
+ROTATION_ROWS = ListOf(ListOf(Number(), 3, 3), 3, 3)
 
 
 @dataclass(frozen=True)
@@ -26,21 +26,23 @@ class PoseTable:
     }
     rivals: ClassVar[Any] = ((("rpy",), ("rotvec",), ("rotation",)),)
 
-    position: Annotated[Any, Vector("length"), Stacked((3,)), "Where the origin is."] = None
+    position: Annotated[Any, Vector("length"), PerRun((3,)), "Where the origin is."] = None
     rpy: Annotated[
-        Any, Vector("angle"), Stacked((3,)), "Roll, pitch and yaw: R = Rz(yaw) Ry(pitch) Rx(roll)."
+        Any, Vector("angle"), PerRun((3,)), "Roll, pitch and yaw: R = Rz(yaw) Ry(pitch) Rx(roll)."
     ] = None
     rotvec: Annotated[
-        Any, Vector("angle"), Stacked((3,)), "The axis of the rotation times its angle."
+        Any, Vector("angle"), PerRun((3,)), "The axis of the rotation times its angle."
     ] = None
-    rotation: Annotated[Any, ROTATION, Stacked((3, 3)), "The rotation matrix, row by row."] = None
+    rotation: Annotated[Any, ROTATION_ROWS, PerRun((3, 3)), "The rotation matrix, row by row."] = (
+        None
+    )
 
     @classmethod
     def of(cls, value: Pose, c: Context) -> PoseTable:
         """Return the table that describes a pose, where it is not at the origin or turned."""
         T = value.matrix
         if T.ndim > 2:
-            raise NoText(f"a text holds one pose, not a batch of shape {T.shape[:-2]}")
+            raise NoTextError(f"a text holds one pose, not a batch of shape {T.shape[:-2]}")
         if c.facts.get("by_hand"):
             return cls(value.position, rotvec=value.rotvec)
         whole = c.facts.get("changes")  # in which nothing goes without saying
@@ -48,7 +50,7 @@ class PoseTable:
         position = value.position if moved or whole else None
         if value.rotation.tobytes() == np.eye(3).tobytes() and not whole:
             return cls(position)
-        angles = angles_of(value) if c.facts.get("short") else None
+        angles = find_exact_angles(value) if c.facts.get("short") else None
         key, numbers = angles or ("rotation", value.rotation.tolist())
         return cls(position, **{key: numbers})
 
@@ -63,7 +65,7 @@ class PoseTable:
             )
         if self.position is not None:
             T[:3, 3] = self.position
-        with under("rotation"):
+        with prefix_path("rotation"):
             return Pose(T)
 
 
@@ -77,7 +79,7 @@ class PoseSpec(Table):
     python_phrase: ClassVar[str] = "a Pose"
 
     def check(self, value: Any, what: str) -> Pose:
-        return one_pose(value, what)
+        return check_single_pose(value, what)
 
     def parts(self, keys: list[str], value: Any, c: Context) -> list[Any]:
         return [] if value is None else super().parts(keys, value, c)

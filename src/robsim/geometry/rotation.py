@@ -24,13 +24,13 @@ def axis_rotation(axis: str, angle: Any) -> Array:
     return R
 
 
-def rpy_of(R: Array) -> tuple[float, float, float]:
+def rotation_to_rpy(R: Array) -> tuple[float, float, float]:
     """Return roll, pitch and yaw of R = Rz(y) Ry(p) Rx(r), accurate to rounding everywhere.
 
     Yaw first, from the first column, and the others from Rz(-y) R = Ry(p) Rx(r): near p = +-90
     degrees, where yaw is any number, the roll then fits it.
 
-    >>> rpy_of(axis_rotation("y", np.pi / 2))[1] == np.pi / 2
+    >>> rotation_to_rpy(axis_rotation("y", np.pi / 2))[1] == np.pi / 2
     True
     """
     y = math.atan2(R[1, 0], R[0, 0])
@@ -57,26 +57,26 @@ def check_rigid(T: Array) -> None:
     """Raise InputError unless T (..., 4, 4) are rigid transforms."""
     one = T.ndim == 2  # then of plain floats, which take a tenth of the time of small arrays
     rows: Any = T.tolist() if one else np.moveaxis(T, (-2, -1), (0, 1))
-    largest: Callable[[Iterable[Any]], float] = max if one else _largest
+    largest: Callable[[Iterable[Any]], float] = max if one else _max_without_warnings
     x, y, z = zip(*(row[:3] for row in rows[:3]), strict=True)
     pairs = (x, x, 1.0), (y, y, 1.0), (z, z, 1.0), (x, y, 0.0), (y, z, 0.0), (z, x, 0.0)
-    off = largest(abs(_dot(a, b) - wanted) for a, b, wanted in pairs)
+    off = largest(abs(_dot_product_3d(a, b) - wanted) for a, b, wanted in pairs)
     if not off <= ROTATION_TOLERANCE:
         raise InputError(
             f"not a rotation: R'R differs from the identity by {off:.2g} "
             f"(allowed {ROTATION_TOLERANCE:g})"
         )
     normal = [y[i - 2] * z[i - 1] - y[i - 1] * z[i - 2] for i in range(3)]
-    if largest([-_dot(x, normal)]) > 0:
+    if largest([-_dot_product_3d(x, normal)]) > 0:
         raise InputError("not a rotation but a reflection: det R = -1")
     if largest(abs(n - w) for n, w in zip(rows[3], (0.0, 0.0, 0.0, 1.0), strict=True)) > 0:
         raise InputError("the last row of a pose must be 0 0 0 1")
 
 
-def _dot(a: Sequence[Any], b: Sequence[Any]) -> Any:
+def _dot_product_3d(a: Sequence[Any], b: Sequence[Any]) -> Any:
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
-def _largest(values: Iterable[Any]) -> float:
+def _max_without_warnings(values: Iterable[Any]) -> float:
     with np.errstate(over="ignore", invalid="ignore"):
         return float(np.max(list(values), initial=0.0))

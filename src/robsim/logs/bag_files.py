@@ -9,9 +9,9 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, Literal, NamedTuple, Self
 
-from robsim.base.errors import FileError, RobSimError, naming
-from robsim.base.output import refused
-from robsim.logs import messages, unpacking
+from robsim.base.atomic_files import convert_os_errors
+from robsim.base.errors import FileError, RobSimError, prefix_errors
+from robsim.logs import message_types, zstd
 from robsim.run.log import NANO
 
 Clock = Literal["header", "log"]
@@ -20,7 +20,7 @@ MOST = 20_000_000  # messages
 LARGEST = 1 << 30  # bytes of a chunk of MCAP, once it is unpacked
 
 
-class Timed(NamedTuple):
+class RecordedMessage(NamedTuple):
     """A message, the time in nanoseconds at which it was recorded, and that in its header."""
 
     logged: int
@@ -28,7 +28,7 @@ class Timed(NamedTuple):
     message: Any
 
 
-class At(NamedTuple):
+class TimedMessage(NamedTuple):
     """A message at a time in nanoseconds."""
 
     time: int
@@ -40,12 +40,12 @@ class At(NamedTuple):
         return f"at {self.time / NANO:.9g} s"
 
 
-def at_times(messages: Sequence[Timed], clock: Clock) -> Iterator[At]:
+def assign_times(messages: Sequence[RecordedMessage], clock: Clock) -> Iterator[TimedMessage]:
     """Yield messages with their times: those of the headers, where these have any."""
     stamped = clock == "header" and any(each.stamped for each in messages)
     for each in messages:
         time = each.stamped if stamped else None
-        yield At(each.logged if time is None else time, each.message)
+        yield TimedMessage(each.logged if time is None else time, each.message)
 
 
 class Bag:
@@ -55,8 +55,8 @@ class Bag:
     """
 
     def __init__(self, path: str | os.PathLike[str]) -> None:
-        self.path, self._files = path, list(_files(path))
-        self._store = messages.typestore()
+        self.path, self._files = path, list(_list_bag_files(path))
+        self._store = message_types.load_typestore()
         self._open, self._places = ExitStack(), [str(path)]
         self._readers: list[Any] = []
         self.topics: dict[str, str] = {}
@@ -67,11 +67,13 @@ class Bag:
         with ExitStack() as stack:
             self._places.append(stack.enter_context(TemporaryDirectory(prefix="robsim-")))
             for file in self._files:
-                with naming(str(self.path)), self._readable():
-                    reader = stack.enter_context(Reader(unpacking.unpacked(file, self._places[-1])))
-                    _check_size(reader)
+                with prefix_errors(str(self.path)), self._readable():
+                    reader = stack.enter_context(
+                        Reader(zstd.decompress_file(file, self._places[-1]))
+                    )
+                    _check_chunk_size(reader)
                     self._readers.append(reader)
-            with naming(str(self.path)):
+            with prefix_errors(str(self.path)):
                 self._note_topics()
             self._open = stack.pop_all()
         return self
@@ -79,19 +81,23 @@ class Bag:
     def __exit__(self, *_: object) -> None:
         self._open.close()
 
-    def messages(self, *topics: str) -> Iterator[tuple[str, Timed]]:
+    def messages(self, *topics: str) -> Iterator[tuple[str, RecordedMessage]]:
         """Yield the messages of some topics, with these, in the order in which they came."""
         for reader in self._readers:
             with self._readable():
                 some = [each for each in reader.connections if each.topic in topics]
                 for each in some:
-                    definition = _definition(each)
-                    messages.check_definition(each.msgtype, definition, f"topic {each.topic}")
+                    definition = _message_definition(each)
+                    message_types.check_message_definition(
+                        each.msgtype, definition, f"topic {each.topic}"
+                    )
                 for connection, logged, data in reader.messages(some) if some else ():
                     with self._readable(connection.topic):
-                        plain = unpacking.message(data)
+                        plain = zstd.decompress_message(data)
                         found = self._store.deserialize_cdr(plain, connection.msgtype)
-                        timed = Timed(int(logged), messages.stamp_of(found), found)
+                        timed = RecordedMessage(
+                            int(logged), message_types.header_time(found), found
+                        )
                     yield connection.topic, timed
 
     def _note_topics(self) -> None:
@@ -125,42 +131,42 @@ class Bag:
             ) from None
 
 
-def _files(path: str | os.PathLike[str]) -> list[Path]:
+def _list_bag_files(path: str | os.PathLike[str]) -> list[Path]:
     """Return the files of a bag, in the order in which they were written."""
-    with refused(path, "read"):
+    with convert_os_errors(path, "read"):
         there = Path(path)
         if not there.exists():
             raise FileError(f"no file {path}")
         if there.is_file():
-            if _plain(there).suffix not in SUFFIXES:
+            if _strip_compression(there).suffix not in SUFFIXES:
                 raise FileError(f"{path}: expected a folder, or a .mcap or .db3 file")
             return [there]
-        found = {_plain(file): file for file in sorted(there.iterdir(), reverse=True)}
+        found = {_strip_compression(file): file for file in sorted(there.iterdir(), reverse=True)}
     files = [file for plain, file in found.items() if plain.suffix in SUFFIXES]
     if not files:
         raise FileError(f"{path}: no .mcap or .db3 file in this folder")
-    return sorted(files, key=lambda file: _number(_plain(file)))
+    return sorted(files, key=lambda file: _part_number(_strip_compression(file)))
 
 
-def _plain(file: Path) -> Path:
+def _strip_compression(file: Path) -> Path:
     """Return the name of a file without that of its compression."""
-    return file.with_suffix("") if file.suffix == unpacking.SUFFIX else file
+    return file.with_suffix("") if file.suffix == zstd.SUFFIX else file
 
 
-def _number(file: Path) -> tuple[int, str]:
+def _part_number(file: Path) -> tuple[int, str]:
     """Return the number behind the name of a part of a bag."""
     last = file.stem.rsplit("_", maxsplit=1)[-1]
     return (int(last) if last.isascii() and last.isdigit() and len(last) < 10 else 0), file.name
 
 
-def _check_size(reader: Any) -> None:
+def _check_chunk_size(reader: Any) -> None:
     """Raise FileError if a chunk would need too much memory."""
     sizes = [each.uncompressed_size for each in getattr(reader.storage, "chunks", ())]
     if max(sizes, default=0) > LARGEST:
         raise FileError(f"a chunk of {max(sizes)} bytes; at most {LARGEST} are read")
 
 
-def _definition(connection: Any) -> str:
+def _message_definition(connection: Any) -> str:
     """Return how a bag defines the messages of a connection; empty unless it is in .msg form."""
     from rosbags.interfaces import MessageDefinitionFormat
 

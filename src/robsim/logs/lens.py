@@ -9,11 +9,13 @@ import numpy as np
 
 from robsim.base.arrays import Array
 from robsim.base.errors import FileError
-from robsim.logs.bag_files import At
+from robsim.logs.bag_files import TimedMessage
 from robsim.vision.camera import Camera
 
 
-def check_lens(what: str, found: Iterable[At], name: str, camera: Camera) -> Array | None:
+def check_camera_info(
+    what: str, found: Iterable[TimedMessage], name: str, camera: Camera
+) -> Array | None:
     """Return the intrinsics (3, 3) of a camera's messages; None where they say of none.
 
     FileError: it changes them or its size, or has another size than the camera of the experiment.

@@ -8,20 +8,25 @@ from typing import Any
 
 import numpy as np
 
-from robsim.base.arrays import Array, numbers, positive
-from robsim.base.errors import InputError, RobSimError, check_known, said
-from robsim.logs import messages, write_commands
-from robsim.logs.bag_files import At
-from robsim.logs.called import joints_called, mark_ids
-from robsim.logs.joints import Joints
-from robsim.logs.places import Places
-from robsim.logs.seen import image
-from robsim.logs.twists import components
-from robsim.run.control.controller import Controller
-from robsim.run.control.marks import Marks
+from robsim.base.arrays import Array, as_floats, as_positive
+from robsim.base.errors import InputError, RobSimError, check_known, format_value
+from robsim.logs import command_messages, message_types
+from robsim.logs.bag_files import TimedMessage
+from robsim.logs.detections import read_marks
+from robsim.logs.joint_states import JointValues
+from robsim.logs.name_map import map_joint_names, map_mark_ids
+from robsim.logs.tf_poses import BodyPoses
+from robsim.logs.twists import twist_components
+from robsim.run.control.mark_input import Marks
+from robsim.run.control.standalone_controller import Controller
 from robsim.run.log import NANO
 
-KINDS = messages.NUMBERS, messages.JOINTS, messages.TRAJECTORY, *messages.TWISTS
+COMMAND_TYPES = (
+    message_types.NUMBERS,
+    message_types.JOINTS,
+    message_types.TRAJECTORY,
+    *message_types.TWISTS,
+)
 
 
 class RosMessages:
@@ -62,15 +67,20 @@ class RosMessages:
         make: Callable[..., Any] | None = None,
     ) -> None:
         if not isinstance(controller, Controller):
-            raise InputError(f"expected a Controller, got {said(controller)}")
-        self.controller, self._make = controller, messages.message if make is None else make
-        scene, called = controller.scene, joints_called(names, controller.scene)
+            raise InputError(f"expected a Controller, got {format_value(controller)}")
+        self.controller, self._make = (
+            controller,
+            message_types.make_message if make is None else make,
+        )
+        scene, called = controller.scene, map_joint_names(names, controller.scene)
         self._called = [called.get(name, name) for name in scene.coordinate_names]
-        self._joints, self._q = Joints(self._called, "position"), np.empty(0)
-        self._places = Places(scene, called, frames)
-        self._ids = {name: mark_ids(controller, name, marks) for name in controller.cameras}
+        self._joints, self._q = JointValues(self._called, "position"), np.empty(0)
+        self._places = BodyPoses(scene, called, frames)
+        self._ids = {name: map_mark_ids(controller, name, marks) for name in controller.cameras}
         self._commanded = [called.get(name, name) for name in controller.velocity_names]
-        self.order = tuple(self._commanded if order is None else _order(order, self._commanded))
+        self.order = tuple(
+            self._commanded if order is None else _check_joint_order(order, self._commanded)
+        )
 
     @property
     def roams(self) -> bool:
@@ -82,9 +92,9 @@ class RosMessages:
 
         InputError: it is no message with times.
         """
-        with _reading(message, "with a time"):
+        with _convert_errors(message, "with a time"):
             every = getattr(message, "transforms", None)
-            times = [_stamp(each) for each in ([message] if every is None else every)]
+            times = [_message_time(each) for each in ([message] if every is None else every)]
         return max(times, default=0) / NANO or None
 
     def joints(self, message: Any) -> Array | None:
@@ -92,10 +102,10 @@ class RosMessages:
 
         InputError: a joint that is there twice, or a number that is not finite.
         """
-        with _reading(message, "JointState"):
+        with _convert_errors(message, "JointState"):
             if len(message.position):
                 self._places.leave_out(message.name)
-            return self._taken("JointState", At(_stamp(message), message))
+            return self._taken("JointState", TimedMessage(_message_time(message), message))
 
     def frames(self, message: Any, still: bool = False) -> Array | None:
         """Return coordinates (nq,) of the scene, of a TFMessage; None until all are known.
@@ -103,7 +113,7 @@ class RosMessages:
         It says where bodies are that drive or fly, as long as no JointState does. Those of
         /tf_static are `still`, and move nothing: None. InputError: a transform is no pose.
         """
-        with _reading(message, "TFMessage"):
+        with _convert_errors(message, "TFMessage"):
             if still:
                 self._places.still("TFMessage", message.transforms)
                 return None
@@ -123,15 +133,17 @@ class RosMessages:
         eye = self._camera(camera)
         ids, sizes = self._ids[eye]
         others: dict[str, None] = {}
-        with _reading(message, "of detections"):
-            at = At(_stamp(message), message)
-            found = image(f"marks of '{eye}'", at, ids, sizes, others)
+        with _convert_errors(message, "of detections"):
+            at = TimedMessage(_message_time(message), message)
+            found = read_marks(f"marks of '{eye}'", at, ids, sizes, others)
         time = at.time / NANO or t
         if time is None:
             raise InputError("the message has no time of its own: give t")
         return Marks({**found, **others}, time)
 
-    def command(self, velocities: Any, kind: str = messages.NUMBERS, ahead: float = 0.1) -> Any:
+    def command(
+        self, velocities: Any, kind: str = message_types.NUMBERS, ahead: float = 0.1
+    ) -> Any:
         """Return a message that commands velocities (n,) of the controller.
 
         kind   "std_msgs/msg/Float64MultiArray", of a forward_command_controller;
@@ -141,30 +153,34 @@ class RosMessages:
 
         InputError: another type, or one that the scene has nothing for.
         """
-        given = numbers(velocities, "velocities", (len(self._commanded),))
-        check_known(kind, KINDS, "no command of type {}", "types")
-        if kind in messages.TWISTS:
+        given = as_floats(velocities, "velocities", (len(self._commanded),))
+        check_known(kind, COMMAND_TYPES, "no command of type {}", "types")
+        if kind in message_types.TWISTS:
             return self._twist(given, kind)
         by_name = dict(zip(self._commanded, given.tolist(), strict=True))
         velocity = np.array([by_name.get(name, 0.0) for name in self.order])
-        if kind == messages.NUMBERS:
-            return write_commands.numbers(self._make, velocity)
-        if kind == messages.JOINTS:
-            return write_commands.joint_state(self._make, 0, self.order, np.empty(0), velocity)
-        after = round(positive(ahead, "ahead (seconds)") * NANO)
-        return write_commands.trajectory(self._make, self.order, self._positions(), velocity, after)
+        if kind == message_types.NUMBERS:
+            return command_messages.make_number_array(self._make, velocity)
+        if kind == message_types.JOINTS:
+            return command_messages.make_joint_state(
+                self._make, 0, self.order, np.empty(0), velocity
+            )
+        after = round(as_positive(ahead, "ahead (seconds)") * NANO)
+        return command_messages.make_trajectory(
+            self._make, self.order, self._positions(), velocity, after
+        )
 
-    def _taken(self, what: str, at: At) -> Array | None:
+    def _taken(self, what: str, at: TimedMessage) -> Array | None:
         found = self._joints.take(what, at)
         self._q = self._q if found is None else found
         return found
 
     def _twist(self, velocity: Array, kind: str) -> Any:
-        parts = components(self.controller.velocity_names)
-        found = write_commands.twist(self._make, velocity, parts)
-        if kind == messages.TWIST:
+        parts = twist_components(self.controller.velocity_names)
+        found = command_messages.make_twist(self._make, velocity, parts)
+        if kind == message_types.TWIST:
             return found
-        return self._make(kind, header=write_commands.header(self._make, 0), twist=found)
+        return self._make(kind, header=command_messages.make_header(self._make, 0), twist=found)
 
     def _positions(self) -> Array:
         """Return where the joints of a command are. InputError: that is not known."""
@@ -182,18 +198,18 @@ class RosMessages:
         return str(camera)
 
 
-def _order(order: Any, commanded: Sequence[str]) -> Sequence[str]:
+def _check_joint_order(order: Any, commanded: Sequence[str]) -> Sequence[str]:
     """Return the names of joints in a command. InputError: one of those commanded lacks."""
     if not isinstance(order, list | tuple) or not all(isinstance(name, str) for name in order):
-        raise InputError(f"order: expected names of joints, got {said(order)}")
+        raise InputError(f"order: expected names of joints, got {format_value(order)}")
     for name in commanded:
         if list(order).count(name) != 1:
-            raise InputError(f"order: expected joint {name} once, got {said(list(order))}")
+            raise InputError(f"order: expected joint {name} once, got {format_value(list(order))}")
     return tuple(order)
 
 
 @contextmanager
-def _reading(message: Any, kind: str) -> Iterator[None]:
+def _convert_errors(message: Any, kind: str) -> Iterator[None]:
     """Raise InputError for a message that lacks a field, or holds something else in it."""
     try:
         yield
@@ -201,9 +217,9 @@ def _reading(message: Any, kind: str) -> Iterator[None]:
         raise
     except (AttributeError, TypeError, ValueError) as error:
         raise InputError(
-            f"expected a message {kind}, got {said(message)}: {error!s:.100}"
+            f"expected a message {kind}, got {format_value(message)}: {error!s:.100}"
         ) from None
 
 
-def _stamp(message: Any) -> int:
-    return messages.stamp_of(message) or 0
+def _message_time(message: Any) -> int:
+    return message_types.header_time(message) or 0

@@ -11,15 +11,15 @@ import numpy as np
 import xarray as xr
 
 from robsim.base.arrays import Array
-from robsim.base.errors import FileError, InputError, naming, said, suggest
-from robsim.base.output import refused
-from robsim.base.units import Dimension, factor
-from robsim.logs.called import names_called
-from robsim.run.checks import of_kind
-from robsim.run.control.controller import Controller
+from robsim.base.atomic_files import convert_os_errors
+from robsim.base.errors import FileError, InputError, format_value, prefix_errors, suggest_names
+from robsim.base.si_units import Dimension, get_unit_factor
+from robsim.logs.name_map import check_name_map
+from robsim.run.control.standalone_controller import Controller
 from robsim.run.experiment import Experiment
 from robsim.run.log import NANO, Log, Stream, Times
-from robsim.run.recorded import recorded
+from robsim.run.run_checks import check_instance
+from robsim.run.run_from_log import make_run_from_log
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -34,7 +34,7 @@ DIMENSIONS: dict[str, Dimension] = {
 }
 
 
-class Column(NamedTuple):
+class LogColumn(NamedTuple):
     """A column of a log: the group that it belongs to, and its unit in a run."""
 
     group: str
@@ -63,47 +63,47 @@ def read_log(
     FileError: a file that cannot be read, or a column that lacks; InputError: units or names that
     do not exist.
 
-    >>> from robsim import examples, load_scenario, table
+    >>> from robsim import examples, load_scenario, to_table
     >>> experiment = load_scenario(examples.path("visp_tutorial"))
     >>> run = experiment.run(duration=0.4)
-    >>> table(run).to_csv("log.csv", index=False)
+    >>> to_table(run).to_csv("log.csv", index=False)
     >>> bool((read_log("log.csv", experiment).q == run.q).all())
     True
     """
-    made = of_kind(experiment, Experiment, "experiment")
-    known = _columns(made)
-    name, found = _table(path)
-    with naming(name):
-        own, scales = _named(found, known, columns), _scales(known, units)
-        return recorded(_log(name, own, made, scales), made)
+    made = check_instance(experiment, Experiment, "experiment")
+    known = _list_log_columns(made)
+    name, found = _open_table(path)
+    with prefix_errors(name):
+        own, scales = _select_columns(found, known, columns), _unit_factors(known, units)
+        return make_run_from_log(_build_log(name, own, made, scales), made)
 
 
-def _columns(experiment: Experiment) -> dict[str, Column]:
+def _list_log_columns(experiment: Experiment) -> dict[str, LogColumn]:
     """Return the columns that a log may have."""
     scene = experiment.scene
     marks = sum(len(sight.target.marks) for sight in Controller(experiment).sights)
     q = zip(scene.coordinate_names, scene.coordinate_units, strict=True)
     qd = list(zip(scene.velocity_names, scene.velocity_units, strict=True))
     return {
-        "time": Column("time", "s"),
-        **{f"q[{name}]": Column("q", unit) for name, unit in q},
-        **{f"{of}[{name}]": Column(of, unit) for of in ("qd", "qd_actual") for name, unit in qd},
-        **{f"pixels[{i},{axis}]": Column("pixels", "px") for i in range(marks) for axis in AXES},
+        "time": LogColumn("time", "s"),
+        **{f"q[{name}]": LogColumn("q", unit) for name, unit in q},
+        **{f"{of}[{name}]": LogColumn(of, unit) for of in ("qd", "qd_actual") for name, unit in qd},
+        **{f"pixels[{i},{axis}]": LogColumn("pixels", "px") for i in range(marks) for axis in AXES},
     }
 
 
 AXES = ("column", "row")
 
 
-def _table(path: Any) -> tuple[str, pd.DataFrame]:
+def _open_table(path: Any) -> tuple[str, pd.DataFrame]:
     """Return the name of a table, and the table."""
     import pandas as pd
 
     if isinstance(path, pd.DataFrame):
         return "table", path
     if isinstance(path, list | tuple):
-        return "rows", pd.DataFrame(_rows(path))
-    with refused(path, "read"):
+        return "rows", pd.DataFrame(_check_rows(path))
+    with convert_os_errors(path, "read"):
         file = Path(path)
         if not file.is_file():
             raise FileError(f"no file {path}")
@@ -119,32 +119,40 @@ def _table(path: Any) -> tuple[str, pd.DataFrame]:
         raise FileError(f"{path} cannot be read as a table: {error!s:.200}") from None
 
 
-def _rows(rows: Sequence[Any]) -> list[Any]:
+def _check_rows(rows: Sequence[Any]) -> list[Any]:
     """Return rows as they are. FileError: there are none, or one that has no named columns."""
     if not rows:
         raise FileError("rows: nothing was recorded")
     for i, row in enumerate(rows):
         if not isinstance(row, Mapping):
-            raise FileError(f"rows: expected {{column: number}}, got {said(row)} in row {i}")
+            raise FileError(
+                f"rows: expected {{column: number}}, got {format_value(row)} in row {i}"
+            )
     return list(rows)
 
 
-def _named(found: pd.DataFrame, known: Mapping[str, Column], given: Any) -> dict[str, Array]:
+def _select_columns(
+    found: pd.DataFrame, known: Mapping[str, LogColumn], given: Any
+) -> dict[str, Array]:
     """Return the columns of a table by their names in a run, as numbers."""
     form, no = "{column of a run: column}", "no column {} in a run"
-    columns = names_called(given, "columns", form, known, no, "columns", object)
+    columns = check_name_map(given, "columns", form, known, no, "columns", object)
     for own in columns.values():
         if own not in found.columns:
-            raise InputError(f"no column {said(own)}; {suggest(own, map(str, found), 'columns')}")
+            raise InputError(
+                f"no column {format_value(own)}; {suggest_names(own, map(str, found), 'columns')}"
+            )
     if "run" in found.columns and found["run"].nunique() > 1:
         raise FileError(f"it has {found['run'].nunique()} runs; a log has one")
     called = {name: columns.get(name, name) for name in known}
     return {
-        name: _numbers(found[each], each) for name, each in called.items() if each in found.columns
+        name: _parse_column(found[each], each)
+        for name, each in called.items()
+        if each in found.columns
     }
 
 
-def _numbers(column: Any, name: str) -> Array:
+def _parse_column(column: Any, name: str) -> Array:
     """Return a column as numbers, NaN where it is empty. FileError: it holds something else."""
     try:
         values = np.array(column, dtype=np.float64)
@@ -152,36 +160,36 @@ def _numbers(column: Any, name: str) -> Array:
         raise FileError(f"column {name}: {error!s:.100}") from None
     if np.isinf(values).any():
         raise FileError(
-            f"column {name}: {values[np.isinf(values)][0]} in row {_first(np.isinf(values))}"
+            f"column {name}: {values[np.isinf(values)][0]} in row {_first_row(np.isinf(values))}"
         )
     return values
 
 
-def _scales(known: Mapping[str, Column], given: Any) -> dict[str, float]:
+def _unit_factors(known: Mapping[str, LogColumn], given: Any) -> dict[str, float]:
     """Return the factor to SI of each column."""
     names = [*known, *dict.fromkeys(each.group for each in known.values())]
     form, no = "{column: unit}", "no column {}"
-    units = names_called(given, "units", form, names, no, "columns", object)
+    units = check_name_map(given, "units", form, names, no, "columns", object)
     scales = {}
     for name, (group, unit) in known.items():
         own = units.get(name, units.get(group))
         if own is not None and unit not in DIMENSIONS:
             raise InputError(f"units: {name} is in {unit if unit != '1' else 'no unit'}")
-        with naming(f"units of {name}"):
-            scales[name] = 1.0 if own is None else factor(own, DIMENSIONS[unit])
+        with prefix_errors(f"units of {name}"):
+            scales[name] = 1.0 if own is None else get_unit_factor(own, DIMENSIONS[unit])
     return scales
 
 
-def _log(
+def _build_log(
     source: str, found: Mapping[str, Array], experiment: Experiment, scales: Mapping[str, float]
 ) -> Log:
     """Return the log of the columns of a table."""
     scene = experiment.scene
     given = {name: values * scales[name] for name, values in found.items()}
-    times = _times(_group(given, ["time"], "time")[:, 0])
-    joints = _stream("q", times, given, [f"q[{name}]" for name in scene.coordinate_names])
+    times = _parse_times(_stack_columns(given, ["time"], "time")[:, 0])
+    joints = _column_stream("q", times, given, [f"q[{name}]" for name in scene.coordinate_names])
     rates = {
-        of: _stream(of, times, given, [f"{of}[{name}]" for name in scene.velocity_names])
+        of: _column_stream(of, times, given, [f"{of}[{name}]" for name in scene.velocity_names])
         for of in ("qd", "qd_actual")
         if any(name.startswith(f"{of}[") for name in given)
     }
@@ -189,50 +197,54 @@ def _log(
     for sight in Controller(experiment).sights:
         count = len(sight.target.marks)
         names = [f"pixels[{i},{axis}]" for i in range(first, first + count) for axis in AXES]
-        images[sight.key] = _images(f"pixels of '{sight.target.name}'", times, given, names)
+        images[sight.key] = _pixel_stream(f"pixels of '{sight.target.name}'", times, given, names)
         first += count
     return Log(source, joints, images, rates.get("qd"), rates.get("qd_actual"))
 
 
-def _times(seconds: Array) -> Times:
+def _parse_times(seconds: Array) -> Times:
     wrong = ~(np.abs(seconds) < LATEST)
     if wrong.any():
-        row = _first(wrong)
+        row = _first_row(wrong)
         raise FileError(f"column time: {seconds[row]} in row {row} is no time in seconds")
     return np.asarray(np.round(seconds * NANO).astype(np.int64))
 
 
-def _stream(what: str, times: Times, given: Mapping[str, Array], names: Sequence[str]) -> Stream:
+def _column_stream(
+    what: str, times: Times, given: Mapping[str, Array], names: Sequence[str]
+) -> Stream:
     """Return the rows (n, width) of some columns that are not empty."""
-    values = _group(given, names, what)
+    values = _stack_columns(given, names, what)
     lacking = np.isnan(values)
     partly = lacking.any(axis=1) & ~lacking.all(axis=1)
     if partly.any():
-        row = _first(partly)
+        row = _first_row(partly)
         name = names[int(np.argmax(lacking[row]))]
         raise FileError(f"column {name}: empty in row {row}, where others of {what} are not")
     there = ~lacking.all(axis=1)
     return Stream(what, times[there], values[there])
 
 
-def _images(what: str, times: Times, given: Mapping[str, Array], names: Sequence[str]) -> Stream:
+def _pixel_stream(
+    what: str, times: Times, given: Mapping[str, Array], names: Sequence[str]
+) -> Stream:
     """Return the rows (n, N, 2) of pixels; a mark of which one coordinate is empty is not seen."""
-    values = _group(given, names, what).reshape(len(times), -1, 2)
+    values = _stack_columns(given, names, what).reshape(len(times), -1, 2)
     values[np.isnan(values).any(axis=2)] = np.nan
     there = ~np.isnan(values).all(axis=(1, 2))
     return Stream(what, times[there], values[there])
 
 
-def _group(given: Mapping[str, Array], names: Sequence[str], what: str) -> Array:
+def _stack_columns(given: Mapping[str, Array], names: Sequence[str], what: str) -> Array:
     """Return columns as one array (n, width). FileError: one of them lacks."""
     for name in names:
         if name not in given:
             raise FileError(
                 f"no column {name}, which {what} needs; columns={{'{name}': ...}} says what it is "
-                f"called here; {suggest(name, given, 'columns of a run')}"
+                f"called here; {suggest_names(name, given, 'columns of a run')}"
             )
     return np.stack([given[name] for name in names], axis=1)
 
 
-def _first(wrong: Any) -> int:
+def _first_row(wrong: Any) -> int:
     return int(np.argmax(wrong))

@@ -5,48 +5,53 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from robsim.base.errors import FileError, suggest
-from robsim.logs import messages
-from robsim.logs.called import names_called
+from robsim.base.errors import FileError, suggest_names
+from robsim.logs import message_types
+from robsim.logs.name_map import check_name_map
 
 JOINTS, COMMANDS, EXPERIMENT = "/joint_states", "/joint_commands", "/robsim/experiment"
-FRAMES, STILL = "/tf", "/tf_static"
+FRAMES, STATIC_FRAMES = "/tf", "/tf_static"
 TYPES = {
-    "joints": (messages.JOINTS,),
-    "commands": (messages.JOINTS, messages.NUMBERS, messages.TRAJECTORY, *messages.TWISTS),
-    "marks": (messages.DETECTIONS, messages.APRILTAGS),
-    "lens": (messages.LENS,),
-    "experiment": (messages.TEXT,),
-    "images": (messages.COMPRESSED,),
-    "frames": (messages.FRAMES,),
-    "still": (messages.FRAMES,),
+    "joints": (message_types.JOINTS,),
+    "commands": (
+        message_types.JOINTS,
+        message_types.NUMBERS,
+        message_types.TRAJECTORY,
+        *message_types.TWISTS,
+    ),
+    "marks": (message_types.DETECTIONS, message_types.APRILTAGS),
+    "lens": (message_types.LENS,),
+    "experiment": (message_types.TEXT,),
+    "images": (message_types.COMPRESSED,),
+    "frames": (message_types.FRAMES,),
+    "still": (message_types.FRAMES,),
 }
-MOVING = ("frames", "still")  # what is read where joints do not say all
-GUESSED = ("joints", "marks", "lens")  # where there is one topic of the type
+FRAME_ROLES = ("frames", "still")  # what is read where joints do not say all
+GUESSED_ROLES = ("joints", "marks", "lens")  # where there is one topic of the type
 
 
-def of_camera(name: str, what: str) -> str:
+def camera_topic(name: str, what: str) -> str:
     """Return the topic of a camera's marks or lens.
 
-    >>> of_camera("left-eye", "detections")
+    >>> camera_topic("left-eye", "detections")
     '/left_eye/detections'
     """
     return f"/{name.replace('-', '_')}/{what}"
 
 
-def defaults(cameras: tuple[str, ...]) -> dict[str, str]:
+def default_topics(cameras: tuple[str, ...]) -> dict[str, str]:
     """Return the topic of each role: joints, commands, frames, marks and lens of each camera."""
     return {
         "joints": JOINTS,
         "commands": COMMANDS,
         "frames": FRAMES,
-        "still": STILL,
-        **{f"marks.{name}": of_camera(name, "detections") for name in cameras},
-        **{f"lens.{name}": of_camera(name, "camera_info") for name in cameras},
+        "still": STATIC_FRAMES,
+        **{f"marks.{name}": camera_topic(name, "detections") for name in cameras},
+        **{f"lens.{name}": camera_topic(name, "camera_info") for name in cameras},
     }
 
 
-def chosen(
+def choose_topics(
     found: Mapping[str, str],
     cameras: tuple[str, ...],
     given: Mapping[str, str] | None,
@@ -58,33 +63,35 @@ def chosen(
 
     FileError: one is not there, or of another type; InputError: a role that does not exist.
     """
-    usual = defaults(cameras)
-    wanted = _roles(usual, cameras, given)
+    usual = default_topics(cameras)
+    wanted = _topics_by_role(usual, cameras, given)
     by_frames, roles = roams and wanted.get("frames", FRAMES) in found, {}
     for role, topic in usual.items():
         kind = role.partition(".")[0]
-        alone = kind in GUESSED and ("." not in role or len(cameras) == 1)
-        name = wanted.get(role) or _found(found, usual, role, alone)
+        alone = kind in GUESSED_ROLES and ("." not in role or len(cameras) == 1)
+        name = wanted.get(role) or _find_topic(found, usual, role, alone)
         if name is not None:
             check_topic(found, name, TYPES[kind])
             roles[role] = name
         elif kind == "marks" or (kind == "joints" and not by_frames):
             raise FileError(
                 f"no topic {topic} ({' or '.join(TYPES[kind])}); which is it? "
-                f"topics={{'{role}': ...}}; {suggest(topic, sorted(found), 'topics')}"
+                f"topics={{'{role}': ...}}; {suggest_names(topic, sorted(found), 'topics')}"
             )
     return roles
 
 
-def _roles(usual: Mapping[str, str], cameras: tuple[str, ...], given: Any) -> dict[str, str]:
+def _topics_by_role(
+    usual: Mapping[str, str], cameras: tuple[str, ...], given: Any
+) -> dict[str, str]:
     """Return the topics that are given by role; those of the only camera need no name."""
     short = {of: f"{of}.{cameras[0]}" for of in ("marks", "lens") if len(cameras) == 1}
     known = [*usual, *short]
-    roles = names_called(given, "topics", "{role: topic}", known, "no {}", "topics")
+    roles = check_name_map(given, "topics", "{role: topic}", known, "no {}", "topics")
     return {short.get(role, role): topic for role, topic in roles.items()}
 
 
-def _found(
+def _find_topic(
     found: Mapping[str, str], usual: Mapping[str, str], role: str, alone: bool
 ) -> str | None:
     """Return the usual topic of a role, or if that is not there the only one of its types."""
@@ -98,6 +105,6 @@ def _found(
 def check_topic(found: Mapping[str, str], name: str, types: tuple[str, ...]) -> None:
     """Raise FileError unless a bag has a topic of one of some types."""
     if name not in found:
-        raise FileError(f"no topic {name}; {suggest(name, sorted(found), 'topics')}")
+        raise FileError(f"no topic {name}; {suggest_names(name, sorted(found), 'topics')}")
     if found[name] not in types:
         raise FileError(f"topic {name} holds {found[name]}; expected {' or '.join(types)}")

@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 
 from robsim.base.arrays import Array
-from robsim.base.errors import in_file
+from robsim.base.errors import raise_file_errors
 from robsim.geometry.pose import Pose
-from robsim.logs.messages import stamp_of
+from robsim.logs.message_types import header_time
 
 
-class Transforms:
+class FrameTransforms:
     """The last transform of each frame in its parent."""
 
     def __init__(self) -> None:
@@ -35,10 +35,10 @@ class Transforms:
             child = each.child_frame_id.removeprefix("/")
             parent = each.header.frame_id.removeprefix("/")
             move, turn = each.transform.translation, each.transform.rotation
-            with in_file(f"{what}: frame '{child}'"):
+            with raise_file_errors(f"{what}: frame '{child}'"):
                 place, axes = (move.x, move.y, move.z), (turn.x, turn.y, turn.z, turn.w)
                 self._edges[child] = parent, Pose.from_quaternion(place, axes).matrix
-            times[child] = stamp_of(each) or 0
+            times[child] = header_time(each) or 0
         self._moving |= times.keys() if moving else set()
         return times
 

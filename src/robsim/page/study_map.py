@@ -5,7 +5,7 @@ A map is a recording of another form, a header and arrays by name:
 format, version  "robsim study", 1
 title            of the experiment that was varied
 summary          how many runs of how many draws there are
-columns          those of the table (`robsim.studies.columns.MEANINGS`), each an array of one number
+columns          those of the table (`robsim.studies.result_columns.COLUMN_MEANINGS`), each an array of one number
                  a run: name, unit, whether it is shared, or a measure of the end, which runs that
                  could not begin have not; where `labels` are given, the array holds
                  their codes, and `numbers` are the numbers for which they stand, if any
@@ -30,16 +30,16 @@ from numpy.typing import NDArray
 
 from robsim.base.errors import InputError
 from robsim.engine.outcome import Outcome
-from robsim.page.film import Recording
+from robsim.page.recording_builder import Recording
 from robsim.plot import palette
-from robsim.studies.axes import Axis
-from robsim.studies.columns import MEANINGS
-from robsim.studies.counts import MOST_GROUPS, Counts
-from robsim.studies.study import Study
+from robsim.studies.outcome_counts import MOST_GROUPS, OutcomeCounts
+from robsim.studies.result_columns import COLUMN_MEANINGS
+from robsim.studies.study_axes import StudyAxis
+from robsim.studies.study_result import StudyResult
 
 FORMAT, VERSION = "robsim study", 1
 MOST_RUNS = 1_000_000  # points that a page moves at the pace of a hand
-MEASURES = tuple(MEANINGS)[tuple(MEANINGS).index("began") + 1 :]
+MEASURES = tuple(COLUMN_MEANINGS)[tuple(COLUMN_MEANINGS).index("began") + 1 :]
 _UNIT = re.compile(r"\(([^()]*)\)$")  # at the end of a meaning
 
 
@@ -51,31 +51,31 @@ class StudyMap(Recording):
         return f"<StudyMap {self.header['title']!r} of {len(self.arrays['run'])} runs>"
 
 
-def map_of(study: Study) -> StudyMap:
+def build_study_map(study: StudyResult) -> StudyMap:
     """Return the map of the runs that a study has.
 
     InputError: there are none, or more than a page can show.
     """
-    _check_runs(study)
-    labelled = {axis.name: axis for axis in study.plan.axes if _is_labelled(axis)}
-    columns, arrays = _columns(study, labelled)
-    outcomes, arrays["outcome"] = _outcomes(study)
+    _check_map_size(study)
+    labelled = {axis.name: axis for axis in study.plan.axes if _has_few_values(axis)}
+    columns, arrays = _build_map_columns(study, labelled)
+    outcomes, arrays["outcome"] = _list_map_outcomes(study)
     header = {
         "format": FORMAT,
         "version": VERSION,
         "title": study.experiment.title or "study",
-        "summary": _summary(study),
+        "summary": _summarise_plan(study),
         "columns": columns,
         "outcomes": outcomes,
         "filters": list(labelled),
         "in_turn": [axis.name for axis in study.plan.in_turn if axis.name in labelled],
         "cells": study.plan.cells,
-        **_counts(study, [each["name"] for each in outcomes]),
+        **_build_count_entries(study, [each["name"] for each in outcomes]),
     }
     return StudyMap(header, arrays)
 
 
-def _check_runs(study: Study) -> None:
+def _check_map_size(study: StudyResult) -> None:
     if study.plan.runs > MOST_RUNS:
         raise InputError(
             f"a map shows at most {MOST_RUNS} runs, and this study has {study.plan.runs}; "
@@ -85,44 +85,48 @@ def _check_runs(study: Study) -> None:
         raise InputError("the study has no runs yet, of which a map could be made")
 
 
-def _columns(
-    study: Study, labelled: dict[str, Axis]
+def _build_map_columns(
+    study: StudyResult, labelled: dict[str, StudyAxis]
 ) -> tuple[list[dict[str, Any]], dict[str, NDArray[Any]]]:
     """Return what is said of each column but the outcome, and its numbers or codes."""
-    units, shared = _units(study), _shared(study)
+    units, shared = _find_column_units(study), _find_shared_columns(study)
     columns: list[dict[str, Any]] = []
     arrays: dict[str, NDArray[Any]] = {}
     for name in (str(each) for each in study.table if each != "outcome"):
         base, axis = name.split("[")[0], labelled.get(name)
         own: dict[str, Any] = {"name": name, "unit": units.get(base, "")}
         own |= {"shared": base in shared, "measure": name in MEASURES}
-        columns.append(own if axis is None else own | _labels(axis))
-        arrays[name] = _numbers(study, name) if axis is None else _codes(study, axis)
+        columns.append(own if axis is None else own | _list_axis_labels(axis))
+        arrays[name] = (
+            _convert_column_numbers(study, name)
+            if axis is None
+            else _encode_axis_values(study, axis)
+        )
     return columns, arrays
 
 
-def _is_labelled(axis: Axis) -> bool:
+def _has_few_values(axis: StudyAxis) -> bool:
     """Return whether the values of an axis are few enough to hold the map at one of them."""
     return axis.values is not None and (not axis.is_number or len(axis.values) <= MOST_GROUPS)
 
 
-def _labels(axis: Axis) -> dict[str, Any]:
+def _list_axis_labels(axis: StudyAxis) -> dict[str, Any]:
     values = list((axis.values or {}).values())
     return {"labels": axis.labels, **({"numbers": values} if axis.is_number else {})}
 
 
-def _codes(study: Study, axis: Axis) -> NDArray[Any]:
+def _encode_axis_values(study: StudyResult, axis: StudyAxis) -> NDArray[Any]:
     return study.plan.codes(axis, study.runs).astype(np.uint32)
 
 
-def _numbers(study: Study, name: str) -> NDArray[Any]:
+def _convert_column_numbers(study: StudyResult, name: str) -> NDArray[Any]:
     values: NDArray[Any] = study.table[name].to_numpy()
     whole = values.dtype.kind in "iub"
     with np.errstate(over="ignore"):  # beyond float32 it is infinite, which the page does not place
         return np.asarray(values, dtype=np.uint32 if whole else np.float32)
 
 
-def _outcomes(study: Study) -> tuple[list[dict[str, str]], NDArray[Any]]:
+def _list_map_outcomes(study: StudyResult) -> tuple[list[dict[str, str]], NDArray[Any]]:
     """Return the outcomes that occur, and which of them each run has."""
     own = study.table["outcome"].cat.remove_unused_categories()
     named = [Outcome[str(name)] for name in own.cat.categories]
@@ -133,9 +137,9 @@ def _outcomes(study: Study) -> tuple[list[dict[str, str]], NDArray[Any]]:
     return found, own.cat.codes.to_numpy().astype(np.uint32)
 
 
-def _units(study: Study) -> dict[str, str]:
+def _find_column_units(study: StudyResult) -> dict[str, str]:
     """Return the units of the columns that have one."""
-    found = {name: _UNIT.search(meaning) for name, meaning in MEANINGS.items()}
+    found = {name: _UNIT.search(meaning) for name, meaning in COLUMN_MEANINGS.items()}
     own = {name: match[1] for name, match in found.items() if match}
     declared = {each.path: each.unit for each in study.experiment.controls()}
     for axis in study.plan.axes:
@@ -144,13 +148,13 @@ def _units(study: Study) -> dict[str, str]:
     return own
 
 
-def _shared(study: Study) -> set[str]:
+def _find_shared_columns(study: StudyResult) -> set[str]:
     """Return the columns in which runs of one draw do not differ."""
     drawn = {axis.name for axis in study.plan.axes if not axis.in_turn}
-    return {"draw", *drawn, *(name for name in MEANINGS if name.startswith("start_"))}
+    return {"draw", *drawn, *(name for name in COLUMN_MEANINGS if name.startswith("start_"))}
 
 
-def _summary(study: Study) -> str:
+def _summarise_plan(study: StudyResult) -> str:
     plan, there = study.plan, len(study.runs)
     turns = " × ".join(f"{len(axis.labels)} values of {axis.name}" for axis in plan.in_turn)
     draws = f"{plan.draws} draws" + (f" × {turns}" if turns else "")
@@ -158,13 +162,17 @@ def _summary(study: Study) -> str:
     return f"{there}{part} runs: {draws}"
 
 
-def _counts(study: Study, names: list[str]) -> dict[str, Any]:
+def _build_count_entries(study: StudyResult, names: list[str]) -> dict[str, Any]:
     in_turn = (axis.name for axis in study.plan.in_turn if len(axis.labels) <= MOST_GROUPS)
     counts = study.counts(next(in_turn, None))
-    return {"by": counts.by or "", "counts": _groups(counts, names), "notes": counts.notes}
+    return {
+        "by": counts.by or "",
+        "counts": _build_count_rows(counts, names),
+        "notes": counts.notes,
+    }
 
 
-def _groups(counts: Counts, names: list[str]) -> list[dict[str, Any]]:
+def _build_count_rows(counts: OutcomeCounts, names: list[str]) -> list[dict[str, Any]]:
     """Return the rows of counts; the outcomes in them are numbers of those that occur."""
     return [
         {

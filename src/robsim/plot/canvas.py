@@ -13,8 +13,8 @@ from matplotlib import pyplot as plt
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from robsim.base.arrays import Array, numbers
-from robsim.base.errors import InputError, said
+from robsim.base.arrays import Array, as_floats
+from robsim.base.errors import InputError, format_value
 from robsim.plot import palette
 
 _STYLE: dict[Any, Any] = {
@@ -33,7 +33,7 @@ _FILES_ONLY = {"agg", "cairo", "pdf", "pgf", "ps", "svg", "template"}
 _SMALLEST, _LARGEST = 0.5, 100.0  # inches
 
 
-class Sheet(Figure):
+class UnmanagedFigure(Figure):
     """A figure that pyplot does not manage, and that notebooks display as a cell's value."""
 
     def _repr_png_(self) -> bytes:
@@ -44,7 +44,7 @@ class Sheet(Figure):
 
 
 @contextmanager
-def style() -> Iterator[None]:
+def figure_style() -> Iterator[None]:
     """Draw in RobSim's style, and restore the user's settings afterwards.
 
     Only our own settings are put back: choosing a backend may switch pyplot to interactive, and
@@ -67,33 +67,33 @@ def new_figure(width: float, height: float, size: Any = None) -> Figure:
 
     InputError: a size that is not a pair of 0.5 to 100 inches.
     """
-    inches = (width, height) if size is None else checked_size(size)
+    inches = (width, height) if size is None else parse_figure_size(size)
     backend = plt.get_backend().lower()
     if backend in _FILES_ONLY or backend.endswith("inline"):
-        return Sheet(inches, layout="constrained")
+        return UnmanagedFigure(inches, layout="constrained")
     return plt.figure(figsize=inches, layout="constrained")
 
 
-def checked_size(size: Any) -> tuple[float, float]:
+def parse_figure_size(size: Any) -> tuple[float, float]:
     """Return (width, height) in inches; InputError unless each is one of 0.5 to 100."""
-    sides = pair(size, "size", "(width, height) in inches")
+    sides = parse_number_pair(size, "size", "(width, height) in inches")
     if min(sides) < _SMALLEST or max(sides) > _LARGEST:
         raise InputError(
             f"size: expected (width, height), each {_SMALLEST:g} to {_LARGEST:g} inches, "
-            f"got {said(size)}"
+            f"got {format_value(size)}"
         )
     return sides
 
 
-def pair(value: Any, what: str, words: str) -> tuple[float, float]:
+def parse_number_pair(value: Any, what: str, words: str) -> tuple[float, float]:
     """Return two finite numbers; InputError says in words which they are."""
-    given = numbers(value, f"{what} {words}", (2,))
+    given = as_floats(value, f"{what} {words}", (2,))
     if given.ndim != 1:
-        raise InputError(f"{what}: expected {words}, got {said(value)}")
+        raise InputError(f"{what}: expected {words}, got {format_value(value)}")
     return float(given[0]), float(given[1])
 
 
-def panels_of(
+def prepare_panels(
     axes: Any, count: int, size: Any, inches: tuple[float, float], columns: int = 1, **how: Any
 ) -> tuple[Figure, list[Axes]]:
     """Return a figure and its axes: the user's, or those of a new figure of (width, height) inches.
@@ -101,13 +101,13 @@ def panels_of(
     A new one has at least `count`, row by row, in so many columns; `how` is as in `subplots`.
     """
     if axes is not None:
-        panels = checked_panels(axes, count, size)
-        return whole(panels[0]), panels
+        panels = check_panels(axes, count, size)
+        return get_root_figure(panels[0]), panels
     figure = new_figure(*inches, size)
     return figure, list(figure.subplots(-(-count // columns), columns, squeeze=False, **how).flat)
 
 
-def checked_panels(axes: Any, count: int, size: Any) -> list[Axes]:
+def check_panels(axes: Any, count: int, size: Any) -> list[Axes]:
     """Return the user's axes as a list of `count`.
 
     InputError: a wrong number of axes, something else, or a size, which axes already have.
@@ -118,18 +118,20 @@ def checked_panels(axes: Any, count: int, size: Any) -> list[Axes]:
     panels = list(many) if isinstance(many, Sequence | np.ndarray) else [many]
     if len(panels) != count or not all(isinstance(each, Axes) for each in panels):
         expected = "one Axes" if count == 1 else f"{count} Axes"
-        raise InputError(f"expected {expected} of Matplotlib to draw into, got {said(axes)}")
+        raise InputError(
+            f"expected {expected} of Matplotlib to draw into, got {format_value(axes)}"
+        )
     return panels
 
 
-def whole(axes: Axes) -> Figure:
+def get_root_figure(axes: Axes) -> Figure:
     """Return the figure that contains the axes."""
     figure = axes.get_figure(root=True)
     assert figure is not None
     return figure
 
 
-def open_frame(axes: Axes, grid: Literal["x", "y", "both"] = "both") -> None:
+def replace_frame_by_grid(axes: Axes, grid: Literal["x", "y", "both"] = "both") -> None:
     """Show grid lines instead of a frame."""
     axes.grid(True, axis=grid)
     axes.spines[["top", "right"]].set_visible(False)
@@ -138,14 +140,14 @@ def open_frame(axes: Axes, grid: Literal["x", "y", "both"] = "both") -> None:
 def set_time_axis(axes: Axes, time: Array) -> None:
     """Let the axes show all of some times (T,) in seconds, with grid lines."""
     axes.set(xlabel="time (s)", xlim=(0, time[-1] if time[-1] > 0 else 1))
-    open_frame(axes)
+    replace_frame_by_grid(axes)
 
 
-def dot(time: Array) -> dict[str, Any]:
+def marker_of_single_point(time: Array) -> dict[str, Any]:
     """Return a marker for a line of a single point, which would be invisible without one."""
     return {"marker": "."} if len(time) == 1 else {}
 
 
-def set_title(axes: Axes, default: str, title: str | None) -> None:
+def set_axes_title(axes: Axes, default: str, title: str | None) -> None:
     """Set the user's title, or the default where it is None."""
     axes.set_title(default if title is None else title)

@@ -57,12 +57,12 @@ LINES = ("-", "--", "-.", ":")
 COMPONENTS = tuple(zip((BLUE, VERMILLION, GREEN), LINES, strict=False))  # of a vector: x, y, z
 
 
-def color(name: str) -> str:
-    """Return the colour in which a primitive's `color` is drawn: "#rrggbb".
+def convert_color(name: str) -> str:
+    """Return the colour in which a primitive's `convert_color` is drawn: "#rrggbb".
 
     InputError: not a colour of Matplotlib.
 
-    >>> color("r"), color("tab:blue")
+    >>> convert_color("r"), convert_color("tab:blue")
     ('#d55e00', '#1f77b4')
     """
     if name in _LETTERS:
@@ -74,34 +74,34 @@ def color(name: str) -> str:
     return to_hex(name)
 
 
-def nth(i: int) -> str:
+def cycle_color(i: int) -> str:
     """Return the colour of the i-th mark or link, from 0; colours repeat after twenty-one.
 
     After seven colours come seven lighter ones, then seven darker ones.
 
-    >>> nth(0), nth(7), nth(21)
+    >>> cycle_color(0), cycle_color(7), cycle_color(21)
     ('#0072b2', '#80b9d8', '#0072b2')
     """
     turn, place = divmod(i, len(CYCLE))
-    return tinted(CYCLE[place], TINTS[turn % len(TINTS)])
+    return tint_color(CYCLE[place], TINTS[turn % len(TINTS)])
 
 
-def link(i: int) -> str:
+def cycle_link_color(i: int) -> str:
     """Return the colour of the i-th link of a robot without colours; only the base, 0, is black.
 
-    >>> link(0), link(1) == nth(0), link(7) == nth(7)
+    >>> cycle_link_color(0), cycle_link_color(1) == cycle_color(0), cycle_link_color(7) == cycle_color(7)
     ('#000000', True, True)
     """
     black = CYCLE.index(BLACK)
-    return BLACK if i == 0 else nth(i - 1 if i <= black else i)
+    return BLACK if i == 0 else cycle_color(i - 1 if i <= black else i)
 
 
-def tinted(color: str, share: float) -> str:
+def tint_color(color: str, share: float) -> str:
     """Return a colour mixed with a share of white, or of black below 0.
 
     Black itself becomes grey where it is to be darkened.
 
-    >>> tinted("#0072b2", 0.5), tinted("#0072b2", -1), tinted(BLACK, -0.4)
+    >>> tint_color("#0072b2", 0.5), tint_color("#0072b2", -1), tint_color(BLACK, -0.4)
     ('#80b9d8', '#000000', '#666666')
     """
     rgb = np.array(to_rgb(color))
@@ -110,13 +110,13 @@ def tinted(color: str, share: float) -> str:
     return to_hex(tuple(rgb + share * (1 - rgb) if share >= 0 else rgb * (1 + share)))
 
 
-def unused(taken: Iterable[str]) -> str:
-    """Return the first colour that is not taken: black, or one of `nth`; black if all are.
+def find_unused_color(taken: Iterable[str]) -> str:
+    """Return the first colour that is not taken: black, or one of `cycle_color`; black if all are.
 
-    >>> unused([]), unused([BLACK])
+    >>> find_unused_color([]), find_unused_color([BLACK])
     ('#000000', '#d55e00')
     """
     order = (BLACK, VERMILLION, PURPLE, BLUE, GREEN, ORANGE, SKY_BLUE)
-    every = [*order, *MORE, *(nth(i) for i in range(7, 21))]
+    every = [*order, *MORE, *(cycle_color(i) for i in range(7, 21))]
     gone = set(taken)
     return next((each for each in every if each not in gone), BLACK)

@@ -9,17 +9,23 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from robsim.base.arrays import Array, frozen
+from robsim.base.arrays import Array, make_read_only
 from robsim.base.errors import FrameError, InputError
 from robsim.geometry.curves import Curve
 from robsim.geometry.pose import IDENTITY
-from robsim.kernels.formulas.curve import Curves
-from robsim.robot.frame import Frame, check_source, in_order, parents_first, steers
+from robsim.kernels.formulas.plane_curves import CurveTable
+from robsim.robot.frame import (
+    Frame,
+    check_coupling_source,
+    is_steering_angle,
+    sort_coupled_frames,
+    sort_parents_first,
+)
+from robsim.robot.independent_joint import IndependentJoint
 from robsim.robot.joint import FIXED, Chord, Joint, Rolling, Steering
-from robsim.robot.joints.car import STEERED
-from robsim.robot.joints.coupling import UPRIGHT, Coupling
-from robsim.robot.joints.kind import JointKind
-from robsim.robot.member import Member
+from robsim.robot.joints.car import STEERING_ROW
+from robsim.robot.joints.couplings import UPRIGHT_TOLERANCE, Coupling
+from robsim.robot.joints.joint_kind import JointKind
 
 
 class Body(NamedTuple):
@@ -33,7 +39,7 @@ class Body(NamedTuple):
     slope: int = 0  # the ratio of a rail that follows another coordinate
 
 
-class Tie(NamedTuple):
+class DependentCoordinate(NamedTuple):
     """A coordinate that follows another one, a row of x; the ratio 1 + i is that of tie i."""
 
     follows: Coupling
@@ -42,7 +48,7 @@ class Tie(NamedTuple):
     numbers: tuple[float, float, float]
 
 
-class Wheel(NamedTuple):
+class RollingWheel(NamedTuple):
     """A wheel that rolls below its vehicle."""
 
     q: int  # its angle
@@ -52,15 +58,15 @@ class Wheel(NamedTuple):
     numbers: tuple[float, float, float]  # radius, and x and y of the hub on the vehicle
 
 
-class Joints(NamedTuple):
+class JointTables(NamedTuple):
     """The constants of a tree, body by body; body 0 is the world."""
 
     bodies: tuple[Body, ...]
     place: Array  # (bodies, 3, 4)
-    members: tuple[Member, ...]  # that have coordinates of their own
-    ties: tuple[Tie, ...]  # each after the one that it depends on
-    wheels: tuple[Wheel, ...]
-    curves: Curves
+    members: tuple[IndependentJoint, ...]  # that have coordinates of their own
+    ties: tuple[DependentCoordinate, ...]  # each after the one that it depends on
+    wheels: tuple[RollingWheel, ...]
+    curves: CurveTable
     ratios: int  # how many
 
 
@@ -72,9 +78,9 @@ class Assembly:
     where: dict[str, tuple[int, Array]] = field(default_factory=dict)
     moves: list[tuple[int, int, int, int, int]] = field(default_factory=list)
     cars: list[tuple[int, int, Steering]] = field(default_factory=list)
-    members: list[Member] = field(default_factory=list)
+    members: list[IndependentJoint] = field(default_factory=list)
     curves: list[Curve] = field(default_factory=list)
-    wheels: list[Wheel] = field(default_factory=list)
+    wheels: list[RollingWheel] = field(default_factory=list)
 
     def __post_init__(self) -> None:
         self.nq = self.nv = 0
@@ -84,15 +90,15 @@ class Assembly:
         for frame in self.frames:
             self._number(frame)
         self.where["world"] = (0, IDENTITY.matrix)
-        tied = in_order([f for f in self.frames if f.joint.tied])
+        tied = sort_coupled_frames([f for f in self.frames if f.joint.tied])
         self.rows |= {frame.label: self.nq + i for i, frame in enumerate(tied)}
         for frame in tied:
-            check_source(frame, self.owners)
+            check_coupling_source(frame, self.owners)
         self.bodies = [Body(0, FIXED.model, 0)]
         self.places = [np.eye(4)]  # of each body in its parent
         self.carriers: list[Frame | None] = [None]  # of each body, the frame with its joint
         self.ratios = 1 + len(tied)
-        for frame in parents_first(self.frames):
+        for frame in sort_parents_first(self.frames):
             self._add(frame)
         self.ties = [self._tie(frame) for frame in tied]
 
@@ -109,15 +115,15 @@ class Assembly:
         self.nq += len(frame.joint.parts.coordinates)
         self.nv += len(frame.joint.parts.velocities)
 
-    def joints(self) -> Joints:
+    def joints(self) -> JointTables:
         """Return the constants of all joints."""
-        return Joints(
+        return JointTables(
             tuple(self.bodies),
-            _places(self.places),
+            _stack_places(self.places),
             tuple(self.members),
             tuple(self.ties),
             tuple(self.wheels),
-            _joined(self.curves),
+            _stack_curves(self.curves),
             self.ratios,
         )
 
@@ -126,7 +132,7 @@ class Assembly:
         joint, (above, offset) = frame.joint, self.where[frame.parent]
         start = offset @ joint.place.matrix
         if not joint.moves:
-            self.where[frame.name] = (above, frozen(start @ joint.tail.matrix))
+            self.where[frame.name] = (above, make_read_only(start @ joint.tail.matrix))
             return
         body, own = len(self.bodies), joint.parts
         q, v = self.first[frame.name]
@@ -144,7 +150,7 @@ class Assembly:
             self._count(joint, body, q, v)
         self._move(frame, body, v, bend)
         if joint.steering is not None:
-            self.cars.append((q + STEERED, v, joint.steering))
+            self.cars.append((q + STEERING_ROW, v, joint.steering))
         if isinstance(joint.follows, Rolling):
             self._roll(frame, body, q, joint.follows.radius)
 
@@ -153,7 +159,7 @@ class Assembly:
         own = joint.parts
         rows = slice(q, q + len(own.coordinates)), slice(v, v + len(own.velocities))
         rolls = joint.follows is not None
-        self.members.append(Member(body, joint.model, *rows, rolls, self.ratios))
+        self.members.append(IndependentJoint(body, joint.model, *rows, rolls, self.ratios))
         if joint.model.own:
             made = self.members[-1].moves
             self.moves += made
@@ -180,15 +186,15 @@ class Assembly:
         while owner.joint.tied:
             name = owner.joint.follows.of  # type: ignore[union-attr]
             owner = self.owners[name]
-        return None if steers(owner, name) else self.first[owner.name][1]
+        return None if is_steering_angle(owner, name) else self.first[owner.name][1]
 
-    def _tie(self, frame: Frame) -> Tie:
+    def _tie(self, frame: Frame) -> DependentCoordinate:
         """Return how a coordinate follows another one."""
         follows = frame.joint.follows
         assert follows is not None and follows.tied
         which = self._chorded(frame) if follows.on_a_curve else 0
         numbers = self._stand(frame) if follows.on_a_car else follows.constants
-        return Tie(follows, self.rows[follows.of], which, numbers)
+        return DependentCoordinate(follows, self.rows[follows.of], which, numbers)
 
     def _chorded(self, frame: Frame) -> int:
         """Return the number of the curve of the rail that a chord is on."""
@@ -202,33 +208,43 @@ class Assembly:
     def _stand(self, frame: Frame) -> tuple[float, float, float]:
         """Return the wheelbase of the car of a steered wheel, and the wheel's x and y on it."""
         body = self.where[frame.name][0]
-        above, start = self.bodies[body].parent, _one(frame.name, self.places[body])
+        above, start = self.bodies[body].parent, _check_same_in_runs(frame.name, self.places[body])
         carrier = self.carriers[above]
-        if carrier is None or carrier.joint.steering is None or abs(start[2, 2] - 1) > UPRIGHT:
+        if (
+            carrier is None
+            or carrier.joint.steering is None
+            or abs(start[2, 2] - 1) > UPRIGHT_TOLERANCE
+        ):
             raise InputError(f"'{frame.name}' must stand upright on a car, to steer as its wheel")
         return carrier.joint.steering.wheelbase, float(start[0, 3]), float(start[1, 3])
 
     def _roll(self, frame: Frame, body: int, row: int, radius: float) -> None:
         """Add a rolling wheel: the place of its hub on its vehicle, and its steering coordinate."""
-        above, hub, steering = self.bodies[body].parent, _one(frame.name, self.places[body]), -1
+        above, hub, steering = (
+            self.bodies[body].parent,
+            _check_same_in_runs(frame.name, self.places[body]),
+            -1,
+        )
         carrier = self.carriers[above]
         if carrier is not None and carrier.joint.tied:
             steering = self.rows[carrier.label]
-            _check_upright(frame.name, carrier.joint, _one(frame.name, self.places[above]))
+            _check_upright_steering(
+                frame.name, carrier.joint, _check_same_in_runs(frame.name, self.places[above])
+            )
             aside = float(np.hypot(*hub[:2, 3]))
-            if aside > UPRIGHT:
+            if aside > UPRIGHT_TOLERANCE:
                 raise InputError(f"'{frame.name}': its hub is {aside:g} m beside what steers it")
             hub = self.places[above] @ hub
             above = self.bodies[above].parent
             carrier = self.carriers[above]
         if carrier is None or not carrier.joint.model.wheeled:
             raise InputError(f"'{frame.name}' rolls, and stands on no vehicle (unicycle or car)")
-        if abs(abs(hub[1, 2]) - 1) > UPRIGHT:
+        if abs(abs(hub[1, 2]) - 1) > UPRIGHT_TOLERANCE:
             raise InputError(f"'{frame.name}': its axis must lie across its vehicle, along y")
         first, v = self.ratios, self.first[carrier.name][1]
         self.ratios += 2
         numbers = radius * float(np.sign(hub[1, 2])), float(hub[0, 3]), float(hub[1, 3])
-        self.wheels.append(Wheel(row, v, steering, first, numbers))
+        self.wheels.append(RollingWheel(row, v, steering, first, numbers))
         self.moves += [(v, body, 1, 2, first), (v + 1, body, 1, 2, first + 1)]
 
     def _curve(self, curve: Curve) -> int:
@@ -237,34 +253,34 @@ class Assembly:
         return self.curves.index(curve)
 
 
-def _one(name: str, place: Array) -> Array:
+def _check_same_in_runs(name: str, place: Array) -> Array:
     """Return the pose of a wheel on its vehicle, which is the same in all runs."""
     if place.ndim > 2:
         raise InputError(f"'{name}': the place of a wheel on its vehicle cannot differ by run")
     return place
 
 
-def _check_upright(name: str, carrier: Joint, place: Array) -> None:
+def _check_upright_steering(name: str, carrier: Joint, place: Array) -> None:
     """Raise InputError unless the steering joint of a wheel is vertical on its vehicle."""
-    if not carrier.model.turns or abs(place[2, 2] - 1) > UPRIGHT:
+    if not carrier.model.turns or abs(place[2, 2] - 1) > UPRIGHT_TOLERANCE:
         raise InputError(f"'{name}': what steers it must turn about the vertical, its z up")
 
 
-def integers(values: ArrayLike) -> NDArray[np.int64]:
+def as_int64(values: ArrayLike) -> NDArray[np.int64]:
     """Return a read-only int64 copy, for which the kernels are compiled."""
-    return frozen(np.array(values, dtype=np.int64))
+    return make_read_only(np.array(values, dtype=np.int64))
 
 
-def _places(places: Sequence[Array]) -> Array:
+def _stack_places(places: Sequence[Array]) -> Array:
     """Return poses (bodies, 3, 4), or (bodies, 3, 4, B) where those of some differ by run."""
     shape = max((place.shape for place in places), key=len)
     every = np.stack([np.broadcast_to(place, shape) for place in places])[..., :3, :]
     last = every if every.ndim == 3 else np.moveaxis(every, 1, -1)
-    return frozen(np.ascontiguousarray(last))
+    return make_read_only(np.ascontiguousarray(last))
 
 
-def _joined(curves: Sequence[Curve]) -> Curves:
+def _stack_curves(curves: Sequence[Curve]) -> CurveTable:
     pieces = [np.empty((0, 7)), *(curve.pieces for curve in curves)]
     ends = np.cumsum([len(p) for p in pieces])
-    lengths = frozen(np.array([curve.length for curve in curves], dtype=float))
-    return Curves(integers(ends), lengths, frozen(np.concatenate(pieces)))
+    lengths = make_read_only(np.array([curve.length for curve in curves], dtype=float))
+    return CurveTable(as_int64(ends), lengths, make_read_only(np.concatenate(pieces)))

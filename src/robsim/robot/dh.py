@@ -8,16 +8,16 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robsim.base.arrays import numbers
-from robsim.base.errors import InputError, is_one_of, said
-from robsim.base.warned import warn_of_degrees
+from robsim.base.arrays import as_floats
+from robsim.base.errors import InputError, format_value, is_known_name
+from robsim.base.unit_warnings import warn_of_degrees
 from robsim.geometry.primitives import Primitive
-from robsim.robot.dh_row import CONVENTIONS, DHRow
+from robsim.robot.dh_row import DH_CONVENTIONS, DHRow
 from robsim.robot.joint import Joint
 from robsim.robot.link import Link
 
 
-def dh_links(
+def build_dh_links(
     rows: ArrayLike,
     convention: str,
     joints: str | None,
@@ -26,19 +26,21 @@ def dh_links(
     shapes: Sequence[Sequence[Primitive]] | None,
 ) -> tuple[Link, ...]:
     """Return a base and one link for each row; see `Robot.from_dh`."""
-    table = numbers(rows, "DH rows (theta, d, a, alpha)", ("n", 4))
+    table = as_floats(rows, "DH rows (theta, d, a, alpha)", ("n", 4))
     n = len(table)
     if table.ndim != 2 or n == 0:
         raise InputError(f"DH rows: expected shape (n, 4), got {table.shape}")
     warn_of_degrees(table[:, [0, 3]], "DH rows (theta, d, a, alpha)")
-    if not is_one_of(convention, CONVENTIONS):
-        raise InputError(f"DH convention must be 'standard' or 'modified', got {said(convention)}")
-    kinds = _joint_kinds("R" * n if joints is None else joints, n)
-    spans = [None] * n if limits is None else _spans(limits, n)
+    if not is_known_name(convention, DH_CONVENTIONS):
+        raise InputError(
+            f"DH convention must be 'standard' or 'modified', got {format_value(convention)}"
+        )
+    kinds = _read_joint_letters("R" * n if joints is None else joints, n)
+    spans = [None] * n if limits is None else _read_dh_limits(limits, n)
     if links is not None and (isinstance(links, str) or not isinstance(links, Sequence)):
-        raise InputError(f"links: expected a list of {n} names, got {said(links)}")
+        raise InputError(f"links: expected a list of {n} names, got {format_value(links)}")
     names = ["base", *(links or [f"link{i + 1}" for i in range(n)])]
-    drawn = _shapes([()] * (n + 1) if shapes is None else shapes)
+    drawn = _check_shape_lists([()] * (n + 1) if shapes is None else shapes)
     if len(names) != n + 1 or len(drawn) != n + 1:
         raise InputError(f"{n} DH rows need {n} link names and {n + 1} lists of shapes")
     parts = [Link("base", shapes=drawn[0])]
@@ -50,28 +52,30 @@ def dh_links(
     return tuple(parts)
 
 
-def _shapes(given: Any) -> list[tuple[Primitive, ...]]:
+def _check_shape_lists(given: Any) -> list[tuple[Primitive, ...]]:
     """Return the shapes of each link, from a list of lists."""
     rows = given if isinstance(given, list | tuple) else [given]
     for row in rows:
         if not isinstance(row, list | tuple):
-            raise InputError(f"shapes: expected a list of shapes for each link, got {said(row)}")
+            raise InputError(
+                f"shapes: expected a list of shapes for each link, got {format_value(row)}"
+            )
     return [tuple(row) for row in rows]
 
 
-def _spans(limits: ArrayLike, n: int) -> list[Any]:
+def _read_dh_limits(limits: ArrayLike, n: int) -> list[Any]:
     """Return the limits of each joint; those of a joint without limits are given as (-inf, inf)."""
     try:
         given = np.asarray(limits, dtype=np.float64)
     except (TypeError, ValueError, OverflowError):
-        raise InputError(f"limits: expected shape ({n}, 2), got {said(limits)}") from None
+        raise InputError(f"limits: expected shape ({n}, 2), got {format_value(limits)}") from None
     free: Any = given == np.array([-np.inf, np.inf]) if given.shape == (n, 2) else np.False_
-    spans = numbers(np.where(free, 0.0, given), "limits", (n, 2))
+    spans = as_floats(np.where(free, 0.0, given), "limits", (n, 2))
     each = zip(free, np.where(free, given, spans).tolist(), strict=True)
     return [None if np.all(ends) else tuple(span) for ends, span in each]
 
 
-def _joint_kinds(joints: object, n: int) -> list[Literal["revolute", "prismatic"]]:
+def _read_joint_letters(joints: object, n: int) -> list[Literal["revolute", "prismatic"]]:
     if not isinstance(joints, str) or len(joints) != n or set(joints) - set("RP"):
         raise InputError(f"joints: expected {n} letters R or P, as in {'R' * n!r}, got {joints!r}")
     return ["revolute" if letter == "R" else "prismatic" for letter in joints]

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from graphlib import CycleError, TopologicalSorter
 
-from robsim.base.errors import FrameError, InputError, suggest
-from robsim.declare.problems import under
+from robsim.base.errors import FrameError, InputError, suggest_names
+from robsim.declare.problems import prefix_path
 from robsim.robot.joint import Joint
 
 
@@ -32,7 +32,7 @@ class Frame:
         return [self.label + part for part in self.joint.parts.coordinates]
 
 
-def steers(owner: Frame, name: str) -> bool:
+def is_steering_angle(owner: Frame, name: str) -> bool:
     """Return whether a coordinate of this frame is a steering angle.
 
     The name alone is not enough: a link may be called "steering" too.
@@ -40,19 +40,19 @@ def steers(owner: Frame, name: str) -> bool:
     return owner.joint.steering is not None and name.endswith(".steering")
 
 
-def check_source(frame: Frame, owners: dict[str, Frame]) -> None:
+def check_coupling_source(frame: Frame, owners: dict[str, Frame]) -> None:
     """Raise InputError if a frame follows a coordinate that is missing or does not suit."""
     follows = frame.joint.follows
     name: str = follows.of  # type: ignore[union-attr]
     if name not in owners:
-        hint = suggest(name, owners, "coordinates")
+        hint = suggest_names(name, owners, "coordinates")
         raise InputError(f"'{frame.name}' follows '{name}', and there is none; {hint}")
     assert follows is not None
-    if not follows.fits(owners[name].joint, steers(owners[name], name)):
+    if not follows.fits(owners[name].joint, is_steering_angle(owners[name], name)):
         raise InputError(f"'{frame.name}' must follow {follows.wanted}, and '{name}' is none")
 
 
-def in_order(tied: list[Frame]) -> list[Frame]:
+def sort_coupled_frames(tied: list[Frame]) -> list[Frame]:
     """Return the frames that follow others, each after the one it follows.
 
     The robot has checked the names.
@@ -66,7 +66,7 @@ def in_order(tied: list[Frame]) -> list[Frame]:
     return [by_label[label] for label in order if label in by_label]
 
 
-def parents_first(frames: list[Frame]) -> list[Frame]:
+def sort_parents_first(frames: list[Frame]) -> list[Frame]:
     """Return the same frames, each after its parent."""
     number = {frame.name: i for i, frame in enumerate(frames)}
     hung: dict[str, list[int]] = {}
@@ -79,11 +79,11 @@ def parents_first(frames: list[Frame]) -> list[Frame]:
         layer = sorted(i for k in layer for i in hung.pop(frames[k].name, []))
     if hung:
         lost = frames[min(i for some in hung.values() for i in some)]
-        with under(lost.name):
+        with prefix_path(lost.name):
             if lost.parent in number:
                 raise FrameError(f"'{lost.name}' hangs from itself, through '{lost.parent}'")
             raise FrameError(
                 f"'{lost.name}' stands on '{lost.parent}', and there is no such frame; "
-                f"{suggest(lost.parent, ['world', *number], 'frames')}"
+                f"{suggest_names(lost.parent, ['world', *number], 'frames')}"
             )
     return [frames[i] for i in order]

@@ -7,28 +7,31 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
-from robsim.base.arrays import numbers, positive
-from robsim.base.errors import InputError, said
-from robsim.base.names import checked_name
-from robsim.base.values import unchecked
-from robsim.base.warned import warn_of_degrees
+from robsim.base.arrays import as_floats, as_positive
+from robsim.base.errors import InputError, format_value
+from robsim.base.name_check import check_name
+from robsim.base.unit_warnings import warn_of_degrees
+from robsim.base.value import replace_unchecked
 from robsim.geometry.curves import Curve
-from robsim.geometry.pose import IDENTITY, Pose, one_pose
+from robsim.geometry.pose import IDENTITY, Pose, check_single_pose
 from robsim.robot.dh_row import DHRow
 from robsim.robot.joints.ackermann import Ackermann
 from robsim.robot.joints.car import Steering
 from robsim.robot.joints.chord import Chord
-from robsim.robot.joints.coupling import Coupling
-from robsim.robot.joints.kind import JointKind, Parts, check_kind
+from robsim.robot.joints.couplings import Coupling
+from robsim.robot.joints.joint_kind import JointKind, JointParts, check_joint_kind
+from robsim.robot.joints.joint_registry import JOINTS, find_joint_kind, list_single_kinds
 from robsim.robot.joints.mimic import Mimic
-from robsim.robot.joints.registry import JOINTS, kind_of, single_kinds
-from robsim.robot.joints.rolling import Rolling
+from robsim.robot.joints.rolling_wheel import Rolling
 
 __all__ = ["Ackermann", "Chord", "Coupling", "Joint", "JointKind", "Mimic", "Rolling", "Steering"]
 
 LIMIT_SLACK = 1e-9  # metres or radians by which rounding may exceed a limit
-POSES = ("place", "tail")  # that a row gives
-_NEEDED: dict[str, type[Any]] = {"curve": Curve, "steering": Steering}  # fields that a kind needs
+DH_POSES = ("place", "tail")  # that a row gives
+_REQUIRED_PARTS: dict[str, type[Any]] = {
+    "curve": Curve,
+    "steering": Steering,
+}  # fields that a kind needs
 
 
 @dataclass(frozen=True)
@@ -67,19 +70,19 @@ class Joint:
     def __post_init__(self) -> None:
         self._check_kind()
         for part in ("place", "tail"):
-            object.__setattr__(self, part, one_pose(getattr(self, part), f"joint {part}"))
+            object.__setattr__(self, part, check_single_pose(getattr(self, part), f"joint {part}"))
         if self.dh is not None:
             self._take_row(self.dh)
         if self.name is not None:
-            checked_name(self.name, "joint")
+            check_name(self.name, "joint")
         for part in ("speed", "effort"):
             if getattr(self, part) is not None:
-                object.__setattr__(self, part, positive(getattr(self, part), f"joint {part}"))
+                object.__setattr__(self, part, as_positive(getattr(self, part), f"joint {part}"))
                 if not self.model.single:
                     raise InputError(
-                        f"a {self.model.name} joint has no {part} of its own; {single_kinds()} have"
+                        f"a {self.model.name} joint has no {part} of its own; {list_single_kinds()} have"
                     )
-        for part, expected in _NEEDED.items():
+        for part, expected in _REQUIRED_PARTS.items():
             self._check(part, expected)
         self._check_follows()
         self._check_limits()
@@ -87,7 +90,7 @@ class Joint:
     @cached_property
     def model(self) -> JointKind:
         """The kind of the joint as a `JointKind`."""
-        return kind_of(self.kind)
+        return find_joint_kind(self.kind)
 
     @property
     def moves(self) -> bool:
@@ -100,11 +103,11 @@ class Joint:
         return self.follows is not None and self.follows.tied
 
     @cached_property
-    def parts(self) -> JointKind | Parts:
+    def parts(self) -> JointKind | JointParts:
         """The own coordinates and velocities; none if the joint follows others."""
         if self.follows is None:
             return self.model
-        return Parts() if self.tied else Parts(self.model.coordinates, self.model.units)
+        return JointParts() if self.tied else JointParts(self.model.coordinates, self.model.units)
 
     @property
     def needed(self) -> Any:
@@ -145,14 +148,14 @@ class Joint:
         """Return a copy with numbers that may differ from run to run."""
         row = changes.get("dh")
         constants = (
-            {} if row is None else dict(zip(POSES, row.constants(self.model.turns), strict=True))
+            {} if row is None else dict(zip(DH_POSES, row.constants(self.model.turns), strict=True))
         )
-        return unchecked(self, **changes, **constants)
+        return replace_unchecked(self, **changes, **constants)
 
     def _take_row(self, row: Any) -> None:
         """Keep the constants of a row; InputError if poses are given that are not these."""
         if not isinstance(row, DHRow):
-            raise InputError(f"joint dh: expected a DHRow, got {said(row)}")
+            raise InputError(f"joint dh: expected a DHRow, got {format_value(row)}")
         if not self.model.rowed:
             raise InputError(f"a {self.model.name} joint has place and tail, not dh")
         given = self.place, self.tail
@@ -166,7 +169,7 @@ class Joint:
         if not self.model.own and JOINTS.get(self.model.name) is type(self.model):
             object.__setattr__(self, "kind", self.model.name)  # built-in kinds are stored by name
         else:
-            check_kind(self.model)
+            check_joint_kind(self.model)
 
     def _check(self, part: str, expected: type) -> None:
         """Raise InputError unless the part is present exactly if the kind of the joint needs it."""
@@ -177,16 +180,18 @@ class Joint:
             kind = next(name for name, kind in JOINTS.kinds.items() if kind.needs == part)
             raise InputError(f"a {self.model.name} joint has no {part}: that is for a {kind}")
         if value is not None and not isinstance(value, expected):
-            raise InputError(f"{part}: expected a {expected.__name__}, got {said(value)}")
+            raise InputError(f"{part}: expected a {expected.__name__}, got {format_value(value)}")
 
     def _check_follows(self) -> None:
         if self.follows is None:
             return
         if not isinstance(self.follows, Coupling):
-            raise InputError(f"follows: expected Mimic, Chord, ..., got {said(self.follows)}")
+            raise InputError(
+                f"follows: expected Mimic, Chord, ..., got {format_value(self.follows)}"
+            )
         if not self.model.follower:
             raise InputError(
-                f"a {self.model.name} joint cannot follow others; {single_kinds()} can"
+                f"a {self.model.name} joint cannot follow others; {list_single_kinds()} can"
             )
         yields = self.follows.yields
         if yields and (yields == "an angle") != self.model.turns:
@@ -198,7 +203,7 @@ class Joint:
             if self.follows is None:
                 object.__setattr__(self, "limits", self.model.span(self.needed))
             return
-        limits = numbers(self.limits, "joint limits", (2,))
+        limits = as_floats(self.limits, "joint limits", (2,))
         if not self.model.single:
             raise InputError(f"a {self.model.name} joint has no limits, got {self.limits}")
         if limits.ndim != 1 or not limits[0] < limits[1]:
@@ -216,6 +221,6 @@ class Joint:
 FIXED = Joint()
 
 
-def units_of(joints: Sequence[Joint]) -> tuple[str, ...]:
+def list_coordinate_units(joints: Sequence[Joint]) -> tuple[str, ...]:
     """Return the unit "rad", "m" or "1" of each coordinate of the joints."""
     return tuple(unit for joint in joints for unit in joint.parts.units)

@@ -9,19 +9,27 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robsim.base.arrays import Array, flag, is_ready, number, numbers, runs_first, runs_last
-from robsim.base.errors import FrameError, InputError, is_one_of, said, suggest
-from robsim.geometry.pose import common_lead
-from robsim.robot.coordinates import Coordinates
-from robsim.robot.ik.arm import Arm
-from robsim.robot.ik.closed import ClosedIK, solve_closed
-from robsim.robot.ik.numeric import solve
-from robsim.robot.ik.result import IKResult
-from robsim.robot.ik.search import Effort
-from robsim.robot.placement import Placement
+from robsim.base.arrays import (
+    Array,
+    as_bool,
+    as_float,
+    as_floats,
+    is_kernel_array,
+    move_runs_first,
+    move_runs_last,
+)
+from robsim.base.errors import FrameError, InputError, format_value, is_known_name, suggest_names
+from robsim.geometry.pose import broadcast_leading_shape
+from robsim.robot.frame_evaluator import FrameEvaluator
+from robsim.robot.ik.arm import IKArm
+from robsim.robot.ik.closed_form import ClosedFormIK, solve_closed
+from robsim.robot.ik.ik_result import IKResult
+from robsim.robot.ik.ik_search import SearchBudget
+from robsim.robot.ik.numeric_ik import solve_numeric
+from robsim.robot.robot_coordinates import RobotCoordinates
 
 
-class Kinematics(Coordinates):
+class Kinematics(RobotCoordinates):
     """The motion of a `Robot`."""
 
     home: Any
@@ -66,7 +74,7 @@ class Kinematics(Coordinates):
         if not plain:
             values = self.coordinates(q, limits=False)
         else:
-            values = q if is_ready(q, nq) else numbers(q, "q", (nq,))
+            values = q if is_kernel_array(q, nq) else as_floats(q, "q", (nq,))
         out = np.empty(values.shape[:-1] + shape)
         if not fill(values, out) and plain:
             self.coordinates(values, limits=False)
@@ -114,10 +122,12 @@ class Kinematics(Coordinates):
         """
         arm = self._arm(link, limits)
         start = self.home if q0 is None else self.coordinates(q0, "q0", limits=limits)
-        effort = Effort.checked(tolerance, iterations, restarts, seed, threads)
-        return solve(arm, T, start, mask, effort)
+        effort = SearchBudget.checked(tolerance, iterations, restarts, seed, threads)
+        return solve_numeric(arm, T, start, mask, effort)
 
-    def closed_ik(self, T: Any, *, link: str | None = None, tolerance: float = 1e-9) -> ClosedIK:
+    def closed_ik(
+        self, T: Any, *, link: str | None = None, tolerance: float = 1e-9
+    ) -> ClosedFormIK:
         """Return all solutions for poses T (..., 4, 4), if the arm has a closed form.
 
         Six joints with a spherical wrist have eight (Pieper 1968; Paul and Zhang 1986), five like
@@ -136,17 +146,17 @@ class Kinematics(Coordinates):
         """
         return solve_closed(self._arm(link, True), T, tolerance)
 
-    def _arm(self, link: str | None, limits: bool) -> Arm:
+    def _arm(self, link: str | None, limits: bool) -> IKArm:
         """Return the problem of inverse kinematics for a link of this robot, computed once."""
-        key = self._link(link), flag(limits, "limits")
+        key = self._link(link), as_bool(limits, "limits")
         if key not in self._arms:
             rows = self._ranges if limits else np.tile([-np.inf, np.inf], (self.nq, 1))
             names = self.coordinate_units, self.velocity_names
-            self._arms[key] = Arm(self.tree, key[0], rows, self.home, *names)
+            self._arms[key] = IKArm(self.tree, key[0], rows, self.home, *names)
         return self._arms[key]
 
     @cached_property
-    def _arms(self) -> dict[tuple[str, bool], Arm]:
+    def _arms(self) -> dict[tuple[str, bool], IKArm]:
         """What `_arm` has returned, by link and whether there are limits."""
         return {}
 
@@ -160,41 +170,41 @@ class Kinematics(Coordinates):
         >>> Robot.from_dh([[0, 0, 1, 0]]).integrate([0.1], [2.0], 0.5)
         array([1.1])
         """
-        start, rate = self.coordinates(q, limits=False), numbers(v, "v", (self.nv,))
-        lead = common_lead(start.shape[:-1], rate.shape[:-1], "q and v")
-        moved = runs_last(np.broadcast_to(start, (*lead, self.nq)), 1).copy()
-        rates = runs_last(np.broadcast_to(rate, (*lead, self.nv)), 1)
-        self.tree.advance(moved, rates, number(dt, "dt"))
+        start, rate = self.coordinates(q, limits=False), as_floats(v, "v", (self.nv,))
+        lead = broadcast_leading_shape(start.shape[:-1], rate.shape[:-1], "q and v")
+        moved = move_runs_last(np.broadcast_to(start, (*lead, self.nq)), 1).copy()
+        rates = move_runs_last(np.broadcast_to(rate, (*lead, self.nv)), 1)
+        self.tree.advance(moved, rates, as_float(dt, "dt"))
         if not np.isfinite(moved).all():
             raise InputError("q, v and dt: too large, so that where they lead is not finite")
-        return runs_first(moved, lead)
+        return move_runs_first(moved, lead)
 
     def _link(self, name: str | None) -> str:
         if name is None:
             return self.tip
         names = [link.name for link in self.links]
-        if not is_one_of(name, names):
+        if not is_known_name(name, names):
             raise FrameError(
-                f"no frame {said(name)} in robot '{self.name}'; {suggest(name, names, 'frames')}"
+                f"no frame {format_value(name)} in robot '{self.name}'; {suggest_names(name, names, 'frames')}"
             )
         return name
 
-    def _placement(self, link: str | None) -> Placement:
+    def _placement(self, link: str | None) -> FrameEvaluator:
         """Return the link as the kernels know it, or the tip for None."""
         found = self._placements.get(link) if link is None or isinstance(link, str) else None
         if found is None:
-            found = self._placements[link] = Placement(self.tree, [self._link(link)])
+            found = self._placements[link] = FrameEvaluator(self.tree, [self._link(link)])
         return found
 
     @cached_property
-    def _placements(self) -> dict[str | None, Placement]:
+    def _placements(self) -> dict[str | None, FrameEvaluator]:
         """What `_placement` has returned, by link."""
         return {}
 
     @cached_property
-    def _every_frame(self) -> Placement:
+    def _every_frame(self) -> FrameEvaluator:
         """All links, in their order."""
-        return Placement(self.tree, [link.name for link in self.links])
+        return FrameEvaluator(self.tree, [link.name for link in self.links])
 
     @cached_property
     def _is_plain(self) -> bool:

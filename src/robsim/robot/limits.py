@@ -7,18 +7,18 @@ from typing import Any
 
 import numpy as np
 
-from robsim.base.arrays import Array, frozen
+from robsim.base.arrays import Array, make_read_only
 from robsim.base.errors import InputError
 from robsim.robot.joint import LIMIT_SLACK, Mimic
-from robsim.robot.link import Link, coordinate_names
+from robsim.robot.link import Link, list_coordinate_names
 
 
-def ranges(links: Sequence[Link]) -> Array:
+def combine_limits(links: Sequence[Link]) -> Array:
     """Return the limits (nq, 2), read-only, that also keep mimicking joints within theirs.
 
     InputError: one with limits mimics in the end what follows in another way.
     """
-    names = coordinate_names(links)
+    names = list_coordinate_names(links)
     own = (link.joint for link in links if link.joint.parts.coordinates)
     each = (joint.model.ranges(joint.limits, joint.needed) for joint in own)
     rows = np.concatenate([np.empty((0, 2)), *each])
@@ -36,10 +36,10 @@ def ranges(links: Sequence[Link]) -> Array:
                 )
             source, (low, high) = number[root.of], root.source_limits(link.joint.limits)
             rows[source] = max(rows[source, 0], low), min(rows[source, 1], high)
-    return frozen(rows)
+    return make_read_only(rows)
 
 
-def check_ranges(rows: Array, names: Iterable[str], robot: str) -> None:
+def check_common_limits(rows: Array, names: Iterable[str], robot: str) -> None:
     """Raise InputError if a coordinate and those that mimic it have no limits in common."""
     for name, (low, high) in zip(names, rows, strict=True):
         if not (low <= high and low < np.inf and high > -np.inf):
@@ -49,7 +49,7 @@ def check_ranges(rows: Array, names: Iterable[str], robot: str) -> None:
             )
 
 
-def check_limits(
+def check_within_limits(
     q: Array, rows: Array, names: Sequence[str], units: Sequence[str], what: str, robot: str
 ) -> None:
     """Raise InputError for the first coordinate of q (..., nq) that is outside its limits."""

@@ -8,18 +8,18 @@ from functools import reduce
 from operator import add
 from typing import Any
 
-from robsim.base.errors import InputError, said
-from robsim.base.names import checked_name
+from robsim.base.errors import InputError, format_value
+from robsim.base.name_check import check_name
 from robsim.geometry.inertia import Inertia
 from robsim.geometry.primitives import Primitive
 from robsim.robot.joint import FIXED, Joint
 
 
-def checked_shapes(given: Any, owner: str) -> tuple[Primitive, ...]:
+def check_shapes(given: Any, owner: str) -> tuple[Primitive, ...]:
     """Return one or several primitives as a tuple, or raise an InputError that names the owner."""
     shapes = (given,) if isinstance(given, Primitive) else given
     if not isinstance(shapes, list | tuple) or not all(isinstance(s, Primitive) for s in shapes):
-        raise InputError(f"{owner}: shapes are Block, Wheel, Ball, ..., got {said(given)}")
+        raise InputError(f"{owner}: shapes are Block, Wheel, Ball, ..., got {format_value(given)}")
     return tuple(shapes)
 
 
@@ -45,12 +45,16 @@ class Link:
         return self.joint.name or self.name
 
     def __post_init__(self) -> None:
-        checked_name(self.name, "link")
+        check_name(self.name, "link")
         if not isinstance(self.joint, Joint):
-            raise InputError(f"link '{self.name}': expected a Joint, got {said(self.joint)}")
-        object.__setattr__(self, "shapes", checked_shapes(self.shapes, f"link '{self.name}'"))
+            raise InputError(
+                f"link '{self.name}': expected a Joint, got {format_value(self.joint)}"
+            )
+        object.__setattr__(self, "shapes", check_shapes(self.shapes, f"link '{self.name}'"))
         if self.inertia is not None and not isinstance(self.inertia, Inertia):
-            raise InputError(f"link '{self.name}': expected an Inertia, got {said(self.inertia)}")
+            raise InputError(
+                f"link '{self.name}': expected an Inertia, got {format_value(self.inertia)}"
+            )
 
     @property
     def inertial(self) -> Inertia | None:
@@ -67,11 +71,11 @@ class Link:
         return reduce(add, weighed) if weighed else None
 
 
-def coordinate_names(links: Iterable[Link]) -> tuple[str, ...]:
+def list_coordinate_names(links: Iterable[Link]) -> tuple[str, ...]:
     """Return the names of the joints' own coordinates: joint or link, with a suffix like .x."""
     return tuple(link.label + part for link in links for part in link.joint.parts.coordinates)
 
 
-def velocity_names(links: Iterable[Link]) -> tuple[str, ...]:
+def list_velocity_names(links: Iterable[Link]) -> tuple[str, ...]:
     """Return the names of the joints' own velocities: joint or link, with a suffix like .x."""
     return tuple(link.label + part for link in links for part in link.joint.parts.velocities)

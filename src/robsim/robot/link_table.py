@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from typing import Annotated, Any, ClassVar
 
 from robsim.base.errors import InputError
-from robsim.declare import Choice, ListOf, Name, Number, Role, Stacked, Table
-from robsim.declare.joints import Axes, OfJoint, PerJoint, unit_of
-from robsim.declare.problems import under
-from robsim.declare.spec import Context, NoText, Raw
+from robsim.declare import KindOf, ListOf, Name, Number, PerRun, Role, Table
+from robsim.declare.joint_numbers import Axes, OfJoint, PerJoint, get_joint_unit
+from robsim.declare.problems import prefix_path
+from robsim.declare.spec import Context, NoTextError, Raw
 from robsim.geometry.curves.curve import CURVES
 from robsim.geometry.inertia import Inertia
 from robsim.geometry.pose import IDENTITY, Pose
@@ -18,38 +18,38 @@ from robsim.geometry.pose_table import POSE
 from robsim.geometry.primitives.primitive import SHAPES, Primitive
 from robsim.robot.dh_row import DHRow
 from robsim.robot.joint import Joint, Steering
-from robsim.robot.joints.coupling import COUPLINGS
-from robsim.robot.joints.registry import JOINTS, kind_of
+from robsim.robot.joints.couplings import COUPLINGS
+from robsim.robot.joints.joint_registry import JOINTS, find_joint_kind
 from robsim.robot.link import Link
 
-SHAPE = Choice(SHAPES, short=False)
+SHAPE = KindOf(SHAPES, short=False)
 SHAPE_LIST = ListOf(SHAPE, most=256, by_hand=False)
-LABEL = Name()
-OF_JOINT = ("limits", "speed", "effort", "curve", "steering", "follows", "dh")
-POSES = ("place", "tail")
+LINK_NAME = Name()
+JOINT_KEYS = ("limits", "speed", "effort", "curve", "steering", "follows", "dh")
+POSE_KEYS = ("place", "tail")
 
 
 @dataclass(frozen=True)
-class JointChoice(Choice):
+class JointKindChoice(KindOf):
     """The declaration of a kind of joint: its name, or a table with its parameters."""
 
-    __hash__ = Choice.__hash__
+    __hash__ = KindOf.__hash__
 
     def controls(self, value: Any, place: Any) -> Iterable[Any]:
         return ()
 
     def write(self, value: Any, c: Context) -> Raw:
-        kind = kind_of(value)
+        kind = find_joint_kind(value)
         return super().write(kind, c)
 
 
-def _ends(c: Context) -> Axes:
+def _find_limit_axes(c: Context) -> Axes:
     """Return the ends of the range of the joint whose table is around."""
-    return Axes([unit_of(c)] * 2, ["lowest", "highest"])
+    return Axes([get_joint_unit(c)] * 2, ["lowest", "highest"])
 
 
 @dataclass(frozen=True)
-class Span(PerJoint):
+class JointLimits(PerJoint):
     """The declaration of joint limits: the lowest and highest coordinate, in the joint's unit."""
 
     def controls(self, value: Any, place: Any) -> Iterable[Any]:
@@ -66,16 +66,18 @@ class LinkTable:
     stands: ClassVar[Mapping[str, str]] = {
         "joint": "joint.kind",
         "joint_name": "joint.name",
-        **{key: f"joint.{key}" for key in (*OF_JOINT, *POSES)},
+        **{key: f"joint.{key}" for key in (*JOINT_KEYS, *POSE_KEYS)},
     }
 
-    name: Annotated[str, LABEL, "Name of the link."]
-    parent: Annotated[str | None, LABEL, "Link that carries the joint; None: the one before."] = (
-        None
+    name: Annotated[str, LINK_NAME, "Name of the link."]
+    parent: Annotated[
+        str | None, LINK_NAME, "Link that carries the joint; None: the one before."
+    ] = None
+    joint: Annotated[Any, JointKindChoice(JOINTS), "Kind of the joint that moves the link."] = (
+        "fixed"
     )
-    joint: Annotated[Any, JointChoice(JOINTS), "Kind of the joint that moves the link."] = "fixed"
     joint_name: Annotated[
-        str | None, LABEL, "Name of the joint and its coordinates; None: that of the link."
+        str | None, LINK_NAME, "Name of the joint and its coordinates; None: that of the link."
     ] = None
     speed: Annotated[
         float | None, OfJoint("/s", above=0), Role.FILE, "Largest speed of the drive."
@@ -86,19 +88,19 @@ class LinkTable:
         Role.FILE,
         "Largest torque or force of the drive, in N m or N.",
     ] = None
-    curve: Annotated[Any, Choice(CURVES, short=False), "Curve that a joint on a rail follows."] = (
+    curve: Annotated[Any, KindOf(CURVES, short=False), "Curve that a joint on a rail follows."] = (
         None
     )
     steering: Annotated[Steering | None, Table(Steering), "Steering of a car."] = None
     follows: Annotated[
-        Any, Choice(COUPLINGS, short=False), "Coupling by which the coordinate follows others."
+        Any, KindOf(COUPLINGS, short=False), "Coupling by which the coordinate follows others."
     ] = None
     dh: Annotated[DHRow | None, Table(DHRow), "Row of Denavit-Hartenberg constants."] = None
-    place: Annotated[Pose | None, POSE, Stacked(), "Pose of the joint in the parent."] = None
+    place: Annotated[Pose | None, POSE, PerRun(), "Pose of the joint in the parent."] = None
     tail: Annotated[
-        Pose | None, POSE, Stacked(), "Pose of the link in the moved frame of the joint."
+        Pose | None, POSE, PerRun(), "Pose of the link in the moved frame of the joint."
     ] = None
-    limits: Annotated[Any, Span(_ends), "Lowest and highest coordinate."] = None
+    limits: Annotated[Any, JointLimits(_find_limit_axes), "Lowest and highest coordinate."] = None
     shapes: Annotated[
         tuple[Primitive, ...], SHAPE_LIST, Role.FIGURE, "Solids that figures show of the link."
     ] = ()
@@ -112,15 +114,15 @@ class LinkTable:
     def facts(cls, own: Any, c: Context) -> Context:
         """Return the context with the kind of joint, which has the units of other values."""
         joint = own.get("joint")
-        return c.knowing(joint=joint and kind_of(joint))
+        return c.knowing(joint=joint and find_joint_kind(joint))
 
     def made(self, c: Context) -> Link:
         """Return the link that the table describes."""
         if self.dh is not None and (self.place is not None or self.tail is not None):
             raise InputError("dh and place or tail: give one of the two only")
-        poses: dict[str, Any] = {key: getattr(self, key) or IDENTITY for key in POSES}
-        own = {key: getattr(self, key) for key in OF_JOINT}
-        with under("limits") if self.limits is not None else under():
+        poses: dict[str, Any] = {key: getattr(self, key) or IDENTITY for key in POSE_KEYS}
+        own = {key: getattr(self, key) for key in JOINT_KEYS}
+        with prefix_path("limits") if self.limits is not None else prefix_path():
             joint = Joint(self.joint, **poses, **own, name=self.joint_name)
         return Link(self.name, self.parent, joint, self.shapes, self.inertia)
 
@@ -129,9 +131,9 @@ class LinkTable:
         """Return the table that describes a link."""
         joint = value.joint
         if type(value) is not Link or type(joint) is not Joint:
-            raise NoText(f"{type(value).__name__} is Python code")
-        own = {key: getattr(joint, key) for key in OF_JOINT}
-        for key in POSES:
+            raise NoTextError(f"{type(value).__name__} is Python code")
+        own = {key: getattr(joint, key) for key in JOINT_KEYS}
+        for key in POSE_KEYS:
             pose = getattr(joint, key)
             own[key] = None if joint.dh or pose == IDENTITY else pose
         own |= {"joint": joint.kind, "joint_name": joint.name}

@@ -11,24 +11,24 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robsim.base.arrays import Array, flag, frozen
-from robsim.base.errors import FileWarning, InputError, said, suggest
-from robsim.base.names import checked_name
-from robsim.base.values import keep, unchecked
-from robsim.base.warned import warn_of_degrees
-from robsim.geometry.pose import IDENTITY, Pose, one_pose
+from robsim.base.arrays import Array, as_bool, make_read_only
+from robsim.base.errors import FileWarning, InputError, format_value, suggest_names
+from robsim.base.name_check import check_name
+from robsim.base.unit_warnings import warn_of_degrees
+from robsim.base.value import copy_cached, replace_unchecked
+from robsim.geometry.pose import IDENTITY, Pose, check_single_pose
 from robsim.geometry.primitives import Primitive
-from robsim.robot import overview
-from robsim.robot.dh import dh_links
+from robsim.robot import robot_overview
+from robsim.robot.dh import build_dh_links
 from robsim.robot.joint import Ackermann, Chord, Rolling
 from robsim.robot.kinematics import Kinematics
-from robsim.robot.limits import check_ranges
+from robsim.robot.limits import check_common_limits
 from robsim.robot.link import Link
-from robsim.robot.origin import Origin
-from robsim.robot.tool import mounted
+from robsim.robot.robot_origin import RobotOrigin
+from robsim.robot.tool import mount_tool
 
 # what is the same in robots whose numbers differ
-NAMED = (
+SHARED_PROPERTIES = (
     *("coordinate_names", "coordinate_units", "velocity_names", "velocity_units"),
     *("nq", "nv", "_angles", "_floats"),
 )
@@ -72,17 +72,17 @@ class Robot(Kinematics):
     base: Pose = field(default=IDENTITY, kw_only=True)
     on: str = field(default="world", kw_only=True)
     tip: str = field(default="", kw_only=True)
-    origin: Origin | None = field(default=None, kw_only=True, compare=False)
+    origin: RobotOrigin | None = field(default=None, kw_only=True, compare=False)
     mounting: Mounting | None = field(default=None, kw_only=True, compare=False, repr=False)
 
     def __post_init__(self) -> None:
-        checked_name(self.name, "robot")
-        object.__setattr__(self, "base", one_pose(self.base, f"base of '{self.name}'"))
+        check_name(self.name, "robot")
+        object.__setattr__(self, "base", check_single_pose(self.base, f"base of '{self.name}'"))
         if not isinstance(self.on, str):
-            raise InputError(f"on: expected the name of a frame, got {said(self.on)}")
+            raise InputError(f"on: expected the name of a frame, got {format_value(self.on)}")
         given = (self.links,) if isinstance(self.links, Link) else self.links
         if not isinstance(given, Sequence) or not all(isinstance(link, Link) for link in given):
-            raise InputError(f"robot '{self.name}' needs a list of Link, got {said(given)}")
+            raise InputError(f"robot '{self.name}' needs a list of Link, got {format_value(given)}")
         if not given:
             raise InputError(f"robot '{self.name}' needs at least one Link, its base")
         object.__setattr__(self, "links", tuple(given))
@@ -98,28 +98,28 @@ class Robot(Kinematics):
         _ = self.tree  # an unknown parent is an error now, not later
         last = isinstance(self.tip, str) and not self.tip
         object.__setattr__(self, "tip", self._link(self.links[-1].name if last else self.tip))
-        check_ranges(self._ranges, self.coordinate_names, self.name)
+        check_common_limits(self._ranges, self.coordinate_names, self.name)
         home = self._full_home(f"{self.name}.home")
         if home.ndim != 1:
             raise InputError(f"{self.name}.home: expected shape ({self.nq},), got {home.shape}")
-        object.__setattr__(self, "home", frozen(home))
+        object.__setattr__(self, "home", make_read_only(home))
 
     def revised(self, **changes: Any) -> Robot:
         """Return a copy in which only numbers differ; what they do not touch is as it was."""
-        made = unchecked(self, **changes)
-        keep(self, made, NAMED)
+        made = replace_unchecked(self, **changes)
+        copy_cached(self, made, SHARED_PROPERTIES)
         if made.links is self.links:
-            keep(self, made, ("tree",))
-        elif _standing(made.links) != _standing(self.links):
+            copy_cached(self, made, ("tree",))
+        elif _list_wheel_mounts(made.links) != _list_wheel_mounts(self.links):
             _ = made.tree  # whether what follows others still fits together
-        same = _spans(made.links) == _spans(self.links)
+        same = _list_limit_sources(made.links) == _list_limit_sources(self.links)
         if same:
-            keep(self, made, ("_ranges",))
+            copy_cached(self, made, ("_ranges",))
         else:
-            _check_chords(made.links)
-            check_ranges(made._ranges, made.coordinate_names, made.name)
+            _check_chord_curves(made.links)
+            check_common_limits(made._ranges, made.coordinate_names, made.name)
         if not same or "home" in changes:
-            object.__setattr__(made, "home", frozen(made._full_home(f"{made.name}.home")))
+            object.__setattr__(made, "home", make_read_only(made._full_home(f"{made.name}.home")))
         return made
 
     def __str__(self) -> str:
@@ -128,11 +128,11 @@ class Robot(Kinematics):
 
     def __repr__(self) -> str:
         """Return a line with the name, the number of links and the coordinates."""
-        return overview.text(self)
+        return robot_overview.describe_robot(self)
 
     def _repr_html_(self) -> str:
         """Return a table of the coordinates for notebooks."""
-        return overview.table(self)
+        return robot_overview.render_robot_table(self)
 
     @classmethod
     def from_dh(
@@ -157,7 +157,7 @@ class Robot(Kinematics):
         >>> arm.fk([0, 0])[:3, 3]
         array([2., 0., 0.])
         """
-        parts = dh_links(rows, convention, joints, limits, links, shapes)
+        parts = build_dh_links(rows, convention, joints, limits, links, shapes)
         return cls(name, parts, home)
 
     @classmethod
@@ -186,10 +186,10 @@ class Robot(Kinematics):
         """
         from robsim.robot import urdf  # only where it is used, for a quick start
 
-        robot, found = urdf.read(path, lambda name, links, end: cls(name, links, tip=end))
+        robot, found = urdf.read_urdf(path, lambda name, links, end: cls(name, links, tip=end))
         if tip is None and found.others:
             warnings.warn(f"{path}: {found.warning}", FileWarning, stacklevel=2)
-        origin = Origin(urdf=os.path.abspath(path))
+        origin = RobotOrigin(urdf=os.path.abspath(path))
         if tip is None and home is None:
             return replace(robot, origin=origin)
         return replace(robot, tip=found.name if tip is None else tip, home=home, origin=origin)
@@ -205,7 +205,7 @@ class Robot(Kinematics):
         """
         from robsim.robot import urdf  # only where it is used, for a quick start
 
-        urdf.write(self.name, self.links, self.tip, path)
+        urdf.write_urdf(self.name, self.links, self.tip, path)
 
     def to_mjcf(self, path: str | os.PathLike[str]) -> None:
         """Write a MuJoCo model with bodies, joints, geoms, inertias, and equalities for mimics.
@@ -225,7 +225,7 @@ class Robot(Kinematics):
         >>> Robot.from_dh([[0, 0, 1, 0]]).at(Pose.at(0, 0, 1)).base.position
         array([0., 0., 1.])
         """
-        moved = one_pose(pose, f"base of '{self.name}'")
+        moved = check_single_pose(pose, f"base of '{self.name}'")
         if on is None:
             return replace(self, base=moved @ self.base)
         return replace(self, base=moved, on=on)
@@ -252,16 +252,16 @@ class Robot(Kinematics):
         ('opening', 'tip')
         """
         if not isinstance(tool, Robot):
-            raise InputError(f"tool: expected a Robot, got {said(tool)}")
+            raise InputError(f"tool: expected a Robot, got {format_value(tool)}")
         if tool.on != "world":
             raise InputError(
                 f"the tool '{tool.name}' stands on '{tool.on}', not on '{self.name}'; give the "
                 "pose and the link to with_tool instead"
             )
-        flag(bare, "bare")
-        at = one_pose(pose, f"pose of the tool '{tool.name}'") @ tool.base
+        as_bool(bare, "bare")
+        at = check_single_pose(pose, f"pose of the tool '{tool.name}'") @ tool.base
         carrier, without = self._link(on), bool(bare)
-        links = mounted(self.links, tool.links, tool.name, carrier, at, without)
+        links = mount_tool(self.links, tool.links, tool.name, carrier, at, without)
         number = [link.name for link in tool.links].index(tool.tip)
         tip = links[len(self.links) + number].name
         home = np.concatenate([self.home, tool.home])
@@ -283,8 +283,8 @@ class Robot(Kinematics):
         given, names = dict(self.home or {}), self.coordinate_names
         for name in given:
             if name not in names:
-                hint = suggest(name, names, "coordinates")
-                raise InputError(f"{what}: no coordinate {said(name)}; {hint}")
+                hint = suggest_names(name, names, "coordinates")
+                raise InputError(f"{what}: no coordinate {format_value(name)}; {hint}")
         nearest = np.clip(self.rest, *self.limits.T).tolist()
         full = [given.get(name, zero) for name, zero in zip(names, nearest, strict=True)]
         home = self._valid(full, what)
@@ -292,13 +292,13 @@ class Robot(Kinematics):
         return home
 
 
-def _spans(links: Sequence[Link]) -> list[Any]:
+def _list_limit_sources(links: Sequence[Link]) -> list[Any]:
     """Return what the limits of coordinates follow from."""
     joints = [link.joint for link in links]
     return [(joint.limits, joint.follows, joint.needed) for joint in joints]
 
 
-def _standing(links: Sequence[Link]) -> list[Any]:
+def _list_wheel_mounts(links: Sequence[Link]) -> list[Any]:
     """Return from what follows whether wheels fit on their vehicles."""
     joints = [link.joint for link in links]
     if not any(isinstance(joint.follows, Ackermann | Rolling) for joint in joints):
@@ -306,7 +306,7 @@ def _standing(links: Sequence[Link]) -> list[Any]:
     return [(id(j.place), id(j.tail), j.follows, j.steering) for j in joints]
 
 
-def _check_chords(links: Sequence[Link]) -> None:
+def _check_chord_curves(links: Sequence[Link]) -> None:
     """Raise InputError for a chord that does not fit the curve of its rail."""
     curves = {link.label: link.joint.curve for link in links}
     for link in links:

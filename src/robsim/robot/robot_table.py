@@ -8,35 +8,35 @@ from dataclasses import dataclass, replace
 from typing import Annotated, Any, ClassVar
 
 from robsim.base.errors import InputError
-from robsim.declare import Flag, ListOf, Name, Role, Stacked, Table, Text, Word
-from robsim.declare.fields import same
-from robsim.declare.joints import Axes, PerJoint
-from robsim.declare.lists import label
-from robsim.declare.problems import under
-from robsim.declare.spec import MISSING, Context, Raw, Spec, Unsayable
-from robsim.declare.words import Reference
+from robsim.declare import Flag, ListOf, Name, PerRun, Role, Table, Text, Word
+from robsim.declare.fields import is_identical
+from robsim.declare.joint_numbers import Axes, PerJoint
+from robsim.declare.lists import get_item_label
+from robsim.declare.problems import prefix_path
+from robsim.declare.spec import MISSING, Context, Raw, Spec, UnwritableChange
+from robsim.declare.texts import FrameReference
 from robsim.geometry.pose import IDENTITY, Pose
 from robsim.geometry.pose_table import FLAT_POSE
-from robsim.robot.joint import units_of
-from robsim.robot.link import Link, coordinate_names
+from robsim.robot.joint import list_coordinate_units
+from robsim.robot.link import Link, list_coordinate_names
 from robsim.robot.link_table import LinkTable
-from robsim.robot.origin import KEYS, Origin
 from robsim.robot.robot import Robot
+from robsim.robot.robot_origin import ORIGIN_KEYS, RobotOrigin
 
-LINK = Table(Link, LinkTable)
+LINK_SPEC = Table(Link, LinkTable)
 MOST_LINKS = 256
-MOST = 64  # robots of a scene, tools of a robot, and other parts of one kind
-BASE = (
+MOST_LISTED_PARTS = 64  # robots of a scene, tools of a robot, and other parts of one kind
+BASE_MESSAGE = (
     "the first link is the base: it has no parent, joint or dh; a robot that moves as a "
     "whole gets a base link first, and then its moving link"
 )
 
 
 @dataclass(frozen=True)
-class Links(ListOf):
+class LinkList(ListOf):
     """The declaration of a robot's links, each on the one before it unless it has a `parent`."""
 
-    item: Spec = LINK
+    item: Spec = LINK_SPEC
     least: int = 1
     most: int = MOST_LINKS
 
@@ -45,15 +45,15 @@ class Links(ListOf):
             return super().read(raw, c)
         first = raw[0] if isinstance(raw, list) and raw and isinstance(raw[0], Mapping) else {}
         if first.get("parent") or first.get("joint", "fixed") != "fixed" or "dh" in first:
-            with under(label(first, 0)):
-                raise InputError(BASE)
+            with prefix_path(get_item_label(first, 0)):
+                raise InputError(BASE_MESSAGE)
         return tuple(super().read(raw, c))
 
     def write(self, value: Any, c: Context) -> list[Raw]:
-        return super().write(_without_parents(value) if c.facts.get("brief") else value, c)
+        return super().write(_drop_default_parents(value) if c.facts.get("brief") else value, c)
 
 
-def _without_parents(links: Sequence[Link]) -> list[Link]:
+def _drop_default_parents(links: Sequence[Link]) -> list[Link]:
     """Return links that do not name the link before, which is theirs where none is named."""
     before = [None, *(link.name for link in links)]
     return [
@@ -63,22 +63,22 @@ def _without_parents(links: Sequence[Link]) -> list[Link]:
 
 
 @dataclass(frozen=True)
-class LinkedSpec(Table):
+class LinkTreeSpec(Table):
     """Links of a text: all of them, or those of a library robot or a URDF file with changes."""
 
     def read(self, raw: Raw, c: Context) -> Any:
-        given = [key for key in KEYS if isinstance(raw, Mapping) and key in raw]
+        given = [key for key in ORIGIN_KEYS if isinstance(raw, Mapping) and key in raw]
         if not given or "library" not in c.facts:
             return super().read(raw, c)
         if len(given) > 1:
             raise InputError("model and urdf: give one of the two only")
-        rest = {key: part for key, part in raw.items() if key not in KEYS}
+        rest = {key: part for key, part in raw.items() if key not in ORIGIN_KEYS}
         plain = c.facts["library"](raw)
         return super().read(rest, c.changing(self._in_text(plain)))
 
     def written(self, value: Any, c: Context, key: str | None = None) -> dict[str, Raw]:
         if c.over is MISSING and "read_origin" in c.facts:
-            with suppress(InputError, Unsayable):
+            with suppress(InputError, UnwritableChange):
                 keys, plain = c.facts["read_origin"](value)
                 plain = self._in_text(plain)
                 own = replace(value, origin=plain.origin)
@@ -87,23 +87,23 @@ class LinkedSpec(Table):
 
     def schema(self, define: Any) -> dict[str, Any]:
         form = self.says or self.kind
-        taken = {"oneOf": [{"required": [key]} for key in KEYS]}
+        taken = {"oneOf": [{"required": [key]} for key in ORIGIN_KEYS]}
         changed = {"allOf": [define.changes(form), taken]}
         return {"anyOf": [define(form), changed]}
 
     def _in_text(self, robot: Robot) -> Any:
         """Return a robot in the form that the text changes: a robot, or a tool."""
-        return robot if self.kind is Robot else tool_table(robot, robot.home)
+        return robot if self.kind is Robot else make_tool_table(robot, robot.home)
 
 
 @dataclass(frozen=True)
 class OriginSpec(Spec):
-    """The declaration of the keys `model` and `urdf`, which `LinkedSpec` reads and writes."""
+    """The declaration of the keys `model` and `urdf`, which `LinkTreeSpec` reads and writes."""
 
     phrase: ClassVar[str] = "a text"
 
     def keys(self, name: str) -> tuple[str, ...]:
-        return tuple(KEYS)
+        return tuple(ORIGIN_KEYS)
 
     def pick(self, table: Mapping[str, Raw], name: str, c: Context) -> Any:
         return MISSING
@@ -112,29 +112,29 @@ class OriginSpec(Spec):
         """Write nothing: the links stand in the table."""
 
     def properties(self, name: str, define: Any) -> dict[str, Any]:
-        return {key: {"type": "string", "description": about} for key, about in KEYS.items()}
+        return {key: {"type": "string", "description": about} for key, about in ORIGIN_KEYS.items()}
 
     def rows(self, name: str) -> list[tuple[str, str]]:
         return []  # the documentation speaks of both keys above the table
 
 
-def _own_joints(c: Context) -> Axes | None:
+def _find_home_axes(c: Context) -> Axes | None:
     """Return the coordinates of the robot whose table is being read or written."""
     links = c.facts["own"].get("links")
     if links is None:
         return None
-    return Axes(units_of([link.joint for link in links]), coordinate_names(links))
+    return Axes(list_coordinate_units([link.joint for link in links]), list_coordinate_names(links))
 
 
 @dataclass(frozen=True)
-class LinkedTable:
+class LinkTreeTable:
     """The text form that robots and tools have in common: links on joints."""
 
     name: Annotated[str, Name(), "Name of the robot or tool."]
-    links: Annotated[tuple[Link, ...], Links(), "Links, the base first."]
+    links: Annotated[tuple[Link, ...], LinkList(), "LinkList, the base first."]
     stands: ClassVar[Mapping[str, str]] = {"pose": "base", "links": "links", "home": "home"}
     pose: Annotated[
-        Pose | None, FLAT_POSE, Stacked(), "Pose of the base in the frame that carries it."
+        Pose | None, FLAT_POSE, PerRun(), "Pose of the base in the frame that carries it."
     ] = None
     about: Annotated[str | None, Text(), Role.LABEL, "Description in one line."] = None
     sources: Annotated[
@@ -144,19 +144,19 @@ class LinkedTable:
         str | None, Word(("standard", "modified"), "convention"), "Convention of the rows `dh`."
     ] = None
     home: Annotated[
-        Any, PerJoint(_own_joints), "Coordinates at home, where runs start by default."
+        Any, PerJoint(_find_home_axes), "Coordinates at home, where runs start by default."
     ] = None
     tip: Annotated[str | None, Name(), "Link that is taken where none is named."] = None
-    origin: Annotated[Origin | None, OriginSpec(), "Library robot or URDF file of the links."] = (
-        None
-    )
+    origin: Annotated[
+        RobotOrigin | None, OriginSpec(), "Library robot or URDF file of the links."
+    ] = None
 
     facts_from: ClassVar[Any] = ("convention",)
 
     @classmethod
     def facts(cls, own: Any, c: Context) -> Context:
         """Return the context with the convention of the Denavit-Hartenberg rows of the links."""
-        said = own.get("convention") or convention_of(own.get("links") or ())
+        said = own.get("convention") or find_dh_convention(own.get("links") or ())
         return c.knowing(convention=said or "standard")
 
     def robot(self) -> Robot:
@@ -173,12 +173,12 @@ class LinkedTable:
         try:
             return Robot(self.name, links, self.home, tip=self.tip or "", origin=self.origin)
         except InputError as error:  # of home, or of links that do not go together
-            with under("home" if str(error).startswith(f"{self.name}.home") else "links"):
+            with prefix_path("home" if str(error).startswith(f"{self.name}.home") else "links"):
                 raise
 
 
 @dataclass(frozen=True)
-class ToolTable(LinkedTable):
+class ToolTable(LinkTreeTable):
     """The text form of a tool on a link, see `Robot.with_tool`."""
 
     on: Annotated[str | None, Name(), "Link that carries the tool; None: the last."] = None
@@ -187,21 +187,21 @@ class ToolTable(LinkedTable):
     )
 
 
-TOOLS = ListOf(LinkedSpec(ToolTable), most=MOST)
+TOOL_LIST = ListOf(LinkTreeSpec(ToolTable), most=MOST_LISTED_PARTS)
 
 
 @dataclass(frozen=True)
-class RobotTable(LinkedTable):
+class RobotTable(LinkTreeTable):
     """The text form of a robot; `model` names one of the library, `urdf` a file."""
 
-    on: Annotated[str, Reference, "Frame that carries the robot."] = "world"
-    tools: Annotated[tuple[Any, ...], TOOLS, "Tools, each on those before."] = ()
+    on: Annotated[str, FrameReference, "Frame that carries the robot."] = "world"
+    tools: Annotated[tuple[Any, ...], TOOL_LIST, "Tools, each on those before."] = ()
 
     def made(self, c: Context) -> Robot:
         """Return the robot with its tools."""
         made = self.robot()
         for tool in self.tools:
-            with under("tools", tool.name):
+            with prefix_path("tools", tool.name):
                 made = made.with_tool(tool.robot(), tool.pose or IDENTITY, tool.on, tool.bare)
         return replace(made, base=self.pose or IDENTITY, on=self.on)
 
@@ -209,15 +209,15 @@ class RobotTable(LinkedTable):
     def of(cls, value: Robot, c: Context) -> RobotTable:
         """Return the table that describes a robot, link by link."""
         if value.mountings and c.facts.get("short"):
-            return _with_tools(value, c)
+            return _make_table_with_tools(value, c)
         tip = None if value.tip == value.links[-1].name else value.tip
-        home = None if c.facts.get("brief") and _at_rest(value) else value.home
-        own: Any = {"home": home, "tip": tip, "convention": convention_of(value.links)}
+        home = None if c.facts.get("brief") and _is_default_home(value) else value.home
+        own: Any = {"home": home, "tip": tip, "convention": find_dh_convention(value.links)}
         own["origin"] = value.origin
         return cls(value.name, value.links, value.base, on=value.on, **own)
 
 
-def _with_tools(value: Robot, c: Context) -> RobotTable:
+def _make_table_with_tools(value: Robot, c: Context) -> RobotTable:
     """Return the table of a robot with the tools that it was given, each with its part of home."""
     mountings, tools = value.mountings, []
     first = mountings[0].before
@@ -225,25 +225,25 @@ def _with_tools(value: Robot, c: Context) -> RobotTable:
     for each in mountings:
         at = each.before.nq
         given = {"pose": each.pose, "on": each.on, "bare": each.bare}
-        tools.append(tool_table(each.tool, value.home[at : at + each.tool.nq], **given))
+        tools.append(make_tool_table(each.tool, value.home[at : at + each.tool.nq], **given))
     table = RobotTable.of(replace(arm, name=value.name, origin=value.origin), c)
     return replace(table, tools=tuple(tools))
 
 
-def tool_table(tool: Robot, home: Any, **given: Any) -> ToolTable:
+def make_tool_table(tool: Robot, home: Any, **given: Any) -> ToolTable:
     """Return the table of a tool at home somewhere."""
-    own: Any = {"convention": convention_of(tool.links), "origin": tool.origin, **given}
+    own: Any = {"convention": find_dh_convention(tool.links), "origin": tool.origin, **given}
     return ToolTable(tool.name, tool.links, home=home, tip=tool.tip, **own)
 
 
-def _at_rest(robot: Robot) -> bool:
+def _is_default_home(robot: Robot) -> bool:
     """Return whether home is where it is if none is given."""
-    return same(robot.home, replace(robot, home=None).home)
+    return is_identical(robot.home, replace(robot, home=None).home)
 
 
-def convention_of(links: Sequence[Link]) -> str | None:
+def find_dh_convention(links: Sequence[Link]) -> str | None:
     """Return the convention of the first Denavit-Hartenberg row of some links; None: of no row."""
     return next((link.joint.dh.convention for link in links if link.joint.dh), None)
 
 
-ROBOT = LinkedSpec(Robot, RobotTable)
+ROBOT = LinkTreeSpec(Robot, RobotTable)

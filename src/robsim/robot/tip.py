@@ -10,7 +10,7 @@ from robsim.robot.link import Link
 
 # what robot makers call the frame of the tool, the nearest to the work first: the tool centre
 # point; tool0 of ROS-Industrial; tool, end effector and flange of the others
-TOOLS = (
+TOOL_NAMES = (
     "tcp",
     "tool_center_point",
     "tool0",
@@ -25,9 +25,9 @@ TOOLS = (
     "grasp_center",
     "flange",
 )
-PALMS = {"gripper", "hand", "palm"}  # links that carry fingers
+PALM_NAMES = {"gripper", "hand", "palm"}  # links that carry fingers
 MOST_LISTED = 8  # candidates that a warning lists
-FILLING = {"link", "frame", "left", "right", "l", "r"}  # words without a meaning here
+FILLER_WORDS = {"link", "frame", "left", "right", "l", "r"}  # words without a meaning here
 
 
 @dataclass(frozen=True)
@@ -63,54 +63,56 @@ def find_tip(links: Sequence[Link]) -> Tip:
     """
     parents = {link.name: link.parent for link in links}
     moving = {link.name: link.joint.moves for link in links}
-    depth = {name: sum(moving[each] for each in _chain(name, parents)) for name in parents}
+    depth = {
+        name: sum(moving[each] for each in _iterate_ancestors(name, parents)) for name in parents
+    }
     carriers = set(parents.values())
     leaves = [name for name in depth if depth[name] and name not in carriers]
     if not leaves:
         return Tip(links[-1].name)
-    found = _named(leaves, TOOLS) or leaves
+    found = _match_first_word(leaves, TOOL_NAMES) or leaves
     most = max(depth[name] for name in found)
     deepest = [name for name in found if depth[name] == most]
     if len(deepest) == 1:
         return Tip(deepest[0])
-    first, *others = (list(_chain(name, parents)) for name in deepest)
+    first, *others = (list(_iterate_ancestors(name, parents)) for name in deepest)
     shared = [name for name in first if all(name in other for other in others)]
-    hands = [name for name in shared if depth[name] and _carries_fingers(name)]
+    hands = [name for name in shared if depth[name] and _is_hand(name)]
     chosen = (hands or deepest)[0]
     return Tip(chosen, tuple(name for name in deepest if name != chosen))
 
 
-def _chain(name: str | None, parents: Mapping[str, str | None]) -> Iterator[str]:
+def _iterate_ancestors(name: str | None, parents: Mapping[str, str | None]) -> Iterator[str]:
     """Yield a link and its ancestors, the nearest first."""
     while name is not None:
         yield name
         name = parents[name]
 
 
-def _named(names: Sequence[str], words: Iterable[str]) -> list[str]:
+def _match_first_word(names: Sequence[str], words: Iterable[str]) -> list[str]:
     """Return the names that match the first word that any name matches."""
     for word in words:
-        found = [name for name in names if _is_called(name, (word,))]
+        found = [name for name in names if _ends_in_word(name, (word,))]
         if found:
             return found
     return []
 
 
-def _carries_fingers(name: str) -> bool:
+def _is_hand(name: str) -> bool:
     """Return whether the name is that of a hand, or of a tool."""
-    return bool(PALMS & set(_words(name))) or _is_called(name, TOOLS)
+    return bool(PALM_NAMES & set(_split_link_name(name))) or _ends_in_word(name, TOOL_NAMES)
 
 
-def _is_called(name: str, words: Iterable[str]) -> bool:
+def _ends_in_word(name: str, words: Iterable[str]) -> bool:
     """Return whether a name ends in one of the words, apart from filling words.
 
-    >>> _is_called("iiwa_link_ee", ("ee",)), _is_called("knee", ("ee",))
+    >>> _ends_in_word("iiwa_link_ee", ("ee",)), _ends_in_word("knee", ("ee",))
     (True, False)
     """
-    parts = _words(name)
+    parts = _split_link_name(name)
     return any(parts[-len(word.split("_")) :] == word.split("_") for word in words)
 
 
-def _words(name: str) -> list[str]:
+def _split_link_name(name: str) -> list[str]:
     """Return the words of a name in lower case, without filling words."""
-    return [part for part in re.split("[_-]", name.lower()) if part not in FILLING]
+    return [part for part in re.split("[_-]", name.lower()) if part not in FILLER_WORDS]

@@ -11,7 +11,7 @@ from robsim.robot.joint import Joint
 from robsim.robot.link import Link
 
 
-def mounted(
+def mount_tool(
     arm: Sequence[Link], tool: Sequence[Link], name: str, on: str, pose: Pose, bare: bool
 ) -> tuple[Link, ...]:
     """Return the links of an arm and of a tool whose base is at `pose` on the link `on`.
@@ -20,34 +20,34 @@ def mounted(
     tool in front.
     """
     taken = {link.name for link in arm}
-    links = {link.name: _apart(link.name, taken, name) for link in tool}
-    taken_too = {link.label for link in _moving(arm)}
+    links = {link.name: _prefix_if_taken(link.name, taken, name) for link in tool}
+    taken_too = {link.label for link in _list_moving_links(arm)}
     labels = {
-        link.label: _apart(link.joint.name or links[link.name], taken_too, name)
-        for link in _moving(tool)
+        link.label: _prefix_if_taken(link.joint.name or links[link.name], taken_too, name)
+        for link in _list_moving_links(tool)
     }
-    _check_apart(taken, links.values(), name)
-    _check_apart(taken_too, labels.values(), name)
+    _check_distinct_names(taken, links.values(), name)
+    _check_distinct_names(taken_too, labels.values(), name)
     base = tool[0]
     place = Joint(place=pose @ base.joint.place @ base.joint.tail)
     hung = [Link(links[base.name], on, place, base.shapes, base.inertia)]
     for link in tool[1:]:
-        joint, parent = _renamed(link, links[link.name], labels), links[str(link.parent)]
+        joint, parent = _rename_joint(link, links[link.name], labels), links[str(link.parent)]
         hung.append(replace(link, name=links[link.name], parent=parent, joint=joint))
     bared = [replace(link, shapes=()) if bare and link.name == on else link for link in arm]
     return (*bared, *hung)
 
 
-def _moving(links: Iterable[Link]) -> list[Link]:
+def _list_moving_links(links: Iterable[Link]) -> list[Link]:
     return [link for link in links if link.joint.moves]
 
 
-def _apart(name: str, taken: set[str], prefix: str) -> str:
+def _prefix_if_taken(name: str, taken: set[str], prefix: str) -> str:
     """Return the name, with a prefix if it is taken."""
     return f"{prefix}_{name}" if name in taken else name
 
 
-def _check_apart(taken: set[str], names: Iterable[str], tool: str) -> None:
+def _check_distinct_names(taken: set[str], names: Iterable[str], tool: str) -> None:
     every = [*taken, *names]
     twice = sorted({name for name in every if every.count(name) > 1})
     if twice:
@@ -57,7 +57,7 @@ def _check_apart(taken: set[str], names: Iterable[str], tool: str) -> None:
         )
 
 
-def _renamed(link: Link, name: str, labels: Mapping[str, str]) -> Joint:
+def _rename_joint(link: Link, name: str, labels: Mapping[str, str]) -> Joint:
     """Return the joint of a renamed link, with the new names of coordinates."""
     joint = link.joint
     if not joint.moves:

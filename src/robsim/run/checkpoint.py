@@ -19,13 +19,13 @@ import numpy as np
 from llvmlite import binding as llvm
 
 from robsim import __version__
-from robsim.base.arrays import flag, whole
-from robsim.base.errors import FileError, FileWarning, InputError, said
-from robsim.base.output import refused, write_whole
-from robsim.container import Block, ContainerError, pack, unpack
-from robsim.engine.chunk import Chunk, Going
+from robsim.base.arrays import as_bool, as_integer
+from robsim.base.atomic_files import convert_os_errors, write_whole
+from robsim.base.errors import FileError, FileWarning, InputError, format_value
+from robsim.container import ArrayBlock, ContainerError, pack_container, unpack_container
+from robsim.engine.chunk import Chunk, ChunkProgress
+from robsim.kernels.machine.cache_files import KERNEL_HASH, VERSIONS
 from robsim.kernels.machine.program import Program
-from robsim.kernels.machine.store import KERNEL_HASH, VERSIONS
 
 if TYPE_CHECKING:
     from robsim.engine.loop import Loop
@@ -36,14 +36,14 @@ INTERVAL = 10.0  # seconds between checkpoints
 SHARE = 0.01  # of the time, which writing them takes at most
 
 
-class _Begun(NamedTuple):
+class _StartedLoop(NamedTuple):
     """A loop, and its chunks as they are."""
 
     loop: Loop
-    chunks: list[Going]
+    chunks: list[ChunkProgress]
 
 
-class Keeper:
+class CheckpointFile:
     """Writes checkpoints of a run to a file, and takes up the one that is there.
 
     A mission has a loop for each phase, which begin one after the other. `identity` stands for
@@ -52,17 +52,17 @@ class Keeper:
 
     def __init__(self, path: str | os.PathLike[str], identity: str, resume: bool):
         self.path, self.identity = Path(path), identity
-        self._begun: list[_Begun] = []
+        self._begun: list[_StartedLoop] = []
         self._next = time.monotonic() + INTERVAL
         self._works = True
         self._left = self._read() if resume else []
 
-    def begin(self, loop: Loop, chunks: list[Going]) -> list[Going]:
+    def begin(self, loop: Loop, chunks: list[ChunkProgress]) -> list[ChunkProgress]:
         """Return the chunks of the next loop as they were left, or as given at their start."""
         if self._left:
-            with _fitting(self.path):
-                chunks = _restored(loop, *self._left.pop(0))
-        self._begun.append(_Begun(loop, chunks))
+            with _convert_misfit_errors(self.path):
+                chunks = _restore_chunks(loop, *self._left.pop(0))
+        self._begun.append(_StartedLoop(loop, chunks))
         return chunks
 
     @property
@@ -77,10 +77,12 @@ class Keeper:
         """
         began = time.monotonic()
         try:
-            loops, arrays = zip(*(_described(*each) for each in self._begun), strict=True)
+            loops, arrays = zip(*(_describe_loop(*each) for each in self._begun), strict=True)
             own = {"format": FORMAT, "experiment": self.identity, "loops": loops}
             flat = [array for each in arrays for array in each]
-            write_whole(self.path, pack({**own, **_made_with()}, flat).getbuffer())
+            write_whole(
+                self.path, pack_container({**own, **_get_software_versions()}, flat).getbuffer()
+            )
         except InputError as error:
             if self._works:
                 warnings.warn(f"no checkpoint: {error}", FileWarning, stacklevel=2)
@@ -90,12 +92,12 @@ class Keeper:
 
     def _read(self) -> list[tuple[Any, list[Any]]]:
         """Return the description of each loop, with its arrays; FileError if it does not serve."""
-        with refused(self.path, "read"):
+        with convert_os_errors(self.path, "read"):
             if not self.path.exists():
                 raise FileError(f"no checkpoint {self.path}: run without resume")
             with open(self.path, "rb") as file:
-                header, arrays = _unpacked(file, self.path)
-        for name, here in _made_with().items():
+                header, arrays = _unpack_checkpoint(file, self.path)
+        for name, here in _get_software_versions().items():
             if (was := header.get(name)) == here:
                 continue
             differs = f"{name} was {was!s:.300}, and here is {here}"
@@ -106,14 +108,14 @@ class Keeper:
         if header.get("experiment") != self.identity:
             raise FileError(f"{self.path} is of another experiment, or of other settings")
         rest = iter(arrays)
-        with _fitting(self.path):
+        with _convert_misfit_errors(self.path):
             return [(each, [next(rest) for _ in range(each["arrays"])]) for each in header["loops"]]
 
 
-def _unpacked(file: BinaryIO, path: Path) -> tuple[dict[str, Any], list[Any]]:
+def _unpack_checkpoint(file: BinaryIO, path: Path) -> tuple[dict[str, Any], list[Any]]:
     """Return the header and the arrays of a checkpoint; FileError if it is none, or damaged."""
     try:
-        header, arrays = unpack(file)
+        header, arrays = unpack_container(file)
     except ContainerError as error:
         if not error.lacking:
             raise FileError(f"{path} is damaged: it {error}") from None
@@ -124,7 +126,7 @@ def _unpacked(file: BinaryIO, path: Path) -> tuple[dict[str, Any], list[Any]]:
 
 
 @contextmanager
-def _fitting(path: Path) -> Iterator[None]:
+def _convert_misfit_errors(path: Path) -> Iterator[None]:
     """Raise FileError where a checkpoint is not as the loops of its experiment need it."""
     try:
         yield
@@ -134,7 +136,7 @@ def _fitting(path: Path) -> Iterator[None]:
         raise FileError(f"{path} does not fit its experiment: {error!s:.200}") from None
 
 
-def _made_with() -> dict[str, str]:
+def _get_software_versions() -> dict[str, str]:
     return {
         "RobSim": f"{__version__}, kernels {KERNEL_HASH}",
         "software": f"{VERSIONS}, NumPy {np.__version__}",
@@ -142,7 +144,7 @@ def _made_with() -> dict[str, str]:
     }
 
 
-def _described(loop: Loop, chunks: list[Going]) -> tuple[dict[str, Any], list[Any]]:
+def _describe_loop(loop: Loop, chunks: list[ChunkProgress]) -> tuple[dict[str, Any], list[Any]]:
     """Return what a checkpoint says of a loop, and its arrays."""
     arrays: list[Any] = []
     said = []
@@ -152,7 +154,7 @@ def _described(loop: Loop, chunks: list[Going]) -> tuple[dict[str, Any], list[An
         arrays += [recorder.table[rows, :last], recorder.ends[rows]]
         paths: list[list[str]] = []
         if going.chunk:
-            remembered = _flat(going.chunk.memory)
+            remembered = _flatten_memory(going.chunk.memory)
             paths = [list(path) for path, _ in remembered]
             on = np.isin(going.rows, going.chunk.rows)
             arrays += [on, going.chunk.numbers, *(array for _, array in remembered)]
@@ -161,7 +163,7 @@ def _described(loop: Loop, chunks: list[Going]) -> tuple[dict[str, Any], list[An
     return {"chunks": said, "arrays": len(arrays)}, arrays
 
 
-def _restored(loop: Loop, said: Any, arrays: list[Any]) -> list[Going]:
+def _restore_chunks(loop: Loop, said: Any, arrays: list[Any]) -> list[ChunkProgress]:
     """Return chunks as they were described, and fill the record of their loop in place.
 
     ValueError, TypeError, LookupError: they do not fit the loop.
@@ -169,21 +171,23 @@ def _restored(loop: Loop, said: Any, arrays: list[Any]) -> list[Going]:
     rest, chunks, first = iter(arrays), [], 0
     for each in said["chunks"]:
         count, table, ends = each["runs"], next(rest), next(rest)
-        rows = np.arange(first, first + whole(count, "runs", 1, len(loop.q0) - first + 1))
+        rows = np.arange(first, first + as_integer(count, "runs", 1, len(loop.q0) - first + 1))
         first += count
         loop.recorder.table[rows, : table.shape[1]] = table
         loop.recorder.ends[rows] = ends
-        step = whole(each["step"], "step", 0, loop.steps + 2)
-        going = Going(rows, None, step, flag(each["done"], "done"))
+        step = as_integer(each["step"], "step", 0, loop.steps + 2)
+        going = ChunkProgress(rows, None, step, as_bool(each["done"], "done"))
         if each["on"]:
-            going.chunk = _chunk(loop.sequence.program, rows, each["memory"], rest)
+            going.chunk = _restore_chunk(loop.sequence.program, rows, each["memory"], rest)
         chunks.append(going)
     if first != len(loop.q0):
         raise ValueError(f"{first} runs of {len(loop.q0)}")
     return chunks
 
 
-def _chunk(program: Program, rows: Any, paths: list[list[str]], rest: Iterator[Any]) -> Chunk:
+def _restore_chunk(
+    program: Program, rows: Any, paths: list[list[str]], rest: Iterator[Any]
+) -> Chunk:
     """Return the runs of a chunk that go on."""
     going, numbers = next(rest), next(rest)
     if going.shape != rows.shape or going.dtype != bool or not going.any():
@@ -195,25 +199,25 @@ def _chunk(program: Program, rows: Any, paths: list[list[str]], rest: Iterator[A
         numbers[:, row] = chunk.numbers[:, row]
     chunk.numbers[:] = numbers
     for path in paths:
-        _put(chunk.memory, path, next(rest))
+        _set_nested(chunk.memory, path, next(rest))
     return chunk
 
 
-def _flat(memory: dict[str, Any]) -> list[tuple[tuple[str, ...], Any]]:
+def _flatten_memory(memory: dict[str, Any]) -> list[tuple[tuple[str, ...], Any]]:
     """Return arrays by their way through nested tables; InputError: some are not numbers."""
     found: list[tuple[tuple[str, ...], Any]] = []
     for name, value in memory.items():
         if isinstance(value, dict):
-            found += [((name, *path), array) for path, array in _flat(value)]
+            found += [((name, *path), array) for path, array in _flatten_memory(value)]
             continue
         array = np.asarray(value)
-        if array.dtype.newbyteorder("<").str not in Block.kinds or not isinstance(name, str):
-            raise InputError(f"what is remembered as {said(name)} is no array of numbers")
+        if array.dtype.newbyteorder("<").str not in ArrayBlock.kinds or not isinstance(name, str):
+            raise InputError(f"what is remembered as {format_value(name)} is no array of numbers")
         found.append(((name,), array))
     return found
 
 
-def _put(memory: dict[str, Any], path: list[str], array: Any) -> None:
+def _set_nested(memory: dict[str, Any], path: list[str], array: Any) -> None:
     for name in path[:-1]:
         memory = memory.setdefault(name, {})
     memory[path[-1]] = array

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robsim.engine.outcome import Outcome
-from robsim.files.content import ENDS, VERSIONS
+from robsim.files.run_schema import ENDS, VERSIONS
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 GIVEN = ("q0", "s_goal", "pixels_goal")  # of the ends of a run, what is known when it begins
 
 
-class Differing(NamedTuple):
+class DifferingVariable(NamedTuple):
     """A variable, its first value that differs in words, how many values do, of how many."""
 
     name: str
@@ -26,24 +26,28 @@ class Differing(NamedTuple):
     of: int
 
 
-def difference(run: xr.Dataset, again: xr.Dataset) -> str:
+def find_difference(run: xr.Dataset, again: xr.Dataset) -> str:
     """Return the first difference of a run from its repetition, and how many values differ.
 
     Empty if there is none. Compared is what both recorded, of a run
     that was stopped what came before.
     """
-    gone, run, again = _same_instants(run, again)
+    gone, run, again = _align_instants(run, again)
     wanted = [name for name in run.variables if name in again.variables]
-    found = [each for name in wanted for each in _differing(run, again, str(name))]
+    found = [each for name in wanted for each in _compare_variable(run, again, str(name))]
     if not found:
-        return f"{gone} of its instants are none now; {_reason(run, again)}" if gone else ""
+        return (
+            f"{gone} of its instants are none now; {_explain_difference(run, again)}"
+            if gone
+            else ""
+        )
     count, total = sum(each.values for each in found), sum(each.of for each in found)
     names = ", ".join(each.name for each in found)
     many = f"{count} of {total} values differ, in {names}"
-    return f"{found[0].first}; {many}; {_reason(run, again)}"
+    return f"{found[0].first}; {many}; {_explain_difference(run, again)}"
 
 
-def _same_instants(run: xr.Dataset, again: xr.Dataset) -> tuple[int, xr.Dataset, xr.Dataset]:
+def _align_instants(run: xr.Dataset, again: xr.Dataset) -> tuple[int, xr.Dataset, xr.Dataset]:
     """Return both with the instants that both have, and how many the first has besides."""
     if not ("time" in run.dims and "time" in again.dims):
         return 0, run, again
@@ -51,43 +55,43 @@ def _same_instants(run: xr.Dataset, again: xr.Dataset) -> tuple[int, xr.Dataset,
     return run.sizes["time"] - len(own), run.isel(time=own), again.isel(time=others)
 
 
-def _differing(run: xr.Dataset, again: xr.Dataset, name: str) -> Iterator[Differing]:
+def _compare_variable(run: xr.Dataset, again: xr.Dataset, name: str) -> Iterator[DifferingVariable]:
     """Yield what differs in a variable, if anything."""
     was, now = run[name].variable, again[name].variable
     if was.dims != now.dims or was.shape != now.shape:  # of a summary, or of one run of many
         return
-    differ = (was.values != now.values) & ~(_undefined(was.values) & _undefined(now.values))
-    differ = differ & ~_unknown(run, name)
+    differ = (was.values != now.values) & ~(_is_undefined(was.values) & _is_undefined(now.values))
+    differ = differ & ~_find_unknown_values(run, name)
     if not differ.any():
         return
     first = np.unravel_index(int(np.argmax(differ)), differ.shape)
-    place = _place(run, name, dict(zip(map(str, was.dims), map(int, first), strict=True)))
+    place = _format_place(run, name, dict(zip(map(str, was.dims), map(int, first), strict=True)))
     values = f"{now.values[first]!s:.60} now and was {was.values[first]!s:.60}"
-    yield Differing(name, f"{place} is {values}", int(differ.sum()), differ.size)
+    yield DifferingVariable(name, f"{place} is {values}", int(differ.sum()), differ.size)
 
 
-def _unknown(run: xr.Dataset, name: str) -> NDArray[np.bool_]:
+def _find_unknown_values(run: xr.Dataset, name: str) -> NDArray[np.bool_]:
     """Return which values a stopped run does not have; they stand in the shape of the variable."""
     values = run[name].values
-    if "outcome" not in run.variables or name in GIVEN or not _is_own(run, name):
+    if "outcome" not in run.variables or name in GIVEN or not _is_per_run(run, name):
         return np.zeros(values.shape, bool)
     stopped = np.asarray(run["outcome"].values == Outcome.RUNNING)
     if "run" in run[name].dims:
         stopped = stopped.reshape(-1, *[1] * (values.ndim - 1))
-    missing = np.ones(values.shape, bool) if name in ENDS else _undefined(values)
+    missing = np.ones(values.shape, bool) if name in ENDS else _is_undefined(values)
     return np.asarray(missing & stopped)
 
 
-def _is_own(run: xr.Dataset, name: str) -> bool:
+def _is_per_run(run: xr.Dataset, name: str) -> bool:
     """Return whether each run has values of its own of a variable."""
     return name not in run.coords and ("run" in run[name].dims or "run" not in run.dims)
 
 
-def _undefined(values: NDArray[Any]) -> NDArray[np.bool_]:
+def _is_undefined(values: NDArray[Any]) -> NDArray[np.bool_]:
     return np.isnan(values) if values.dtype.kind == "f" else np.zeros(values.shape, bool)
 
 
-def _place(run: xr.Dataset, name: str, index: dict[str, int]) -> str:
+def _format_place(run: xr.Dataset, name: str, index: dict[str, int]) -> str:
     """Return which value of a variable is meant, as q[elbow] of run 3 at 0.2 s."""
     labels = {dim: run[dim].values[i] if dim in run.coords else i for dim, i in index.items()}
     of = f" of run {labels.pop('run')}" if "run" in labels else ""
@@ -95,7 +99,7 @@ def _place(run: xr.Dataset, name: str, index: dict[str, int]) -> str:
     return f"{name}[{','.join(map(str, labels.values()))}]{of}{at}" if labels else name + of + at
 
 
-def _reason(run: xr.Dataset, again: xr.Dataset) -> str:
+def _explain_difference(run: xr.Dataset, again: xr.Dataset) -> str:
     """Return why they may differ: other versions, or a change of the run or of what made it."""
     others = [
         f"{name} {run.attrs.get(name, '?')!s:.40} (now {again.attrs[name]})"

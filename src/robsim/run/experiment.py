@@ -15,31 +15,47 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robsim.base import interrupt
-from robsim.base.arrays import flag, positive, whole
-from robsim.base.errors import FileError, GoalError, InputError, Interrupted, naming, said
-from robsim.base.output import refused
-from robsim.base.values import Value, unchanging, unchecked
+from robsim.base.arrays import as_bool, as_integer, as_positive
+from robsim.base.atomic_files import convert_os_errors
+from robsim.base.errors import (
+    FileError,
+    GoalError,
+    InputError,
+    Interrupted,
+    format_value,
+    prefix_errors,
+)
+from robsim.base.value import Value, is_immutable, replace_unchecked
 from robsim.declare.controls import Control
-from robsim.declare.problems import joined, under
+from robsim.declare.problems import join_keys, prefix_path
 from robsim.engine.endings import ENDING_LIST, check_endings
-from robsim.engine.instant import Instant, instants
+from robsim.engine.instant import Instant, iterate_instants
 from robsim.engine.loop import Loop
-from robsim.engine.record import Record, every
-from robsim.engine.start_view import check_view
-from robsim.engine.workers import Progress, advance
-from robsim.files.changes import Changes
-from robsim.files.toml import read_text
-from robsim.run import overview
-from robsim.run.brief import brief_text
-from robsim.run.changed import changed, pairs_of, read
-from robsim.run.checkpoint import Keeper
-from robsim.run.checks import a_task, of_kind, starts, whole_periods
+from robsim.engine.recorder import Record, parse_record
+from robsim.engine.start_visibility import check_start_visibility
+from robsim.engine.workers import Progress, advance_loop
+from robsim.files.overrides import Changes
+from robsim.files.toml import read_toml_text
+from robsim.run import experiment_overview
+from robsim.run.batch_numbers import BatchTemplate, check_batch_numbers
+from robsim.run.brief_text import write_brief_text
+from robsim.run.checkpoint import CheckpointFile
+from robsim.run.experiment_overrides import (
+    apply_changes,
+    parse_dotted_changes,
+    read_experiment_text,
+)
+from robsim.run.experiment_paths import (
+    NOT_BY_PATH,
+    make_command_guard,
+    replace_numbers,
+    yield_experiment_controls,
+)
+from robsim.run.experiment_text import write_complete_text
+from robsim.run.mission_protocol import SelfSimulatingTask
 from robsim.run.mission_run import MissionRun
-from robsim.run.origin import attributes_of, made_with
-from robsim.run.paths import NOT_BY_PATH, controls_of, guard_of, with_numbers
-from robsim.run.staged import Staged
-from robsim.run.text import complete_text
-from robsim.run.varied import Template, checked
+from robsim.run.provenance import get_run_attributes, read_run_settings
+from robsim.run.run_checks import check_instance, check_starts, check_task, count_periods
 from robsim.servo.safety.safety import Safety
 from robsim.servo.tasks.task import ServoTask, Task
 from robsim.world.actuation import Actuation
@@ -105,39 +121,41 @@ class Experiment(Value):
             ("source", self.source),
         ):
             if not isinstance(text, str):
-                raise InputError(f"{name}: expected a text, got {said(text)}")
+                raise InputError(f"{name}: expected a text, got {format_value(text)}")
         checked = {
-            "scene": of_kind(self.scene, Scene, "scene"),
-            "task": a_task(self.task, (Task, Staged)),
-            "start": None if self.start is None else starts(self.scene, self.start, "start"),
-            "sensing": of_kind(self.sensing, Sensing, "sensing"),
-            "actuation": of_kind(self.actuation, Actuation, "actuation"),
-            "safety": None if self.safety is None else of_kind(self.safety, Safety, "safety"),
+            "scene": check_instance(self.scene, Scene, "scene"),
+            "task": check_task(self.task, (Task, SelfSimulatingTask)),
+            "start": None if self.start is None else check_starts(self.scene, self.start, "start"),
+            "sensing": check_instance(self.sensing, Sensing, "sensing"),
+            "actuation": check_instance(self.actuation, Actuation, "actuation"),
+            "safety": None
+            if self.safety is None
+            else check_instance(self.safety, Safety, "safety"),
             "endings": ENDING_LIST.check(self.endings, "endings"),
-            "dt": positive(self.dt, "dt (seconds)"),
-            "duration": positive(self.duration, "duration (seconds)"),
-            "seed": whole(self.seed, "seed", 0, 2**64),
-            "hold": flag(self.hold, "hold"),
-            "first_run": whole(self.first_run, "first_run", 0, 2**62),
+            "dt": as_positive(self.dt, "dt (seconds)"),
+            "duration": as_positive(self.duration, "duration (seconds)"),
+            "seed": as_integer(self.seed, "seed", 0, 2**64),
+            "hold": as_bool(self.hold, "hold"),
+            "first_run": as_integer(self.first_run, "first_run", 0, 2**62),
         }
         for name, value in checked.items():
             object.__setattr__(self, name, value)
         self._check_runs()
         check_endings(self.endings, self.scene)
         if self.safety is not None:
-            with naming("safety"):
+            with prefix_errors("safety"):
                 self.safety.check(self.scene)
-        every(self.record)
+        parse_record(self.record)
         with self.keyed("run", "duration"):
-            whole_periods(self.dt, self.duration)
+            count_periods(self.dt, self.duration)
 
     def __repr__(self) -> str:
         """Return a few lines: the scene, the task, and the settings."""
-        return overview.text(self)
+        return experiment_overview.format_experiment(self)
 
     def _repr_html_(self) -> str:
         """Return a table for notebooks."""
-        return overview.table(self)
+        return experiment_overview.format_experiment_html(self)
 
     @classmethod
     def from_text(cls, text: str, source: str = "<text>", set: Changes = ()) -> Self:
@@ -158,12 +176,12 @@ class Experiment(Value):
         2.0
         """
         if not isinstance(source, str):
-            raise InputError(f"source: expected a text, got {said(source)}")
+            raise InputError(f"source: expected a text, got {format_value(source)}")
         if not isinstance(text, str):
-            raise FileError(f"{source}: expected TOML text, got {said(text)}")
-        changes = pairs_of(set, source)
-        made = cls._read(read(text, source), source)
-        return cls._read(changed(made, changes), source) if changes else made
+            raise FileError(f"{source}: expected TOML text, got {format_value(text)}")
+        changes = parse_dotted_changes(set, source)
+        made = cls._read(read_experiment_text(text, source), source)
+        return cls._read(apply_changes(made, changes), source) if changes else made
 
     @classmethod
     def _read(cls, parts: Mapping[str, Any], source: str) -> Self:
@@ -184,16 +202,16 @@ class Experiment(Value):
         >>> Experiment.of(experiment.run()) == experiment
         True
         """
-        attributes = attributes_of(run)
+        attributes = get_run_attributes(run)
         text = attributes.get("scenario", "")
         if not text:
             reason = run.attrs.get("no_scenario", "it has no attrs['scenario']")
             raise InputError(f"this run cannot be repeated from its own text: {reason}")
         made = cls.from_text(text, "scenario of the run")
-        if isinstance(made.task, Staged):
+        if isinstance(made.task, SelfSimulatingTask):
             return made
         whole_run = cast(Any, run)
-        same = made._as(made_with(whole_run))
+        same = made._as(read_run_settings(whole_run))
         varied = {name: whole_run[name].values for name in attributes.get("varied", "").split()}
         if not varied:
             return same
@@ -225,7 +243,7 @@ class Experiment(Value):
         parts = {name: changes[name] for name in changes.keys() & PARTS}
         if not parts:
             return made
-        made = unchecked(made, **parts)
+        made = replace_unchecked(made, **parts)
         if made.scene is not self.scene:
             made._check_scene()
         return made
@@ -233,11 +251,11 @@ class Experiment(Value):
     def _check_scene(self) -> None:
         """Raise InputError for numbers of the scene that do not go with the rest."""
         if self.start is not None:
-            starts(self.scene, self.start, "start")
+            check_starts(self.scene, self.start, "start")
         if self.safety is not None:
-            with naming("safety"):
+            with prefix_errors("safety"):
                 self.safety.check_margin(self.scene)
-        check_endings([each for each in self.endings if not unchanging(each)], self.scene)
+        check_endings([each for each in self.endings if not is_immutable(each)], self.scene)
 
     def at(self, name: str | Mapping[str, Any], value: Any = None) -> Self:
         """Return a copy in which what has this dotted name has another value.
@@ -251,10 +269,12 @@ class Experiment(Value):
         FileError: there is no such name, with the nearest; or the value is not valid there.
         """
         if not isinstance(name, str | Mapping):
-            raise InputError(f"expected a dotted name such as 'task.gain', got {said(name)}")
+            raise InputError(
+                f"expected a dotted name such as 'task.gain', got {format_value(name)}"
+            )
         changes = dict(name) if isinstance(name, Mapping) else {name: value}
         try:
-            made: Self = with_numbers(self, changes)
+            made: Self = replace_numbers(self, changes)
         except NOT_BY_PATH:  # a file has the last word, and says what is wrong
             made = self._by_text(changes)
         varied = {each: x for each, x in self.varied.items() if each not in changes}
@@ -264,8 +284,8 @@ class Experiment(Value):
         """Return a copy of which a text says these changes."""
         several = np.ndim(self.start) > 1  # which no text says
         one = replace(self, start=None, varied={}) if several else replace(self, varied={})
-        pairs = pairs_of(changes, self.source)
-        made = self._read(changed(one, pairs, python=True), self.source)
+        pairs = parse_dotted_changes(changes, self.source)
+        made = self._read(apply_changes(one, pairs, python=True), self.source)
         made = replace(made, start=self.start) if several else made
         return made.with_(varied=self.varied) if self.varied else made
 
@@ -282,7 +302,7 @@ class Experiment(Value):
         >>> experiment.at(gain.changes(2.0)).task.gain
         2.0
         """
-        return list(controls_of(self))
+        return list(yield_experiment_controls(self))
 
     def vary(self, numbers: Mapping[str, Any]) -> Self:
         """Return a copy of many runs, in which these names have another value in each run.
@@ -305,14 +325,14 @@ class Experiment(Value):
         >>> wrong.run(record="summary").distance_to_goal.values.round(3)
         array([0.02, 0.  , 0.02])
         """
-        return self.with_(varied={**self.varied, **checked(self, numbers)})
+        return self.with_(varied={**self.varied, **check_batch_numbers(self, numbers)})
 
     def of_run(self, number: int) -> Self:
         """Return the experiment of a single run, by its place among the runs, from 0 on.
 
         InputError: there are not so many.
         """
-        i = whole(number, "run", 0, self.runs)
+        i = as_integer(number, "run", 0, self.runs)
         numbers = {name: values[i] for name, values in self.varied.items()}
         one = self.with_(varied={}).at(numbers) if numbers else self
         start = self.start[i] if np.ndim(self.start) > 1 else self.start
@@ -343,8 +363,8 @@ class Experiment(Value):
         >>> len(text.splitlines()) < 40 < 400 < len(experiment.to_toml(complete=True).splitlines())
         True
         """
-        whole = complete_text(self)
-        return whole if complete else brief_text(self, Path(folder)) or whole
+        whole = write_complete_text(self)
+        return whole if complete else write_brief_text(self, Path(folder)) or whole
 
     @cached_property
     def hash(self) -> str:
@@ -362,13 +382,13 @@ class Experiment(Value):
         GoalError, FileError: a run would be refused.
         """
         with self._named():
-            if isinstance(self.task, Staged):
+            if isinstance(self.task, SelfSimulatingTask):
                 with self.keyed("task"):
                     self.task.checked(self, view=view)
                 return
             loop = self._loop_from_start()
             if view:
-                check_view(loop)
+                check_start_visibility(loop)
 
     def run(
         self,
@@ -376,7 +396,7 @@ class Experiment(Value):
         *,
         threads: int | None = None,
         chunk: int = 256,
-        checkpoint: str | os.PathLike[str] | Keeper | None = None,
+        checkpoint: str | os.PathLike[str] | CheckpointFile | None = None,
         resume: bool = False,
         **changes: Any,
     ) -> Any:
@@ -402,33 +422,35 @@ class Experiment(Value):
             return one.run(progress, checkpoint=checkpoint, resume=resume, **how)
         keeper = self._keeper(checkpoint, resume)
         how = {"threads": threads, "chunk": chunk, "progress": progress}
-        with interrupt.held(begun=False) as stops, self._named():
-            if not isinstance(self.task, ServoTask) and isinstance(self.task, Staged):  # faster so
+        with interrupt.defer_stops(begun=False) as stops, self._named():
+            if not isinstance(self.task, ServoTask) and isinstance(
+                self.task, SelfSimulatingTask
+            ):  # faster so
                 with self.keyed("task"):
                     result = self.task.simulated(self, checkpoint=keeper, **how)
                 finished = True
             else:
                 loop = self.loop()
                 with self.keyed("task"):
-                    finished = advance(loop, checkpoints=keeper, **how)
+                    finished = advance_loop(loop, checkpoints=keeper, **how)
                 result = self.dataset(loop)
         if stops or not finished:
             raise Interrupted("stopped by the user; what was simulated so far is in .run", result)
         return result
 
-    def _keeper(self, checkpoint: Any, resume: bool) -> Keeper | None:
+    def _keeper(self, checkpoint: Any, resume: bool) -> CheckpointFile | None:
         """Return what keeps checkpoints, if any are wanted; that of a mission serves its phases."""
-        if isinstance(checkpoint, Keeper):
+        if isinstance(checkpoint, CheckpointFile):
             return checkpoint
-        again = flag(resume, "resume")
+        again = as_bool(resume, "resume")
         if checkpoint is None:
             if again:
                 raise InputError("resume: from which file? give checkpoint=path")
             return None
         with self._named():
             identity = self.identity
-        with refused(checkpoint, "keep"):
-            return Keeper(checkpoint, identity, again)
+        with convert_os_errors(checkpoint, "keep"):
+            return CheckpointFile(checkpoint, identity, again)
 
     def steps(self) -> Iterator[Instant]:
         """Yield the instants of a single run one by one, so that you may watch, or stop.
@@ -441,7 +463,7 @@ class Experiment(Value):
         >>> now.time, now.q.shape, now.outcome.name
         (0.0, (7,), 'RUNNING')
         """
-        if isinstance(self.task, Staged):
+        if isinstance(self.task, SelfSimulatingTask):
             raise InputError("steps: a mission has several runs; take the experiment of a phase")
         if np.ndim(self.start) > 1 or self.varied:
             raise InputError(
@@ -449,7 +471,7 @@ class Experiment(Value):
             )
         with self._named():
             loop = self._loop_from_start()
-        return instants(loop)
+        return iterate_instants(loop)
 
     def _loop_from_start(self) -> Loop:
         """Return the loop without a record; InputError if no start lets the task be done."""
@@ -460,15 +482,17 @@ class Experiment(Value):
 
     def dataset(self, loop: Loop) -> xr.Dataset:
         """Return what a loop of this experiment has recorded."""
-        from robsim.run.result import dataset  # of xarray, which a quick start does without
+        from robsim.run.simulation_dataset import (
+            make_dataset,  # of xarray, which a quick start does without
+        )
 
         parts = self.task, self.sensing, self.actuation, self.endings
-        if not (self.scene.tree.compiled and all(map(unchanging, parts))):
+        if not (self.scene.tree.compiled and all(map(is_immutable, parts))):
             _ = self.origin  # written now: later a user's object may be another
-        return dataset(loop, self, lambda: self.origin)
+        return make_dataset(loop, self, lambda: self.origin)
 
     def loop(
-        self, numbers: NDArray[np.int64] | None = None, template: Template | None = None
+        self, numbers: NDArray[np.int64] | None = None, template: BatchTemplate | None = None
     ) -> Loop:
         """Return the loop that simulates this experiment; its runs may have numbers of their own.
 
@@ -477,13 +501,15 @@ class Experiment(Value):
         """
         made: Any = self
         if self.varied:
-            made = (template or Template(self)).of(self.varied)
+            made = (template or BatchTemplate(self)).of(self.varied)
         with self.keyed("task"):
             controller = made.task.bind(made.scene)
-        start = starts(self.scene, self.scene.home, "home") if self.start is None else self.start
+        start = (
+            check_starts(self.scene, self.scene.home, "home") if self.start is None else self.start
+        )
         q0 = np.empty((self.runs, self.scene.nq))
         q0[:] = start
-        steps = whole_periods(self.dt, self.duration)
+        steps = count_periods(self.dt, self.duration)
         single = start.ndim == 1 and not self.varied
         settings = self.hold, self.first_run, numbers, self.record, single
         with self.keyed():
@@ -497,7 +523,7 @@ class Experiment(Value):
                 made.actuation,
                 *settings,
                 endings=self.endings,
-                guard=guard_of(made, self.safety) if self.safety else None,
+                guard=make_command_guard(made, self.safety) if self.safety else None,
             )
 
     @property
@@ -511,7 +537,7 @@ class Experiment(Value):
         """Raise InputError unless there is a start for each run, or one for all."""
         what = "starts" if np.ndim(self.start) > 1 else "runs"
         if not isinstance(self.varied, Mapping):
-            raise InputError(f"varied: expected {{name: numbers}}, got {said(self.varied)}")
+            raise InputError(f"varied: expected {{name: numbers}}, got {format_value(self.varied)}")
         for name, values in self.varied.items():
             if len(values) != self.runs:
                 raise InputError(
@@ -544,10 +570,10 @@ class Experiment(Value):
     def _as(self, fields: Mapping[str, Any]) -> Experiment:
         """Return the experiment with other fields where they are not the same."""
         home = self.scene.home if self.start is None else self.start
-        steps = whole_periods(self.dt, self.duration)
+        steps = count_periods(self.dt, self.duration)
         same = {
             "start": np.array_equal(home, fields["start"]),
-            "duration": steps == whole_periods(fields["dt"], fields["duration"]),
+            "duration": steps == count_periods(fields["dt"], fields["duration"]),
         }
         other = {
             name: value
@@ -563,10 +589,12 @@ class Experiment(Value):
             yield
             return
         try:
-            with under(*keys):
+            with prefix_path(*keys):
                 yield
         except GoalError as error:
-            error.path = joined(error.path, *([] if isinstance(self.task, Staged) else ["goal"]))
+            error.path = join_keys(
+                error.path, *([] if isinstance(self.task, SelfSimulatingTask) else ["goal"])
+            )
             raise
 
     @contextmanager
@@ -591,4 +619,4 @@ def load_scenario(path: str | os.PathLike[str], set: Changes = ()) -> Experiment
     >>> load_scenario(examples.path("visp_tutorial"), ["task.gain=2", "run.dt=20 ms"]).dt
     0.02
     """
-    return Experiment.from_text(read_text(path), str(path), set)
+    return Experiment.from_text(read_toml_text(path), str(path), set)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from robsim.base.arrays import Array
 from robsim.base.errors import FileError
-from robsim.servo.sight import Key
+from robsim.servo.camera_target import PairKey
 
 NANO = 1_000_000_000  # of a second
 Times = NDArray[np.int64]
@@ -56,7 +56,7 @@ class Log:
 
     source: str
     joints: Stream  # (n, nq) coordinates of the scene
-    images: Mapping[Key, Stream]  # (n, N, 2) pixels of the marks, NaN where one is not seen
+    images: Mapping[PairKey, Stream]  # (n, N, 2) pixels of the marks, NaN where one is not seen
     commands: Stream | None = None  # (n, nv)
     rates: Stream | None = None  # (n, nv) velocities as measured
     notes: Mapping[str, Any] = field(default_factory=dict)  # attributes of the run
@@ -64,10 +64,15 @@ class Log:
     @property
     def first(self) -> int:
         """The time in nanoseconds from which on joints are known and all marks were seen."""
-        return max([int(self.joints.times[0]), *(_all_seen(each) for each in self.images.values())])
+        return max(
+            [
+                int(self.joints.times[0]),
+                *(_find_first_complete_time(each) for each in self.images.values()),
+            ]
+        )
 
 
-def marks_held(images: Stream, times: Times) -> Array:
+def hold_marks(images: Stream, times: Times) -> Array:
     """Return pixels (T, N, 2) held at some times; at the first, where each mark was seen last.
 
     Before that every mark must have been seen once.
@@ -80,7 +85,7 @@ def marks_held(images: Stream, times: Times) -> Array:
     return held
 
 
-def _all_seen(images: Stream) -> int:
+def _find_first_complete_time(images: Stream) -> int:
     """Return when every mark has been seen once. FileError: one never was."""
     seen = ~np.isnan(images.values).any(axis=-1)
     never = np.flatnonzero(~seen.any(axis=0))

@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 import numpy as np
 
 from robsim.base.arrays import Array
-from robsim.base.errors import InputError, Interrupted, naming
-from robsim.declare import Declared, ListOf, Table, register
+from robsim.base.errors import InputError, Interrupted, prefix_errors
+from robsim.declare import DeclaredValue, ListOf, Table, register
 from robsim.declare.spec import Context
 from robsim.engine.outcome import Outcome
 from robsim.engine.workers import Progress, check_progress
-from robsim.run.mission_run import Leg, MissionRun
+from robsim.run.mission_run import MissionLeg, MissionRun
 from robsim.run.phase import Phase
 from robsim.world.scene import Scene
 
@@ -27,7 +27,7 @@ MOST = 1000  # phases
 
 @register("task", "mission")
 @dataclass(frozen=True, eq=False)
-class Mission(Declared):
+class Mission(DeclaredValue):
     """Phases, one after the other; the first that goes wrong is the last.
 
     It stands where a task stands in an `Experiment`, whose run is then a `MissionRun`. Each phase
@@ -82,15 +82,15 @@ class Mission(Declared):
         """
         check_progress(progress)
         self.checked(experiment, view=False)
-        legs: list[Leg] = []
+        legs: list[MissionLeg] = []
 
         def so_far(problem: str = "") -> MissionRun:
             return MissionRun(tuple(legs), len(self.phases), problem, experiment.origin)
 
-        one = replace(experiment, start=_start(experiment), source="")
+        one = replace(experiment, start=_check_mission_start(experiment), source="")
         for i, phase in enumerate(self.phases):
             try:
-                legs.append(_leg(phase, one, legs, progress=self._share(i, progress), **how))
+                legs.append(_run_phase(phase, one, legs, progress=self._share(i, progress), **how))
             except Interrupted as stop:
                 legs += stop.run
                 if keeper := how.get("checkpoint"):  # the phase may have ended when the stop came
@@ -113,15 +113,15 @@ class Mission(Declared):
         With `view` also where the first does not see its target at the start. Where things will be
         that change hands is not known, and so neither the goals after that.
         """
-        q = _start(experiment)
+        q = _check_mission_start(experiment)
         staged, known = experiment.scene, True
         one = replace(experiment, start=q, record="summary", source="")
         for i, phase in enumerate(self.phases):
-            with naming(f"phase {phase.name!r}"):
+            with prefix_errors(f"phase {phase.name!r}"):
                 staged = phase.begun(staged, q)
                 known = known and staged is experiment.scene
                 if known:
-                    own = _of_phase(phase, one)
+                    own = _make_phase_experiment(phase, one)
                     if i == 0:
                         own.check(view=view)
                     else:
@@ -134,7 +134,7 @@ class Mission(Declared):
         return lambda share: progress((done + share) / len(self.phases))
 
 
-def _start(experiment: Any) -> Array:
+def _check_mission_start(experiment: Any) -> Array:
     """Return the start (nq,); InputError for a batch, or where no mission can be."""
     scene = experiment.scene
     q: Array = scene.home if experiment.start is None else experiment.start
@@ -149,31 +149,33 @@ def _start(experiment: Any) -> Array:
     return q
 
 
-def _of_phase(phase: Phase, experiment: Any) -> Any:
+def _make_phase_experiment(phase: Phase, experiment: Any) -> Any:
     """Return the experiment of one phase, which may have a duration of its own."""
     duration = experiment.duration if phase.duration is None else phase.duration
     return replace(experiment, task=phase.task, duration=duration)
 
 
-def _leg(phase: Phase, experiment: Any, before: Sequence[Leg], **how: Any) -> Leg:
+def _run_phase(
+    phase: Phase, experiment: Any, before: Sequence[MissionLeg], **how: Any
+) -> MissionLeg:
     """Return how a phase goes that starts where the legs before it ended.
 
     Interrupted: a list with the leg as far as it went, which is empty if it has not begun.
     """
-    with naming(f"phase {phase.name!r}"):
+    with prefix_errors(f"phase {phase.name!r}"):
         scene = phase.begun(experiment.scene, experiment.start)
-        own = _of_phase(phase, replace(experiment, scene=scene))
+        own = _make_phase_experiment(phase, replace(experiment, scene=scene))
     start = before[-1].end if before else 0.0
     try:
-        with naming(f"phase {phase.name!r}"):
-            return _went(phase, scene, start, own.run(**how))
+        with prefix_errors(f"phase {phase.name!r}"):
+            return _make_leg(phase, scene, start, own.run(**how))
     except Interrupted as stop:
         began = np.isfinite(float(stop.run["end_time"]))
-        raise Interrupted("", [_went(phase, scene, start, stop.run)] if began else []) from None
+        raise Interrupted("", [_make_leg(phase, scene, start, stop.run)] if began else []) from None
 
 
-def _went(phase: Phase, scene: Scene, start: float, run: xr.Dataset) -> Leg:
+def _make_leg(phase: Phase, scene: Scene, start: float, run: xr.Dataset) -> MissionLeg:
     """Return the leg of a phase that began at a time in seconds."""
     outcome = Outcome(int(run["outcome"]))
     end = start + float(run["end_time"])
-    return Leg(phase.name, outcome, outcome in phase.expects, start, end, run, scene)
+    return MissionLeg(phase.name, outcome, outcome in phase.expects, start, end, run, scene)

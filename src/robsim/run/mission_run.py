@@ -10,7 +10,7 @@ import numpy as np
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError
 from robsim.engine.outcome import Outcome
-from robsim.files.content import MISSION
+from robsim.files.run_schema import MISSION
 from robsim.world.scene import Scene
 
 if TYPE_CHECKING:
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False)
-class Leg:
+class MissionLeg:
     """One phase of a mission as it went; seconds since the start of the mission.
 
     `run` is a run like any other: `replay` repeats it, `explain` says why it ended.
@@ -46,7 +46,7 @@ class MissionRun:
     `attrs` say where it comes from, as those of a run do: `Experiment.of` reads them.
     """
 
-    legs: tuple[Leg, ...]
+    legs: tuple[MissionLeg, ...]
     planned: int  # phases
     problem: str = ""  # why the next phase could not begin, if it could not
     attrs: dict[str, Any] = field(default_factory=dict)
@@ -67,7 +67,7 @@ class MissionRun:
 
         if not self.legs or "time" not in self.legs[0].run.dims:
             raise InputError("nothing to join: this mission has no legs, or summaries of them only")
-        parts = [_instants(leg, last=leg is self.legs[-1]) for leg in self.legs]
+        parts = [_get_leg_instants(leg, last=leg is self.legs[-1]) for leg in self.legs]
         joined: xr.Dataset = xr.concat(parts, dim="time")
         own = {"title": MISSION, "succeeded": int(self.succeeded)}
         joined.attrs = {**self.attrs, **own}
@@ -84,7 +84,7 @@ class MissionRun:
         return "\n".join([*lines, *([f"phases not begun: {left}"] if left else [])])
 
 
-def _instants(leg: Leg, *, last: bool) -> xr.Dataset:
+def _get_leg_instants(leg: MissionLeg, *, last: bool) -> xr.Dataset:
     """Return q and qd of a leg on the clock of the mission; its end belongs to the next."""
     run = leg.run[["q", "qd"]].drop_vars("run", errors="ignore")
     before = run["time"].values < leg.end - leg.start - 1e-9 * float(leg.run.attrs["dt"])

@@ -7,15 +7,15 @@ from dataclasses import dataclass, field
 from typing import Annotated, Any, ClassVar
 
 from robsim.base.arrays import Array
-from robsim.base.errors import InputError, naming
-from robsim.declare import Declared, Role, Text, Time, Word
+from robsim.base.errors import InputError, prefix_errors
+from robsim.declare import DeclaredValue, Role, Text, Time, Word
 from robsim.declare.lists import Names
-from robsim.declare.scalars import Plain
+from robsim.declare.scalars import PlainValue
 from robsim.declare.spec import Context, Raw
-from robsim.declare.words import Reference
+from robsim.declare.texts import FrameReference
 from robsim.engine.outcome import Outcome
-from robsim.servo.tasks.family import TASKS, TaskChoice
 from robsim.servo.tasks.task import Task
+from robsim.servo.tasks.task_choice import TASKS, TaskChoice
 from robsim.world.scene import Scene
 
 
@@ -34,7 +34,7 @@ class PhaseName(Text):
 
 
 @dataclass(frozen=True)
-class Hangings(Plain):
+class AttachmentTable(PlainValue):
     """A table {object: frame}."""
 
     form: ClassVar[str] = "table"
@@ -46,7 +46,7 @@ class Hangings(Plain):
 
     def demand(self, value: Any) -> str:
         names = [*value, *value.values()] if isinstance(value, Mapping) else [None]
-        return self.words() if any(map(Reference.demand, names)) else ""
+        return self.words() if any(map(FrameReference.demand, names)) else ""
 
     def taken(self, value: Any, what: str) -> Any:
         return dict(value) if isinstance(value, Mapping) else value
@@ -76,7 +76,7 @@ class OutcomeName(Word):
 
 
 @dataclass(frozen=True, eq=False)
-class Phase(Declared):
+class Phase(DeclaredValue):
     """One task of a mission.
 
     At its start the objects of `release` are left standing in the world where they are, and those
@@ -96,7 +96,7 @@ class Phase(Declared):
         float | None, Time(above=0), "How long it takes at most; None: as the experiment says."
     ] = None
     attach: Annotated[
-        Mapping[str, str], Hangings(), "Objects that frames carry from its start on."
+        Mapping[str, str], AttachmentTable(), "Objects that frames carry from its start on."
     ] = field(default_factory=dict)
     release: Annotated[
         Sequence[str], Names(least=0), "Objects that stand in the world from its start on."
@@ -106,7 +106,7 @@ class Phase(Declared):
     ] = Outcome.CONVERGED
 
     def __post_init__(self) -> None:
-        with naming(f"phase {self.name!r}"):
+        with prefix_errors(f"phase {self.name!r}"):
             super().__post_init__()
             both = sorted(set(self.release) & set(self.attach))
             if both:
@@ -124,9 +124,9 @@ class Phase(Declared):
         if (scene := stage["scene"]) is None:
             return c
         with c.problems.at(*c.path, "release"):
-            scene = hung(scene, own.get("release", ()), {}, scene.home)
+            scene = reattach_objects(scene, own.get("release", ()), {}, scene.home)
         with c.problems.at(*c.path, "attach"):
-            scene = hung(scene, (), own.get("attach", {}), scene.home)
+            scene = reattach_objects(scene, (), own.get("attach", {}), scene.home)
         stage["scene"] = scene
         return c.knowing(scene=scene)
 
@@ -135,10 +135,12 @@ class Phase(Declared):
 
     def begun(self, scene: Scene, q: Array) -> Scene:
         """Return the scene as it hangs together from the start of this phase, at q (nq,)."""
-        return hung(scene, self.release, self.attach, q)
+        return reattach_objects(scene, self.release, self.attach, q)
 
 
-def hung(scene: Scene, release: Sequence[str], attach: Mapping[str, str], q: Array) -> Scene:
+def reattach_objects(
+    scene: Scene, release: Sequence[str], attach: Mapping[str, str], q: Array
+) -> Scene:
     """Return the scene in which objects are let go and carried; InputError for unknown names."""
     for thing in release:
         scene = scene.released(thing, q)

@@ -6,11 +6,11 @@ import warnings
 from typing import TYPE_CHECKING
 
 from robsim.base.errors import ReplayWarning
-from robsim.base.warned import callers
-from robsim.run.commanded import is_recorded, replay_recorded
-from robsim.run.difference import difference
+from robsim.base.unit_warnings import find_user_stacklevel
+from robsim.run.difference import find_difference
 from robsim.run.experiment import Experiment
-from robsim.run.origin import check_run
+from robsim.run.log_commands import is_log_run, replay_log_run
+from robsim.run.provenance import check_run
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -21,7 +21,7 @@ def replay(run: xr.Dataset) -> xr.Dataset:
 
     It is `Experiment.of(run).run()`. Where it is another run than the one that was given, which
     was changed or comes from another version or machine, a ReplayWarning says the first difference.
-    Of a run that was recorded (`open_bag`, `read_log`) the controller is given the recorded images
+    Of a run that was recorded (`read_bag`, `read_log`) the controller is given the recorded images
     and joints, and `qd` is what it commands; the warning says by how much the recorded commands
     differ.
 
@@ -33,11 +33,11 @@ def replay(run: xr.Dataset) -> xr.Dataset:
     True
     """
     check_run(run)
-    if is_recorded(run):
-        return replay_recorded(run)
+    if is_log_run(run):
+        return replay_log_run(run)
     again: xr.Dataset = Experiment.of(run).run()
     again.attrs |= {key: run.attrs[key] for key in ("scenario", "single")}
-    if other := difference(run, again):
+    if other := find_difference(run, again):
         text = f"the run is not the one that was given: {other}"
-        warnings.warn(text, ReplayWarning, stacklevel=callers())
+        warnings.warn(text, ReplayWarning, stacklevel=find_user_stacklevel())
     return again

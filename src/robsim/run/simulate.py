@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from robsim.engine.record import Record
+from robsim.engine.recorder import Record
 from robsim.engine.workers import Progress
-from robsim.run.checks import a_task, of_kind, starts
 from robsim.run.experiment import EXACT, PERFECT, Experiment
+from robsim.run.run_checks import check_instance, check_starts, check_task
 from robsim.servo.safety.safety import Safety
 from robsim.servo.tasks.task import Task
 from robsim.world.actuation import Actuation
@@ -65,9 +65,9 @@ def simulate(
     ('CONVERGED', 0.023)
     """
     experiment = Experiment(
-        of_kind(scene, Scene, "scene"),
-        a_task(task),
-        None if q0 is None else starts(scene, q0, "q0"),
+        check_instance(scene, Scene, "scene"),
+        check_task(task),
+        None if q0 is None else check_starts(scene, q0, "q0"),
         sensing=PERFECT if sensing is None else sensing,
         actuation=EXACT if actuation is None else actuation,
         safety=safety,

@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, Any, ClassVar
 
-from robsim.declare.joints import PerJoint, coordinates
+from robsim.declare.joint_numbers import PerJoint, get_coordinate_axes
 from robsim.declare.spec import Context
 from robsim.geometry.pose import Pose
 from robsim.geometry.pose_table import FLAT_POSE
-from robsim.servo.goals.goal import start_of, started
+from robsim.servo.goals.goal import describe_start, parse_start
 
 
 @dataclass(frozen=True)
@@ -18,9 +18,9 @@ class StartTable:
 
     rivals: ClassVar[Any] = ((("q",), ("pose",)),)
 
-    q: Annotated[Any, PerJoint(coordinates), "Coordinates at the start, one number for each."] = (
-        None
-    )
+    q: Annotated[
+        Any, PerJoint(get_coordinate_axes), "Coordinates at the start, one number for each."
+    ] = None
     pose: Annotated[
         Pose | None, FLAT_POSE, "Pose at the start, in a scene whose only joint floats."
     ] = None
@@ -28,8 +28,8 @@ class StartTable:
     @classmethod
     def of(cls, value: Any, c: Context) -> StartTable:
         """Return the table of a start in a scene."""
-        return cls(*started(value, c.facts["scene"]))
+        return cls(*describe_start(value, c.facts["scene"]))
 
     def made(self, c: Context) -> Any:
         """Return the coordinates of the start."""
-        return start_of(self.q, self.pose, c.facts["scene"], "q")
+        return parse_start(self.q, self.pose, c.facts["scene"], "q")

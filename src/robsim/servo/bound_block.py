@@ -8,17 +8,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from robsim.base.arrays import Array, last_view
-from robsim.base.errors import InputError, said
-from robsim.base.values import unchecked
-from robsim.features.compiled import Compiled
+from robsim.base.arrays import Array, view_runs_last
+from robsim.base.errors import InputError, format_value
+from robsim.base.value import replace_unchecked
+from robsim.features.compiled_feature import CompiledFeature
 from robsim.features.feature import Feature, Observation
-from robsim.features.numeric import interaction
-from robsim.features.rows import FeatureRows, Seen, picked
-from robsim.kernels.formulas.sight import Projection
+from robsim.features.feature_rows import FeatureRows, ObservationRows, select_rows
+from robsim.features.numeric_interaction import compute_interaction
+from robsim.kernels.formulas.projection_arrays import Projection
 from robsim.kernels.machine.program import Blocks
-from robsim.servo.returned import returned
-from robsim.servo.sight import Key, Sight, relative
+from robsim.servo.camera_target import CameraTarget, PairKey, compute_relative_pose
+from robsim.servo.user_return import check_returned_array
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,7 +26,7 @@ class BoundBlock:
     """A feature block bound to a scene: its feature, measured by one camera or a stereo pair."""
 
     feature: Feature
-    sights: tuple[Sight, ...]  # as believed
+    sights: tuple[CameraTarget, ...]  # as believed
     marks: NDArray[np.int64] | None
     components: NDArray[np.int64] | None
     weight: float
@@ -44,7 +44,9 @@ class BoundBlock:
             return self
         feature = towards(goal)
         if not isinstance(feature, Feature):
-            raise InputError(f"{self.name}.towards returned {said(feature)}, and no feature")
+            raise InputError(
+                f"{self.name}.towards returned {format_value(feature)}, and no feature"
+            )
         return replace(self, feature=feature)
 
     def counted(self, goal: Observation) -> BoundBlock:
@@ -52,30 +54,30 @@ class BoundBlock:
         whole = replace(self, components=None)
         return replace(self, k=len(whole.measure(goal)))
 
-    def observation(self, seen: Seen, blocks: Blocks) -> Observation:
+    def observation(self, seen: ObservationRows, blocks: Blocks) -> Observation:
         """Return what all marks look like in blocks, before some are chosen."""
         cameras = [sight.eye.camera for sight in self.sights]
         return seen.observation(blocks, cameras)
 
     def at_goal(
-        self, seen: dict[Key, Observation], projections: dict[Key, Projection]
+        self, seen: dict[PairKey, Observation], projections: dict[PairKey, Projection]
     ) -> Observation:
         """Return what the feature is shown at the goal, with cameras where they are believed."""
         whole = self.all_at_goal(seen, projections)
         return whole if self.marks is None else whole.some(self.marks)
 
     def all_at_goal(
-        self, seen: dict[Key, Observation], projections: dict[Key, Projection]
+        self, seen: dict[PairKey, Observation], projections: dict[PairKey, Projection]
     ) -> Observation:
         """Return what all marks look like at the goal, before some are chosen."""
         first, *others = (sight.key for sight in self.sights)
         one = seen[first]
         for second in others:  # at most one
-            between = relative(projections[first].T_w_c, projections[second].T_w_c)
-            one = unchecked(one, other=seen[second], between_last=between)
+            between = compute_relative_pose(projections[first].T_w_c, projections[second].T_w_c)
+            one = replace_unchecked(one, other=seen[second], between_last=between)
         return one
 
-    def stages(self, seen: Seen, with_L: bool = True) -> FeatureRows:
+    def stages(self, seen: ObservationRows, with_L: bool = True) -> FeatureRows:
         """Add the stages of s and L to a program, and return the rows of the chosen components.
 
         A user's feature is asked for L only if that is wanted.
@@ -85,9 +87,9 @@ class BoundBlock:
         rows = self._whole(seen, with_L)
         if self.components is None:
             return rows
-        return FeatureRows(*(picked(seen.program, each, self.components) for each in rows))
+        return FeatureRows(*(select_rows(seen.program, each, self.components) for each in rows))
 
-    def _whole(self, seen: Seen, with_L: bool) -> FeatureRows:
+    def _whole(self, seen: ObservationRows, with_L: bool) -> FeatureRows:
         """Return the rows of all components, of a feature that may be a user's."""
         compiled = self._compiled
         if compiled is not None:
@@ -105,10 +107,10 @@ class BoundBlock:
         return rows
 
     @property
-    def _compiled(self) -> Compiled | None:
+    def _compiled(self) -> CompiledFeature | None:
         """The feature, if it is stages of a program and no user's."""
         feature = self.feature
-        return feature if isinstance(feature, Compiled) and not feature.is_own() else None
+        return feature if isinstance(feature, CompiledFeature) and not feature.is_own() else None
 
     @property
     def size(self) -> int:
@@ -121,7 +123,7 @@ class BoundBlock:
 
     def interaction(self, seen: Observation) -> Array:
         """Return L (k, 6, B) of the chosen components, for the first camera's twist."""
-        return self._checked(interaction(self.feature, seen), seen, 6)
+        return self._checked(compute_interaction(self.feature, seen), seen, 6)
 
     def gone(self, blind: Observation) -> NDArray[np.bool_]:
         """Return (k, B): which components are NaN, as marks of all the target's are."""
@@ -153,8 +155,8 @@ class BoundBlock:
         """Return the chosen components of a returned array, run last; its shape is checked."""
         k = "k" if self.k is None else self.k
         wanted = (seen.pixels_last.shape[-1], k, *tail)
-        array = returned(value, f"{self.name}: a method", wanted)
-        return np.array(self._chosen(last_view(array)), order="C")  # theirs may be used again
+        array = check_returned_array(value, f"{self.name}: a method", wanted)
+        return np.array(self._chosen(view_runs_last(array)), order="C")  # theirs may be used again
 
     def _chosen(self, array: Array) -> Array:
         if self.components is None:

@@ -17,7 +17,7 @@ class Command(NamedTuple):
     task_jacobian: Array  # (k, n, B) L J: how the commanded joints move the features
 
 
-class Basis(NamedTuple):
+class LawInput(NamedTuple):
     """What the command of one servo task is based on: error and the state of the law."""
 
     error: Array  # (k, B)

@@ -8,25 +8,33 @@ from typing import Annotated, Any, ClassVar
 
 import numpy as np
 
-from robsim.base.arrays import is_listed
-from robsim.base.errors import InputError, said
+from robsim.base.arrays import has_items
+from robsim.base.errors import InputError, format_value
 from robsim.declare import (
-    Choice,
-    Declared,
+    DeclaredValue,
+    Integer,
+    KindOf,
     ListOf,
     Number,
     OneOf,
     Text,
-    Whole,
     described,
     fields_of,
 )
-from robsim.declare.problems import Broken
-from robsim.declare.spec import MISSING, Context, NoText, Raw, Spec, expected, with_article
+from robsim.declare.problems import UnreadableValue
+from robsim.declare.spec import (
+    MISSING,
+    Context,
+    NoTextError,
+    Raw,
+    Spec,
+    add_article,
+    make_expected_error,
+)
 from robsim.features.feature import FEATURES as KINDS
 from robsim.features.feature import Feature
 
-FEATURE = Choice(KINDS, protocol=Feature)
+FEATURE_CHOICE = KindOf(KINDS, protocol=Feature)
 
 
 @dataclass(frozen=True)
@@ -43,11 +51,11 @@ class SceneName(Text):
         return name
 
     def words(self) -> str:
-        return f"the name of {with_article(self.find)}"
+        return f"the name of {add_article(self.find)}"
 
 
 @dataclass(frozen=True)
-class Cameras(OneOf):
+class CameraNames(OneOf):
     """The name of a camera, or the names of the two of a stereo pair."""
 
     def __init__(self) -> None:
@@ -60,44 +68,46 @@ class Cameras(OneOf):
         names = tuple(value) if isinstance(value, list | tuple) else ()
         texts = all(isinstance(name, str) for name in names)
         if len(names) != 2 or not texts or len(set(names)) < 2:
-            raise InputError(f"{what}: expected a name, or two different ones, got {said(value)}")
+            raise InputError(
+                f"{what}: expected a name, or two different ones, got {format_value(value)}"
+            )
         return names
 
     def accepts(self) -> str:
         return self.words()
 
 
-INDEX = Whole(0, 9_999)
+INDEX_SPEC = Integer(0, 9_999)
 
 
 @dataclass(frozen=True)
-class Indices(ListOf):
+class IndexList(ListOf):
     """A list of different whole numbers from 0 on."""
 
-    item: Spec = INDEX
+    item: Spec = INDEX_SPEC
     least: int = 1
     phrase: ClassVar[str] = "different whole numbers from 0 on"
 
     def check(self, value: Any, what: str) -> tuple[int, ...]:
-        numbers = tuple(value) if is_listed(value) else ()
+        numbers = tuple(value) if has_items(value) else ()
         whole = all(isinstance(n, int | np.integer) and n is not True and n >= 0 for n in numbers)
         if not numbers or not whole or len(set(numbers)) < len(numbers):
-            raise InputError(f"{what}: expected {self.words()}, got {said(value)}")
+            raise InputError(f"{what}: expected {self.words()}, got {format_value(value)}")
         return tuple(int(n) for n in numbers)
 
     def read(self, raw: Raw, c: Context) -> tuple[int, ...]:
         numbers = super().read(raw, c)
         if len(set(numbers)) < len(numbers):
-            raise expected(self.words(), raw)
+            raise make_expected_error(self.words(), raw)
         return numbers
 
 
-CAMERAS, TARGET, INDICES = Cameras(), SceneName(find="object"), Indices()
+CAMERAS, TARGET, INDICES = CameraNames(), SceneName(find="object"), IndexList()
 
 
 @described
 @dataclass(frozen=True)
-class FeatureBlock(Declared):
+class FeatureBlock(DeclaredValue):
     """One of several features that a task stacks, as in `IBVS(features=[FeatureBlock(...), ...])`.
 
     >>> FeatureBlock("log_depth", marks=[0]).marks
@@ -105,7 +115,7 @@ class FeatureBlock(Declared):
     """
 
     feature: Annotated[
-        Any, FEATURE, "The feature: its name, or an object with unit, tolerance and measure."
+        Any, FEATURE_CHOICE, "The feature: its name, or an object with unit, tolerance and measure."
     ]
     camera: Annotated[
         str | tuple[str, str] | None,
@@ -130,7 +140,7 @@ class FeatureBlock(Declared):
     ] = 1.0
 
 
-def blocks_of(given: Any) -> tuple[FeatureBlock, ...]:
+def make_feature_blocks(given: Any) -> tuple[FeatureBlock, ...]:
     """Return feature blocks from one feature or a list of features and blocks."""
     several = given if isinstance(given, list | tuple) else [given]
     if not several:
@@ -139,7 +149,7 @@ def blocks_of(given: Any) -> tuple[FeatureBlock, ...]:
 
 
 @dataclass(frozen=True)
-class Features(Spec):
+class FeaturesSpec(Spec):
     """The features of a task: one feature, or a list of features and blocks.
 
     In a text the keys of a block stand beside those of its feature.
@@ -148,42 +158,42 @@ class Features(Spec):
     forms: ClassVar[tuple[str, ...]] = ("plain", "table", "list")
 
     def check(self, value: Any, what: str) -> Any:
-        blocks = blocks_of(value)
+        blocks = make_feature_blocks(value)
         alone = len(blocks) == 1 and not isinstance(value, FeatureBlock | list | tuple)
         return blocks[0].feature if alone else blocks
 
     def read(self, raw: Raw, c: Context) -> Any:
         if isinstance(raw, list):
-            return list(ListOf(_Block(), 1, 1000).read(raw, c.changing(MISSING)))
+            return list(ListOf(_BlockSpec(), 1, 1000).read(raw, c.changing(MISSING)))
         old = c.over
         if isinstance(old, tuple):
             old = old[0] if len(old) == 1 else MISSING
-        return _Block(alone=True).read(raw, c.changing(old))
+        return _BlockSpec(alone=True).read(raw, c.changing(old))
 
     def write(self, value: Any, c: Context) -> Raw:
         if isinstance(value, tuple):
-            return [_Block().write(each, c) for each in value]
-        return FEATURE.write(value, c)
+            return [_BlockSpec().write(each, c) for each in value]
+        return FEATURE_CHOICE.write(value, c)
 
     def words(self) -> str:
-        return f"{FEATURE.words()}, a table of one, or a list of these"
+        return f"{FEATURE_CHOICE.words()}, a table of one, or a list of these"
 
     def accepts(self) -> str:
-        return f"{FEATURE.accepts()}, or a list of these and of feature blocks"
+        return f"{FEATURE_CHOICE.accepts()}, or a list of these and of feature blocks"
 
     def schema(self, define: Any) -> dict[str, Any]:
-        one = _Block().schema(define)
+        one = _BlockSpec().schema(define)
         return {"anyOf": [*one["anyOf"], {"type": "array", "items": one, "minItems": 1}]}
 
     def controls(self, value: Any, place: Any) -> Iterable[Any]:
-        return () if isinstance(value, tuple) else FEATURE.controls(value, place)
+        return () if isinstance(value, tuple) else FEATURE_CHOICE.controls(value, place)
 
     def parts(self, keys: list[str], value: Any, c: Context) -> list[Any]:
-        return [] if isinstance(value, tuple) else FEATURE.parts(keys, value, c)
+        return [] if isinstance(value, tuple) else FEATURE_CHOICE.parts(keys, value, c)
 
 
 @dataclass(frozen=True)
-class _Block(Spec):
+class _BlockSpec(Spec):
     """A feature block in a text; with `alone`, a table without keys of a block is the feature."""
 
     alone: bool = False
@@ -195,49 +205,51 @@ class _Block(Spec):
             example = (
                 'a name such as "points", or a table as in { kind = "points", marks = [0, 1] }'
             )
-            raise InputError(f"expected {example}, got {said(raw)}")
+            raise InputError(f"expected {example}, got {format_value(raw)}")
         table = {"kind": raw} if isinstance(raw, str) else raw
         before, old = c.problems.seen, c.over
         c, own = c.changing(MISSING), {}
         if isinstance(old, FeatureBlock):
-            own = {each.name: getattr(old, each.name) for each in _FIELDS}
+            own = {each.name: getattr(old, each.name) for each in _BLOCK_FIELDS}
             old = old.feature
-        for each in _FIELDS:
+        for each in _BLOCK_FIELDS:
             value = each.spec.pick(table, each.name, c)
             if value is not MISSING:
                 own[each.name] = value
-        rest = {key: part for key, part in table.items() if key not in _OWN}
+        rest = {key: part for key, part in table.items() if key not in _BLOCK_KEYS}
         given = raw if isinstance(raw, str) else rest
-        feature = _Feature(KINDS, protocol=Feature).read(given, c.changing(old))
+        feature = _BlockFeatureChoice(KINDS, protocol=Feature).read(given, c.changing(old))
         if c.problems.seen > before:
-            raise Broken
+            raise UnreadableValue
         return feature if self.alone and not own else FeatureBlock(feature, **own)
 
     def write(self, value: Any, c: Context) -> Raw:
         if type(value) is not FeatureBlock:
-            raise NoText(f"{type(value).__name__} is Python code")
-        raw = FEATURE.write(value.feature, c)
+            raise NoTextError(f"{type(value).__name__} is Python code")
+        raw = FEATURE_CHOICE.write(value.feature, c)
         table = {"kind": raw} if isinstance(raw, str) else dict(raw)
-        for each in _FIELDS:
+        for each in _BLOCK_FIELDS:
             if getattr(value, each.name) != each.default:
                 each.spec.put(table, each.name, getattr(value, each.name), c)
         return table["kind"] if len(table) == 1 else table
 
     def schema(self, define: Any) -> dict[str, Any]:
         own: dict[str, Any] = {}
-        for each in _FIELDS:
+        for each in _BLOCK_FIELDS:
             own |= each.spec.properties(each.name, define)
-        tables = [define(FEATURE.family.find(name), name, **own) for name in FEATURE.names]
-        return {"anyOf": [{"enum": FEATURE.names}, *tables]}
+        tables = [
+            define(FEATURE_CHOICE.family.find(name), name, **own) for name in FEATURE_CHOICE.names
+        ]
+        return {"anyOf": [{"enum": FEATURE_CHOICE.names}, *tables]}
 
 
-class _Feature(Choice):
+class _BlockFeatureChoice(KindOf):
     """A feature whose messages about unknown keys also list the keys of its block."""
 
     def read(self, raw: Raw, c: Context) -> Any:
-        return super().read(raw, c.knowing(also=_OWN))
+        return super().read(raw, c.knowing(also=_BLOCK_KEYS))
 
 
-_FIELDS = [each for each in fields_of(FeatureBlock) if each.name != "feature"]
-_OWN = tuple(each.name for each in _FIELDS)
-FEATURES = Features()
+_BLOCK_FIELDS = [each for each in fields_of(FeatureBlock) if each.name != "feature"]
+_BLOCK_KEYS = tuple(each.name for each in _BLOCK_FIELDS)
+FEATURES_SPEC = FeaturesSpec()

@@ -8,34 +8,34 @@ from typing import Any
 
 import numpy as np
 
-from robsim.base.arrays import Array, last_view, runs_first
+from robsim.base.arrays import Array, move_runs_first, view_runs_last
 from robsim.base.errors import InputError
-from robsim.servo.controller import Controller
-from robsim.servo.given import Commanded, Given
-from robsim.servo.laws.broyden import Broyden
+from robsim.servo.bound_features import BoundFeatures
+from robsim.servo.camera_target import PairKey
+from robsim.servo.controller_rows import ControllerInputs, ControllerOutputs
+from robsim.servo.laws.broyden_rule import Broyden
 from robsim.servo.laws.control_state import ControlState
 from robsim.servo.laws.feed_forward import FeedForward
 from robsim.servo.laws.gain import AdaptiveGain
-from robsim.servo.laws.inverse import ANY, RCOND, Inverse, JacobianTranspose, rank
+from robsim.servo.laws.inverse import RCOND, SAME_UNITS, Inverse, JacobianTranspose, compute_rank
 from robsim.servo.laws.law import Law
-from robsim.servo.regulated import Regulated
-from robsim.servo.returned import returned
 from robsim.servo.servo_stages import ServoStages
-from robsim.servo.shaping.shaping import Shaping
-from robsim.servo.sight import Key
+from robsim.servo.shaping.command_shaper import CommandShaper
+from robsim.servo.task_controller import TaskController
+from robsim.servo.user_return import check_returned_array
 
 
 @dataclass(frozen=True, eq=False)
-class Servo(Controller):
+class ServoController(TaskController):
     """The controller of one servo task, whose law drives e = s - s_goal to zero."""
 
-    regulated: Regulated
+    regulated: BoundFeatures
     law: Law
     gain: Any  # float, AdaptiveGain, or (runs,) where each run has its own
     inverse: Inverse
     feed_forward: FeedForward
     broyden: Broyden | None
-    shaping: Shaping
+    shaping: CommandShaper
     weighting: tuple[Any, ...] = ()
 
     @property
@@ -44,13 +44,13 @@ class Servo(Controller):
         return bool(self.weighting)
 
     @property
-    def excused(self) -> frozenset[Key]:
+    def excused(self) -> frozenset[PairKey]:
         """The sights whose marks may leave the image."""
         excuses = any(getattr(each, "excuses", False) for each in self.weighting)
         return frozenset(sight.key for sight in self.sights) if excuses else frozenset()
 
     @property
-    def whole(self) -> frozenset[Key]:
+    def whole(self) -> frozenset[PairKey]:
         """The sights of which a feature needs all marks at once; with weights none does."""
         if self.weighting:
             return frozenset()
@@ -63,7 +63,7 @@ class Servo(Controller):
         )
         return frozenset(found)
 
-    def stages(self, given: Given) -> Commanded:
+    def stages(self, given: ControllerInputs) -> ControllerOutputs:
         """Add the stages of an instant to a program, and return the rows that they write."""
         made = ServoStages(self, given)
         made.assess()
@@ -73,8 +73,8 @@ class Servo(Controller):
         """Return velocities (n, B) from the law, which may be a user's."""
         wanted = (state.error_last.shape[1], self.columns.size)
         who = f"{type(self.law).__name__}.command"
-        qd = returned(self.law.command(state), who, wanted)
-        return np.array(last_view(qd), order="C")  # theirs may be used again
+        qd = check_returned_array(self.law.command(state), who, wanted)
+        return np.array(view_runs_last(qd), order="C")  # theirs may be used again
 
     @cached_property
     def one_motion(self) -> bool:
@@ -82,7 +82,7 @@ class Servo(Controller):
         return self.broyden is None and self.regulated.as_one
 
 
-def pace(regulated: Regulated, gain: Any, inverse: Inverse) -> Any:
+def compute_decay_rate(regulated: BoundFeatures, gain: Any, inverse: Inverse) -> Any:
     """Return the slowest rate at which the error decays, () or (runs,): the gain, per second.
 
     With the transpose that is times the smallest sigma^2 of L J at the goal.
@@ -90,7 +90,7 @@ def pace(regulated: Regulated, gain: Any, inverse: Inverse) -> Any:
     least = gain.least if isinstance(gain, AdaptiveGain) else gain
     if not isinstance(inverse, JacobianTranspose):
         return least
-    task_jacobian = runs_first(regulated.at_goal.task_jacobian)
+    task_jacobian = move_runs_first(regulated.at_goal.task_jacobian)
     if not task_jacobian.any() or not np.isfinite(task_jacobian).all():
         raise InputError(
             "the transpose needs L J at the goal, and there it is zero or not finite (of a goal "
@@ -101,7 +101,7 @@ def pace(regulated: Regulated, gain: Any, inverse: Inverse) -> Any:
     return least * (smallest if len(smallest) > 1 else float(smallest[0]))
 
 
-def rank_at_goal(regulated: Regulated) -> Any:
+def compute_goal_rank(regulated: BoundFeatures) -> Any:
     """Return the rank of L J at the goal where it was shown; else the most that is possible.
 
     Of several runs with goals of their own it is (runs,).
@@ -109,10 +109,10 @@ def rank_at_goal(regulated: Regulated) -> Any:
     goal = regulated.at_goal
     if regulated.q_goal is None:
         return int(min(*goal.task_jacobian.shape[:2], 6 * regulated.motions))
-    found = rank(goal.task_jacobian, goal.J if regulated.as_one else ANY)
+    found = compute_rank(goal.task_jacobian, goal.J if regulated.as_one else SAME_UNITS)
     return found if len(found) > 1 else int(found[0])
 
 
-def rcond_of(inverse: Inverse) -> float:
+def get_rcond(inverse: Inverse) -> float:
     """Return the share of the largest singular value below which rank counts as lost."""
     return inverse.numbers[2] or RCOND

@@ -8,64 +8,78 @@ from typing import Any
 
 import numpy as np
 
-from robsim.base.arrays import Array, frozen
-from robsim.base.errors import InputError, said
-from robsim.features.rows import joined
-from robsim.kernels.control import commanding
-from robsim.kernels.control import weighting as kernels
+from robsim.base.arrays import Array, make_read_only
+from robsim.base.errors import InputError, format_value
+from robsim.features.feature_rows import concatenate_rows
+from robsim.kernels.control import control_law
+from robsim.kernels.control import mark_weights as kernels
+from robsim.kernels.machine.block_rows import BlockRows
 from robsim.kernels.machine.program import Blocks, Program
-from robsim.kernels.machine.rows import Rows
-from robsim.kernels.machine.stage import Stage
-from robsim.servo.given import Given, View
-from robsim.servo.returned import returned
-from robsim.servo.sight import Key
-from robsim.servo.weightings.made_of import MadeOf
-from robsim.servo.weightings.weighting import Group, MarksSeen, Residuals, WeightsOfMarks
+from robsim.kernels.machine.stages import CompiledStage
+from robsim.servo.camera_target import PairKey
+from robsim.servo.controller_rows import ControllerInputs, ViewRows
+from robsim.servo.user_return import check_returned_array
+from robsim.servo.weightings.mark_dependencies import MarkDependencies
+from robsim.servo.weightings.weighting_protocol import (
+    ComponentGroup,
+    MarkRows,
+    MarkWeighting,
+    Residuals,
+)
 
 
-def of_marks(
-    weightings: tuple[Any, ...], given: Given, view: View, points: Rows, camera: Rows, goal: Array
-) -> Rows:
-    """Add the stages of the weights of marks, see `MarksSeen`; return their rows (N,).
+def add_mark_weights(
+    weightings: tuple[Any, ...],
+    given: ControllerInputs,
+    view: ViewRows,
+    points: BlockRows,
+    camera: BlockRows,
+    goal: Array,
+) -> BlockRows:
+    """Add the stages of the weights of marks, see `MarkRows`; return their rows (N,).
 
     They are zero where nothing is measured, and where a mark is hidden unless a weighting fades.
     """
-    ours = [each for each in weightings if isinstance(each, WeightsOfMarks)]
+    ours = [each for each in weightings if isinstance(each, MarkWeighting)]
     program, N = given.program, view.depth.size
     image = {"pixels": view.pixels, "points": points, "camera": camera}
-    found = program.result(kernels.there, "out", N, **image, hidden=view.hidden)
-    seen = MarksSeen(given, N, view, camera, found, goal)
+    found = program.result(kernels.flag_measured_marks, "out", N, **image, hidden=view.hidden)
+    seen = MarkRows(given, N, view, camera, found, goal)
     if view.hidden is not None and any(each.fades for each in ours):
-        found = program.result(kernels.there, "out", N, **image)
+        found = program.result(kernels.flag_measured_marks, "out", N, **image)
     for each in ours:
-        found = weighed(program, found, each.marks(seen))
+        found = scale_entries(program, found, each.marks(seen))
     return found
 
 
-def of_numbers(program: Program, marks: dict[Key, Rows], made_of: list[MadeOf]) -> Rows:
+def add_component_weights(
+    program: Program, marks: dict[PairKey, BlockRows], made_of: list[MarkDependencies]
+) -> BlockRows:
     """Add the stages of the weights (k,) by marks, whose rows are given; return their rows.
 
     That of a number is the smallest of its marks. Those of a pose are 1 where enough are there.
     """
-    return joined(program, [_of_block(program, marks, each) for each in made_of])
+    return concatenate_rows(program, [_add_block_weights(program, marks, each) for each in made_of])
 
 
-def _of_block(program: Program, marks: dict[Key, Rows], each: MadeOf) -> Rows:
+def _add_block_weights(
+    program: Program, marks: dict[PairKey, BlockRows], each: MarkDependencies
+) -> BlockRows:
     rows = [[marks[key][n] for key, n in each.of_number(i)] for i in range(len(each.marks))]
     if each.posed:
         given = {"needed": each.needed, "weights": rows[0]}
-        return program.result(kernels.enough, "out", len(rows), **given)
-    return program.result(kernels.least, "weights", len(rows), numbers=rows)
+        return program.result(kernels.require_enough_marks, "out", len(rows), **given)
+    return program.result(kernels.compute_smallest_weights, "weights", len(rows), numbers=rows)
 
 
-def by_error(
+def add_user_weights(
     program: Program,
     weightings: Sequence[Any],
-    error: Rows,
-    weights: Rows,
+    error: BlockRows,
+    weights: BlockRows,
     tolerances: Array,
-    groups: tuple[Group, ...],
-) -> Rows:
+    groups: tuple[ComponentGroup, ...],
+) -> BlockRows:
     """Add the stage of users' weightings, times the weights (k,) by marks; return its rows (k,).
 
     It is in Python, and shows each of them the `Residuals`: the error is zero where nothing is.
@@ -73,32 +87,37 @@ def by_error(
     k = weights.size
 
     def ask(blocks: Blocks, step: int) -> Array:
-        by_marks = frozen(blocks.get(weights))
-        now = Residuals(frozen(blocks.get(error)), by_marks, tolerances, groups)
-        each = [_checked(one.weigh(now), type(one).__name__, blocks.runs, k) for one in weightings]
+        by_marks = make_read_only(blocks.get(weights))
+        now = Residuals(make_read_only(blocks.get(error)), by_marks, tolerances, groups)
+        each = [
+            _check_user_weights(one.weigh(now), type(one).__name__, blocks.runs, k)
+            for one in weightings
+        ]
         return reduce(np.multiply, each, by_marks)
 
     return program.asked(ask, k)
 
 
-def weighed(program: Program, A: Rows, weights: Rows) -> Rows:
+def scale_entries(program: Program, A: BlockRows, weights: BlockRows) -> BlockRows:
     """Add the stage of the entries (n, ...) of A, each times its own weight; return its rows."""
-    return _each_entry(program, commanding.weigh, "B", A, weights=weights)
+    return _apply_to_entries(program, control_law.weight_matrix_rows, "B", A, weights=weights)
 
 
-def masked(program: Program, A: Rows, hidden: Rows) -> Rows:
+def mask_entries(program: Program, A: BlockRows, hidden: BlockRows) -> BlockRows:
     """Add the stage of the entries (n, ...) of A, or zeros where hidden; return its rows."""
-    return _each_entry(program, commanding.masked, "out", A, hidden=hidden)
+    return _apply_to_entries(program, control_law.mask_hidden_rows, "out", A, hidden=hidden)
 
 
-def _each_entry(program: Program, stage: Stage, to: str, A: Rows, **by: Rows) -> Rows:
+def _apply_to_entries(
+    program: Program, stage: CompiledStage, to: str, A: BlockRows, **by: BlockRows
+) -> BlockRows:
     whole = A.reshape(A.shape[0], -1)
     return program.result(stage, to, *whole.shape, A=whole, **by).reshape(*A.shape)
 
 
-def _checked(value: Any, name: str, runs: int, k: int) -> Array:
+def _check_user_weights(value: Any, name: str, runs: int, k: int) -> Array:
     """Return the weights (k, B) that a user's class gave; InputError unless they are in 0..1."""
-    weights = returned(value, f"{name}.weigh", (runs, k))
+    weights = check_returned_array(value, f"{name}.weigh", (runs, k))
     if not ((weights >= 0.0) & (weights <= 1.0)).all():
-        raise InputError(f"{name}.weigh: expected weights from 0 to 1, got {said(value)}")
+        raise InputError(f"{name}.weigh: expected weights from 0 to 1, got {format_value(value)}")
     return np.ascontiguousarray(weights.T)

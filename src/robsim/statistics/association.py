@@ -40,7 +40,7 @@ def spearman(x: Array, y: Array, level: float = 0.95) -> Estimate:
     1.0
     """
     n, quantile = len(x), normal_quantile(level)
-    a, b = _standardised(ranks(x)), _standardised(ranks(y))
+    a, b = _standardise(ranks(x)), _standardise(ranks(y))
     rho = float(np.clip((a * b).mean(), -1.0, 1.0))
     if n < FEWEST:
         return Estimate(rho, -1.0, 1.0, n)
@@ -48,18 +48,20 @@ def spearman(x: Array, y: Array, level: float = 0.95) -> Estimate:
         end = float(round(rho))
         return Estimate(end, end, end, n)
     scatter = float((a * b - rho * (a * a + b * b) / 2).std())
-    half = quantile * max(_spread(rho * rho, n), scatter / ((1 - rho * rho) * math.sqrt(n)))
+    half = quantile * max(
+        _fisher_z_deviation(rho * rho, n), scatter / ((1 - rho * rho) * math.sqrt(n))
+    )
     z = math.atanh(rho)
     return Estimate(rho, math.tanh(z - half), math.tanh(z + half), n)
 
 
-def _standardised(values: Array) -> Array:
+def _standardise(values: Array) -> Array:
     """Return values (n,) with mean 0 and variance 1."""
     away = values - values.mean()
     return np.asarray(away / math.sqrt((away * away).mean()))
 
 
-def _spread(square: float, n: int) -> float:
+def _fisher_z_deviation(square: float, n: int) -> float:
     """Return the standard deviation of artanh of a rank correlation of this square."""
     return math.sqrt((1 + square / 2) / (n - 3))
 
@@ -84,21 +86,21 @@ def correlation_ratio(groups: NDArray[np.intp], y: Array, level: float = 0.95) -
     1.0
     """
     n, alpha = len(y), (1 - check_level(level)) / 2
-    k, raw, scatter = _between(groups, ranks(y))
+    k, raw, scatter = _variance_between_groups(groups, ranks(y))
     if n - k < FEWEST:
         return Estimate(math.sqrt(raw), 0.0, 1.0, n)
     eta = math.sqrt(max(1 - (1 - raw) * (n - 1) / (n - k), 0.0))
     if raw == 1.0:
         return Estimate(1.0, 1.0, 1.0, n)
     delta = scatter / (2 * math.sqrt(raw) * (1 - raw) * math.sqrt(n)) if raw else 0.0
-    scale = max(_spread(raw, n), delta)
+    scale = max(_fisher_z_deviation(raw, n), delta)
     seen = (math.atanh(math.sqrt(raw)) / scale) ** 2
     low, high = (_noncentrality(seen, k - 1, share) for share in (1 - alpha, alpha))
     ends = [math.tanh(math.sqrt(each) * scale) for each in (low, high)]
     return Estimate(eta, min(ends[0], eta), max(ends[1], eta), n)
 
 
-def _between(groups: NDArray[np.intp], values: Array) -> tuple[int, float, float]:
+def _variance_between_groups(groups: NDArray[np.intp], values: Array) -> tuple[int, float, float]:
     """Return how many groups there are, the share of the variance that lies between them, and
     the standard deviation of that share's influence function.
 
@@ -106,7 +108,7 @@ def _between(groups: NDArray[np.intp], values: Array) -> tuple[int, float, float
     value is 2 value m - m^2 - share value^2.
     """
     _, place, counts = np.unique(groups, return_inverse=True, return_counts=True)
-    away = _standardised(values)
+    away = _standardise(values)
     means = (np.bincount(place, away) / counts)[place]
     share = float((means * means).mean())
     influence = (2 * away - means) * means - share * away * away

@@ -8,7 +8,7 @@ import numpy as np
 
 from robsim.base.arrays import Array
 from robsim.statistics.estimate import Estimate
-from robsim.statistics.proportions import check_level, share
+from robsim.statistics.proportions import check_level, estimate_share
 
 
 def half_binomial(n: int) -> Array:
@@ -64,15 +64,15 @@ def paired_difference(
     n = both + first + second + neither
     if not n:
         return Estimate(math.nan, -1.0, 1.0, 0)
-    one, two = share(both + first, n, level), share(both + second, n, level)
-    phi = _correlation(both, first, second, neither)
-    down = _root(one.value - one.low, two.high - two.value, phi)
-    up = _root(one.high - one.value, two.value - two.low, phi)
+    one, two = estimate_share(both + first, n, level), estimate_share(both + second, n, level)
+    phi = _phi_coefficient(both, first, second, neither)
+    down = _newcombe_distance(one.value - one.low, two.high - two.value, phi)
+    up = _newcombe_distance(one.high - one.value, two.value - two.low, phi)
     middle = (first - second) / n
     return Estimate(middle, max(middle - down, -1.0), min(middle + up, 1.0), n)
 
 
-def _correlation(both: int, first: int, second: int, neither: int) -> float:
+def _phi_coefficient(both: int, first: int, second: int, neither: int) -> float:
     """Return phi of a fourfold table, corrected for continuity; 0 where a side is empty."""
     n, excess = both + first + second + neither, both * neither - first * second
     sides = (both + first) * (second + neither) * (both + second) * (first + neither)
@@ -80,7 +80,7 @@ def _correlation(both: int, first: int, second: int, neither: int) -> float:
     return corrected / math.sqrt(sides) if sides else 0.0
 
 
-def _root(a: float, b: float, phi: float) -> float:
+def _newcombe_distance(a: float, b: float, phi: float) -> float:
     return math.sqrt(max(a * a - 2 * phi * a * b + b * b, 0.0))
 
 

@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from robsim.base.arrays import whole
-from robsim.base.errors import InputError, said
+from robsim.base.arrays import as_integer
+from robsim.base.errors import InputError, format_value
 from robsim.statistics.estimate import Estimate
 
 
-def share(
+def estimate_share(
     count: int, of: int, level: float = 0.95, *, independent: float | None = None
 ) -> Estimate:
     """Return a share with its score interval of Wilson, which holds the truth at about `level`.
@@ -29,11 +29,11 @@ def share(
 
     InputError: count above `of`, or a level beyond 0 and 1.
 
-    >>> str(share(8, 10))
+    >>> str(estimate_share(8, 10))
     '80.0 % [49.0, 94.3]'
     """
-    of, z = whole(of, "of", 0), normal_quantile(level)
-    count = whole(count, "count", 0, of + 1)
+    of, z = as_integer(of, "of", 0), normal_quantile(level)
+    count = as_integer(count, "count", 0, of + 1)
     if not of:
         return Estimate(math.nan, 0.0, 1.0, 0, "%")
     n = float(of) if independent is None else independent
@@ -44,7 +44,9 @@ def share(
     return Estimate(p, *ends, of, "%")
 
 
-def clustered(success: NDArray[np.bool_], draw: NDArray[Any], level: float = 0.95) -> Estimate:
+def estimate_clustered_share(
+    success: NDArray[np.bool_], draw: NDArray[Any], level: float = 0.95
+) -> Estimate:
     """Return the share of runs (n,) that succeed, where runs of one draw are not independent.
 
     The interval is that of as many independent runs as have the variance of the ratio estimator
@@ -53,20 +55,20 @@ def clustered(success: NDArray[np.bool_], draw: NDArray[Any], level: float = 0.9
     with small expected number of positive counts estimated from survey data"): at least one for
     each draw but one, at most n; and as many as draws where all succeed or none.
 
-    >>> str(clustered(np.array([True, True, False, False]), np.array([0, 0, 1, 1])))
+    >>> str(estimate_clustered_share(np.array([True, True, False, False]), np.array([0, 0, 1, 1])))
     '50.0 % [5.5, 94.5]'
     """
     n, count = len(success), int(success.sum())
     _, place = np.unique(draw, return_inverse=True)
     runs = np.bincount(place)
     if len(runs) == n or not n:
-        return share(count, n, level)
+        return estimate_share(count, n, level)
     p = count / n
     away = np.bincount(place, success.astype(float)) - p * runs
     m = len(runs)
     variance = float((away * away).sum()) * m / max(m - 1, 1) / n**2
     worth = p * (1.0 - p) / variance if variance > 0.0 and 0.0 < p < 1.0 else float(m)
-    return share(count, n, level, independent=min(max(worth, 1.0), float(n)))
+    return estimate_share(count, n, level, independent=min(max(worth, 1.0), float(n)))
 
 
 def normal_quantile(level: float) -> float:
@@ -77,5 +79,5 @@ def normal_quantile(level: float) -> float:
 def check_level(level: float) -> float:
     """Return the level of an interval; InputError unless it is above 0 and below 1."""
     if isinstance(level, bool) or not isinstance(level, int | float) or not 0 < level < 1:
-        raise InputError(f"level: expected a number above 0 and below 1, got {said(level)}")
+        raise InputError(f"level: expected a number above 0 and below 1, got {format_value(level)}")
     return level

@@ -30,12 +30,12 @@ def uniform(seed: int, stream: int, rows: int | NDArray[Any], n: int, attempt: i
     """
     keys = np.arange(rows) if isinstance(rows, int) else rows
     out = np.empty((n, len(keys)))
-    random.uniforms(np.uint64(seed), keys.astype(np.uint64), attempt, stream, out)
+    random.fill_uniform_numbers(np.uint64(seed), keys.astype(np.uint64), attempt, stream, out)
     return np.ascontiguousarray(out.T)
 
 
 @dataclass(frozen=True)
-class Draws:
+class RandomNumbers:
     """The random numbers of one name for some draws, by their numbers.
 
     `attempt` counts how often a draw was taken again. `evenly` are how many numbers of the study
@@ -56,7 +56,7 @@ class Draws:
         """Return `count` standard normal numbers for each draw, (draws, count)."""
         out = np.empty(((count + 1) // 2, 2, len(self.numbers)))
         keys = np.uint64(self._key), self.numbers.astype(np.uint64)
-        random.normal_pairs(*keys, self.attempt, STUDIES, out)
+        random.fill_normal_pairs(*keys, self.attempt, STUDIES, out)
         return np.ascontiguousarray(out.reshape(-1, len(self.numbers))[:count].T)
 
     def even(self, count: int) -> Array:

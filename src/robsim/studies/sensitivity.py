@@ -13,16 +13,16 @@ from numpy.typing import NDArray
 
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError
-from robsim.base.tables import Printed
+from robsim.base.text_tables import TabularValue
 from robsim.engine.outcome import Outcome
 from robsim.statistics.association import correlation_ratio, ranks, spearman
 from robsim.statistics.estimate import Estimate
 from robsim.statistics.proportions import check_level
-from robsim.studies import reading
-from robsim.studies.reading import Among
+from robsim.studies import table_columns
+from robsim.studies.table_columns import Among
 
-FEWEST = 20  # runs of which anything is told
-MOST_BINS, IN_A_BIN = 10, 10  # into which a number is cut, and how many runs each has at least
+FEWEST_RUNS = 20  # runs of which anything is told
+MOST_BINS, RUNS_PER_BIN = 10, 10  # into which a number is cut, and how many runs each has at least
 
 
 @dataclass(frozen=True)
@@ -43,7 +43,7 @@ class Effect:
 
 
 @dataclass(frozen=True, repr=False)
-class Sensitivity(Printed):
+class Sensitivity(TabularValue):
     """How much an outcome or a measure depends on each column, the largest first; a table.
 
     `of` is "converged" or the measure, `runs` how many runs count, `among` which these are, and
@@ -85,7 +85,7 @@ class Sensitivity(Printed):
         ]
 
 
-def sensitivity(
+def compute_sensitivity(
     study: Any,
     of: str = "converged",
     names: Sequence[str] | str | None = None,
@@ -114,56 +114,72 @@ def sensitivity(
     >>> rows = {"run": range(100), "draw": range(100), "task.gain": [i / 100 for i in range(100)]}
     >>> outcomes = ["CONVERGED"] * 60 + ["DIVERGED"] * 40
     >>> table = pd.DataFrame({**rows, "outcome": outcomes, "began": True})
-    >>> [effect] = sensitivity(table).effects
+    >>> [effect] = compute_sensitivity(table).effects
     >>> effect.name, str(effect.rho)
     ('task.gain', '-0.849 [-0.902, -0.769]')
     """
     check_level(level)
-    table = reading.table_of(study)
-    values, chosen, among = _judged(table, of, among)
-    listed = reading.factors_in(table) if names is None else reading.checked_names(names, "names")
+    table = table_columns.get_table(study)
+    values, chosen, among = _select_values(table, of, among)
+    listed = (
+        table_columns.list_factors(table)
+        if names is None
+        else table_columns.check_column_names(names, "names")
+    )
     if not listed:
         raise InputError("nothing was varied in this study: every run has the same numbers")
     known = chosen & np.isfinite(values)
-    found = [_effect(table, name, values, known, level) for name in listed if name != of]
+    found = [
+        _compute_column_effect(table, name, values, known, level) for name in listed if name != of
+    ]
     order = sorted(found, key=lambda each: (-each.eta.value, each.name))
     return Sensitivity(of, among, int(known.sum()), level, tuple(order))
 
 
-def _judged(
+def _select_values(
     table: pd.DataFrame, of: str, among: Among | None
 ) -> tuple[Array, NDArray[np.bool_], Among]:
     """Return the values (rows,) that may depend on others, the runs that count, and which."""
     if of == "converged":
-        started = reading.counted(table, "began" if among is None else among)
+        started = table_columns.select_counted_runs(table, "began" if among is None else among)
         if among == "converged":
             raise InputError("whether runs converged is told among those that began")
-        values = (reading.outcomes(table) == Outcome.CONVERGED).astype(float)
+        values = (table_columns.read_outcomes(table) == Outcome.CONVERGED).astype(float)
         return values, started, "began"
     chosen = among or "converged"
-    return reading.numbers_in(table, of), reading.counted(table, chosen), chosen
+    return (
+        table_columns.read_numbers(table, of),
+        table_columns.select_counted_runs(table, chosen),
+        chosen,
+    )
 
 
-def _effect(
+def _compute_column_effect(
     table: pd.DataFrame, name: str, values: Array, known: NDArray[np.bool_], level: float
 ) -> Effect:
     """Return how much values (rows,) depend on a column, over the rows that are known."""
-    number = reading.is_number(table, name)
-    own = reading.numbers_in(table, name) if number else reading.several_groups(table, name).which
+    number = table_columns.is_number_column(table, name)
+    own = (
+        table_columns.read_numbers(table, name)
+        if number
+        else table_columns.group_varied_column(table, name).which
+    )
     known = known & (np.isfinite(own) if number else own >= 0)
-    here, depends = _by_draw(table, own, values, known)
-    _check(here, depends, name)
-    groups = _bins(here) if number else here
+    here, depends = _average_by_draw(table, own, values, known)
+    _check_variation(here, depends, name)
+    groups = _assign_bins(here) if number else here
     eta = correlation_ratio(groups, depends, level)
     none = Estimate(math.nan, math.nan, math.nan, len(groups))
     rho = spearman(here, depends, level) if number else none
     return Effect(name, "number" if number else "choice", len(set(groups.tolist())), eta, rho)
 
 
-def _check(numbers: NDArray[Any], values: Array, name: str) -> None:
+def _check_variation(numbers: NDArray[Any], values: Array, name: str) -> None:
     """Raise InputError for too few runs, and where there is one value only."""
-    if len(values) < FEWEST:
-        raise InputError(f"{name}: expected {FEWEST} runs that count, or more, got {len(values)}")
+    if len(values) < FEWEST_RUNS:
+        raise InputError(
+            f"{name}: expected {FEWEST_RUNS} runs that count, or more, got {len(values)}"
+        )
     if (values == values[0]).all():
         raise InputError(
             f"all {len(values)} runs that count went alike ({values[0]:g}): nothing depends on "
@@ -173,7 +189,7 @@ def _check(numbers: NDArray[Any], values: Array, name: str) -> None:
         raise InputError(f"column {name!r} has one value only in the runs that count")
 
 
-def _bins(numbers: Array) -> NDArray[np.intp]:
+def _assign_bins(numbers: Array) -> NDArray[np.intp]:
     """Return the bin of each number: its value where there are few, else bins of as many each.
 
     Equal numbers share theirs.
@@ -182,12 +198,12 @@ def _bins(numbers: Array) -> NDArray[np.intp]:
     if len(values) <= MOST_BINS:
         return np.asarray(index, np.intp)
     n = len(numbers)
-    many = max(2, min(MOST_BINS, n // IN_A_BIN))
+    many = max(2, min(MOST_BINS, n // RUNS_PER_BIN))
     found = np.unique(((ranks(numbers) - 0.5) / n * many).astype(np.intp), return_inverse=True)[1]
     return np.asarray(found if found.any() else numbers > numbers.min(), np.intp)
 
 
-def _by_draw(
+def _average_by_draw(
     table: pd.DataFrame, column: NDArray[Any], values: Array, rows: NDArray[np.bool_]
 ) -> tuple[NDArray[Any], Array]:
     """Return a column and the values that may depend on it, of rows that are independent.
@@ -199,7 +215,7 @@ def _by_draw(
     if not len(here):
         return here, depends
     _, draw, runs = np.unique(
-        reading.draws_of(table, rows), return_inverse=True, return_counts=True
+        table_columns.read_draws(table, rows), return_inverse=True, return_counts=True
     )
     first = np.empty(len(runs), here.dtype)
     first[draw] = here

@@ -10,12 +10,14 @@ from typing import Any
 from robsim.base.errors import RobSimError
 from robsim.files import examples
 from robsim.files.netcdf import save_run
-from robsim.page.document import document
-from robsim.page.recording import recording_of
+from robsim.page.html_document import build_html
+from robsim.page.recordings import build_recording
 from robsim.run.experiment import Experiment, load_scenario
 
 
-def made(experiment: Experiment, changes: Mapping[str, Any], name: str) -> tuple[str, bytes] | None:
+def build_download(
+    experiment: Experiment, changes: Mapping[str, Any], name: str
+) -> tuple[str, bytes] | None:
     """Return media type and content of a file that can be saved; None where there is no such file.
 
     There are experiment.toml, experiment.py, run.nc and run.html. What is saved of a run is that of
@@ -24,20 +26,20 @@ def made(experiment: Experiment, changes: Mapping[str, Any], name: str) -> tuple
     if name == "experiment.toml":
         return "application/toml", experiment.text.encode()
     if name == "experiment.py":
-        return "text/x-python", python_of(experiment, changes).encode()
+        return "text/x-python", format_python_code(experiment, changes).encode()
     if name == "run.nc":
-        return "application/x-netcdf", _saved(experiment)
+        return "application/x-netcdf", _encode_netcdf(experiment)
     if name == "run.html":
-        return "text/html", document(recording_of(experiment.run(), experiment)).encode()
+        return "text/html", build_html(build_recording(experiment.run(), experiment)).encode()
     return None
 
 
-def python_of(experiment: Experiment, changes: Mapping[str, Any]) -> str:
+def format_python_code(experiment: Experiment, changes: Mapping[str, Any]) -> str:
     """Return Python code that makes and runs the experiment.
 
     >>> from robsim import examples, load_scenario
     >>> experiment = load_scenario(examples.path("visp_tutorial")).at("task.gain", 2)
-    >>> print(python_of(experiment, {"task.gain": 2}))
+    >>> print(format_python_code(experiment, {"task.gain": 2}))
     import robsim as rs
     <BLANKLINE>
     experiment = rs.load_scenario(rs.examples.path('visp_tutorial'))
@@ -46,13 +48,13 @@ def python_of(experiment: Experiment, changes: Mapping[str, Any]) -> str:
     rs.show(run)
     <BLANKLINE>
     """
-    made = _loaded(experiment, changes)
-    made = made or [f"experiment = rs.Experiment.from_text({_text(experiment)})"]
+    made = _format_loading_code(experiment, changes)
+    made = made or [f"experiment = rs.Experiment.from_text({_format_text_literal(experiment)})"]
     lines = ["import robsim as rs", "", *made, "run = experiment.run()", "rs.show(run)", ""]
     return "\n".join(lines)
 
 
-def _loaded(experiment: Experiment, changes: Mapping[str, Any]) -> list[str]:
+def _format_loading_code(experiment: Experiment, changes: Mapping[str, Any]) -> list[str]:
     """Return lines that load the experiment from its file, if that has it."""
     path = Path(experiment.source).resolve()
     try:
@@ -67,12 +69,12 @@ def _loaded(experiment: Experiment, changes: Mapping[str, Any]) -> list[str]:
     return [f"experiment = rs.load_scenario({where})", *changed]
 
 
-def _text(experiment: Experiment) -> str:
+def _format_text_literal(experiment: Experiment) -> str:
     """Return a literal of the text, a line of code for each line."""
     lines = experiment.text.splitlines(keepends=True)
     return "\n".join(["(", *(f"    {line!r}" for line in lines), ")"])
 
 
-def _saved(experiment: Experiment) -> bytes:
+def _encode_netcdf(experiment: Experiment) -> bytes:
     with tempfile.TemporaryDirectory() as folder:
         return save_run(experiment.run(), Path(folder) / "run.nc").read_bytes()

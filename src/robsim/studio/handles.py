@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from robsim.base.arrays import Array
-from robsim.base.errors import InputError, said
+from robsim.base.errors import InputError, format_value
 from robsim.declare.controls import Control
 from robsim.geometry.pose import Pose
-from robsim.page.bodies import numbers_of
+from robsim.page.recording_frames import convert_poses_to_numbers
 from robsim.run.experiment import Experiment
 from robsim.servo.goals.goal import GoalPose
-from robsim.studio.values import is_number
+from robsim.studio.control_values import is_json_number
 from robsim.world.scene import Scene
 
 if TYPE_CHECKING:
@@ -39,61 +39,65 @@ class Handle:
     pose: list[float]
 
 
-def handles_of(
+def list_handles(
     experiment: Experiment, controls: Mapping[str, Control], forms: xr.Dataset
 ) -> list[Handle]:
     """Return the handles of what stands in a scene, and of the start and the goal of what moves.
 
     `forms` is a run of the experiment, which says where its goal is.
     """
-    scene, q = experiment.scene, _start(experiment)
+    scene, q = experiment.scene, _read_start_configuration(experiment)
     found = [
-        _handle(scene, name, thing.name, scene.pose(thing.name, q))
-        for name, thing in _standing(scene)
+        _build_handle(scene, name, thing.name, scene.pose(thing.name, q))
+        for name, thing in _list_fixed_bodies(scene)
     ]
     moved = str(forms["goal_pose"].attrs.get("frame", "")) if "goal_pose" in forms else ""
-    if not moved or not _reachable(scene, moved, q):
+    if not moved or not _is_reachable_frame(scene, moved, q):
         return found
-    found.append(_handle(scene, "start", moved, scene.pose(moved, q)))
+    found.append(_build_handle(scene, "start", moved, scene.pose(moved, q)))
     goal = forms["goal_pose"].values.reshape(-1, 4, 4)[0]
     if np.isfinite(goal).all() and any(name.startswith("task.goal.") for name in controls):
-        found.append(_handle(scene, "goal", moved, Pose(goal)))
+        found.append(_build_handle(scene, "goal", moved, Pose(goal)))
     return found
 
 
-def dragged(
+def compute_drag_changes(
     experiment: Experiment, controls: Mapping[str, Control], handle: Handle, pose: Any
 ) -> dict[str, Any]:
     """Return the changes by which a handle comes to a pose (7,) in the frame of the figures.
 
     InputError: it is no pose, or nothing reaches there.
     """
-    scene, q = experiment.scene, _start(experiment)
-    T = scene.display.inv() @ _pose(pose)
+    scene, q = experiment.scene, _read_start_configuration(experiment)
+    T = scene.display.inv() @ _parse_dragged_pose(pose)
     if handle.name not in ("start", "goal"):
-        thing = dict(_standing(scene))[handle.name]
-        return _placed(controls, handle.name, scene.pose(thing.on, q).inv() @ T)
+        thing = dict(_list_fixed_bodies(scene))[handle.name]
+        return _build_pose_changes(controls, handle.name, scene.pose(thing.on, q).inv() @ T)
     goal = getattr(experiment.task, "goal", None)
     if handle.name == "goal" and isinstance(goal, GoalPose):
-        return _placed(controls, "task.goal.computed", _relative(experiment, handle.frame, T, q))
+        return _build_pose_changes(
+            controls,
+            "task.goal.computed",
+            _compute_target_in_camera(experiment, handle.frame, T, q),
+        )
     root = "start" if handle.name == "start" else "task.goal"
-    reached = _reached(scene, handle.frame, T, q)
+    reached = _solve_frame_pose(scene, handle.frame, T, q)
     if f"{root}.q" in controls:
         return controls[f"{root}.q"].changes(reached.tolist())
-    return _placed(controls, root, Pose.from_quaternion(reached[:3], reached[3:]))
+    return _build_pose_changes(controls, root, Pose.from_quaternion(reached[:3], reached[3:]))
 
 
-def _handle(scene: Scene, name: str, frame: str, T_w_f: Pose) -> Handle:
+def _build_handle(scene: Scene, name: str, frame: str, T_w_f: Pose) -> Handle:
     T = (scene.display @ T_w_f).matrix
-    return Handle(name, frame, numbers_of(T[None])[0].tolist())
+    return Handle(name, frame, convert_poses_to_numbers(T[None])[0].tolist())
 
 
-def _start(experiment: Experiment) -> Array:
+def _read_start_configuration(experiment: Experiment) -> Array:
     start = experiment.scene.home if experiment.start is None else experiment.start
     return np.asarray(np.atleast_2d(start)[0])
 
 
-def _standing(scene: Scene) -> Iterator[tuple[str, Any]]:
+def _list_fixed_bodies(scene: Scene) -> Iterator[tuple[str, Any]]:
     """Yield the dotted names of objects and cameras that nothing moves, and what they name."""
     for kind in ("objects", "cameras"):
         for thing in getattr(scene, kind):
@@ -101,10 +105,12 @@ def _standing(scene: Scene) -> Iterator[tuple[str, Any]]:
                 yield f"{kind}.{thing.name}", thing
 
 
-def _pose(given: Any) -> Pose:
-    listed = isinstance(given, list) and len(given) == 7 and all(map(is_number, given))
+def _parse_dragged_pose(given: Any) -> Pose:
+    listed = isinstance(given, list) and len(given) == 7 and all(map(is_json_number, given))
     if not listed or max(map(abs, given)) > FAR:
-        raise InputError(f"a drag: expected 7 numbers, a pose within {FAR:g} m, got {said(given)}")
+        raise InputError(
+            f"a drag: expected 7 numbers, a pose within {FAR:g} m, got {format_value(given)}"
+        )
     numbers = np.array(given, dtype=float)
     size = np.linalg.norm(numbers[3:])
     if not 0.5 < size < 2.0:
@@ -112,12 +118,12 @@ def _pose(given: Any) -> Pose:
     return Pose.from_quaternion(numbers[:3], numbers[3:] / size)
 
 
-def _placed(controls: Mapping[str, Control], root: str, T: Pose) -> dict[str, Any]:
+def _build_pose_changes(controls: Mapping[str, Control], root: str, T: Pose) -> dict[str, Any]:
     position, rotvec = controls[f"{root}.position"], controls[f"{root}.rotvec"]
     return {**position.changes(T.position.tolist()), **rotvec.changes(T.rotvec.tolist())}
 
 
-def _relative(experiment: Experiment, frame: str, T: Pose, q: Array) -> Pose:
+def _compute_target_in_camera(experiment: Experiment, frame: str, T: Pose, q: Array) -> Pose:
     """Return the pose T_c_o of the target in the camera, of which T is that of the one moved."""
     scene, task = experiment.scene, experiment.task
     eye, target = scene.camera(task.camera).name, scene.object(task.target).name
@@ -126,7 +132,7 @@ def _relative(experiment: Experiment, frame: str, T: Pose, q: Array) -> Pose:
     return T_w_c.inv() @ T_w_o
 
 
-def _carrier(scene: Scene, frame: str) -> tuple[Any, str]:
+def _find_carrier(scene: Scene, frame: str) -> tuple[Any, str]:
     """Return the robot and the link that carry a frame; InputError if none does."""
     things = {thing.name: thing.on for thing in scene.objects}
     things |= {eye.name: eye.on for eye in scene.cameras}
@@ -139,18 +145,18 @@ def _carrier(scene: Scene, frame: str) -> tuple[Any, str]:
     return robot, link
 
 
-def _reachable(scene: Scene, frame: str, q: Array) -> bool:
+def _is_reachable_frame(scene: Scene, frame: str, q: Array) -> bool:
     """Return whether inverse kinematics can place a frame: not on a vehicle."""
     try:
-        _reached(scene, frame, scene.pose(frame, q), q)
+        _solve_frame_pose(scene, frame, scene.pose(frame, q), q)
     except InputError:
         return False
     return True
 
 
-def _reached(scene: Scene, frame: str, T_w_f: Pose, q: Array) -> Array:
+def _solve_frame_pose(scene: Scene, frame: str, T_w_f: Pose, q: Array) -> Array:
     """Return the coordinates (nq,) at which a frame is at a pose in the world, near q (nq,)."""
-    robot, link = _carrier(scene, frame)
+    robot, link = _find_carrier(scene, frame)
     name = f"{robot.name}.{link}"
     T_l_f = scene.pose(name, q).inv() @ scene.pose(frame, q)
     T_w_b = scene.pose(f"{robot.name}.{robot.links[0].name}", q)

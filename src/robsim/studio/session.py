@@ -9,17 +9,17 @@ from collections.abc import Callable
 from contextlib import suppress
 from typing import Any
 
-from robsim.base.errors import InputError, RobSimError, said
-from robsim.page.document import live_document
-from robsim.page.study_map import map_of
+from robsim.base.errors import InputError, RobSimError, format_value
+from robsim.page.html_document import build_live_html
+from robsim.page.study_map import build_study_map
 from robsim.run.experiment import Experiment
-from robsim.studies.study import Study
+from robsim.studies.study_result import StudyResult
 from robsim.studio import downloads
-from robsim.studio.bench import Bench, explained
-from robsim.studio.gallery import Shelf
-from robsim.studio.outgoing import Outgoing
-from robsim.studio.values import is_whole
-from robsim.studio.web.app import Unavailable
+from robsim.studio.control_values import is_json_integer
+from robsim.studio.outbound_messages import OutboundMessages
+from robsim.studio.scenario_shelf import ScenarioShelf
+from robsim.studio.web.app import UnavailableDownload
+from robsim.studio.workbench import Workbench, explain_live_run
 
 TICK = 1 / 30  # seconds between what is sent
 BUSY = 0.025  # seconds of a tick that are spent on steps
@@ -37,11 +37,13 @@ class Session:
     study   whose runs pages may open, if there is one; `run` is the number of the one that is open
     """
 
-    def __init__(self, bench: Bench | None, shelf: Shelf, study: Study | None = None) -> None:
+    def __init__(
+        self, bench: Workbench | None, shelf: ScenarioShelf, study: StudyResult | None = None
+    ) -> None:
         self.placed, self.shelf, self.study = bench, shelf, study
         self.run: int | None = None
         self.broadcast: Callable[[str], None] = lambda message: None
-        self.outgoing = Outgoing(map_of(study) if study else None)
+        self.outgoing = OutboundMessages(build_study_map(study) if study else None)
         self.playing, self.speed, self.note = False, 1.0, ""
         self.factor: float | None = None  # times real time
         self._since: tuple[float, float] | None = None  # wall clock and time, to keep pace with
@@ -51,7 +53,7 @@ class Session:
         self._thread = threading.Thread(target=self._run, name="robsim-session", daemon=True)
 
     @property
-    def bench(self) -> Bench:
+    def bench(self) -> Workbench:
         """The bench. InputError: no run of the study is open."""
         if self.placed is None:
             raise InputError("no run is open yet: choose one on the map")
@@ -71,7 +73,7 @@ class Session:
 
     def page(self) -> str:
         """Return the HTML text of the page."""
-        return live_document()
+        return build_live_html()
 
     def download(self, name: str) -> tuple[str, bytes] | None:
         """Return media type and content of what can be saved of the experiment; else None.
@@ -79,9 +81,9 @@ class Session:
         Unavailable: there is such a file, but not of this experiment.
         """
         try:
-            return downloads.made(*self.bench.current, name)
+            return downloads.build_download(*self.bench.current, name)
         except InputError as error:
-            raise Unavailable(str(error)) from None
+            raise UnavailableDownload(str(error)) from None
 
     def hello(self) -> list[str | bytes]:
         """Return what brings a page to the present."""
@@ -116,7 +118,7 @@ class Session:
             while not self._over.is_set():
                 left = due - time.monotonic()
                 wish = self._asked.get(timeout=left) if left > 0 else self._asked.get_nowait()
-                key = _key(wish)
+                key = _build_request_key(wish)
                 wishes.pop(key, None)
                 wishes[key] = wish
         return list(wishes.values())
@@ -131,9 +133,11 @@ class Session:
         """Do what a page asks for; return what is wrong with it, in words."""
         try:
             for name, value in wish.items():
-                done = _WISHES.get(name)
+                done = _REQUESTS.get(name)
                 if done is None:
-                    raise InputError(f"a page asked for {said(name)}; known: {', '.join(_WISHES)}")
+                    raise InputError(
+                        f"a page asked for {format_value(name)}; known: {', '.join(_REQUESTS)}"
+                    )
                 self._since = None
                 done(self, value)
         except RobSimError as error:
@@ -152,18 +156,20 @@ class Session:
 
     def _step(self, value: Any) -> None:
         self.playing = False
-        count = value if is_whole(value) else 1
+        count = value if is_json_integer(value) else 1
         for _ in range(min(max(count, 1), 100)):
             self.bench.step()
 
     def _quicker(self, value: Any) -> None:
         if value not in SPEEDS or isinstance(value, bool):
-            raise InputError(f"no speed {said(value)}; speeds: {SPEEDS}")
+            raise InputError(f"no speed {format_value(value)}; speeds: {SPEEDS}")
         self.speed = float(value)
 
     def _run_of_study(self, value: Any) -> None:
-        if self.study is None or not is_whole(value):
-            raise InputError(f"a page asked for run {said(value)}, and there is no such run")
+        if self.study is None or not is_json_integer(value):
+            raise InputError(
+                f"a page asked for run {format_value(value)}, and there is no such run"
+            )
         self._place(f"run {value}", self.study.of_run(value), value)
 
     def _place(self, name: str, experiment: Experiment, run: int | None) -> None:
@@ -171,7 +177,7 @@ class Session:
         self.note = f"opening {name} …"
         self.tell_news()
         if self.placed is None:
-            self.placed = Bench(experiment)
+            self.placed = Workbench(experiment)
         else:
             self.placed.open(experiment)
         self.run, self.playing = run, True
@@ -200,11 +206,11 @@ class Session:
         if bench.pair is None:
             return
         live, experiment, made = bench.pair.live, bench.experiment, bench.made
-        bench.explain(explained(experiment, live, trials=False))
+        bench.explain(explain_live_run(experiment, live, trials=False))
 
         def further() -> None:
             with suppress(Exception):  # what was said at once stands
-                self._found.put((made, explained(experiment, live, trials=True)))
+                self._found.put((made, explain_live_run(experiment, live, trials=True)))
 
         threading.Thread(target=further, name="robsim-explaining", daemon=True).start()
 
@@ -221,13 +227,13 @@ class Session:
             self.broadcast(message)
 
 
-def _pair(value: Any, what: str) -> list[Any]:
+def _parse_name_value_pair(value: Any, what: str) -> list[Any]:
     if not isinstance(value, list) or len(value) != 2:
         raise InputError(f"a page {what} a pair: a name, and what it is to be")
     return value
 
 
-def _key(wish: dict[str, Any]) -> Any:
+def _build_request_key(wish: dict[str, Any]) -> Any:
     """Return what tells whether a later wish takes the place of this one."""
     name = next(iter(wish), "")
     value = wish.get(name)
@@ -236,12 +242,12 @@ def _key(wish: dict[str, Any]) -> Any:
     return (name, id(wish)) if name == "step" else name
 
 
-_WISHES: dict[str, Callable[[Session, Any], None]] = {
+_REQUESTS: dict[str, Callable[[Session, Any], None]] = {
     "play": Session._play,
     "step": Session._step,
     "reset": lambda session, _: session.bench.reset(),
-    "set": lambda session, value: session.bench.set(*_pair(value, "sets")),
-    "drag": lambda session, value: session.bench.drag(*_pair(value, "drags")),
+    "set": lambda session, value: session.bench.set(*_parse_name_value_pair(value, "sets")),
+    "drag": lambda session, value: session.bench.drag(*_parse_name_value_pair(value, "drags")),
     "second": lambda session, value: session.bench.compare(value),
     "speed": Session._quicker,
     "open": lambda session, name: session._place(str(name), session.shelf.experiment(name), None),

@@ -6,17 +6,17 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 from robsim.run.experiment import Experiment
-from robsim.studies.study import Study
-from robsim.studio.bench import Bench
-from robsim.studio.gallery import Shelf
+from robsim.studies.study_result import StudyResult
+from robsim.studio.scenario_shelf import ScenarioShelf
 from robsim.studio.session import Session
 from robsim.studio.web.server import Server
+from robsim.studio.workbench import Workbench
 
 
 @contextmanager
 def studio(
-    shown: Experiment | Study,
-    shelf: Shelf | None = None,
+    shown: Experiment | StudyResult,
+    shelf: ScenarioShelf | None = None,
     *,
     host: str = "127.0.0.1",
     port: int = 0,
@@ -32,17 +32,20 @@ def studio(
 
     InputError: the experiment cannot run, the study has no map, or it cannot listen there.
     """
-    shelf = shelf or Shelf.shipped()
-    if isinstance(shown, Study):
+    shelf = shelf or ScenarioShelf.shipped()
+    if isinstance(shown, StudyResult):
         session = Session(None, shelf, shown)
     else:
-        session = Session(Bench(shown), shelf)
-    with Server(session, host, port, allow_remote) as server, _running(session, server.broadcast):
+        session = Session(Workbench(shown), shelf)
+    with (
+        Server(session, host, port, allow_remote) as server,
+        _run_session(session, server.broadcast),
+    ):
         yield server
 
 
 @contextmanager
-def _running(session: Session, broadcast: Callable[[str], None]) -> Iterator[None]:
+def _run_session(session: Session, broadcast: Callable[[str], None]) -> Iterator[None]:
     session.broadcast = broadcast
     session.start()
     try:

@@ -6,16 +6,16 @@ from collections.abc import Mapping, Sequence
 from functools import partial
 from typing import Any
 
-from robsim.analysis.scheme import until_stopped
-from robsim.base.arrays import flag, is_listed
-from robsim.base.errors import InputError, said
+from robsim.analysis.compared_scheme import run_steps
+from robsim.base.arrays import as_bool, has_items
+from robsim.base.errors import InputError, format_value
 from robsim.engine.workers import Progress, check_progress
-from robsim.suites.benchmark import Benchmark, joined
-from robsim.suites.registry import names, suite_of
-from robsim.suites.reproduction import Reproduction, repeated
-from robsim.suites.schemes import checked, task_of
+from robsim.suites.benchmark import Benchmark, assemble_benchmark
+from robsim.suites.builtin_schemes import check_user_schemes, make_task
+from robsim.suites.reproduction import Reproduction, run_reproduction
 from robsim.suites.suite import Suite
-from robsim.suites.trial import Trial
+from robsim.suites.suite_registry import list_suites, load_suite
+from robsim.suites.suite_trial import Trial
 
 
 def bench(
@@ -46,37 +46,41 @@ def bench(
     391
     """
     check_progress(progress)
-    chosen = _chosen(suites)
-    own = checked({} if schemes is None else schemes)
-    if not flag(builtin, "builtin") and not own:
+    chosen = _select_suites(suites)
+    own = check_user_schemes({} if schemes is None else schemes)
+    if not as_bool(builtin, "builtin") and not own:
         raise InputError("no scheme to compare: give some, or builtin=True")
     how = {"threads": threads, "chunk": chunk}
-    steps = [step for suite in chosen for step in _steps(suite, own, builtin, how)]
-    return until_stopped(steps, partial(joined, chosen), progress)
+    steps = [step for suite in chosen for step in _make_steps(suite, own, builtin, how)]
+    return run_steps(steps, partial(assemble_benchmark, chosen), progress)
 
 
-def _chosen(suites: Any) -> list[Any]:
+def _select_suites(suites: Any) -> list[Any]:
     """Return suites by name or as they are; InputError for what is none."""
-    listed = names() if suites is None else suites
+    listed = list_suites() if suites is None else suites
     if isinstance(listed, str | Suite | Reproduction):
         listed = [listed]
-    listed = tuple(listed) if is_listed(listed) else ()
+    listed = tuple(listed) if has_items(listed) else ()
     if not listed:
-        raise InputError(f"expected names of suites, got {said(suites)}")
-    found = [each if isinstance(each, Suite | Reproduction) else suite_of(each) for each in listed]
+        raise InputError(f"expected names of suites, got {format_value(suites)}")
+    found = [
+        each if isinstance(each, Suite | Reproduction) else load_suite(each) for each in listed
+    ]
     called = [each.name for each in found]
     if len(set(called)) < len(called):
         raise InputError(f"suites: each once, got {', '.join(called)}")
     return found
 
 
-def _steps(suite: Any, own: Mapping[str, Any], builtin: bool, how: Mapping[str, Any]) -> list[Any]:
+def _make_steps(
+    suite: Any, own: Mapping[str, Any], builtin: bool, how: Mapping[str, Any]
+) -> list[Any]:
     """Return what makes the rows of each scheme in a suite, once it is known that it can."""
     if isinstance(suite, Reproduction):
-        return [partial(repeated, suite, how)]  # what ships is checked by tests
+        return [partial(run_reproduction, suite, how)]  # what ships is checked by tests
     goal, gain = suite.task_goal, suite.gain
     every = {**(suite.schemes if builtin else {}), **own}
-    made = {name: task_of(name, scheme, goal, gain) for name, scheme in every.items()}
+    made = {name: make_task(name, scheme, goal, gain) for name, scheme in every.items()}
     trials = [Trial(suite, name, task, how) for name, task in made.items()]
     for trial in trials:
         trial.check()

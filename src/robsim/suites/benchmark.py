@@ -11,7 +11,7 @@ import pandas as pd
 from robsim import __version__
 from robsim.suites.reproduction import Reproduction
 from robsim.suites.suite import Suite
-from robsim.suites.tables import SuiteTable, counted
+from robsim.suites.suite_tables import SuiteTable, count_suite
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,7 +37,7 @@ class Benchmark:
         `not_begun`; medians `time` (s) and `path_length` (m) of those that succeeded, and
         `distance_to_goal` (m) and `angle_to_goal` (rad) of those that began.
         """
-        parts = [counted(each.suite, each.rows) for each in self._tables]
+        parts = [count_suite(each.suite, each.rows) for each in self._tables]
         return pd.concat(parts, ignore_index=True) if parts else pd.DataFrame()
 
     def csv(self) -> str:
@@ -67,7 +67,7 @@ class Benchmark:
         return [SuiteTable(suite, every[every["suite"] == suite.name]) for suite in self.suites]
 
 
-def joined(suites: Sequence[Any], parts: Sequence[pd.DataFrame]) -> Benchmark:
+def assemble_benchmark(suites: Sequence[Any], parts: Sequence[pd.DataFrame]) -> Benchmark:
     """Return the benchmark of suites from the rows of each trial; those without rows are left."""
     kept = [part for part in parts if len(part)]
     data = pd.concat(kept or parts[:1], ignore_index=True)

@@ -8,9 +8,9 @@ from typing import Any, NamedTuple
 
 import pandas as pd
 
-from robsim.analysis.compare import compare
 from robsim.analysis.comparison import Comparison
 from robsim.analysis.measures import MEASURES
+from robsim.analysis.scheme_comparison import compare
 from robsim.base.errors import Interrupted
 from robsim.engine.outcome import Outcome
 from robsim.engine.workers import Progress
@@ -18,7 +18,7 @@ from robsim.files import examples
 from robsim.run.experiment import Experiment, load_scenario
 
 
-class Number(NamedTuple):
+class PublishedNumber(NamedTuple):
     """A published number: a measure of a scenario with changes, and how far it may be off."""
 
     scenario: str
@@ -46,26 +46,28 @@ class Reproduction:
     title: str
     source: str
     criterion: str
-    numbers: tuple[Number, ...]
+    numbers: tuple[PublishedNumber, ...]
 
 
-def repeated(
+def run_reproduction(
     suite: Reproduction, how: Mapping[str, Any], progress: Progress | None
 ) -> pd.DataFrame:
     """Return a row for each number of a suite; Interrupted holds those before a stop."""
     experiments = {each.case: each.experiment() for each in suite.numbers}
     try:
-        return _table(suite, compare(experiments, progress=progress, **how))
+        return _make_number_table(suite, compare(experiments, progress=progress, **how))
     except Interrupted as stop:
-        raise Interrupted(str(stop), _table(suite, stop.run)) from None
+        raise Interrupted(str(stop), _make_number_table(suite, stop.run)) from None
 
 
-def _table(suite: Reproduction, found: Comparison) -> pd.DataFrame:
+def _make_number_table(suite: Reproduction, found: Comparison) -> pd.DataFrame:
     done = [each for each in suite.numbers if each.case in found.names]
-    return pd.DataFrame([_row(i, suite, each, found) for i, each in enumerate(done)])
+    return pd.DataFrame([_make_number_row(i, suite, each, found) for i, each in enumerate(done)])
 
 
-def _row(i: int, suite: Reproduction, number: Number, found: Comparison) -> dict[str, Any]:
+def _make_number_row(
+    i: int, suite: Reproduction, number: PublishedNumber, found: Comparison
+) -> dict[str, Any]:
     of_case = found.data.sel(scheme=number.case)
     value = float(of_case[number.measure])
     return {

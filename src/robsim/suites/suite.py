@@ -9,22 +9,30 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from robsim.base.arrays import Array, flag, frozen, is_listed, numbers, positive, whole
-from robsim.base.errors import InputError, said
+from robsim.base.arrays import (
+    Array,
+    as_bool,
+    as_floats,
+    as_integer,
+    as_positive,
+    has_items,
+    make_read_only,
+)
+from robsim.base.errors import InputError, format_value
 from robsim.geometry.pose import Pose
-from robsim.run.checks import of_kind, starts
-from robsim.run.ends import between
+from robsim.run.end_variables import measure_pose_difference
 from robsim.run.experiment import Experiment
+from robsim.run.run_checks import check_instance, check_starts
 from robsim.servo.goals.goal import GoalPose, TaughtGoal
 from robsim.servo.tasks.task import ServoTask
-from robsim.suites.schemes import BUILT_IN
+from robsim.suites.builtin_schemes import BUILT_IN
 from robsim.world.scene import Scene
 from robsim.world.sensing import Sensing
 
 if TYPE_CHECKING:
     import pandas as pd
 
-TEXTS = "name", "title", "source", "criterion"
+TEXT_FIELDS = "name", "title", "source", "criterion"
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,8 +59,8 @@ class Suite:
     InputError: a part that does not fit.
 
     >>> import robsim as rs
-    >>> from robsim.suites.registry import suite_of
-    >>> one = suite_of("vit_500")
+    >>> from robsim.suites.suite_registry import load_suite
+    >>> one = load_suite("vit_500")
     >>> one.name, one.runs
     ('vit_500', 500)
     """
@@ -79,33 +87,38 @@ class Suite:
     schemes: Mapping[str, ServoTask] = field(default_factory=lambda: BUILT_IN)
 
     def __post_init__(self) -> None:
-        for name in TEXTS:
+        for name in TEXT_FIELDS:
             text = getattr(self, name)
             if not isinstance(text, str) or not text:
-                raise InputError(f"{name} of a suite: expected a text, got {said(text)}")
+                raise InputError(f"{name} of a suite: expected a text, got {format_value(text)}")
         if not callable(self.succeeds):
-            raise InputError(f"succeeds: expected a function of rows, got {said(self.succeeds)}")
-        whole(self.version, "version", 1)
-        whole(self.seed, "seed", 0, 2**64)
+            raise InputError(
+                f"succeeds: expected a function of rows, got {format_value(self.succeeds)}"
+            )
+        as_integer(self.version, "version", 1)
+        as_integer(self.seed, "seed", 0, 2**64)
         for name in ("gain", "dt", "duration"):
-            positive(getattr(self, name), name)
-        of_kind(self.sensing, Sensing, "sensing")
+            as_positive(getattr(self, name), name)
+        check_instance(self.sensing, Sensing, "sensing")
         if not isinstance(self.schemes, Mapping):
-            raise InputError(f"schemes: expected {{name: task}}, got {said(self.schemes)}")
+            raise InputError(f"schemes: expected {{name: task}}, got {format_value(self.schemes)}")
         for name, task in self.schemes.items():
-            of_kind(task, ServoTask, f"scheme {name!r}")
+            check_instance(task, ServoTask, f"scheme {name!r}")
         self._put_starts()
         self._put_lists()
-        if flag(self.crossed, "crossed") and len(self.groups) != 2:
+        if as_bool(self.crossed, "crossed") and len(self.groups) != 2:
             raise InputError(f"crossed: two groups are needed, got {len(self.groups)}")
-        if flag(self.computed, "computed"):
+        if as_bool(self.computed, "computed"):
             _ = self.task_goal
 
     def _put_starts(self) -> None:
         """Check goal and starts in the scene, and keep them as arrays."""
-        scene = of_kind(self.scene, Scene, "scene")
+        scene = check_instance(self.scene, Scene, "scene")
         _ = scene.camera(), scene.object()
-        goal, start = starts(scene, self.goal, "goal"), starts(scene, self.starts, "starts")
+        goal, start = (
+            check_starts(scene, self.goal, "goal"),
+            check_starts(scene, self.starts, "starts"),
+        )
         if goal.ndim != 1 or start.ndim != 2:
             shapes = f"got {goal.shape} and {start.shape}"
             raise InputError(f"expected a goal (nq,) and starts (runs, nq), {shapes}")
@@ -116,13 +129,15 @@ class Suite:
         """Check that all that has a value for each run has as many; keep it unchanging."""
         for what in ("varied", "groups"):
             given = getattr(self, what)
-            lists = isinstance(given, Mapping) and all(map(is_listed, given.values()))
+            lists = isinstance(given, Mapping) and all(map(has_items, given.values()))
             if not lists or not all(isinstance(each, Sized) for each in given.values()):
-                raise InputError(f"{what}: expected a list for each name, got {said(given)}")
+                raise InputError(
+                    f"{what}: expected a list for each name, got {format_value(given)}"
+                )
             for name, values in given.items():
                 if len(values) != self.runs:
                     raise InputError(f"{name}: {len(values)} values for {self.runs} starts")
-        varied = {name: frozen(numbers(x, name, ())) for name, x in self.varied.items()}
+        varied = {name: make_read_only(as_floats(x, name, ())) for name, x in self.varied.items()}
         object.__setattr__(self, "varied", varied)
         labels = {what: tuple(map(str, each)) for what, each in self.groups.items()}
         object.__setattr__(self, "groups", labels)
@@ -159,7 +174,7 @@ class Suite:
         name = self.scene.camera().name
         there = np.broadcast_to(self.scene.pose(name, self.goal).matrix, (len(q), 4, 4))
         here = self.scene.pose(name, q).matrix
-        return between(*(np.moveaxis(T[:, :3], 0, 2) for T in (there, here)))
+        return measure_pose_difference(*(np.moveaxis(T[:, :3], 0, 2) for T in (there, here)))
 
     def cells(self) -> list[tuple[str, NDArray[np.bool_]]]:
         """Return the label of each group of runs, and which runs (runs,) belong to it."""
@@ -173,7 +188,7 @@ class Suite:
         return found
 
 
-def square(side: float) -> Array:
+def square_marks(side: float) -> Array:
     """Return the marks (4, 3) of a square of this side in metres, in its plane z = 0."""
     corners = [[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]]
-    return frozen(0.5 * side * np.array(corners, dtype=float))
+    return make_read_only(0.5 * side * np.array(corners, dtype=float))

@@ -11,18 +11,18 @@ import numpy as np
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError
 from robsim.declare import Quantity, Time, check_fields
-from robsim.trajectory.timing import Timing
+from robsim.trajectory.time_law import Timing
 
 Duration = Annotated[
     float | None, Time(above=0), "Duration of the motion, along a quintic polynomial."
 ]
-Speed = Annotated[
+OriginSpeed = Annotated[
     float | None, Quantity(above=0, dimension="speed"), "Largest speed of the origin."
 ]
-Acceleration = Annotated[
+OriginAcceleration = Annotated[
     float | None, Quantity(above=0, dimension="acceleration"), "Largest acceleration of the origin."
 ]
-Turn = Annotated[float | None, Quantity(above=0, dimension="turn rate"), "Largest turn rate."]
+TurnRate = Annotated[float | None, Quantity(above=0, dimension="turn rate"), "Largest turn rate."]
 TurnAcceleration = Annotated[
     float | None, Quantity(above=0, dimension="turn acceleration"), "Largest turn acceleration."
 ]
@@ -40,9 +40,9 @@ class Pace:
     """
 
     duration: Duration = None
-    speed: Speed = None
-    acceleration: Acceleration = None
-    turn: Turn = None
+    speed: OriginSpeed = None
+    acceleration: OriginAcceleration = None
+    turn: TurnRate = None
     turn_acceleration: TurnAcceleration = None
 
     def __post_init__(self) -> None:

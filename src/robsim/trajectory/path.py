@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 
 from robsim.base.arrays import Array
-from robsim.base.errors import InputError, said
-from robsim.base.values import Value
+from robsim.base.errors import InputError, format_value
+from robsim.base.value import Value
 from robsim.trajectory.straight import Straight
-from robsim.trajectory.timing import checked_times
+from robsim.trajectory.time_law import check_times
 
-MEETS = 1e-6  # metres, and entries of rotations: the largest gap between two parts
+LARGEST_GAP = 1e-6  # metres, and entries of rotations: the largest gap between two parts
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,13 +33,13 @@ class Path(Value):
     def __post_init__(self) -> None:
         parts = tuple(self.parts) if isinstance(self.parts, list | tuple) else ()
         if not parts or not all(isinstance(part, Straight) for part in parts):
-            raise InputError(f"path: expected a list of Straight, got {said(self.parts)}")
+            raise InputError(f"path: expected a list of Straight, got {format_value(self.parts)}")
         for i, part in enumerate(parts):
             if part.start.matrix.ndim + part.end.matrix.ndim != 4:
                 raise InputError(f"path: part {i} is several motions at once; give single poses")
         for i, (one, other) in enumerate(pairwise(parts)):
             apart = np.abs(one.end.matrix - other.start.matrix).max()
-            if apart > MEETS:
+            if apart > LARGEST_GAP:
                 raise InputError(
                     f"path: part {i + 1} does not start where part {i} ends; they are "
                     f"{apart:.3g} apart"
@@ -70,7 +70,7 @@ class Path(Value):
         return self._of(t, "twist", (6,))
 
     def _of(self, t: Any, name: str, tail: tuple[int, ...]) -> Array:
-        times, starts = checked_times(t), self._starts
+        times, starts = check_times(t), self._starts
         which = np.clip(np.searchsorted(starts, times, "right") - 1, 0, len(self.parts) - 1)
         out = np.empty((*times.shape, *tail))
         for i, part in enumerate(self.parts):

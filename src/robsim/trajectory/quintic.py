@@ -10,7 +10,7 @@ import numpy as np
 
 from robsim.declare import Time, check_fields, register
 from robsim.trajectory.rest_to_rest import RestToRest
-from robsim.trajectory.timing import Timing
+from robsim.trajectory.time_law import Timing
 
 
 @register("trajectory", "quintic")

@@ -9,23 +9,23 @@ from typing import Annotated, Any
 
 import numpy as np
 
-from robsim.base.arrays import Array, frozen, numbers
+from robsim.base.arrays import Array, as_floats, make_read_only
 from robsim.base.errors import InputError
-from robsim.base.values import Value
-from robsim.declare.joints import PerJoint, followed
-from robsim.geometry.pose import common_lead
-from robsim.trajectory.timing import Timing, checked_times
+from robsim.base.value import Value
+from robsim.declare.joint_numbers import PerJoint, get_followed_axes
+from robsim.geometry.pose import broadcast_leading_shape
+from robsim.trajectory.time_law import Timing, check_times
 
 
 @dataclass(frozen=True)
-class Ends(PerJoint):
+class EndCoordinates(PerJoint):
     """The declaration of coordinates of the axes; in Python also of several motions at once."""
 
     def check(self, value: Any, what: str) -> Array:
-        return frozen(numbers(value, what, ("n",)))
+        return make_read_only(as_floats(value, what, ("n",)))
 
 
-ENDS = Ends(followed)
+END_COORDINATES = EndCoordinates(get_followed_axes)
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,16 +36,16 @@ class RestToRest(Value, ABC):
                  broadcast against them
     """
 
-    start: Annotated[Any, ENDS, "Coordinates of the axes at the start."]
-    end: Annotated[Any, ENDS, "Coordinates of the axes at the end."]
+    start: Annotated[Any, END_COORDINATES, "Coordinates of the axes at the start."]
+    end: Annotated[Any, END_COORDINATES, "Coordinates of the axes at the end."]
 
     def __post_init__(self) -> None:
-        start, end = numbers(self.start, "start", ("n",)), numbers(self.end, "end", ("n",))
+        start, end = as_floats(self.start, "start", ("n",)), as_floats(self.end, "end", ("n",))
         if start.shape[-1] != end.shape[-1]:
             raise InputError(f"start and end: {start.shape[-1]} axes and {end.shape[-1]} axes")
-        common_lead(start.shape[:-1], end.shape[:-1], "start and end")
-        object.__setattr__(self, "start", frozen(start))
-        object.__setattr__(self, "end", frozen(end))
+        broadcast_leading_shape(start.shape[:-1], end.shape[:-1], "start and end")
+        object.__setattr__(self, "start", make_read_only(start))
+        object.__setattr__(self, "end", make_read_only(end))
 
     @property
     @abstractmethod
@@ -54,17 +54,17 @@ class RestToRest(Value, ABC):
 
     def at(self, t: Any) -> Array:
         """Return the positions (..., n) of the axes at times t (...), in seconds."""
-        share = self.timing.at(checked_times(t)).s
+        share = self.timing.at(check_times(t)).s
         there: Array = np.where(share < 1.0, self.start + share * self._way, self.end)
         return there
 
     def velocity(self, t: Any) -> Array:
         """Return the velocities (..., n) at times t (...), in rad/s or m/s."""
-        return self.timing.at(checked_times(t)).rate * self._way
+        return self.timing.at(check_times(t)).rate * self._way
 
     def acceleration(self, t: Any) -> Array:
         """Return the accelerations (..., n) at times t (...), in rad/s^2 or m/s^2."""
-        return self.timing.at(checked_times(t)).acceleration * self._way
+        return self.timing.at(check_times(t)).acceleration * self._way
 
     @cached_property
     def _way(self) -> Array:

@@ -8,15 +8,22 @@ from typing import Annotated, Any, ClassVar
 
 import numpy as np
 
-from robsim.base.arrays import Array, length, runs_first, runs_last
+from robsim.base.arrays import Array, euclidean_length, move_runs_first, move_runs_last
 from robsim.base.errors import InputError
-from robsim.base.values import Value
+from robsim.base.value import Value
 from robsim.declare.spec import Context
-from robsim.geometry.pose import Pose, as_pose, common_lead, homogeneous
+from robsim.geometry.pose import Pose, as_pose, broadcast_leading_shape, homogeneous_matrix
 from robsim.geometry.pose_table import POSE
-from robsim.kernels.formulas import straight as kernels
-from robsim.trajectory.pace import Acceleration, Duration, Pace, Speed, Turn, TurnAcceleration
-from robsim.trajectory.timing import Shares, Timing, checked_times
+from robsim.kernels.formulas import pose_interpolation as kernels
+from robsim.trajectory.pace import (
+    Duration,
+    OriginAcceleration,
+    OriginSpeed,
+    Pace,
+    TurnAcceleration,
+    TurnRate,
+)
+from robsim.trajectory.time_law import TimeLawShares, Timing, check_times
 
 
 @dataclass(frozen=True)
@@ -26,9 +33,9 @@ class StraightTable:
     start: Annotated[Pose, POSE, "Pose at the start."]
     end: Annotated[Pose, POSE, "Pose at the end."]
     duration: Duration = None
-    speed: Speed = None
-    acceleration: Acceleration = None
-    turn: Turn = None
+    speed: OriginSpeed = None
+    acceleration: OriginAcceleration = None
+    turn: TurnRate = None
     turn_acceleration: TurnAcceleration = None
 
     def made(self, c: Context) -> Straight:
@@ -81,9 +88,11 @@ class Straight(Value):
         turn_acceleration: Any = None,
     ):
         put = object.__setattr__
-        put(self, "start", _pose(start, "start"))
-        put(self, "end", _pose(end, "end"))
-        common_lead(self.start.matrix.shape[:-2], self.end.matrix.shape[:-2], "start and end")
+        put(self, "start", _check_end_pose(start, "start"))
+        put(self, "end", _check_end_pose(end, "end"))
+        broadcast_leading_shape(
+            self.start.matrix.shape[:-2], self.end.matrix.shape[:-2], "start and end"
+        )
         put(self, "pace", Pace(duration, speed, acceleration, turn, turn_acceleration))
         _ = self._timing  # limits that are missing are an error now, not later
 
@@ -99,32 +108,32 @@ class Straight(Value):
         T, way, turn, end = self._wide(s, self._start, self._way, self._turn, self._end)
         runs = T.shape[-1]
         twist, step, out = np.empty((6, runs)), np.empty(T.shape), np.empty(T.shape)
-        kernels.part_way(T, way, turn, runs_last(s, 1), end, twist, step, out)
-        return homogeneous(out, s.shape[:-1])
+        kernels.interpolate_pose(T, way, turn, move_runs_last(s, 1), end, twist, step, out)
+        return homogeneous_matrix(out, s.shape[:-1])
 
     def twist(self, t: Any) -> Array:
         """Return twists (..., 6) = (v, omega) of the frame in base axes, in m/s and rad/s."""
         rate = self._shares(t).rate
         T, way, turn = self._wide(rate, self._start, self._way, self._turn)
-        share, out = runs_last(rate, 1), np.zeros((6, T.shape[-1]))
+        share, out = move_runs_last(rate, 1), np.zeros((6, T.shape[-1]))
         out[:3] = share[0] * way
         for r in range(3):
             for c in range(3):
                 out[3 + r] += T[r, c] * turn[c]  # the axis in base axes
         out[3:] *= share[1]
-        return runs_first(out, rate.shape[:-1])
+        return move_runs_first(out, rate.shape[:-1])
 
-    def _shares(self, t: Any) -> Shares:
+    def _shares(self, t: Any) -> TimeLawShares:
         """Return the shares (..., 2) of distance and angle, for all times and motions."""
-        found, lead = self._timing.at(checked_times(t)), self._lead
+        found, lead = self._timing.at(check_times(t)), self._lead
         shape = (*np.broadcast_shapes(found.s.shape[:-1], lead), 2)
-        return Shares(*(np.broadcast_to(part, shape) for part in found))
+        return TimeLawShares(*(np.broadcast_to(part, shape) for part in found))
 
     def _wide(self, like: Array, *parts: Array) -> tuple[Array, ...]:
         """Return parts (*lead, ...) broadcast to all times and motions, with the run last."""
         depth, lead = len(self._lead), like.shape[:-1]
         wide = (np.broadcast_to(part, (*lead, *part.shape[depth:])) for part in parts)
-        return tuple(runs_last(part, part.ndim - len(lead)) for part in wide)
+        return tuple(move_runs_last(part, part.ndim - len(lead)) for part in wide)
 
     @property
     def _lead(self) -> tuple[int, ...]:
@@ -148,21 +157,21 @@ class Straight(Value):
     @cached_property
     def _turn(self) -> Array:
         """The rotation vector (*lead, 3) from start to end, in axes of the start."""
-        T0, T1 = (runs_last(T, 2) for T in (self._start, self._end))
+        T0, T1 = (move_runs_last(T, 2) for T in (self._start, self._end))
         runs = T0.shape[-1]
         back, between, quaternion = np.empty(T0.shape), np.empty(T0.shape), np.empty((4, runs))
         turn = np.empty((3, runs))
-        kernels.turn_from(T0, T1, back, between, quaternion, turn)
-        return runs_first(turn, self._lead)
+        kernels.rotation_in_start_axes(T0, T1, back, between, quaternion, turn)
+        return move_runs_first(turn, self._lead)
 
     @cached_property
     def _timing(self) -> Timing:
         """The timing of distance and angle."""
-        ways = (length(np.moveaxis(part, -1, 0)) for part in (self._way, self._turn))
+        ways = (euclidean_length(np.moveaxis(part, -1, 0)) for part in (self._way, self._turn))
         return self.pace.timing(*ways)
 
 
-def _pose(value: Any, what: str) -> Pose:
+def _check_end_pose(value: Any, what: str) -> Pose:
     try:
         return Pose(as_pose(value).matrix)  # in the one base frame, whatever names it has
     except InputError as error:

@@ -11,19 +11,19 @@ import numpy as np
 from robsim.base.arrays import Array
 from robsim.declare import register
 from robsim.declare.spec import Context
-from robsim.trajectory.limits import Acceleration, Limits, Speed
-from robsim.trajectory.rest_to_rest import ENDS, RestToRest
-from robsim.trajectory.timing import Timing
+from robsim.trajectory.axis_limits import AxisAcceleration, AxisSpeed, Limits
+from robsim.trajectory.rest_to_rest import END_COORDINATES, RestToRest
+from robsim.trajectory.time_law import Timing
 
 
 @dataclass(frozen=True)
 class TrapezoidTable:
     """The text form of a motion within limits."""
 
-    start: Annotated[Any, ENDS, "Coordinates of the axes at the start."]
-    end: Annotated[Any, ENDS, "Coordinates of the axes at the end."]
-    speed: Speed
-    acceleration: Acceleration
+    start: Annotated[Any, END_COORDINATES, "Coordinates of the axes at the start."]
+    end: Annotated[Any, END_COORDINATES, "Coordinates of the axes at the end."]
+    speed: AxisSpeed
+    acceleration: AxisAcceleration
 
     def made(self, c: Context) -> Trapezoid:
         """Return the motion that the table describes."""

@@ -17,24 +17,27 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from robsim.base.arrays import Array, frozen, numbers, runs_first, runs_last
-from robsim.base.errors import InputError, said
-from robsim.base.values import Value, unchecked
-from robsim.geometry.pose import Pose, as_pose, common_lead
+from robsim.base.arrays import Array, as_floats, make_read_only, move_runs_first, move_runs_last
+from robsim.base.errors import InputError, format_value
+from robsim.base.value import Value, replace_unchecked
+from robsim.geometry.pose import Pose, as_pose, broadcast_leading_shape
 from robsim.geometry.primitives import CameraBody
-from robsim.kernels.formulas import camera as kernels
-from robsim.kernels.images import viewing
-from robsim.kernels.machine.program import Function, Program
-from robsim.vision.camera_checks import check_focal, checked_distortion, checked_intrinsics
-from robsim.vision.camera_files import ros
-from robsim.vision.camera_files.files import camera_of, write
+from robsim.kernels.formulas import perspective as kernels
+from robsim.kernels.images import projection
+from robsim.kernels.machine.program import Program, ProgramFunction
+from robsim.vision.camera_checks import check_distortion, check_focal, check_intrinsics
+from robsim.vision.camera_files import camera_info
+from robsim.vision.camera_files.calibration_files import load_camera, save_camera
 from robsim.vision.chapter import T_CHAPTER_CAMERA, chapter_intrinsics, intrinsics_from_chapter
+from robsim.vision.crop_and_scale import crop_intrinsics, scale_intrinsics
 from robsim.vision.image_size import SIZE
-from robsim.vision.intrinsics import PLACES, part_of, with_part
-from robsim.vision.lens_range import valid_radius
-from robsim.vision.reframing import cut, scaled
+from robsim.vision.intrinsics import PART_INDICES, get_intrinsic_part, replace_intrinsic_part
+from robsim.vision.lens_range import find_valid_radius
 
-_AXES = {"K": 2, "distortion": 1}  # of one camera; one more where they differ from run to run
+_SINGLE_NDIM = {
+    "K": 2,
+    "distortion": 1,
+}  # of one camera; one more where they differ from run to run
 
 
 class Visibility(IntEnum):
@@ -68,44 +71,44 @@ class Camera(Value):
     distortion: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "K", frozen(checked_intrinsics(self.K)))
+        object.__setattr__(self, "K", make_read_only(check_intrinsics(self.K)))
         if self.size is not None:
             object.__setattr__(self, "size", SIZE.check(self.size, "image size"))
             check_focal(self.K[0, 0], self.K[1, 1])
         if not isinstance(self.body, CameraBody | None):
-            raise InputError(f"body: expected a CameraBody, got {said(self.body)}")
-        object.__setattr__(self, "distortion", checked_distortion(self.distortion))
+            raise InputError(f"body: expected a CameraBody, got {format_value(self.body)}")
+        object.__setattr__(self, "distortion", check_distortion(self.distortion))
 
     @property
     def focal(self) -> Any:
         """The focal length in pixels, or both, (2,), where they differ."""
-        return part_of(self.K, "focal")
+        return get_intrinsic_part(self.K, "focal")
 
     @property
     def center(self) -> Array:
         """The principal point (2,) in pixels."""
-        found: Array = part_of(self.K, "center")
+        found: Array = get_intrinsic_part(self.K, "center")
         return found
 
     @property
     def skew(self) -> float:
         """The skew of the axes of the image, in pixels."""
-        return float(part_of(self.K, "skew"))
+        return float(get_intrinsic_part(self.K, "skew"))
 
     def revised(self, **changes: Any) -> Camera:
         """Return a copy with another K, focal, center, skew, size, distortion or body."""
         K = self.K
-        for name in PLACES.keys() & changes:
-            K = with_part(K, name, changes.pop(name))
+        for name in PART_INDICES.keys() & changes:
+            K = replace_intrinsic_part(K, name, changes.pop(name))
         return replace(self, **{"K": K, **changes})
 
     def held(self, **changes: Any) -> Camera:
         """Return a copy with numbers (..., runs) that differ from run to run."""
-        K, parts = self.K, {name: changes.pop(name) for name in PLACES.keys() & changes}
+        K, parts = self.K, {name: changes.pop(name) for name in PART_INDICES.keys() & changes}
         for name, new in parts.items():
             wide = np.repeat(K[..., None], new.shape[-1], axis=2) if K.ndim == 2 else K
-            K = frozen(with_part(wide, name, new))
-        return unchecked(self, **{"K": K, **changes})
+            K = make_read_only(replace_intrinsic_part(wide, name, new))
+        return replace_unchecked(self, **{"K": K, **changes})
 
     @classmethod
     def from_chapter(
@@ -143,7 +146,7 @@ class Camera(Value):
         >>> Camera.from_file("eye.xml").size
         (640, 480)
         """
-        found: Camera = camera_of(path, name, cls)
+        found: Camera = load_camera(path, name, cls)
         return found
 
     def to_file(self, path: str | os.PathLike[str]) -> Path:
@@ -156,7 +159,7 @@ class Camera(Value):
         >>> Camera([[800, 0, 320], [0, 800, 240], [0, 0, 1]], (640, 480)).to_file("eye.yaml").name
         'eye.yaml'
         """
-        return write(path, self.K, self.size, self.distortion)
+        return save_camera(path, self.K, self.size, self.distortion)
 
     @classmethod
     def from_ros(cls, message: Any, *, rectified: bool = False) -> Camera:
@@ -170,7 +173,7 @@ class Camera(Value):
         >>> Camera.from_ros(info).size
         (640, 480)
         """
-        found: Camera = ros.camera_of(message, rectified, cls)
+        found: Camera = camera_info.camera_from_message(message, rectified, cls)
         return found
 
     def resized(self, width: int, height: int, *, stretch: bool = False) -> Camera:
@@ -183,7 +186,7 @@ class Camera(Value):
         >>> Camera([[800, 0, 319.5], [0, 800, 239.5], [0, 0, 1]], (640, 480)).resized(320, 240).K[0]
         array([400. ,   0. , 159.5])
         """
-        K, size = scaled(self.K, self.size, (width, height), stretch)
+        K, size = scale_intrinsics(self.K, self.size, (width, height), stretch)
         return replace(self, K=K, size=size)
 
     def cropped(self, left: int, top: int, width: int, height: int) -> Camera:
@@ -195,7 +198,7 @@ class Camera(Value):
         ...     100, 50, 320, 240).K[:2, 2]
         array([220., 190.])
         """
-        K, size = cut(self.K, self.size, left, top, (width, height))
+        K, size = crop_intrinsics(self.K, self.size, left, top, (width, height))
         return replace(self, K=K, size=size)
 
     def project(self, points: ArrayLike, T_w_c: Any) -> Array:
@@ -208,7 +211,7 @@ class Camera(Value):
         array([[360., 240.]])
         """
         pixels, _, lead = self._look(points, T_w_c)
-        return runs_first(pixels, lead)
+        return move_runs_first(pixels, lead)
 
     def visibility(self, points: ArrayLike, T_w_c: Any) -> NDArray[np.int8]:
         """Return the `Visibility` (..., N) of points: in the image, outside it, or behind.
@@ -218,7 +221,7 @@ class Camera(Value):
         [0, 1, 2]
         """
         _, status, lead = self._look(points, T_w_c)
-        return runs_first(status, lead)
+        return move_runs_first(status, lead)
 
     def normalise(self, pixels: ArrayLike) -> Array:
         """Return the undistorted points (..., N, 2) at unit depth that project to these pixels.
@@ -228,14 +231,14 @@ class Camera(Value):
         >>> Camera([[800, 0, 320], [0, 800, 240], [0, 0, 1]]).normalise([[400, 240]])
         array([[0.1, 0. ]])
         """
-        first = numbers(pixels, "pixels", ("N", 2))
-        return runs_first(self.points_of(runs_last(first, 2)), first.shape[:-2])
+        first = as_floats(pixels, "pixels", ("N", 2))
+        return move_runs_first(self.points_of(move_runs_last(first, 2)), first.shape[:-2])
 
     @cached_property
     def lens(self) -> Array:
         """The eight distortion coefficients (k1, k2, p1, p2, k3, k4, k5, k6)."""
         given = np.array(self.distortion)
-        return frozen(np.concatenate([given, np.zeros((8 - len(given), *given.shape[1:]))]))
+        return make_read_only(np.concatenate([given, np.zeros((8 - len(given), *given.shape[1:]))]))
 
     @cached_property
     def bends(self) -> bool:
@@ -258,7 +261,9 @@ class Camera(Value):
         if self.rows.shape[1] == 1:
             return self
         chosen = {"K": self.K, "distortion": np.array(self.distortion)}
-        return unchecked(self, **{k: v[..., runs] for k, v in chosen.items() if v.ndim != _AXES[k]})
+        return replace_unchecked(
+            self, **{k: v[..., runs] for k, v in chosen.items() if v.ndim != _SINGLE_NDIM[k]}
+        )
 
     def image_of(self, X: Array) -> tuple[Array, NDArray[np.int8]]:
         """Return pixels (N, 2, B) and visibility (N, B) of points X (N, 3, B) in camera axes."""
@@ -269,7 +274,7 @@ class Camera(Value):
         """Return the undistorted points (N, 2, B) at unit depth of pixels (N, 2, B), or NaN."""
         return self._each(self._straight, pixels)
 
-    def _each(self, function: Function, x: Array) -> Array:
+    def _each(self, function: ProgramFunction, x: Array) -> Array:
         """Return a function (N, m, B) of N columns x (N, n, B)."""
         N, n, runs = x.shape
         runs = runs if self.rows.shape[1] == 1 else max(runs, self.rows.shape[1])
@@ -279,12 +284,12 @@ class Camera(Value):
         return np.ascontiguousarray(found.reshape(len(found), N, runs).transpose(1, 0, 2))
 
     @cached_property
-    def _image(self) -> Function:
+    def _image(self) -> ProgramFunction:
         """The pixel and the visibility of a point in camera axes."""
         program = Program()
         X, found, here = program.rows(1, 3), program.rows(3), program.constant(np.eye(3, 4))
         program.add(
-            viewing.project,
+            projection.project_to_pixels,
             marks=X,
             T_w_c=here,
             T_w_o=here,
@@ -293,29 +298,29 @@ class Camera(Value):
             pixels=found[:2].reshape(1, 2),
             depth=program.rows(1),
             status=found[2:],
-            which=viewing.EACH,
+            which=projection.EACH_STATUS,
         )
-        return Function(program, X, found, 3)
+        return ProgramFunction(program, X, found, 3)
 
     @cached_property
-    def _straight(self) -> Function:
+    def _straight(self) -> ProgramFunction:
         """The undistorted point of a pixel."""
         program = Program()
         pixel, point = program.rows(1, 2), program.rows(1, 2)
         program.add(
-            viewing.normalise,
+            projection.normalise_mark_pixels,
             camera=program.each(self.rows),
             pixels=pixel,
             points=point,
             bends=self.bends,
         )
-        return Function(program, pixel, point, 2)
+        return ProgramFunction(program, pixel, point, 2)
 
     @cached_property
     def border(self) -> Array:
         """The limits ((left, right), (top, bottom)) of the image; right and bottom are excluded."""
         low, high = (-np.inf, np.inf) if self.size is None else (-0.5, np.array(self.size) - 0.5)
-        return frozen(np.stack([np.full(2, low), np.broadcast_to(high, 2)], axis=1))
+        return make_read_only(np.stack([np.full(2, low), np.broadcast_to(high, 2)], axis=1))
 
     @cached_property
     def valid_radius(self) -> Any:
@@ -324,8 +329,8 @@ class Camera(Value):
         The smallest positive root of d/dr (r N(r^2) / D(r^2)), and of D.
         """
         if self.lens.ndim > 1:
-            return np.array(list(map(valid_radius, self.lens.T)))
-        return valid_radius(self.lens)
+            return np.array(list(map(find_valid_radius, self.lens.T)))
+        return find_valid_radius(self.lens)
 
     def drawn(self, T_w_c: Any) -> CameraBody | None:
         """Return the camera body at its pose; it has the chapter's axes (x up, y to the right)."""
@@ -335,7 +340,7 @@ class Camera(Value):
         self, points: ArrayLike, T_w_c: Any
     ) -> tuple[Array, NDArray[np.int8], tuple[int, ...]]:
         """Return run-last pixels and visibility of points, and their leading shape."""
-        p, T = numbers(points, "points", ("N", 3)), as_pose(T_w_c).matrix
-        lead = common_lead(p.shape[:-2], T.shape[:-2], "points and camera poses")
-        X = runs_last(np.broadcast_to(Pose(T).inv() @ p, (*lead, p.shape[-2], 3)), 2)
+        p, T = as_floats(points, "points", ("N", 3)), as_pose(T_w_c).matrix
+        lead = broadcast_leading_shape(p.shape[:-2], T.shape[:-2], "points and camera poses")
+        X = move_runs_last(np.broadcast_to(Pose(T).inv() @ p, (*lead, p.shape[-2], 3)), 2)
         return *self.image_of(X), lead

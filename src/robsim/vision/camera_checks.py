@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from robsim.base.arrays import Array, numbers
+from robsim.base.arrays import Array, as_floats
 from robsim.base.errors import InputError
 
 COUNTS = 0, 4, 5, 8  # of lens coefficients that are modelled
@@ -23,8 +23,8 @@ def check_focal(fx: float, fy: float) -> None:
         )
 
 
-def checked_intrinsics(given: Any) -> Array:
-    K = numbers(given, "K", (3, 3))
+def check_intrinsics(given: Any) -> Array:
+    K = as_floats(given, "K", (3, 3))
     if K.ndim != 2 or K[1, 0] != 0 or not np.array_equal(K[2], (0, 0, 1)):
         raise InputError(f"K must be [[fx, skew, cx], [0, fy, cy], [0, 0, 1]], got {K.tolist()}")
     if not (K[0, 0] > 0 and K[1, 1] > 0):
@@ -32,9 +32,9 @@ def checked_intrinsics(given: Any) -> Array:
     return K
 
 
-def checked_distortion(given: Any) -> tuple[float, ...]:
+def check_distortion(given: Any) -> tuple[float, ...]:
     """The coefficients in a flat tuple, from a row, a column or a flat array of OpenCV."""
-    array = numbers(given, "distortion", ())
+    array = as_floats(given, "distortion", ())
     lens = array.ravel()
     if array.ndim not in (1, 2) or lens.size not in (*COUNTS, *UNMODELLED):
         raise InputError(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robsim.base.arrays import Array, numbers, positive
+from robsim.base.arrays import Array, as_floats, as_positive
 from robsim.base.errors import InputError
 from robsim.geometry.pose import Pose
 
@@ -18,7 +18,7 @@ def intrinsics_from_chapter(Ki: ArrayLike) -> Array:
 
     The rows change places, and Ki is written for the chapter's camera axes.
     """
-    return numbers(Ki, "Ki", (3, 3))[..., [1, 0, 2], :] @ T_CHAPTER_CAMERA.rotation
+    return as_floats(Ki, "Ki", (3, 3))[..., [1, 0, 2], :] @ T_CHAPTER_CAMERA.rotation
 
 
 def chapter_intrinsics(f: float, px: float, py: float, alpha: float, u0: float, v0: float) -> Array:
@@ -29,8 +29,8 @@ def chapter_intrinsics(f: float, px: float, py: float, alpha: float, u0: float, 
     >>> chapter_intrinsics(8e-3, 1e-5, 1e-5, 0.0, 240, 320)[0]
     array([-800.,    0.,  240.])
     """
-    f, px, py = positive(f, "f"), positive(px, "px"), positive(py, "py")
-    a, u0, v0 = numbers([alpha, u0, v0], "alpha, u0, v0", (3,))
+    f, px, py = as_positive(f, "f"), as_positive(px, "px"), as_positive(py, "py")
+    a, u0, v0 = as_floats([alpha, u0, v0], "alpha, u0, v0", (3,))
     if not abs(a) < np.pi / 2:
         raise InputError(f"alpha is the skew angle in radians, within +-pi/2, got {a}")
     return np.array([[-f / (px * np.cos(a)), 0, u0], [f * np.tan(a) / py, f / py, v0], [0, 0, 1]])

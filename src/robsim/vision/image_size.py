@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-from robsim.declare import ListOf, Whole
+from robsim.declare import Integer, ListOf
 from robsim.declare.spec import Spec
 
-PIXELS = Whole(1, 1_000_000)
+PIXELS = Integer(1, 1_000_000)
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ import numpy as np
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError
 from robsim.declare import ListOf, Number
-from robsim.declare.fields import same
+from robsim.declare.fields import is_identical
 from robsim.declare.spec import Context, Raw, Spec
 from robsim.vision.camera_checks import check_focal
 
@@ -19,11 +19,11 @@ PIXELS = Number(unit="px")
 FOCAL_LENGTH = Number(above=0, unit="px")
 MATRIX = ListOf(ListOf(PIXELS, 3, 3), 3, 3)
 CENTER = ListOf(PIXELS, 2, 2, names=("cx", "cy"))
-PLACES = {"focal": ((0, 0), (1, 1)), "center": ((0, 2), (1, 2)), "skew": ((0, 1),)}
+PART_INDICES = {"focal": ((0, 0), (1, 1)), "center": ((0, 2), (1, 2)), "skew": ((0, 1),)}
 
 
 @dataclass(frozen=True)
-class Focal(ListOf):
+class FocalLengths(ListOf):
     """The declaration of two focal lengths in pixels, or one number for both."""
 
     item: Spec = FOCAL_LENGTH
@@ -38,7 +38,7 @@ class Focal(ListOf):
 
     def write(self, value: Any, c: Context) -> Any:
         fx, fy = value
-        return fx if c.facts.get("brief") and same(fx, fy) else [fx, fy]
+        return fx if c.facts.get("brief") and is_identical(fx, fy) else [fx, fy]
 
     def controls(self, value: Any, place: Any) -> Iterable[Any]:
         return super().controls(np.broadcast_to(value, 2).tolist(), place)
@@ -47,17 +47,17 @@ class Focal(ListOf):
         return {"anyOf": [{"type": "number"}, super().schema(define)]}
 
 
-def part_of(K: Array, name: str) -> Any:
+def get_intrinsic_part(K: Array, name: str) -> Any:
     """Return the focal lengths, the center or the skew of K; one focal length if both are equal."""
-    numbers = [K[place] for place in PLACES[name]]
+    numbers = [K[place] for place in PART_INDICES[name]]
     if name == "skew" or (name == "focal" and numbers[0] == numbers[1]):
         return numbers[0]
     return np.array(numbers)
 
 
-def with_part(K: Array, name: str, new: Any) -> Array:
+def replace_intrinsic_part(K: Array, name: str, new: Any) -> Array:
     """Return K (3, 3), or (3, 3, runs), with another focal length, center or skew."""
-    places = PLACES[name]
+    places = PART_INDICES[name]
     several = len(places) > 1 and np.ndim(new) > K.ndim - 2
     made = np.array(K)
     for place, number in zip(places, new if several else [new] * len(places), strict=True):
@@ -67,7 +67,7 @@ def with_part(K: Array, name: str, new: Any) -> Array:
     return made
 
 
-def matrix_of(
+def build_intrinsics(
     focal: Sequence[float] | None, center: Sequence[float] | None, skew: float | None, size: Any
 ) -> list[list[float]]:
     """Return K; without a center it is the middle of the image. InputError: what is missing."""
@@ -79,16 +79,16 @@ def matrix_of(
     if center is None and size is None:
         raise InputError("center is missing: give it, or size, whose middle it then is")
     check_focal(*focal)
-    (fx, fy), (cx, cy) = focal, center or middle(size)
+    (fx, fy), (cx, cy) = focal, center or image_center(size)
     return [[fx, skew or 0.0, cx], [0.0, fy, cy], [0.0, 0.0, 1.0]]
 
 
-def middle(size: Any) -> list[float]:
+def image_center(size: Any) -> list[float]:
     """Return the middle of an image."""
     return [(n - 1) / 2 for n in size or ()]
 
 
-def parts_of(K: Array) -> dict[str, Any]:
+def split_intrinsics(K: Array) -> dict[str, Any]:
     """Return the parts of K as a text says them."""
     (fx, skew, cx), (_, fy, cy), _ = K.tolist()
     return {"focal": [fx, fy], "center": [cx, cy], "skew": skew}

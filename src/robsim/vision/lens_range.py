@@ -10,12 +10,12 @@ from robsim.base.arrays import Array
 TINY = 1e-30  # a coefficient of the lens polynomial below is none
 
 
-def valid_radius(lens: Array) -> float:
+def find_valid_radius(lens: Array) -> float:
     """Return the normalised radius up to which the distortion by eight numbers is monotonic.
 
     The smallest positive root of d/dr (r N(r^2) / D(r^2)), and of D.
 
-    >>> round(valid_radius(np.array([-0.3, 0, 0, 0, 0, 0, 0, 0])), 4)
+    >>> round(find_valid_radius(np.array([-0.3, 0, 0, 0, 0, 0, 0, 0])), 4)
     1.0541
     """
     k1, k2, _, _, k3, k4, k5, k6 = lens

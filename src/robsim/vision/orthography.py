@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from robsim.base.arrays import Array
-from robsim.vision.plane import with_one
-from robsim.vision.three_marks import unit
+from robsim.vision.p3p import unit_vectors
+from robsim.vision.plane import append_one
 
 
 def orthographic_poses(marks: Array, x: Array) -> Array:
@@ -22,20 +22,23 @@ def orthographic_poses(marks: Array, x: Array) -> Array:
     plane = plane_axes(marks)
     ray = x.mean(1)
     J = np.swapaxes(np.linalg.pinv((marks - centre) @ plane[:2].T) @ (x - ray[:, None]), -1, -2)
-    along = _turned_to(unit(with_one(ray)))
+    along = _shortest_rotations(unit_vectors(append_one(ray)))
     project = along[:, :2, :2] - ray[:, :, None] * along[:, 2:, :2]
     U, scale, Vt = np.linalg.svd(np.linalg.solve(project, J))
     depth = 1.0 / scale[:, 0]
     c = scale[:, 1] * depth
     s = np.sqrt((1.0 - c) * (1.0 + c))
-    R = [along @ _in_space(U) @ _tilt(c, sign * s) @ _in_space(Vt) @ plane for sign in (1, -1)]
+    R = [
+        along @ _embed_rotations(U) @ _tilt_rotations(c, sign * s) @ _embed_rotations(Vt) @ plane
+        for sign in (1, -1)
+    ]
     R_c_o = np.stack(R, axis=1)
-    middle = with_one(ray) * depth[:, None]
+    middle = append_one(ray) * depth[:, None]
     t = middle[:, None] - R_c_o @ centre
     return np.concatenate([R_c_o, t[..., None]], axis=-1)
 
 
-def mirrored(marks: Array, T_c_o: Array) -> Array:
+def mirror_pose(marks: Array, T_c_o: Array) -> Array:
     """Return the pose (B, 3, 4) that looks most like T_c_o, with the opposite tilt.
 
     The target's plane is reflected along the ray to its centroid, and the target in its plane: in
@@ -43,7 +46,7 @@ def mirrored(marks: Array, T_c_o: Array) -> Array:
     """
     centre, normal = marks.mean(0), plane_axes(marks)[2]
     middle = T_c_o[..., :3] @ centre + T_c_o[..., 3]
-    R = _reflection(unit(middle)) @ T_c_o[..., :3] @ _reflection(normal)
+    R = _reflection_matrices(unit_vectors(middle)) @ T_c_o[..., :3] @ _reflection_matrices(normal)
     return np.concatenate([R, (middle - R @ centre)[..., None]], axis=-1)
 
 
@@ -54,12 +57,12 @@ def plane_axes(marks: Array) -> Array:
     return np.asarray(axes * handed[:, None])
 
 
-def _reflection(n: Array) -> Array:
+def _reflection_matrices(n: Array) -> Array:
     """Return reflections (..., 3, 3), I - 2 n n' for unit vectors n (..., 3)."""
     return np.eye(3) - 2.0 * n[..., :, None] * n[..., None, :]
 
 
-def _turned_to(d: Array) -> Array:
+def _shortest_rotations(d: Array) -> Array:
     """Return the shortest rotations (B, 3, 3) from z to unit vectors d with d_z > 0."""
     x, y, z = d.T
     k = 1.0 / (1.0 + z)
@@ -67,7 +70,7 @@ def _turned_to(d: Array) -> Array:
     return np.stack(rows, axis=-1).reshape(-1, 3, 3)
 
 
-def _in_space(A: Array) -> Array:
+def _embed_rotations(A: Array) -> Array:
     """Return rotations (B, 3, 3) whose first rows and columns are orthogonal A (B, 2, 2)."""
     out = np.zeros((len(A), 3, 3))
     out[:, :2, :2] = A
@@ -75,7 +78,7 @@ def _in_space(A: Array) -> Array:
     return out
 
 
-def _tilt(c: Array, s: Array) -> Array:
+def _tilt_rotations(c: Array, s: Array) -> Array:
     """Return rotations (B, 3, 3) about x with cosine c and sine s."""
     zero, one = np.zeros_like(c), np.ones_like(c)
     rows = [one, zero, zero, zero, c, -s, zero, s, c]

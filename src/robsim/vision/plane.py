@@ -7,18 +7,20 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from robsim.base.arrays import Array, frozen, numbers
+from robsim.base.arrays import Array, as_floats, make_read_only
 from robsim.base.errors import InputError
-from robsim.base.values import Value
-from robsim.geometry.pose import common_lead
+from robsim.base.value import Value
+from robsim.geometry.pose import broadcast_leading_shape
 
 RANK = 1e-10  # relative to the largest singular value: smaller ones count as zero
-ASIDE = 1e100  # points farther off count as missing
+FARTHEST = 1e100  # points farther off count as missing
 CLOSE = 1e-100  # points closer together count as one
-STILL = 1e-10  # relative to the distance of the plane: a smaller translation counts as none
+SMALLEST_TRANSLATION = (
+    1e-10  # relative to the distance of the plane: a smaller translation counts as none
+)
 
 
-def homography(points_a: ArrayLike, points_b: ArrayLike) -> Array:
+def estimate_homography(points_a: ArrayLike, points_b: ArrayLike) -> Array:
     """Return H (..., 3, 3) with (x_b, 1) ~ H (x_a, 1) from four or more points (..., N, 2).
 
     The normalised direct linear transform (Hartley and Zisserman 2004, algorithm 4.2). H is scaled
@@ -29,32 +31,32 @@ def homography(points_a: ArrayLike, points_b: ArrayLike) -> Array:
     points leave H open or have none: three of four on a line, in one image or both.
 
     >>> square = np.array([[-1.0, -1], [1, -1], [1, 1], [-1, 1]])
-    >>> np.round(homography(square, square + 0.5), 9) + 0.0
+    >>> np.round(estimate_homography(square, square + 0.5), 9) + 0.0
     array([[1. , 0. , 0.5],
            [0. , 1. , 0.5],
            [0. , 0. , 1. ]])
     """
-    a = numbers(points_a, "points_a", ("N", 2), gaps=True)
-    b = numbers(points_b, "points_b", ("N", 2), gaps=True)
+    a = as_floats(points_a, "points_a", ("N", 2), gaps=True)
+    b = as_floats(points_b, "points_b", ("N", 2), gaps=True)
     if a.shape[-2] != b.shape[-2] or a.shape[-2] < 4:
         raise InputError(
             "points_a and points_b: a homography takes four points or more, the same in both "
             f"images; got {a.shape[-2]} and {b.shape[-2]}"
         )
-    lead = common_lead(a.shape[:-2], b.shape[:-2], "points_a and points_b")
+    lead = broadcast_leading_shape(a.shape[:-2], b.shape[:-2], "points_a and points_b")
     a, b = (np.broadcast_to(p, (*lead, *a.shape[-2:])).reshape(-1, *a.shape[-2:]) for p in (a, b))
     H = np.full((len(a), 3, 3), np.nan)
     seen = np.ones(len(a), dtype=bool)
     for p in (a, b):
-        seen &= (np.ptp(p, axis=1).max(-1) > CLOSE) & (np.abs(p).max((1, 2)) < ASIDE)
-    H[seen] = _linear(a[seen], b[seen])
+        seen &= (np.ptp(p, axis=1).max(-1) > CLOSE) & (np.abs(p).max((1, 2)) < FARTHEST)
+    H[seen] = _fit_homographies(a[seen], b[seen])
     return H.reshape(*lead, 3, 3)
 
 
-def _linear(a: Array, b: Array) -> Array:
+def _fit_homographies(a: Array, b: Array) -> Array:
     """Return H (B, 3, 3) of finite points (B, N, 2) that do not all coincide."""
-    (p, Ta), (q, Tb) = _about_zero(a), _about_zero(b)
-    p, zero = with_one(p), np.zeros((*p.shape[:-1], 3))
+    (p, Ta), (q, Tb) = _normalise_points(a), _normalise_points(b)
+    p, zero = append_one(p), np.zeros((*p.shape[:-1], 3))
     rows = [  # of h, row by row, in (q, 1) x H (p, 1) = 0
         np.concatenate([p, zero, -q[..., :1] * p], axis=-1),
         np.concatenate([zero, p, -q[..., 1:] * p], axis=-1),
@@ -65,13 +67,13 @@ def _linear(a: Array, b: Array) -> Array:
     sizes = np.linalg.svd(N, compute_uv=False)  # one is zero where H is singular
     H = np.linalg.inv(Tb) @ N @ Ta
     middle = np.linalg.svd(H, compute_uv=False)[:, 1]
-    forward = (with_one(b) * (with_one(a) @ np.swapaxes(H, -1, -2))).sum((-1, -2))
+    forward = (append_one(b) * (append_one(a) @ np.swapaxes(H, -1, -2))).sum((-1, -2))
     good = (s[:, 7] > RANK * s[:, 0]) & (sizes[:, 2] > RANK * sizes[:, 0]) & (middle > 0)
     scale = np.where(good, np.copysign(middle, forward), np.nan)
     return np.asarray(H / scale[:, None, None])
 
 
-def _about_zero(a: Array) -> tuple[Array, Array]:
+def _normalise_points(a: Array) -> tuple[Array, Array]:
     """Return points (B, N, 2) with centroid 0 and mean distance sqrt 2, and the transform T."""
     centre = a.mean(1)
     size = np.sqrt(np.square(a - centre[:, None]).sum(-1)).mean(1) / np.sqrt(2)
@@ -82,7 +84,7 @@ def _about_zero(a: Array) -> tuple[Array, Array]:
     return (a - centre[:, None]) / size[:, None, None], T
 
 
-def with_one(a: Array) -> Array:
+def append_one(a: Array) -> Array:
     """Return points (..., 2) at unit depth, (..., 3)."""
     return np.concatenate([a, np.ones_like(a[..., :1])], axis=-1)
 
@@ -118,28 +120,30 @@ def decompose_homography(H: ArrayLike, points: ArrayLike = ((0.0, 0.0),)) -> Hom
     array([[0.00499376, 0.        , 0.09987523],
            [0.1       , 0.        , 0.        ]])
     """
-    A = numbers(H, "H", (3, 3), gaps=True)
-    p = numbers(points, "points", ("N", 2))
-    lead = common_lead(A.shape[:-2], p.shape[:-2], "H and points")
+    A = as_floats(H, "H", (3, 3), gaps=True)
+    p = as_floats(points, "points", ("N", 2))
+    lead = broadcast_leading_shape(A.shape[:-2], p.shape[:-2], "H and points")
     A = np.broadcast_to(A, (*lead, 3, 3)).reshape(-1, 3, 3)
     known = np.isfinite(A).all((1, 2))
     if not (np.linalg.slogdet(A[known])[0] > 0).all():
         raise InputError("H: a plane seen from one side has a homography of positive determinant")
     R, t, n = (np.full((len(A), 4, *shape), np.nan) for shape in ((3, 3), (3,), (3,)))
-    R[known], t[known], n[known] = _motions(A[known])
+    R[known], t[known], n[known] = _homography_motions(A[known])
     R, t, n = R.reshape(*lead, 4, 3, 3), t.reshape(*lead, 4, 3), n.reshape(*lead, 4, 3)
-    ahead = (n @ np.swapaxes(with_one(p), -1, -2) > 0).all(-1)
+    ahead = (n @ np.swapaxes(append_one(p), -1, -2) > 0).all(-1)
     ahead |= np.isfinite(t).all(-1) & np.isnan(n).all(-1)
-    return HomographyMotions(frozen(R), frozen(t), frozen(n), frozen(np.asarray(ahead)))
+    return HomographyMotions(
+        make_read_only(R), make_read_only(t), make_read_only(n), make_read_only(np.asarray(ahead))
+    )
 
 
-def _motions(H: Array) -> tuple[Array, Array, Array]:
+def _homography_motions(H: Array) -> tuple[Array, Array, Array]:
     """Return R (B, 4, 3, 3), t/d (B, 4, 3) and n (B, 4, 3)."""
     s, Vt = np.linalg.svd(H)[1:]
     H = H / s[:, 1, None, None]
     v1, v2, v3 = (Vt[:, i] for i in range(3))
     up, down = s[:, 0] / s[:, 1] - 1.0, 1.0 - s[:, 2] / s[:, 1]
-    rest = up + down <= STILL
+    rest = up + down <= SMALLEST_TRANSLATION
     # plane and camera are in common directions that H leaves as long as they are: v2 and u
     along = np.sqrt(down * (2.0 - down))[:, None] * v1
     across = np.sqrt(up * (2.0 + up))[:, None] * v3

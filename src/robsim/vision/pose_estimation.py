@@ -8,17 +8,17 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from robsim.base.arrays import Array, frozen, numbers, runs_first, runs_last
+from robsim.base.arrays import Array, as_floats, make_read_only, move_runs_first, move_runs_last
 from robsim.base.errors import InputError, check_known
-from robsim.base.values import Value
-from robsim.geometry.pose import homogeneous
+from robsim.base.value import Value
+from robsim.geometry.pose import homogeneous_matrix
 from robsim.kernels.formulas import se3
 from robsim.kernels.formulas.interaction import points_interaction
 from robsim.vision.camera import Camera
-from robsim.vision.image import deviation, measured, pixel_rates
-from robsim.vision.pose_minima import CHUNK, EXACT, all_minima, in_camera, in_image
-from robsim.vision.robust_pose import KINDS, LEAST_MARKS, robust_minima
-from robsim.vision.spread import second_moment
+from robsim.vision.nonlinear_covariance import second_moment
+from robsim.vision.pixel_measurement import check_measured_pixels, check_noise, pixel_rate_matrices
+from robsim.vision.pose_minima import CHUNK, EXACT, find_minima, project_marks, transform_marks
+from robsim.vision.robust_minima import LEAST_MARKS, WEIGHT_KINDS, find_robust_minima
 
 LINE = 1e-9  # relative to their size: marks within this distance of a line count as on it
 SMALLEST = 1e-50  # metres
@@ -100,7 +100,7 @@ def estimate_pose(
     Three marks or more, not on one line; in a plane or not. Starts are both scaled-orthography
     poses of the marks' plane (`orthographic_poses`), the best pose of the largest triangle of marks
     (`three_marks_poses`) and its mirror image; each is refined by servoing a virtual camera
-    (`robsim.kernels.estimation.pose.fit_pose`: Comport, Marchand, Pressigout and Chaumette 2006),
+    (`robsim.kernels.estimation.pose_fit.fit_pose`: Comport, Marchand, Pressigout and Chaumette 2006),
     which minimises the distances at unit depth. The best has all marks in front of the camera and
     the least error in the image. Three marks have up to four poses: all are in `candidates`.
 
@@ -109,7 +109,7 @@ def estimate_pose(
 
     `robust` is "huber", "tukey" or "cauchy" for images in which some marks are seen at a wrong
     place: squares are weighed by how far a mark is from where the others let it be (iteratively
-    reweighted least squares, `robsim.kernels.estimation.robust`), beginning also with the pose of
+    reweighted least squares, `robsim.kernels.estimation.m_estimator`), beginning also with the pose of
     three marks that is nearest to a majority (least median of squares: Rousseeuw 1984). It takes
     five marks, as any three of four have a pose that fits them; of many, almost half may lie.
 
@@ -127,51 +127,51 @@ def estimate_pose(
     >>> estimate_pose([*marks, [0, 0, 0]], lying, camera, robust="tukey").weights
     array([1., 1., 1., 1., 0.])
     """
-    p, size = _checked_marks(marks)
-    u = measured(pixels, "pixels", camera, len(p))
-    sigma = None if noise is None else deviation(noise)
+    p, size = _scale_marks(marks)
+    u = check_measured_pixels(pixels, "pixels", camera, len(p))
+    sigma = None if noise is None else check_noise(noise)
     lead = u.shape[:-2]
     flat = u.reshape(-1, len(p), 2)
-    T, squares, weights = _minima(p, flat, camera, robust, sigma)
+    T, squares, weights = _find_weighted_minima(p, flat, camera, robust, sigma)
     count = weights.sum(1)
-    variance = _variance(squares[:, 0], count, sigma)
-    covariance = _covariance(p, T[:, 0], flat, camera, variance, np.sqrt(weights))
-    sure = _is_distinct(squares, count, sigma) & _depth_known(p, T[:, 0], covariance)
+    variance = _pixel_variance(squares[:, 0], count, sigma)
+    covariance = _twist_covariance(p, T[:, 0], flat, camera, variance, np.sqrt(weights))
+    sure = _is_distinct(squares, count, sigma) & _is_depth_known(p, T[:, 0], covariance)
     with np.errstate(over="ignore"):  # of a target beyond measure
         T[..., 3] *= size
         covariance[:, :3] *= size
         covariance[:, :, :3] *= size
-    poses = homogeneous(np.moveaxis(T.reshape(-1, 3, 4), 0, -1), (*lead, 4))
+    poses = homogeneous_matrix(np.moveaxis(T.reshape(-1, 3, 4), 0, -1), (*lead, 4))
     poses[~np.isfinite(poses).all((-1, -2))] = np.nan
     rms = np.sqrt(np.where(np.isinf(squares), np.nan, squares) / (2 * count[:, None]))
     return PoseEstimate(
-        frozen(poses),
-        frozen(rms.reshape(*lead, 4)),
-        frozen((~sure).reshape(lead)),
-        frozen(covariance.reshape(*lead, 6, 6)),
-        frozen(weights.reshape(*lead, len(p))),
+        make_read_only(poses),
+        make_read_only(rms.reshape(*lead, 4)),
+        make_read_only((~sure).reshape(lead)),
+        make_read_only(covariance.reshape(*lead, 6, 6)),
+        make_read_only(weights.reshape(*lead, len(p))),
     )
 
 
-def _minima(
+def _find_weighted_minima(
     p: Array, u: Array, camera: Camera, robust: str | None, sigma: float | None
 ) -> tuple[Array, Array, Array]:
     """Return the minima, their weighted squares, and weights (B, N): 1, unless they are robust."""
     if robust is None:
-        T, squares = all_minima(p, u, camera)
+        T, squares = find_minima(p, u, camera)
         return T, squares, np.ones(u.shape[:2])
-    check_known(robust, KINDS, "robust: no weights {}", "weights")
+    check_known(robust, WEIGHT_KINDS, "robust: no weights {}", "weights")
     if len(p) < LEAST_MARKS:
         raise InputError(
             f"robust: {len(p)} marks do not tell which of them lies, as any three have a pose that "
             f"fits them; give {LEAST_MARKS} or more"
         )
-    return robust_minima(p, u, camera, KINDS[robust], sigma)
+    return find_robust_minima(p, u, camera, WEIGHT_KINDS[robust], sigma)
 
 
-def _checked_marks(marks: ArrayLike) -> tuple[Array, float]:
+def _scale_marks(marks: ArrayLike) -> tuple[Array, float]:
     """Return the marks in units of about their size, and that size in metres."""
-    p = numbers(marks, "marks", ("N", 3))
+    p = as_floats(marks, "marks", ("N", 3))
     if p.ndim != 2 or len(p) < 3:
         raise InputError(f"marks: expected (N, 3) with three marks or more, got shape {p.shape}")
     unit = _power_of_two(np.abs(p).max())
@@ -183,7 +183,7 @@ def _checked_marks(marks: ArrayLike) -> tuple[Array, float]:
             f"(to {LINE:g} of their size) or fewer than three places"
         )
     size = unit * _power_of_two(spread[0])
-    return frozen(p / size), size
+    return make_read_only(p / size), size
 
 
 def _power_of_two(size: float) -> float:
@@ -191,14 +191,14 @@ def _power_of_two(size: float) -> float:
     return 2.0 ** min(math.floor(math.log2(size)), 1000) if size > 0 else 1.0
 
 
-def _variance(squares: Array, N: Array, sigma: float | None) -> Array:
+def _pixel_variance(squares: Array, N: Array, sigma: float | None) -> Array:
     """Return the variance (B) of a pixel coordinate, given or from residuals; NaN for 3 marks."""
     if sigma is not None:
         return np.full(len(squares), sigma * sigma)
     return np.asarray(squares / np.where(N > 3, 2 * N - 6, np.nan))
 
 
-def _covariance(
+def _twist_covariance(
     p: Array, T: Array, u: Array, camera: Camera, variance: Array, roots: Array
 ) -> Array:
     """Return the covariance (B, 6, 6) of the twist for pixels of that variance, beyond first order.
@@ -210,17 +210,19 @@ def _covariance(
     """
     out = np.full((len(T), 6, 6), np.nan)
     found = np.flatnonzero(np.isfinite(T).all((-1, -2)))
-    M = _following(p, T[found], camera, roots[found])
+    M = _pixel_sensitivity(p, T[found], camera, roots[found])
     out[found] = M @ np.swapaxes(M, -1, -2) * variance[found, None, None]
     noisy = np.flatnonzero(np.isfinite(out[found]).all((-1, -2)) & (variance[found] > EXACT**2))
     for first in range(0, len(noisy), CHUNK):
         some = noisy[first : first + CHUNK]
         i = found[some]
-        out[i] = _spread(p, T[i], u[i], camera, M[some], np.sqrt(variance[i]), roots[i])
+        out[i] = _nonlinear_covariance(
+            p, T[i], u[i], camera, M[some], np.sqrt(variance[i]), roots[i]
+        )
     return out
 
 
-def _spread(
+def _nonlinear_covariance(
     p: Array, T: Array, u: Array, camera: Camera, M: Array, sigma: Array, roots: Array
 ) -> Array:
     """Return second moments (B, 6, 6) of the twist, from M and deviations (B) of a coordinate.
@@ -234,7 +236,7 @@ def _spread(
     back = np.swapaxes(to_z[:, :, order], 1, 2) @ M / to_twist[:, order, None]
 
     def residuals(z: Array) -> Array:
-        pixels = in_image(p, _moved(T, z @ np.swapaxes(S, 1, 2)), camera)
+        pixels = project_marks(p, _perturb_poses(T, z @ np.swapaxes(S, 1, 2)), camera)
         away = (pixels - u[:, None]) * roots[:, None, :, None]
         return np.asarray(away.reshape(*z.shape[:2], -1) / sigma[:, None, None])
 
@@ -242,18 +244,18 @@ def _spread(
         return np.asarray(S @ second_moment(residuals, back) @ np.swapaxes(S, 1, 2))
 
 
-def _moved(T: Array, twists: Array) -> Array:
+def _perturb_poses(T: Array, twists: Array) -> Array:
     """Return poses exp(twist) T (B, n, 3, 4) of T (B, 3, 4); NaN beyond a half turn."""
-    columns = runs_last(twists, 1)
+    columns = move_runs_last(twists, 1)
     moved, T_all = np.empty((3, 4, columns.shape[1])), np.repeat(T, twists.shape[1], axis=0)
-    se3.exp(columns, moved)
+    se3.exp_se3(columns, moved)
     out = np.empty_like(moved)
-    se3.compose(moved, runs_last(T_all, 2), out)
+    se3.compose(moved, move_runs_last(T_all, 2), out)
     out[..., ~(np.square(columns[3:]).sum(0) < np.pi**2)] = np.nan
-    return runs_first(out, twists.shape[:2])
+    return move_runs_first(out, twists.shape[:2])
 
 
-def _following(p: Array, T: Array, camera: Camera, roots: Array) -> Array:
+def _pixel_sensitivity(p: Array, T: Array, camera: Camera, roots: Array) -> Array:
     """Return M = L^+ J^-1 (B, 6, 2N), by which the estimate follows the pixels.
 
     L^+ is that of the rows times the roots (B, N) of the weights of the marks, times these.
@@ -262,13 +264,17 @@ def _following(p: Array, T: Array, camera: Camera, roots: Array) -> Array:
     and J their rates in the image. With square pixels and no distortion M M' is (L' L)^-1 with L
     in pixels, the least that any unbiased estimate can have.
     """
-    X = in_camera(p, T)
+    X = transform_marks(p, T)
     x, Z = X[..., :2] / X[..., 2:], np.ascontiguousarray(X[..., 2])
     L = np.empty((2 * len(p), 6, len(X)))
-    points_interaction(runs_last(x, 2), runs_last(Z, 1), L)
-    rows = runs_first(L) * np.repeat(roots, 2, axis=1)[..., None]
+    points_interaction(move_runs_last(x, 2), move_runs_last(Z, 1), L)
+    rows = move_runs_first(L) * np.repeat(roots, 2, axis=1)[..., None]
     back = np.linalg.pinv(rows).reshape(-1, 6, len(p), 2).swapaxes(1, 2) * roots[..., None, None]
-    M = (back @ np.linalg.inv(pixel_rates(x, camera))).swapaxes(1, 2).reshape(-1, 6, 2 * len(p))
+    M = (
+        (back @ np.linalg.inv(pixel_rate_matrices(x, camera)))
+        .swapaxes(1, 2)
+        .reshape(-1, 6, 2 * len(p))
+    )
     return np.asarray(M)
 
 
@@ -286,7 +292,7 @@ def _is_distinct(squares: Array, N: Array, sigma: float | None) -> NDArray[np.bo
     return enough & (alone | better)
 
 
-def _depth_known(p: Array, T: Array, covariance: Array) -> NDArray[np.bool_]:
+def _is_depth_known(p: Array, T: Array, covariance: Array) -> NDArray[np.bool_]:
     """Return whether (B) the depth of the centroid is known to DEEP; true for NaN covariance."""
     x, y, z = (T[:, :, :3] @ p.mean(0) + T[:, :, 3]).T
     zero, one = np.zeros_like(x), np.ones_like(x)

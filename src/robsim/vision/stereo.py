@@ -8,14 +8,19 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robsim.base.arrays import Array, frozen, runs_first, runs_last
-from robsim.base.errors import InputError, naming
-from robsim.base.values import Value
-from robsim.geometry.pose import as_pose, common_lead
-from robsim.kernels.features import stereo as kernels
+from robsim.base.arrays import Array, make_read_only, move_runs_first, move_runs_last
+from robsim.base.errors import InputError, prefix_errors
+from robsim.base.value import Value
+from robsim.geometry.pose import as_pose, broadcast_leading_shape
+from robsim.kernels.features import midpoint_triangulation as kernels
 from robsim.vision.camera import Camera
-from robsim.vision.image import deviation, measured, normalised, pixel_rates
-from robsim.vision.plane import with_one
+from robsim.vision.pixel_measurement import (
+    check_measured_pixels,
+    check_noise,
+    normalise_pixels,
+    pixel_rate_matrices,
+)
+from robsim.vision.plane import append_one
 
 RCOND = 1e-12  # relative to the largest singular value: smaller ones count as zero
 STEPS = 4  # Gauss-Newton steps: exact to rounding for noise of half a pixel, to 1e-11 for three
@@ -56,7 +61,7 @@ def triangulate(
     The points of least squared distances in both images, which is the likeliest where every pixel
     coordinate has independent noise of the standard deviation `noise`. Gauss-Newton in (x, y, 1/Z),
     in which the left image is linear and far points do no harm, from the midpoint of the rays
-    (`robsim.kernels.features.stereo.triangulate`). The covariance is noise^2 (J' J)^-1, to first
+    (`robsim.kernels.features.midpoint_triangulation.triangulate_midpoint`). The covariance is noise^2 (J' J)^-1, to first
     order (Hartley and Zisserman 2004, section 5.2); in a parallel rig of two equal cameras with
     baseline b its last entry is sigma_Z^2 = 2 (Z^2 noise / (f b))^2.
 
@@ -67,42 +72,42 @@ def triangulate(
     >>> found.points, np.round(np.sqrt(found.covariance[0, 2, 2]), 6)
     (array([[0.05, 0.  , 2.  ]]), np.float64(0.070711))
     """
-    a = measured(pixels_left, "pixels_left", left)
-    b = measured(pixels_right, "pixels_right", right)
-    T, sigma = _rig(T_left_right), deviation(noise)
+    a = check_measured_pixels(pixels_left, "pixels_left", left)
+    b = check_measured_pixels(pixels_right, "pixels_right", right)
+    T, sigma = _check_rig_pose(T_left_right), check_noise(noise)
     if a.shape[-2] != b.shape[-2]:
         raise InputError(
             f"pixels_left and pixels_right: the same points in both images, got {a.shape[-2]} "
             f"and {b.shape[-2]}"
         )
-    lead = common_lead(a.shape[:-2], b.shape[:-2], "pixels_left and pixels_right")
-    lead = common_lead(lead, T.shape[:-2], "pixels and T_left_right")
+    lead = broadcast_leading_shape(a.shape[:-2], b.shape[:-2], "pixels_left and pixels_right")
+    lead = broadcast_leading_shape(lead, T.shape[:-2], "pixels and T_left_right")
     a, b = (np.broadcast_to(p, (*lead, *a.shape[-2:])) for p in (a, b))
-    return _likeliest(a, b, left, right, np.broadcast_to(T, (*lead, 4, 4)), sigma)
+    return _fit_points(a, b, left, right, np.broadcast_to(T, (*lead, 4, 4)), sigma)
 
 
-def _rig(T_left_right: Any) -> Array:
+def _check_rig_pose(T_left_right: Any) -> Array:
     """Return the checked pose (..., 4, 4) of the right camera, which is apart from the left one."""
-    with naming("T_left_right"):
+    with prefix_errors("T_left_right"):
         T: Array = as_pose(T_left_right).matrix
     if (T[..., :3, 3] == 0).all(-1).any():
         raise InputError("T_left_right: both cameras are in one place, where no depth is seen")
     return T
 
 
-def _likeliest(
+def _fit_points(
     a: Array, b: Array, left: Camera, right: Camera, T: Array, sigma: float
 ) -> Triangulation:
-    x, other = normalised(a, left), normalised(b, right)
-    start = _midpoints(x, other, T)
+    x, other = normalise_pixels(a, left), normalise_pixels(b, right)
+    start = _ray_midpoints(x, other, T)
     seen = (start[..., 2] > 0) & np.isfinite(start).all(-1)
     start[~seen], x[~seen], other[~seen] = (0.0, 0.0, 1.0), 0.0, 0.0
-    weights = pixel_rates(x, left), pixel_rates(other, right)
-    ray = with_one(start[..., :2]) / start[..., 2:]
+    weights = pixel_rate_matrices(x, left), pixel_rate_matrices(other, right)
+    ray = append_one(start[..., :2]) / start[..., 2:]
     for _ in range(STEPS):
-        residual, J, _ = _images(ray, x, other, weights, T)
+        residual, J, _ = _stereo_residuals(ray, x, other, weights, T)
         ray = ray - (np.linalg.pinv(J, rcond=RCOND) @ residual[..., None])[..., 0]
-    residual, J, ahead = _images(ray, x, other, weights, T)
+    residual, J, ahead = _stereo_residuals(ray, x, other, weights, T)
     seen &= ahead & (ray[..., 2] > 0) & (np.linalg.matrix_rank(J, rtol=RCOND) == 3)
     depth = 1.0 / np.where(seen, ray[..., 2], np.nan)
     points = np.concatenate([ray[..., :2] * depth[..., None], depth[..., None]], axis=-1)
@@ -111,18 +116,20 @@ def _likeliest(
     G[..., :, 2] = -points * depth[..., None]
     M = sigma * (G @ np.linalg.pinv(J, rcond=RCOND))
     miss = np.where(seen, np.sqrt(np.square(residual).sum(-1)), np.nan)
-    return Triangulation(frozen(points), frozen(M @ np.swapaxes(M, -1, -2)), frozen(miss))
+    return Triangulation(
+        make_read_only(points), make_read_only(M @ np.swapaxes(M, -1, -2)), make_read_only(miss)
+    )
 
 
-def _midpoints(x: Array, other: Array, T: Array) -> Array:
+def _ray_midpoints(x: Array, other: Array, T: Array) -> Array:
     """Return points (..., N, 3) midway between the two rays where they are closest."""
-    between = runs_last(T[..., :3, :], 2)
+    between = move_runs_last(T[..., :3, :], 2)
     X = np.empty((x.shape[-2], 3, between.shape[-1]))
-    kernels.triangulate(runs_last(x, 2), runs_last(other, 2), between, X)
-    return runs_first(X, x.shape[:-2])
+    kernels.triangulate_midpoint(move_runs_last(x, 2), move_runs_last(other, 2), between, X)
+    return move_runs_first(X, x.shape[:-2])
 
 
-def _images(
+def _stereo_residuals(
     ray: Array, x: Array, other: Array, weights: tuple[Array, Array], T: Array
 ) -> tuple[Array, Array, Any]:
     """Return residuals (..., N, 4) in pixels, and their Jacobian J (..., N, 4, 3) by the rays.

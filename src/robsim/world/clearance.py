@@ -9,17 +9,17 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from robsim.base.arrays import Array
-from robsim.base.errors import InputError, said, suggest
+from robsim.base.errors import InputError, format_value, suggest_names
 from robsim.geometry.hull import Hull
 from robsim.geometry.pose import IDENTITY, Pose
 from robsim.geometry.primitives import Primitive
 from robsim.world.scene import Scene
 
-ROWS = 256  # configurations at a time, so that they fit into the cache
+BATCH_SIZE = 256  # configurations at a time, so that they fit into the cache
 PARALLEL = 1e-9  # sine of the angle below which two edges count as parallel
 
 
-class Solid(NamedTuple):
+class PosedHull(NamedTuple):
     """A hull with the ball around it and the pose of its frame at each configuration."""
 
     hull: Hull
@@ -56,42 +56,44 @@ def clearance(scene: Scene, q: Any, one: Any, other: Any) -> Array:
     2.0
     """
     if not isinstance(scene, Scene):
-        raise InputError(f"scene: expected a Scene, got {said(scene)}")
+        raise InputError(f"scene: expected a Scene, got {format_value(scene)}")
     values = scene.coordinates(q, limits=False)
     rows = values.reshape(math.prod(values.shape[:-1]), scene.nq)
-    mine, theirs = _hulls(scene, one), _hulls(scene, other)
+    mine, theirs = _select_hulls(scene, one), _select_hulls(scene, other)
     shared = sorted(set(mine) & set(theirs))
     if shared:
         raise InputError(f"'{shared[0]}' is on both sides: nothing is apart from itself")
     least = np.full(len(rows), np.inf)
-    for start in range(0, len(rows), ROWS):
-        some = rows[start : start + ROWS]
-        firsts, seconds = (list(_solids(scene, hulls, some)) for hulls in (mine, theirs))
-        _lower(firsts, seconds, least[start : start + ROWS])
+    for start in range(0, len(rows), BATCH_SIZE):
+        some = rows[start : start + BATCH_SIZE]
+        firsts, seconds = (list(_pose_hulls(scene, hulls, some)) for hulls in (mine, theirs))
+        _lower_clearances(firsts, seconds, least[start : start + BATCH_SIZE])
     return least.reshape(values.shape[:-1])
 
 
-def _lower(firsts: list[Solid], seconds: list[Solid], least: Array) -> None:
+def _lower_clearances(firsts: list[PosedHull], seconds: list[PosedHull], least: Array) -> None:
     """Lower each of `least` (B,) in place to the gap of the nearest pair of solids there."""
     for a in firsts:
         for b in seconds:
-            away = _length(b.centres - a.centres) - a.radius - b.radius
+            away = _vector_lengths(b.centres - a.centres) - a.radius - b.radius
             near = np.flatnonzero(away < least)  # elsewhere this pair is not the nearest
             if near.size:
-                gaps = _gaps(a.hull, b.hull, _relative(a.pose[near], b.pose[near]))
+                gaps = _find_widest_gaps(
+                    a.hull, b.hull, _relative_poses(a.pose[near], b.pose[near])
+                )
                 least[near] = np.minimum(least[near], gaps)
 
 
-def _gaps(a: Hull, b: Hull, T_a_b: Array) -> Array:
+def _find_widest_gaps(a: Hull, b: Hull, T_a_b: Array) -> Array:
     """Return the widest gap (B,) between two hulls along any of their axes."""
     R, p = T_a_b[:, :3, :3], T_a_b[:, :3, 3]
     turned = np.swapaxes(R, 1, 2)
     across = np.cross(a.edges[:, None], (b.edges @ turned)[:, None])
     across = across.reshape(len(R), len(a.edges) * len(b.edges), 3)
-    between = _between(a.centre, a.core, p + R @ b.centre, R @ b.core)[:, None]
+    between = _segment_vectors(a.centre, a.core, p + R @ b.centre, R @ b.core)[:, None]
     fixed = np.broadcast_to(a.normals, (len(R), *a.normals.shape))
     ways = np.concatenate([fixed, b.normals @ turned, across, between], axis=1)
-    axes, are_axes = _units(ways)
+    axes, are_axes = _normalise_vectors(ways)
     first = axes @ a.points.T
     second = axes @ (b.points @ turned + p[:, None]).transpose(0, 2, 1)
     ahead = second.min(axis=2) - first.max(axis=2)
@@ -100,7 +102,7 @@ def _gaps(a: Hull, b: Hull, T_a_b: Array) -> Array:
     return gaps - (a.beyond + b.beyond)
 
 
-def _between(a: Array, u: Array, b: Array, v: Array) -> Array:
+def _segment_vectors(a: Array, u: Array, b: Array, v: Array) -> Array:
     """Return vectors (B, 3) between the nearest points of the segments a + s u and b + t v.
 
     Both s and t are in [-1, 1]; u = 0 and v = 0 are points. C. Ericson, Real-Time Collision
@@ -117,19 +119,19 @@ def _between(a: Array, u: Array, b: Array, v: Array) -> Array:
     return vectors
 
 
-def _units(vectors: Array) -> tuple[Array, Any]:
+def _normalise_vectors(vectors: Array) -> tuple[Array, Any]:
     """Return unit vectors (..., 3), and whether each vector (...,) was long enough to normalise."""
-    size = _length(vectors)
+    size = _vector_lengths(vectors)
     enough = size > PARALLEL
     return vectors / np.where(enough, size, 1.0)[..., None], enough
 
 
-def _length(vectors: Array) -> Array:
+def _vector_lengths(vectors: Array) -> Array:
     length: Array = np.sqrt((vectors * vectors).sum(axis=-1))
     return length
 
 
-def _relative(A: Array, B: Array) -> Array:
+def _relative_poses(A: Array, B: Array) -> Array:
     """Return T_a_b (B, 4, 4) of two poses (B, 4, 4) in the world."""
     T: Array = np.asarray(Pose(A).inv().matrix) @ B
     return T
@@ -138,12 +140,12 @@ def _relative(A: Array, B: Array) -> Array:
 # ---- selection of shapes ----
 
 
-def _hulls(scene: Scene, given: Any) -> dict[str, list[Hull]]:
+def _select_hulls(scene: Scene, given: Any) -> dict[str, list[Hull]]:
     """Return the hulls of named things by their frames; InputError if a name has none."""
     names = [given] if isinstance(given, str) else given
     if not isinstance(names, list | tuple) or not all(isinstance(n, str) for n in names):
         raise InputError(f"expected the name of a robot, link or object, or several, got {given!r}")
-    frames, robots = _shapes(scene), [robot.name for robot in scene.robots]
+    frames, robots = _shapes_by_frame(scene), [robot.name for robot in scene.robots]
     found: dict[str, tuple[Primitive, ...]] = {}
     for name in names:
         if name in robots:
@@ -151,14 +153,14 @@ def _hulls(scene: Scene, given: Any) -> dict[str, list[Hull]]:
         elif name in frames:
             found[name] = frames[name]
         else:
-            hint = suggest(name, [*robots, *frames], "things")
+            hint = suggest_names(name, [*robots, *frames], "things")
             raise InputError(f"no robot, link or object {name!r} in the scene; {hint}")
     if not any(found.values()):
         raise InputError(f"{', '.join(names) or 'an empty list'}: no shapes, so nothing can touch")
     return {name: [shape.hull for shape in shapes] for name, shapes in found.items()}
 
 
-def _shapes(scene: Scene) -> dict[str, tuple[Primitive, ...]]:
+def _shapes_by_frame(scene: Scene) -> dict[str, tuple[Primitive, ...]]:
     """Return all shapes of a scene by the name of the frame that carries them."""
     bodies = {eye.name: eye.camera.drawn(IDENTITY) for eye in scene.cameras}
     return {
@@ -168,8 +170,8 @@ def _shapes(scene: Scene) -> dict[str, tuple[Primitive, ...]]:
     }
 
 
-def _solids(scene: Scene, named: dict[str, list[Hull]], q: Array) -> Iterator[Solid]:
+def _pose_hulls(scene: Scene, named: dict[str, list[Hull]], q: Array) -> Iterator[PosedHull]:
     for frame, hulls in named.items():
         if hulls:
             pose = scene.pose(frame, q).matrix
-            yield from (Solid(each, each.centre, each.radius, pose) for each in hulls)
+            yield from (PosedHull(each, each.centre, each.radius, pose) for each in hulls)

@@ -8,16 +8,16 @@ from typing import Annotated, Any
 import numpy as np
 
 from robsim.base.errors import InputError
-from robsim.declare import Declared, Vector
-from robsim.declare.words import Reference
+from robsim.declare import DeclaredValue, Vector
+from robsim.declare.texts import FrameReference
 from robsim.world.scene import Scene
 
 
 @dataclass(frozen=True)
-class FrameBox(Declared):
+class FrameBox(DeclaredValue):
     """The part of a declaration that is about the origin of a frame and a box of the world."""
 
-    frame: Annotated[str, Reference, "Frame whose origin is looked at."]
+    frame: Annotated[str, FrameReference, "Frame whose origin is looked at."]
     low: Annotated[Any, Vector("length"), "Corner of the box with its lowest x, y and z."]
     high: Annotated[Any, Vector("length"), "Corner of the box with its highest x, y and z."]
 

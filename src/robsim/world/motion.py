@@ -6,23 +6,23 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Annotated, Any
 
-from robsim.base.arrays import Array, frozen, numbers
-from robsim.base.errors import InputError, said, suggest
-from robsim.base.values import Value
+from robsim.base.arrays import Array, as_floats, make_read_only
+from robsim.base.errors import InputError, format_value, suggest_names
+from robsim.base.value import Value
 from robsim.declare import described
-from robsim.declare.joints import Axes, PerJoint
+from robsim.declare.joint_numbers import Axes, PerJoint
 from robsim.declare.spec import Context
-from robsim.declare.words import Reference
+from robsim.declare.texts import FrameReference
 
 
-def _own_velocities(c: Context) -> Axes | None:
+def _velocity_axes(c: Context) -> Axes | None:
     """Return the velocities of the robot that a motion names, from the parts of the scene."""
     robots, name = c.facts["parts"].get("robots"), c.facts["own"].get("robot")
     if robots is None or name is None:
         return None
     known = {robot.name: robot for robot in robots}
     if name not in known:
-        raise InputError(f"no robot '{name}' to move; {suggest(name, known, 'robots')}")
+        raise InputError(f"no robot '{name}' to move; {suggest_names(name, known, 'robots')}")
     return Axes(known[name].velocity_units, known[name].velocity_names)
 
 
@@ -38,24 +38,24 @@ class Motion(Value):
     array([0.2])
     """
 
-    robot: Annotated[str, Reference, "Name of the robot that moves."]
+    robot: Annotated[str, FrameReference, "Name of the robot that moves."]
     rates: Annotated[
         Array | Callable[[float], Any],
-        PerJoint(_own_velocities, "/s"),
+        PerJoint(_velocity_axes, "/s"),
         "Velocities of the robot: constant, or a function of the time in seconds.",
     ]
 
     def __post_init__(self) -> None:
         if not isinstance(self.robot, str):
-            raise InputError(f"a motion needs the name of a robot, got {said(self.robot)}")
+            raise InputError(f"a motion needs the name of a robot, got {format_value(self.robot)}")
         if not callable(self.rates):
-            rates = numbers(self.rates, f"rates of '{self.robot}'", ("nv",))
+            rates = as_floats(self.rates, f"rates of '{self.robot}'", ("nv",))
             if rates.ndim != 1:
                 raise InputError(
                     f"rates of '{self.robot}': expected shape (nv,) or a function of time, "
                     f"got {rates.shape}"
                 )
-            object.__setattr__(self, "rates", frozen(rates))
+            object.__setattr__(self, "rates", make_read_only(rates))
 
     @property
     def name(self) -> str:
@@ -65,7 +65,7 @@ class Motion(Value):
     def at(self, seconds: float) -> Array:
         """Return the velocities (nv,) at a time in seconds."""
         if callable(self.rates):
-            return numbers(self.rates(seconds), f"rates of '{self.robot}'", ("nv",))
+            return as_floats(self.rates(seconds), f"rates of '{self.robot}'", ("nv",))
         return self.rates
 
     def check(self, nv: int, seconds: float = 0.0) -> Array:

@@ -9,20 +9,28 @@ from typing import Annotated, Any, ClassVar
 
 import numpy as np
 
-from robsim.base.errors import InputError, said
-from robsim.base.names import checked_name
-from robsim.declare import ListOf, Name, Number, Role, Stacked, Table
-from robsim.declare.fields import same
-from robsim.declare.problems import under
-from robsim.declare.spec import Context, NoText
-from robsim.declare.words import Reference
-from robsim.geometry.pose import IDENTITY, Pose, one_pose
+from robsim.base.errors import InputError, format_value
+from robsim.base.name_check import check_name
+from robsim.declare import ListOf, Name, Number, PerRun, Role, Table
+from robsim.declare.fields import is_identical
+from robsim.declare.problems import prefix_path
+from robsim.declare.spec import Context, NoTextError
+from robsim.declare.texts import FrameReference
+from robsim.geometry.pose import IDENTITY, Pose, check_single_pose
 from robsim.geometry.pose_table import FLAT_POSE
 from robsim.geometry.primitives import CameraBody
 from robsim.vision.camera import Camera
-from robsim.vision.camera_files.files import rig_of
+from robsim.vision.camera_files.calibration_files import load_rig
 from robsim.vision.image_size import SIZE
-from robsim.vision.intrinsics import CENTER, MATRIX, PIXELS, Focal, matrix_of, middle, parts_of
+from robsim.vision.intrinsics import (
+    CENTER,
+    MATRIX,
+    PIXELS,
+    FocalLengths,
+    build_intrinsics,
+    image_center,
+    split_intrinsics,
+)
 
 
 @dataclass(frozen=True)
@@ -37,26 +45,28 @@ class CameraTable:
     rivals: ClassVar[Any] = ((("K",), ("focal", "center", "skew")),)
 
     name: Annotated[str, Name(), "Name of the camera."]
-    on: Annotated[str, Reference, "Frame that carries the camera."] = "world"
-    pose: Annotated[Pose, FLAT_POSE, Stacked(), "Pose of the camera in that frame."] = IDENTITY
+    on: Annotated[str, FrameReference, "Frame that carries the camera."] = "world"
+    pose: Annotated[Pose, FLAT_POSE, PerRun(), "Pose of the camera in that frame."] = IDENTITY
     size: Annotated[
         Any, SIZE, "[width, height] of the image in pixels; None: an image without border."
     ] = None
     K: Annotated[
         Any,
         MATRIX,
-        Stacked((3, 3)),
+        PerRun((3, 3)),
         "The matrix [[fx, skew, cx], [0, fy, cy], [0, 0, 1]] in pixels.",
     ] = None
-    focal: Annotated[Any, Focal(), Stacked((), (2,)), "The focal lengths, instead of K."] = None
+    focal: Annotated[Any, FocalLengths(), PerRun((), (2,)), "The focal lengths, instead of K."] = (
+        None
+    )
     center: Annotated[
-        Any, CENTER, Stacked((2,)), "The principal point; without it the middle of the image."
+        Any, CENTER, PerRun((2,)), "The principal point; without it the middle of the image."
     ] = None
-    skew: Annotated[float | None, PIXELS, Stacked(()), "The skew of the axes of the image."] = None
+    skew: Annotated[float | None, PIXELS, PerRun(()), "The skew of the axes of the image."] = None
     distortion: Annotated[
         tuple[float, ...],
         ListOf(Number(), most=14),
-        Stacked(("n",)),
+        PerRun(("n",)),
         "Coefficients k1 k2 p1 p2 [k3 [k4 k5 k6]] as in OpenCV; the six after these must be zero.",
     ] = ()
     body: Annotated[
@@ -67,10 +77,10 @@ class CameraTable:
         """Return the mounted camera that the table describes."""
         K = self.K
         if K is None:
-            K = matrix_of(self.focal, self.center, self.skew, self.size)
-        with under("K"):
+            K = build_intrinsics(self.focal, self.center, self.skew, self.size)
+        with prefix_path("K"):
             lens = Camera(np.array(K), self.size, body=self.body)
-        with under("distortion"):
+        with prefix_path("distortion"):
             lens = replace(lens, distortion=self.distortion)
         return MountedCamera(self.name, lens, self.on, self.pose)
 
@@ -79,25 +89,25 @@ class CameraTable:
         """Return the table that describes a mounted camera."""
         lens = value.camera
         if type(lens) is not Camera:
-            raise NoText(f"{type(lens).__name__} is Python code")
+            raise NoTextError(f"{type(lens).__name__} is Python code")
         own = {key: getattr(lens, key) for key in ("size", "distortion", "body")}
-        return cls(value.name, value.on, value.pose, **own, **_intrinsics(lens, c))
+        return cls(value.name, value.on, value.pose, **own, **_write_intrinsics(lens, c))
 
 
-def _intrinsics(lens: Camera, c: Context) -> dict[str, Any]:
+def _write_intrinsics(lens: Camera, c: Context) -> dict[str, Any]:
     """Return K, or in a short text its parts, where these give the same matrix."""
-    parts = parts_of(lens.K)
+    parts = split_intrinsics(lens.K)
     if c.facts.get("by_hand"):
         return parts
     in_pixels = min(parts["focal"]) >= 1.0  # else the lens is of normalised coordinates
-    if not (c.facts.get("short") and in_pixels) or not same(
-        lens.K, np.array(matrix_of(**parts, size=None))
+    if not (c.facts.get("short") and in_pixels) or not is_identical(
+        lens.K, np.array(build_intrinsics(**parts, size=None))
     ):
         return {"K": lens.K.tolist()}
     if c.facts.get("changes"):
         return parts
-    usual = {"center": middle(lens.size), "skew": 0.0}
-    return {key: None if same(x, usual.get(key)) else x for key, x in parts.items()}
+    usual = {"center": image_center(lens.size), "skew": 0.0}
+    return {key: None if is_identical(x, usual.get(key)) else x for key, x in parts.items()}
 
 
 @dataclass(frozen=True)
@@ -115,10 +125,12 @@ class MountedCamera:
     text_form: ClassVar[type[Any]] = CameraTable
 
     def __post_init__(self) -> None:
-        checked_name(self.name, "camera")
+        check_name(self.name, "camera")
         if not isinstance(self.camera, Camera):
-            raise InputError(f"camera '{self.name}' needs a Camera, got {said(self.camera)}")
-        object.__setattr__(self, "pose", one_pose(self.pose, f"pose of '{self.name}'"))
+            raise InputError(
+                f"camera '{self.name}' needs a Camera, got {format_value(self.camera)}"
+            )
+        object.__setattr__(self, "pose", check_single_pose(self.pose, f"pose of '{self.name}'"))
 
     @classmethod
     def rig_from_file(
@@ -129,8 +141,8 @@ class MountedCamera:
         The first, cam0, stands at `pose` on `on`, the others where the chain says. FileError: a
         file without such poses, or a lens that is not modelled. It needs the extra `vision`.
         """
-        first = one_pose(pose, "pose of cam0")
+        first = check_single_pose(pose, "pose of cam0")
         return tuple(
             cls(name, camera, on, first @ T_first_camera)
-            for name, (camera, T_first_camera) in rig_of(path, Camera).items()
+            for name, (camera, T_first_camera) in load_rig(path, Camera).items()
         )

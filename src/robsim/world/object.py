@@ -8,18 +8,18 @@ from typing import Annotated, Any, ClassVar
 
 import numpy as np
 
-from robsim.base.arrays import Array, frozen, numbers
+from robsim.base.arrays import Array, as_floats, make_read_only
 from robsim.base.errors import InputError
-from robsim.base.names import checked_name
-from robsim.base.values import Value
-from robsim.declare import ListOf, Name, Stacked, Vector, described
-from robsim.declare.fields import same
+from robsim.base.name_check import check_name
+from robsim.base.value import Value
+from robsim.declare import ListOf, Name, PerRun, Vector, described
+from robsim.declare.fields import is_identical
 from robsim.declare.spec import Context, Raw, Spec
-from robsim.declare.words import Reference
-from robsim.geometry.pose import IDENTITY, Pose, one_pose
+from robsim.declare.texts import FrameReference
+from robsim.geometry.pose import IDENTITY, Pose, check_single_pose
 from robsim.geometry.pose_table import FLAT_POSE
 from robsim.geometry.primitives import Primitive
-from robsim.robot.link import checked_shapes
+from robsim.robot.link import check_shapes
 from robsim.robot.link_table import SHAPE_LIST
 
 MOST_MARKS = 10_000
@@ -38,14 +38,14 @@ class MarkList(ListOf):
 
     def put(self, table: dict[str, Raw], name: str, value: Any, c: Context) -> None:
         shapes = c.facts["own"]["shapes"]
-        if not (c.facts.get("brief") and same(value, vertices_of(shapes))):
+        if not (c.facts.get("brief") and is_identical(value, collect_vertices(shapes))):
             table[name] = self.write(value, c.at(name))  # also where there are none
 
 
 MARKS = MarkList()
 
 
-def vertices_of(shapes: Iterable[Primitive]) -> Array:
+def collect_vertices(shapes: Iterable[Primitive]) -> Array:
     """Return the vertices (N, 3) of all shapes, which are marks where none are given."""
     return np.concatenate([np.empty((0, 3)), *(shape.vertices for shape in shapes)])
 
@@ -68,23 +68,23 @@ class Object(Value):
     marks: Annotated[
         Any,
         MARKS,
-        Stacked(("N", 3)),
+        PerRun(("N", 3)),
         "Points (N, 3) that cameras see, in axes of the object; None: the vertices of its shapes.",
     ] = None
     pose: Annotated[
-        Pose, FLAT_POSE, Stacked(), "Pose of the object in the frame that carries it."
+        Pose, FLAT_POSE, PerRun(), "Pose of the object in the frame that carries it."
     ] = IDENTITY
-    on: Annotated[str, Reference, "Frame that carries the object."] = "world"
+    on: Annotated[str, FrameReference, "Frame that carries the object."] = "world"
 
     def __post_init__(self) -> None:
-        checked_name(self.name, "object")
-        shapes = checked_shapes(self.shapes, f"object '{self.name}'")
+        check_name(self.name, "object")
+        shapes = check_shapes(self.shapes, f"object '{self.name}'")
         marks = self.marks
         if marks is None:
-            marks = vertices_of(shapes)
-        marks = numbers(marks, f"marks of '{self.name}'", ("N", 3))
+            marks = collect_vertices(shapes)
+        marks = as_floats(marks, f"marks of '{self.name}'", ("N", 3))
         if marks.ndim != 2:
             raise InputError(f"marks of '{self.name}': expected shape (N, 3), got {marks.shape}")
         object.__setattr__(self, "shapes", shapes)
-        object.__setattr__(self, "marks", frozen(marks))
-        object.__setattr__(self, "pose", one_pose(self.pose, f"pose of '{self.name}'"))
+        object.__setattr__(self, "marks", make_read_only(marks))
+        object.__setattr__(self, "pose", check_single_pose(self.pose, f"pose of '{self.name}'"))

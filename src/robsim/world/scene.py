@@ -9,30 +9,30 @@ from typing import Annotated, Any, Literal
 
 import numpy as np
 
-from robsim.base.arrays import Array, flag, is_listed, numbers, runs_last
-from robsim.base.errors import FrameError, InputError, is_one_of, said
-from robsim.base.values import keep, unchecked
+from robsim.base.arrays import Array, as_bool, as_floats, has_items, move_runs_last
+from robsim.base.errors import FrameError, InputError, format_value, is_known_name
+from robsim.base.value import copy_cached, replace_unchecked
 from robsim.declare import ListOf, Role, Table, described
-from robsim.declare.problems import under
+from robsim.declare.problems import prefix_path
 from robsim.declare.spec import Context
-from robsim.geometry.pose import IDENTITY, Pose, homogeneous, one_pose
+from robsim.geometry.pose import IDENTITY, Pose, check_single_pose, homogeneous_matrix
 from robsim.geometry.pose_table import POSE
 from robsim.robot.frame import Frame
 from robsim.robot.robot import Robot
-from robsim.robot.robot_table import MOST, ROBOT
+from robsim.robot.robot_table import MOST_LISTED_PARTS, ROBOT
 from robsim.robot.tree import Tree
-from robsim.world import overview
-from robsim.world.belief import differs, wrong_camera, wrong_robot, wrong_target
-from robsim.world.coordinates import Coordinates
-from robsim.world.frames import check_frames, check_hanging, frames_of
+from robsim.world import scene_overview
+from robsim.world.belief_errors import is_not_default, perturb_camera, perturb_robot, perturb_target
 from robsim.world.motion import Motion
 from robsim.world.mounted_camera import MountedCamera
 from robsim.world.object import MOST_MARKS, Object
-from robsim.world.parts import KINDS, coordinates_of, pick, put_in_place
+from robsim.world.scene_coordinates import SceneCoordinates
+from robsim.world.scene_frames import check_attachment, list_scene_frames, report_unknown_frames
+from robsim.world.scene_parts import PART_TYPES, find_part, parse_coordinates, replace_part
 from robsim.world.view import View
 
 # what is the same in scenes whose numbers differ
-NAMED = (
+KEPT_PROPERTIES = (
     *("coordinate_names", "coordinate_units", "velocity_names", "velocity_units"),
     *("nq", "nv", "prescribed"),
 )
@@ -40,7 +40,7 @@ NAMED = (
 
 @described
 @dataclass(frozen=True)
-class Scene(Coordinates):
+class Scene(SceneCoordinates):
     """Robots, objects and cameras, in frames called "world", "robot.link", or by their names.
 
     `motions` say which robots move on their own. `display` is the chapter's gT0: the pose of the
@@ -56,20 +56,22 @@ class Scene(Coordinates):
     array([[320., 240.]])
     """
 
-    robots: Annotated[tuple[Robot, ...], ListOf(ROBOT, most=MOST), "Robots of the scene."] = ()
+    robots: Annotated[
+        tuple[Robot, ...], ListOf(ROBOT, most=MOST_LISTED_PARTS), "Robots of the scene."
+    ] = ()
     objects: Annotated[
         tuple[Object, ...],
-        ListOf(Table(Object), most=MOST),
+        ListOf(Table(Object), most=MOST_LISTED_PARTS),
         "Objects that cameras look at, or that stand in the scene.",
     ] = ()
     cameras: Annotated[
         tuple[MountedCamera, ...],
-        ListOf(Table(MountedCamera), most=MOST),
+        ListOf(Table(MountedCamera), most=MOST_LISTED_PARTS),
         "Cameras where they are mounted.",
     ] = ()
     motions: Annotated[
         tuple[Motion, ...],
-        ListOf(Table(Motion), most=MOST),
+        ListOf(Table(Motion), most=MOST_LISTED_PARTS),
         "Motions of robots that no task commands.",
     ] = ()
     display: Annotated[
@@ -84,29 +86,31 @@ class Scene(Coordinates):
     @classmethod
     def text_check(cls, raw: Mapping[str, Any], c: Context) -> None:
         """Report frames that do not exist, each at its key in the text."""
-        check_frames(raw, c.facts["own"], c)
+        report_unknown_frames(raw, c.facts["own"], c)
         for thing in c.facts["own"].get("objects", ()):
             if len(thing.marks) > MOST_MARKS:
                 text = f"{len(thing.marks)} marks; at most {MOST_MARKS}: name them (marks)"
                 c.at("objects", thing.name).report(text)
 
     def __post_init__(self) -> None:
-        for kind, part in KINDS.items():
+        for kind, part in PART_TYPES.items():
             given = getattr(self, kind)
             parts = (given,) if isinstance(given, part) else given
-            if not is_listed(parts) or not all(isinstance(p, part) for p in parts):
-                raise InputError(f"{kind} must be a list of {part.__name__}, got {said(given)}")
+            if not has_items(parts) or not all(isinstance(p, part) for p in parts):
+                raise InputError(
+                    f"{kind} must be a list of {part.__name__}, got {format_value(given)}"
+                )
             object.__setattr__(self, kind, tuple(parts))
-        object.__setattr__(self, "display", one_pose(self.display, "display"))
+        object.__setattr__(self, "display", check_single_pose(self.display, "display"))
         kind_of = self._check_names()
         try:
             _ = self.tree  # an unknown frame is an error now, not later
         except FrameError as error:
-            with under(kind_of.get(error.path.partition(".")[0], "robots")):
+            with prefix_path(kind_of.get(error.path.partition(".")[0], "robots")):
                 raise
         movers: set[str] = set()
         for motion in self.motions:
-            with under("motions", motion.robot):
+            with prefix_path("motions", motion.robot):
                 motion.check(self.robot(motion.robot).nv)
                 if motion.robot in movers:
                     raise InputError("two motions for one robot")
@@ -114,22 +118,22 @@ class Scene(Coordinates):
 
     def revised(self, **changes: Any) -> Scene:
         """Return a copy in which only numbers differ; what they do not touch is as it was."""
-        made = unchecked(self, **changes)
-        keep(self, made, NAMED)
-        if _placed(made) == _placed(self):
-            keep(self, made, ("tree",))
+        made = replace_unchecked(self, **changes)
+        copy_cached(self, made, KEPT_PROPERTIES)
+        if _frame_placement(made) == _frame_placement(self):
+            copy_cached(self, made, ("tree",))
         for motion in made.motions if "motions" in changes else ():
-            with under("motions", motion.robot):
+            with prefix_path("motions", motion.robot):
                 motion.check(made.robot(motion.robot).nv)
         return made
 
     def __repr__(self) -> str:
         """Return a few lines, one for each part."""
-        return overview.text(self)
+        return scene_overview.format_scene(self)
 
     def _repr_html_(self) -> str:
         """Return a table of all parts for notebooks."""
-        return overview.table(self)
+        return scene_overview.format_scene_html(self)
 
     @cached_property
     def tree(self) -> Tree:
@@ -138,16 +142,16 @@ class Scene(Coordinates):
 
     def robot(self, name: str | None = None) -> Robot:
         """Return the robot with a name, or the only one."""
-        return pick(self.robots, name, "robot")
+        return find_part(self.robots, name, "robot")
 
     def object(self, name: str | None = None) -> Object:
         """Return the object with a name, or the only one that has marks."""
         with_marks = tuple(thing for thing in self.objects if len(thing.marks))
-        return pick(with_marks if name is None else self.objects, name, "object")
+        return find_part(with_marks if name is None else self.objects, name, "object")
 
     def camera(self, name: str | None = None) -> MountedCamera:
         """Return the camera with a name, or the only one."""
-        return pick(self.cameras, name, "camera")
+        return find_part(self.cameras, name, "camera")
 
     def replacing(self, *parts: Robot | Object | MountedCamera | Motion) -> Scene:
         """Return a copy in which these parts replace those with the same names, as for a belief.
@@ -157,9 +161,9 @@ class Scene(Coordinates):
         >>> scene.replacing(moved).pose("cup").position
         array([1., 0., 0.])
         """
-        changed: dict[str, Any] = {kind: list(getattr(self, kind)) for kind in KINDS}
+        changed: dict[str, Any] = {kind: list(getattr(self, kind)) for kind in PART_TYPES}
         for part in parts:
-            put_in_place(changed, part)
+            replace_part(changed, part)
         return replace(self, **changed)
 
     def believe(
@@ -203,16 +207,27 @@ class Scene(Coordinates):
         >>> Scene(cameras=eye).believe(focal=1.5).camera().camera.K[0]
         array([1200.,    0.,  320.])
         """
-        if not is_one_of(convention, ("standard", "modified")):
-            raise InputError(f"convention must be 'standard' or 'modified', got {said(convention)}")
+        if not is_known_name(convention, ("standard", "modified")):
+            raise InputError(
+                f"convention must be 'standard' or 'modified', got {format_value(convention)}"
+            )
         wrong: list[Robot | Object | MountedCamera] = []
-        lens = differs(focal, 1.0) or differs(center, (0.0, 0.0)) or distortion is not None
+        lens = (
+            is_not_default(focal, 1.0)
+            or is_not_default(center, (0.0, 0.0))
+            or distortion is not None
+        )
         if camera is not None or lens or hand_eye is not None:
-            wrong.append(wrong_camera(self.camera(camera), focal, center, distortion, hand_eye))
+            wrong.append(perturb_camera(self.camera(camera), focal, center, distortion, hand_eye))
         if robot is not None or dh is not None or base is not None:
-            wrong.append(wrong_robot(self.robot(robot), dh, convention, base))
-        if target is not None or marks is not None or place is not None or differs(size, 1.0):
-            wrong.append(wrong_target(self.object(target), size, marks, place))
+            wrong.append(perturb_robot(self.robot(robot), dh, convention, base))
+        if (
+            target is not None
+            or marks is not None
+            or place is not None
+            or is_not_default(size, 1.0)
+        ):
+            wrong.append(perturb_target(self.object(target), size, marks, place))
         return self.replacing(*wrong)
 
     def attached(self, name: str, to: str, q: Any = None) -> Scene:
@@ -232,7 +247,7 @@ class Scene(Coordinates):
             raise InputError(
                 f"q: '{name}' changes hands at one state ({self.nq},), got {values.shape}"
             )
-        check_hanging(self._frames, thing, to)
+        check_attachment(self._frames, thing, to)
         there = self.pose(to, values).inv() @ self.pose(thing.name, values)
         return self.replacing(replace(thing, pose=Pose(there.matrix), on=to))
 
@@ -251,13 +266,13 @@ class Scene(Coordinates):
         if isinstance(q, Mapping):
             for name in q:
                 self.robot(name)
-        return coordinates_of(self.robots, q, what, flag(limits, "limits"))
+        return parse_coordinates(self.robots, q, what, as_bool(limits, "limits"))
 
     def pose(self, frame: str, q: Any = None) -> Pose:
         """Return the pose of a frame in the world."""
         values = self.coordinates(self.home if q is None else q, limits=False)
-        T = self.tree.frame(self.tree.bodies(runs_last(values, 1)), frame)
-        return Pose(homogeneous(T, values.shape[:-1]), ("world", frame))
+        T = self.tree.frame(self.tree.bodies(move_runs_last(values, 1)), frame)
+        return Pose(homogeneous_matrix(T, values.shape[:-1]), ("world", frame))
 
     def view(self, q: Any = None, camera: str | None = None, points: Any = None) -> View:
         """Return the view of a camera of an object's marks (by name) or world points (N, 3).
@@ -275,7 +290,7 @@ class Scene(Coordinates):
             thing = self.object(points)
             marks = Pose(self.pose(thing.name, q).matrix) @ thing.marks
         else:
-            marks = numbers(points, "points", ("N", 3))
+            marks = as_floats(points, "points", ("N", 3))
         depth = np.asarray(T_w_c.inv() @ marks)[..., 2]
         return View(eye.camera.project(marks, T_w_c), depth, eye.camera.visibility(marks, T_w_c))
 
@@ -285,7 +300,7 @@ class Scene(Coordinates):
         for kind in ("robots", "objects", "cameras"):
             for part in getattr(self, kind):
                 if part.name in kind_of:
-                    with under(kind, part.name):
+                    with prefix_path(kind, part.name):
                         text = f"two things in the scene are called '{part.name}'; rename one"
                         raise InputError(text)
                 kind_of[part.name] = kind
@@ -293,10 +308,10 @@ class Scene(Coordinates):
 
     @property
     def _frames(self) -> list[Frame]:
-        return frames_of(self.robots, self.objects, self.cameras)
+        return list_scene_frames(self.robots, self.objects, self.cameras)
 
 
-def _placed(scene: Scene) -> list[int]:
+def _frame_placement(scene: Scene) -> list[int]:
     """Return what tells scenes apart whose frames stand elsewhere."""
     hung: tuple[Object | MountedCamera, ...] = (*scene.objects, *scene.cameras)
     return [*map(id, scene.robots), *(id(part.pose) for part in hung)]

@@ -5,21 +5,26 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property, reduce
 
-from robsim.declare import Declared, described
-from robsim.world.imperfections.dropped import Dropped, DroppedImages
-from robsim.world.imperfections.image_effect import FIRST_STREAM, Effects, ImageEffect, ImageTiming
-from robsim.world.imperfections.imperfection import Acting, acting
-from robsim.world.imperfections.latency import Age, Latency
-from robsim.world.imperfections.noise import Deviation, PixelNoise
-from robsim.world.imperfections.occlusion import Hidden
-from robsim.world.imperfections.outliers import Outliers, Share, Size
-from robsim.world.imperfections.period import CameraPeriod, Period
-from robsim.world.imperfections.quantisation import Quantisation, Step
+from robsim.declare import DeclaredValue, described
+from robsim.world.imperfections.image_effect import (
+    FIRST_STREAM,
+    ImageEffect,
+    ImageEffectList,
+    ImageTiming,
+)
+from robsim.world.imperfections.image_loss import DroppedImages, DroppedShare
+from robsim.world.imperfections.imperfection import ActiveImperfection, list_active_imperfections
+from robsim.world.imperfections.latency import ImageLatency, Latency
+from robsim.world.imperfections.noise import NoiseDeviation, PixelNoise
+from robsim.world.imperfections.occlusion import OcclusionList
+from robsim.world.imperfections.outliers import Outliers, OutlierShare, OutlierSize
+from robsim.world.imperfections.period import CameraPeriod, CameraPeriodTime
+from robsim.world.imperfections.quantisation import Quantisation, QuantisationStep
 
 
 @described
 @dataclass(frozen=True)
-class Sensing(Declared):
+class Sensing(DeclaredValue):
     """The errors of the images of a run; each is off by default, and they combine.
 
     Until the first late image comes, the image of the start is used. Coordinates of joints
@@ -29,23 +34,23 @@ class Sensing(Declared):
     0.5
     """
 
-    noise: Deviation = 0.0
-    quantisation: Step = 0.0
-    outliers: Share = 0.0
-    outlier_size: Size = 50.0
-    occlusions: Hidden = ()
-    dropped: Dropped = 0.0
-    latency: Age = 0.0
-    period: Period = None
-    effects: Effects = ()
+    noise: NoiseDeviation = 0.0
+    quantisation: QuantisationStep = 0.0
+    outliers: OutlierShare = 0.0
+    outlier_size: OutlierSize = 50.0
+    occlusions: OcclusionList = ()
+    dropped: DroppedShare = 0.0
+    latency: ImageLatency = 0.0
+    period: CameraPeriodTime = None
+    effects: ImageEffectList = ()
 
-    def acting(self) -> list[Acting[ImageEffect]]:
+    def acting(self) -> list[ActiveImperfection[ImageEffect]]:
         """Return the imperfections that are on, in the order of the fields."""
         return self._acting
 
     @cached_property
-    def _acting(self) -> list[Acting[ImageEffect]]:
-        return acting(self, PARTS, ImageEffect, FIRST_STREAM)
+    def _acting(self) -> list[ActiveImperfection[ImageEffect]]:
+        return list_active_imperfections(self, SENSING_PARTS, ImageEffect, FIRST_STREAM)
 
     def timing(self, dt: float) -> ImageTiming:
         """Return when images are taken and used; InputError if that does not fit the period."""
@@ -53,7 +58,7 @@ class Sensing(Declared):
         return reduce(ImageTiming.and_also, every, ImageTiming())
 
 
-PARTS = (
+SENSING_PARTS = (
     *(PixelNoise, Quantisation, Outliers, "occlusions", DroppedImages, Latency, CameraPeriod),
     "effects",
 )

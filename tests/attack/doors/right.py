@@ -44,7 +44,7 @@ def turned():
 
 @cache
 def views():
-    return rs.observe(bench(), turned())
+    return rs.simulate_views(bench(), turned())
 
 
 def hands():

@@ -7,70 +7,78 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from robsim.analysis.explanation.attribution import Criterion, Cure
-from robsim.analysis.explanation.changes import with_leaves
-from robsim.analysis.explanation.finding import Finding
-from robsim.analysis.explanation.imperfections import imperfections
-from robsim.analysis.explanation.inquiry import Inquiry
-from robsim.analysis.explanation.removal import Trial, cures, patient
-from robsim.analysis.explanation.wording import away, counted
-from robsim.base.arrays import runs_last
+from robsim.analysis.explanation.ablation import (
+    AblationTrial,
+    extend_duration,
+    run_converging_trial,
+)
+from robsim.analysis.explanation.attribution import SuccessCriterion, SuccessTest
+from robsim.analysis.explanation.counterfactuals import replace_task_fields
+from robsim.analysis.explanation.findings import Finding
+from robsim.analysis.explanation.imperfections import list_imperfections
+from robsim.analysis.explanation.run_analysis import RunAnalysis
+from robsim.analysis.explanation.text_format import format_count, format_offset
+from robsim.base.arrays import move_runs_last
 from robsim.engine.loop import Loop
-from robsim.run import ends
+from robsim.run import end_variables
 from robsim.run.experiment import Experiment
-from robsim.servo.controller import Controller
+from robsim.servo.task_controller import TaskController
 
-FAR, TURNED = 1e-3, 2e-3  # metres and radians above which a distance is reported
-BETTER = 0.1  # share of its distance below which the camera counts as at its goal
+FAR_METRES, FAR_RADIANS = 1e-3, 2e-3  # metres and radians above which a distance is reported
+NEAR_SHARE = 0.1  # share of its distance below which the camera counts as at its goal
 
 
-def final_pose(inquiry: Inquiry) -> list[Finding]:
+def report_final_pose(inquiry: RunAnalysis) -> list[Finding]:
     """Report a converged run that stands away from its goal pose, and the cause."""
     loop = inquiry.loop
-    off, full = miss(loop), _determined(loop.controller)
-    far, turned = (FAR, TURNED) if full else (ends.FAR, ends.TURNED)
-    if math.isnan(off[0]) and ends.free_motions(loop.controller):
-        return [_undetermined(inquiry)]  # of a goal that is numbers: no pose is the right one
+    off, full = measure_final_offset(loop), _is_pose_determined(loop.controller)
+    far, turned = (FAR_METRES, FAR_RADIANS) if full else (end_variables.FAR, end_variables.TURNED)
+    if math.isnan(off[0]) and end_variables.count_free_motions(loop.controller):
+        return [
+            _report_free_motions(inquiry)
+        ]  # of a goal that is numbers: no pose is the right one
     if not (off[0] > far or off[1] > turned):
         return []
-    wrong = imperfections(inquiry)
-    first = _displaced(loop.controller, off, bool(wrong))
+    wrong = list_imperfections(inquiry)
+    first = _report_displacement(loop.controller, off, bool(wrong))
     if not full:
-        return [first, _undetermined(inquiry)]
+        return [first, _report_free_motions(inquiry)]
     if not inquiry.trials:
         return [first]
-    cured = _nearer(off, float(inquiry.depths[-1]))
-    stands = Criterion(cured, lambda _: "the camera stands where it should")
+    cured = _make_nearness_test(off, float(inquiry.depths[-1]))
+    stands = SuccessCriterion(cured, lambda _: "the camera stands where it should")
     causes = stands.attributed(inquiry.case, wrong).causes
-    return [first, *(causes or _same_image(inquiry, cured, bool(wrong)))]
+    return [first, *(causes or _explain_displacement(inquiry, cured, bool(wrong)))]
 
 
-def _determined(controller: Controller) -> bool:
+def _is_pose_determined(controller: TaskController) -> bool:
     """Return whether features at their goal determine the pose, up to a few solutions."""
-    commanded = controller.columns.size >= 6 and not ends.free_motions(controller)
+    commanded = controller.columns.size >= 6 and not end_variables.count_free_motions(controller)
     return commanded or controller.full_rank >= 6
 
 
-def _displaced(controller: Controller, off: tuple[float, float], wrong: bool) -> Finding:
+def _report_displacement(
+    controller: TaskController, off: tuple[float, float], wrong: bool
+) -> Finding:
     """Report how far from the goal pose the run ended."""
-    part = ends.regarded(controller)
+    part = end_variables.select_goal_controller(controller)
     who = "the camera" if part.moving == part.frame else f"'{part.moving}'"
     as_seen = "as the controller sees and believes it" if wrong else "but not in space"
     sentence = (
-        f"It converged in the image {as_seen}: in truth {who} stands {away(*off)} away from "
+        f"It converged in the image {as_seen}: in truth {who} stands {format_offset(*off)} away from "
         "where it was meant to stand."
     )
     return Finding("final pose", sentence, {"off_m": off[0], "angle_deg": math.degrees(off[1])})
 
 
-def _undetermined(inquiry: Inquiry) -> Finding:
+def _report_free_motions(inquiry: RunAnalysis) -> Finding:
     """Report why features at their goal do not determine the pose."""
     controller = inquiry.controller
-    free, count = ends.free_motions(controller), controller.columns.size
+    free, count = end_variables.count_free_motions(controller), controller.columns.size
     if free:
         sentence = (
-            f"The features leave {counted(free, 'motion')} free that the joints can make, and so "
-            f"they have their goal at many poses. {_more(inquiry)}"
+            f"The features leave {format_count(free, 'motion')} free that the joints can make, and so "
+            f"they have their goal at many poses. {_suggest_features(inquiry)}"
         )
     else:
         sentence = (
@@ -80,7 +88,7 @@ def _undetermined(inquiry: Inquiry) -> Finding:
     return Finding("free motions", sentence, {"free_motions": free, "velocities": count})
 
 
-def _more(inquiry: Inquiry) -> str:
+def _suggest_features(inquiry: RunAnalysis) -> str:
     """Return advice on what would tell the poses apart."""
     marks = inquiry.sight.target.marks
     if np.linalg.matrix_rank(marks - marks[0], tol=1e-9) < 2:
@@ -88,11 +96,13 @@ def _more(inquiry: Inquiry) -> str:
     return "More features or marks tell these apart."
 
 
-def _same_image(inquiry: Inquiry, cured: Cure, wrong: bool) -> Iterator[Finding]:
+def _explain_displacement(
+    inquiry: RunAnalysis, cured: SuccessTest, wrong: bool
+) -> Iterator[Finding]:
     """Report why a camera ends away from its goal pose without any imperfection."""
     finer = 1e-3 * inquiry.tolerance
-    case = with_leaves(patient(inquiry.case), tolerance=finer)
-    if case is None or not cures(case):
+    case = replace_task_fields(extend_duration(inquiry.case), tolerance=finer)
+    if case is None or not run_converging_trial(case):
         return
     if cured(case):
         yield Finding(
@@ -109,14 +119,14 @@ def _same_image(inquiry: Inquiry, cured: Cure, wrong: bool) -> Iterator[Finding]
         )
 
 
-def miss(loop: Loop) -> tuple[float, float]:
+def measure_final_offset(loop: Loop) -> tuple[float, float]:
     """Return the distance (m) and angle (rad) of the first camera from its goal at the end."""
-    q_end = runs_last(loop.recorder.last.q[:, 0], 1)
-    _, metres, radians = ends.off_goal(loop.controller, q_end, loop.q0)
+    q_end = move_runs_last(loop.recorder.last.q[:, 0], 1)
+    _, metres, radians = end_variables.measure_goal_offset(loop.controller, q_end, loop.q0)
     return float(metres[0]), float(radians[0])
 
 
-def _nearer(off: tuple[float, float], depth: float) -> Cure:
+def _make_nearness_test(off: tuple[float, float], depth: float) -> SuccessTest:
     """Return the test whether a change brings the camera nearer to its goal pose.
 
     A translation counts as the angle at which it is seen.
@@ -125,11 +135,11 @@ def _nearer(off: tuple[float, float], depth: float) -> Cure:
     def apparent(miss: tuple[float, float]) -> float:
         return max(miss[0] / depth, miss[1])
 
-    def cured(case: Experiment) -> Trial | None:
-        trial = cures(case)
+    def cured(case: Experiment) -> AblationTrial | None:
+        trial = run_converging_trial(case)
         if trial is None:
             return None
-        now = apparent(miss(trial.loop))
-        return trial if now < max(TURNED, BETTER * apparent(off)) else None
+        now = apparent(measure_final_offset(trial.loop))
+        return trial if now < max(FAR_RADIANS, NEAR_SHARE * apparent(off)) else None
 
     return cured

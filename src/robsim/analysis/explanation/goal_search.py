@@ -7,25 +7,25 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from robsim.base.arrays import Array, runs_last
+from robsim.base.arrays import Array, move_runs_last
 from robsim.features.feature import Observation
-from robsim.geometry.pose import Pose, homogeneous
+from robsim.geometry.pose import Pose, homogeneous_matrix
 from robsim.geometry.rotation import random_quaternions
 from robsim.kernels.formulas import se3
-from robsim.servo.servo_controller import Servo
-from robsim.servo.sight import Sight
-from robsim.statistics.random_numbers import Draws
+from robsim.servo.camera_target import CameraTarget
+from robsim.servo.servo_controller import ServoController
+from robsim.statistics.random_numbers import RandomNumbers
 from robsim.vision.camera import Visibility
 
 STARTS = 300  # all around the target
-NEARER, FARTHER = 0.2, 5.0  # of the depth at the start
-ASIDE = 0.5  # tangent of the angle from the optical axis
+NEAREST_DEPTH, FARTHEST_DEPTH = 0.2, 5.0  # of the depth at the start
+LATERAL = 0.5  # tangent of the angle from the optical axis
 ROUNDS = 100  # of Levenberg and Marquardt
 STEP = 0.5  # radians, and of the depth: a longer step is shortened
 
 
 @dataclass(frozen=True, eq=False)
-class Nearest:
+class NearestPose:
     """The pose of the target in camera axes whose features are nearest to those of the goal.
 
     `error` is the largest of its features and `length` that of all, both in units of one tolerance;
@@ -38,7 +38,9 @@ class Nearest:
     seen: bool
 
 
-def nearest_to_goal(servo: Servo, seen: Sequence[Pose], depth: float) -> Nearest | None:
+def find_nearest_pose(
+    servo: ServoController, seen: Sequence[Pose], depth: float
+) -> NearestPose | None:
     """Return the nearest pose; None unless one camera regulates features given as numbers.
 
     From poses T_c_o that were `seen`, with marks at a depth (m), and from all around damped steps
@@ -48,34 +50,34 @@ def nearest_to_goal(servo: Servo, seen: Sequence[Pose], depth: float) -> Nearest
     if servo.regulated.given is None or len(servo.sights) != 1:
         return None
     with np.errstate(all="ignore"):  # a pose that is none is left
-        e, T = _minimised(servo, _starts(servo.sights[0], seen, depth))
+        e, T = _minimise_error(servo, _sample_search_starts(servo.sights[0], seen, depth))
     best = int(np.square(e).sum(0).argmin())
     one = np.ascontiguousarray(T[..., best : best + 1])
     *_, flags = servo.sights[0].image(np.eye(3, 4)[..., None], one)
     in_image = bool((flags == Visibility.IN_IMAGE).all())
     left = e[:, best]
     size, length = float(np.abs(left).max()), float(np.linalg.norm(left))
-    return Nearest(Pose(homogeneous(one)[0]), size, length, in_image)
+    return NearestPose(Pose(homogeneous_matrix(one)[0]), size, length, in_image)
 
 
-def _starts(sight: Sight, seen: Sequence[Pose], depth: float) -> Array:
+def _sample_search_starts(sight: CameraTarget, seen: Sequence[Pose], depth: float) -> Array:
     """Return poses T_c_o (3, 4, B): those that were seen, and from all around."""
-    share = Draws(0, "goal search", np.arange(STARTS)).uniform(6)
+    share = RandomNumbers(0, "goal search", np.arange(STARTS)).uniform(6)
     T = np.array(Pose.from_quaternion(np.zeros(3), random_quaternions(share[:, :3])).matrix)
-    depths = NEARER * (FARTHER / NEARER) ** share[:, 3] * depth
-    aside = ASIDE * (2.0 * share[:, 4:] - 1.0)
+    depths = NEAREST_DEPTH * (FARTHEST_DEPTH / NEAREST_DEPTH) ** share[:, 3] * depth
+    aside = LATERAL * (2.0 * share[:, 4:] - 1.0)
     middle = np.concatenate([aside, np.ones((STARTS, 1))], axis=1) * depths[:, None]
     T[:, :3, 3] = middle - T[:, :3, :3] @ sight.target.marks.mean(axis=0)
-    return runs_last(np.concatenate([[each.matrix for each in seen], T])[:, :3], 2)
+    return move_runs_last(np.concatenate([[each.matrix for each in seen], T])[:, :3], 2)
 
 
-def _minimised(servo: Servo, T: Array) -> tuple[Array, Array]:
+def _minimise_error(servo: ServoController, T: Array) -> tuple[Array, Array]:
     """Return errors (k, B) where the descents end, in tolerances, and T there."""
-    e, L = _errors(servo, T)
+    e, L = _error_and_interaction(servo, T)
     damping = np.full(T.shape[2], 1e-3)
     for _ in range(ROUNDS):
-        there = _moved(T, _step(e, L, damping, _depth(servo, T)))
-        e_there, L_there = _errors(servo, there)
+        there = _move_camera(T, _levenberg_step(e, L, damping, _mean_depth(servo, T)))
+        e_there, L_there = _error_and_interaction(servo, there)
         better = np.square(e_there).sum(0) < np.square(e).sum(0)
         damping = np.clip(np.where(better, damping / 5, damping * 4), 1e-12, 1e12)
         T = np.where(better, there, T)
@@ -83,7 +85,7 @@ def _minimised(servo: Servo, T: Array) -> tuple[Array, Array]:
     return e, T
 
 
-def _errors(servo: Servo, T: Array) -> tuple[Array, Array]:
+def _error_and_interaction(servo: ServoController, T: Array) -> tuple[Array, Array]:
     """Return the measured e (k, B) and L (k, 6, B); infinite behind the camera."""
     regulated = servo.regulated
     (sight,) = regulated.sights
@@ -99,21 +101,21 @@ def _errors(servo: Servo, T: Array) -> tuple[Array, Array]:
     return np.where(np.isfinite(e).all(0), e, np.inf), scale[:, None] * L
 
 
-def _depth(servo: Servo, T: Array) -> Array:
+def _mean_depth(servo: ServoController, T: Array) -> Array:
     """Return the depths (B,) of the middle of the marks."""
     middle: Array = servo.sights[0].target.marks.mean(axis=0)
     return np.asarray(np.einsum("jb,j->b", T[2, :3], middle) + T[2, 3])
 
 
-def _moved(T: Array, V: Array) -> Array:
+def _move_camera(T: Array, V: Array) -> Array:
     """Return T_c_o after the camera moved by exp(V)."""
     back, out = np.empty(T.shape), np.empty(T.shape)
-    se3.exp(np.ascontiguousarray(-V), back)
+    se3.exp_se3(np.ascontiguousarray(-V), back)
     se3.compose(back, np.ascontiguousarray(T), out)
     return out
 
 
-def _step(e: Array, L: Array, damping: Array, depth: Array) -> Array:
+def _levenberg_step(e: Array, L: Array, damping: Array, depth: Array) -> Array:
     """Return steps V (6, B), lengths in depths; zero where there is no finite step."""
     unit = np.ones((6, e.shape[1]))
     unit[:3] = depth

@@ -4,41 +4,50 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 
-from robsim.analysis.explanation.departures import (
-    blind_start,
-    border_alone,
-    came_and_went,
-    limit_alone,
-    near_border,
-    own_motion,
-    pose_features,
-    retreat,
-    roll,
+from robsim.analysis.explanation.divergence import (
+    report_growing_error,
+    report_loop_gain,
+    report_not_finite,
+    report_wrong_interaction,
 )
-from robsim.analysis.explanation.finding import Finding
-from robsim.analysis.explanation.given_goals import unreachable_goal, unseen_goal
-from robsim.analysis.explanation.growth import growing, loop_gain, misled, singular_feature
-from robsim.analysis.explanation.inquiry import Inquiry
-from robsim.analysis.explanation.lateness import lagging, slow, steering
-from robsim.analysis.explanation.stalls import (
-    ascending,
-    camera_law,
-    lost_direction,
-    null_space,
-    own_law,
+from robsim.analysis.explanation.findings import Finding
+from robsim.analysis.explanation.lost_targets import (
+    report_blind_start,
+    report_border,
+    report_joint_limit,
+    report_near_border,
+    report_own_motion,
+    report_pose_features,
+    report_retreat,
+    report_roll,
+    report_visibility,
+)
+from robsim.analysis.explanation.numeric_goals import report_unreachable_goal, report_unseen_goal
+from robsim.analysis.explanation.run_analysis import RunAnalysis
+from robsim.analysis.explanation.slow_convergence import (
+    report_slow_decay,
+    report_standing_error,
+    report_steering,
+)
+from robsim.analysis.explanation.standstill import (
+    report_ascent,
+    report_camera_law,
+    report_lost_direction,
+    report_null_space,
+    report_own_law,
 )
 from robsim.engine.outcome import Outcome
 
-Reason = Callable[[Inquiry], Finding | None]
+ReasonReporter = Callable[[RunAnalysis], Finding | None]
 
 
-def reasons(inquiry: Inquiry) -> Iterator[Finding]:
+def generate_reasons(inquiry: RunAnalysis) -> Iterator[Finding]:
     """Yield the findings for the run's outcome, most important first."""
-    start = blind_start(inquiry) if inquiry.outcome in _LOST else None
+    start = report_blind_start(inquiry) if inquiry.outcome in _TARGET_LOST else None
     if start:
         yield start
         return
-    unreachable = unreachable_goal(inquiry) if inquiry.outcome in _UNDECIDED else None
+    unreachable = report_unreachable_goal(inquiry) if inquiry.outcome in _UNREACHED else None
     if unreachable:
         yield unreachable
         return
@@ -50,22 +59,72 @@ def reasons(inquiry: Inquiry) -> Iterator[Finding]:
                 return  # nothing else stands in the way
 
 
-_UNDECIDED = (Outcome.LOCAL_MINIMUM, Outcome.TIME_LIMIT)  # as all end that cannot arrive
-_LOST = (Outcome.OUT_OF_IMAGE, Outcome.BEHIND_CAMERA)
-_WILD = (loop_gain, pose_features, ascending, retreat, roll, misled, own_motion, unseen_goal)
-_REASONS: dict[Outcome, tuple[Reason, ...]] = {
+_UNREACHED = (Outcome.LOCAL_MINIMUM, Outcome.TIME_LIMIT)  # as all end that cannot arrive
+_TARGET_LOST = (Outcome.OUT_OF_IMAGE, Outcome.BEHIND_CAMERA)
+_COMMON_REASONS = (
+    report_loop_gain,
+    report_pose_features,
+    report_ascent,
+    report_retreat,
+    report_roll,
+    report_wrong_interaction,
+    report_own_motion,
+    report_unseen_goal,
+)
+_REASONS: dict[Outcome, tuple[ReasonReporter, ...]] = {
     Outcome.RUNNING: (),
     Outcome.ENDED: (),
-    Outcome.CONVERGED: (came_and_went, retreat, near_border),
-    Outcome.LOCAL_MINIMUM: (camera_law, null_space, own_law, unseen_goal, came_and_went),
-    Outcome.OUT_OF_IMAGE: (*_WILD, border_alone, growing, came_and_went),
-    Outcome.BEHIND_CAMERA: (*_WILD, growing),
-    Outcome.JOINT_LIMIT: (loop_gain, ascending, misled, limit_alone, retreat, roll, own_motion),
-    Outcome.SINGULAR: (lost_direction, came_and_went),
-    Outcome.DIVERGED: (loop_gain, ascending, retreat, roll, misled, unseen_goal, growing),
-    Outcome.NOT_FINITE: (singular_feature, loop_gain, misled, growing),
+    Outcome.CONVERGED: (report_visibility, report_retreat, report_near_border),
+    Outcome.LOCAL_MINIMUM: (
+        report_camera_law,
+        report_null_space,
+        report_own_law,
+        report_unseen_goal,
+        report_visibility,
+    ),
+    Outcome.OUT_OF_IMAGE: (
+        *_COMMON_REASONS,
+        report_border,
+        report_growing_error,
+        report_visibility,
+    ),
+    Outcome.BEHIND_CAMERA: (*_COMMON_REASONS, report_growing_error),
+    Outcome.JOINT_LIMIT: (
+        report_loop_gain,
+        report_ascent,
+        report_wrong_interaction,
+        report_joint_limit,
+        report_retreat,
+        report_roll,
+        report_own_motion,
+    ),
+    Outcome.SINGULAR: (report_lost_direction, report_visibility),
+    Outcome.DIVERGED: (
+        report_loop_gain,
+        report_ascent,
+        report_retreat,
+        report_roll,
+        report_wrong_interaction,
+        report_unseen_goal,
+        report_growing_error,
+    ),
+    Outcome.NOT_FINITE: (
+        report_not_finite,
+        report_loop_gain,
+        report_wrong_interaction,
+        report_growing_error,
+    ),
     Outcome.TIME_LIMIT: (
-        *(slow, steering, ascending, loop_gain, misled, retreat, unseen_goal, lagging),
-        came_and_went,
+        *(
+            report_slow_decay,
+            report_steering,
+            report_ascent,
+            report_loop_gain,
+            report_wrong_interaction,
+            report_retreat,
+            report_unseen_goal,
+            report_standing_error,
+        ),
+        report_visibility,
     ),
 }

@@ -42,15 +42,15 @@ def about(name: str) -> str:
 
 def load(name: str) -> Robot:
     """Return a robot of the library. InputError: there is none of that name."""
-    return _read(file(name))
+    return _read_library_robot(file(name))
 
 
 @cache
-def _read(path: Path) -> Robot:
-    from robsim.files.library import read_robot
-    from robsim.robot.origin import Origin
+def _read_library_robot(path: Path) -> Robot:
+    from robsim.files.robot_library import read_robot
+    from robsim.robot.robot_origin import RobotOrigin
 
-    return replace(read_robot(path), origin=Origin(model=path.stem))
+    return replace(read_robot(path), origin=RobotOrigin(model=path.stem))
 
 
 def __getattr__(name: str) -> Callable[[], Robot]:

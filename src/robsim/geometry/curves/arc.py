@@ -9,10 +9,10 @@ from typing import Annotated
 
 import numpy as np
 
-from robsim.base.arrays import Array, frozen
+from robsim.base.arrays import Array, make_read_only
 from robsim.base.errors import InputError
 from robsim.declare import Angle, check_fields, register
-from robsim.geometry.curves.curve import Curve, Radius
+from robsim.geometry.curves.curve import Curve, CurveRadius
 
 
 @register("curve", "arc")
@@ -24,7 +24,7 @@ class Arc(Curve):
     3.141592654
     """
 
-    radius: Radius
+    radius: CurveRadius
     angle: Annotated[float, Angle(), "Angle through which the arc turns, positive to the left."]
 
     def __post_init__(self) -> None:
@@ -40,5 +40,7 @@ class Arc(Curve):
 
     @cached_property
     def pieces(self) -> Array:
-        """The single piece (1, 7) of the arc, see `robsim.kernels.formulas.curve.Curves`."""
-        return frozen(np.array([[0, 0, 0, 0, math.copysign(1 / self.radius, self.angle), 0, 0.0]]))
+        """The single piece (1, 7) of the arc, see `robsim.kernels.formulas.plane_curves.CurveTable`."""
+        return make_read_only(
+            np.array([[0, 0, 0, 0, math.copysign(1 / self.radius, self.angle), 0, 0.0]])
+        )

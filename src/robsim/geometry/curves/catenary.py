@@ -9,10 +9,10 @@ from typing import Annotated, Any
 
 import numpy as np
 
-from robsim.base.arrays import Array, frozen
+from robsim.base.arrays import Array, make_read_only
 from robsim.base.errors import InputError
 from robsim.declare import Vector, check_fields, register
-from robsim.geometry.curves.curve import Curve, Extent
+from robsim.geometry.curves.curve import Curve, CurveLength
 
 
 @register("curve", "catenary")
@@ -30,7 +30,7 @@ class Catenary(Curve):
 
     start: Annotated[Any, Vector("length", 2), "Point (x, y) at which the curve begins, y up."]
     end: Annotated[Any, Vector("length", 2), "Point (x, y) at which the curve ends."]
-    length: Extent
+    length: CurveLength
 
     def __post_init__(self) -> None:
         check_fields(self)
@@ -66,11 +66,11 @@ class Catenary(Curve):
 
     @cached_property
     def pieces(self) -> Array:
-        """The single piece (1, 7) of the catenary, see `robsim.kernels.formulas.curve.Curves`."""
+        """The single piece (1, 7) of the catenary, see `robsim.kernels.formulas.plane_curves.CurveTable`."""
         h, v, a = self.end[0] - self.start[0], self.end[1] - self.start[1], self.parameter
         middle = a * math.atanh(v / self.length)  # of the span, from the lowest point
         u = a * math.sinh((middle - 0.5 * h) / a)
-        return frozen(np.array([[0.0, *self.start, math.atan2(u, a), 0.0, a, u]]))
+        return make_read_only(np.array([[0.0, *self.start, math.atan2(u, a), 0.0, a, u]]))
 
 
 def _sinhc_excess(z: float) -> tuple[float, float]:

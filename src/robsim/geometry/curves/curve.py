@@ -8,16 +8,16 @@ from typing import TYPE_CHECKING, Annotated
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robsim.base.arrays import Array, frozen, numbers
-from robsim.base.errors import InputError, said
+from robsim.base.arrays import Array, as_floats, make_read_only
+from robsim.base.errors import InputError, format_value
 from robsim.declare import Length, family
 from robsim.geometry.pose import Pose
-from robsim.kernels.formulas import curve as kernels
+from robsim.kernels.formulas import plane_curves as kernels
 
-HUGE = 1e150  # its square is a number
+LARGEST_CURVE_NUMBER = 1e150  # its square is a number
 CURVES = family("curve")
-Extent = Annotated[float, Length(above=0), "Length of the curve."]
-Radius = Annotated[float, Length(above=0), "Radius of the curve."]
+CurveLength = Annotated[float, Length(above=0), "Length of the curve."]
+CurveRadius = Annotated[float, Length(above=0), "Radius of the curve."]
 
 
 class Curve:
@@ -25,7 +25,7 @@ class Curve:
 
     @cached_property
     def pieces(self) -> Array:
-        """The pieces (P, 7) of the curve, see `robsim.kernels.formulas.curve.Curves`."""
+        """The pieces (P, 7) of the curve, see `robsim.kernels.formulas.plane_curves.CurveTable`."""
         raise NotImplementedError
 
     if TYPE_CHECKING:
@@ -35,15 +35,15 @@ class Curve:
             """The length of the curve, in metres."""
 
     @cached_property
-    def constants(self) -> kernels.Curves:
+    def constants(self) -> kernels.CurveTable:
         """The constants of the curve for the kernels, as the only curve."""
-        ends = frozen(np.array([0, len(self.pieces)], dtype=np.int64))
-        return kernels.Curves(ends, frozen(np.array([self.length])), self.pieces)
+        ends = make_read_only(np.array([0, len(self.pieces)], dtype=np.int64))
+        return kernels.CurveTable(ends, make_read_only(np.array([self.length])), self.pieces)
 
     @cached_property
     def spans(self) -> Array:
         """The length (P,) of each piece, in metres."""
-        return frozen(np.diff(self.pieces[:, 0], append=self.length))
+        return make_read_only(np.diff(self.pieces[:, 0], append=self.length))
 
     @cached_property
     def bends(self) -> tuple[float, float]:
@@ -90,7 +90,7 @@ class Curve:
         >>> [float(x) for x in Line(3.0).nearest([1.0, 0.5])]
         [1.0, 0.5]
         """
-        given = numbers(points, "points", (2,))
+        given = as_floats(points, "points", (2,))
         s = np.linspace(0.0, self.length, max(200, 20 * len(self.pieces)))
         x, y, *_ = self._points(s)
         away = np.hypot(given[..., :1] - x, given[..., 1:] - y)
@@ -108,15 +108,17 @@ class Curve:
         """Raise InputError if its numbers are too large or too small to compute with."""
         try:
             with np.errstate(all="ignore"):
-                good = bool((np.abs([*self.pieces.ravel(), self.length]) < HUGE).all())
+                good = bool(
+                    (np.abs([*self.pieces.ravel(), self.length]) < LARGEST_CURVE_NUMBER).all()
+                )
         except ArithmeticError:
             good = False
         if not good:
-            raise InputError(f"numbers too large or too small for a curve: {said(self)}")
+            raise InputError(f"numbers too large or too small for a curve: {format_value(self)}")
 
     def _points(self, s: ArrayLike) -> tuple[Array, ...]:
         """Return x, y, cosine and sine of the heading, and curvature, each (...,)."""
-        given = numbers(s, "arc length s (metres)", ())
-        rows = [kernels.point(self.constants, 0, value) for value in given.ravel().tolist()]
+        given = as_floats(s, "arc length s (metres)", ())
+        rows = [kernels.curve_point(self.constants, 0, value) for value in given.ravel().tolist()]
         columns = np.array(rows).reshape(*given.shape, 5)
         return tuple(columns[..., i] for i in range(5))

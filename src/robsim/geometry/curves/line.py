@@ -7,9 +7,9 @@ from functools import cached_property
 
 import numpy as np
 
-from robsim.base.arrays import Array, frozen
+from robsim.base.arrays import Array, make_read_only
 from robsim.declare import check_fields, register
-from robsim.geometry.curves.curve import Curve, Extent
+from robsim.geometry.curves.curve import Curve, CurveLength
 
 
 @register("curve", "line")
@@ -21,12 +21,12 @@ class Line(Curve):
     array([2., 0., 0.])
     """
 
-    length: Extent
+    length: CurveLength
 
     def __post_init__(self) -> None:
         check_fields(self)
 
     @cached_property
     def pieces(self) -> Array:
-        """The single piece (1, 7) of the line, see `robsim.kernels.formulas.curve.Curves`."""
-        return frozen(np.zeros((1, 7)))
+        """The single piece (1, 7) of the line, see `robsim.kernels.formulas.plane_curves.CurveTable`."""
+        return make_read_only(np.zeros((1, 7)))

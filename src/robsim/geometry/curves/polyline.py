@@ -9,7 +9,7 @@ from typing import Annotated, Any
 
 import numpy as np
 
-from robsim.base.arrays import Array, frozen
+from robsim.base.arrays import Array, make_read_only
 from robsim.base.errors import InputError
 from robsim.declare import Length, ListOf, Vector, check_fields, register
 from robsim.geometry.curves.curve import Curve
@@ -38,8 +38,8 @@ class Polyline(Curve):
 
     @cached_property
     def pieces(self) -> Array:
-        """The pieces (P, 7), lines and arcs, see `robsim.kernels.formulas.curve.Curves`."""
-        return frozen(self._built[0])
+        """The pieces (P, 7), lines and arcs, see `robsim.kernels.formulas.plane_curves.CurveTable`."""
+        return make_read_only(self._built[0])
 
     @cached_property
     def _built(self) -> tuple[Array, float]:
@@ -48,7 +48,7 @@ class Polyline(Curve):
         if not lengths.all():
             i = int(np.argmin(lengths))
             raise InputError(f"points {i} and {i + 1} of a polyline are one: {self.points[i]}")
-        turns = _wrapped(np.diff(directions))
+        turns = _wrap_to_pi(np.diff(directions))
         cut = self.radius * np.abs(np.tan(0.5 * turns))  # removed at each corner from its sides
         before, after = np.r_[0.0, cut], np.r_[cut, 0.0]
         rest = lengths - before - after
@@ -72,6 +72,6 @@ class Polyline(Curve):
         return np.array(rows), s
 
 
-def _wrapped(angle: Array) -> Array:
+def _wrap_to_pi(angle: Array) -> Array:
     """Return angles wrapped to [-pi, pi]."""
     return angle - 2.0 * np.pi * np.round(angle / (2.0 * np.pi))

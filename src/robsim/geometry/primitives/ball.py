@@ -9,8 +9,19 @@ import numpy as np
 from robsim.base.arrays import Array
 from robsim.declare import register
 from robsim.geometry.hull import Hull
-from robsim.geometry.primitives.primitive import Colour, Corners, Face, Primitive, Radius
-from robsim.geometry.primitives.revolved import circle, dome, faces_of, points_of
+from robsim.geometry.primitives.primitive import (
+    CirclePoints,
+    Face,
+    FigureColour,
+    Primitive,
+    SolidRadius,
+)
+from robsim.geometry.primitives.revolution import (
+    circle_points,
+    hemisphere_rings,
+    revolution_faces,
+    revolution_points,
+)
 
 
 @register("shape", "ball")
@@ -25,9 +36,9 @@ class Ball(Primitive):
     48
     """
 
-    radius: Radius
-    n: Corners = 32
-    color: Colour = "k"
+    radius: SolidRadius
+    n: CirclePoints = 32
+    color: FigureColour = "k"
 
     @property
     def faces(self) -> tuple[Face, ...]:
@@ -38,10 +49,10 @@ class Ball(Primitive):
     @property
     def skin(self) -> tuple[Array, tuple[Face, ...]]:
         """The vertices and the points of n/2 circles of latitude, and the faces between these."""
-        radii, heights = dome(self.radius, self.n)
+        radii, heights = hemisphere_rings(self.radius, self.n)
         rings = np.r_[radii[:0:-1], radii], np.r_[-heights[:0:-1], heights]
-        round_ = self.pose @ points_of(*rings, self.radius, self.n)
-        faces = faces_of(len(rings[0]), self.n, first=len(self.vertices))
+        round_ = self.pose @ revolution_points(*rings, self.radius, self.n)
+        faces = revolution_faces(len(rings[0]), self.n, first=len(self.vertices))
         return np.concatenate([self.vertices, round_]), faces
 
     def _solid(self) -> tuple[float, Array, tuple[float, float, float]]:
@@ -50,7 +61,7 @@ class Ball(Primitive):
         return 4 / 3 * np.pi * r * r * r, np.zeros(3), (x2, x2, x2)
 
     def _corners(self) -> Array:
-        flat = np.column_stack([circle(self.radius, self.n), np.zeros(self.n)])
+        flat = np.column_stack([circle_points(self.radius, self.n), np.zeros(self.n)])
         return np.concatenate([np.roll(flat, shift, axis=1) for shift in (1, 2, 0)])
 
     def _hull(self) -> Hull:

@@ -10,11 +10,11 @@ import numpy as np
 from robsim.base.arrays import Array
 from robsim.declare import register
 from robsim.geometry.hull import Hull
-from robsim.geometry.primitives.primitive import Colour, Face, Primitive, Size
+from robsim.geometry.primitives.primitive import Face, FigureColour, Primitive, SideLength
 
 # a rectangular tube of two rings of four corners, 0-3 and 4-7
-RING = ((-1, -1), (1, -1), (1, 1), (-1, 1))
-SIDES: tuple[Face, ...] = tuple((i, (i + 1) % 4, (i + 1) % 4 + 4, i + 4) for i in range(4))
+RING_CORNERS = ((-1, -1), (1, -1), (1, 1), (-1, 1))
+TUBE_SIDES: tuple[Face, ...] = tuple((i, (i + 1) % 4, (i + 1) % 4 + 4, i + 4) for i in range(4))
 
 
 @register("shape", "block")
@@ -29,15 +29,15 @@ class Block(Primitive):
     (array([0.15, 0.1 , 0.05]), 12, 6)
     """
 
-    length: Size
-    width: Size
-    height: Size
-    color: Colour = "k"
+    length: SideLength
+    width: SideLength
+    height: SideLength
+    color: FigureColour = "k"
 
     @property
     def faces(self) -> tuple[Face, ...]:
         """The vertex numbers of the bottom, the top and the four sides."""
-        return ((3, 2, 1, 0), (4, 5, 6, 7), *SIDES)
+        return ((3, 2, 1, 0), (4, 5, 6, 7), *TUBE_SIDES)
 
     def _solid(self) -> tuple[float, Array, tuple[float, float, float]]:
         a, b, c = self.length, self.width, self.height
@@ -45,7 +45,7 @@ class Block(Primitive):
 
     def _corners(self) -> Array:
         half = np.array([self.length, self.width, self.height]) / 2
-        return half * [(x, y, z) for z, (x, y) in product((-1, 1), RING)]
+        return half * [(x, y, z) for z, (x, y) in product((-1, 1), RING_CORNERS)]
 
     def _hull(self) -> Hull:
         return Hull(self._corners(), np.eye(3), np.eye(3))

@@ -10,8 +10,8 @@ from robsim.base.arrays import Array
 from robsim.declare import register
 from robsim.geometry.hull import Hull
 from robsim.geometry.pose import Pose
-from robsim.geometry.primitives.block import RING, SIDES, Block
-from robsim.geometry.primitives.primitive import Colour, Face, Primitive, Size
+from robsim.geometry.primitives.block import RING_CORNERS, TUBE_SIDES, Block
+from robsim.geometry.primitives.primitive import Face, FigureColour, Primitive, SideLength
 
 
 @register("shape", "camera")
@@ -29,16 +29,16 @@ class CameraBody(Primitive):
     (12, 20, 9)
     """
 
-    length: Size
-    width: Size
-    height: Size
-    color: Colour = "k"
+    length: SideLength
+    width: SideLength
+    height: SideLength
+    color: FigureColour = "k"
 
     @property
     def faces(self) -> tuple[Face, ...]:
         """The vertex numbers of the back, the sides of the box and the sides of the flare."""
-        flare = tuple(tuple(i + 4 for i in side) for side in SIDES)
-        return ((3, 2, 1, 0), *SIDES, *flare)
+        flare = tuple(tuple(i + 4 for i in side) for side in TUBE_SIDES)
+        return ((3, 2, 1, 0), *TUBE_SIDES, *flare)
 
     def _solid(self) -> tuple[float, Array, tuple[float, float, float]]:
         """Return volume, centre and mean squares, by integrals over slices across z.
@@ -62,7 +62,11 @@ class CameraBody(Primitive):
         rings = ((1.0, 0.0), (1.0, 0.75), (1.5, 1.0))  # (scale, share of the length)
         half = np.array([self.height / 2, self.width / 2])
         return np.array(
-            [(*(scale * half * corner), z * self.length) for scale, z in rings for corner in RING]
+            [
+                (*(scale * half * corner), z * self.length)
+                for scale, z in rings
+                for corner in RING_CORNERS
+            ]
         )
 
     def simpler(self) -> tuple[Primitive, ...]:

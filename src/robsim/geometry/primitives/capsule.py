@@ -12,8 +12,19 @@ from robsim.declare import register
 from robsim.geometry.hull import Hull
 from robsim.geometry.pose import Pose
 from robsim.geometry.primitives.ball import Ball
-from robsim.geometry.primitives.primitive import Colour, Corners, Face, Primitive, Radius, Size
-from robsim.geometry.primitives.revolved import dome, faces_of, points_of
+from robsim.geometry.primitives.primitive import (
+    CirclePoints,
+    Face,
+    FigureColour,
+    Primitive,
+    SideLength,
+    SolidRadius,
+)
+from robsim.geometry.primitives.revolution import (
+    hemisphere_rings,
+    revolution_faces,
+    revolution_points,
+)
 from robsim.geometry.primitives.wheel import Wheel
 
 
@@ -31,15 +42,15 @@ class Capsule(Primitive):
     0.5
     """
 
-    radius: Radius
-    length: Size
-    n: Corners = 32
-    color: Colour = "k"
+    radius: SolidRadius
+    length: SideLength
+    n: CirclePoints = 32
+    color: FigureColour = "k"
 
     @property
     def faces(self) -> tuple[Face, ...]:
         """The vertex numbers of the faces between the circles, and of those around the poles."""
-        return faces_of(2 * self._rings, self.n)
+        return revolution_faces(2 * self._rings, self.n)
 
     def simpler(self) -> tuple[Primitive, ...]:
         """Return a wheel and two balls."""
@@ -49,7 +60,7 @@ class Capsule(Primitive):
 
     @property
     def _rings(self) -> int:
-        return len(dome(self.radius, self.n)[0])
+        return len(hemisphere_rings(self.radius, self.n)[0])
 
     def _solid(self) -> tuple[float, Array, tuple[float, float, float]]:
         """Return volume, centre and mean squares.
@@ -65,10 +76,10 @@ class Capsule(Primitive):
         return tube + ball, np.zeros(3), (x2, x2, z2)
 
     def _corners(self) -> Array:
-        radii, heights = dome(self.radius, self.n)
+        radii, heights = hemisphere_rings(self.radius, self.n)
         up = self.length / 2 + heights
         rings = np.r_[radii[::-1], radii], np.r_[-up[::-1], up]
-        return points_of(*rings, self.length / 2 + self.radius, self.n)
+        return revolution_points(*rings, self.length / 2 + self.radius, self.n)
 
     def _edges(self) -> list[tuple[int, int]]:
         """Return the two circles where the ends begin, and two outlines from pole to pole."""

@@ -9,13 +9,13 @@ from typing import Annotated
 import numpy as np
 
 from robsim.base.arrays import Array
-from robsim.base.errors import FileError, InputError, said
+from robsim.base.errors import FileError, InputError, format_value
 from robsim.declare import ListOf, Number, Role, Text, register
-from robsim.geometry.mesh_files import Piece, pieces_of
-from robsim.geometry.mesh_places import FILE, PACKAGE, mesh_path
+from robsim.geometry.mesh_files import ColoredMesh, load_mesh
+from robsim.geometry.mesh_lookup import FILE_SCHEME, PACKAGE_SCHEME, find_mesh_file
 from robsim.geometry.pose import IDENTITY, Pose
 from robsim.geometry.pose_table import FLAT_POSE
-from robsim.geometry.primitives.primitive import Colour, Face, Primitive
+from robsim.geometry.primitives.primitive import Face, FigureColour, Primitive
 from robsim.geometry.primitives.surface import Surface
 
 
@@ -49,7 +49,7 @@ class Mesh(Primitive):
     scale: Annotated[
         tuple[float, float, float], ListOf(Number(), 3, 3), Role.FILE, "Scale along x, y and z."
     ] = (1.0, 1.0, 1.0)
-    color: Colour = "k"
+    color: FigureColour = "k"
     mass: None = field(default=None, kw_only=True)
     density: None = field(default=None, kw_only=True)
     source: MeshSource | None = field(default=None, kw_only=True, compare=False, repr=False)
@@ -77,18 +77,18 @@ class Mesh(Primitive):
     def lack(self) -> str | None:
         """Why its file is not drawn, in words, or None: it is, or is not to be."""
         found = self._found()
-        return f"{said(self.filename)}: {found}" if isinstance(found, FileError) else None
+        return f"{format_value(self.filename)}: {found}" if isinstance(found, FileError) else None
 
-    def _found(self) -> tuple[Piece, ...] | FileError:
+    def _found(self) -> tuple[ColoredMesh, ...] | FileError:
         """Return what its file holds, if it is to be drawn, or what is wrong with it."""
         if self.source is None:
             return ()
         try:
-            return pieces_of(mesh_path(self.filename, self.source.folder))
+            return load_mesh(find_mesh_file(self.filename, self.source.folder))
         except FileError as error:
             return error
 
-    def _surface(self, piece: Piece) -> Surface:
+    def _surface(self, piece: ColoredMesh) -> Surface:
         scale = np.array(self.scale)
         turned = piece.triangles[:, ::-1] if scale.prod() < 0 else piece.triangles  # still outwards
         color = piece.color if self.color == "k" and piece.color else self.color
@@ -112,16 +112,18 @@ def _check_mesh_name(name: object) -> None:
     """Raise InputError unless the name stays within its package, or that of the model."""
     good = 'expected "package://name/..." or a name relative to the folder of the file'
     if not isinstance(name, str) or not 0 < len(name) <= 1000 or not name.isprintable():
-        raise InputError(f"mesh {said(name)}: {good}")
-    package, file = name.startswith(PACKAGE), name.startswith(FILE)
-    bare = name.removeprefix(PACKAGE).lstrip("/") if package else name.removeprefix(FILE)
+        raise InputError(f"mesh {format_value(name)}: {good}")
+    package, file = name.startswith(PACKAGE_SCHEME), name.startswith(FILE_SCHEME)
+    bare = (
+        name.removeprefix(PACKAGE_SCHEME).lstrip("/") if package else name.removeprefix(FILE_SCHEME)
+    )
     path = PurePosixPath(bare)
     parts = path.parts[path.is_absolute() :]
     astray = (path.is_absolute() and not file) or "\\" in name or ":" in bare
     if astray or len(parts) < 1 + package:
-        raise InputError(f"mesh {said(name)}: absolute, or not a file name; {good}")
+        raise InputError(f"mesh {format_value(name)}: absolute, or not a file name; {good}")
     depth = -1 if package else 1  # the first part names the package
     for part in parts:
         depth += -1 if part == ".." else 1
         if depth < 0:
-            raise InputError(f"mesh {said(name)}: leaves its package by '..'; {good}")
+            raise InputError(f"mesh {format_value(name)}: leaves its package by '..'; {good}")

@@ -12,21 +12,21 @@ from typing import Annotated, Any, Self
 
 import numpy as np
 
-from robsim.base.arrays import Array, frozen
+from robsim.base.arrays import Array, make_read_only
 from robsim.base.errors import InputError
-from robsim.declare import Length, Quantity, Role, Whole, check_fields, family
-from robsim.declare.words import Color
+from robsim.declare import Integer, Length, Quantity, Role, check_fields, family
+from robsim.declare.texts import Color
 from robsim.geometry.hull import Hull
 from robsim.geometry.inertia import Inertia
-from robsim.geometry.pose import IDENTITY, Pose, one_pose
+from robsim.geometry.pose import IDENTITY, Pose, check_single_pose
 from robsim.geometry.pose_table import FLAT_POSE
 
 Face = tuple[int, ...]
 SHAPES = family("shape")
-Size = Annotated[float, Length(above=0), "Size along one axis."]
-Radius = Annotated[float, Length(above=0), "Radius of the solid."]
-Corners = Annotated[int, Whole(3, 4096), "Number of points that draw a circle."]
-Colour = Annotated[str, Color, Role.LABEL, "Colour in figures."]
+SideLength = Annotated[float, Length(above=0), "Size along one axis."]
+SolidRadius = Annotated[float, Length(above=0), "Radius of the solid."]
+CirclePoints = Annotated[int, Integer(3, 4096), "Number of points that draw a circle."]
+FigureColour = Annotated[str, Color, Role.LABEL, "Colour in figures."]
 
 
 @dataclass(frozen=True)
@@ -65,7 +65,7 @@ class Primitive:
         >>> float(Block(2, 2, 2).at(Pose.at(1, 0, 0)).vertices[:, 0].max())
         2.0
         """
-        moved = one_pose(pose, "pose to move a primitive by")
+        moved = check_single_pose(pose, "pose to move a primitive by")
         return replace(self, pose=moved @ self.pose)
 
     @property
@@ -87,7 +87,7 @@ class Primitive:
     @cached_property
     def vertices(self) -> Array:
         """The corner points (V, 3), in metres."""
-        return frozen(self.pose @ self._corners())
+        return make_read_only(self.pose @ self._corners())
 
     @property
     def edges(self) -> Array:

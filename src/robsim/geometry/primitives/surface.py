@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, Any
 
-from robsim.base.arrays import Array, frozen
-from robsim.geometry.primitives.primitive import Colour, Face, Primitive
+from robsim.base.arrays import Array, make_read_only
+from robsim.geometry.primitives.primitive import Face, FigureColour, Primitive
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,7 +23,7 @@ class Surface(Primitive):
     points: Annotated[Any, "Corners of the triangles."]
     triangles: Annotated[Any, "Numbers of the points at their corners."]
     sharp: Annotated[Any, "Edges (E, 2) where it bends, as numbers of points."]
-    color: Colour = "k"
+    color: FigureColour = "k"
 
     @property
     def faces(self) -> tuple[Face, ...]:
@@ -37,4 +37,4 @@ class Surface(Primitive):
         return edges
 
     def _corners(self) -> Array:
-        return frozen(self.points)
+        return make_read_only(self.points)

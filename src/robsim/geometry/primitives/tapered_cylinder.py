@@ -12,11 +12,18 @@ from robsim.base.arrays import Array
 from robsim.declare import Length, register
 from robsim.geometry.hull import Hull
 from robsim.geometry.pose import Pose
-from robsim.geometry.primitives.primitive import Colour, Corners, Face, Primitive, Radius, Size
-from robsim.geometry.primitives.revolved import circle, on_circle
+from robsim.geometry.primitives.primitive import (
+    CirclePoints,
+    Face,
+    FigureColour,
+    Primitive,
+    SideLength,
+    SolidRadius,
+)
+from robsim.geometry.primitives.revolution import circle_points, unit_circle_points
 from robsim.geometry.primitives.wheel import Wheel
 
-STEPS = 4  # cylinders that stand for it in files of simulators
+EXPORT_SLICES = 4  # cylinders that stand for it in files of simulators
 
 
 @register("shape", "tapered_cylinder")
@@ -32,11 +39,11 @@ class TaperedCylinder(Primitive):
     0.3
     """
 
-    radius: Radius
-    end_radius: Annotated[float, Length(above=0), "Radius of the solid at its upper end."]
-    length: Size
-    n: Corners = 32
-    color: Colour = "k"
+    radius: SolidRadius
+    end_radius: Annotated[float, Length(above=0), "SolidRadius of the solid at its upper end."]
+    length: SideLength
+    n: CirclePoints = 32
+    color: FigureColour = "k"
 
     @property
     def faces(self) -> tuple[Face, ...]:
@@ -45,8 +52,8 @@ class TaperedCylinder(Primitive):
 
     def simpler(self) -> tuple[Primitive, ...]:
         """Return four wheels, each of the volume of its slice."""
-        edges = np.linspace(self.radius, self.end_radius, STEPS + 1)
-        height = self.length / STEPS
+        edges = np.linspace(self.radius, self.end_radius, EXPORT_SLICES + 1)
+        height = self.length / EXPORT_SLICES
         wheels = []
         for i, (r, s) in enumerate(pairwise(edges)):
             middle = Pose.at(0, 0, (i + 0.5) * height - self.length / 2)
@@ -76,7 +83,7 @@ class TaperedCylinder(Primitive):
         return np.pi * area * h, centre, (x2, x2, h * h * (t2 - t * t))
 
     def _corners(self) -> Array:
-        rings = (circle(radius, self.n) for radius in (self.radius, self.end_radius))
+        rings = (circle_points(radius, self.n) for radius in (self.radius, self.end_radius))
         z = np.repeat([-self.length / 2, self.length / 2], self.n)
         return np.column_stack([np.concatenate(list(rings)), z])
 
@@ -88,10 +95,10 @@ class TaperedCylinder(Primitive):
         """Return the truncated pyramid around it, whose sides touch the circles."""
         n, h = self.n, self.length
         corner = 2 * np.pi * np.arange(n) / n
-        unit, z = on_circle(corner) / np.cos(np.pi / n), np.array([[0.0, 0.0, 1.0]])
+        unit, z = unit_circle_points(corner) / np.cos(np.pi / n), np.array([[0.0, 0.0, 1.0]])
         low, high = unit * self.radius - h / 2 * z, unit * self.end_radius + h / 2 * z
-        outwards = h * on_circle(corner + np.pi / n) + (self.radius - self.end_radius) * z
-        along = on_circle(corner + np.pi / n + np.pi / 2)[: n if n % 2 else n // 2]
+        outwards = h * unit_circle_points(corner + np.pi / n) + (self.radius - self.end_radius) * z
+        along = unit_circle_points(corner + np.pi / n + np.pi / 2)[: n if n % 2 else n // 2]
         return Hull(
             np.concatenate([low, high]),
             np.concatenate([outwards, z]),

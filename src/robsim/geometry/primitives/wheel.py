@@ -9,8 +9,15 @@ import numpy as np
 from robsim.base.arrays import Array
 from robsim.declare import register
 from robsim.geometry.hull import Hull
-from robsim.geometry.primitives.primitive import Colour, Corners, Face, Primitive, Radius, Size
-from robsim.geometry.primitives.revolved import circle, on_circle
+from robsim.geometry.primitives.primitive import (
+    CirclePoints,
+    Face,
+    FigureColour,
+    Primitive,
+    SideLength,
+    SolidRadius,
+)
+from robsim.geometry.primitives.revolution import circle_points, unit_circle_points
 
 
 @register("shape", "wheel")
@@ -26,10 +33,10 @@ class Wheel(Primitive):
     32
     """
 
-    radius: Radius
-    width: Size
-    n: Corners = 32
-    color: Colour = "k"
+    radius: SolidRadius
+    width: SideLength
+    n: CirclePoints = 32
+    color: FigureColour = "k"
 
     @property
     def faces(self) -> tuple[Face, ...]:
@@ -44,7 +51,7 @@ class Wheel(Primitive):
 
     def _corners(self) -> Array:
         z = np.repeat([-self.width / 2, self.width / 2], self.n)
-        return np.column_stack([np.tile(circle(self.radius, self.n), (2, 1)), z])
+        return np.column_stack([np.tile(circle_points(self.radius, self.n), (2, 1)), z])
 
     def _edges(self) -> list[tuple[int, int]]:
         n = self.n
@@ -58,7 +65,7 @@ class Wheel(Primitive):
         n, z = self.n, [[0.0, 0.0, 1.0]]
         corner = 2 * np.pi * np.arange(n) / n
         side = (corner + np.pi / n)[: n if n % 2 else n // 2]  # for even n, two sides are parallel
-        ring = on_circle(corner) * self.radius / np.cos(np.pi / n)
+        ring = unit_circle_points(corner) * self.radius / np.cos(np.pi / n)
         ends = [ring + np.array([0.0, 0.0, end * self.width / 2]) for end in (-1, 1)]
-        normals, along = on_circle(side), on_circle(side + np.pi / 2)
+        normals, along = unit_circle_points(side), unit_circle_points(side + np.pi / 2)
         return Hull(np.concatenate(ends), np.concatenate([normals, z]), np.concatenate([along, z]))

@@ -11,13 +11,15 @@ f as much as the perspective of a small target does; with them five or six are u
 """
 
 from robsim.kernels.machine.jit import kernel, part
-from robsim.kernels.machine.lanes import absolute, get, put, some, where
+from robsim.kernels.machine.lanes import absolute, any_lane, get, put, where
 
-PIVOT = 1e-11  # of the diagonal: a smaller one says that f does not bend upwards, or too little
+LEAST_PIVOT = (
+    1e-11  # of the diagonal: a smaller one says that f does not bend upwards, or too little
+)
 
 
 @kernel
-def _rows_of_curvature(w, N, now, inverse, error, L, B):
+def _curvature_rows(w, N, now, inverse, error, L, B):
     """Compute B, the rows b_r of all marks."""
     for n in range(N):
         x, y, s = get(w, now + 2 * n), get(w, now + 2 * n + 1), get(w, inverse + n)
@@ -31,7 +33,7 @@ def _rows_of_curvature(w, N, now, inverse, error, L, B):
 
 
 @kernel
-def _lower_products(w, B, rows, H):
+def _lower_gram(w, B, rows, H):
     """Compute the lower half of H = B' B."""
     for i in range(6):
         for j in range(i + 1):
@@ -42,7 +44,7 @@ def _lower_products(w, B, rows, H):
 
 
 @kernel
-def _add_rest(w, N, now, inverse, error, weights, H):
+def _add_curvature_terms(w, N, now, inverse, error, weights, H):
     """Add what is no product of rows b_r to the lower half of H.
 
     Errors and rows are weighted once, and these products are to be twice.
@@ -70,7 +72,7 @@ def _add_rest(w, N, now, inverse, error, weights, H):
 
 
 @kernel
-def _factorise(w, H):
+def _factorise_ldl(w, H):
     """Replace H by L and D^-1 with H = L D L', in place; return where a pivot is too small.
 
     Above the diagonal stand the numbers of L D.
@@ -81,7 +83,7 @@ def _factorise(w, H):
         pivot = whole
         for k in range(j):
             pivot = pivot - get(w, H + 6 * j + k) * get(w, H + 6 * k + j)
-        small = small | (pivot <= PIVOT * absolute(whole))
+        small = small | (pivot <= LEAST_PIVOT * absolute(whole))
         inverse = 1.0 / pivot
         put(w, H + 7 * j, inverse)
         for i in range(j + 1, 6):
@@ -94,7 +96,7 @@ def _factorise(w, H):
 
 
 @part
-def _substitute(w, H, u):
+def _solve_ldl(w, H, u):
     """Replace u by (L D L')^-1 u, in place."""
     for i in range(1, 6):
         total = get(w, u + i)
@@ -109,7 +111,7 @@ def _substitute(w, H, u):
 
 
 @part
-def _downhill(w, L, error, rows, u):
+def _descent_direction(w, L, error, rows, u):
     """Compute u = L' e, which is minus the gradient."""
     for i in range(6):
         total = get(w, L + i) * get(w, error)
@@ -119,16 +121,16 @@ def _downhill(w, L, error, rows, u):
 
 
 @part
-def curvature(w, N, now, inverse, error, weights, L, room):
+def pose_hessian(w, N, now, inverse, error, weights, L, room):
     """Compute the lower half of the second derivatives H (6, 6), below 12 N rows of room."""
     H = room + 12 * N
-    _rows_of_curvature(w, N, now, inverse, error, L, room)
-    _lower_products(w, room, 2 * N, H)
-    _add_rest(w, N, now, inverse, error, weights, H)
+    _curvature_rows(w, N, now, inverse, error, L, room)
+    _lower_gram(w, room, 2 * N, H)
+    _add_curvature_terms(w, N, now, inverse, error, weights, H)
 
 
 @part
-def update(w, N, image, weights, L, slow, moving, u, room):
+def newton_update(w, N, image, weights, L, slow, moving, u, room):
     """Compute the update u of moving runs, from N marks; return where L' L has no sound inverse.
 
     It is Newton's in slow runs where f bends upwards, and else that of Gauss and Newton. The image
@@ -141,15 +143,15 @@ def update(w, N, image, weights, L, slow, moving, u, room):
     flat = moving
     for attempt in range(2):  # a loop, so that what follows is compiled once
         if attempt == 0:
-            curvature(w, N, now, inverse, bending, weights, L, room)
+            pose_hessian(w, N, now, inverse, bending, weights, L, room)
         else:
-            _lower_products(w, L, 2 * N, H)
-        unsound = _factorise(w, H)
-        _downhill(w, L, error, 2 * N, found)
-        _substitute(w, H, found)
+            _lower_gram(w, L, 2 * N, H)
+        unsound = _factorise_ldl(w, H)
+        _descent_direction(w, L, error, 2 * N, found)
+        _solve_ldl(w, H, found)
         for i in range(6):
             put(w, u + i, where(flat, get(w, found + i), get(w, u + i)))
         flat = flat & unsound
-        if not some(flat):
+        if not any_lane(flat):
             break
     return flat

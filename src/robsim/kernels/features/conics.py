@@ -5,24 +5,29 @@ import math
 import numpy as np
 
 from robsim.kernels.features.point_features import cross_columns
-from robsim.kernels.formulas.moments import ORDER_3, mean, plane, region_rates
-from robsim.kernels.linear_algebra.solve import least_squares
+from robsim.kernels.formulas.image_moments import (
+    ORDER_3,
+    fit_inverse_depth_plane,
+    mean_point,
+    region_moment_rates,
+)
+from robsim.kernels.linear_algebra.pseudoinverse import least_squares
+from robsim.kernels.machine.array_views import matrix, vector
 from robsim.kernels.machine.jit import kernel
 from robsim.kernels.machine.lanes import WIDTH
-from robsim.kernels.machine.memory import matrix, vector
-from robsim.kernels.machine.stage import stage
+from robsim.kernels.machine.stages import stage
 
 RCOND = 1e-12  # points that leave a conic less certain than this do not fix one
 
 
 @kernel
-def _conic(x, centre, size, q, rank):
+def _fit_conic(x, centre, size, q, rank):
     """Compute q[5, b] of the conic q . (u^2, u v, v^2, u, v) = 1 through x = centre + size (u, v).
 
     The mean of points of an ellipse is inside it, so that the constant is never zero.
     """
     A, y = np.empty((x.shape[0], 5, x.shape[2])), np.ones((x.shape[0], x.shape[2]))
-    mean(x, centre)
+    mean_point(x, centre)
     size[:] = 0.0
     for n in range(x.shape[0]):
         for b in range(x.shape[2]):
@@ -39,7 +44,7 @@ def _conic(x, centre, size, q, rank):
 
 
 @kernel
-def ellipse(x, centre, mu):
+def fit_ellipse(x, centre, mu):
     """Compute centre[2, b] and area moments mu[k, b] of the ellipse through x[n, 2, b].
 
     The ellipse (z - z0)' S (z - z0) = k has n = mu / area = k S^-1 / 4; its odd moments vanish and
@@ -47,7 +52,7 @@ def ellipse(x, centre, mu):
     """
     runs = x.shape[2]
     size, q, rank = np.empty(runs), np.empty((5, runs)), np.empty(runs, np.int64)
-    _conic(x, centre, size, q, rank)
+    _fit_conic(x, centre, size, q, rank)
     mu[:] = 0.0
     for b in range(runs):
         a, h, c, d, e = q[0, b], 0.5 * q[1, b], q[2, b], q[3, b], q[4, b]
@@ -73,7 +78,7 @@ def ellipse_rates(mu, R, L):
 
 
 @kernel
-def sphere(x, Z, radius, s):
+def sphere_coordinates(x, Z, radius, s):
     """Compute s[3, b] = (X, Y, Z) / radius of the centre x[2, b] at depth Z[b]."""
     for b in range(x.shape[1]):
         far = Z[b] / radius[b]
@@ -107,12 +112,12 @@ def ellipse_stage(
     """Compute s and L of an ellipse: (N, points, depth, centre, mu, plane, R, s, L)."""
     centre, mu, ABC = vector(w, centre, 2), vector(w, mu, ORDER_3), vector(w, ABC, 3)
     x, R, s = matrix(w, points, N, 2), matrix(w, R, 6, 6), vector(w, s, 5)
-    ellipse(x, centre, mu)
+    fit_ellipse(x, centre, mu)
     for b in range(WIDTH):
         s[0, b], s[1, b] = centre[0, b], centre[1, b]
         s[2, b], s[3, b], s[4, b] = mu[3, b], mu[4, b], mu[5, b]
-    plane(x, vector(w, depth, N), ABC)
-    region_rates(ABC, centre, mu, R)
+    fit_inverse_depth_plane(x, vector(w, depth, N), ABC)
+    region_moment_rates(ABC, centre, mu, R)
     ellipse_rates(mu, R, matrix(w, L, 5, 6))
 
 
@@ -121,5 +126,5 @@ def sphere_stage(w, step, point="1, 2", depth="1", radius="row", s="3", L="3, 6"
     """Compute s and L of a sphere: (point of its centre, its depth, radius, s, L)."""
     x, Z, radius = vector(w, point, 2), vector(w, depth, 1)[0], vector(w, radius, 1)[0]
     s = vector(w, s, 3)
-    sphere(x, Z, radius, s)
+    sphere_coordinates(x, Z, radius, s)
     sphere_interaction(s, radius, matrix(w, L, 3, 6))

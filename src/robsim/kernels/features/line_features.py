@@ -7,12 +7,12 @@ import math
 
 import numpy as np
 
-from robsim.kernels.features.point_features import polar_of, polar_rates, turn_towards
+from robsim.kernels.features.point_features import polar_rates, to_polar, unwrap_angles
 from robsim.kernels.formulas.interaction import points_interaction
+from robsim.kernels.machine.array_views import matrix, vector
 from robsim.kernels.machine.jit import kernel
 from robsim.kernels.machine.lanes import WIDTH
-from robsim.kernels.machine.memory import matrix, vector
-from robsim.kernels.machine.stage import stage
+from robsim.kernels.machine.stages import stage
 
 
 @kernel
@@ -23,7 +23,7 @@ def segments(x, s):
         for b in range(x.shape[2]):
             x0, y0, x1, y1 = x[n, 0, b], x[n, 1, b], x[n + 1, 0, b], x[n + 1, 1, b]
             s[i, b], s[i + 1, b] = 0.5 * (x0 + x1), 0.5 * (y0 + y1)
-            s[i + 2, b], s[i + 3, b] = polar_of(x1 - x0, y1 - y0)
+            s[i + 2, b], s[i + 3, b] = to_polar(x1 - x0, y1 - y0)
 
 
 @kernel
@@ -40,28 +40,28 @@ def to_segment_rates(x, L):
 
 
 @kernel
-def normal_of(x0, y0, x1, y1):
+def line_normal(x0, y0, x1, y1):
     """Return (cos theta, sin theta, distance) of the line from one point to the other.
 
     It is x cos theta + y sin theta = rho, and runs in the direction (-sin theta, cos theta).
     """
-    distance, _ = polar_of(x1 - x0, y1 - y0)
+    distance, _ = to_polar(x1 - x0, y1 - y0)
     return (y1 - y0) / distance, (x0 - x1) / distance, distance
 
 
 @kernel
-def lines(x, s):
+def line_parameters(x, s):
     """Compute s[n, b] = (rho, theta) of lines from x[0] to x[1], from x[2] to x[3] ..."""
     for n in range(0, x.shape[0], 2):
         for b in range(x.shape[2]):
             x0, y0 = x[n, 0, b], x[n, 1, b]
-            c, s_, _ = normal_of(x0, y0, x[n + 1, 0, b], x[n + 1, 1, b])
+            c, s_, _ = line_normal(x0, y0, x[n + 1, 0, b], x[n + 1, 1, b])
             s[n, b], s[n + 1, b] = x0 * c + y0 * s_, math.atan2(s_, c)
 
 
 @kernel
 def lines_interaction(x, Z, L):
-    """Compute L[n, 6, b] of `lines` through marks x[n, 2, b] at depths Z[n, b].
+    """Compute L[n, 6, b] of `line_parameters` through marks x[n, 2, b] at depths Z[n, b].
 
     Its lambdas come from a plane through the line in space; along the line's image that makes 1/Z
     linear. So lambda_theta is the slope of 1/Z, and -lambda_rho is 1/Z at the foot of the
@@ -70,7 +70,7 @@ def lines_interaction(x, Z, L):
     for n in range(0, x.shape[0], 2):
         for b in range(x.shape[2]):
             x0, y0 = x[n, 0, b], x[n, 1, b]
-            c, s, distance = normal_of(x0, y0, x[n + 1, 0, b], x[n + 1, 1, b])
+            c, s, distance = line_normal(x0, y0, x[n + 1, 0, b], x[n + 1, 1, b])
             rho = x0 * c + y0 * s
             slope = (1.0 / Z[n + 1, b] - 1.0 / Z[n, b]) / distance
             foot = 1.0 / Z[n, b] - slope * (y0 * c - x0 * s)
@@ -103,7 +103,7 @@ def segments_stage(
     x, s, L = matrix(w, points, N, 2), vector(w, s, 2 * N), matrix(w, L, 2 * N, 6)
     segments(x, s)
     if goal >= 0:
-        turn_towards(vector(w, goal, 2 * N), 4, s)
+        unwrap_angles(vector(w, goal, 2 * N), 4, s)
     points_interaction(x, vector(w, depth, N), L)
     to_segment_rates(x, L)
 
@@ -112,9 +112,9 @@ def segments_stage(
 def lines_stage(w, step, N="count", points="N, 2", depth="N", goal="N or none", s="N", L="N, 6"):
     """Compute s and L of straight lines: (N, points, depth, goal or -1, s, L)."""
     x, s = matrix(w, points, N, 2), vector(w, s, N)
-    lines(x, s)
+    line_parameters(x, s)
     if goal >= 0:
-        turn_towards(vector(w, goal, N), 2, s)
+        unwrap_angles(vector(w, goal, N), 2, s)
     lines_interaction(x, vector(w, depth, N), matrix(w, L, N, 6))
 
 

@@ -1,37 +1,37 @@
 """Features of image moments: area, centre, orientation, and six decoupled ones.
 
 Centres centre[2, b], moments mu[k, b] and their rates R[k, 6, b] are those of
-`robsim.kernels.formulas.moments`.
+`robsim.kernels.formulas.image_moments`.
 """
 
 import math
 
 import numpy as np
 
-from robsim.kernels.formulas.moments import (
+from robsim.kernels.formulas.image_moments import (
     ORDER_3,
     ORDER_4,
-    marks,
-    marks_rates,
-    plane,
-    region,
-    region_rates,
+    fit_inverse_depth_plane,
+    mark_moment_rates,
+    mark_moments,
+    region_moment_rates,
+    region_moments,
 )
+from robsim.kernels.machine.array_views import matrix, vector
 from robsim.kernels.machine.jit import kernel, part
-from robsim.kernels.machine.memory import matrix, vector
-from robsim.kernels.machine.stage import stage
+from robsim.kernels.machine.stages import stage
 
-NEAR = 0.8  # what a small turn is worth against third moments that contradict it
+ANGLE_VOTE = 0.8  # what a small turn is worth against third moments that contradict it
 
 
 @part
-def _size(of_marks, m, b):
+def _moment_size(of_marks, m, b):
     """Return the size: mu00 of a region, mu20 + mu02 of a set of marks."""
     return m[3, b] + m[5, b] if of_marks else m[0, b]
 
 
 @part
-def _size_rate(of_marks, R, c, b):
+def _moment_size_rate(of_marks, R, c, b):
     """Return the rate of the size by component c of the twist."""
     return R[3, c, b] + R[5, c, b] if of_marks else R[0, c, b]
 
@@ -57,10 +57,10 @@ def within_quarter_turn(goal, alpha):
 
 
 @kernel
-def head(mu, alpha, out):
+def head_vector(mu, alpha, out):
     """Compute out[2, b], third moments along and across the axis alpha[b], dimensionless.
 
-    p = (mu30 + mu12, mu21 + mu03), and its length is the rho of `decoupled`. An axis has no head,
+    p = (mu30 + mu12, mu21 + mu03), and its length is the rho of `decoupled_moments`. An axis has no head,
     and p has: with alpha + pi it changes its sign.
     """
     for b in range(alpha.shape[0]):
@@ -71,38 +71,38 @@ def head(mu, alpha, out):
 
 
 @kernel
-def upright(goal, head_goal, mu, alpha):
+def resolve_half_turn(goal, head_goal, mu, alpha):
     """Add n pi to alpha[b], so that the head is where it is at the goal, in place.
 
-    h is `head`, h* at the goal. In pictures that differ by a turn h = h*, or -h* where the axis
+    h is `head_vector`, h* at the goal. In pictures that differ by a turn h = h*, or -h* where the axis
     points the other way; a tilt bends h, and the nearer of both angles gets NEAR of a vote: alpha
     is kept where h.h* / max(|h|, |h*|)^2 + NEAR cos(alpha - goal) is not below zero. Both change
     their signs with alpha + pi, so there is no jump at a quarter turn.
     """
     h = np.empty((2, alpha.shape[0]))
-    head(mu, alpha, h)
+    head_vector(mu, alpha, h)
     for b in range(alpha.shape[0]):
         x, y = head_goal[0, b], head_goal[1, b]
         square, along = x * x + y * y, h[0, b] * x + h[1, b] * y
         share = along / max(square, h[0, b] * h[0, b] + h[1, b] * h[1, b])
-        if share + NEAR * math.cos(alpha[b] - goal[b]) < 0.0:
+        if share + ANGLE_VOTE * math.cos(alpha[b] - goal[b]) < 0.0:
             alpha[b] += math.pi if alpha[b] < goal[b] else -math.pi
 
 
 @part
-def basic(of_marks, centre, mu, s):
+def basic_moments(of_marks, centre, mu, s):
     """Compute s[4, b] = (a, xg, yg, alpha), alpha = atan2(2 mu11, mu20 - mu02) / 2."""
     for b in range(mu.shape[1]):
-        s[0, b], s[1, b], s[2, b] = _size(of_marks, mu, b), centre[0, b], centre[1, b]
+        s[0, b], s[1, b], s[2, b] = _moment_size(of_marks, mu, b), centre[0, b], centre[1, b]
         s[3, b] = _orientation(mu, b)
 
 
 @part
-def basic_rates(of_marks, mu, R, L):
+def basic_moment_rates(of_marks, mu, R, L):
     """Compute L[4, 6, b] of (a, xg, yg, alpha), from the rates R[k, 6, b] of the moments."""
     for c in range(6):
         for b in range(mu.shape[1]):
-            L[0, c, b], L[1, c, b] = _size_rate(of_marks, R, c, b), R[1, c, b]
+            L[0, c, b], L[1, c, b] = _moment_size_rate(of_marks, R, c, b), R[1, c, b]
             L[2, c, b], L[3, c, b] = R[2, c, b], _orientation_rate(mu, R, c, b)
 
 
@@ -115,14 +115,14 @@ def _skewness(mu, b):
 
 
 @kernel
-def decoupled(of_marks, size_goal, Z_goal, centre, mu, s):
+def decoupled_moments(of_marks, size_goal, Z_goal, centre, mu, s):
     """Compute s[6, b] = (xn, yn, an, Px, Py, alpha), an = Z* sqrt(a* / a), xn = an xg, yn = an yg.
 
     (Px, Py) = rho (cos 2 phi, sin 2 phi): the size without unit and the direction from the
     principal axis of p = (mu30 + mu12, mu21 + mu03), twice because an axis has no head.
     """
     for b in range(mu.shape[1]):
-        an = Z_goal[b] * math.sqrt(size_goal[b] / _size(of_marks, mu, b))
+        an = Z_goal[b] * math.sqrt(size_goal[b] / _moment_size(of_marks, mu, b))
         rho, px, py, _spread = _skewness(mu, b)
         alpha = _orientation(mu, b)
         twice = 2.0 * (math.atan2(py, px) - alpha)
@@ -131,12 +131,14 @@ def decoupled(of_marks, size_goal, Z_goal, centre, mu, s):
 
 
 @kernel
-def decoupled_rates(of_marks, centre, mu, R, s, L):
+def decoupled_moment_rates(of_marks, centre, mu, R, s, L):
     """Compute L[6, 6, b] of the decoupled s[6, b], from the rates R[k, 6, b] of the moments."""
     for c in range(6):
         for b in range(mu.shape[1]):
             an = s[2, b]
-            an_rate = -0.5 * an * _size_rate(of_marks, R, c, b) / _size(of_marks, mu, b)
+            an_rate = (
+                -0.5 * an * _moment_size_rate(of_marks, R, c, b) / _moment_size(of_marks, mu, b)
+            )
             _rho, px, py, spread = _skewness(mu, b)
             dx, dy, square = R[6, c, b] + R[8, c, b], R[7, c, b] + R[9, c, b], px * px + py * py
             alpha_rate = _orientation_rate(mu, R, c, b)
@@ -157,8 +159,8 @@ def marks_stage(
 ):
     """Compute the moments of marks and their rates: (N, points, depth, centre, mu, R)."""
     x, Z, centre = matrix(w, points, N, 2), vector(w, depth, N), vector(w, centre, 2)
-    marks(x, centre, vector(w, mu, ORDER_3))
-    marks_rates(x, Z, centre, matrix(w, R, ORDER_3, 6))
+    mark_moments(x, centre, vector(w, mu, ORDER_3))
+    mark_moment_rates(x, Z, centre, matrix(w, R, ORDER_3, 6))
 
 
 @stage
@@ -178,9 +180,9 @@ def region_stage(
     """Compute the moments of a region and their rates: (N, points, depth, centre, mu, R, plane)."""
     x, Z, centre = matrix(w, points, N, 2), vector(w, depth, N), vector(w, centre, 2)
     mu, ABC = vector(w, mu, ORDER_4), vector(w, ABC, 3)
-    region(x, centre, mu)
-    plane(x, Z, ABC)
-    region_rates(ABC, centre, mu, matrix(w, R, ORDER_3, 6))
+    region_moments(x, centre, mu)
+    fit_inverse_depth_plane(x, Z, ABC)
+    region_moment_rates(ABC, centre, mu, matrix(w, R, ORDER_3, 6))
 
 
 @stage
@@ -199,10 +201,10 @@ def basic_stage(
 ):
     """Compute s and L of size, centre and angle: (of marks, centre, mu, R, goal or -1, s, L)."""
     of_marks, mu, s = of_marks != 0, vector(w, mu, ORDER_3), vector(w, s, 4)
-    basic(of_marks, vector(w, centre, 2), mu, s)
+    basic_moments(of_marks, vector(w, centre, 2), mu, s)
     if goal >= 0:
         within_quarter_turn(vector(w, goal, 1)[0], s[3])
-    basic_rates(of_marks, mu, matrix(w, R, ORDER_3, 6), matrix(w, L, 4, 6))
+    basic_moment_rates(of_marks, mu, matrix(w, R, ORDER_3, 6), matrix(w, L, 4, 6))
 
 
 @stage
@@ -228,9 +230,9 @@ def decoupled_stage(
     """
     of_marks, centre, mu = of_marks != 0, vector(w, centre, 2), vector(w, mu, ORDER_3)
     goal, s = vector(w, goal, 5), vector(w, s, 6)
-    decoupled(of_marks, goal[0], goal[1], centre, mu, s)
+    decoupled_moments(of_marks, goal[0], goal[1], centre, mu, s)
     if turned:
         within_quarter_turn(goal[2], s[5])
     if headed:
-        upright(goal[2], goal[3:], mu, s[5])
-    decoupled_rates(of_marks, centre, mu, matrix(w, R, ORDER_3, 6), s, matrix(w, L, 6, 6))
+        resolve_half_turn(goal[2], goal[3:], mu, s[5])
+    decoupled_moment_rates(of_marks, centre, mu, matrix(w, R, ORDER_3, 6), s, matrix(w, L, 6, 6))

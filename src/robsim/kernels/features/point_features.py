@@ -8,13 +8,13 @@ import math
 import numpy as np
 
 from robsim.kernels.formulas.interaction import points_interaction
+from robsim.kernels.machine.array_views import matrix, vector
 from robsim.kernels.machine.jit import kernel, part
-from robsim.kernels.machine.memory import matrix, vector
-from robsim.kernels.machine.stage import stage
+from robsim.kernels.machine.stages import stage
 
 
 @kernel
-def polar_of(x, y):
+def to_polar(x, y):
     """Return (rho, theta) of the vector (x, y)."""
     return math.sqrt(x * x + y * y), math.atan2(y, x)
 
@@ -28,16 +28,16 @@ def polar_rates(x, y, dx, dy):
 
 
 @kernel
-def polar(x, s):
+def polar_features(x, s):
     """Compute s[2n, b] = (rho, theta) of image points x[n, 2, b] about the principal point."""
     for n in range(x.shape[0]):
         for b in range(x.shape[2]):
-            s[2 * n, b], s[2 * n + 1, b] = polar_of(x[n, 0, b], x[n, 1, b])
+            s[2 * n, b], s[2 * n + 1, b] = to_polar(x[n, 0, b], x[n, 1, b])
 
 
 @kernel
 def to_polar_rates(x, L):
-    """Convert L of the points x[n, 2, b] to L of `polar`, in place."""
+    """Convert L of the points x[n, 2, b] to L of `polar_features`, in place."""
     for n in range(x.shape[0]):
         i, j = 2 * n, 2 * n + 1
         for c in range(6):
@@ -46,7 +46,7 @@ def to_polar_rates(x, L):
 
 
 @kernel
-def turn_towards(goal, group, s):
+def unwrap_angles(goal, group, s):
     """Shift angles of s[k, b], the last of each `group` rows, to within half a turn of the goal.
 
     Only whole turns are taken off, so an angle that is near already keeps its bits.
@@ -134,9 +134,9 @@ def polar_stage(
 ):
     """Compute s and L of polar coordinates: (N, points, depth, goal or -1, s, L)."""
     x, s, L = matrix(w, points, N, 2), vector(w, s, 2 * N), matrix(w, L, 2 * N, 6)
-    polar(x, s)
+    polar_features(x, s)
     if goal >= 0:
-        turn_towards(vector(w, goal, 2 * N), 2, s)
+        unwrap_angles(vector(w, goal, 2 * N), 2, s)
     points_interaction(x, vector(w, depth, N), L)
     to_polar_rates(x, L)
 

@@ -5,17 +5,17 @@ import math
 import numpy as np
 
 from robsim.kernels.features.point_features import points_3d_interaction
-from robsim.kernels.formulas.lane_poses import compose
+from robsim.kernels.formulas.lane_poses import compose_lanes
 from robsim.kernels.formulas.se3 import (
-    inverse,
+    inverse_pose,
     log_coefficient,
     rotation_to_quaternion,
     rotation_vector,
 )
+from robsim.kernels.machine.array_views import matrix, vector
 from robsim.kernels.machine.jit import part
 from robsim.kernels.machine.lanes import absolute, get, put, where
-from robsim.kernels.machine.memory import matrix, vector
-from robsim.kernels.machine.stage import stage
+from robsim.kernels.machine.stages import stage
 
 
 @part
@@ -56,7 +56,7 @@ def camera_origin_interaction(T, L):
 
 
 @stage
-def lost_stage(w, step, N="count", points="N, 2", T="3, 4", lost="row"):
+def flag_lost_pose(w, step, N="count", points="N, 2", T="3, 4", lost="row"):
     """Note runs whose guess was behind the camera: (N, points, pose, lost), which stays noted.
 
     Their pose is NaN although all marks are seen.
@@ -69,10 +69,10 @@ def lost_stage(w, step, N="count", points="N, 2", T="3, 4", lost="row"):
 
 
 @stage
-def from_goal_stage(w, step, T_c_o="3, 4", T_o_goal="3, 4", room="3, 4", T="3, 4"):
+def goal_camera_pose_stage(w, step, T_c_o="3, 4", T_o_goal="3, 4", room="3, 4", T="3, 4"):
     """Compute the pose of the camera in the goal camera: (pose, target in it, room, out)."""
-    compose(w, T_c_o, T_o_goal, room)
-    inverse(matrix(w, room, 3, 4), matrix(w, T, 3, 4))
+    compose_lanes(w, T_c_o, T_o_goal, room)
+    inverse_pose(matrix(w, room, 3, 4), matrix(w, T, 3, 4))
 
 
 @stage

@@ -4,7 +4,7 @@ from robsim.kernels.machine.jit import kernel
 
 
 @kernel
-def largest(x, out):
+def largest_magnitude(x, out):
     """Compute out[b] = max_i |x[i, b]|; NaN or infinite if any of them is."""
     out[:] = 0.0
     for i in range(x.shape[0]):

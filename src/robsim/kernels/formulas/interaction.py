@@ -26,12 +26,12 @@ def points_interaction(x, Z, L):
 def put_point_rates(w, at, x, y, inverse):
     """Write both rows of L of a normalised point at the depth 1/inverse."""
     first, second = point_rates(x, y, inverse)
-    _put_row(w, at, first)
-    _put_row(w, at + 6, second)
+    _put_interaction_row(w, at, first)
+    _put_interaction_row(w, at + 6, second)
 
 
 @part
-def _put_row(w, at, row):
+def _put_interaction_row(w, at, row):
     put(w, at, row[0])
     put(w, at + 1, row[1])
     put(w, at + 2, row[2])

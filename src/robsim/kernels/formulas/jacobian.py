@@ -9,7 +9,7 @@ of the user's own kinds.
 from typing import Any, NamedTuple
 
 
-class Moves(NamedTuple):
+class BodyMoves(NamedTuple):
     """The moves of some velocities of a tree: one row for each body that each of them moves."""
 
     columns: Any  # the velocities

@@ -9,7 +9,15 @@ library, number by number.
 import math
 
 from robsim.kernels.machine.jit import kernel, part
-from robsim.kernels.machine.lanes import WIDTH, absolute, floor, lane, some, where, with_lane
+from robsim.kernels.machine.lanes import (
+    WIDTH,
+    absolute,
+    any_lane,
+    floor,
+    get_lane,
+    replace_lane,
+    where,
+)
 
 LARGE = 1e5  # radians: beyond, k * PI_2[0] is not exact any more
 PI_2 = (1.57079632673412561417e00, 6.07710050630396597660e-11, 2.02226624879595063154e-21)
@@ -38,18 +46,18 @@ def _cosine(z):
 
 
 @part
-def _by_library(x, c, s):
+def _library_cos_sin(x, c, s):
     """Return cosine and sine with those of large arguments computed number by number."""
     for i in range(WIDTH):
-        if abs(lane(x, i)) > LARGE:
-            c = with_lane(c, i, math.cos(lane(x, i)))
-            s = with_lane(s, i, math.sin(lane(x, i)))
+        if abs(get_lane(x, i)) > LARGE:
+            c = replace_lane(c, i, math.cos(get_lane(x, i)))
+            s = replace_lane(s, i, math.sin(get_lane(x, i)))
     return c, s
 
 
 @part
 def near_cos_sin(x):
-    """Return cos(x) and sin(x) of lanes that are not `is_large`, in radians, without a call."""
+    """Return cos(x) and sin(x) of lanes that are not `is_large_angle`, in radians, without a call."""
     k = floor(x * (2.0 / math.pi) + 0.5)
     y = ((x - k * PI_2[0]) - k * PI_2[1]) - k * PI_2[2]
     z = y * y
@@ -62,7 +70,7 @@ def near_cos_sin(x):
 
 
 @part
-def is_large(x):
+def is_large_angle(x):
     """Return in which lanes an angle is left to the library."""
     return absolute(x) > LARGE
 
@@ -71,6 +79,6 @@ def is_large(x):
 def cos_sin(x):
     """Return cos(x) and sin(x) of lanes, in radians."""
     c, s = near_cos_sin(x)
-    if some(is_large(x)):
-        return _by_library(x, c, s)
+    if any_lane(is_large_angle(x)):
+        return _library_cos_sin(x, c, s)
     return c, s

@@ -17,7 +17,7 @@ def times_column(a, w, B, c):
 
 
 @kernel
-def compose(w, A, B, T):
+def compose_lanes(w, A, B, T):
     """Compute T = A B, which may stand in the place of A."""
     for r in range(3):
         a = pose_row(w, A, r)

@@ -26,7 +26,7 @@ def philox(c0, c1, c2, c3, k0, k1):
 
 
 @kernel
-def _uniform(high, low):
+def _uniform_double(high, low):
     """Return a double in (0, 1): 53 bits of two words, half a step away from 0 and 1."""
     return (float(((high << _HIGH) | low) >> np.uint64(11)) + 0.5) * 2.0**-53
 
@@ -39,21 +39,21 @@ def normal_pair(seed, run, step, stream, n):
     """
     low, high = seed & _MASK, seed >> _HIGH
     w = philox(np.uint64(step), np.uint64(n), high, np.uint64(stream), low, run)
-    radius = math.sqrt(-2.0 * math.log(_uniform(w[0], w[1])))
-    angle = 2.0 * math.pi * _uniform(w[2], w[3])
+    radius = math.sqrt(-2.0 * math.log(_uniform_double(w[0], w[1])))
+    angle = 2.0 * math.pi * _uniform_double(w[2], w[3])
     return radius * math.cos(angle), radius * math.sin(angle)
 
 
 @kernel
-def uniform(seed, run, step, stream, n):
+def uniform_number(seed, run, step, stream, n):
     """Return a number in (0, 1), the n-th of a run, from another stream of the same counter."""
     low, high = seed & _MASK, seed >> _HIGH
     w = philox(np.uint64(step), np.uint64(n), high, np.uint64(stream), low, run)
-    return _uniform(w[0], w[1])
+    return _uniform_double(w[0], w[1])
 
 
 @kernel
-def normal_pairs(seed, runs, step, stream, out):
+def fill_normal_pairs(seed, runs, step, stream, out):
     """Compute independent standard normals out[n, 2, b] for run runs[b] at this step."""
     for n in range(out.shape[0]):
         for b in range(out.shape[2]):
@@ -61,8 +61,8 @@ def normal_pairs(seed, runs, step, stream, out):
 
 
 @kernel
-def uniforms(seed, runs, step, stream, out):
+def fill_uniform_numbers(seed, runs, step, stream, out):
     """Compute out[n, b] in (0, 1) for run runs[b] at this step."""
     for n in range(out.shape[0]):
         for b in range(out.shape[1]):
-            out[n, b] = uniform(seed, runs[b], step, stream, n)
+            out[n, b] = uniform_number(seed, runs[b], step, stream, n)

@@ -67,7 +67,7 @@ def compose(A, B, out):
 
 
 @part
-def inverse(A, out):
+def inverse_pose(A, out):
     """Compute out = A^-1 for poses A[3, 4, b]: R', -R' t."""
     for r in range(3):
         for b in range(A.shape[2]):
@@ -88,7 +88,7 @@ def quaternion_to_rotation(x, y, z, w):
 
 
 @kernel
-def from_quaternion(q, T):
+def pose_from_quaternion(q, T):
     """Compute T[3, 4, b] of a position and a unit quaternion x y z w, q[7, b]."""
     for b in range(q.shape[1]):
         rows = quaternion_to_rotation(q[3, b], q[4, b], q[5, b], q[6, b])
@@ -135,7 +135,7 @@ def along_screw(vx, vy, vz, wx, wy, wz, b, c):
 
 
 @kernel
-def exp(twist, T):
+def exp_se3(twist, T):
     """Compute T[3, 4, b] = exp of twist[6, b] = (v, omega)."""
     for b in range(twist.shape[1]):
         wx, wy, wz = twist[3, b], twist[4, b], twist[5, b]

@@ -6,7 +6,7 @@ from robsim.kernels.machine.jit import kernel
 
 
 @kernel
-def steered(angle, wheelbase, x, y):
+def wheel_steering_angle(angle, wheelbase, x, y):
     """Return the angle of a wheel at (x, y) of a car, and its derivative by the steering angle.
 
     tan = x sin/(wheelbase cos - y sin): all axles meet in one point (R. N. Jazar, Vehicle

@@ -1,6 +1,6 @@
 """Inverse kinematics in closed form: all solutions of arms whose axes allow it, in lanes.
 
-What the arms and the angles are is said in `robsim.robot.ik.closed`. All quantities are in the axes
+What the arms and the angles are is said in `robsim.robot.ik.closed_form`. All quantities are in the axes
 that joint 1 carries: z along axis 1, y along axis 2. In their plane x, z a point is the complex
 number z + i x, so a turn by t about y is the factor exp(i t).
 """
@@ -9,9 +9,9 @@ import math
 
 from robsim.kernels.machine.jit import kernel, part
 from robsim.kernels.machine.lanes import WIDTH, absolute, floor, get, put, where
-from robsim.kernels.machine.stage import perform_on, stage
+from robsim.kernels.machine.stages import perform_on_block, stage
 
-TRUE = 1e-9  # metres or radians by which axes may deviate from such a geometry
+GEOMETRY_TOLERANCE = 1e-9  # metres or radians by which axes may deviate from such a geometry
 ROUNDING = 1e-12  # by which a sine or cosine may exceed 1 where an arm is fully stretched
 TURN = 2.0 * math.pi
 Y, Z = (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
@@ -26,20 +26,20 @@ BARS, SIGNS, ASIDE = 30, 38, 40
 
 
 @part
-def _vector(w, row, i):
+def _lane_vector(w, row, i):
     """Return three numbers of a lane."""
     at = row * WIDTH + i
     return w[at], w[at + WIDTH], w[at + 2 * WIDTH]
 
 
 @part
-def _bar(w, axes, k, i):
+def _planar_bar(w, axes, k, i):
     at = (axes + BARS + 2 * k) * WIDTH + i
     return complex(w[at], w[at + WIDTH])
 
 
 @part
-def _planar(v):
+def _to_plane(v):
     return complex(v[2], v[0])
 
 
@@ -49,39 +49,43 @@ def _phase(z):
 
 
 @part
-def _dot(a, b):
+def _dot_vectors(a, b):
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
 @part
-def _cross(a, b):
+def _cross_vectors(a, b):
     return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
 
 
 @kernel
-def _times(w, A, apart, v, i):
+def _multiply_lane_matrix(w, A, apart, v, i):
     """Return A v, with the rows of A so far apart."""
-    a, b, c = _vector(w, A, i), _vector(w, A + apart, i), _vector(w, A + 2 * apart, i)
-    return _dot(a, v), _dot(b, v), _dot(c, v)
+    a, b, c = (
+        _lane_vector(w, A, i),
+        _lane_vector(w, A + apart, i),
+        _lane_vector(w, A + 2 * apart, i),
+    )
+    return _dot_vectors(a, v), _dot_vectors(b, v), _dot_vectors(c, v)
 
 
 @kernel
-def _about(axis, angle, v):
+def _rotate_about(axis, angle, v):
     """Return v turned by an angle: v + sin a x v + (1 - cos) a x (a x v) (Rodrigues)."""
     s, c = math.sin(angle), 1.0 - math.cos(angle)
-    u = _cross(axis, v)
-    w = _cross(axis, u)
+    u = _cross_vectors(axis, v)
+    w = _cross_vectors(axis, u)
     return v[0] + s * u[0] + c * w[0], v[1] + s * u[1] + c * w[1], v[2] + s * u[2] + c * w[2]
 
 
 @part
 def _angle_about(axis, start, end):
     """Return the angle about `axis` from `start`, perpendicular to it, to `end`."""
-    return math.atan2(_dot(end, _cross(axis, start)), _dot(end, start))
+    return math.atan2(_dot_vectors(end, _cross_vectors(axis, start)), _dot_vectors(end, start))
 
 
 @part
-def _unit(x):
+def _clip_cosine(x):
     """Return a cosine clipped to [-1, 1], or NaN if it is outside by more than rounding."""
     return min(max(x, -1.0), 1.0) if abs(x) <= 1.0 + ROUNDING else math.nan
 
@@ -94,90 +98,102 @@ def _base_angle(C, aside, spare, shoulder):
     plane, and where this is zero, or along the axis too, q1 is 0 or half a turn.
     """
     away, lean, turn = math.hypot(C[0], C[1]), 0.0, 0.0
-    if away > TRUE or abs(aside) > TRUE:
-        lean, turn = math.asin(_unit(aside / away)), math.atan2(C[1], C[0])
-    elif math.hypot(spare[0], spare[1]) > TRUE:
+    if away > GEOMETRY_TOLERANCE or abs(aside) > GEOMETRY_TOLERANCE:
+        lean, turn = math.asin(_clip_cosine(aside / away)), math.atan2(C[1], C[0])
+    elif math.hypot(spare[0], spare[1]) > GEOMETRY_TOLERANCE:
         turn = math.atan2(spare[1], spare[0])
     return turn - (math.pi - lean if shoulder else lean)
 
 
 @kernel
-def _two_bars(along, u, w, elbow):
+def _two_bar_angles(along, u, w, elbow):
     """Return t2, t3 with exp(i t2) (u + exp(i t3) w) = along, by the law of cosines."""
     square = abs(along) ** 2 - abs(u) ** 2 - abs(w) ** 2
-    bend = math.acos(_unit(square / (2.0 * abs(u) * abs(w))))
+    bend = math.acos(_clip_cosine(square / (2.0 * abs(u) * abs(w))))
     t3 = _phase(u) - _phase(w) + (-bend if elbow else bend)
     return _phase(along) - _phase(u + complex(math.cos(t3), math.sin(t3)) * w), t3
 
 
 @kernel
-def _ahead(w, axes, goal, shoulder, spare, i):
+def _solve_base(w, axes, goal, shoulder, spare, i):
     """Return q1, and behind joint 1 the bars to c and the directions of the last two axes.
 
     `spare` says whether the last axis is what q1 follows where c is on axis 1.
     """
-    c, origin = _times(w, goal, 4, _vector(w, axes + TOOL, i), i), _vector(w, axes + ORIGIN, i)
+    c, origin = (
+        _multiply_lane_matrix(w, goal, 4, _lane_vector(w, axes + TOOL, i), i),
+        _lane_vector(w, axes + ORIGIN, i),
+    )
     first = (goal + 3) * WIDTH + i
     x, y, z = w[first], w[first + 4 * WIDTH], w[first + 8 * WIDTH]
     at = c[0] + x - origin[0], c[1] + y - origin[1], c[2] + z - origin[2]
-    C = _times(w, axes + BASE, 3, at, i)
-    last = _times(w, goal, 4, _vector(w, axes + TOOL + 3, i), i)
-    last = _times(w, axes + BASE, 3, last, i)
-    before = _times(w, goal, 4, _vector(w, axes + TOOL + 6, i), i)
-    before = _times(w, axes + BASE, 3, before, i)
+    C = _multiply_lane_matrix(w, axes + BASE, 3, at, i)
+    last = _multiply_lane_matrix(w, goal, 4, _lane_vector(w, axes + TOOL + 3, i), i)
+    last = _multiply_lane_matrix(w, axes + BASE, 3, last, i)
+    before = _multiply_lane_matrix(w, goal, 4, _lane_vector(w, axes + TOOL + 6, i), i)
+    before = _multiply_lane_matrix(w, axes + BASE, 3, before, i)
     free = last[0] * spare, last[1] * spare, last[2] * spare
     q1 = _base_angle(C, w[(axes + ASIDE) * WIDTH + i], free, shoulder)
-    along = _planar(_about(Z, -q1, C)) - _bar(w, axes, 0, i)
-    return q1, along, _about(Z, -q1, last), _about(Z, -q1, before)
+    along = _to_plane(_rotate_about(Z, -q1, C)) - _planar_bar(w, axes, 0, i)
+    return q1, along, _rotate_about(Z, -q1, last), _rotate_about(Z, -q1, before)
 
 
 @stage
-def five(w, step, axes="n", goal="3, 4", angles="each: row", n="count"):
+def solve_five_joints(w, step, axes="n", goal="3, 4", angles="each: row", n="count"):
     """Fill the angles of five joints, a branch in each lane: (axes, goal, five coordinates).
 
     The pitch of axis 5 gives axis 4, and that the two bars.
     """
     for i in range(WIDTH):
-        q1, along, last, before = _ahead(w, axes, goal, i // 2 % 2, 1.0, i)
-        h4, h5 = _vector(w, axes + WRIST, i), _vector(w, axes + WRIST + 3, i)
-        sign3, sign4, _ = _vector(w, axes + SIGNS, i)
-        pitch = _phase(_planar(last)) - _phase(_planar(h5))
-        end = complex(math.cos(pitch), math.sin(pitch)) * _bar(w, axes, 3, i)
-        t2, t3 = _two_bars(along - end, _bar(w, axes, 1, i), _bar(w, axes, 2, i), i % 2)
+        q1, along, last, before = _solve_base(w, axes, goal, i // 2 % 2, 1.0, i)
+        h4, h5 = _lane_vector(w, axes + WRIST, i), _lane_vector(w, axes + WRIST + 3, i)
+        sign3, sign4, _ = _lane_vector(w, axes + SIGNS, i)
+        pitch = _phase(_to_plane(last)) - _phase(_to_plane(h5))
+        end = complex(math.cos(pitch), math.sin(pitch)) * _planar_bar(w, axes, 3, i)
+        t2, t3 = _two_bar_angles(
+            along - end, _planar_bar(w, axes, 1, i), _planar_bar(w, axes, 2, i), i % 2
+        )
         w[angles[1] * WIDTH + i], w[angles[2] * WIDTH + i] = q1, t2
         w[angles[3] * WIDTH + i], w[angles[4] * WIDTH + i] = sign3 * t3, sign4 * (pitch - t2 - t3)
-        w[angles[5] * WIDTH + i] = _angle_about(h5, h4, _about(Y, -pitch, before))
+        w[angles[5] * WIDTH + i] = _angle_about(h5, h4, _rotate_about(Y, -pitch, before))
 
 
 @stage
-def six(w, step, axes="n", goal="3, 4", angles="each: row", n="count"):
+def solve_six_joints(w, step, axes="n", goal="3, 4", angles="each: row", n="count"):
     """Fill the angles of six joints, a branch in each lane: (axes, goal, six coordinates).
 
     What is left to the wrist is M = E4 E5 E6. The angle from axis 4 to M h6 gives q5, the way
     round axis 4 gives q4, and what E6 does to axis 5 gives q6.
     """
     for i in range(WIDTH):
-        q1, along, last, before = _ahead(w, axes, goal, i // 4 % 2, 0.0, i)
-        h4, h5 = _vector(w, axes + WRIST, i), _vector(w, axes + WRIST + 3, i)
-        h6, (sign3, _, _) = _vector(w, axes + WRIST + 6, i), _vector(w, axes + SIGNS, i)
-        t2, t3 = _two_bars(along, _bar(w, axes, 1, i), _bar(w, axes, 2, i), i // 2 % 2)
-        aim, carried = _about(Y, -t2 - t3, last), _about(Y, -t2 - t3, before)
-        side = _cross(h5, h4)
-        up = _cross(h4, side)
-        across, zero = math.hypot(_dot(aim, side), _dot(aim, up)), _dot(h6, h4)
+        q1, along, last, before = _solve_base(w, axes, goal, i // 4 % 2, 0.0, i)
+        h4, h5 = _lane_vector(w, axes + WRIST, i), _lane_vector(w, axes + WRIST + 3, i)
+        h6, (sign3, _, _) = _lane_vector(w, axes + WRIST + 6, i), _lane_vector(w, axes + SIGNS, i)
+        t2, t3 = _two_bar_angles(
+            along, _planar_bar(w, axes, 1, i), _planar_bar(w, axes, 2, i), i // 2 % 2
+        )
+        aim, carried = _rotate_about(Y, -t2 - t3, last), _rotate_about(Y, -t2 - t3, before)
+        side = _cross_vectors(h5, h4)
+        up = _cross_vectors(h4, side)
+        across, zero = (
+            math.hypot(_dot_vectors(aim, side), _dot_vectors(aim, up)),
+            _dot_vectors(h6, h4),
+        )
         sign = -1.0 if i % 2 else 1.0
-        q5 = math.atan2(sign * across, _dot(aim, h4)) - math.atan2(_dot(h6, side), zero)
+        q5 = math.atan2(sign * across, _dot_vectors(aim, h4)) - math.atan2(
+            _dot_vectors(h6, side), zero
+        )
         q4 = 0.0
         if across > ROUNDING:  # else axes 4 and 6 coincide: their sum counts
-            q4 = math.atan2(sign * _dot(aim, up), sign * _dot(aim, side))
-        left = _about(h5, -q5, _about(h4, -q4, carried))
+            q4 = math.atan2(sign * _dot_vectors(aim, up), sign * _dot_vectors(aim, side))
+        left = _rotate_about(h5, -q5, _rotate_about(h4, -q4, carried))
         w[angles[1] * WIDTH + i], w[angles[2] * WIDTH + i] = q1, t2
         w[angles[3] * WIDTH + i], w[angles[4] * WIDTH + i] = sign3 * t3, q4
         w[angles[5] * WIDTH + i], w[angles[6] * WIDTH + i] = q5, _angle_about(h6, h5, left)
 
 
 @stage
-def fold(w, step, joints="each: x=row; limits=2"):
+def fold_angles(w, step, joints="each: x=row; limits=2"):
     """Bring angles into (-pi, pi], or a full turn away where only this is within the limits.
 
     (n), and of each its row, and the first of the rows of its limits.
@@ -191,7 +207,7 @@ def fold(w, step, joints="each: x=row; limits=2"):
 
 
 @stage
-def reach(
+def check_solution(
     w,
     step,
     T="3, 4",
@@ -220,7 +236,7 @@ def reach(
 
 
 @kernel
-def solve(addresses, at, p, template, tolerance, goals, q, valid, within):
+def solve_closed_form(addresses, at, p, template, tolerance, goals, q, valid, within):
     """Compute q[run, solution, n] for goals[run, 4, 4], by stages; NaN where there is none.
 
     The first rows of the block are the tolerance, whether a solution is valid, whether it is within
@@ -234,7 +250,7 @@ def solve(addresses, at, p, template, tolerance, goals, q, valid, within):
             for r in range(3):
                 for c in range(4):
                     block[(3 + 4 * r + c) * WIDTH + i] = goals[run, r, c]
-        perform_on(addresses, at, p, block, 0)
+        perform_on_block(addresses, at, p, block, 0)
         for i in range(min(WIDTH, (runs - start) * each)):
             run, k = start + i // each, i % each
             valid[run, k], within[run, k] = block[WIDTH + i] > 0.0, block[2 * WIDTH + i] > 0.0

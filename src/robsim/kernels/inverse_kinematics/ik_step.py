@@ -9,10 +9,10 @@ T-RO 27(5), 2011.
 import math
 
 from robsim.kernels.formulas.se3 import rotation_to_quaternion, rotation_vector
+from robsim.kernels.machine.array_views import matrix, vector
 from robsim.kernels.machine.jit import part
 from robsim.kernels.machine.lanes import WIDTH, floor, get, put, sqrt, where
-from robsim.kernels.machine.memory import matrix, vector
-from robsim.kernels.machine.stage import stage
+from robsim.kernels.machine.stages import stage
 
 DAMPING = 0.015  # times e'e
 FAR = 10.0  # of e'e: more than that does not damp more, or steps would be too small to arrive
@@ -22,7 +22,7 @@ TURN = 2.0 * math.pi
 
 
 @stage
-def turn_to(w, step, goal="3, 4", T="3, 4", room="16", vector_of="3"):
+def compute_rotation_error(w, step, goal="3, 4", T="3, 4", room="16", vector_of="3"):
     """Compute the rotation vector of R_goal R', in base axes: (goal, T, room of 16, vector)."""
     between, quaternion = room, vector(w, room + 12, 4)
     for r in range(0, 12, 4):
@@ -35,26 +35,26 @@ def turn_to(w, step, goal="3, 4", T="3, 4", room="16", vector_of="3"):
 
 
 @part
-def _column(w, T, c, i):
+def _rotation_axis(w, T, c, i):
     """Return an axis of the rotation of a run."""
     at = (T + c) * WIDTH + i
     return w[at], w[at + 4 * WIDTH], w[at + 8 * WIDTH]
 
 
 @stage
-def point_to(w, step, goal="3, 4", T="3, 4", vector_of="3"):
+def compute_axis_error(w, step, goal="3, 4", T="3, 4", vector_of="3"):
     """Compute the vector of the shortest rotation of the z axis of T to that of the goal.
 
     In base axes: (goal, T, vector).
     """
     for i in range(WIDTH):
-        zx, zy, zz = _column(w, T, 2, i)
-        gx, gy, gz = _column(w, goal, 2, i)
+        zx, zy, zz = _rotation_axis(w, T, 2, i)
+        gx, gy, gz = _rotation_axis(w, goal, 2, i)
         x, y, z = zy * gz - zz * gy, zz * gx - zx * gz, zx * gy - zy * gx
         sine = math.sqrt(x * x + y * y + z * z)
         angle = math.atan2(sine, zx * gx + zy * gy + zz * gz)
         if sine == 0.0:  # straight on, or straight back: then about x
-            x, y, z = _column(w, T, 0, i)
+            x, y, z = _rotation_axis(w, T, 0, i)
             sine = 1.0
         at, scale = vector_of * WIDTH + i, angle / sine
         w[at], w[at + WIDTH], w[at + 2 * WIDTH] = scale * x, scale * y, scale * z
@@ -73,7 +73,7 @@ def ignore_roll(w, step, T="3, 4", n="count", J="6, n"):
 
 
 @part
-def _length(w, e, weights):
+def _weighted_length(w, e, weights):
     """Return the length of three rows, without those of weight zero."""
     square = 0.0 * get(w, weights)
     for r in range(3):
@@ -83,7 +83,7 @@ def _length(w, e, weights):
 
 
 @stage
-def residual(
+def compute_residual(
     w,
     step,
     goal="3, 4",
@@ -102,7 +102,7 @@ def residual(
     """
     for r in range(3):
         put(w, e + r, get(w, goal + 4 * r + 3) - get(w, T + 4 * r + 3))
-    far, turned = _length(w, e, weights), _length(w, e + 3, weights + 3)
+    far, turned = _weighted_length(w, e, weights), _weighted_length(w, e + 3, weights + 3)
     put(w, error, where(turned > far, turned, far))  # where a turn is not a number, far is none
     square = 0.0 * get(w, weights)
     for r in range(6):
@@ -114,7 +114,7 @@ def residual(
 
 
 @stage
-def hold(
+def hold_limited_joints(
     w,
     step,
     n="count",
@@ -142,7 +142,7 @@ def hold(
 
 
 @stage
-def judge(
+def detect_stationary(
     w, step, n="count", J="6, n", downhill="n", qd="n", squared="row", gained="row", still="row"
 ):
     """Judge whether the step gains little, and e is normal to all columns of J.
@@ -165,7 +165,7 @@ def judge(
 
 
 @stage
-def confine(w, step, joints="each: x=row; limits=2; turns=whole"):
+def confine_coordinates(w, step, joints="each: x=row; limits=2; turns=whole"):
     """Move coordinates into their limits: by whole turns where that helps, else to the limit.
 
     (n), and of each its row, the first of the rows of its limits, whether it turns.

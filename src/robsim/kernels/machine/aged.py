@@ -7,7 +7,7 @@ from contextlib import suppress
 from pathlib import Path
 
 DAY, MONTH = 86400.0, 30 * 86400.0  # seconds
-WRITING = 600.0  # seconds, after which the file of a process that was killed goes
+LONGEST_WRITE = 600.0  # seconds, after which the file of a process that was killed goes
 STAMP = "used"  # a file that is touched when a folder is cleared, at most once a day
 
 
@@ -18,7 +18,7 @@ def note_use(file: Path) -> None:
             os.utime(file)
 
 
-def clear(folder: Path) -> None:
+def clear_old_files(folder: Path) -> None:
     """Delete what is old in a folder, unless that was done today; what is not ours stays."""
     now = time.time()
     with suppress(OSError):
@@ -28,11 +28,13 @@ def clear(folder: Path) -> None:
         if folder.is_dir():
             (folder / STAMP).touch()
             for each in os.scandir(folder):
-                _clear(each, now)
+                _delete_if_old(each, now)
 
 
-def _clear(each: "os.DirEntry[str]", now: float) -> None:
-    kept = {".nbc": MONTH, ".tmp": WRITING, ".lock": WRITING}.get(Path(each.name).suffix, math.inf)
+def _delete_if_old(each: "os.DirEntry[str]", now: float) -> None:
+    kept = {".nbc": MONTH, ".tmp": LONGEST_WRITE, ".lock": LONGEST_WRITE}.get(
+        Path(each.name).suffix, math.inf
+    )
     with suppress(OSError):
         old = now - each.stat(follow_symlinks=False).st_mtime > kept
         if old and each.is_file(follow_symlinks=False):

@@ -10,8 +10,8 @@ from typing import Any
 
 from numba.core.compiler import CompileResult
 
-from robsim.kernels.machine import aged, prebuilt, saying, sources, store
-from robsim.kernels.machine.claim import Claim
+from robsim.kernels.machine import aged, cache_files, prebuilt, sources, stderr_messages
+from robsim.kernels.machine.compile_lock import CompileLock
 
 LINKED: dict[str, Any] = {}  # the stages that kernels may call, by their symbols
 _CLEARED: set[Path] = set()  # the folder, once this process has cleared it
@@ -25,9 +25,9 @@ class KernelCache:
         file = Path(code.co_filename).stem
         self.name = f"{file}.{function.__qualname__}-{code.co_firstlineno}".replace("<locals>", "")
         self.module = function.__module__ or ""  # None of what `exec` made
-        self.free = [_described(cell.cell_contents) for cell in function.__closure__ or ()]
-        self.cache_path = str(store.CACHE)  # which Numba shows in `stats`
-        self._claims: dict[Any, Claim] = {}  # to compile it for some argument types
+        self.free = [_describe_value(cell.cell_contents) for cell in function.__closure__ or ()]
+        self.cache_path = str(cache_files.CACHE)  # which Numba shows in `stats`
+        self._claims: dict[Any, CompileLock] = {}  # to compile it for some argument types
 
     @property
     def sources(self) -> str:
@@ -48,7 +48,9 @@ class KernelCache:
         found = self._found(sig, host, target_context)
         if found is None:
             key = (sig, host, self.sources, self.free)
-            self._claims[sig] = claim = Claim(store.CACHE / store.file_name(self.name, key))
+            self._claims[sig] = claim = CompileLock(
+                cache_files.CACHE / cache_files.code_file_name(self.name, key)
+            )
             if claim.waited:
                 found = self._found(sig, host, target_context)
         return found
@@ -59,24 +61,24 @@ class KernelCache:
         A file that is damaged is as none, whatever Python and Numba make of it.
         """
         places = [(prebuilt.FOLDER, (host[0], prebuilt.LEVEL, ""))] if prebuilt.FOLDER else []
-        for folder, processor in (*places, (store.CACHE, host)):
+        for folder, processor in (*places, (cache_files.CACHE, host)):
             key = (sig, processor, self.sources, self.free)
             try:
                 found = self._loaded(folder, key, target_context)
             except MemoryError:
                 raise
             except Exception:  # noqa: BLE001  of which a wrong file may raise any
-                store.drop(folder, self.name, key)
+                cache_files.drop_code(folder, self.name, key)
             else:
                 if found is not None:
                     return found
         return None
 
     def _loaded(self, folder: Path, key: tuple[Any, ...], target_context: Any) -> Any:
-        found = store.load(folder, self.name, key)
+        found = cache_files.load_code(folder, self.name, key)
         if found is None:
             return None
-        aged.note_use(folder / store.file_name(self.name, key))
+        aged.note_use(folder / cache_files.code_file_name(self.name, key))
         symbols, made = found
         for symbol in symbols:
             LINKED[symbol].link()  # else LLVM would end the process
@@ -90,9 +92,11 @@ class KernelCache:
         code = data.library._final_module
         symbols = [f.name for f in code.functions if f.is_declaration and f.name in LINKED]
         try:
-            store.save(store.CACHE, self.name, key, (symbols, data._reduce()))
+            cache_files.save_code(cache_files.CACHE, self.name, key, (symbols, data._reduce()))
         except OSError as error:
-            saying.unkept(f"{store.CACHE} cannot be written ({error.strerror or error})")
+            stderr_messages.report_unkept_kernels(
+                f"{cache_files.CACHE} cannot be written ({error.strerror or error})"
+            )
         finally:
             self._claims.pop(sig, None)
         _clear_once()
@@ -101,7 +105,7 @@ class KernelCache:
         """Keep what there is, which Numba asks to forget when it compiles a function again."""
 
 
-def _described(value: Any) -> str:
+def _describe_value(value: Any) -> str:
     """Return what a free variable of a function is; a kernel by its name, not its address."""
     own = getattr(value, "_cache", None)
     return f"{own.name} {own.sources} {own.free}" if isinstance(own, KernelCache) else repr(value)
@@ -109,6 +113,6 @@ def _described(value: Any) -> str:
 
 def _clear_once() -> None:
     """Clear the folder once in a process."""
-    if store.CACHE not in _CLEARED:
-        _CLEARED.add(store.CACHE)
-        aged.clear(store.CACHE)
+    if cache_files.CACHE not in _CLEARED:
+        _CLEARED.add(cache_files.CACHE)
+        aged.clear_old_files(cache_files.CACHE)

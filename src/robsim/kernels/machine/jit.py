@@ -7,13 +7,13 @@ import numba
 from numba.core import event
 
 from robsim.kernels.machine.cache import KernelCache
-from robsim.kernels.machine.notice import NOTICE
-from robsim.kernels.machine.patience import Patience
-from robsim.kernels.machine.uncollected import Uncollected
+from robsim.kernels.machine.compile_notice import NOTICE
+from robsim.kernels.machine.deferred_interrupt import DeferredInterrupt
+from robsim.kernels.machine.uncollected import CollectorPause
 
-for _listener in (NOTICE, Uncollected()):
+for _listener in (NOTICE, CollectorPause()):
     event.register("numba:compile", _listener)
-event.register("numba:compiler_lock", Patience())  # which is held for loading, too
+event.register("numba:compiler_lock", DeferredInterrupt())  # which is held for loading, too
 
 
 def kernel(

@@ -51,7 +51,7 @@ class _MaskModel(models.PrimitiveModel):
         super().__init__(manager, kind, _BITS)
 
 
-def _spread(context: Any, builder: Any, kind: Any, value: Any) -> Any:
+def _broadcast(context: Any, builder: Any, kind: Any, value: Any) -> Any:
     """Return a value as lanes: a number stands in each of them."""
     if isinstance(kind, LanesType):
         return value
@@ -62,11 +62,11 @@ def _spread(context: Any, builder: Any, kind: Any, value: Any) -> Any:
     return builder.shuffle_vector(first, none, same)
 
 
-class _Operator(AbstractTemplate):
+class _OperatorTemplate(AbstractTemplate):
     """What Numba asks for the type of an operator before its own templates, which are many."""
 
 
-_Operator.metadata = {"target": "cpu"}  # more special than theirs, so that it comes first
+_OperatorTemplate.metadata = {"target": "cpu"}  # more special than theirs, so that it comes first
 
 
 _NUMBER = (LanesType, types.Float, types.Integer)
@@ -74,10 +74,10 @@ _PAIRS: list[Any] = [(LanesType, LanesType)]
 _PAIRS += [pair for kind in _NUMBER[1:] for pair in ((LanesType, kind), (kind, LanesType))]
 
 
-def _define(function: Any, result: Any, emit: Any) -> None:
+def _define_operator(function: Any, result: Any, emit: Any) -> None:
     """Let an operator of two lanes, or of lanes and a number, give `result` by `emit`."""
 
-    class Template(_Operator):
+    class Template(_OperatorTemplate):
         def generic(self, args: Any, kws: Any) -> Any:
             each = len(args) == 2 and all(isinstance(kind, _NUMBER) for kind in args)
             if each and any(isinstance(kind, LanesType) for kind in args):
@@ -88,7 +88,7 @@ def _define(function: Any, result: Any, emit: Any) -> None:
 
     def lower(context: Any, builder: Any, sig: Any, args: Any) -> Any:
         pairs = zip(sig.args, args, strict=True)
-        return emit(builder, *(_spread(context, builder, *pair) for pair in pairs))
+        return emit(builder, *(_broadcast(context, builder, *pair) for pair in pairs))
 
     for pair in _PAIRS:
         lower_builtin(function, *pair)(lower)
@@ -101,13 +101,13 @@ for _names, _instruction in (
     (("truediv", "itruediv"), "fdiv"),
 ):
     for _name in _names:
-        _define(
+        _define_operator(
             getattr(operator, _name),
             LANES,
             lambda builder, a, b, how=_instruction: getattr(builder, how)(a, b),
         )
 for _name, _symbol in (("lt", "<"), ("le", "<="), ("gt", ">"), ("ge", ">="), ("eq", "==")):
-    _define(
+    _define_operator(
         getattr(operator, _name),
         MASK,
         lambda builder, a, b, how=_symbol: builder.fcmp_ordered(how, a, b),
@@ -115,17 +115,17 @@ for _name, _symbol in (("lt", "<"), ("le", "<="), ("gt", ">"), ("ge", ">="), ("e
 
 
 @infer_global(operator.neg)
-class _Negative(_Operator):
+class _NegativeTemplate(_OperatorTemplate):
     def generic(self, args: Any, kws: Any) -> Any:
         return signature(LANES, LANES) if isinstance(args[0], LanesType) else None
 
 
 @lower_builtin(operator.neg, LanesType)
-def _negative(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+def _lower_negative(context: Any, builder: Any, sig: Any, args: Any) -> Any:
     return builder.fneg(args[0])
 
 
-def _unary(name: str) -> Any:
+def _define_unary(name: str) -> Any:
     """Return the function of one argument that LLVM knows by that name, lane by lane."""
 
     @intrinsic
@@ -142,13 +142,13 @@ def _unary(name: str) -> Any:
     return function
 
 
-sqrt, absolute, floor = _unary("sqrt"), _unary("fabs"), _unary("floor")
+sqrt, absolute, floor = _define_unary("sqrt"), _define_unary("fabs"), _define_unary("floor")
 
 
-def _join(function: Any, instruction: str) -> None:
+def _define_mask_operator(function: Any, instruction: str) -> None:
     """Let an operator of two masks be an instruction."""
 
-    class Template(_Operator):
+    class Template(_OperatorTemplate):
         def generic(self, args: Any, kws: Any) -> Any:
             masks = len(args) == 2 and all(isinstance(kind, MaskType) for kind in args)
             return signature(MASK, MASK, MASK) if masks else None
@@ -161,18 +161,18 @@ def _join(function: Any, instruction: str) -> None:
     lower_builtin(function, MaskType, MaskType)(lower)
 
 
-_join(operator.and_, "and_")
-_join(operator.or_, "or_")
+_define_mask_operator(operator.and_, "and_")
+_define_mask_operator(operator.or_, "or_")
 
 
 @infer_global(operator.invert)
-class _Not(_Operator):
+class _NotTemplate(_OperatorTemplate):
     def generic(self, args: Any, kws: Any) -> Any:
         return signature(MASK, MASK) if isinstance(args[0], MaskType) else None
 
 
 @lower_builtin(operator.invert, MaskType)
-def _not(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+def _lower_not(context: Any, builder: Any, sig: Any, args: Any) -> Any:
     return builder.not_(args[0])
 
 
@@ -182,14 +182,14 @@ def where(typing: Any, mask: Any, a: Any, b: Any) -> Any:
 
     def emit(context: Any, builder: Any, sig: Any, args: Any) -> Any:
         _, *kinds = sig.args
-        chosen = (_spread(context, builder, *p) for p in zip(kinds, args[1:], strict=True))
+        chosen = (_broadcast(context, builder, *p) for p in zip(kinds, args[1:], strict=True))
         return builder.select(args[0], *chosen)
 
     return LANES(MASK, a, b), emit
 
 
 @intrinsic
-def some(typing: Any, mask: Any) -> Any:
+def any_lane(typing: Any, mask: Any) -> Any:
     """Return whether the mask is true in any lane."""
 
     def emit(context: Any, builder: Any, sig: Any, args: Any) -> Any:
@@ -199,7 +199,7 @@ def some(typing: Any, mask: Any) -> Any:
     return types.boolean(MASK), emit
 
 
-def _address(context: Any, builder: Any, kinds: Any, block: Any, row: Any) -> Any:
+def _row_address(context: Any, builder: Any, kinds: Any, block: Any, row: Any) -> Any:
     """Return the address of a row; the block is an array, or a pointer to its first number."""
     pointer = isinstance(kinds[0], types.CPointer)
     data = block if pointer else make_array(kinds[0])(context, builder, block).data
@@ -213,7 +213,7 @@ def get(typing: Any, block: Any, row: Any) -> Any:
     """Return a row of a block[rows * WIDTH] as lanes."""
 
     def emit(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        read = builder.load(_address(context, builder, sig.args, *args))
+        read = builder.load(_row_address(context, builder, sig.args, *args))
         read.align = 8
         return read
 
@@ -225,8 +225,8 @@ def put(typing: Any, block: Any, row: Any, x: Any) -> Any:
     """Write lanes, or a number, into a row of a block[rows * WIDTH]."""
 
     def emit(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        value = _spread(context, builder, sig.args[2], args[2])
-        written = builder.store(value, _address(context, builder, sig.args[:2], *args[:2]))
+        value = _broadcast(context, builder, sig.args[2], args[2])
+        written = builder.store(value, _row_address(context, builder, sig.args[:2], *args[:2]))
         written.align = 8
         return context.get_dummy_value()
 
@@ -234,7 +234,7 @@ def put(typing: Any, block: Any, row: Any, x: Any) -> Any:
 
 
 @intrinsic
-def lane(typing: Any, x: Any, i: Any) -> Any:
+def get_lane(typing: Any, x: Any, i: Any) -> Any:
     """Return the number in one of the lanes."""
 
     def emit(context: Any, builder: Any, sig: Any, args: Any) -> Any:
@@ -245,7 +245,7 @@ def lane(typing: Any, x: Any, i: Any) -> Any:
 
 
 @intrinsic
-def with_lane(typing: Any, x: Any, i: Any, value: Any) -> Any:
+def replace_lane(typing: Any, x: Any, i: Any, value: Any) -> Any:
     """Return lanes in which one has another number."""
 
     def emit(context: Any, builder: Any, sig: Any, args: Any) -> Any:

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from llvmlite import binding as llvm
 
-from robsim.kernels.machine.store import KERNEL_HASH, VERSIONS
+from robsim.kernels.machine.cache_files import KERNEL_HASH, VERSIONS
 
 ROOT = Path(__file__).parents[1] / "_prebuilt"
 MADE_WITH = "versions.txt"  # in ROOT: the versions of the build, and the hash of its kernels
@@ -33,7 +33,7 @@ def levels() -> list[str]:
     return [level for level, needs in LEVELS.get(machine, {}).items() if needs <= have]
 
 
-def made_with() -> list[str]:
+def read_build_versions() -> list[str]:
     """Return the versions and the hash of kernels of the build; nothing if nothing came."""
     try:
         return (ROOT / MADE_WITH).read_text(encoding="utf-8").splitlines()
@@ -41,20 +41,20 @@ def made_with() -> list[str]:
         return []
 
 
-def _found() -> tuple[Path | None, str]:
+def _find_prebuilt_folder() -> tuple[Path | None, str]:
     """Return the folder of the best level that came with the package, and its name."""
-    if made_with()[:1] != [VERSIONS]:
+    if read_build_versions()[:1] != [VERSIONS]:
         return None, ""
     level = next((level for level in levels() if (ROOT / level).is_dir()), "")
     return (ROOT / level if level else None), level
 
 
-FOLDER, LEVEL = _found()
+FOLDER, LEVEL = _find_prebuilt_folder()
 
 
-def why_not() -> str:
+def explain_mismatch() -> str:
     """Return why what came with the package does not serve here; empty if nothing came, or does."""
-    if not (made := made_with()):
+    if not (made := read_build_versions()):
         return ""
     versions, kernels = made
     if versions != VERSIONS:

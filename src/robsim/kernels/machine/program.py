@@ -11,10 +11,10 @@ from typing import Any, NamedTuple, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from robsim.kernels.machine import stage as kernels
+from robsim.kernels.machine import stages as kernels
+from robsim.kernels.machine.block_rows import Address, BlockRows, block_rows_at
 from robsim.kernels.machine.lanes import WIDTH
-from robsim.kernels.machine.rows import Address, Rows, rows_at
-from robsim.kernels.machine.stage import Stage
+from robsim.kernels.machine.stages import CompiledStage
 
 Array = NDArray[np.float64]
 
@@ -29,7 +29,7 @@ class Blocks:
         self.runs, self.rows = len(runs), runs
         self.memory: dict[str, Any] = {}  # what stages in Python keep, arrays with the run first
         self.made: dict[Any, Any] = {}  # what stages in Python made at this step
-        self.numbers = _aligned(-(-len(runs) // WIDTH), program.size)
+        self.numbers = _allocate_aligned(-(-len(runs) // WIDTH), program.size)
         same = np.zeros(program.size)  # at once, as a row at a time takes ten times as long
         for first, values in program.same:
             same[first : first + values.size] = values
@@ -45,7 +45,7 @@ class Blocks:
 
     def get(self, row: int, *shape: int) -> Array:
         """Return a copy (*shape, runs) of rows, or of others in a shape from the first."""
-        if not shape and isinstance(row, Rows):
+        if not shape and isinstance(row, BlockRows):
             shape = row.shape
         count = math.prod(shape)
         lanes = self.numbers[:, row : row + count].transpose(1, 0, 2)
@@ -60,7 +60,7 @@ class Blocks:
             rows = np.concatenate([rows, np.repeat(rows[:, -1:], left, axis=1)], axis=1)
         self._into(row, rows)
 
-    def first(self, rows: Rows) -> Array:
+    def first(self, rows: BlockRows) -> Array:
         """Return a copy of rows, in their shape, of the first run."""
         return self.numbers[0, rows : rows + rows.size, 0].reshape(rows.shape).copy()
 
@@ -73,7 +73,7 @@ class Blocks:
         rows = self.numbers.shape[1]
         left, self.runs = self.get(0, rows) if going.any() else None, int(going.sum())
         self.rows = self.rows[going]
-        self.numbers = _aligned(-(-self.runs // WIDTH), rows)
+        self.numbers = _allocate_aligned(-(-self.runs // WIDTH), rows)
         if left is not None:
             self.put(0, left[:, going])
 
@@ -82,13 +82,13 @@ class Blocks:
         into[:] = lanes.reshape(len(lanes), len(into), WIDTH).transpose(1, 0, 2)
 
 
-Own = Callable[[Any, int], None]  # a stage in Python, of blocks and the number of the step
+PythonStage = Callable[[Any, int], None]  # a stage in Python, of blocks and the number of the step
 
 
-class Rescue(NamedTuple):
+class PythonFallback(NamedTuple):
     """A stage in Python that has nothing to do but where a row says so, of any run."""
 
-    own: Own
+    own: PythonStage
     row: int
 
     def __call__(self, blocks: Blocks, step: int) -> None:
@@ -96,10 +96,10 @@ class Rescue(NamedTuple):
         self.own(blocks, step)
 
 
-class Compiled:
+class CompiledStages:
     """Stages that follow one another, as the kernels take them."""
 
-    def __init__(self, calls: list[tuple[Stage, Sequence[int]]]) -> None:
+    def __init__(self, calls: list[tuple[CompiledStage, Sequence[int]]]) -> None:
         self.addresses = np.array([stage.address for stage, _ in calls], dtype=np.int64)
         sizes = [len(numbers) for _, numbers in calls]
         self.at = np.array([0, *accumulate(sizes)], dtype=np.int64)[: len(calls)]
@@ -108,7 +108,7 @@ class Compiled:
 
     def __call__(self, blocks: Blocks, step: int) -> None:
         """Perform the stages on all blocks."""
-        kernels.perform(self.addresses, self.at, self.numbers, blocks.flat, step)
+        kernels.perform_stages(self.addresses, self.at, self.numbers, blocks.flat, step)
 
 
 class Program:
@@ -119,39 +119,41 @@ class Program:
 
     def __init__(self) -> None:
         self.size = 0
-        self._scratch = Rows(0, (0,))
-        self.calls: list[tuple[Stage, Sequence[int]] | Own | Rescue] = []
+        self._scratch = BlockRows(0, (0,))
+        self.calls: list[tuple[CompiledStage, Sequence[int]] | PythonStage | PythonFallback] = []
         self.same: list[tuple[int, Array]] = []  # first rows, and what begins there in all runs
         self.given: list[tuple[int, Array]] = []  # (rows, runs)
-        self.wholes: list[Rows] = []  # rows of whole numbers, by which stages find places in memory
+        self.wholes: list[
+            BlockRows
+        ] = []  # rows of whole numbers, by which stages find places in memory
         self.kept: list[Any] = []  # whose addresses stand among the numbers
 
-    def rows(self, *shape: int) -> Rows:
+    def rows(self, *shape: int) -> BlockRows:
         """Return new rows of a shape, a single one by default."""
         first = self.size
         self.size += math.prod(shape)
-        return rows_at(first, shape)
+        return block_rows_at(first, shape)
 
-    def scratch(self, *shape: int) -> Rows:
+    def scratch(self, *shape: int) -> BlockRows:
         """Return rows of a shape in which any stage may work, but where none keeps."""
         if math.prod(shape) > self._scratch.size:
             self._scratch = self.rows(math.prod(shape))
-        return Rows(self._scratch, shape)
+        return BlockRows(self._scratch, shape)
 
-    def constant(self, values: Any) -> Rows:
+    def constant(self, values: Any) -> BlockRows:
         """Return the rows of numbers that are the same in all runs."""
         given = np.array(values, dtype=np.float64)
-        found = rows_at(self.size, given.shape)
+        found = block_rows_at(self.size, given.shape)
         self.size += given.size
         self.same.append((found, given.ravel()))
         return found
 
-    def numbers(self, values: Any, axes: int) -> Rows:
+    def numbers(self, values: Any, axes: int) -> BlockRows:
         """Return the rows of numbers with so many axes, and a last one of runs if they vary."""
         given = np.asarray(values, dtype=np.float64)
         return self.constant(given) if given.ndim == axes else self.each(given)
 
-    def each(self, values: Any) -> Rows:
+    def each(self, values: Any) -> BlockRows:
         """Return the rows of numbers (..., runs), of each run its own.
 
         One column stands for all runs.
@@ -164,7 +166,7 @@ class Program:
         self.given.append((found, given.reshape(-1, runs)))
         return found
 
-    def number(self, value: Any) -> Rows:
+    def number(self, value: Any) -> BlockRows:
         """Return the row of a number, the same in all runs or (runs,) of each its own."""
         is_one = isinstance(value, float | int | np.integer)
         return self.constant(value) if is_one else self.each(np.asarray(value).reshape(-1))
@@ -174,7 +176,7 @@ class Program:
         """The number of runs of which each has numbers of its own, or 1."""
         return max((values.shape[1] for _, values in self.given), default=1)
 
-    def whole(self, values: Any) -> Rows:
+    def whole(self, values: Any) -> BlockRows:
         """Return the row of whole numbers (runs,), which stand there bit by bit."""
         self.wholes.append(self.each(np.asarray(values, dtype=np.int64).view(np.float64)))
         return self.wholes[-1]
@@ -184,65 +186,65 @@ class Program:
         self.kept.append(array)
         return Address(array.ctypes.data, array.shape)
 
-    def add(self, stage: Stage, /, **rows: Any) -> None:
+    def add(self, stage: CompiledStage, /, **rows: Any) -> None:
         """Let a stage come next, with what it takes by name; WrongRows if that does not fit."""
         self.calls.append((stage, stage.signature.pack(**rows)))
 
-    def result(self, stage: Stage, name: str, /, *shape: int, **rows: Any) -> Rows:
+    def result(self, stage: CompiledStage, name: str, /, *shape: int, **rows: Any) -> BlockRows:
         """Let a stage come next that fills new rows of a shape, under a name; return the rows."""
         found = self.rows(*shape)
         self.add(stage, **{name: found}, **rows)
         return found
 
-    def call(self, own: Own) -> None:
+    def call(self, own: PythonStage) -> None:
         """Let a function in Python come next, which is given the chunk and the step."""
         self.calls.append(own)
 
-    def asked(self, ask: Callable[[Any, int], Array], *shape: int) -> Rows:
+    def asked(self, ask: Callable[[Any, int], Array], *shape: int) -> BlockRows:
         """Let a function in Python come next whose values fill new rows; return the rows."""
         found = self.rows(*shape)
         self.call(lambda blocks, step: blocks.put(found, ask(blocks, step)))
         return found
 
-    def rescue(self, own: Own, row: int) -> None:
+    def rescue(self, own: PythonStage, row: int) -> None:
         """Let a function in Python come next, which is needed where a row is not zero only.
 
         A stage writes that row: who performs the others alone looks at it afterwards.
         """
-        self.calls.append(Rescue(own, row))
+        self.calls.append(PythonFallback(own, row))
 
     @property
-    def stages(self) -> list[tuple[Stage, Sequence[int]]] | None:
+    def stages(self) -> list[tuple[CompiledStage, Sequence[int]]] | None:
         """The stages, without what may be needed in Python; None if some always is."""
-        rest = [each for each in self.calls if not isinstance(each, Rescue)]
-        return rest if all(_is_stage(each) for each in rest) else None  # type: ignore[return-value]
+        rest = [each for each in self.calls if not isinstance(each, PythonFallback)]
+        return rest if all(_is_compiled_call(each) for each in rest) else None  # type: ignore[return-value]
 
     @property
     def rescues(self) -> list[int]:
         """The rows that say where Python is needed."""
-        return [each.row for each in self.calls if isinstance(each, Rescue)]
+        return [each.row for each in self.calls if isinstance(each, PythonFallback)]
 
     @property
     def compiled(self) -> bool:
         """Whether all stages are compiled."""
-        return all(map(_is_stage, self.calls))
+        return all(map(_is_compiled_call, self.calls))
 
-    def segments(self, start: int = 0, end: int | None = None) -> list[Own]:
+    def segments(self, start: int = 0, end: int | None = None) -> list[PythonStage]:
         """Return some of the calls, with stages that follow one another put together."""
-        found: list[Own] = []
-        for compiled, group in groupby(self.calls[start:end], _is_stage):
+        found: list[PythonStage] = []
+        for compiled, group in groupby(self.calls[start:end], _is_compiled_call):
             calls: list[Any] = list(group)
-            found += [Compiled(calls)] if compiled else calls
-        return found or [Compiled([])]
+            found += [CompiledStages(calls)] if compiled else calls
+        return found or [CompiledStages([])]
 
     def prepared(self) -> tuple[Any, ...]:
         """Return what a kernel needs to perform all stages, and a block to begin with."""
-        made = cast(Compiled, self.segments()[0])
+        made = cast(CompiledStages, self.segments()[0])
         block = Blocks(self, np.zeros(1, dtype=np.int64)).flat[0]
         return made.addresses, made.at, made.numbers, block
 
 
-class Function:
+class ProgramFunction:
     """A program of compiled stages as a function from some rows to others.
 
     It holds addresses of machine code, so it cannot leave its process.
@@ -265,9 +267,9 @@ class Function:
         if self.program.runs > 1:
             return self._of_each(x, np.arange(self.program.runs) if runs is None else runs)
         out, (*stages, block) = np.empty((self.count, x.shape[1])), self._prepared
-        own = _aligned(1, self.program.size).reshape(-1)
+        own = _allocate_aligned(1, self.program.size).reshape(-1)
         own[:] = block
-        kernels.evaluate(*stages, own, self.first, x, self.found, out)
+        kernels.evaluate_block(*stages, own, self.first, x, self.found, out)
         return out
 
     def _of_each(self, x: Array, runs: NDArray[np.int64]) -> Array:
@@ -278,12 +280,12 @@ class Function:
         return blocks.get(self.found, self.count)
 
 
-def _is_stage(call: Any) -> bool:
+def _is_compiled_call(call: Any) -> bool:
     return type(call) is tuple
 
 
 def evaluated(
-    add: Callable[..., Sequence[Rows]],
+    add: Callable[..., Sequence[BlockRows]],
     arrays: Sequence[Array],
     shapes: Sequence[tuple[int, ...]] | None = None,
     runs: NDArray[np.int64] | None = None,
@@ -310,7 +312,7 @@ def evaluated(
     return [blocks.get(row, *shape) for row, shape in zip(found, others, strict=True)]
 
 
-def _aligned(count: int, rows: int) -> Array:
+def _allocate_aligned(count: int, rows: int) -> Array:
     """Return an array (count, rows, lanes) at an address that whole registers can be read from."""
     size, register = count * rows * WIDTH, 8 * WIDTH
     memory = np.empty(size + WIDTH)

@@ -21,7 +21,7 @@ from typing import Any, ClassVar, NoReturn
 
 import numpy as np
 
-from robsim.kernels.machine.rows import Address, Rows
+from robsim.kernels.machine.block_rows import Address, BlockRows
 
 _SYMBOL = re.compile(r"[A-Za-z]\w*")
 _MULTIPLE = re.compile(r"(?:(\d+)\*)?([A-Za-z]\w*)")
@@ -33,10 +33,10 @@ class WrongRows(TypeError):
     """A stage is given what it does not take."""
 
 
-class Shape:
+class RowShape:
     """Rows, or a table in memory, of a shape that may name counts."""
 
-    def __init__(self, text: str, kind: type[Rows] | type[Address] = Rows) -> None:
+    def __init__(self, text: str, kind: type[BlockRows] | type[Address] = BlockRows) -> None:
         text, *rest = text.split(" or ")
         self.may_be_absent = rest == ["none"]
         self.kind, self.text = kind, text.strip()
@@ -51,7 +51,7 @@ class Shape:
 
     def expected(self, counts: dict[str, int]) -> str:
         """Return the shape in words, with counts that are known."""
-        what = "rows" if self.kind is Rows else "the address of an array"
+        what = "rows" if self.kind is BlockRows else "the address of an array"
         some = {name: counts[name] for name in _SYMBOL.findall(self.text) if name in counts}
         known = ", ".join(f"{name} = {n}" for name, n in some.items())
         return (
@@ -70,7 +70,7 @@ class Shape:
         return f"-1 if {name} is None else {name}" if self.may_be_absent else name
 
 
-class Whole:
+class WholeNumber:
     """A whole number."""
 
     found: ClassVar[dict[str, tuple[int, int]]] = {}
@@ -92,10 +92,10 @@ class Whole:
 def is_whole(value: Any) -> bool:
     """Return whether a value is a whole number, and no rows."""
     whole = isinstance(value, int | np.integer | np.bool_)
-    return whole and not isinstance(value, Rows | Address)
+    return whole and not isinstance(value, BlockRows | Address)
 
 
-class Fields:
+class DeclaredFields:
     """Values with names, of which each is declared: of a stage, or of each record of a list.
 
     What is given is checked, and made into whole numbers, by code that is written in Python and
@@ -103,10 +103,10 @@ class Fields:
     """
 
     def __init__(self, texts: dict[str, str]) -> None:
-        self.kinds = {name: _kind(text) for name, text in texts.items()}
+        self.kinds = {name: _parse_declaration(text) for name, text in texts.items()}
         found = {count for kind in self.kinds.values() for count in kind.found}
         self.given = [name for name, text in texts.items() if text != "count" or name not in found]
-        self.known = {"Rows": Rows, "Address": Address, "is_whole": is_whole}
+        self.known = {"Rows": BlockRows, "Address": Address, "is_whole": is_whole}
         self.known |= {f"_{name}": kind for name, kind in self.kinds.items()}
 
     def counted(self) -> list[str]:
@@ -125,7 +125,7 @@ class Fields:
         return known[name]
 
 
-class Each(Fields):
+class RecordList(DeclaredFields):
     """A list of records, each a tuple of the fields but counts, or of values of a single kind."""
 
     found: ClassVar[dict[str, tuple[int, int]]] = {}
@@ -169,28 +169,28 @@ class Each(Fields):
         return self.compiled("encode", code)  # type: ignore[no-any-return]
 
 
-Kind = Shape | Whole | Each
+DeclaredKind = RowShape | WholeNumber | RecordList
 
 
-def _kind(text: str) -> Kind:
+def _parse_declaration(text: str) -> DeclaredKind:
     """Return what a declaration says."""
     if text in ("count", "whole"):
-        return Whole()
+        return WholeNumber()
     if text.startswith("each:"):
-        return Each(text.removeprefix("each:").strip())
+        return RecordList(text.removeprefix("each:").strip())
     if text.startswith("table:"):
-        return Shape(text.removeprefix("table:"), Address)
-    return Shape(text)
+        return RowShape(text.removeprefix("table:"), Address)
+    return RowShape(text)
 
 
-class Signature(Fields):
+class StageSignature(DeclaredFields):
     """The parameters of a stage, beside the block and the number of the step."""
 
     def __init__(self, name: str, function: Callable[..., Any]) -> None:
         _, _, *given = inspect.signature(function).parameters.values()
         super().__init__({each.name: each.default for each in given})
         self.name = name
-        self.lists = [each for each, kind in self.kinds.items() if isinstance(kind, Each)]
+        self.lists = [each for each, kind in self.kinds.items() if isinstance(kind, RecordList)]
 
     @cached_property
     def pack(self) -> Callable[..., list[int]]:
@@ -232,7 +232,7 @@ class Signature(Fields):
             given = ", ".join(name for name, value in named.items() if value is not None)
             takes = f"takes {', '.join(self.given) or 'nothing'}"
             raise WrongRows(f"stage '{self.name}' {takes}; it was given {given or 'nothing'}")
-        counts = {name: named[name] for name in named if isinstance(self.kinds[name], Whole)}
+        counts = {name: named[name] for name in named if isinstance(self.kinds[name], WholeNumber)}
         for name in [*named, *named]:  # once more with all counts
             known = dict(counts)
             if not self._fits(name, named, counts):

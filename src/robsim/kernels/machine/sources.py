@@ -14,17 +14,17 @@ _NAME = re.compile(r"[\w.]+")
 _ELSEWHERE = {*sys.stdlib_module_names, "llvmlite", "numba", "numpy", "robsim"}
 
 
-def _module(path: Path) -> str:
+def _kernel_module_name(path: Path) -> str:
     parts = path.relative_to(_ROOT).with_suffix("").parts
     return ".".join([PACKAGE, *parts]).removesuffix(".__init__")
 
 
-SOURCES = {_module(path): path.read_bytes() for path in sorted(_ROOT.rglob("*.py"))}
+SOURCES = {_kernel_module_name(path): path.read_bytes() for path in sorted(_ROOT.rglob("*.py"))}
 
 
 def digest_of_all() -> str:
     """Return a digest of the names and sources of all modules of kernels."""
-    return _digest(sorted(SOURCES))
+    return _digest_sources(sorted(SOURCES))
 
 
 @cache
@@ -33,29 +33,33 @@ def digest_of(module: str) -> str:
 
     Libraries do not count: their versions stand beside the digest.
     """
-    return _digest(sorted(closure(module))) if _source(module) is not None else ""
+    return (
+        _digest_sources(sorted(import_closure(module))) if _read_source(module) is not None else ""
+    )
 
 
-def closure(module: str) -> set[str]:
+def import_closure(module: str) -> set[str]:
     """Return a module and all that it imports, by itself or through others, and has a source."""
     found, waiting = set(), {module}
     while waiting:
         found |= waiting
-        waiting = {name for each in waiting for name in imported(each)} - found
+        waiting = {name for each in waiting for name in imported_modules(each)} - found
     return found
 
 
 @cache
-def imported(module: str) -> frozenset[str]:
+def imported_modules(module: str) -> frozenset[str]:
     """Return the modules with a source that a module imports itself."""
-    text = (_source(module) or b"").decode().replace("\\\n", " ")
-    names = {name for origin, what in _IMPORT.findall(text) for name in _named(origin, what)}
+    text = (_read_source(module) or b"").decode().replace("\\\n", " ")
+    names = {
+        name for origin, what in _IMPORT.findall(text) for name in _candidate_modules(origin, what)
+    }
     package = getattr(sys.modules.get(module), "__package__", None) or PACKAGE
     absolute = {resolve_name(name, package) if name[0] == "." else name for name in names}
-    return frozenset(name for name in absolute if _source(name) is not None)
+    return frozenset(name for name in absolute if _read_source(name) is not None)
 
 
-def _named(origin: str, what: str) -> list[str]:
+def _candidate_modules(origin: str, what: str) -> list[str]:
     """Return the modules that an import may be of: "from a import b" is of a, and perhaps a.b."""
     names = _NAME.findall(what)
     if not origin:
@@ -65,7 +69,7 @@ def _named(origin: str, what: str) -> list[str]:
 
 
 @cache
-def _source(module: str) -> bytes | None:
+def _read_source(module: str) -> bytes | None:
     """Return the source of a module of kernels, or of a user; None for all others."""
     if module in SOURCES or module.partition(".")[0] in _ELSEWHERE:
         return SOURCES.get(module)
@@ -73,8 +77,8 @@ def _source(module: str) -> bytes | None:
     return path.read_bytes() if path.suffix == ".py" and path.is_file() else None
 
 
-def _digest(modules: list[str]) -> str:
+def _digest_sources(modules: list[str]) -> str:
     digest = hashlib.sha256()
     for module in modules:
-        digest.update(module.encode() + hashlib.sha256(_source(module) or b"").digest())
+        digest.update(module.encode() + hashlib.sha256(_read_source(module) or b"").digest())
     return digest.hexdigest()[:20]

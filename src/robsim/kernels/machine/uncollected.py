@@ -6,7 +6,7 @@ from typing import Any
 from numba.core import event
 
 
-class Uncollected(event.Listener):
+class CollectorPause(event.Listener):
     """Listens to Numba, and stops the collector while a kernel is compiled: a sixth of the time.
 
     Numba compiles under one lock, so that no two threads call this at the same time.

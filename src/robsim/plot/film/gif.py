@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from PIL import GifImagePlugin, Image
 
 from robsim.plot import palette
-from robsim.plot.film.screen import Frame
+from robsim.plot.film.film_frames import Frame
 
 FASTEST = 50.0  # frames per second, beyond which viewers show a GIF slowly
 COLORS, EXACT = 255, 96  # in a palette, and of them the most frequent ones as they are
@@ -24,7 +24,7 @@ _FOR_EVER = b"!\xff\x0bNETSCAPE2.0\x03\x01\x00\x00\x00"
 _END = b";"
 
 
-def encoded(
+def encode_gif(
     frames: Iterable[Frame], count: int, some: Sequence[Frame], fps: float, pause: float
 ) -> bytes:
     """Return a GIF of `count` frames, for ever, that shows the last for `pause` seconds more.
@@ -34,19 +34,19 @@ def encoded(
 
     Source: CompuServe, Graphics Interchange Format, version 89a, 1990.
     """
-    colors, last, before = _Palette(some), count - 1, None
+    colors, last, before = _GifPalette(some), count - 1, None
     file = BytesIO()
-    file.write(_head(colors, some[0].shape))
+    file.write(_encode_gif_header(colors, some[0].shape))
     for k, now in enumerate(frames):
         end = (k + 1) / fps + (pause if k == last else 0.0)
-        file.write(_control(round(100 * end) - round(100 * k / fps)))
-        file.write(_image(colors, now, before))
+        file.write(_encode_control_block(round(100 * end) - round(100 * k / fps)))
+        file.write(_encode_image_block(colors, now, before))
         before = now
     file.write(_END)
     return file.getvalue()
 
 
-class _Palette:
+class _GifPalette:
     """The colours of some frames: ours and the most frequent as they are, the others mixed.
 
     Paper, ground, faces and goals must not be mixed with the edges of letters.
@@ -54,7 +54,7 @@ class _Palette:
 
     def __init__(self, some: Sequence[Frame]) -> None:
         ours = np.array([to_rgb(name) for name in OURS]) * 255
-        exact = np.concatenate([ours.round().astype(np.uint8), _most_frequent(some)])
+        exact = np.concatenate([ours.round().astype(np.uint8), _find_frequent_colors(some)])
         pixels = Image.fromarray(np.concatenate(some)).convert("RGB")
         mixed = pixels.quantize(COLORS - len(exact), dither=Image.Dither.NONE).getpalette() or []
         self.table = bytes([*exact.ravel().tolist(), *mixed][: 3 * COLORS]).ljust(768, b"\0")
@@ -62,29 +62,31 @@ class _Palette:
         image.putpalette(self.table[: 3 * COLORS])
         cells = Image.fromarray(_CELLS).quantize(palette=image, dither=Image.Dither.NONE)
         self._nearest = np.array(cells).ravel()
-        self._nearest[_cell(exact[::-1])] = np.arange(len(exact), dtype=np.uint8)[::-1]
+        self._nearest[_compute_color_cell(exact[::-1])] = np.arange(len(exact), dtype=np.uint8)[
+            ::-1
+        ]
 
     def numbers(self, pixels: Frame) -> NDArray[np.uint8]:
         """Return the number of the nearest colour of each pixel."""
-        return np.asarray(self._nearest[_cell(pixels)])
+        return np.asarray(self._nearest[_compute_color_cell(pixels)])
 
 
-def _cell(pixels: Frame) -> NDArray[np.int32]:
+def _compute_color_cell(pixels: Frame) -> NDArray[np.int32]:
     """Return which of 64^3 cells of nearly equal colours each pixel (..., 3) belongs to."""
     red, green, blue = (pixels[..., i].astype(np.int32) >> 2 for i in range(3))
     return np.asarray((red << 12) | (green << 6) | blue)
 
 
-def _middles() -> Frame:
+def _compute_cell_colors() -> Frame:
     """Return the colour (512, 512, 3) in the middle of each cell, in their order."""
     steps = (4 * np.arange(64) + 2).astype(np.uint8)
     return np.stack(np.meshgrid(steps, steps, steps, indexing="ij"), axis=-1).reshape(512, 512, 3)
 
 
-_CELLS = _middles()
+_CELLS = _compute_cell_colors()
 
 
-def _most_frequent(some: Sequence[Frame]) -> Frame:
+def _find_frequent_colors(some: Sequence[Frame]) -> Frame:
     """Return the most frequent colours (N, 3) of frames, the first of them most often."""
     red, green, blue, _ = np.concatenate(some).reshape(-1, 4).T.astype(np.int32)
     found, counts = np.unique((red << 16) | (green << 8) | blue, return_counts=True)
@@ -92,39 +94,39 @@ def _most_frequent(some: Sequence[Frame]) -> Frame:
     return np.stack([often >> 16, often >> 8 & 255, often & 255], axis=-1).astype(np.uint8)
 
 
-def _changed(now: Frame, before: Frame | None) -> Any:
+def _find_changed_region(now: Frame, before: Frame | None) -> Any:
     """Return the part of a frame, as two slices, that is not as it was, or a pixel if all is."""
     if before is None:
         return np.s_[: now.shape[0], : now.shape[1]]
-    other = _differs(now, before)
+    other = _compare_pixels(now, before)
     rows, columns = np.flatnonzero(other.any(axis=1)), np.flatnonzero(other.any(axis=0))
     if not len(rows):
         return np.s_[:1, :1]
     return np.s_[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1]
 
 
-def _differs(now: Frame, before: Frame) -> NDArray[np.bool_]:
+def _compare_pixels(now: Frame, before: Frame) -> NDArray[np.bool_]:
     """Return which pixels (height, width) of two frames differ; four bytes are compared as one."""
     one, other = (frame.view(np.uint32)[..., 0] for frame in (now, before))
     return np.not_equal(one, other)
 
 
-def _image(colors: _Palette, now: Frame, before: Frame | None) -> bytes:
+def _encode_image_block(colors: _GifPalette, now: Frame, before: Frame | None) -> bytes:
     """Return what has changed in a frame as it stands in a file."""
-    part = _changed(now, before)
+    part = _find_changed_region(now, before)
     numbers = colors.numbers(now[part])
     if before is not None:
-        numbers[~_differs(now, before)[part]] = UNCHANGED
+        numbers[~_compare_pixels(now, before)[part]] = UNCHANGED
     corner = (int(part[1].start or 0), int(part[0].start or 0))
     return b"".join(GifImagePlugin.getdata(Image.fromarray(numbers), corner, interlace=0))
 
 
-def _control(hundredths: int) -> bytes:
+def _encode_control_block(hundredths: int) -> bytes:
     """Return what says that an image is shown for hundredths of a second, and then stays."""
     return struct.pack("<3sBHBB", b"!\xf9\x04", _KEEP << 2 | 1, hundredths, UNCHANGED, 0)
 
 
-def _head(colors: _Palette, shape: tuple[int, ...]) -> bytes:
+def _encode_gif_header(colors: _GifPalette, shape: tuple[int, ...]) -> bytes:
     """Return the head of a file of frames of a shape (height, width, 4)."""
     size = struct.pack("<6sHHBBB", b"GIF89a", shape[1], shape[0], 0xF7, 0, 0)
     return size + colors.table + _FOR_EVER

@@ -11,12 +11,12 @@ from itertools import repeat
 from typing import Any
 
 from robsim.base.errors import InputError
-from robsim.plot.film.screen import Frame
+from robsim.plot.film.film_frames import Frame
 
 QUALITY = "20"  # of H.264: 0 is without loss, 51 the worst
 
 
-def check_installed() -> None:
+def check_pyav() -> None:
     """Raise InputError where PyAV is missing."""
     if find_spec("av") is None:
         raise InputError(
@@ -25,7 +25,7 @@ def check_installed() -> None:
         )
 
 
-def encoded(frames: Iterable[Frame], fps: float, pause: float) -> bytes:
+def encode_mp4(frames: Iterable[Frame], fps: float, pause: float) -> bytes:
     """Return an MP4 (H.264) that shows its last frame for `pause` seconds more.
 
     A frame's height and width must be even.
@@ -34,21 +34,21 @@ def encoded(frames: Iterable[Frame], fps: float, pause: float) -> bytes:
     file = BytesIO()
     with av.open(file, "w", format="mp4") as film:
         stream: Any = None
-        for frame in _held(frames, round(pause * fps)):
-            stream = stream or _stream(film, frame, fps)
+        for frame in _repeat_last_frame(frames, round(pause * fps)):
+            stream = stream or _add_video_stream(film, frame, fps)
             film.mux(stream.encode(av.VideoFrame.from_ndarray(frame, format="rgba")))
         film.mux(stream.encode())
     return file.getvalue()
 
 
-def _held(frames: Iterable[Frame], more: int) -> Iterator[Frame]:
+def _repeat_last_frame(frames: Iterable[Frame], more: int) -> Iterator[Frame]:
     """Yield the frames, and the last of them a number of times more."""
     for frame in frames:
         yield frame
     yield from repeat(frame, more)
 
 
-def _stream(film: Any, frame: Frame, fps: float) -> Any:
+def _add_video_stream(film: Any, frame: Frame, fps: float) -> Any:
     stream = film.add_stream("h264", rate=Fraction(fps).limit_denominator(1000))
     stream.height, stream.width = frame.shape[:2]
     stream.pix_fmt = "yuv420p"  # which every player shows

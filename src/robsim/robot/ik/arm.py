@@ -11,17 +11,19 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from robsim.base.arrays import Array, frozen
+from robsim.base.arrays import Array, make_read_only
 from robsim.kernels.formulas import random
-from robsim.robot.assembly import integers
-from robsim.robot.placement import Placement
+from robsim.robot.assembly import as_int64
+from robsim.robot.frame_evaluator import FrameEvaluator
 from robsim.robot.tree import Tree
 
-FARTHEST = 1e9  # metres or radians: larger numbers could overflow; files use them for no limit
-FREE = {"rad": math.pi, "m": 1.0}  # how far from home a search begins, without limits
+LARGEST_POSITION = (
+    1e9  # metres or radians: larger numbers could overflow; files use them for no limit
+)
+START_SPREAD = {"rad": math.pi, "m": 1.0}  # how far from home a search begins, without limits
 
 
-class Bounds(NamedTuple):
+class CoordinateBounds(NamedTuple):
     """The limits of coordinates."""
 
     row: NDArray[np.int64]  # of each velocity that carries the link, its only coordinate, or -1
@@ -31,7 +33,7 @@ class Bounds(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Arm:
+class IKArm:
     """A link of a tree, the coordinates that may move it, and their names.
 
     What follows from these is computed once; a robot keeps its arms.
@@ -47,16 +49,16 @@ class Arm:
     @cached_property
     def columns(self) -> NDArray[np.int64]:
         """The velocities that move the link."""
-        return integers(np.flatnonzero(self.tree.carries(self.link)))
+        return as_int64(np.flatnonzero(self.tree.carries(self.link)))
 
     @cached_property
-    def free(self) -> Arm:
+    def free(self) -> IKArm:
         """The arm without its joint limits."""
         nowhere = np.full_like(self.limits, np.inf) * [-1.0, 1.0]
-        return Arm(self.tree, self.link, nowhere, self.home, self.units, self.velocities)
+        return IKArm(self.tree, self.link, nowhere, self.home, self.units, self.velocities)
 
     @cached_property
-    def bounds(self) -> Bounds:
+    def bounds(self) -> CoordinateBounds:
         """The limits; a joint without limits is kept within half a turn of zero."""
         row = self.tree.alone(self.columns)
         turns = np.zeros(len(self.limits), dtype=np.bool_)
@@ -66,7 +68,9 @@ class Arm:
         endless = turns & np.isinf(self.limits).all(axis=1)
         low, high = self.limits.T.copy()
         low[endless], high[endless] = -math.pi, math.pi
-        return Bounds(row, frozen(low), frozen(high), frozen(turns))
+        return CoordinateBounds(
+            row, make_read_only(low), make_read_only(high), make_read_only(turns)
+        )
 
     def starts(self, count: int, seed: int) -> tuple[Array, Array]:
         """Return starts of further searches, q (nq, k), and the link's poses (k, 12) there.
@@ -83,17 +87,17 @@ class Arm:
     def _drawn(self, count: int, seed: int) -> tuple[Array, Array]:
         """Return the starts, computed."""
         bounds = self.bounds
-        free = np.array([FREE.get(unit, 0.0) for unit in self.units])
-        low = np.where(bounds.low < -FARTHEST, self.home - free, bounds.low)
-        high = np.where(bounds.high > FARTHEST, self.home + free, bounds.high)
+        free = np.array([START_SPREAD.get(unit, 0.0) for unit in self.units])
+        low = np.where(bounds.low < -LARGEST_POSITION, self.home - free, bounds.low)
+        high = np.where(bounds.high > LARGEST_POSITION, self.home + free, bounds.high)
         share = np.empty((len(low), count))
-        random.uniforms(np.uint64(seed), np.arange(count, dtype=np.uint64), 0, 0, share)
+        random.fill_uniform_numbers(np.uint64(seed), np.arange(count, dtype=np.uint64), 0, 0, share)
         q = np.repeat(self.home[:, None], count, axis=1)
         rows = bounds.row[bounds.row >= 0]
         q[rows] = (low[:, None] + share * (high - low)[:, None])[rows]
         poses = np.empty((count, 4, 4))
-        Placement(self.tree, [self.link]).poses(np.ascontiguousarray(q.T), poses)
-        return frozen(q), frozen(poses.reshape(count, 16)[:, :12].copy())
+        FrameEvaluator(self.tree, [self.link]).poses(np.ascontiguousarray(q.T), poses)
+        return make_read_only(q), make_read_only(poses.reshape(count, 16)[:, :12].copy())
 
     @cached_property
     def kept(self) -> dict[Any, Any]:

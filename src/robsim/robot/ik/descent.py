@@ -8,34 +8,34 @@ from typing import Any
 
 import numpy as np
 
-from robsim.base.arrays import Array, frozen
-from robsim.kernels.control.commanding import transpose, weigh
+from robsim.base.arrays import Array, make_read_only
+from robsim.kernels.control.control_law import multiply_transpose, weight_matrix_rows
+from robsim.kernels.inverse_kinematics import ik_actions as turns
 from robsim.kernels.inverse_kinematics import ik_step
-from robsim.kernels.inverse_kinematics import ik_turns as turns
-from robsim.kernels.linear_algebra import normal
+from robsim.kernels.linear_algebra import normal_equations
+from robsim.kernels.machine.block_rows import BlockRows
 from robsim.kernels.machine.program import Program
-from robsim.kernels.machine.rows import Rows
-from robsim.robot.assembly import integers
-from robsim.robot.ik.arm import Arm
-from robsim.robot.motion import add_motion, call_motion
-from robsim.robot.placed import Placed
+from robsim.robot.assembly import as_int64
+from robsim.robot.fk_stages import FKStages
+from robsim.robot.ik.arm import IKArm
+from robsim.robot.integration_stages import add_integration, add_python_integration
 
 
-class Descent:
+class IKDescent:
     """A search for the coordinates of an arm, by what of a pose counts.
 
     `weight` (6,) is of the rows (v, omega) in the axes of the base; if `pointing`, the rotation
     counts only where the z axis points. The program takes a step, and proposes the next.
     """
 
-    def __init__(self, arm: Arm, weight: Array, pointing: bool) -> None:
+    def __init__(self, arm: IKArm, weight: Array, pointing: bool) -> None:
         self.arm, self.weight, self.pointing = arm, weight, pointing
         self.tree, self.n = arm.tree, len(arm.columns)
         self.program = Program()
         self.state = self.program.rows(turns.Q)
         self.q = self.program.rows(self.tree.nq)
         self.step = self.program.rows(self.n)
-        self.placed = Placed(self.program, self.tree.joints, self.q)
+        self.placed = FKStages(self.program, self.tree.joints, self.q)
         self._limits = {
             int(i): self.program.constant([arm.bounds.low[i], arm.bounds.high[i]])
             for i in arm.bounds.row
@@ -55,36 +55,42 @@ class Descent:
         found = np.full((3, 4), (self.weight[3:] ** 2).sum() / 6.0)
         found[:, : 2 if self.pointing else 0] = 0.0
         found[:, 3] = self.weight[:3] ** 2
-        return frozen(found.ravel())
+        return make_read_only(found.ravel())
 
     @cached_property
     def rows(self) -> Any:
         """The coordinates that begin elsewhere at each search."""
-        return integers(self.arm.bounds.row[self.arm.bounds.row >= 0])
+        return as_int64(self.arm.bounds.row[self.arm.bounds.row >= 0])
 
     def _move(self) -> None:
         """Move coordinates by the step, into their limits, and place the bodies."""
         program, moved = self.program, dict(zip(self.arm.columns.tolist(), self.step, strict=True))
         rates = [moved.get(column) for column in range(self.tree.nv)]
-        for add in (add_motion, call_motion):
+        for add in (add_integration, add_python_integration):
             add(program, self.tree.joints, self.q, rates, program.constant(1.0))
         limited = self._limits.items()
         joints = [(self.q[i], limits, self.arm.bounds.turns[i]) for i, limits in limited]
-        program.add(ik_step.confine, joints=joints)
+        program.add(ik_step.confine_coordinates, joints=joints)
         self.placed.add()
 
-    def _measure(self) -> tuple[Rows, Rows, Rows]:
+    def _measure(self) -> tuple[BlockRows, BlockRows, BlockRows]:
         """Add the stages of the error and the Jacobian; return their rows, and of the damping."""
         program, state = self.program, self.state
         goal = state[turns.GOAL : turns.GOAL + 12].reshape(3, 4)
         (T,) = self.placed.frames([self.tree.find(self.arm.link)])
         e, damping, weights = program.rows(6), program.rows(), program.constant(self.weight)
         if self.pointing:
-            program.add(ik_step.point_to, goal=goal, T=T, vector_of=e[3:])
+            program.add(ik_step.compute_axis_error, goal=goal, T=T, vector_of=e[3:])
         else:
-            program.add(ik_step.turn_to, goal=goal, T=T, room=program.rows(16), vector_of=e[3:])
+            program.add(
+                ik_step.compute_rotation_error,
+                goal=goal,
+                T=T,
+                room=program.rows(16),
+                vector_of=e[3:],
+            )
         program.add(
-            ik_step.residual,
+            ik_step.compute_residual,
             goal=goal,
             T=T,
             weights=weights,
@@ -99,31 +105,42 @@ class Descent:
         if self.pointing:
             program.add(ik_step.ignore_roll, T=T, J=J)
         if (self.weight != 1.0).any():
-            program.add(weigh, A=J, weights=weights, B=J)
+            program.add(weight_matrix_rows, A=J, weights=weights, B=J)
         return e, damping, J
 
-    def _propose(self, rows: tuple[Rows, Rows, Rows]) -> None:
+    def _propose(self, rows: tuple[BlockRows, BlockRows, BlockRows]) -> None:
         """Add the stages of the next step."""
         (e, damping, J), n, program = rows, self.n, self.program
-        downhill, room = program.rows(n), program.rows(normal.room_of(6, n))
-        program.add(transpose, A=J, y=e, x=downhill)
+        downhill, room = (
+            program.rows(n),
+            program.rows(normal_equations.count_damped_step_rows(6, n)),
+        )
+        program.add(multiply_transpose, A=J, y=e, x=downhill)
         given, state = {"J": J, "downhill": downhill}, self.state
-        program.add(ik_step.hold, **given, stopped=state[turns.HELD], joints=self._held())
         program.add(
-            normal.damped_step, A=J, y=e, downhill=downhill, damping=damping, x=self.step, room=room
+            ik_step.hold_limited_joints, **given, stopped=state[turns.HELD], joints=self._held()
         )
         program.add(
-            ik_step.judge,
+            normal_equations.damped_step,
+            A=J,
+            y=e,
+            downhill=downhill,
+            damping=damping,
+            x=self.step,
+            room=room,
+        )
+        program.add(
+            ik_step.detect_stationary,
             **given,
             qd=self.step,
             squared=state[turns.SQUARE],
             gained=state[turns.GAIN],
             still=state[turns.STILL],
         )
-        program.add(turns.next_turn, qd=self.step)
+        program.add(turns.choose_action, qd=self.step)
         program.add(turns.adapt_damping)
 
-    def _held(self) -> list[tuple[int, Rows, Rows]]:
+    def _held(self) -> list[tuple[int, BlockRows, BlockRows]]:
         """Return of each joint that a limit may hold its column, its coordinate, its limits."""
         found, (row, *limits, turns) = [], self.arm.bounds
         low, high = (values.tolist() for values in limits)

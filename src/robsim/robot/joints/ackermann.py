@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from robsim.declare import check_fields, register
-from robsim.kernels.bodies import placing
-from robsim.robot.joints.coupling import Coupling, Of
+from robsim.kernels.bodies import forward_kinematics
+from robsim.robot.joints.couplings import Coupling, SourceName
 
 
 @register("coupling", "ackermann")
@@ -22,12 +22,12 @@ class Ackermann(Coupling):
     'body.steering'
     """
 
-    stage = placing.steer
+    stage = forward_kinematics.steer_wheel
     yields = "an angle"
     limited = False
     on_a_car = True
     wanted = "the steering angle of a car"
-    of: Of
+    of: SourceName
 
     def __post_init__(self) -> None:
         check_fields(self)

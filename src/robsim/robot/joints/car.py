@@ -8,18 +8,18 @@ from typing import Annotated
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robsim.base.arrays import Array, numbers
+from robsim.base.arrays import Array, as_floats
 from robsim.base.errors import InputError
 from robsim.declare import Angle, Length, Quantity, check_fields, described, register
-from robsim.geometry.pose import common_lead
-from robsim.robot.joints.planar import InPlane
+from robsim.geometry.pose import broadcast_leading_shape
+from robsim.robot.joints.planar_joint import PlanarKind
 
-STEERED = 3  # the steering angle among the coordinates
+STEERING_ROW = 3  # the steering angle among the coordinates
 
 
 @register("joint kind", "car")
 @dataclass(frozen=True)
-class Car(InPlane):
+class Car(PlanarKind):
     """A vehicle with steered wheels: x, y, theta, the steering angle; v along x, omega about z."""
 
     name = "car"
@@ -34,7 +34,7 @@ class Car(InPlane):
     def ranges(self, limits: tuple[float, float] | None, part: Steering) -> Array:
         """Return the limits (4, 2): infinite, except those of the steering angle."""
         rows = super().ranges(limits, part)
-        rows[STEERED] = -part.limit, part.limit
+        rows[STEERING_ROW] = -part.limit, part.limit
         return rows
 
 
@@ -70,9 +70,12 @@ class Steering:
         >>> Steering(0.5).rates(1.0, 0.3).round(6)
         array([1.      , 0.618672])
         """
-        v, turned = numbers(speed, "speed (m/s)", ()), numbers(angle, "steering angle (rad)", ())
+        v, turned = (
+            as_floats(speed, "speed (m/s)", ()),
+            as_floats(angle, "steering angle (rad)", ()),
+        )
         if (np.abs(turned) > self.limit).any():
             far = float(turned.flat[np.abs(turned).argmax()])
             raise InputError(f"steering angle {far:g} rad: the limit is {self.limit:g} rad")
-        common_lead(v.shape, turned.shape, "speed and steering angle")
+        broadcast_leading_shape(v.shape, turned.shape, "speed and steering angle")
         return np.stack(np.broadcast_arrays(v, v * np.tan(turned) / self.wheelbase), axis=-1)

@@ -10,11 +10,11 @@ import numpy as np
 from robsim.base.errors import InputError
 from robsim.declare import Length, Word, check_fields, register
 from robsim.geometry.curves import Curve
-from robsim.kernels.bodies import placing
-from robsim.kernels.machine.rows import Rows
-from robsim.robot.joints.coupling import Coupling, Of, Yield
+from robsim.kernels.bodies import forward_kinematics
+from robsim.kernels.machine.block_rows import BlockRows
+from robsim.robot.joints.couplings import CoordinateType, Coupling, SourceName
 
-GIVEN = ("angle", "arc", "height", "tilt")  # in the order of the kernel's numbers
+CHORD_QUANTITIES = ("angle", "arc", "height", "tilt")  # in the order of the kernel's numbers
 
 
 @register("coupling", "chord")
@@ -40,7 +40,7 @@ class Chord(Coupling):
     limited = False
     on_a_curve = True
     wanted = "a rail of its own speed"
-    of: Of
+    of: SourceName
     length: Annotated[float, Length(above=0), "Distance between the centres of the two wheels."]
     radius: Annotated[
         float, Length(), "Radius of the wheels, whose centres lie to the left of the curve."
@@ -51,7 +51,9 @@ class Chord(Coupling):
         "Distance along the chord of the third wheel; None: at its end.",
     ] = None
     gives: Annotated[
-        Literal["angle", "arc", "height", "tilt"], Word(GIVEN), "Quantity that the coordinate is."
+        Literal["angle", "arc", "height", "tilt"],
+        Word(CHORD_QUANTITIES),
+        "Quantity that the coordinate is.",
     ] = "arc"
 
     def __post_init__(self) -> None:
@@ -64,7 +66,7 @@ class Chord(Coupling):
             )
 
     @property
-    def yields(self) -> Yield:
+    def yields(self) -> CoordinateType:
         """The kind of coordinate that it gives: an angle, or a length."""
         return "an angle" if self.gives in ("angle", "tilt") else "a length"
 
@@ -83,10 +85,12 @@ class Chord(Coupling):
         assert self.at is not None  # set in __post_init__
         return self.length, self.radius, self.at
 
-    def add_stages(self, placed: Any, which: int, **rows: Rows) -> None:
+    def add_stages(self, placed: Any, which: int, **rows: BlockRows) -> None:
         """Add the stage of what it gives, on the curve with this number."""
-        what = GIVEN.index(self.gives)
-        placed.program.add(placing.hang, **placed.curves, **rows, which=which, what=what)
+        what = CHORD_QUANTITIES.index(self.gives)
+        placed.program.add(
+            forward_kinematics.evaluate_chord, **placed.curves, **rows, which=which, what=what
+        )
 
     def check(self, name: str, curve: Curve) -> None:
         """Raise InputError if a wheel does not fit a bend, or the chord does not fit the curve.

@@ -9,9 +9,9 @@ from typing import Annotated, Any
 import numpy as np
 
 from robsim.declare import Number, check_fields, register
-from robsim.declare.joints import OfJoint
-from robsim.kernels.bodies import placing
-from robsim.robot.joints.coupling import Coupling, Of
+from robsim.declare.joint_numbers import OfJoint
+from robsim.kernels.bodies import forward_kinematics
+from robsim.robot.joints.couplings import Coupling, SourceName
 
 
 @register("coupling", "mimic")
@@ -23,8 +23,8 @@ class Mimic(Coupling):
     1.0
     """
 
-    stage = placing.mimic
-    of: Of
+    stage = forward_kinematics.mimic_coordinate
+    of: SourceName
     ratio: Annotated[float, Number(), "Ratio of its change to that of the other coordinate."] = 1.0
     offset: Annotated[float, OfJoint(), "Value where the other coordinate is zero."] = 0.0
 

@@ -8,8 +8,8 @@ from typing import Any
 
 from robsim.declare import register
 from robsim.geometry.curves import Curve
-from robsim.kernels.bodies import placing
-from robsim.robot.joints.kind import JointKind, PlacedBody
+from robsim.kernels.bodies import forward_kinematics
+from robsim.robot.joints.joint_kind import BodyRows, JointKind
 
 
 @register("joint kind", "rail")
@@ -21,7 +21,7 @@ class Rail(JointKind):
     coordinates = ("",)
     units = ("m",)
     moves = ((False, 0),)  # and the bend of the curve
-    fused = placing.ride
+    fused = forward_kinematics.place_on_rail
     follower = True
     needs = "curve"
 
@@ -29,7 +29,7 @@ class Rail(JointKind):
         """Return the arc lengths of the ends of the curve."""
         return 0.0, part.length
 
-    def add_placing(self, placed: Any, bodies: Iterable[PlacedBody]) -> None:
+    def add_placing(self, placed: Any, bodies: Iterable[BodyRows]) -> None:
         """Add the stages that place bodies on their curves, whose bends are ratios.
 
         The bend of a rail that follows another coordinate counts per metre of its own.
@@ -37,6 +37,12 @@ class Rail(JointKind):
         for parent, place, s, T, body in bodies:
             given = {"which": body.curve, "parent": parent, "place": place, "s": s, "T": T}
             bend = placed.ratio[body.bend]
-            placed.program.add(placing.ride, **placed.curves, **given, curvature=bend)
+            placed.program.add(
+                forward_kinematics.place_on_rail, **placed.curves, **given, curvature=bend
+            )
             if body.slope:
-                placed.program.add(placing.scale, curvature=bend, slope=placed.ratio[body.slope])
+                placed.program.add(
+                    forward_kinematics.scale_curvature,
+                    curvature=bend,
+                    slope=placed.ratio[body.slope],
+                )

@@ -5,12 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from robsim.declare import register
-from robsim.robot.joints.planar import InPlane
+from robsim.robot.joints.planar_joint import PlanarKind
 
 
 @register("joint kind", "unicycle")
 @dataclass(frozen=True)
-class Unicycle(InPlane):
+class Unicycle(PlanarKind):
     """A vehicle that cannot move sideways; q is x, y, theta, v is (v along x, omega about z)."""
 
     name = "unicycle"

@@ -6,14 +6,14 @@ import math
 import time
 from typing import Any
 
-from robsim.base.arrays import number
-from robsim.base.errors import InputError, said
+from robsim.base.arrays import as_float
+from robsim.base.errors import InputError, format_value
 
 STANDS = 1000  # calls at one time, from which on the clock is taken to stand still
 MOST = 2.0**53  # periods, which can be counted
 
 
-class Clock:
+class ControlClock:
     """The periods of a controller, counted from the first time that it is told."""
 
     def __init__(self, dt: float) -> None:
@@ -33,13 +33,15 @@ class Clock:
         then taken to go on.
         """
         self.turned_back = False
-        seconds = number(t, "t (seconds)")
+        seconds = as_float(t, "t (seconds)")
         if self.step < 0:
             self.start = self.now = seconds
             self.step = 0
             return 1
         if not abs(seconds - self.start) / self.dt < MOST:
-            raise InputError(f"t: {said(t)} s is too far from the start, {self.start:.9g} s")
+            raise InputError(
+                f"t: {format_value(t)} s is too far from the start, {self.start:.9g} s"
+            )
         if seconds < self.now - 0.5 * self.dt:
             raise InputError(self._turn_back(seconds))
         self.now = max(seconds, self.now)

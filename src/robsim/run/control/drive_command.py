@@ -6,19 +6,19 @@ from collections.abc import Sequence
 from typing import Literal, NamedTuple
 
 from robsim.base.arrays import Array
-from robsim.kernels.control import guarding
+from robsim.kernels.control import command_limits
 
 Doing = Literal["waiting", "moving", "holding", "stopped", "converged"]
 
 LIMITS = {
-    guarding.STOPPED: "stopped by the watchdog",
-    guarding.OLD_IMAGE: "watchdog",
-    guarding.NOT_RELEASED: "not released",
-    guarding.FEW_MARKS: "too few marks",
-    guarding.NOT_FINITE: "not finite",
-    guarding.SPEED: "speed",
-    guarding.ACCELERATION: "acceleration",
-    guarding.FENCE: "fence",
+    command_limits.STOPPED: "stopped by the watchdog",
+    command_limits.OLD_IMAGE: "watchdog",
+    command_limits.NOT_RELEASED: "not released",
+    command_limits.FEW_MARKS: "too few marks",
+    command_limits.NOT_FINITE: "not finite",
+    command_limits.SPEED: "speed",
+    command_limits.ACCELERATION: "acceleration",
+    command_limits.FENCE: "fence",
 }
 
 
@@ -64,19 +64,19 @@ class DriveCommand(NamedTuple):
     health: Health
 
 
-def limits_of(why: int, at_limit: Array, names: Sequence[str]) -> tuple[str, ...]:
+def list_active_limits(why: int, at_limit: Array, names: Sequence[str]) -> tuple[str, ...]:
     """Return the names of the limits that change a command, from its bits."""
     found = [name for bit, name in LIMITS.items() if why & bit]
-    if why & guarding.JOINT_LIMIT:
+    if why & command_limits.JOINT_LIMIT:
         pairs = zip(names, at_limit, strict=True)
         found += [f"joint limit of {name}" for name, there in pairs if there]
     return tuple(found)
 
 
-def doing(why: int, converged: bool) -> Doing:
+def classify_activity(why: int, converged: bool) -> Doing:
     """Return what a controller does whose command has these bits."""
-    if why & guarding.STOPPED:
+    if why & command_limits.STOPPED:
         return "stopped"
-    if why & guarding.HELD:
+    if why & command_limits.HELD:
         return "holding"
     return "converged" if converged else "moving"

@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robsim.base.arrays import Array, shown_view
+from robsim.base.arrays import Array, view_for_user
 from robsim.base.errors import InputError
-from robsim.servo.laws.checked import checked_state, last_of
-from robsim.servo.laws.inverse import Inverse, PseudoInverse, product
+from robsim.servo.laws.control_state_checks import check_state_fields, put_runs_last
+from robsim.servo.laws.inverse import Inverse, PseudoInverse, multiply_batches
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,7 +41,7 @@ class ControlState:
     one_motion: bool = False  # whether L J is the product of `interaction` and `jacobian`
 
     def __post_init__(self) -> None:
-        vars(self).update(checked_state(vars(self)))
+        vars(self).update(check_state_fields(vars(self)))
 
     @classmethod
     def of(
@@ -71,9 +71,9 @@ class ControlState:
         >>> JointLaw().command(state)
         array([[-0.5, -1. ]])
         """
-        e = last_of(error, "error", ("k",))
-        L = last_of(interaction, "interaction", ("k", 6))
-        J = last_of(jacobian, "jacobian", (6, "n"))
+        e = put_runs_last(error, "error", ("k",))
+        L = put_runs_last(interaction, "interaction", ("k", 6))
+        J = put_runs_last(jacobian, "jacobian", (6, "n"))
         if L.shape[::2] != e.shape or J.shape[2] != e.shape[1]:
             raise InputError(
                 "expected error (B, k), interaction (B, k, 6) and jacobian (B, 6, n), got "
@@ -83,11 +83,11 @@ class ControlState:
             e,
             L,
             J,
-            product(L, J),
+            multiply_batches(L, J),
             gain,
             PseudoInverse() if inverse is None else inverse,
-            None if s is None else last_of(s, "s", ("k",)),
-            None if q is None else last_of(q, "q", ("nq",)),
+            None if s is None else put_runs_last(s, "s", ("k",)),
+            None if q is None else put_runs_last(q, "q", ("nq",)),
             time,
             dt,
             one_motion=True,
@@ -96,35 +96,35 @@ class ControlState:
     @property
     def error(self) -> Array:
         """The error e (B, k), weighted, and with feed-forward the motion of the target in it."""
-        return shown_view(self.error_last)
+        return view_for_user(self.error_last)
 
     @property
     def interaction(self) -> Array:
         """The interaction matrix L (B, k, 6), weighted."""
-        return shown_view(self.interaction_last)
+        return view_for_user(self.interaction_last)
 
     @property
     def jacobian(self) -> Array:
         """The Jacobian J (B, 6, n) of the camera's twist (v, omega) in its own axes."""
-        return shown_view(self.jacobian_last)
+        return view_for_user(self.jacobian_last)
 
     @property
     def task_jacobian(self) -> Array:
         """The task Jacobian L J (B, k, n), whose rows are each of their own camera."""
-        return shown_view(self.task_jacobian_last)
+        return view_for_user(self.task_jacobian_last)
 
     @property
     def s(self) -> Array:
         """The features s (B, k) as measured."""
-        return shown_view(_given(self.s_last, "features s"))
+        return view_for_user(_require_array(self.s_last, "features s"))
 
     @property
     def q(self) -> Array:
         """The coordinates q (B, nq) of all robots of the scene."""
-        return shown_view(_given(self.q_last, "coordinates q"))
+        return view_for_user(_require_array(self.q_last, "coordinates q"))
 
 
-def _given(array: Array | None, what: str) -> Array:
+def _require_array(array: Array | None, what: str) -> Array:
     """Return an array, or raise InputError where there is none."""
     if array is None:
         raise InputError(f"the law reads {what}, and the state has none")

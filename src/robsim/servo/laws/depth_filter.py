@@ -9,17 +9,17 @@ import numpy as np
 
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError
-from robsim.declare import Declared, Length, Number, Stacked, family, register
-from robsim.kernels.estimation import depth_filter as kernels
-from robsim.kernels.machine.rows import Rows
-from robsim.servo.given import Given
+from robsim.declare import DeclaredValue, Length, Number, PerRun, family, register
+from robsim.kernels.estimation import inverse_depth_filter as kernels
+from robsim.kernels.machine.block_rows import BlockRows
+from robsim.servo.controller_rows import ControllerInputs
 
 DEPTHS = family("depth")
 
 
 @register("depth", "filter")
 @dataclass(frozen=True)
-class DepthFilter(Declared):
+class DepthFilter(DeclaredValue):
     """The depth of each mark, estimated by an extended Kalman filter of (x, y, 1/Z).
 
     The motion of a mark under the believed twist of the camera is exact, and the filter allows it
@@ -33,14 +33,14 @@ class DepthFilter(Declared):
     0.5
     """
 
-    start: Annotated[float, Length(above=0), Stacked(()), "Depth of every mark at the start."]
+    start: Annotated[float, Length(above=0), PerRun(()), "Depth of every mark at the start."]
     start_sigma: Annotated[
-        float, Number(above=0), Stacked(()), "Relative standard deviation of 1/Z at the start."
+        float, Number(above=0), PerRun(()), "Relative standard deviation of 1/Z at the start."
     ] = 0.5
     noise: Annotated[
         float,
         Number(above=0, unit="px"),
-        Stacked(()),
+        PerRun(()),
         "Standard deviation of the noise on each pixel coordinate.",
     ] = 1.0
 
@@ -52,13 +52,15 @@ class DepthFilter(Declared):
                 f"{kernels.FARTHEST} m, got {self.start}"
             )
 
-    def stages(self, given: Given, points: Rows, twist: Rows, K: Array) -> Rows:
+    def stages(
+        self, given: ControllerInputs, points: BlockRows, twist: BlockRows, K: Array
+    ) -> BlockRows:
         """Add the stage that filters the depths of marks, and return its rows."""
         program, N = given.program, points.shape[0]
         sigma = self.noise / np.abs(np.atleast_3d(K)[[0, 1], [0, 1]])  # of a normalised point
         numbers = np.broadcast_arrays(1.0 / self.start, self.start_sigma / self.start, *sigma)
         return program.result(
-            kernels.filter_stage,
+            kernels.filter_depths,
             "depth",
             N,
             points=points,

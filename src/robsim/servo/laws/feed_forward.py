@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated
 
-from robsim.declare import Choice, Declared, Stacked, Time, family, register
+from robsim.declare import DeclaredValue, KindOf, PerRun, Time, family, register
 
 FEED_FORWARDS = family("feed-forward")
 
@@ -24,7 +24,7 @@ class KnownMotion:
 
 @register("feed-forward", "estimated")
 @dataclass(frozen=True)
-class EstimatedMotion(Declared):
+class EstimatedMotion(DeclaredValue):
     """Feed-forward of the part of de/dt that the command does not explain, smoothed over `lag`.
 
     The estimate is a first-order filter of (e_k - e_(k-1))/dt - L J qdot_(k-1) (Chaumette and
@@ -35,11 +35,11 @@ class EstimatedMotion(Declared):
     """
 
     lag: Annotated[
-        float, Time(above=0), Stacked(()), "Time constant of the low-pass filter of the estimate."
+        float, Time(above=0), PerRun(()), "Time constant of the low-pass filter of the estimate."
     ] = 0.2
 
 
 FeedForward = KnownMotion | EstimatedMotion | None
 
 
-FEED_FORWARD = Choice(FEED_FORWARDS, none="none", beside_of={"lag": ("estimated", "lag")})
+FEED_FORWARD = KindOf(FEED_FORWARDS, none="none", beside_of={"lag": ("estimated", "lag")})

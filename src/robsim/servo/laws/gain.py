@@ -7,19 +7,19 @@ from typing import Annotated, Literal, get_args
 
 import numpy as np
 
-from robsim.base.arrays import Array, numbers
+from robsim.base.arrays import Array, as_floats
 from robsim.base.errors import InputError
-from robsim.declare import Choice, Declared, Number, Word, family, register
-from robsim.kernels.formulas import gain as kernels
+from robsim.declare import DeclaredValue, KindOf, Number, Word, family, register
+from robsim.kernels.formulas import adaptive_gain as kernels
 
 PER_SECOND = Number(above=0, unit="per second")
 GAINS = family("gain")
-Size = Literal["error", "command"]  # what a gain can depend on
+GainArgument = Literal["error", "command"]  # what a gain can depend on
 
 
 @register("gain", "adaptive")
 @dataclass(frozen=True)
-class AdaptiveGain(Declared):
+class AdaptiveGain(DeclaredValue):
     """A gain that is low far from the goal, for gentle starts, and high near it.
 
     gain(x) = (at_zero - at_infinity) exp(-slope x/(at_zero - at_infinity)) + at_infinity
@@ -40,8 +40,8 @@ class AdaptiveGain(Declared):
         float, Number(above=0), "Minus the derivative at x = 0, per second and unit of x."
     ]
     of: Annotated[
-        Size,
-        Word(get_args(Size), "size"),
+        GainArgument,
+        Word(get_args(GainArgument), "size"),
         "On what it depends: the size of the error, or that of the command at a gain of one.",
     ] = "error"
 
@@ -55,11 +55,11 @@ class AdaptiveGain(Declared):
 
     def at(self, size: Array) -> Array:
         """Return the gains (..., B) per second at sizes (..., B) of the error or the command."""
-        given = numbers(size, "size", ("B",))
+        given = as_floats(size, "size", ("B",))
         if (given < 0).any():
             raise InputError(f"size: a length is not below 0, got {given.min():g}")
         gain = np.empty(given.size)
-        kernels.adaptive(self.at_zero, self.at_infinity, self.slope, given.ravel(), gain)
+        kernels.compute_gains(self.at_zero, self.at_infinity, self.slope, given.ravel(), gain)
         return gain.reshape(given.shape)
 
     @property
@@ -68,4 +68,4 @@ class AdaptiveGain(Declared):
         return self.at_infinity
 
 
-GAIN = Choice(GAINS, default="adaptive", short=False, other=PER_SECOND)
+GAIN = KindOf(GAINS, default="adaptive", short=False, other=PER_SECOND)

@@ -8,22 +8,22 @@ from typing import Annotated, Any
 import numpy as np
 
 from robsim.base.arrays import Array
-from robsim.declare import Choice, Declared, Number, family, register
-from robsim.kernels.control import commanding
-from robsim.kernels.linear_algebra.solve import scratch_of
+from robsim.declare import DeclaredValue, KindOf, Number, family, register
+from robsim.kernels.control import control_law
+from robsim.kernels.linear_algebra.pseudoinverse import count_solution_rows
+from robsim.kernels.machine.block_rows import BlockRows
 from robsim.kernels.machine.program import Program, evaluated
-from robsim.kernels.machine.rows import Rows
 
 RCOND = 1e-6
 
 
 INVERSES = family("inverse")
-SHARE = Number(above=0, below=1)
+RCOND_SPEC = Number(above=0, below=1)
 
 
 @register("inverse", "pseudo_inverse")
 @dataclass(frozen=True)
-class PseudoInverse(Declared):
+class PseudoInverse(DeclaredValue):
     """The pseudo-inverse A^+, with singular values below rcond times the largest taken as zero.
 
     >>> PseudoInverse()
@@ -31,7 +31,7 @@ class PseudoInverse(Declared):
     """
 
     rcond: Annotated[
-        float, SHARE, "Share of the largest singular value below which one counts as zero."
+        float, RCOND_SPEC, "Share of the largest singular value below which one counts as zero."
     ] = RCOND
 
     @property
@@ -42,7 +42,7 @@ class PseudoInverse(Declared):
 
 @register("inverse", "damped")
 @dataclass(frozen=True)
-class DampedInverse(Declared):
+class DampedInverse(DeclaredValue):
     """The damped inverse (A'A + damping^2 I)^-1 A', with shorter commands near a singularity.
 
     It is never exact.
@@ -82,25 +82,34 @@ class JacobianTranspose:
 
 
 Inverse = PseudoInverse | DampedInverse | JacobianTranspose
-INVERSE = Choice(
+INVERSE = KindOf(
     INVERSES,
     default="pseudo_inverse",
     beside_of={"rcond": ("pseudo_inverse", "rcond"), "damping": ("damped", "damping")},
 )
 
 
-ANY, ACROSS, TWIST = 0, 2, 3  # how many of the columns, the first ones, are per metre
+SAME_UNITS, LATERAL_TWIST, CAMERA_TWIST = (
+    0,
+    2,
+    3,
+)  # how many of the columns, the first ones, are per metre
 
 
-def metres(J: Rows | int) -> dict[str, Any]:
+def describe_metric_columns(J: BlockRows | int) -> dict[str, Any]:
     """Return what stages take of the columns that are per metre: a Jacobian (6, n), or a number."""
-    return {"J": J, "slides": 0} if isinstance(J, Rows) else {"J": None, "slides": J}
+    return {"J": J, "slides": 0} if isinstance(J, BlockRows) else {"J": None, "slides": J}
 
 
-def solved(
-    program: Program, A: Rows, y: Rows, damping: float, rcond: float, J: Rows | int = ANY
-) -> Rows:
-    """Add the stage of x = A^+ y, damped unless damping is 0; return its rows (n,), see `rank_of`.
+def add_solve(
+    program: Program,
+    A: BlockRows,
+    y: BlockRows,
+    damping: float,
+    rcond: float,
+    J: BlockRows | int = SAME_UNITS,
+) -> BlockRows:
+    """Add the stage of x = A^+ y, damped unless damping is 0; return its rows (n,), see `rank_row`.
 
     Singular values are compared in the unit of length in which all columns of A count alike, where
     J says which of them are per metre: the rows of a Jacobian (6, n), TWIST or ACROSS.
@@ -108,49 +117,51 @@ def solved(
     m, n = A.shape
     found = program.rows(n + 1)
     program.add(
-        commanding.solve,
+        control_law.solve_task,
         A=A,
         y=y,
         damping=program.constant(damping) if damping > 0.0 else None,
         rcond=program.constant(rcond),
         x=found[:n],
         rank=found[n],
-        **metres(J),
-        scratch=program.scratch(scratch_of(m, n)),
+        **describe_metric_columns(J),
+        scratch=program.scratch(count_solution_rows(m, n)),
     )
     return found[:n]
 
 
-def rank_of(x: Rows) -> Rows:
-    """Return the row of the rank with which `solved` found x."""
-    return Rows(x + x.size)
+def rank_row(x: BlockRows) -> BlockRows:
+    """Return the row of the rank with which `add_solve` found x."""
+    return BlockRows(x + x.size)
 
 
-def inverted(program: Program, A: Rows, y: Rows, inverse: Inverse, J: Rows | int = ANY) -> Rows:
+def add_inverse(
+    program: Program, A: BlockRows, y: BlockRows, inverse: Inverse, J: BlockRows | int = SAME_UNITS
+) -> BlockRows:
     """Add the stage of x = A^+ y by a choice of inverse, or of A' y; return its rows."""
     transposed, damping, rcond = inverse.numbers
     if not transposed:
-        return solved(program, A, y, damping, rcond, J)
-    return program.result(commanding.transpose, "x", A.shape[1], A=A, y=y)
+        return add_solve(program, A, y, damping, rcond, J)
+    return program.result(control_law.multiply_transpose, "x", A.shape[1], A=A, y=y)
 
 
-def rank(A: Array, moves: Array | int = ANY, rcond: float = RCOND) -> Any:
-    """Return the rank (B,) of A (m, n, B), whose columns are of `moves` (6, n, B), as in `solved`.
+def compute_rank(A: Array, moves: Array | int = SAME_UNITS, rcond: float = RCOND) -> Any:
+    """Return the rank (B,) of A (m, n, B), whose columns are of `moves` (6, n, B), as in `add_solve`.
 
     It is the number of singular values above rcond times the largest.
     """
     m, _, runs = A.shape
     given = [moves] if isinstance(moves, np.ndarray) else []
 
-    def add(program: Program, A: Rows, y: Rows, *J: Rows) -> list[Rows]:
+    def add(program: Program, A: BlockRows, y: BlockRows, *J: BlockRows) -> list[BlockRows]:
         known = J[0] if J else int(moves)
-        return [rank_of(solved(program, A, y, 0.0, rcond, known))]
+        return [rank_row(add_solve(program, A, y, 0.0, rcond, known))]
 
     (found,) = evaluated(add, [A, np.zeros((m, runs)), *given])
     return found.astype(np.int64)
 
 
-def product(A: Array, B: Array) -> Array:
+def multiply_batches(A: Array, B: Array) -> Array:
     """Return the product (m, p, B) of A (m, n, B) and B (n, p, B)."""
     with np.errstate(all="ignore"):  # a run that went wrong is data
         out: Array = A[:, 0, None] * B[0]

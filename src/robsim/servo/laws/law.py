@@ -11,18 +11,24 @@ from dataclasses import dataclass
 from typing import Annotated, ClassVar, Protocol, runtime_checkable
 
 from robsim.base.arrays import Array
-from robsim.declare import Choice, Declared, Length, Stacked, family, register
-from robsim.kernels.control import commanding
-from robsim.kernels.linear_algebra.solve import product_scratch_of
+from robsim.declare import DeclaredValue, KindOf, Length, PerRun, family, register
+from robsim.kernels.control import control_law
+from robsim.kernels.linear_algebra.pseudoinverse import count_product_rows
+from robsim.servo.laws.compiled_law import (
+    CommandAtGain,
+    CompiledLaw,
+    LawRows,
+    add_joint_velocities,
+    scale_by_gain,
+)
 from robsim.servo.laws.control_state import ControlState
-from robsim.servo.laws.inverse import ANY, TWIST, inverted
-from robsim.servo.laws.staged_law import AtGain, LawRows, StagedLaw, realised, times_gain
+from robsim.servo.laws.inverse import CAMERA_TWIST, SAME_UNITS, add_inverse
 
 LAWS = family("law")
 UnitOfLength = Annotated[
     float,
     Length(above=0),
-    Stacked(()),
+    PerRun(()),
     "Length by which speeds are divided to be weighed against turn rates.",
 ]
 
@@ -41,7 +47,7 @@ class Law(Protocol):
 
 @register("law", "joint")
 @dataclass(frozen=True)
-class JointLaw(StagedLaw):
+class JointLaw(CompiledLaw):
     """The law qdot = -gain (L J)^+ e, the least-squares descent of the error in the joints.
 
     >>> from robsim import IBVS
@@ -51,15 +57,15 @@ class JointLaw(StagedLaw):
 
     in_camera: ClassVar[bool] = False
 
-    def stages(self, of: LawRows) -> AtGain:
+    def stages(self, of: LawRows) -> CommandAtGain:
         """Add the stages of (L J)^+ e; return what adds those of the command at a gain."""
         transposed, damping, rcond = of.inverse.numbers
         program, k, n = of.program, of.k, of.n
         if not of.one_motion or min(k, n) <= 6 or transposed or damping > 0.0:
-            moves = of.J if of.one_motion else ANY
-            return times_gain(of, inverted(program, of.A, of.error, of.inverse, moves))
+            moves = of.J if of.one_motion else SAME_UNITS
+            return scale_by_gain(of, add_inverse(program, of.A, of.error, of.inverse, moves))
         unit = program.result(
-            commanding.solve_product,
+            control_law.solve_task_product,
             "x",
             n,
             L=of.L,
@@ -68,14 +74,14 @@ class JointLaw(StagedLaw):
             y=of.error,
             rcond=program.constant(rcond),
             rank=program.rows(),
-            scratch=program.scratch(product_scratch_of(k, n)),
+            scratch=program.scratch(count_product_rows(k, n)),
         )
-        return times_gain(of, unit)
+        return scale_by_gain(of, unit)
 
 
 @register("law", "camera")
 @dataclass(frozen=True)
-class CameraLaw(StagedLaw, Declared):
+class CameraLaw(CompiledLaw, DeclaredValue):
     """The law V = -gain L^+ e (eq. 8 of the chapter), then qdot = J^+ V (eq. 19).
 
     Least squares over a twist depends on the unit of length: it weighs |v|^2 / length^2 against
@@ -88,13 +94,13 @@ class CameraLaw(StagedLaw, Declared):
     length: UnitOfLength = 1.0
     in_camera: ClassVar[bool] = True
 
-    def stages(self, of: LawRows) -> AtGain:
+    def stages(self, of: LawRows) -> CommandAtGain:
         """Add the stages of J^+ L^+ e; return what adds those of the command at a gain."""
         program, unit = of.program, of.program.number(self.length)
-        L = program.result(commanding.in_units, "B", of.k, 6, A=of.L, length=unit, how=1)
-        V = inverted(program, L, of.error, of.inverse, TWIST)
-        program.add(commanding.in_units, A=V.column, length=unit, how=2, B=V.column)
-        return times_gain(of, realised(of, V, unit))
+        L = program.result(control_law.scale_length_unit, "B", of.k, 6, A=of.L, length=unit, how=1)
+        V = add_inverse(program, L, of.error, of.inverse, CAMERA_TWIST)
+        program.add(control_law.scale_length_unit, A=V.column, length=unit, how=2, B=V.column)
+        return scale_by_gain(of, add_joint_velocities(of, V, unit))
 
 
-LAW = Choice(LAWS, default="joint", beside_of={"length": ("camera", "length")}, protocol=Law)
+LAW = KindOf(LAWS, default="joint", beside_of={"length": ("camera", "length")}, protocol=Law)

@@ -9,14 +9,20 @@ from typing import Annotated
 import numpy as np
 
 from robsim.base.arrays import Array
-from robsim.base.errors import FrameError, InputError, naming
-from robsim.declare import Declared, Flag, Role, Table, Time, Word, described
-from robsim.declare.joints import OneOrEach, check_count, coordinates, limits_of, velocities
+from robsim.base.errors import FrameError, InputError, prefix_errors
+from robsim.declare import DeclaredValue, Flag, Role, Table, Time, Word, described
+from robsim.declare.joint_numbers import (
+    OneOrEach,
+    broadcast_limits,
+    check_joint_count,
+    get_coordinate_axes,
+    get_velocity_axes,
+)
 from robsim.declare.scalars import NOT_NEGATIVE
 from robsim.world.frame_box import FrameBox
 from robsim.world.scene import Scene
 
-Each = float | Sequence[float]  # one number for all, or one for each
+LimitValue = float | Sequence[float]  # one number for all, or one for each
 
 
 @described
@@ -35,7 +41,7 @@ class Fence(FrameBox):
 
 @described
 @dataclass(frozen=True)
-class Watchdog(Declared):
+class Watchdog(DeclaredValue):
     """What is done while no image has come for a time.
 
     >>> Watchdog(after=0.2).then
@@ -52,7 +58,7 @@ class Watchdog(Declared):
 
 @described
 @dataclass(frozen=True)
-class Safety(Declared):
+class Safety(DeclaredValue):
     """Limits of all that is commanded, in the simulation and by `Controller` alike.
 
     They act in this order. A robot that is held or stopped brakes as fast as `acceleration` lets
@@ -71,18 +77,18 @@ class Safety(Declared):
     """
 
     speed: Annotated[
-        Each | None,
-        OneOrEach(velocities, "/s"),
+        LimitValue | None,
+        OneOrEach(get_velocity_axes, "/s"),
         "Limit of |qdot|, by which the whole command is slowed down; None: none.",
     ] = None
     acceleration: Annotated[
-        Each | None,
-        OneOrEach(velocities, "/s^2"),
+        LimitValue | None,
+        OneOrEach(get_velocity_axes, "/s^2"),
         "Limit of the change of each velocity in a second, also when braking; None: none.",
     ] = None
     margin: Annotated[
-        Each | None,
-        OneOrEach(coordinates, item=NOT_NEGATIVE),
+        LimitValue | None,
+        OneOrEach(get_coordinate_axes, item=NOT_NEGATIVE),
         "Distance that joints keep from their limits; None: limits are not watched.",
     ] = None
     fence: Annotated[Fence | None, Table(Fence), "Box that a frame does not leave."] = None
@@ -106,7 +112,7 @@ class Safety(Declared):
             ("acceleration", scene.velocity_names),
             ("margin", scene.coordinate_names),
         ):
-            check_count(getattr(self, name), name, owners)
+            check_joint_count(getattr(self, name), name, owners)
         self.check_margin(scene)
         if self.fence is not None:
             self._check_fence(self.fence, scene)
@@ -126,7 +132,7 @@ class Safety(Declared):
 
     def _check_fence(self, fence: Fence, scene: Scene) -> None:
         """Raise InputError unless a frame is there, and moves."""
-        with naming("fence"):
+        with prefix_errors("fence"):
             try:
                 moves = scene.tree.carried(fence.frame).any()
                 fence.check(scene)
@@ -137,7 +143,7 @@ class Safety(Declared):
 
     def limits(self, which: str, count: int) -> Array:
         """Return the limits (count,) of speed, acceleration or margin, or infinity."""
-        return limits_of(getattr(self, which), count)
+        return broadcast_limits(getattr(self, which), count)
 
 
-SAFETY = Table(Safety)
+SAFETY_TABLE = Table(Safety)

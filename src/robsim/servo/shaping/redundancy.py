@@ -9,18 +9,18 @@ from typing import Annotated, Any, Protocol, runtime_checkable
 import numpy as np
 from numpy.typing import ArrayLike
 
-from robsim.base.arrays import Array, numbers
-from robsim.base.errors import InputError, said
-from robsim.declare import Choice, Declared, Number, Stacked, family, register
-from robsim.declare.joints import PerJoint, commanded
-from robsim.kernels.control import redundancy as kernels
-from robsim.kernels.control.descent import descend, scratch_of
+from robsim.base.arrays import Array, as_floats
+from robsim.base.errors import InputError, format_value
+from robsim.declare import DeclaredValue, KindOf, Number, PerRun, family, register
+from robsim.declare.joint_numbers import PerJoint, get_commanded_axes
+from robsim.kernels.control import null_space as kernels
+from robsim.kernels.control.task_priorities import count_priority_rows, solve_priority
+from robsim.kernels.machine.block_rows import BlockRows
 from robsim.kernels.machine.program import Program, evaluated
-from robsim.kernels.machine.rows import Rows
 from robsim.servo.laws.gain import PER_SECOND
 
 
-def priorities(levels: Sequence[tuple[Array, Array]], rcond: float) -> tuple[Array, Array]:
+def solve_priorities(levels: Sequence[tuple[Array, Array]], rcond: float) -> tuple[Array, Array]:
     """Return velocities (n, B) that serve tasks in order, and the projector onto what is left.
 
     The projector is (n, n, B).
@@ -32,22 +32,22 @@ def priorities(levels: Sequence[tuple[Array, Array]], rcond: float) -> tuple[Arr
     below rcond times the largest of A_i itself count as zero: levels may conflict.
 
     >>> first, second = np.array([[[1.0], [0.0]]]), np.array([[[1.0], [1.0]]])
-    >>> qd, P = priorities([(first, np.array([[2.0]])), (second, np.array([[5.0]]))], 1e-6)
+    >>> qd, P = solve_priorities([(first, np.array([[2.0]])), (second, np.array([[5.0]]))], 1e-6)
     >>> qd.ravel(), P.ravel()
     (array([2., 3.]), array([0., 0., 0., 0.]))
     """
 
-    def add(program: Program, *rows: Rows) -> tuple[Rows, Rows]:
-        return descent(program, list(zip(rows[::2], rows[1::2], strict=True)), rcond)
+    def add(program: Program, *rows: BlockRows) -> tuple[BlockRows, BlockRows]:
+        return add_priorities(program, list(zip(rows[::2], rows[1::2], strict=True)), rcond)
 
     qd, P = evaluated(add, [array for level in levels for array in level])
     return qd, P
 
 
-def descent(
-    program: Program, levels: Sequence[tuple[Rows, Rows]], rcond: float
-) -> tuple[Rows, Rows]:
-    """Add the stages of `priorities` for rows (A_i, rate_i); return the rows of qd and P."""
+def add_priorities(
+    program: Program, levels: Sequence[tuple[BlockRows, BlockRows]], rcond: float
+) -> tuple[BlockRows, BlockRows]:
+    """Add the stages of `solve_priorities` for rows (A_i, rate_i); return the rows of qd and P."""
     n = levels[0][0].shape[1]
     qd, P = program.rows(n), program.rows(n, n)
     kept = {"qd": qd, "P": P, "N": program.rows(n, n), "usual": program.rows()}
@@ -55,7 +55,9 @@ def descent(
     for A, rate in levels:
         k = A.shape[0]
         given = {"A": A, "rate": rate, "rcond": share, "free": free}
-        program.add(descend, **given, **kept, scratch=program.rows(scratch_of(k, n)))
+        program.add(
+            solve_priority, **given, **kept, scratch=program.rows(count_priority_rows(k, n))
+        )
         free = max(free - k, 0)
     return qd, P
 
@@ -68,7 +70,7 @@ def null_space(A: Array, rcond: float) -> Array:
     >>> null_space(np.array([[[2.0], [0.0]]]), 1e-6).ravel()
     array([0., 0., 0., 1.])
     """
-    return priorities([(A, np.zeros((A.shape[0], A.shape[2])))], rcond)[1]
+    return solve_priorities([(A, np.zeros((A.shape[0], A.shape[2])))], rcond)[1]
 
 
 def large_projection(A: Array, e: Array, low: float, high: float, P: Array) -> Array:
@@ -84,9 +86,9 @@ def large_projection(A: Array, e: Array, low: float, high: float, P: Array) -> A
     array([0., 0., 0., 1.])
     """
 
-    def add(program: Program, A: Rows, error: Rows, P: Rows) -> list[Rows]:
+    def add(program: Program, A: BlockRows, error: BlockRows, P: BlockRows) -> list[BlockRows]:
         bounds = program.constant([low, high])
-        program.add(kernels.large_stage, A=A, error=error, bounds=bounds, P=P)
+        program.add(kernels.apply_large_projector, A=A, error=error, bounds=bounds, P=P)
         return [P]
 
     (out,) = evaluated(add, [A, e, P])
@@ -94,31 +96,31 @@ def large_projection(A: Array, e: Array, low: float, high: float, P: Array) -> A
 
 
 @runtime_checkable
-class Secondary(Protocol):
+class SecondaryMotion(Protocol):
     """The interface of a secondary motion."""
 
     def velocity(self, q: Array, limits: Array) -> Array:
         """Return wished velocities (B, n) at commanded coordinates q (B, n) with limits (n, 2)."""
 
 
-def _limits(limits: ArrayLike, count: int) -> Array:
+def _check_limits_array(limits: ArrayLike, count: int) -> Array:
     """Return limits (n, 2), which may be infinite; InputError unless there are so many."""
     try:
         given = np.asarray(limits)
     except ValueError:  # rows of unequal lengths
         given = np.empty(())
     if given.shape != (count, 2) or given.dtype.kind not in "iuf" or np.isnan(given).any():
-        raise InputError(f"limits: expected shape ({count}, 2), got {said(limits)}")
+        raise InputError(f"limits: expected shape ({count}, 2), got {format_value(limits)}")
     return given.astype(np.float64)
 
 
 SECONDARIES = family("secondary motion")
-Gain = Annotated[float, PER_SECOND, Stacked(()), "Gain of the secondary motion."]
+SecondaryGain = Annotated[float, PER_SECOND, PerRun(()), "Gain of the secondary motion."]
 
 
 @register("secondary motion", "avoid_limits")
 @dataclass(frozen=True)
-class AvoidLimits(Declared):
+class AvoidLimits(DeclaredValue):
     """Move back from joint limits: qdot = -gain (q - threshold) beyond a threshold, else zero.
 
     The thresholds lie a margin inside the limits. It is the
@@ -130,7 +132,7 @@ class AvoidLimits(Declared):
     array([[ 0.  , -0.15]])
     """
 
-    gain: Gain = 1.0
+    gain: SecondaryGain = 1.0
     margin: Annotated[
         float,
         Number(above=0, below=0.5),
@@ -139,8 +141,8 @@ class AvoidLimits(Declared):
 
     def velocity(self, q: Array, limits: Array) -> Array:
         """Return wished velocities (B, n) at commanded coordinates q (B, n) with limits (n, 2)."""
-        at = numbers(q, "q", ("n",))
-        low, high = self.bounds(_limits(limits, at.shape[-1]))
+        at = as_floats(q, "q", ("n",))
+        low, high = self.bounds(_check_limits_array(limits, at.shape[-1]))
         wish: Array = self.gain * (np.clip(at, low, high) - at)
         return wish
 
@@ -154,7 +156,7 @@ class AvoidLimits(Declared):
 
 @register("secondary motion", "posture")
 @dataclass(frozen=True, eq=False)
-class Posture(Declared):
+class Posture(DeclaredValue):
     """Move to a preferred posture: qdot = -gain (q - q_rest), q_rest (n,) of the commanded joints.
 
     >>> Posture([0.5]).velocity(np.array([[0.1]]), np.array([[-1.0, 1.0]]))
@@ -163,10 +165,10 @@ class Posture(Declared):
 
     q: Annotated[
         Any,
-        PerJoint(commanded, later=True),
-        "Preferred coordinates, one for each commanded velocity.",
+        PerJoint(get_commanded_axes, later=True),
+        "Preferred coordinates, one for each get_commanded_axes velocity.",
     ]
-    gain: Gain = 1.0
+    gain: SecondaryGain = 1.0
 
     def check(self, names: Sequence[str]) -> None:
         """Raise InputError unless there is one coordinate for each of these names."""
@@ -178,7 +180,7 @@ class Posture(Declared):
 
     def velocity(self, q: Array, limits: Array) -> Array:
         """Return wished velocities (B, n) at commanded coordinates q (B, n) of any limits."""
-        wish: Array = self.gain * (self.q - numbers(q, "q", (len(self.q),)))
+        wish: Array = self.gain * (self.q - as_floats(q, "q", (len(self.q),)))
         return wish
 
     def bounds(self, limits: Array) -> tuple[Array, Array]:
@@ -187,4 +189,4 @@ class Posture(Declared):
         return rest, rest
 
 
-SECONDARY = Choice(SECONDARIES, short=False, protocol=Secondary)
+SECONDARY = KindOf(SECONDARIES, short=False, protocol=SecondaryMotion)

@@ -8,20 +8,20 @@ from typing import Annotated, Any, ClassVar
 
 import numpy as np
 
-from robsim.base.arrays import Array, frozen, number, numbers
-from robsim.base.errors import InputError, said
-from robsim.declare import Choice, Declared, Number, Time, register
-from robsim.declare.joints import Axes, PerJoint, followed
-from robsim.declare.problems import Broken
-from robsim.declare.spec import Context, Raw, expected
+from robsim.base.arrays import Array, as_float, as_floats, make_read_only
+from robsim.base.errors import InputError, format_value
+from robsim.declare import DeclaredValue, KindOf, Number, Time, register
+from robsim.declare.joint_numbers import Axes, PerJoint, get_followed_axes
+from robsim.declare.problems import UnreadableValue
+from robsim.declare.spec import Context, Raw, make_expected_error
 from robsim.servo.laws.gain import PER_SECOND
 from robsim.servo.laws.inverse import RCOND
-from robsim.servo.shaping.shaped import JOINTS, Columns
-from robsim.servo.tasks.follower import check_trajectory, unseen
-from robsim.servo.tasks.joint_follower import JointFollower, check_limits
-from robsim.servo.tasks.named import Axis, axes_called, axes_named
-from robsim.trajectory.limits import Acceleration, Limits, Speed
-from robsim.trajectory.timing import TRAJECTORIES
+from robsim.servo.shaping.command_fields import JOINT_NAMES, VelocityIndices
+from robsim.servo.tasks.joint_follower import JointFollower, check_joint_goals
+from robsim.servo.tasks.joint_names import JointIndices, find_joints, select_joints
+from robsim.servo.tasks.trajectory_follower import check_trajectory, make_cameraless_fields
+from robsim.trajectory.axis_limits import AxisAcceleration, AxisSpeed, Limits
+from robsim.trajectory.time_law import TRAJECTORIES
 from robsim.world.scene import Scene
 
 
@@ -37,7 +37,7 @@ class JointGoal(PerJoint):
 
     def read(self, raw: Raw, c: Context) -> Any:
         if raw == {}:
-            raise expected("at least 1 joint", raw)
+            raise make_expected_error("at least 1 joint", raw)
         return self.read_each(raw, c) if isinstance(raw, Mapping) else super().read(raw, c)
 
     def write(self, value: Any, c: Context) -> Any:
@@ -53,18 +53,18 @@ class JointGoal(PerJoint):
         return "{ joint = number } with units, or a list of one for each"
 
 
-WAYS = ("to", "by", "trajectory")  # of saying where to go
-TRAJECTORY = Choice(TRAJECTORIES, short=False, protocol=object)
+GOAL_FIELDS = ("to", "by", "trajectory")  # of saying where to go
+TRAJECTORY = KindOf(TRAJECTORIES, short=False, protocol=object)
 
 
-def _axes(scene: Scene, axes: list[Axis]) -> Axes:
+def _describe_axes(scene: Scene, axes: list[JointIndices]) -> Axes:
     at = [axis.coordinate for axis in axes]
     return Axes([scene.coordinate_units[i] for i in at], [scene.coordinate_names[i] for i in at])
 
 
 @register("task", "follow_joints")
 @dataclass(frozen=True, eq=False)
-class FollowJoints(Declared):
+class FollowJoints(DeclaredValue):
     """Follow a trajectory of the joints, without a camera.
 
     A name is that of the joint, with its robot's in front ("panda.link3") where several have it.
@@ -80,13 +80,13 @@ class FollowJoints(Declared):
 
     to: Annotated[
         Any,
-        JointGoal(followed),
+        JointGoal(get_followed_axes),
         "Where the joints go from their start: {joint: value}, or one number for each.",
     ] = None
     _: KW_ONLY
     by: Annotated[
         Any,
-        JointGoal(followed),
+        JointGoal(get_followed_axes),
         "Change of the joints from their start, instead of `to`: {joint: change}, or (n,).",
     ] = None
     trajectory: Annotated[
@@ -94,7 +94,7 @@ class FollowJoints(Declared):
     ] = None
     joints: Annotated[
         Any,
-        JOINTS,
+        JOINT_NAMES,
         "Names of joints or robots, in the order of the axes of the trajectory; None: the "
         "joints of `to` or `by`, or all that have one coordinate and one velocity.",
     ] = None
@@ -103,8 +103,8 @@ class FollowJoints(Declared):
         Time(above=0),
         "Duration of the motion to `to` or by `by`, along a quintic polynomial.",
     ] = None
-    speed: Speed = None
-    acceleration: Acceleration = None
+    speed: AxisSpeed = None
+    acceleration: AxisAcceleration = None
     gain: Annotated[
         float | None,
         PER_SECOND,
@@ -118,7 +118,7 @@ class FollowJoints(Declared):
     ] = 1e-6
 
     def __post_init__(self) -> None:
-        given = [name for name in WAYS if getattr(self, name) is not None]
+        given = [name for name in GOAL_FIELDS if getattr(self, name) is not None]
         if len(given) != 1:
             raise InputError(
                 "give one of to={joint: value} (or an array), by={joint: change} (or an array), "
@@ -136,39 +136,39 @@ class FollowJoints(Declared):
     def facts(cls, own: Any, c: Context) -> Context:
         """Return the context with the joints of the task, in whose units the numbers are."""
         scene = c.facts.get("scene")
-        if sum(way in c.facts["raw"] for way in WAYS) > 1:
-            raise Broken  # which is reported already
+        if sum(way in c.facts["raw"] for way in GOAL_FIELDS) > 1:
+            raise UnreadableValue  # which is reported already
         if scene is None:
             return c
         goals = {key: c.facts["raw"].get(key, own.get(key)) for key in ("to", "by")}
         named = next((key for key, x in goals.items() if isinstance(x, Mapping)), None)
         try:
             if named is not None:
-                axes = axes_called(scene, goals[named], named)
+                axes = find_joints(scene, goals[named], named)
             else:
-                axes = axes_named(scene, own.get("joints"))
+                axes = select_joints(scene, own.get("joints"))
         except InputError as error:
             c.blame(error)
             return c
-        return c.knowing(followed=_axes(scene, axes))
+        return c.knowing(followed=_describe_axes(scene, axes))
 
-    def columns(self, scene: Scene) -> Columns:
+    def columns(self, scene: Scene) -> VelocityIndices:
         """Return the velocities of the joints of the task."""
-        return frozen(np.array(sorted(axis.velocity for axis in self.axes(scene))))
+        return make_read_only(np.array(sorted(axis.velocity for axis in self.axes(scene))))
 
-    def bind(self, scene: Scene, columns: Columns | None = None) -> JointFollower:
+    def bind(self, scene: Scene, columns: VelocityIndices | None = None) -> JointFollower:
         """Return the controller of the task; InputError for what the scene does not have."""
         axes = self.axes(scene)
         names = [scene.velocity_names[axis.velocity] for axis in axes]
         goal = self._goal(names)
         coordinates = np.array([axis.coordinate for axis in axes])
         if self.by is None:
-            check_limits(scene, coordinates, goal[None])
+            check_joint_goals(scene, coordinates, goal[None])
         order = np.argsort([axis.velocity for axis in axes])
-        robot = scene.robots[_owner(scene, axes[0].velocity)]
+        robot = scene.robots[_find_owner_index(scene, axes[0].velocity)]
         tip = f"{robot.name}.{robot.tip}"
         return JointFollower(
-            **unseen(scene, tip, self.columns(scene), goal[order], self),
+            **make_cameraless_fields(scene, tip, self.columns(scene), goal[order], self),
             units=tuple(scene.coordinate_units[i] for i in coordinates[order]),
             full_rank=len(axes),
             rcond=RCOND,
@@ -187,17 +187,17 @@ class FollowJoints(Declared):
         """The limits of the axes; None where a duration or a trajectory is given."""
         return None if self.speed is None else Limits(self.speed, self.acceleration)
 
-    def axes(self, scene: Scene) -> list[Axis]:
+    def axes(self, scene: Scene) -> list[JointIndices]:
         """Return the joints in the order of the trajectory; InputError for unknown names."""
         what, way = self._way
         if isinstance(way, dict):
-            return axes_called(scene, way, what)
-        return axes_named(scene, self.joints)
+            return find_joints(scene, way, what)
+        return select_joints(scene, self.joints)
 
     @property
     def _way(self) -> tuple[str, Any]:
-        """Which of `WAYS` is given, and what it says."""
-        return next((name, way) for name in WAYS if (way := getattr(self, name)) is not None)
+        """Which of `GOAL_FIELDS` is given, and what it says."""
+        return next((name, way) for name in GOAL_FIELDS if (way := getattr(self, name)) is not None)
 
     def _goal(self, names: list[str]) -> Array:
         """Return where the trajectory ends (n,), or how far; InputError unless it has n axes."""
@@ -207,14 +207,14 @@ class FollowJoints(Declared):
         elif what != "trajectory":
             goal = way
         else:
-            goal = numbers(self.trajectory.at(self.trajectory.duration), "trajectory.at", ("n",))
+            goal = as_floats(self.trajectory.at(self.trajectory.duration), "trajectory.at", ("n",))
         if goal.shape != (len(names),):
             raise InputError(
                 f"{what}: expected {len(names)} axes, for {', '.join(names)}; got shape "
                 f"{goal.shape}: name its joints in that order with joints=[...]"
             )
         if self.trajectory is not None:
-            _ = numbers(self.trajectory.at(0.0), f"{what} at 0 s", goal.shape)
+            _ = as_floats(self.trajectory.at(0.0), f"{what} at 0 s", goal.shape)
         if self.limits is not None:
             _ = self.limits.of(len(goal))
         return goal
@@ -223,17 +223,17 @@ class FollowJoints(Declared):
         """Return a goal as {name: value}, or as an array (n,)."""
         way = getattr(self, what)
         if not isinstance(way, Mapping):
-            goal = numbers(way, what, ("n",))
+            goal = as_floats(way, what, ("n",))
             if goal.ndim != 1:
                 raise InputError(
                     f"{what}: expected {{joint: value}} or shape (n,), got {goal.shape}"
                 )
-            return frozen(goal)
+            return make_read_only(goal)
         if not way or not all(isinstance(name, str) for name in way):
-            raise InputError(f"{what}: expected the names of joints, got {said(way)}")
+            raise InputError(f"{what}: expected the names of joints, got {format_value(way)}")
         if self.joints is not None:
             raise InputError(f"{what} names its joints: leave joints out")
-        return {name: number(value, f"{what}[{name!r}]") for name, value in way.items()}
+        return {name: as_float(value, f"{what}[{name!r}]") for name, value in way.items()}
 
     def _check_plan(self) -> None:
         """Raise InputError unless there is one of a trajectory, a duration, and limits."""
@@ -249,7 +249,7 @@ class FollowJoints(Declared):
             )
 
 
-def _owner(scene: Scene, velocity: int) -> int:
+def _find_owner_index(scene: Scene, velocity: int) -> int:
     """Return the number of the robot that has a velocity."""
     ends = np.cumsum([robot.nv for robot in scene.robots])
     return int(np.searchsorted(ends, velocity, "right"))

@@ -7,25 +7,32 @@ from typing import Annotated, Any, ClassVar
 
 import numpy as np
 
-from robsim.base.arrays import Array, frozen, numbers
+from robsim.base.arrays import Array, as_floats, make_read_only
 from robsim.base.errors import InputError
 from robsim.declare import ListOf, Number, Table, Word, fields_of, register
-from robsim.declare.quantities import Exact
+from robsim.declare.quantities import ExactQuantity
 from robsim.declare.spec import Context, Raw, Spec
-from robsim.declare.words import Reference
-from robsim.geometry.pose import Pose, is_pose_like, one_pose
+from robsim.declare.texts import FrameReference
+from robsim.geometry.pose import Pose, check_single_pose, is_pose_like
 from robsim.geometry.pose_table import PoseSpec
 from robsim.servo.laws.gain import PER_SECOND
 from robsim.servo.laws.inverse import INVERSE
-from robsim.servo.servo_controller import rcond_of
-from robsim.servo.shaping.shaped import Columns, Redundant
-from robsim.servo.tasks.follower import check_trajectory, unseen
-from robsim.servo.tasks.path_follower import PathFollower, usual_rank
+from robsim.servo.servo_controller import get_rcond
+from robsim.servo.shaping.command_fields import RedundancyFields, VelocityIndices
+from robsim.servo.tasks.path_follower import PathFollower, estimate_generic_rank
+from robsim.servo.tasks.trajectory_follower import check_trajectory, make_cameraless_fields
 from robsim.trajectory import Path, Straight
-from robsim.trajectory.pace import Acceleration, Duration, Pace, Speed, Turn, TurnAcceleration
+from robsim.trajectory.pace import (
+    Duration,
+    OriginAcceleration,
+    OriginSpeed,
+    Pace,
+    TurnAcceleration,
+    TurnRate,
+)
 from robsim.world.scene import Scene
 
-ROWS = {"pose": 6, "position": 3}  # of the twist that is controlled
+MASK_ROWS = {"pose": 6, "position": 3}  # of the twist that is controlled
 
 
 @dataclass(frozen=True)
@@ -39,7 +46,7 @@ class PathGoal(PoseSpec):
 
     def write(self, value: Any, c: Context) -> dict[str, Raw]:
         to = value if isinstance(value, Pose) else Pose.at(*value)
-        return {"position": Exact(to.position, "m"), **self.written(to, c)}
+        return {"position": ExactQuantity(to.position, "m"), **self.written(to, c)}
 
     def read(self, raw: Raw, c: Context) -> Pose:
         made: Pose = super().read(raw, c)
@@ -49,7 +56,7 @@ class PathGoal(PoseSpec):
 
 
 @dataclass(frozen=True)
-class Way(Spec):
+class PathSpec(Spec):
     """A path in a text: a straight segment, or a list of segments one after the other."""
 
     forms: ClassVar[tuple[str, ...]] = ("table", "list")
@@ -72,14 +79,14 @@ class Way(Spec):
         return {"anyOf": [one, {"type": "array", "items": one}]}
 
 
-WAY = Way()
-OF_PATHS = replace(INVERSE, only=("pseudo_inverse", "damped"))
-PACE = tuple(each.name for each in fields_of(Pace))
+PATH_SPEC = PathSpec()
+PATH_INVERSES = replace(INVERSE, only=("pseudo_inverse", "damped"))
+PACE_FIELDS = tuple(each.name for each in fields_of(Pace))
 
 
 @register("task", "follow_path")
 @dataclass(frozen=True, eq=False)
-class FollowPath(Redundant):
+class FollowPath(RedundancyFields):
     """Drive a frame along a path in the world by resolved rates, without a camera.
 
     It goes to a pose as `Straight`, with `duration`, or with `speed` and `acceleration`, and
@@ -105,26 +112,28 @@ class FollowPath(Redundant):
     _: KW_ONLY
     path: Annotated[
         Any,
-        WAY,
+        PATH_SPEC,
         "Path to follow instead of `to`: Straight, Path, or an object with duration and at(t)"
         " (4, 4).",
     ] = None
     frame: Annotated[
         str | None,
-        Reference,
+        FrameReference,
         "Name of the frame that is moved, such as 'panda.tool'; None: the tip of the only robot.",
     ] = None
     mask: Annotated[
         str,
-        Word(tuple(ROWS), "mask"),
+        Word(tuple(MASK_ROWS), "mask"),
         "What of the frame is controlled: its pose, or the position of its origin.",
     ] = "pose"
     duration: Duration = None
-    speed: Speed = None
-    acceleration: Acceleration = None
-    turn: Turn = None
+    speed: OriginSpeed = None
+    acceleration: OriginAcceleration = None
+    turn: TurnRate = None
     turn_acceleration: TurnAcceleration = None
-    inverse: Annotated[Any, OF_PATHS, "Inverse of the Jacobian J of the frame."] = "pseudo_inverse"
+    inverse: Annotated[Any, PATH_INVERSES, "Inverse of the Jacobian J of the frame."] = (
+        "pseudo_inverse"
+    )
     gain: Annotated[
         float | None,
         PER_SECOND,
@@ -149,31 +158,31 @@ class FollowPath(Redundant):
         """Return the context with the mask, which decides what `to` must say."""
         return c.knowing(mask=own.get("mask"))
 
-    def columns(self, scene: Scene) -> Columns:
+    def columns(self, scene: Scene) -> VelocityIndices:
         """Return the velocities that move the frame, and can be commanded."""
         frame = self._frame(scene)
         found = np.flatnonzero((scene.tree.carries(frame) != 0) & ~scene.prescribed)
         if not found.size:
             raise InputError(f"no joint that a task can command moves '{frame}'")
-        return self.chosen(scene, frozen(found))
+        return self.chosen(scene, make_read_only(found))
 
-    def bind(self, scene: Scene, columns: Columns | None = None) -> PathFollower:
+    def bind(self, scene: Scene, columns: VelocityIndices | None = None) -> PathFollower:
         """Return the controller of the task; InputError for what the scene does not have."""
-        columns, frame, k = self.columns(scene), self._frame(scene), ROWS[self.mask]
+        columns, frame, k = self.columns(scene), self._frame(scene), MASK_ROWS[self.mask]
         end = self._end()
         s_goal = np.concatenate([end[:3, 3], np.zeros(3)])[:k]
         return PathFollower(
-            **unseen(scene, frame, columns, s_goal, self),
+            **make_cameraless_fields(scene, frame, columns, s_goal, self),
             units=("m", "m", "m", "rad", "rad", "rad")[:k],
-            full_rank=usual_rank(scene, frame, columns, k),
-            rcond=rcond_of(self.inverse),
+            full_rank=estimate_generic_rank(scene, frame, columns, k),
+            rcond=get_rcond(self.inverse),
             way_pace=None if self.path is not None else Pace(**self._limits_given()),
             end=end,
             shaping=self.shaping(scene, columns),
         )
 
     def _limits_given(self) -> dict[str, Any]:
-        return {name: getattr(self, name) for name in PACE}
+        return {name: getattr(self, name) for name in PACE_FIELDS}
 
     def _frame(self, scene: Scene) -> str:
         """Return the name of the frame; InputError if there is none of that name."""
@@ -188,8 +197,8 @@ class FollowPath(Redundant):
     def _end(self) -> Array:
         """Return the pose (3, 4) at which the path ends."""
         if self.path is not None:
-            _ = one_pose(self.path.at(0.0), "path.at")
-            return one_pose(self.path.at(self.path.duration), "path.at").matrix[:3]
+            _ = check_single_pose(self.path.at(0.0), "path.at")
+            return check_single_pose(self.path.at(self.path.duration), "path.at").matrix[:3]
         if isinstance(self.to, Pose):
             return self.to.matrix[:3]
         return Pose.at(*self.to).matrix[:3]
@@ -197,14 +206,16 @@ class FollowPath(Redundant):
     def _checked_goal(self) -> Any:
         """Return the goal as a pose or a position; InputError if it is neither."""
         if is_pose_like(self.to):
-            pose = Pose(one_pose(self.to, "to").matrix)  # in the world, whatever names it has
+            pose = Pose(
+                check_single_pose(self.to, "to").matrix
+            )  # in the world, whatever names it has
             return pose if self.mask == "pose" else pose.position
-        place = numbers(self.to, "to (a pose, or a position)", (3,))
+        place = as_floats(self.to, "to (a pose, or a position)", (3,))
         if place.ndim != 1:
             raise InputError(f"to: expected one position (3,), got {place.shape}")
         if self.mask == "pose":
             raise InputError('to: expected a pose; a position alone is for mask="position"')
-        return frozen(place)
+        return make_read_only(place)
 
     def _check_plan(self) -> None:
         """Raise InputError unless there is one of a path, a duration, and all limits."""

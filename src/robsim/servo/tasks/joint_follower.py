@@ -7,33 +7,38 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from robsim.base.arrays import Array, numbers
+from robsim.base.arrays import Array, as_floats
 from robsim.base.errors import InputError
-from robsim.features.rows import picked
-from robsim.kernels.control import commanding, following
-from robsim.kernels.machine.rows import Rows
+from robsim.features.feature_rows import select_rows
+from robsim.kernels.control import axis_trajectory, control_law
+from robsim.kernels.machine.block_rows import BlockRows
 from robsim.robot.joint import LIMIT_SLACK
-from robsim.servo.given import Commanded, Given
-from robsim.servo.tasks.follower import Followed, Follower, followed, timing
+from robsim.servo.controller_rows import ControllerInputs, ControllerOutputs
+from robsim.servo.tasks.trajectory_follower import (
+    ReferenceRows,
+    TrajectoryFollower,
+    add_timing,
+    add_trajectory,
+)
 from robsim.world.scene import Scene
 
 
 @dataclass(frozen=True, eq=False)
-class JointFollower(Follower):
+class JointFollower(TrajectoryFollower):
     """The controller of `FollowJoints`."""
 
     goal: Array  # (n,) in the order of the axes of the trajectory; with `by` from the start
     coordinates: NDArray[np.int64]  # of these axes
     order: NDArray[np.int64]  # of the axes for the commanded velocities, which are sorted
 
-    def stages(self, given: Given) -> Commanded:
+    def stages(self, given: ControllerInputs) -> ControllerOutputs:
         """Add the stages of an instant to a program, and return the rows that they write."""
         program, n = given.program, self.k
         q = [given.q[i] for i in self.coordinates]
-        start = program.result(following.remembered, "to", n, rows=q)
+        start = program.result(axis_trajectory.store_start, "to", n, rows=q)
         way = self._way(given, start)
         qd = program.result(
-            following.towards,
+            axis_trajectory.track_axes,
             "qd",
             n,
             here=way.here,
@@ -42,34 +47,36 @@ class JointFollower(Follower):
             axes=[(axis, q[axis]) for axis in self.order.tolist()],
         )
         rows = *self._missed(given, start), qd, program.constant(np.eye(n)), self.busy(given, way)
-        return Commanded(*rows, lambda blocks: self._jacobian(blocks.get(given.q)))
+        return ControllerOutputs(*rows, lambda blocks: self._jacobian(blocks.get(given.q)))
 
-    def _missed(self, given: Given, start: Rows) -> tuple[Rows, Rows]:
+    def _missed(self, given: ControllerInputs, start: BlockRows) -> tuple[BlockRows, BlockRows]:
         """Add the stages of s and of the error, and return their rows."""
         program, goal = given.program, given.program.constant(self.s_goal.ravel())
-        s = picked(program, given.q, self.coordinates[self.order])
+        s = select_rows(program, given.q, self.coordinates[self.order])
         if self.task.relative:
-            since = picked(program, start, self.order)
-            s = program.result(commanding.difference, "error", self.k, s=s, s_goal=since)
-        return s, program.result(commanding.difference, "error", self.k, s=s, s_goal=goal)
+            since = select_rows(program, start, self.order)
+            s = program.result(control_law.subtract_goal, "error", self.k, s=s, s_goal=since)
+        return s, program.result(control_law.subtract_goal, "error", self.k, s=s, s_goal=goal)
 
-    def _way(self, given: Given, start: Rows) -> Followed:
+    def _way(self, given: ControllerInputs, start: BlockRows) -> ReferenceRows:
         """Add the stages of the trajectory of each run, from where its joints started."""
         n, program = self.k, given.program
         if self.task.trajectory is not None:
             at = self.task.trajectory.at
-            return followed(
-                given, self.task.trajectory, n, lambda t: numbers(at(t), "trajectory.at", (n,))
+            return add_trajectory(
+                given, self.task.trajectory, n, lambda t: as_floats(at(t), "trajectory.at", (n,))
             )
         goal = program.constant(np.ravel(self.goal))
         if self.task.relative:
-            goal = program.result(commanding.summed, "out", n, x=start, y=goal)
-        ways = program.result(commanding.difference, "error", n, s=goal, s_goal=start)
+            goal = program.result(control_law.add_vectors, "out", n, x=start, y=goal)
+        ways = program.result(control_law.subtract_goal, "error", n, s=goal, s_goal=start)
         limits = None if self.task.limits is None else np.stack(self.task.limits.of(n))
-        times = timing(program, ways, self.task.duration, limits)
+        times = add_timing(program, ways, self.task.duration, limits)
         way = {"start": start, "ways": ways, "goal": goal}
-        here = program.result(following.axes, "here", 2, n, dt=given.dt, **times, **way)
-        return Followed(here, times["seconds"])
+        here = program.result(
+            axis_trajectory.sample_axis_trajectory, "here", 2, n, dt=given.dt, **times, **way
+        )
+        return ReferenceRows(here, times["seconds"])
 
     def goal_from(self, start: Array) -> Array:
         """Return where runs go (B, n) or (n,) whose joints started at (B, n)."""
@@ -79,7 +86,7 @@ class JointFollower(Follower):
         """Raise InputError if the joint limits let no run go as far as it should."""
         if self.task.relative:
             goals = self.goal_from(q0[:, self.coordinates])
-            check_limits(self.scene, self.coordinates, goals)
+            check_joint_goals(self.scene, self.coordinates, goals)
 
     def _jacobian(self, q: Array) -> Array:
         """Return the Jacobian (6, n, B) of the tip."""
@@ -88,7 +95,7 @@ class JointFollower(Follower):
         return np.ascontiguousarray(J[:, self.columns])
 
 
-def check_limits(scene: Scene, coordinates: NDArray[np.int64], goals: Array) -> None:
+def check_joint_goals(scene: Scene, coordinates: NDArray[np.int64], goals: Array) -> None:
     """Raise InputError if no goal (B, n) is within the limits of a joint."""
     for i, values in zip(coordinates, goals.T, strict=True):
         low, high = scene.limits[i]

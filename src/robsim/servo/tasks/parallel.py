@@ -7,22 +7,26 @@ from typing import Annotated, Any
 
 import numpy as np
 
-from robsim.base.arrays import frozen
+from robsim.base.arrays import make_read_only
 from robsim.base.errors import InputError
 from robsim.declare import ListOf, register
-from robsim.kernels.control import commanding
-from robsim.servo.controller import Controller
-from robsim.servo.given import Commanded, Given
-from robsim.servo.shaping.shaped import Columns
-from robsim.servo.tasks.family import TASKS, TaskChoice
-from robsim.servo.tasks.several import OfTasks, Several, common
+from robsim.kernels.control import control_law
+from robsim.servo.controller_rows import ControllerInputs, ControllerOutputs
+from robsim.servo.shaping.command_fields import VelocityIndices
+from robsim.servo.task_controller import TaskController
+from robsim.servo.tasks.composite import (
+    SeparateJointsController,
+    TaskListFields,
+    merge_controller_fields,
+)
 from robsim.servo.tasks.task import Task
+from robsim.servo.tasks.task_choice import TASKS, TaskChoice
 from robsim.world.scene import Scene
 
 
 @register("task", "parallel")
 @dataclass(frozen=True, eq=False)
-class Parallel(OfTasks):
+class Parallel(TaskListFields):
     """Tasks side by side, each with joints of its own: a head that watches, an arm that works.
 
     Give each task its `joints` where the cameras and targets would let them share some. Beside one
@@ -40,7 +44,7 @@ class Parallel(OfTasks):
         "At least two tasks, which command different joints.",
     ]
 
-    def columns(self, scene: Scene) -> Columns:
+    def columns(self, scene: Scene) -> VelocityIndices:
         """Return the velocities that the tasks command; InputError if two command one joint."""
         every, counts = np.unique(np.concatenate(self.each_columns(scene)), return_counts=True)
         if (counts > 1).any():
@@ -49,25 +53,25 @@ class Parallel(OfTasks):
                 f"two tasks command one joint: {names}; tell them apart with joints=..., or put "
                 "them in order with Priorities"
             )
-        return frozen(every)
+        return make_read_only(every)
 
-    def bind(self, scene: Scene, columns: Columns | None = None) -> Controller:
+    def bind(self, scene: Scene, columns: VelocityIndices | None = None) -> TaskController:
         """Return the controller of all tasks in a scene."""
         mine = self.columns(scene)
         parts = self.bound(scene, self.each_columns(scene))
-        return ParallelController(**common(parts), columns=mine, parts=parts)
+        return ParallelController(**merge_controller_fields(parts), columns=mine, parts=parts)
 
 
 @dataclass(frozen=True, eq=False)
-class ParallelController(Several):
+class ParallelController(SeparateJointsController):
     """The controller of tasks side by side."""
 
-    def stages(self, given: Given) -> Commanded:
+    def stages(self, given: ControllerInputs) -> ControllerOutputs:
         """Add the stages of all tasks, each of which commands its own joints."""
         each, qd = self._parts(given), given.program.rows(self.columns.size)
         for part, one in zip(self.parts, each, strict=True):
             given.program.add(
-                commanding.widened,
+                control_law.widen_matrix,
                 A=one.qd.reshape(1, -1),
                 out=qd.reshape(1, -1),
                 columns=self._own(part).tolist(),

@@ -6,28 +6,32 @@ from dataclasses import dataclass, replace
 from itertools import repeat
 from typing import Annotated, Any
 
-from robsim.base.errors import InputError, said
+from robsim.base.errors import InputError, format_value
 from robsim.declare import ListOf, register
-from robsim.servo.controller import Controller
-from robsim.servo.given import Commanded, Given
-from robsim.servo.laws.inverse import SHARE, PseudoInverse
+from robsim.servo.controller_rows import ControllerInputs, ControllerOutputs
+from robsim.servo.laws.inverse import RCOND_SPEC, PseudoInverse
 from robsim.servo.laws.law import JointLaw
-from robsim.servo.servo_controller import Servo
+from robsim.servo.servo_controller import ServoController
 from robsim.servo.servo_stages import ServoStages
-from robsim.servo.shaping.redundancy import descent
-from robsim.servo.shaping.shaped import Columns, Redundant
-from robsim.servo.shaping.shaping import Shaping
-from robsim.servo.tasks.family import TASKS, TaskChoice
-from robsim.servo.tasks.several import OfParts, OfTasks, common
+from robsim.servo.shaping.command_fields import RedundancyFields, VelocityIndices
+from robsim.servo.shaping.command_shaper import CommandShaper
+from robsim.servo.shaping.redundancy import add_priorities
+from robsim.servo.task_controller import TaskController
+from robsim.servo.tasks.composite import (
+    CompositeController,
+    TaskListFields,
+    merge_controller_fields,
+)
 from robsim.servo.tasks.task import ServoTask, Task
+from robsim.servo.tasks.task_choice import TASKS, TaskChoice
 from robsim.world.scene import Scene
 
-ORDERED = ListOf(TaskChoice(TASKS, only=("ibvs", "pbvs", "hybrid"), protocol=Task), 2, 64)
+PRIORITY_LEVELS = ListOf(TaskChoice(TASKS, only=("ibvs", "pbvs", "hybrid"), protocol=Task), 2, 64)
 
 
 @register("task", "priorities")
 @dataclass(frozen=True, eq=False)
-class Priorities(OfTasks, Redundant):
+class Priorities(TaskListFields, RedundancyFields):
     """Tasks in strict order: none disturbs one that comes before it (Siciliano and Slotine 1991).
 
     The first are served exactly as far as the robot can, each next within what is left; their own
@@ -40,37 +44,39 @@ class Priorities(OfTasks, Redundant):
     """
 
     tasks: Annotated[
-        Any, ORDERED, "At least two servo tasks with the joint law, the most important first."
+        Any,
+        PRIORITY_LEVELS,
+        "At least two servo tasks with the joint law, the most important first.",
     ]
     rcond: Annotated[
-        float, SHARE, "Share of the largest singular value below which one counts as zero."
+        float, RCOND_SPEC, "Share of the largest singular value below which one counts as zero."
     ] = 1e-6
 
     def __post_init__(self) -> None:
         super().__post_init__()
         for task in self.tasks:
-            _check_level(task)
+            _check_priority_level(task)
 
-    def columns(self, scene: Scene) -> Columns:
+    def columns(self, scene: Scene) -> VelocityIndices:
         """Return the velocities that any of the tasks commands."""
         return self.chosen(scene, super().columns(scene))
 
-    def bind(self, scene: Scene, columns: Columns | None = None) -> Controller:
+    def bind(self, scene: Scene, columns: VelocityIndices | None = None) -> TaskController:
         """Return the controller of all tasks in a scene."""
         columns = self.columns(scene) if columns is None else columns
         parts = self.bound(scene, repeat(columns, len(self.tasks)))
-        shared = common(parts) | {"rcond": self.rcond}
+        shared = merge_controller_fields(parts) | {"rcond": self.rcond}
         shaping = self.shaping(scene, columns)
-        return Ordered(**shared, columns=columns, parts=parts, shaping=shaping)
+        return PriorityController(**shared, columns=columns, parts=parts, shaping=shaping)
 
 
-def _check_level(task: Any) -> None:
+def _check_priority_level(task: Any) -> None:
     """Raise InputError for a task whose law is not "joint", or with what the whole command has."""
     servo = isinstance(task, ServoTask) and type(task).bound_law is ServoTask.bound_law
     if not servo or type(task.law) is not JointLaw:
         raise InputError(
             "priorities are for tasks such as IBVS, PBVS and Hybrid with law='joint', "
-            f"got {said(task)}"
+            f"got {format_value(task)}"
         )
     if task.joints or task.secondary or task.smooth_start or task.limit:
         raise InputError(
@@ -85,18 +91,18 @@ def _check_level(task: Any) -> None:
 
 
 @dataclass(frozen=True, eq=False)
-class Ordered(OfParts):
+class PriorityController(CompositeController):
     """The controller of tasks in strict order."""
 
-    parts: tuple[Servo, ...]
-    shaping: Shaping
+    parts: tuple[ServoController, ...]
+    shaping: CommandShaper
 
-    def stages(self, given: Given) -> Commanded:
+    def stages(self, given: ControllerInputs) -> ControllerOutputs:
         """Add the stages in which each task moves within what those before leave free."""
         made = [ServoStages(part, given.inside(str(i))) for i, part in enumerate(self.parts)]
         for one in made:
             one.assess()
-        qd, _ = descent(given.program, [(one.A, one.rate()) for one in made], self.rcond)
+        qd, _ = add_priorities(given.program, [(one.A, one.rate()) for one in made], self.rcond)
         found = self._together(given, [one.commanded(qd) for one in made], qd)
         task = found.error, made[0].of.first, found.task_jacobian
         return replace(found, qd=self.shaping.stages(given, qd, *task))

@@ -8,27 +8,33 @@ from typing import Annotated, Any
 import numpy as np
 
 from robsim.base.errors import InputError
-from robsim.base.values import known
-from robsim.declare import Whole, Word, register
-from robsim.features.pose import Translation
-from robsim.servo.feature_block import FeatureBlock, Indices
-from robsim.servo.laws.broyden import INTERACTION
+from robsim.base.value import construct_unchecked
+from robsim.declare import Integer, Word, register
+from robsim.features.pose_error import Translation
+from robsim.servo.bound_features import BoundFeatures
+from robsim.servo.feature_block import FeatureBlock, IndexList
+from robsim.servo.laws.broyden_rule import INTERACTION
 from robsim.servo.laws.inverse import INVERSE
 from robsim.servo.laws.law import UnitOfLength
-from robsim.servo.laws.partitioned import Advance, PartitionedLaw, Roll
-from robsim.servo.regulated import Regulated
-from robsim.servo.shaping.shaped import Redundant
-from robsim.servo.tasks.groups import Gain, Weighted, WithDepth, WithFeatures, WithLaw
+from robsim.servo.laws.partitioned_law import AdvanceGain, PartitionedLaw, RollGain
+from robsim.servo.shaping.command_fields import RedundancyFields
+from robsim.servo.tasks.task_fields import (
+    DepthFields,
+    FeatureFields,
+    LawFields,
+    TaskGain,
+    WeightingFields,
+)
 
-MODELLED = replace(INTERACTION, only=(), beside_of={})
-TRUNCATED = replace(
+MODEL_INTERACTION = replace(INTERACTION, only=(), beside_of={})
+TRUNCATION_ONLY = replace(
     INVERSE, only=("pseudo_inverse",), beside_of={"rcond": ("pseudo_inverse", "rcond")}
 )
 
 
 @register("task", "ibvs")
 @dataclass(frozen=True, eq=False)
-class IBVS(Redundant, Weighted, WithLaw, WithDepth, WithFeatures):
+class IBVS(RedundancyFields, WeightingFields, LawFields, DepthFields, FeatureFields):
     """Image-based visual servoing: regulate image features, edot = -gain e (chapter, eqs. 5 to 8).
 
     >>> IBVS(goal=[0, 0], interaction="mean").gain
@@ -38,7 +44,7 @@ class IBVS(Redundant, Weighted, WithLaw, WithDepth, WithFeatures):
 
 @register("task", "pbvs")
 @dataclass(frozen=True, eq=False)
-class PBVS(Redundant, Weighted, WithLaw):
+class PBVS(RedundancyFields, WeightingFields, LawFields):
     """Position-based visual servoing: regulate the pose of the target, estimated from its marks.
 
     form "goal": s = (c*t_c, theta u), and the camera goes straight in the goal's axes; "camera":
@@ -66,7 +72,7 @@ class PBVS(Redundant, Weighted, WithLaw):
 
 @register("task", "hybrid")
 @dataclass(frozen=True, eq=False)
-class Hybrid(Redundant, Weighted, WithLaw, WithDepth):
+class Hybrid(RedundancyFields, WeightingFields, LawFields, DepthFields):
     """2 1/2 D visual servoing: s = (x, y, log Z/Z*, theta u) of one mark (Malis et al. 1999).
 
     The mark goes straight in the image, and L is triangular.
@@ -77,7 +83,7 @@ class Hybrid(Redundant, Weighted, WithLaw, WithDepth):
 
     _: KW_ONLY
     mark: Annotated[
-        int, Whole(0, 9_999), "Number of the mark that moves along a straight line in the image."
+        int, Integer(0, 9_999), "Number of the mark that moves along a straight line in the image."
     ] = 0
 
     @property
@@ -89,7 +95,7 @@ class Hybrid(Redundant, Weighted, WithLaw, WithDepth):
 
 @register("task", "partitioned")
 @dataclass(frozen=True, eq=False)
-class Partitioned(Redundant, WithDepth):
+class Partitioned(RedundancyFields, DepthFields):
     """The partitioned scheme of Corke and Hutchinson 2001, which treats the optical axis apart.
 
     Roll follows the angle of the line through two marks (`segment`), the way along the axis the
@@ -102,17 +108,19 @@ class Partitioned(Redundant, WithDepth):
 
     _: KW_ONLY
     interaction: Annotated[
-        Any, MODELLED, "Interaction matrix L: now, at the goal, the mean of both, or a constant."
+        Any,
+        MODEL_INTERACTION,
+        "Interaction matrix L: now, at the goal, the mean of both, or a constant.",
     ] = "current"
-    gain: Gain = 1.0
-    inverse: Annotated[Any, TRUNCATED, "Inverse of L."] = "pseudo_inverse"
+    gain: TaskGain = 1.0
+    inverse: Annotated[Any, TRUNCATION_ONLY, "Inverse of L."] = "pseudo_inverse"
     segment: Annotated[
         tuple[int, int],
-        Indices(least=2, most=2),
+        IndexList(least=2, most=2),
         "Numbers of the two marks whose line gives the angle of roll.",
     ] = (0, 1)
-    roll: Roll = 1.0
-    advance: Advance = 1.0
+    roll: RollGain = 1.0
+    advance: AdvanceGain = 1.0
     length: UnitOfLength = 1.0
 
     @property
@@ -125,9 +133,11 @@ class Partitioned(Redundant, WithDepth):
     @property
     def law(self) -> PartitionedLaw:
         """The partitioned law with these gains."""
-        return known(PartitionedLaw, roll=self.roll, advance=self.advance, length=self.length)
+        return construct_unchecked(
+            PartitionedLaw, roll=self.roll, advance=self.advance, length=self.length
+        )
 
-    def bound_law(self, regulated: Regulated) -> PartitionedLaw:
+    def bound_law(self, regulated: BoundFeatures) -> PartitionedLaw:
         """Return the law; InputError if no joint moves the camera along its optical axis."""
         if np.abs(regulated.at_goal.J[2]).max() < 1e-9:
             raise InputError(

@@ -9,26 +9,37 @@ from typing import Annotated, Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from robsim.base.arrays import Array, frozen
-from robsim.base.errors import InputError, said
+from robsim.base.arrays import Array, make_read_only
+from robsim.base.errors import InputError, format_value
 from robsim.declare import Flag, register
-from robsim.kernels.control import commanding
-from robsim.kernels.control import switching as kernels
+from robsim.kernels.control import control_law
+from robsim.kernels.control import task_switch as kernels
+from robsim.kernels.machine.block_rows import BlockRows
 from robsim.kernels.machine.program import Blocks, Program
-from robsim.kernels.machine.rows import Rows
-from robsim.servo.controller import Controller
-from robsim.servo.given import Commanded, Given
-from robsim.servo.shaping.shaped import Columns
-from robsim.servo.tasks.conditions import CONDITION, Compared, Comparison, Condition, staged
-from robsim.servo.tasks.family import TASKS, TaskChoice
-from robsim.servo.tasks.several import OfSeveral, Place, Several, common
+from robsim.servo.controller_rows import ControllerInputs, ControllerOutputs
+from robsim.servo.shaping.command_fields import VelocityIndices
+from robsim.servo.task_controller import TaskController
+from robsim.servo.tasks.composite import (
+    CompositeTask,
+    SeparateJointsController,
+    TaskPath,
+    merge_controller_fields,
+)
+from robsim.servo.tasks.conditions import (
+    CONDITION,
+    Condition,
+    SchemeRows,
+    SchemeState,
+    as_compiled_condition,
+)
 from robsim.servo.tasks.task import Task
+from robsim.servo.tasks.task_choice import TASKS, TaskChoice
 from robsim.world.scene import Scene
 
 
 @register("task", "switch")
 @dataclass(frozen=True, eq=False)
-class Switch(OfSeveral):
+class Switch(CompositeTask):
     """Use the first scheme, and from a condition on the second: PBVS far away, IBVS near.
 
     Without `latch` it is asked anew at every instant (a switched system as in Gans and Hutchinson
@@ -55,7 +66,7 @@ class Switch(OfSeveral):
     ] = True
 
     @property
-    def placed(self) -> dict[Place, Any]:
+    def placed(self) -> dict[TaskPath, Any]:
         """The tasks of which it is made, by their places."""
         return {("first",): self.first, ("second",): self.second}
 
@@ -64,69 +75,85 @@ class Switch(OfSeveral):
         first, second = tasks
         return replace(self, first=first, second=second)
 
-    def bind(self, scene: Scene, columns: Columns | None = None) -> Controller:
+    def bind(self, scene: Scene, columns: VelocityIndices | None = None) -> TaskController:
         """Return the controller of both schemes in a scene, each with its own joints."""
         mine = self.columns(scene)
         parts = self.bound(scene, self.each_columns(scene))
-        return Switched(
-            **common(parts), columns=mine, parts=parts, when=self.when, latch=self.latch
+        return SwitchController(
+            **merge_controller_fields(parts),
+            columns=mine,
+            parts=parts,
+            when=self.when,
+            latch=self.latch,
         )
 
 
 @dataclass(frozen=True, eq=False)
-class Switched(Several):
+class SwitchController(SeparateJointsController):
     """The controller of two schemes, one after the other."""
 
     when: Condition
     latch: bool
 
-    def stages(self, given: Given) -> Commanded:
+    def stages(self, given: ControllerInputs) -> ControllerOutputs:
         """Add the stages of both schemes; the joints of the one that waits stand still."""
         each, program = self._parts(given), given.program
         holds = self._condition(given, each)
-        second = program.result(kernels.thrown, "second", stays=self.latch, holds=holds)
-        qd = program.result(commanding.cleared, "rows", self.columns.size)
+        second = program.result(kernels.latch_switch, "second", stays=self.latch, holds=holds)
+        qd = program.result(control_law.clear_rows, "rows", self.columns.size)
         for i, (part, one) in enumerate(zip(self.parts, each, strict=True)):
             to = [qd[column] for column in self._own(part)]
-            program.add(commanding.taken, qd=one.qd, second=second, which=i, to=to)
-        status = _of_its_turn(program, each, second)
+            program.add(control_law.add_switched_velocity, qd=one.qd, second=second, which=i, to=to)
+        status = _select_status(program, each, second)
         return replace(self._together(given, each, qd), status=status)
 
-    def _condition(self, given: Given, each: list[Commanded]) -> Rows:
+    def _condition(self, given: ControllerInputs, each: list[ControllerOutputs]) -> BlockRows:
         """Return the row of the condition, which may be a user's."""
-        program, when = given.program, staged(self.when)
+        program, when = given.program, as_compiled_condition(self.when)
         images = [[given.views[sight.key].pixels for sight in part.sights] for part in self.parts]
         parts = list(zip(each, images, strict=True))
         if when is not None:
-            return when.stages(program, *(Compared(one.error, some) for one, some in parts))
+            return when.stages(program, *(SchemeRows(one.error, some) for one, some in parts))
 
         def ask(blocks: Blocks, step: int) -> Array:
-            seen = [_comparison(blocks, *part) for part in parts]
-            return _truths(self.when, seen, blocks.runs).astype(float)
+            seen = [_read_scheme_state(blocks, *part) for part in parts]
+            return _evaluate_condition(self.when, seen, blocks.runs).astype(float)
 
         return program.asked(ask)
 
 
-def _of_its_turn(program: Program, each: Sequence[Commanded], second: Rows) -> Rows | None:
+def _select_status(
+    program: Program, each: Sequence[ControllerOutputs], second: BlockRows
+) -> BlockRows | None:
     """Return the row of the status of the scheme whose turn it is, or None where none has one."""
     if all(one.status is None for one in each):
         return None
-    (found,) = program.result(commanding.cleared, "rows", 1)
+    (found,) = program.result(control_law.clear_rows, "rows", 1)
     for i, one in enumerate(each):
         if one.status is not None:
-            program.add(commanding.taken, qd=one.status.flat, second=second, which=i, to=[found])
+            program.add(
+                control_law.add_switched_velocity,
+                qd=one.status.flat,
+                second=second,
+                which=i,
+                to=[found],
+            )
     return found
 
 
-def _comparison(blocks: Blocks, one: Commanded, images: Sequence[Rows]) -> Comparison:
+def _read_scheme_state(
+    blocks: Blocks, one: ControllerOutputs, images: Sequence[BlockRows]
+) -> SchemeState:
     """Return what a condition of a user's is shown of one scheme."""
     get = blocks.get
     pixels = np.concatenate([np.empty((0, 2, blocks.runs)), *map(get, images)])
     seen = get(one.s), get(one.error), get(one.qd), pixels
-    return Comparison(*map(frozen, seen))
+    return SchemeState(*map(make_read_only, seen))
 
 
-def _truths(when: Condition, seen: Sequence[Comparison], runs: int) -> NDArray[np.bool_]:
+def _evaluate_condition(
+    when: Condition, seen: Sequence[SchemeState], runs: int
+) -> NDArray[np.bool_]:
     """Return truth values (B,) from a condition, which may be a user's."""
     value = when.holds(*seen)
     try:
@@ -136,6 +163,6 @@ def _truths(when: Condition, seen: Sequence[Comparison], runs: int) -> NDArray[n
     if holds.shape != (runs,) or holds.dtype != np.bool_:
         raise InputError(
             f"{type(when).__name__}.holds: expected truth values of shape ({runs},), "
-            f"got {said(value)}"
+            f"got {format_value(value)}"
         )
     return holds

@@ -8,30 +8,40 @@ from typing import Annotated, Any, ClassVar, Protocol, cast, runtime_checkable
 
 import numpy as np
 
-from robsim.base.arrays import frozen
+from robsim.base.arrays import make_read_only
 from robsim.declare import Number, described
 from robsim.declare.spec import Context
-from robsim.servo.controller import Controller
-from robsim.servo.feature_block import CAMERAS, TARGET, FeatureBlock, blocks_of
+from robsim.servo.bound_features import BoundFeatures
+from robsim.servo.feature_block import CAMERAS, TARGET, FeatureBlock, make_feature_blocks
 from robsim.servo.goals.goal import GoalSpec
-from robsim.servo.laws.broyden import Broyden
-from robsim.servo.laws.depths import Depths
+from robsim.servo.laws.broyden_rule import Broyden
+from robsim.servo.laws.depth_model import DepthModel
 from robsim.servo.laws.inverse import PseudoInverse
 from robsim.servo.laws.law import JointLaw
-from robsim.servo.regulated import Regulated
-from robsim.servo.servo_controller import Servo, pace, rank_at_goal, rcond_of
-from robsim.servo.shaping.shaped import Columns, Shaped
-from robsim.servo.tasks.belief import Belief
-from robsim.servo.tasks.binding import Found, each_once, regulated_by, sights_of
-from robsim.servo.tasks.soundness import (
-    check_goal,
-    check_law,
-    check_settings,
-    check_tolerance,
+from robsim.servo.servo_controller import (
+    ServoController,
+    compute_decay_rate,
+    compute_goal_rank,
+    get_rcond,
+)
+from robsim.servo.shaping.command_fields import CommandFields, VelocityIndices
+from robsim.servo.task_controller import TaskController
+from robsim.servo.tasks.belief_spec import BeliefSpec
+from robsim.servo.tasks.feature_binder import (
+    BlockTargets,
+    bind_features,
+    deduplicate_targets,
+    find_camera_targets,
+)
+from robsim.servo.tasks.task_checks import (
+    check_bound_law,
+    check_feature_tolerance,
+    check_goal_interaction,
+    check_servo_fields,
     warn_of_rank,
     warn_of_wheels,
 )
-from robsim.servo.weightings.made_of import check_weighting
+from robsim.servo.weightings.mark_dependencies import check_weighting
 from robsim.world.scene import Scene
 
 
@@ -39,10 +49,10 @@ from robsim.world.scene import Scene
 class Task(Protocol):
     """The interface of a task: what can be simulated in a scene."""
 
-    def columns(self, scene: Scene) -> Columns:
+    def columns(self, scene: Scene) -> VelocityIndices:
         """Return the velocities that the task commands."""
 
-    def bind(self, scene: Scene, columns: Columns | None = None) -> Controller:
+    def bind(self, scene: Scene, columns: VelocityIndices | None = None) -> TaskController:
         """Return the controller of the task; InputError or GoalError if it makes no sense there.
 
         `columns` are the velocities that are commanded where several tasks share them.
@@ -51,10 +61,10 @@ class Task(Protocol):
 
 @described
 @dataclass(frozen=True, eq=False)
-class ServoTask(Shaped):
+class ServoTask(CommandFields):
     """Drive e = s - s_goal to zero: the base of IBVS, PBVS and other servo tasks.
 
-    It has the fields that act on every one of them; `robsim.servo.tasks.groups` has the others. A
+    It has the fields that act on every one of them; `robsim.servo.tasks.task_fields` has the others. A
     task of your own gives `features`, and as far as it wants the other properties.
     """
 
@@ -73,7 +83,7 @@ class ServoTask(Shaped):
         float | None, Number(above=0), "Largest max|e| at convergence; None: the features' own."
     ] = None
     belief: Annotated[
-        Scene | None, Belief(), "Scene as the controller believes it; None: the true one."
+        Scene | None, BeliefSpec(), "Scene as the controller believes it; None: the true one."
     ] = None
     # of a task without such fields
     interaction = cast(Any, "current")
@@ -85,7 +95,7 @@ class ServoTask(Shaped):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        check_settings(self)
+        check_servo_fields(self)
 
     @property
     def features(self) -> Any:
@@ -103,9 +113,9 @@ class ServoTask(Shaped):
         return 1.0
 
     @property
-    def depths(self) -> Depths:
+    def depths(self) -> DepthModel:
         """The depth of the marks that the features and L are made with."""
-        return Depths(self.depth, self.depth_scale)
+        return DepthModel(self.depth, self.depth_scale)
 
     @property
     def needs_depth(self) -> bool:
@@ -117,7 +127,7 @@ class ServoTask(Shaped):
         """Report a camera or target that a text must name."""
         own, scene = c.facts["own"], c.facts.get("scene")
         given = own.get("features")
-        blocks = blocks_of(given) if given else [None]
+        blocks = make_feature_blocks(given) if given else [None]
         for key, find in (("camera", "camera"), ("target", "object")):
             unnamed = any(getattr(block, key, None) is None for block in blocks)
             if scene is not None and unnamed and own.get(key) is None and key not in raw:
@@ -127,14 +137,14 @@ class ServoTask(Shaped):
     @cached_property
     def blocks(self) -> tuple[FeatureBlock, ...]:
         """The feature blocks of the task."""
-        return blocks_of(self.features)
+        return make_feature_blocks(self.features)
 
-    def columns(self, scene: Scene) -> Columns:
+    def columns(self, scene: Scene) -> VelocityIndices:
         """Return the velocities that move a camera of the task relative to its target."""
         found = [s.columns for each in self.sights(scene) for s in each]
-        return self.chosen(scene, frozen(np.unique(np.concatenate(found))))
+        return self.chosen(scene, make_read_only(np.unique(np.concatenate(found))))
 
-    def bind(self, scene: Scene, columns: Columns | None = None) -> Servo:
+    def bind(self, scene: Scene, columns: VelocityIndices | None = None) -> ServoController:
         """Return the controller of the task in a scene, with every name and the goal checked.
 
         RankWarning: the features do not fix every motion that the joints can make.
@@ -147,7 +157,7 @@ class ServoTask(Shaped):
             self.warn_of_wheels(controller)
         return controller
 
-    def _own_controller(self, scene: Scene) -> Servo:
+    def _own_controller(self, scene: Scene) -> ServoController:
         """Return the controller in a scene; the last one again where nothing in it can change."""
         last = vars(self).get("_last")
         if last is None or last.scene is not scene:
@@ -156,18 +166,18 @@ class ServoTask(Shaped):
                 vars(self)["_last"] = last
         return last
 
-    def _controller(self, scene: Scene, columns: Columns) -> Servo:
+    def _controller(self, scene: Scene, columns: VelocityIndices) -> ServoController:
         """Return the controller of these velocities in a scene."""
         sights = self.sights(scene)
-        regulated, truths = self.regulated(sights, columns), each_once(sights)
-        check_law(self.law, self.interaction, regulated)
+        regulated, truths = self.regulated(sights, columns), deduplicate_targets(sights)
+        check_bound_law(self.law, self.interaction, regulated)
         check_weighting(self.weighting, regulated)
         s_goal = regulated.s_goal
-        check_goal(self.goal, regulated)
+        check_goal_interaction(self.goal, regulated)
         own = regulated.tolerances
         tolerance = own if self.tolerance is None else np.full(own.shape, self.tolerance)
-        check_tolerance(tolerance, regulated)
-        return Servo(
+        check_feature_tolerance(tolerance, regulated)
+        return ServoController(
             scene,
             truths[0].eye.name,
             truths,
@@ -176,9 +186,9 @@ class ServoTask(Shaped):
             regulated.units,
             tolerance,
             regulated.goal_pixels,
-            pace(regulated, self.gain, self.inverse),
-            rank_at_goal(regulated),
-            rcond_of(self.inverse),
+            compute_decay_rate(regulated, self.gain, self.inverse),
+            compute_goal_rank(regulated),
+            get_rcond(self.inverse),
             regulated,
             self.bound_law(regulated),
             self.gain,
@@ -189,22 +199,22 @@ class ServoTask(Shaped):
             self.weighting,
         )
 
-    def sights(self, scene: Scene) -> Found:
+    def sights(self, scene: Scene) -> BlockTargets:
         """Return the true sights of each feature block; those of the last scene are kept."""
-        last: Found | None = vars(self).get("_sights")
+        last: BlockTargets | None = vars(self).get("_sights")
         if last is None or last[0][0].scene is not scene:
-            last = sights_of(self, scene)
+            last = find_camera_targets(self, scene)
             vars(self)["_sights"] = last
         return last
 
-    def regulated(self, sights: Found, columns: Columns) -> Regulated:
+    def regulated(self, sights: BlockTargets, columns: VelocityIndices) -> BoundFeatures:
         """Return what the task regulates with its true sights; InputError if it cannot."""
-        return regulated_by(self, sights, columns)
+        return bind_features(self, sights, columns)
 
-    def warn_of_wheels(self, controller: Servo) -> None:
+    def warn_of_wheels(self, controller: ServoController) -> None:
         """Warn with RankWarning if a unicycle alone is asked for more than it can do."""
         warn_of_wheels(controller)
 
-    def bound_law(self, regulated: Regulated) -> Any:
+    def bound_law(self, regulated: BoundFeatures) -> Any:
         """Return the law, which in some tasks depends on the scene."""
         return self.law

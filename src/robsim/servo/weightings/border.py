@@ -5,15 +5,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, ClassVar
 
-from robsim.declare import Declared, Number, Stacked, Whole, register
-from robsim.kernels.control import weighting as kernels
-from robsim.kernels.machine.rows import Rows
-from robsim.servo.weightings.weighting import MarksSeen, WeightsOfMarks
+from robsim.declare import DeclaredValue, Integer, Number, PerRun, register
+from robsim.kernels.control import mark_weights as kernels
+from robsim.kernels.machine.block_rows import BlockRows
+from robsim.servo.weightings.weighting_protocol import MarkRows, MarkWeighting
 
 
 @register("weighting", "border")
 @dataclass(frozen=True)
-class Border(WeightsOfMarks, Declared):
+class Border(MarkWeighting, DeclaredValue):
     """The weighting by which marks count less and less towards the border of the image.
 
     The weight of a mark is 0 outside the image and behind the camera, 1 from `width` pixels inside
@@ -33,17 +33,17 @@ class Border(WeightsOfMarks, Declared):
     width: Annotated[
         float,
         Number(above=0, unit="px"),
-        Stacked(()),
+        PerRun(()),
         "Distance from the border from which on a mark counts in full.",
     ] = 40.0
     least: Annotated[
-        int, Whole(1, 10_000), "Marks that must be in the image for the run to go on."
+        int, Integer(1, 10_000), "Marks that must be in the image for the run to go on."
     ] = 1
 
-    def marks(self, of: MarksSeen) -> Rows:
+    def marks(self, of: MarkRows) -> BlockRows:
         """Add the stage of the weights of the marks of a sight, and return their rows."""
         program = of.given.program
         image = {"pixels": of.view.pixels, "camera": of.camera}
         return program.result(
-            kernels.border, "out", of.N, **image, width=program.number(self.width)
+            kernels.weight_border_distance, "out", of.N, **image, width=program.number(self.width)
         )

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any, Protocol
 
 
-class Unavailable(Exception):
+class UnavailableDownload(Exception):
     """The error of an app whose words go to the page."""
 
 

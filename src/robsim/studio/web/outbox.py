@@ -7,7 +7,7 @@ from collections import deque
 
 from websockets.frames import Frame, Opcode
 
-from robsim.studio.web import limits
+from robsim.studio.web import server_limits
 
 
 class Outbox:
@@ -25,7 +25,7 @@ class Outbox:
             if self._behind:
                 return
             size = self._size + len(frame)
-            full = size > limits.QUEUE_BYTES or len(self._frames) >= limits.QUEUE
+            full = size > server_limits.QUEUE_BYTES or len(self._frames) >= server_limits.QUEUE
             if self._frames and full:
                 self._frames.clear()
                 self._size, self._behind = 0, True
@@ -49,7 +49,7 @@ class Outbox:
             return behind
 
 
-def framed(message: str | bytes) -> bytes:
+def encode_websocket_frame(message: str | bytes) -> bytes:
     """Return the WebSocket frame of a message to a page: the same bytes for all of them."""
     text = isinstance(message, str)
     data = message.encode("utf-8") if isinstance(message, str) else message

@@ -12,16 +12,16 @@ from websockets.frames import CloseCode
 from websockets.http11 import Request
 from websockets.server import ServerProtocol
 
-from robsim.studio.web import limits
-from robsim.studio.web.answers import Failures, Refused
+from robsim.studio.web import server_limits
+from robsim.studio.web.access_gate import ENTRY, AccessGate
 from robsim.studio.web.app import App
-from robsim.studio.web.binding import EXPOSED, bound
-from robsim.studio.web.gate import ENTRY, Gate
-from robsim.studio.web.heads import header, read_request
-from robsim.studio.web.link import Link
-from robsim.studio.web.outbox import framed
+from robsim.studio.web.binding import EXPOSED, bind_socket
+from robsim.studio.web.http_requests import read_request, read_single_header
+from robsim.studio.web.http_responses import FailureLog, RefusedRequest
+from robsim.studio.web.outbox import encode_websocket_frame
+from robsim.studio.web.page_connection import PageConnection
 from robsim.studio.web.site import SOCKET, Site
-from robsim.studio.web.wire import hold_little, linger, send
+from robsim.studio.web.stream_io import limit_write_buffer, read_leftover_bytes, send_and_end
 
 _Streams = tuple[asyncio.StreamReader, asyncio.StreamWriter]
 
@@ -37,12 +37,12 @@ class Server:
         self, app: App, host: str = "127.0.0.1", port: int = 0, allow_remote: bool = False
     ) -> None:
         """Listen on a port; 0 is any free one. InputError: not possible, or not allowed."""
-        self._socket, remote = bound(host, port, allow_remote)
-        self._gate = Gate(host, self._socket.getsockname()[1])
+        self._socket, remote = bind_socket(host, port, allow_remote)
+        self._gate = AccessGate(host, self._socket.getsockname()[1])
         self.address, self.exposed = self._gate.address, EXPOSED if remote else ""
-        self._app, self._failures = app, Failures()
+        self._app, self._failures = app, FailureLog()
         self._site = Site(app, self._failures)
-        self._links: tuple[Link, ...] = ()
+        self._links: tuple[PageConnection, ...] = ()
         self._open: set[asyncio.Task[None]] = set()
         self._waking, self._ready, self._ended = False, threading.Event(), threading.Event()
         self._thread = threading.Thread(target=self._run, name="robsim-studio", daemon=True)
@@ -66,7 +66,7 @@ class Server:
         """Send a message to all pages, from any thread; never wait for any of them."""
         links = self._links
         if links:
-            frame = framed(message)
+            frame = encode_websocket_frame(message)
             for link in links:
                 link.outbox.put(frame)
             self._wake()
@@ -104,8 +104,8 @@ class Server:
 
     async def _main(self) -> None:
         self._loop, self._stop = asyncio.get_running_loop(), asyncio.Event()
-        self._answers = asyncio.Semaphore(limits.ANSWERS)
-        server = await asyncio.start_server(self._met, sock=self._socket, limit=limits.HEAD)
+        self._answers = asyncio.Semaphore(server_limits.ANSWERS)
+        server = await asyncio.start_server(self._met, sock=self._socket, limit=server_limits.HEAD)
         self._ready.set()
         await self._stop.wait()
         server.close()
@@ -118,7 +118,7 @@ class Server:
             for link in self._links
         ]
         if work := {*said, *self._open}:
-            await asyncio.wait(work, timeout=limits.FAREWELL)
+            await asyncio.wait(work, timeout=server_limits.FAREWELL)
             for each in work:
                 each.cancel()
             await asyncio.gather(*work, return_exceptions=True)
@@ -133,12 +133,14 @@ class Server:
         """Serve one connection to its end, whatever comes."""
         reader, writer = streams
         try:
-            hold_little(writer)
-            if len(self._open) > limits.CONNECTIONS:
-                writer.write(_busy("connections").answer.serialize())  # and wait for nothing
+            limit_write_buffer(writer)
+            if len(self._open) > server_limits.CONNECTIONS:
+                writer.write(
+                    _build_busy_refusal("connections").answer.serialize()
+                )  # and wait for nothing
                 return
             await self._served(*streams)
-            await linger(reader)
+            await read_leftover_bytes(reader)
         except (OSError, EOFError):
             pass  # the other side went, or reads nothing
         except Exception:  # noqa: BLE001  one connection is no reason to end the others
@@ -148,32 +150,32 @@ class Server:
 
     async def _served(self, *streams: *_Streams) -> None:
         reader, writer = streams
-        protocol = ServerProtocol(max_size=limits.MESSAGE)
+        protocol = ServerProtocol(max_size=server_limits.MESSAGE)
         try:
             request = await read_request(reader, protocol)
             self._gate.check(request)
-            if request.path == SOCKET and header(request, "upgrade"):
+            if request.path == SOCKET and read_single_header(request, "upgrade"):
                 await self._talked(request, protocol, *streams)
             else:
                 await self._answered(request, writer)
-        except Refused as refused:
-            await send(writer, refused.answer.serialize())
+        except RefusedRequest as refused:
+            await send_and_end(writer, refused.answer.serialize())
 
     async def _answered(self, request: Request, writer: asyncio.StreamWriter) -> None:
         if request.path.startswith(ENTRY):
-            await send(writer, self._gate.entered(request).serialize())
+            await send_and_end(writer, self._gate.entered(request).serialize())
             return
         async with self._answers:
-            await send(writer, (await self._site.answer(request.path)).serialize())
+            await send_and_end(writer, (await self._site.answer(request.path)).serialize())
 
     async def _talked(
         self, request: Request, protocol: ServerProtocol, *streams: *_Streams
     ) -> None:
         """Connect a page, and talk with it until one of the two ends it."""
         self._gate.check_origin(request)
-        if len(self._links) >= limits.PAGES:
-            raise _busy("pages")
-        link = Link(self._app, *streams, protocol, self._failures)
+        if len(self._links) >= server_limits.PAGES:
+            raise _build_busy_refusal("pages")
+        link = PageConnection(self._app, *streams, protocol, self._failures)
         link.accept(request)
         self._links = (*self._links, link)
         try:
@@ -182,6 +184,6 @@ class Server:
             self._links = tuple(other for other in self._links if other is not link)
 
 
-def _busy(what: str) -> Refused:
+def _build_busy_refusal(what: str) -> RefusedRequest:
     status = HTTPStatus.SERVICE_UNAVAILABLE
-    return Refused(status, f"Too many {what} are open; close one and try again.")
+    return RefusedRequest(status, f"Too many {what} are open; close one and try again.")

@@ -11,9 +11,15 @@ from typing import TypeVar
 
 from websockets.http11 import Response
 
-from robsim.studio.web import limits
-from robsim.studio.web.answers import POLICY, WORDS, Failures, Refused, answer
-from robsim.studio.web.app import App, Unavailable
+from robsim.studio.web import server_limits
+from robsim.studio.web.app import App, UnavailableDownload
+from robsim.studio.web.http_responses import (
+    POLICY,
+    WORDS,
+    FailureLog,
+    RefusedRequest,
+    build_response,
+)
 
 SOCKET = "/socket"
 _DOWNLOAD = re.compile(r"/download/([a-z_.]{1,64})")
@@ -24,24 +30,24 @@ _T = TypeVar("_T")
 class Site:
     """What an app has under each address; the app works in threads of its own."""
 
-    def __init__(self, app: App, failures: Failures) -> None:
+    def __init__(self, app: App, failures: FailureLog) -> None:
         """Start no thread before something is asked for."""
         self._app, self._failures = app, failures
-        self._workers = ThreadPoolExecutor(limits.ANSWERS, "robsim-studio-answers")
+        self._workers = ThreadPoolExecutor(server_limits.ANSWERS, "robsim-studio-answers")
 
     async def answer(self, target: str) -> Response:
         """Return the page or a file. Refused: there is none, or the app fails."""
         found = _DOWNLOAD.fullmatch(target)
         if target == "/":
-            return _page(await self._asked(self._app.page))
+            return _build_page_response(await self._asked(self._app.page))
         if target == SOCKET:
             status = HTTPStatus.UPGRADE_REQUIRED
-            raise Refused(status, "This address is for WebSocket.", Upgrade="websocket")
+            raise RefusedRequest(status, "This address is for WebSocket.", Upgrade="websocket")
         file = await self._asked(lambda: self._app.download(found[1])) if found else None
         if not found or file is None:
-            raise Refused(HTTPStatus.NOT_FOUND, "There is nothing under this address.")
+            raise RefusedRequest(HTTPStatus.NOT_FOUND, "There is nothing under this address.")
         kept = f'attachment; filename="{found[1]}"'
-        return answer(HTTPStatus.OK, file[1], file[0], Content_Disposition=kept)
+        return build_response(HTTPStatus.OK, file[1], file[0], Content_Disposition=kept)
 
     def close(self) -> None:
         """Let the threads end; one that is at work for the app ends after that."""
@@ -50,18 +56,18 @@ class Site:
     async def _asked(self, question: Callable[[], _T]) -> _T:
         try:
             return await asyncio.get_running_loop().run_in_executor(self._workers, question)
-        except Unavailable as reason:
-            raise Refused(HTTPStatus.CONFLICT, str(reason)) from None
+        except UnavailableDownload as reason:
+            raise RefusedRequest(HTTPStatus.CONFLICT, str(reason)) from None
         except Exception:  # noqa: BLE001  whatever the app raises, the server goes on
             self._failures.log("a page or a download")
-            raise Refused(HTTPStatus.INTERNAL_SERVER_ERROR, WORDS) from None
+            raise RefusedRequest(HTTPStatus.INTERNAL_SERVER_ERROR, WORDS) from None
 
 
-def _page(text: str) -> Response:
+def _build_page_response(text: str) -> Response:
     """Return the page with its own policy as a header, where it also keeps out frames."""
     found = _META.search(text)
     rules = [rule.strip() for rule in found[1].split(";")] if found else ["default-src 'none'"]
     kept = [rule for rule in rules if not rule.startswith("connect-src")]
     policy = "; ".join([*kept, "connect-src 'self'", "frame-ancestors 'none'"])
     media = "text/html; charset=utf-8"
-    return answer(HTTPStatus.OK, text.encode(), media, **{POLICY: policy})
+    return build_response(HTTPStatus.OK, text.encode(), media, **{POLICY: policy})

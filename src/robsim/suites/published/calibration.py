@@ -16,9 +16,15 @@ import pandas as pd
 from robsim.base.arrays import Array
 from robsim.geometry.pose import Pose
 from robsim.statistics.random_numbers import SUITES, uniform
-from robsim.suites.poses import SIZE, between, flying, in_cap, looking
-from robsim.suites.schemes import BUILT_IN
-from robsim.suites.suite import Suite, square
+from robsim.suites.builtin_schemes import BUILT_IN
+from robsim.suites.camera_poses import (
+    SIZE,
+    directions_in_cap,
+    interpolate_range,
+    look_at_points,
+    make_flying_scene,
+)
+from robsim.suites.suite import Suite, square_marks
 
 STARTS, SEED, FOCAL = 50, 7, 500.0
 KINDS = {
@@ -32,7 +38,7 @@ KINDS = {
     "all": "all together",
     "image": "1 px and outliers",
 }
-OF_IMAGE = "noise", "outliers"  # what is wrong with the image alone
+IMAGE_ERRORS = "noise", "outliers"  # what is wrong with the image alone
 ROBUST = {
     f"{name}, {each}": replace(BUILT_IN[of], weighting=each.lower())
     for name, of, kinds in (
@@ -54,14 +60,14 @@ def suite() -> Suite:
         "RobSim; shown and computed goals: Chaumette and Hutchinson, Visual servo control, "
         "part II, IEEE Robotics and Automation Magazine, 2007",
         "at the end within 1 cm and 1 degree",
-        succeeds,
-        flying(FOCAL, square(0.2)),
+        is_near_goal,
+        make_flying_scene(FOCAL, square_marks(0.2)),
         Pose.at(0, 0, -0.6).q,
-        np.tile(_starts().q, (len(KINDS), 1)),
+        np.tile(_sample_camera_starts().q, (len(KINDS), 1)),
         gain=1.0,
         dt=0.04,
         duration=15.0,
-        varied=_errors(uniform(SEED + 1, SUITES, runs, 10)),
+        varied=_sample_calibration_errors(uniform(SEED + 1, SUITES, runs, 10)),
         groups={"error": [text for text in KINDS.values() for _ in range(STARTS)]},
         computed=True,
         seed=SEED,
@@ -69,42 +75,42 @@ def suite() -> Suite:
     )
 
 
-def succeeds(rows: pd.DataFrame) -> Any:
+def is_near_goal(rows: pd.DataFrame) -> Any:
     """Return which runs, a row each, end near the goal as it was meant."""
     return (rows["distance_to_goal"] < 0.01) & (rows["angle_to_goal"] < np.radians(1.0))
 
 
-def _starts() -> Pose:
+def _sample_camera_starts() -> Pose:
     """Return the poses (50,) of the camera at the start."""
     u = uniform(SEED, SUITES, STARTS, 4)
-    away = in_cap(u[:, :2], np.radians(30.0)) * between(u[:, 2:3], 0.6, 0.9)
-    roll = between(u[:, 3], -np.radians(45.0), np.radians(45.0))
-    return looking(away, np.zeros((STARTS, 3)), roll, np.array([0.0, 1.0, 0.0]))
+    away = directions_in_cap(u[:, :2], np.radians(30.0)) * interpolate_range(u[:, 2:3], 0.6, 0.9)
+    roll = interpolate_range(u[:, 3], -np.radians(45.0), np.radians(45.0))
+    return look_at_points(away, np.zeros((STARTS, 3)), roll, np.array([0.0, 1.0, 0.0]))
 
 
-def _errors(u: Array) -> dict[str, Array]:
+def _sample_calibration_errors(u: Array) -> dict[str, Array]:
     """Return what differs from run to run, of numbers u (runs, 10) in 0..1."""
-    even = between(u, -1.0, 1.0)
+    even = interpolate_range(u, -1.0, 1.0)
     middle = (np.array(SIZE) - 1) / 2
     tilt = np.radians(2.0) * even[:, 6:9]
     return {
-        "belief.cameras.eye.focal": FOCAL * (1 + 0.05 * _in(even[:, 0], "focal")),
-        "belief.cameras.eye.center": middle + 10.0 * _in(even[:, 1:3], "centre"),
-        "belief.cameras.eye.position": 0.01 * _in(even[:, 3:6], "hand_eye"),
-        "belief.cameras.eye.rpy": _in(tilt, "hand_eye"),
-        "task.depth_scale": 1 + 0.2 * _in(even[:, 9], "depth"),
-        "sensing.noise": _in(np.ones(len(u)), "noise"),
-        "sensing.outliers": 0.05 * _in(np.ones(len(u)), "outliers"),
-        "sensing.outlier_size": 30.0 * _in(np.ones(len(u)), "outliers"),
+        "belief.cameras.eye.focal": FOCAL * (1 + 0.05 * _zero_other_kinds(even[:, 0], "focal")),
+        "belief.cameras.eye.center": middle + 10.0 * _zero_other_kinds(even[:, 1:3], "centre"),
+        "belief.cameras.eye.position": 0.01 * _zero_other_kinds(even[:, 3:6], "hand_eye"),
+        "belief.cameras.eye.rpy": _zero_other_kinds(tilt, "hand_eye"),
+        "task.depth_scale": 1 + 0.2 * _zero_other_kinds(even[:, 9], "depth"),
+        "sensing.noise": _zero_other_kinds(np.ones(len(u)), "noise"),
+        "sensing.outliers": 0.05 * _zero_other_kinds(np.ones(len(u)), "outliers"),
+        "sensing.outlier_size": 30.0 * _zero_other_kinds(np.ones(len(u)), "outliers"),
     }
 
 
-def _in(values: Array, kind: str) -> Array:
+def _zero_other_kinds(values: Array, kind: str) -> Array:
     """Return numbers (runs, ...) that are zero in runs without an error of a kind."""
-    has = np.repeat([_has(each, kind) for each in KINDS], STARTS)
+    has = np.repeat([_has_error(each, kind) for each in KINDS], STARTS)
     return np.where(has.reshape(-1, *[1] * (values.ndim - 1)), values, 0.0)
 
 
-def _has(each: str, kind: str) -> bool:
+def _has_error(each: str, kind: str) -> bool:
     """Return whether the runs of a group have an error of a kind."""
-    return each in (kind, "all") or (each == "image" and kind in OF_IMAGE)
+    return each in (kind, "all") or (each == "image" and kind in IMAGE_ERRORS)

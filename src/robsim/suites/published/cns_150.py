@@ -15,10 +15,15 @@ import pandas as pd
 
 from robsim.base.arrays import Array
 from robsim.geometry.pose import Pose
-from robsim.run.ends import angle
+from robsim.run.end_variables import compute_rotation_angle
 from robsim.statistics.random_numbers import SUITES, uniform
-from robsim.suites.poses import between, flying, in_cap, looking
-from robsim.suites.suite import Suite, square
+from robsim.suites.camera_poses import (
+    directions_in_cap,
+    interpolate_range,
+    look_at_points,
+    make_flying_scene,
+)
+from robsim.suites.suite import Suite, square_marks
 
 THIRDS = (3, 43), (45, 92), (94, 180)  # degrees between start and goal
 PAIRS = 50  # of each third
@@ -29,16 +34,16 @@ SIDE = 0.2  # metres, at scale 1
 
 def suite() -> Suite:
     """Return the suite."""
-    T_goal_o, T_goal_start = _pairs()
-    T_w_o, T_w_c = _scaled(T_goal_o), _scaled(T_goal_start)
+    T_goal_o, T_goal_start = _sample_pairs()
+    T_w_o, T_w_c = _scale_worlds(T_goal_o), _scale_worlds(T_goal_start)
     return Suite(
         "cns_150",
         1,
         "150 pairs of start and goal, in three sizes of the world",
         'after "CNS: Correspondence Encoded Neural Image Servo Policy", arXiv 2309.09047, 2023',
         "at the end within 10 % of the initial distance and within 10 degrees of the goal",
-        succeeds,
-        flying(540.0, square(SIDE)),
+        is_within_tenth,
+        make_flying_scene(540.0, square_marks(SIDE)),
         Pose(np.eye(4)).q,
         T_w_c.q,
         gain=2.0,
@@ -47,7 +52,9 @@ def suite() -> Suite:
         varied={
             "objects.square.position": T_w_o.position,
             "objects.square.rotation": T_w_o.rotation,
-            "objects.square.marks": np.repeat([square(s * SIDE) for s in SCALES], 150, axis=0),
+            "objects.square.marks": np.repeat(
+                [square_marks(s * SIDE) for s in SCALES], 150, axis=0
+            ),
         },
         groups={
             "rotation": [f"{low}-{high} deg" for low, high in THIRDS for _ in range(PAIRS)] * 3,
@@ -56,31 +63,33 @@ def suite() -> Suite:
     )
 
 
-def succeeds(rows: pd.DataFrame) -> Any:
+def is_within_tenth(rows: pd.DataFrame) -> Any:
     """Return which runs, a row each, are as near to the goal as the paper asks."""
     near = rows["distance_to_goal"] <= 0.1 * rows["distance_at_start"]
     return near & (rows["angle_to_goal"] <= np.radians(10.0))
 
 
-def _pairs() -> tuple[Pose, Pose]:
+def _sample_pairs() -> tuple[Pose, Pose]:
     """Return T_goal_o and T_goal_start (150,) of all pairs, third after third."""
     u = uniform(0, SUITES, DRAWS, 12)
-    goal, start = _cameras(u[:, :6]), _cameras(u[:, 6:])
+    goal, start = _sample_cameras(u[:, :6]), _sample_cameras(u[:, 6:])
     apart = goal.inv() @ start
-    turn = np.degrees(angle((apart.rotation - np.eye(3)).reshape(-1, 9).T))
+    turn = np.degrees(compute_rotation_angle((apart.rotation - np.eye(3)).reshape(-1, 9).T))
     inside = [np.flatnonzero((turn >= low) & (turn <= high))[:PAIRS] for low, high in THIRDS]
     chosen = np.concatenate(inside)
     return goal.inv()[chosen], apart[chosen]
 
 
-def _cameras(u: Array) -> Pose:
+def _sample_cameras(u: Array) -> Pose:
     """Return poses of cameras that look at the square, of numbers u (N, 6) in 0..1."""
-    away = in_cap(u[:, :2], np.radians(45.0)) * between(u[:, 2:3], 0.5, 1.0)
-    at = np.pad(between(u[:, 3:5], -0.05, 0.05), ((0, 0), (0, 1)))
-    return looking(away, at, between(u[:, 5], -np.pi, np.pi), np.array([0.0, 1.0, 0.0]))
+    away = directions_in_cap(u[:, :2], np.radians(45.0)) * interpolate_range(u[:, 2:3], 0.5, 1.0)
+    at = np.pad(interpolate_range(u[:, 3:5], -0.05, 0.05), ((0, 0), (0, 1)))
+    return look_at_points(
+        away, at, interpolate_range(u[:, 5], -np.pi, np.pi), np.array([0.0, 1.0, 0.0])
+    )
 
 
-def _scaled(pose: Pose) -> Pose:
+def _scale_worlds(pose: Pose) -> Pose:
     """Return the poses (150,) in worlds of all scales (450,)."""
     T = np.tile(pose.matrix, (len(SCALES), 1, 1))
     T[:, :3, 3] *= np.repeat(SCALES, 3 * PAIRS)[:, None]

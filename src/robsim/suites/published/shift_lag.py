@@ -16,8 +16,8 @@ import pandas as pd
 
 from robsim.geometry.pose import Pose
 from robsim.statistics.random_numbers import SUITES, uniform
-from robsim.suites.poses import flying, in_cap
-from robsim.suites.suite import Suite, square
+from robsim.suites.camera_poses import directions_in_cap, make_flying_scene
+from robsim.suites.suite import Suite, square_marks
 
 JUMPS = 0.0, 0.02, 0.05, 0.1  # metres
 LATENCIES = 0.0, 0.1, 0.2, 0.3, 0.4  # seconds
@@ -31,8 +31,8 @@ def suite() -> Suite:
     cases = np.array(list(product(JUMPS, LATENCIES, range(DIRECTIONS))))
     (jump, latency), which = cases[:, :2].T, cases[:, 2].astype(int)
     u = uniform(SEED, SUITES, DIRECTIONS, 4)[which]
-    moved = jump[:, None] * in_cap(u[:, :2], np.pi)
-    turned = TURN * jump[:, None] * in_cap(u[:, 2:], np.pi)
+    moved = jump[:, None] * directions_in_cap(u[:, :2], np.pi)
+    turned = TURN * jump[:, None] * directions_in_cap(u[:, 2:], np.pi)
     jumps = Pose.at(*moved.T, rotvec=turned)  # of the target, in its own axes
     return Suite(
         "shift_lag",
@@ -41,8 +41,8 @@ def suite() -> Suite:
         "RobSim; the limit of a delayed loop: Corke and Good, Dynamic effects in visual "
         "closed-loop systems, IEEE Transactions on Robotics and Automation, 1996",
         "10 s after the first image of the jump, within 1 mm and 0.5 degrees",
-        succeeds,
-        flying(500.0, square(0.2)),
+        is_at_jumped_goal,
+        make_flying_scene(500.0, square_marks(0.2)),
         goal.q,
         (jumps.inv() @ goal).q,
         gain=3.0,
@@ -57,6 +57,6 @@ def suite() -> Suite:
     )
 
 
-def succeeds(rows: pd.DataFrame) -> Any:
+def is_at_jumped_goal(rows: pd.DataFrame) -> Any:
     """Return which runs, a row each, rest where the target jumped to."""
     return (rows["distance_to_goal"] < 1e-3) & (rows["angle_to_goal"] < np.radians(0.5))

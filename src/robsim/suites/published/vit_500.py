@@ -16,8 +16,8 @@ import pandas as pd
 from robsim.base.arrays import Array
 from robsim.geometry.pose import Pose
 from robsim.statistics.random_numbers import SUITES, uniform
-from robsim.suites.poses import between, flying, looking
-from robsim.suites.suite import Suite, square
+from robsim.suites.camera_poses import interpolate_range, look_at_points, make_flying_scene
+from robsim.suites.suite import Suite, square_marks
 
 STARTS, SEED = 500, 41
 MIDDLE, HALF = np.array([0.0, 0.0, 0.61]), np.array([0.6, 0.6, 0.15])  # of the box, metres
@@ -35,17 +35,17 @@ def suite() -> Suite:
         'after "ViT-VS: On the Applicability of Pretrained Vision Transformer Features for '
         'Generalizable Visual Servoing", arXiv 2503.04545, 2025',
         "at the end within 10 % of the initial distance and angle, or within 1 cm and 1 degree",
-        succeeds,
-        flying(FOCAL, square(0.2)),
+        is_error_reduced,
+        make_flying_scene(FOCAL, square_marks(0.2)),
         GOAL.q,
-        _starts().q,
+        _sample_box_starts().q,
         gain=1.0,
         dt=0.02,
         duration=30.0,
     )
 
 
-def succeeds(rows: pd.DataFrame) -> Any:
+def is_error_reduced(rows: pd.DataFrame) -> Any:
     """Return which runs, a row each, are as near to the goal as the paper asks."""
     away, turn = rows["distance_to_goal"], rows["angle_to_goal"]
     reduced = away <= 0.1 * rows["distance_at_start"]
@@ -53,19 +53,21 @@ def succeeds(rows: pd.DataFrame) -> Any:
     return reduced | ((away < 0.01) & (turn < np.radians(1.0)))
 
 
-def _starts() -> Pose:
+def _sample_box_starts() -> Pose:
     """Return the poses (500,) of the camera at the start."""
     u = uniform(SEED, SUITES, STARTS, 6)
-    positions = MIDDLE + HALF * between(u[:, :3], -1.0, 1.0)
-    return looking(positions, _looked_at(u[:, 3], u[:, 4]), _roll(u[:, 5]), GOAL.rotation[:, 1])
+    positions = MIDDLE + HALF * interpolate_range(u[:, :3], -1.0, 1.0)
+    return look_at_points(
+        positions, _points_on_circles(u[:, 3], u[:, 4]), _sample_roll(u[:, 5]), GOAL.rotation[:, 1]
+    )
 
 
-def _looked_at(which: Array, turn: Array) -> Array:
+def _points_on_circles(which: Array, turn: Array) -> Array:
     """Return points (N, 3) on the circles, of numbers (N,) in 0..1."""
     radius = STEP * (1 + np.floor(CIRCLES * which))
     angle = 2.0 * np.pi * turn
     return np.stack([radius * np.cos(angle), radius * np.sin(angle), 0.0 * angle], axis=1)
 
 
-def _roll(u: Array) -> Array:
-    return between(u, -np.radians(120.0), np.radians(120.0))
+def _sample_roll(u: Array) -> Array:
+    return interpolate_range(u, -np.radians(120.0), np.radians(120.0))

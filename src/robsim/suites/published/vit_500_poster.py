@@ -12,12 +12,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from robsim.base.arrays import Array, frozen
+from robsim.base.arrays import Array, make_read_only
 from robsim.servo.tasks.schemes import IBVS
 from robsim.servo.weightings.border import Border
-from robsim.suites.poses import flying
+from robsim.suites.builtin_schemes import BUILT_IN
+from robsim.suites.camera_poses import make_flying_scene
 from robsim.suites.published import vit_500
-from robsim.suites.schemes import BUILT_IN
 from robsim.suites.suite import Suite
 
 COLUMNS, ROWS = 8, 5
@@ -36,21 +36,21 @@ def suite() -> Suite:
         square,
         name="vit_500_poster",
         title="the starts of vit_500 above a poster of 40 marks, which may leave the image",
-        scene=flying(vit_500.FOCAL, poster()),
-        groups={"square": sees_square(square)},
+        scene=make_flying_scene(vit_500.FOCAL, poster_marks()),
+        groups={"square": label_visibility(square)},
         schemes={**schemes, "IBVS, every mark": IBVS()},
     )
 
 
-def poster() -> Array:
+def poster_marks() -> Array:
     """Return the marks (40, 3), row by row, in metres."""
     x = np.linspace(-0.5, 0.5, COLUMNS) * WIDTH
     y = np.linspace(-0.5, 0.5, ROWS) * HEIGHT
     marks = np.array([[a, b, 0.0] for b in y for a in x])
-    return frozen(marks)
+    return make_read_only(marks)
 
 
-def sees_square(square: Suite) -> list[str]:
+def label_visibility(square: Suite) -> list[str]:
     """Return of each start (500,) whether it sees all four marks of the square of `vit_500`."""
     seen = square.scene.view(square.starts).visibility
     return ["sees less than the square" if each.any() else "sees the square" for each in seen]

@@ -11,9 +11,14 @@ from collections.abc import Sequence
 from decimal import Context, Decimal
 from typing import Any
 
-from robsim.base.arrays import Array, number
-from robsim.base.errors import FileError, InputError, said
-from robsim.vision.camera_files.tables import PERSPECTIVE, Lens, Make, Size
+from robsim.base.arrays import Array, as_float
+from robsim.base.errors import FileError, InputError, format_value
+from robsim.vision.camera_files.camera_tables import (
+    PERSPECTIVE,
+    LensCoefficients,
+    MakeCamera,
+    OptionalSize,
+)
 
 # the places of (fx, fy, cx, cy), and of the lens as in OpenCV; None: zero
 MODELS: dict[str, tuple[tuple[int, ...], tuple[int | None, ...]]] = {
@@ -32,73 +37,75 @@ HEAD = (
 _LINE = re.compile(r"\d+[ \t]+[A-Z][A-Z_]+[ \t]+\d+[ \t]+\d+([ \t]|$)")
 
 
-def is_list(text: str) -> bool:
+def is_cameras_txt(text: str) -> bool:
     """Return whether the first line that is no comment is one of cameras.txt.
 
-    >>> is_list("# cameras\\n1 PINHOLE 640 480 500 500 320 240\\n")
+    >>> is_cameras_txt("# cameras\\n1 PINHOLE 640 480 500 500 320 240\\n")
     True
     """
-    return any(map(_LINE.match, [line for _, line in _lines(text)][:1]))
+    return any(map(_LINE.match, [line for _, line in _split_lines(text)][:1]))
 
 
-def cameras_of(text: str, source: str, make: Make) -> dict[str, Any]:
+def read_colmap_cameras(text: str, source: str, make: MakeCamera) -> dict[str, Any]:
     """Return the cameras by their number.
 
     FileError: a line that is none, a number twice, a model that is not modelled here.
     """
     found: dict[str, Any] = {}
-    for at, line in _lines(text):
+    for at, line in _split_lines(text):
         try:
             name, model, *rest = line.split()
             if name in found:
-                raise InputError(f"camera {said(name)} occurs twice")
-            found[name] = _camera(model, rest, make)
+                raise InputError(f"camera {format_value(name)} occurs twice")
+            found[name] = _build_colmap_camera(model, rest, make)
         except (InputError, ValueError) as error:
             raise FileError(f"{source}:{at}: {error}") from None
     return found
 
 
-def written(K: Array, size: Size, lens: Lens) -> str:
+def format_cameras_txt(K: Array, size: OptionalSize, lens: LensCoefficients) -> str:
     """Return the text of cameras.txt with one camera, number 1, whose lens is told in full."""
     if size is None:
         raise InputError("COLMAP needs the size of the image: give size=(width, height)")
     model = {0: "PINHOLE", 4: "OPENCV"}.get(len(lens), "FULL_OPENCV")
     lens = lens if len(lens) in (0, 4) else (*lens, *[0.0] * (8 - len(lens)))
     (fx, _, cx), (_, fy, cy), _ = K.tolist()
-    centre = [str(_moved(repr(c), HALF)) for c in (cx, cy)]
+    centre = [str(_add_exactly(repr(c), HALF)) for c in (cx, cy)]
     row = ["1", model, *map(str, size), repr(fx), repr(fy), *centre, *map(repr, lens)]
     return f"{HEAD}\n{' '.join(row)}\n"
 
 
-def _lines(text: str) -> list[tuple[int, str]]:
+def _split_lines(text: str) -> list[tuple[int, str]]:
     """Return the lines with their numbers, without comments and empty ones."""
     stripped = ((i, line.strip()) for i, line in enumerate(text.splitlines(), 1))
     return [(i, line) for i, line in stripped if line and not line.startswith("#")]
 
 
-def _camera(model: str, words: Sequence[str], make: Make) -> Any:
+def _build_colmap_camera(model: str, words: Sequence[str], make: MakeCamera) -> Any:
     """Return the camera of a model from the words behind it."""
     if model not in MODELS:
-        raise InputError(f"{said(model)} is not modelled: {', '.join(MODELS)} are; {PERSPECTIVE}")
+        raise InputError(
+            f"{format_value(model)} is not modelled: {', '.join(MODELS)} are; {PERSPECTIVE}"
+        )
     places, lens = MODELS[model]
     count = max([*places, *(i for i in lens if i is not None)]) + 1
-    size, values = words[:2], [_number(word) for word in words[2:]]
+    size, values = words[:2], [_parse_number(word) for word in words[2:]]
     if len(values) != count:
         raise InputError(f"{model} has {count} parameters, got {len(values)}")
     fx, fy = (values[i] for i in places[:2])
-    cx, cy = (float(_moved(words[2 + i], -HALF)) for i in places[2:])
+    cx, cy = (float(_add_exactly(words[2 + i], -HALF)) for i in places[2:])
     K = [[fx, 0, cx], [0, fy, cy], [0, 0, 1]]
     bent = tuple(0.0 if i is None else values[i] for i in lens)
     return make(K, (int(size[0]), int(size[1])), distortion=bent)
 
 
-def _moved(word: str, by: Decimal) -> Decimal:
+def _add_exactly(word: str, by: Decimal) -> Decimal:
     """Return a number moved digit by digit, so that half a pixel and back is the same number."""
     return EXACT.add(Decimal(word), by)
 
 
-def _number(word: str) -> float:
+def _parse_number(word: str) -> float:
     try:
-        return number(float(word), "a parameter")
+        return as_float(float(word), "a parameter")
     except ValueError:
-        raise InputError(f"{said(word)} is no finite number") from None
+        raise InputError(f"{format_value(word)} is no finite number") from None

@@ -5,25 +5,25 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, TypeGuard
 
-from robsim.base.arrays import numbers
-from robsim.base.errors import InputError, naming, said
+from robsim.base.arrays import as_floats
+from robsim.base.errors import InputError, format_value, prefix_errors
 from robsim.geometry.pose import IDENTITY, Pose
-from robsim.vision.camera_files.tables import Make, check_model
+from robsim.vision.camera_files.camera_tables import MakeCamera, check_camera_model
 
 KEYS = "camera_model", "intrinsics", "distortion_model", "distortion_coeffs", "resolution"
 
 
-def is_chain(table: Any) -> TypeGuard[Mapping[str, Mapping[str, Any]]]:
+def is_camera_chain(table: Any) -> TypeGuard[Mapping[str, Mapping[str, Any]]]:
     """Return whether this is a table of cameras, cam0 and those after it."""
     return isinstance(table, Mapping) and isinstance(table.get("cam0"), Mapping)
 
 
-def cameras_of(chain: Mapping[str, Mapping[str, Any]], make: Make) -> dict[str, Any]:
+def read_chain_cameras(chain: Mapping[str, Mapping[str, Any]], make: MakeCamera) -> dict[str, Any]:
     """Return the cameras of a chain by name; InputError: one that is not modelled, or not told."""
-    return {name: _camera(name, chain[name], make) for name in _names(chain)}
+    return {name: _build_chain_camera(name, chain[name], make) for name in _chain_names(chain)}
 
 
-def poses_of(chain: Mapping[str, Mapping[str, Any]]) -> dict[str, Pose]:
+def read_chain_poses(chain: Mapping[str, Mapping[str, Any]]) -> dict[str, Pose]:
     """Return the pose of each camera in the axes of cam0.
 
     Kalibr's T_cn_cnm1 takes points from the camera before into this one, so it is the inverse of
@@ -31,34 +31,34 @@ def poses_of(chain: Mapping[str, Mapping[str, Any]]) -> dict[str, Pose]:
     """
     found: dict[str, Pose] = {}
     T = IDENTITY
-    for name in _names(chain):
+    for name in _chain_names(chain):
         if found:
-            T = T @ _step(name, chain[name])
+            T = T @ _read_relative_pose(name, chain[name])
         found[name] = T
     return found
 
 
-def _names(chain: Mapping[str, Any]) -> list[str]:
+def _chain_names(chain: Mapping[str, Any]) -> list[str]:
     """Return cam0, cam1 and on, as far as they go."""
     names = [f"cam{i}" for i in range(len(chain))]
     return [name for name in names if name in chain]
 
 
-def _camera(name: str, table: Any, make: Make) -> Any:
+def _build_chain_camera(name: str, table: Any, make: MakeCamera) -> Any:
     if not isinstance(table, Mapping):
-        raise InputError(f"{name}: expected {', '.join(KEYS)}, got {said(table)}")
-    with naming(name):
+        raise InputError(f"{name}: expected {', '.join(KEYS)}, got {format_value(table)}")
+    with prefix_errors(name):
         if missing := [key for key in KEYS if key not in table]:
             raise InputError(f"{missing[0]} is missing")
-        check_model(table)
-        fx, fy, cx, cy = numbers(table["intrinsics"], "intrinsics", (4,))
-        lens = numbers(table["distortion_coeffs"], "distortion_coeffs", ())
+        check_camera_model(table)
+        fx, fy, cx, cy = as_floats(table["intrinsics"], "intrinsics", (4,))
+        lens = as_floats(table["distortion_coeffs"], "distortion_coeffs", ())
         return make([[fx, 0, cx], [0, fy, cy], [0, 0, 1]], table["resolution"], distortion=lens)
 
 
-def _step(name: str, table: Mapping[str, Any]) -> Pose:
+def _read_relative_pose(name: str, table: Mapping[str, Any]) -> Pose:
     """Return the pose of a camera in the axes of the one before."""
-    with naming(f"{name}: T_cn_cnm1"):
+    with prefix_errors(f"{name}: T_cn_cnm1"):
         if "T_cn_cnm1" not in table:
             raise InputError("is missing, so where this camera is in the chain")
-        return Pose(numbers(table["T_cn_cnm1"], "T", (4, 4))).inv()
+        return Pose(as_floats(table["T_cn_cnm1"], "T", (4, 4))).inv()

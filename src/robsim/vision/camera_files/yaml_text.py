@@ -9,7 +9,7 @@ from __future__ import annotations
 import re
 from typing import Any
 
-from robsim.base.errors import FileError, said
+from robsim.base.errors import FileError, format_value
 
 DEEPEST = 16
 _NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?")
@@ -17,7 +17,7 @@ _NAMED = re.compile(r"[-+]?\.(inf|nan)", re.IGNORECASE)
 _VERSION = re.compile(r"\A%YAML[: ][^\n]*")  # "%YAML:1.0", as OpenCV writes it, is no YAML
 
 
-def tables_of(text: str, source: str) -> Any:
+def parse_yaml_table(text: str, source: str) -> Any:
     """Return what the only document of a YAML text holds; each number is a float.
 
     FileError: no YAML, more than one document, an alias, a key that occurs twice.
@@ -26,7 +26,7 @@ def tables_of(text: str, source: str) -> Any:
         import yaml
     except ImportError:
         raise FileError(f"{source}: YAML needs PyYAML: pip install 'robsim[vision]'") from None
-    builder = _Builder(source)
+    builder = _YamlBuilder(source)
     loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
     try:
         for event in yaml.parse(_VERSION.sub("", text), Loader=loader):
@@ -39,7 +39,7 @@ def tables_of(text: str, source: str) -> Any:
     return builder.document
 
 
-class _Builder:
+class _YamlBuilder:
     """A builder of the document from the events of the parser."""
 
     def __init__(self, source: str):
@@ -52,9 +52,9 @@ class _Builder:
     def add(self, kind: str, event: Any) -> None:
         """Take the next event."""
         if kind == "AliasEvent":
-            self._refuse(event, f"the alias *{said(event.anchor)[1:-1]} is not allowed")
+            self._refuse(event, f"the alias *{format_value(event.anchor)[1:-1]} is not allowed")
         elif kind == "ScalarEvent":
-            self._put(event, _scalar(event.value, event.style))
+            self._put(event, _parse_scalar(event.value, event.style))
         elif kind in ("MappingStartEvent", "SequenceStartEvent"):
             value: Any = {} if kind.startswith("Mapping") else []
             self._put(event, value)
@@ -91,26 +91,26 @@ class _Builder:
         if isinstance(value, dict | list):
             self._refuse(event, "a key must be a text")
         if event.value in self.open[-1]:
-            self._refuse(event, f"the key {said(event.value)} occurs twice")
+            self._refuse(event, f"the key {format_value(event.value)} occurs twice")
         return str(event.value)
 
     def _refuse(self, event: Any, text: str) -> None:
         raise FileError(f"{self.source}:{event.start_mark.line + 1}: {text}")
 
 
-def _scalar(text: str, style: str | None) -> float | str | None:
+def _parse_scalar(text: str, style: str | None) -> float | str | None:
     """Return the value of a scalar; what is quoted is a text."""
     if style in ("'", '"'):
         return text
     if text in ("", "~", "null"):
         return None
-    return plain(text)
+    return parse_plain_scalar(text)
 
 
-def plain(text: str) -> float | str:
+def parse_plain_scalar(text: str) -> float | str:
     """Return the number that a text without quotes is, or the text.
 
-    >>> plain("1e-3"), plain("320."), plain("-.Inf"), plain("1:30")
+    >>> parse_plain_scalar("1e-3"), parse_plain_scalar("320."), parse_plain_scalar("-.Inf"), parse_plain_scalar("1:30")
     (0.001, 320.0, -inf, '1:30')
     """
     if _NUMBER.fullmatch(text):

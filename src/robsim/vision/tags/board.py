@@ -7,17 +7,22 @@ from typing import Any
 
 import numpy as np
 
-from robsim.base.arrays import Array, positive, whole
+from robsim.base.arrays import Array, as_integer, as_positive
 from robsim.base.errors import InputError
-from robsim.base.warned import warn_of_millimetres
-from robsim.vision.tags.families import black, dictionary, family, opencv
-from robsim.vision.tags.printed import INK, Printed
+from robsim.base.unit_warnings import warn_of_millimetres
+from robsim.vision.tags.planar_target import BoolArray, PlanarTarget
+from robsim.vision.tags.tag_families import (
+    black_cells,
+    find_tag_family,
+    import_opencv,
+    opencv_dictionary,
+)
 
 MOST_SQUARES = 100  # on a side
 
 
 @dataclass(frozen=True, eq=False)
-class Board(Printed):
+class Board(PlanarTarget):
     """A ChArUco board: a chessboard of columns x rows squares, with tags in the white ones.
 
     `square` and `tag` are the sides of a square and of a tag's black square in metres. As OpenCV
@@ -37,12 +42,12 @@ class Board(Printed):
     tag: float
 
     def __post_init__(self) -> None:
-        count = family(self.family).ids
+        count = find_tag_family(self.family).ids
         for side in ("columns", "rows"):
-            n = whole(getattr(self, side), f"{side} of a board", 2, MOST_SQUARES + 1)
+            n = as_integer(getattr(self, side), f"{side} of a board", 2, MOST_SQUARES + 1)
             object.__setattr__(self, side, n)
         for side in ("square", "tag"):
-            length = positive(getattr(self, side), f"{side} of a board in metres")
+            length = as_positive(getattr(self, side), f"{side} of a board in metres")
             object.__setattr__(self, side, length)
         if self.tag >= self.square:
             raise InputError(f"tag of {self.tag:g} m: larger than its square, {self.square:g} m")
@@ -78,26 +83,26 @@ class Board(Printed):
         size = self.square * np.array([self.columns, self.rows])
         return np.array([np.full(2, -edge), size + edge])
 
-    def is_black(self, x: Array, y: Array) -> INK:
+    def is_black(self, x: Array, y: Array) -> BoolArray:
         """Return where there is ink among points (...) of its plane, in metres."""
         column, row = (np.floor(v / self.square).astype(int) for v in (x, y))
         inside = (np.minimum(column, row) >= 0) & (column < self.columns) & (row < self.rows)
         dark = (column + row) % 2 == 0
         return np.asarray(inside & (dark | self._in_tag(x, y, column, row)))
 
-    def _in_tag(self, x: Array, y: Array, column: Any, row: Any) -> INK:
+    def _in_tag(self, x: Array, y: Array, column: Any, row: Any) -> BoolArray:
         """Return where the tag of a white square has ink."""
-        n, margin = family(self.family).cells, (self.square - self.tag) / 2
+        n, margin = find_tag_family(self.family).cells, (self.square - self.tag) / 2
         i, j = (
             np.floor((v - square * self.square - margin) / (self.tag / n)).astype(int)
             for v, square in ((x, column), (y, row))
         )
-        patterns = np.stack([black(self.family, number) for number in self.ids])
+        patterns = np.stack([black_cells(self.family, number) for number in self.ids])
         number = np.clip((row * self.columns + column) // 2, 0, len(patterns) - 1)
         at_tag = (np.minimum(i, j) >= 0) & (np.maximum(i, j) < n)
         return np.asarray(at_tag & patterns[number, np.clip(j, 0, n - 1), np.clip(i, 0, n - 1)])
 
     def as_opencv(self) -> Any:
         """Return the `cv2.aruco.CharucoBoard`."""
-        size, kind = (self.columns, self.rows), dictionary(self.family)
-        return opencv().aruco.CharucoBoard(size, self.square, self.tag, kind)
+        size, kind = (self.columns, self.rows), opencv_dictionary(self.family)
+        return import_opencv().aruco.CharucoBoard(size, self.square, self.tag, kind)

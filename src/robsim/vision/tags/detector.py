@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from robsim.base.arrays import Array, is_listed
-from robsim.base.errors import InputError, said
+from robsim.base.arrays import Array, has_items
+from robsim.base.errors import InputError, format_value
 from robsim.vision.tags.board import Board
-from robsim.vision.tags.doubts import cell_of, doubts
-from robsim.vision.tags.edges import refined
-from robsim.vision.tags.finders import board_finder, finder
+from robsim.vision.tags.detection_checks import cell_width, find_doubts
+from robsim.vision.tags.detector_backends import make_board_finder, make_tag_finder
+from robsim.vision.tags.edges import refine_corners
 from robsim.vision.tags.tag import Tag
 
 LEAST_SIDE = 16  # pixels: no tag fits in less, and AprilTag ends the process in images below 3
@@ -42,7 +42,7 @@ class Detections(dict[str, Array]):
         return np.concatenate([self.get(name, gap) for name, gap in gaps])
 
 
-class Detector:
+class TagDetector:
     """A detector of declared tags and boards in grey images: `detector(image)`.
 
     AprilTags are found by pyapriltags, ArUco and ChArUco by OpenCV; the corners of tags are then
@@ -51,20 +51,22 @@ class Detector:
     """
 
     def __init__(self, targets: Iterable[Tag | Board]):
-        self.targets = _checked(targets)
+        self.targets = _check_targets(targets)
         self._tags = {(t.family, t.id): t for t in self.targets if isinstance(t, Tag)}
-        self._boards = {t: board_finder(t) for t in self.targets if isinstance(t, Board)}
-        self._finders = {name: finder(name) for name in sorted({name for name, _ in self._tags})}
+        self._boards = {t: make_board_finder(t) for t in self.targets if isinstance(t, Board)}
+        self._finders = {
+            name: make_tag_finder(name) for name in sorted({name for name, _ in self._tags})
+        }
 
     def __call__(self, image: Any) -> Detections:
         """Return the marks in a grey image (h, w) of uint8, in pixels whose centres are whole.
 
         InputError: an image of another kind, or below 16 pixels wide or high.
         """
-        grey = _grey(image)
+        grey = _check_grey_image(image)
         tags, boards = self._found(grey).items(), self._boards.items()
-        found = [(tag.name, *_tag_marks(grey, tag, seen)) for tag, seen in tags]
-        found += [(board.name, *_board_marks(*find(grey))) for board, find in boards]
+        found = [(tag.name, *_select_tag_corners(grey, tag, seen)) for tag, seen in tags]
+        found += [(board.name, *_check_board_corners(*find(grey))) for board, find in boards]
         marks = {name: points for name, points, _ in found if points is not None}
         return Detections(marks, {name: "; ".join(why) for name, _, why in found if why})
 
@@ -78,29 +80,29 @@ class Detector:
         return found
 
 
-def _tag_marks(
+def _select_tag_corners(
     grey: NDArray[np.uint8], tag: Tag, found: list[Array]
 ) -> tuple[Array | None, list[str]]:
     """Return the corners of a tag, or None, and why they are doubtful.
 
     Of several the one without doubts is meant: weak families are seen in noise.
     """
-    every = [_judged(grey, tag, corners) for corners in found]
+    every = [_refine_tag_corners(grey, tag, corners) for corners in found]
     sure = [each for each in every if not each[1]]
     if len(every) == 1 or len(sure) == 1:
         return (sure or every)[0]
     return None, [f"seen {len(sure or every)} times"]
 
 
-def _judged(grey: NDArray[np.uint8], tag: Tag, found: Array) -> tuple[Array, list[str]]:
+def _refine_tag_corners(grey: NDArray[np.uint8], tag: Tag, found: Array) -> tuple[Array, list[str]]:
     """Return corners from the edges of a tag, and why they are doubtful."""
-    better = refined(grey, found, cell_of(found, tag))
+    better = refine_corners(grey, found, cell_width(found, tag))
     corners = found if better is None else better
     blurred = ["no sharp edges"] if better is None else []
-    return corners, [*blurred, *doubts(grey, tag, corners)]
+    return corners, [*blurred, *find_doubts(grey, tag, corners)]
 
 
-def _board_marks(corners: Array, twice: bool) -> tuple[Array | None, list[str]]:
+def _check_board_corners(corners: Array, twice: bool) -> tuple[Array | None, list[str]]:
     """Return the inner corners of a board, or None, and why they are doubtful."""
     seen = int(np.isfinite(corners[:, 0]).sum())
     if twice:
@@ -110,15 +112,15 @@ def _board_marks(corners: Array, twice: bool) -> tuple[Array | None, list[str]]:
     return corners, [f"{seen} of {len(corners)} corners"] if seen < FEW else []
 
 
-def _checked(targets: Any) -> tuple[Tag | Board, ...]:
+def _check_targets(targets: Any) -> tuple[Tag | Board, ...]:
     """Return the targets, each with tags of its own."""
-    if not is_listed(targets):
-        raise InputError(f"targets: expected a list of Tag and Board, got {said(targets)}")
+    if not has_items(targets):
+        raise InputError(f"targets: expected a list of Tag and Board, got {format_value(targets)}")
     every = tuple(targets)
     owners: dict[tuple[str, int], str] = {}
     for target in every:
         if not isinstance(target, Tag | Board):
-            raise InputError(f"targets: expected a Tag or a Board, got {said(target)}")
+            raise InputError(f"targets: expected a Tag or a Board, got {format_value(target)}")
         for number in target.ids if isinstance(target, Board) else (target.id,):
             key = target.family, number
             if key in owners:
@@ -131,10 +133,10 @@ def _checked(targets: Any) -> tuple[Tag | Board, ...]:
     return every
 
 
-def _grey(image: Any) -> NDArray[np.uint8]:
+def _check_grey_image(image: Any) -> NDArray[np.uint8]:
     """Return an image as detectors take it; InputError: of another kind."""
     if not isinstance(image, np.ndarray):
-        raise InputError(f"image: expected an array (h, w) of uint8, got {said(image)}")
+        raise InputError(f"image: expected an array (h, w) of uint8, got {format_value(image)}")
     if image.ndim == 3 and image.shape[-1] in (3, 4):
         raise InputError(
             f"image: shape {image.shape} has colours; make it grey, as by "

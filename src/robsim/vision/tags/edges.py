@@ -21,7 +21,7 @@ STEP = 0.25  # pixels between the samples across
 FAINT = 5.0  # grey values: a smaller difference between white and black is no edge
 
 
-def refined(image: NDArray[np.uint8], corners: Array, cell: float) -> Array | None:
+def refine_corners(image: NDArray[np.uint8], corners: Array, cell: float) -> Array | None:
     """Return the corners (4, 2) where the sides of a black square meet, clockwise in the image.
 
     `cell` is the side of its cells in pixels. None: its sides are no edges, or lead elsewhere.
@@ -30,16 +30,18 @@ def refined(image: NDArray[np.uint8], corners: Array, cell: float) -> Array | No
     w = min(max(share * cell, least), most)
     now = corners.copy()
     for _ in range(ROUNDS):
-        offsets = [_offsets(image, a, b, w) for a, b in zip(now, np.roll(now, -1, 0), strict=True)]
+        offsets = [
+            _edge_offsets(image, a, b, w) for a, b in zip(now, np.roll(now, -1, 0), strict=True)
+        ]
         if any(each is None for each in offsets):
             return None
-        now = now + _moves(now, np.array(offsets, dtype=float))
+        now = now + _corner_shifts(now, np.array(offsets, dtype=float))
         if not np.abs(now - corners).max() < max(cell, 2.0):
             return None
     return now
 
 
-def sampled(image: NDArray[np.uint8], points: Array) -> Array:
+def sample_image(image: NDArray[np.uint8], points: Array) -> Array:
     """Return grey values (...) between pixels at points (..., 2), bilinear, NaN outside."""
     h, w = image.shape
     x, y = points[..., 0], points[..., 1]
@@ -52,13 +54,15 @@ def sampled(image: NDArray[np.uint8], points: Array) -> Array:
     return np.where(inside, (1 - b) * above + b * below, np.nan)
 
 
-def _normal(a: Array, b: Array) -> Array:
+def _outward_normal(a: Array, b: Array) -> Array:
     """Return the unit normal of a side that points out of a square with clockwise corners."""
     along = (b - a) / np.hypot(*(b - a))
     return np.array([along[1], -along[0]])
 
 
-def _offsets(image: NDArray[np.uint8], a: Array, b: Array, w: float) -> tuple[float, float] | None:
+def _edge_offsets(
+    image: NDArray[np.uint8], a: Array, b: Array, w: float
+) -> tuple[float, float] | None:
     """Return how far outward the edge lies at the ends a and b of a side, in pixels, or None."""
     length = float(np.hypot(*(b - a)))
     margin = (w + 1) / length if length else 1.0  # where the other sides are not in the way
@@ -66,14 +70,14 @@ def _offsets(image: NDArray[np.uint8], a: Array, b: Array, w: float) -> tuple[fl
         return None
     t = np.linspace(margin, 1 - margin, max(int(2 * length), 12))
     s = np.linspace(-w, w, 2 * round(w / STEP) + 1)
-    points = a + t[:, None, None] * (b - a) + s[:, None] * _normal(a, b)
-    grey = sampled(image, points)
+    points = a + t[:, None, None] * (b - a) + s[:, None] * _outward_normal(a, b)
+    grey = sample_image(image, points)
     whole = np.isfinite(grey).all(axis=1)
     if whole.sum() < 8:
         return None
     t, grey = t[whole], grey[whole]
     end = max(len(s) // 8, 1)
-    dark, light = (_smooth(t, part.mean(axis=1)) for part in (grey[:, :end], grey[:, -end:]))
+    dark, light = (_fit_line(t, part.mean(axis=1)) for part in (grey[:, :end], grey[:, -end:]))
     if not (light - dark).min() > FAINT:
         return None
     total = (grey[:, 1:] + grey[:, :-1]).sum(axis=1) / 2 * (s[1] - s[0])
@@ -82,16 +86,16 @@ def _offsets(image: NDArray[np.uint8], a: Array, b: Array, w: float) -> tuple[fl
     return float(bend[0]), float(bend.sum())
 
 
-def _smooth(t: Array, values: Array) -> Array:
+def _fit_line(t: Array, values: Array) -> Array:
     """Return the line through values along a side: light changes slowly."""
     start, slope = np.polynomial.polynomial.polyfit(t, values, 1)
     return np.asarray(start + slope * t)
 
 
-def _moves(corners: Array, offsets: Array) -> Array:
+def _corner_shifts(corners: Array, offsets: Array) -> Array:
     """Return how far (4, 2) corners go, so that the sides at each move by their offsets there."""
     ends = zip(corners, np.roll(corners, -1, 0), strict=True)
-    normals = np.array([_normal(a, b) for a, b in ends])
+    normals = np.array([_outward_normal(a, b) for a, b in ends])
     both = np.stack([np.roll(normals, 1, 0), normals], axis=1)  # of the sides before and after
     wanted = np.stack([np.roll(offsets[:, 1], 1), offsets[:, 0]], axis=1)
     crossing = np.abs(np.linalg.det(both)) > 0.05  # else the sides are nearly one line

@@ -7,28 +7,28 @@ from itertools import groupby
 
 import numpy as np
 
-from robsim.base.arrays import Array, positive, whole
-from robsim.base.warned import warn_of_millimetres
+from robsim.base.arrays import Array, as_integer, as_positive
+from robsim.base.unit_warnings import warn_of_millimetres
 from robsim.geometry.pose import Pose
 from robsim.geometry.primitives import Block
-from robsim.vision.tags.families import black, family
-from robsim.vision.tags.printed import INK, Printed
+from robsim.vision.tags.planar_target import BoolArray, PlanarTarget
+from robsim.vision.tags.tag_families import black_cells, find_tag_family
 
 CORNERS = np.array([[-0.5, -0.5, 0], [0.5, -0.5, 0], [0.5, 0.5, 0], [-0.5, 0.5, 0]])
 THICK = 1e-3  # of the size: the plates that draw a tag
 
 
-def name_of(family: str, number: int) -> str:
+def tag_name(family: str, number: int) -> str:
     """Return the name of a tag.
 
-    >>> name_of("tag36h11", 7)
+    >>> tag_name("tag36h11", 7)
     'tag36h11_7'
     """
     return f"{family}_{number}"
 
 
 @dataclass(frozen=True, eq=False)
-class Tag(Printed):
+class Tag(PlanarTarget):
     """A square tag of AprilTag ("tag36h11", ...) or ArUco ("DICT_4X4_50", ...).
 
     `size` is the side of its black square in metres. Its axes have their origin in the middle, x to
@@ -46,16 +46,16 @@ class Tag(Printed):
     size: float
 
     def __post_init__(self) -> None:
-        whole(self.id, f"id of a tag of {self.family}", 0, family(self.family).ids)
+        as_integer(self.id, f"id of a tag of {self.family}", 0, find_tag_family(self.family).ids)
         object.__setattr__(self, "id", int(self.id))
         what = "size of a tag in metres"
-        object.__setattr__(self, "size", positive(self.size, what))
+        object.__setattr__(self, "size", as_positive(self.size, what))
         warn_of_millimetres(self.size, what)
 
     @property
     def name(self) -> str:
         """The name under which a detector delivers its corners: the family and the number."""
-        return name_of(self.family, self.id)
+        return tag_name(self.family, self.id)
 
     @property
     def marks(self) -> Array:
@@ -65,7 +65,7 @@ class Tag(Printed):
     @property
     def pitch(self) -> float:
         """The side of one cell in metres."""
-        return self.size / family(self.family).cells
+        return self.size / find_tag_family(self.family).cells
 
     @property
     def paper(self) -> Array:
@@ -74,12 +74,12 @@ class Tag(Printed):
         return np.array([[-half, -half], [half, half]])
 
     @property
-    def cells(self) -> INK:
+    def cells(self) -> BoolArray:
         """Which cells (n, n) are black, with those of the border, upright."""
-        drawn = black(self.family, self.id)
-        return drawn[::-1, ::-1] if family(self.family).april else drawn
+        drawn = black_cells(self.family, self.id)
+        return drawn[::-1, ::-1] if find_tag_family(self.family).april else drawn
 
-    def is_black(self, x: Array, y: Array) -> INK:
+    def is_black(self, x: Array, y: Array) -> BoolArray:
         """Return where there is ink among points (...) of its plane, in metres."""
         cells = self.cells
         column, row = (np.floor((v + self.size / 2) / self.pitch).astype(int) for v in (x, y))

@@ -9,20 +9,25 @@ from typing import Annotated, ClassVar
 
 import numpy as np
 
-from robsim.base.arrays import Array, frozen
-from robsim.declare import Stacked, register
-from robsim.declare.joints import OneOrEach, check_count, coordinates, limits_of
+from robsim.base.arrays import Array, make_read_only
+from robsim.declare import PerRun, register
+from robsim.declare.joint_numbers import (
+    OneOrEach,
+    broadcast_limits,
+    check_joint_count,
+    get_coordinate_axes,
+)
 from robsim.declare.scalars import NOT_NEGATIVE
-from robsim.kernels.bodies.actuation import count
+from robsim.kernels.bodies.actuator_response import quantise_encoders
 from robsim.world.imperfections.imperfection import RunFacts, Statement
-from robsim.world.imperfections.joint_effect import JointEffect, JointPlace, JointRows
-from robsim.world.imperfections.rate_limits import Each
+from robsim.world.imperfections.joint_effect import JointEffect, JointEffectStage, JointRows
+from robsim.world.imperfections.rate_limits import PerJointLimit
 from robsim.world.scene import Scene
 
-Steps = Annotated[
-    Each,
-    OneOrEach(coordinates, item=NOT_NEGATIVE),
-    Stacked((), ("n",)),
+EncoderSteps = Annotated[
+    PerJointLimit,
+    OneOrEach(get_coordinate_axes, item=NOT_NEGATIVE),
+    PerRun((), ("n",)),
     "Step in which revolute and prismatic coordinates are measured.",
 ]
 
@@ -36,23 +41,23 @@ class Encoder(JointEffect):
     0.001
     """
 
-    place: ClassVar[JointPlace] = JointPlace.MEASURED
+    place: ClassVar[JointEffectStage] = JointEffectStage.MEASURED
     title: ClassVar[str] = "coarse encoders"
     left_out: ClassVar[str] = ""
-    encoder: Steps = 0.001
+    encoder: EncoderSteps = 0.001
 
     def check(self, velocities: Sequence[str], coordinates: Sequence[str]) -> None:
-        check_count(self.encoder, "encoder", coordinates)
+        check_joint_count(self.encoder, "encoder", coordinates)
 
     def add_stages(self, joints: JointRows) -> None:
         steps = joints.program.numbers(self.steps(joints.scene), 1)
         before = joints.measured
-        joints.program.add(count, steps=steps, q=before, out=joints.new_measured())
+        joints.program.add(quantise_encoders, steps=steps, q=before, out=joints.new_measured())
 
     def steps(self, scene: Scene) -> Array:
         """Return the step of each coordinate (nq,); zero for joints without an encoder."""
         counted = np.isin(np.arange(scene.nq), scene.tree.alone(np.arange(scene.nv)))
-        return frozen(np.where(counted, limits_of(self.encoder, scene.nq).T, 0.0).T)
+        return make_read_only(np.where(counted, broadcast_limits(self.encoder, scene.nq).T, 0.0).T)
 
     def deviation(self, scene: Scene) -> Array:
         return self.steps(scene) / math.sqrt(12.0)

@@ -11,13 +11,13 @@ from typing import Annotated, Any, ClassVar, NamedTuple, Protocol, runtime_check
 import numpy as np
 from numpy.typing import NDArray
 
-from robsim.base.arrays import Array, first_view, last_view, numbers, shown_view
+from robsim.base.arrays import Array, as_floats, view_for_user, view_runs_first, view_runs_last
 from robsim.base.errors import InputError
-from robsim.declare import Choice, ListOf, family
-from robsim.kernels.control.commanding import copied
+from robsim.declare import KindOf, ListOf, family
+from robsim.kernels.control.control_law import copy_rows
 from robsim.kernels.formulas import random
+from robsim.kernels.machine.block_rows import BlockRows
 from robsim.kernels.machine.program import Blocks, Program
-from robsim.kernels.machine.rows import Rows
 from robsim.world.imperfections.imperfection import Imperfection
 
 IMAGE_EFFECTS = family("image effect")
@@ -25,7 +25,7 @@ FIRST_STREAM = 16  # of random numbers of effects; those below are of the short 
 
 
 @dataclass(frozen=True, eq=False)
-class Draws:
+class EffectContext:
     """Random numbers, keyed by the seed and the number of each run, and counted by the step.
 
     So a run has the same ones alone and in any batch. `time` is in seconds since the start.
@@ -40,12 +40,12 @@ class Draws:
     def normal_pairs(self, count: int) -> Array:
         """Return independent standard normal numbers (count, 2, B)."""
         out = np.empty((count, 2, self.runs.size))
-        random.normal_pairs(self.seed, self.runs, self.step, self.stream, out)
+        random.fill_normal_pairs(self.seed, self.runs, self.step, self.stream, out)
         return out
 
 
 @dataclass(frozen=True, eq=False)
-class Exposure(Draws):
+class Exposure(EffectContext):
     """When an image was taken, by which camera of which target, for B runs."""
 
     camera: str
@@ -53,13 +53,13 @@ class Exposure(Draws):
 
     def normal(self, marks: int) -> Array:
         """Return independent standard normal numbers (B, marks, 2)."""
-        return first_view(self.normal_pairs(marks))
+        return view_runs_first(self.normal_pairs(marks))
 
     def uniform(self, marks: int) -> Array:
         """Return independent uniform numbers (B, marks), between 0 and 1."""
         out = np.empty((marks, self.runs.size))
-        random.uniforms(self.seed, self.runs, self.step, self.stream + 1, out)
-        return first_view(out)
+        random.fill_uniform_numbers(self.seed, self.runs, self.step, self.stream + 1, out)
+        return view_runs_first(out)
 
 
 class MarkGroup(NamedTuple):
@@ -96,13 +96,13 @@ class ImageRows:
     program: Program
     groups: Sequence[MarkGroup]
     every: int
-    pixels: Rows
-    hidden: Rows
-    lost: Rows
-    dt: Rows
-    latency: Rows
+    pixels: BlockRows
+    hidden: BlockRows
+    lost: BlockRows
+    dt: BlockRows
+    latency: BlockRows
     seed: np.uint64
-    run: Rows
+    run: BlockRows
     stream: int = 0
     owned: bool = False
 
@@ -116,16 +116,16 @@ class ImageRows:
         """The seed, the row of the number of the run, and the stream, as stages take them."""
         return {"seed": self.seed.astype(np.int64), "run": self.run, "stream": self.stream}
 
-    def new_pixels(self) -> Rows:
+    def new_pixels(self) -> BlockRows:
         """Return new rows (N, 2), which are the pixels from here on."""
         self.pixels, self.owned = self.program.rows(self.N, 2), True
         return self.pixels
 
-    def own_pixels(self) -> Rows:
+    def own_pixels(self) -> BlockRows:
         """Return rows (N, 2) of pixels to change in place; a copy if they are the true ones."""
         if not self.owned:
             before = self.pixels
-            self.program.add(copied, rows=before.flat, to=self.new_pixels().flat)
+            self.program.add(copy_rows, rows=before.flat, to=self.new_pixels().flat)
         return self.pixels
 
     def call(self, seen: Callable[[Array, Exposure], Array], name: str) -> None:
@@ -133,7 +133,7 @@ class ImageRows:
         self.program.call(partial(self._called, seen, name, self.own_pixels(), self.stream))
 
     def _called(
-        self, seen: Any, name: str, own: Rows, stream: int, blocks: Blocks, step: int
+        self, seen: Any, name: str, own: BlockRows, stream: int, blocks: Blocks, step: int
     ) -> None:
         if step % self.every:
             return
@@ -144,13 +144,15 @@ class ImageRows:
             when = float(time), step, self.seed, runs[some], stream
             for group in self.groups:
                 marks = pixels[group.rows]
-                before = shown_view(marks[..., some])
+                before = view_for_user(marks[..., some])
                 found = seen(before, Exposure(*when, group.camera, group.target))
-                marks[..., some] = last_view(like(before, found, f"{name}.seen", gaps=True))
+                marks[..., some] = view_runs_last(
+                    check_effect_result(before, found, f"{name}.seen", gaps=True)
+                )
         blocks.put(own, pixels)
 
 
-class Place(IntEnum):
+class ImageEffectStage(IntEnum):
     """The place of an effect on the way of an image from the camera to the controller."""
 
     TAKEN = 0  # when images are taken and used: a `timing`, but no stages
@@ -189,7 +191,7 @@ class ImageEffect(Imperfection):
     """
 
     called: ClassVar[str] = "seen"
-    place: ClassVar[Place] = Place.MEASURED
+    place: ClassVar[ImageEffectStage] = ImageEffectStage.MEASURED
     title: ClassVar[str] = "effects on the images"
     changed: ClassVar[str] = "The images are"
 
@@ -209,7 +211,7 @@ class ImageEffect(Imperfection):
 
         `normal()` are standard normal numbers of the same shape.
         """
-        if self.place is Place.TAKEN:
+        if self.place is ImageEffectStage.TAKEN:
             return pixels
         raise InputError("views have noise and quantisation only; leave it out")
 
@@ -225,16 +227,16 @@ class OwnImageEffect(Protocol):
         """Return where the marks are seen (B, N, 2), from where they would be, in pixels."""
 
 
-Effects = Annotated[
+ImageEffectList = Annotated[
     tuple[ImageEffect | OwnImageEffect, ...],
-    ListOf(Choice(IMAGE_EFFECTS, protocol=OwnImageEffect), most=64, alone=True),
+    ListOf(KindOf(IMAGE_EFFECTS, protocol=OwnImageEffect), most=64, alone=True),
     "Effects of other kinds, or of a kind of your own, one after the other.",
 ]
 
 
-def like(before: Array, given: Any, who: str, *, gaps: bool = False) -> Array:
+def check_effect_result(before: Array, given: Any, who: str, *, gaps: bool = False) -> Array:
     """Return what a user's effect made of an array; InputError unless it is of the same shape."""
-    found = numbers(given, who, before.shape[1:], gaps=gaps)
+    found = as_floats(given, who, before.shape[1:], gaps=gaps)
     if found.shape != before.shape:
         raise InputError(f"{who}: expected shape {before.shape}, got {found.shape}")
     return found

@@ -9,9 +9,9 @@ from typing import Any, ClassVar, Generic, NamedTuple, Self, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from robsim.base.arrays import Array, is_any
-from robsim.base.values import known
-from robsim.declare import Declared, fields_of
+from robsim.base.arrays import Array, is_any_nonzero
+from robsim.base.value import construct_unchecked
+from robsim.declare import DeclaredValue, fields_of
 
 Statement = tuple[str, dict[str, float]]  # a sentence and its numbers
 P = TypeVar("P", bound="Imperfection")
@@ -49,7 +49,7 @@ class RunFacts(NamedTuple):
         return f"{text} control period{'s' * (text != '1')}"
 
 
-class Imperfection(Declared):
+class Imperfection(DeclaredValue):
     """A kind of imperfection, of the images or of the joints, as far as sentences go.
 
     own       a user's object without this base class, for which this stands
@@ -101,7 +101,7 @@ class Imperfection(Declared):
 
 
 @dataclass(frozen=True, eq=False)
-class Acting(Generic[P]):
+class ActiveImperfection(Generic[P]):
     """An imperfection that acts, and the field of `Sensing` or `Actuation` that holds it.
 
     `stream` is the first of its two streams of random numbers, and `listed` says whether the field
@@ -122,7 +122,9 @@ class Acting(Generic[P]):
         return replace(holder, **{self.field: left})
 
 
-def acting(holder: Any, parts: Sequence[Any], base: type[P], first: int) -> list[Acting[P]]:
+def list_active_imperfections(
+    holder: Any, parts: Sequence[Any], base: type[P], first: int
+) -> list[ActiveImperfection[P]]:
     """Return the imperfections of a `Sensing` or `Actuation` that act.
 
     `parts` are kinds whose fields stand in the holder, and names of lists of effects, of which
@@ -132,10 +134,14 @@ def acting(holder: Any, parts: Sequence[Any], base: type[P], first: int) -> list
     for part in parts:
         if isinstance(part, str):
             for i, each in enumerate(getattr(holder, part)):
-                found.append(Acting(base.wrap(each), first + 2 * i, part, each, True))
+                found.append(ActiveImperfection(base.wrap(each), first + 2 * i, part, each, True))
             continue
         given = {each.name: getattr(holder, each.name) for each in fields_of(part)}
         name = next(iter(given))
-        if is_any(given[name]):
-            found.append(Acting(known(part, **given), part.stream, name, given[name], False))
+        if is_any_nonzero(given[name]):
+            found.append(
+                ActiveImperfection(
+                    construct_unchecked(part, **given), part.stream, name, given[name], False
+                )
+            )
     return found

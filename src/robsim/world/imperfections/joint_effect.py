@@ -11,22 +11,22 @@ from typing import Annotated, Any, ClassVar, NamedTuple, Protocol, runtime_check
 import numpy as np
 from numpy.typing import NDArray
 
-from robsim.base.arrays import Array, first_view, frozen, is_any, shown_view
+from robsim.base.arrays import Array, is_any_nonzero, make_read_only, view_for_user, view_runs_first
 from robsim.base.errors import InputError
-from robsim.declare import Choice, ListOf, family
-from robsim.declare.joints import limits_of
+from robsim.declare import KindOf, ListOf, family
+from robsim.declare.joint_numbers import broadcast_limits
+from robsim.kernels.machine.block_rows import BlockRows
 from robsim.kernels.machine.program import Blocks, Program
-from robsim.kernels.machine.rows import Rows
-from robsim.world.imperfections.image_effect import FIRST_STREAM, Draws, like
+from robsim.world.imperfections.image_effect import FIRST_STREAM, EffectContext, check_effect_result
 from robsim.world.imperfections.imperfection import Imperfection
 from robsim.world.scene import Scene
 
 JOINT_EFFECTS = family("joint effect")
-AFTER_IMAGES = FIRST_STREAM + 1024  # streams of random numbers; those below are of images
+FIRST_JOINT_STREAM = FIRST_STREAM + 1024  # streams of random numbers; those below are of images
 
 
 @dataclass(frozen=True, eq=False)
-class Drive(Draws):
+class Drive(EffectContext):
     """The state of the drives at a control instant, for B runs, with the run first.
 
     q        coordinates (B, nq) of the scene
@@ -60,16 +60,16 @@ class JointRows:
     program: Program
     scene: Scene
     columns: NDArray[np.int64]
-    wanted: Rows
-    speed: Rows
-    q: Rows
-    measured: Rows
+    wanted: BlockRows
+    speed: BlockRows
+    q: BlockRows
+    measured: BlockRows
     seconds: float
     seed: np.uint64
     runs: NDArray[np.int64]
     stream: int = 0
 
-    def new_measured(self) -> Rows:
+    def new_measured(self) -> BlockRows:
         """Return new rows (nq,), which are the measured coordinates from here on."""
         self.measured = self.program.rows(self.scene.nq)
         return self.measured
@@ -80,15 +80,20 @@ class JointRows:
 
     def _called(self, driven: Any, name: str, stream: int, blocks: Blocks, step: int) -> None:
         rates, q, speed = map(blocks.get, (self.wanted, self.q, self.speed))
-        wanted, moved = first_view(rates[self.columns]).copy(), shown_view(speed[self.columns])
+        wanted, moved = (
+            view_runs_first(rates[self.columns]).copy(),
+            view_for_user(speed[self.columns]),
+        )
         key = step, self.seed, self.runs[blocks.rows].view(np.uint64), stream
-        drive = Drive(step * self.seconds, *key, shown_view(q), moved)
-        found = like(wanted, driven(frozen(wanted.view()), drive), f"{name}.driven")
+        drive = Drive(step * self.seconds, *key, view_for_user(q), moved)
+        found = check_effect_result(
+            wanted, driven(make_read_only(wanted.view()), drive), f"{name}.driven"
+        )
         rates[self.columns] = found.T
         blocks.put(self.wanted, rates)
 
 
-class JointPlace(IntEnum):
+class JointEffectStage(IntEnum):
     """The place of an effect between a command and what is measured of the motion."""
 
     COMMANDED = 0  # the velocities that joints are to follow
@@ -96,7 +101,7 @@ class JointPlace(IntEnum):
     MEASURED = 2  # the coordinates that the controller gets
 
 
-class Response(NamedTuple):
+class JointResponse(NamedTuple):
     """How joints follow a command: v' = (command - v) / lag, with |v| and |v'| limited.
 
     `velocity` and `acceleration` are the limits (n,) of the velocities of a scene, or (n, runs)
@@ -108,17 +113,17 @@ class Response(NamedTuple):
     acceleration: Array
 
     @classmethod
-    def of(cls, count: int, lag: Any = 0.0, **limits: Any) -> Response:
+    def of(cls, count: int, lag: Any = 0.0, **limits: Any) -> JointResponse:
         """Return the response of so many velocities, at once and without limits by default."""
-        each = (limits_of(limits.get(name), count) for name in cls._fields[1:])
+        each = (broadcast_limits(limits.get(name), count) for name in cls._fields[1:])
         return cls(lag, *each)
 
-    def and_also(self, other: Response) -> Response:
+    def and_also(self, other: JointResponse) -> JointResponse:
         """Return the response under two effects: the lower limits, and one lag at most."""
-        if is_any(self.lag) and is_any(other.lag):
+        if is_any_nonzero(self.lag) and is_any_nonzero(other.lag):
             raise InputError("two lags of the joints; give one")
         limits = (np.minimum(a.T, b.T).T for a, b in zip(self[1:], other[1:], strict=True))
-        return Response(self.lag if is_any(self.lag) else other.lag, *limits)
+        return JointResponse(self.lag if is_any_nonzero(self.lag) else other.lag, *limits)
 
 
 class JointEffect(Imperfection):
@@ -132,16 +137,16 @@ class JointEffect(Imperfection):
     """
 
     called: ClassVar[str] = "driven"
-    place: ClassVar[JointPlace] = JointPlace.COMMANDED
+    place: ClassVar[JointEffectStage] = JointEffectStage.COMMANDED
     title: ClassVar[str] = "effects on the joints"
     changed: ClassVar[str] = "What is commanded is"
 
     def check(self, velocities: Sequence[str], coordinates: Sequence[str]) -> None:
         """Raise InputError if the effect does not fit the joints of a scene, by their names."""
 
-    def response(self, count: int) -> Response:
+    def response(self, count: int) -> JointResponse:
         """Return its part in how the joints of a scene follow, of so many velocities."""
-        return Response.of(count)
+        return JointResponse.of(count)
 
     def deviation(self, scene: Scene) -> Array:
         """Return the standard deviation of each measured coordinate (nq,)."""
@@ -159,8 +164,8 @@ class OwnJointEffect(Protocol):
         """Return velocities (B, n) for the period that begins, from those that are wanted."""
 
 
-Effects = Annotated[
+JointEffectList = Annotated[
     tuple[JointEffect | OwnJointEffect, ...],
-    ListOf(Choice(JOINT_EFFECTS, protocol=OwnJointEffect), most=64, alone=True),
+    ListOf(KindOf(JOINT_EFFECTS, protocol=OwnJointEffect), most=64, alone=True),
     "Effects of other kinds, or of a kind of your own, one after the other.",
 ]

@@ -7,14 +7,14 @@ from typing import Annotated, ClassVar
 
 import numpy as np
 
-from robsim.declare import Stacked, Time, register
+from robsim.declare import PerRun, Time, register
 from robsim.world.imperfections.imperfection import RunFacts, Statement
-from robsim.world.imperfections.joint_effect import JointEffect, JointPlace, Response
+from robsim.world.imperfections.joint_effect import JointEffect, JointEffectStage, JointResponse
 
-Constant = Annotated[
+LagTime = Annotated[
     float,
     Time(least=0),
-    Stacked((), above=0.0),
+    PerRun((), above=0.0),
     "Time constant of a first-order response, v' = (command - v)/lag.",
 ]
 
@@ -28,12 +28,12 @@ class Lag(JointEffect):
     'a lag of 100 ms'
     """
 
-    place: ClassVar[JointPlace] = JointPlace.FOLLOWED
+    place: ClassVar[JointEffectStage] = JointEffectStage.FOLLOWED
     title: ClassVar[str] = "the lag of the joints"
-    lag: Constant = 0.1
+    lag: LagTime = 0.1
 
-    def response(self, count: int) -> Response:
-        return Response.of(count, self.lag)
+    def response(self, count: int) -> JointResponse:
+        return JointResponse.of(count, self.lag)
 
     def cause(self, dt: float) -> str:
         return f"a lag of {1000 * self.lag:.3g} ms"

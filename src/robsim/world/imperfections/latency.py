@@ -7,12 +7,12 @@ import math
 from dataclasses import dataclass
 from typing import Annotated, ClassVar
 
-from robsim.declare import Stacked, Time, register
-from robsim.world.imperfections.image_effect import ImageEffect, ImageTiming, Place
+from robsim.declare import PerRun, Time, register
+from robsim.world.imperfections.image_effect import ImageEffect, ImageEffectStage, ImageTiming
 from robsim.world.imperfections.imperfection import RunFacts, Statement
 
-Age = Annotated[
-    float, Time(least=0), Stacked(()), "Age of an image when it reaches the controller."
+ImageLatency = Annotated[
+    float, Time(least=0), PerRun(()), "Age of an image when it reaches the controller."
 ]
 
 
@@ -25,9 +25,9 @@ class Latency(ImageEffect):
     '40 ms of latency'
     """
 
-    place: ClassVar[Place] = Place.TAKEN
+    place: ClassVar[ImageEffectStage] = ImageEffectStage.TAKEN
     title: ClassVar[str] = "latency"
-    latency: Age = 0.06
+    latency: ImageLatency = 0.06
 
     def timing(self, dt: float) -> ImageTiming:
         return ImageTiming(latency=self.latency)

@@ -7,14 +7,17 @@ from dataclasses import dataclass
 from typing import Annotated, ClassVar
 
 from robsim.base.arrays import Array
-from robsim.declare import Number, Stacked, register
-from robsim.kernels.images import sensing as kernels
+from robsim.declare import Number, PerRun, register
+from robsim.kernels.images import pixel_noise as kernels
 from robsim.world.imperfections.image_effect import ImageEffect, ImageRows
 from robsim.world.imperfections.imperfection import RunFacts, Statement
 
-PIXELS = Number(least=0, unit="px")
-Deviation = Annotated[
-    float, PIXELS, Stacked(()), "Standard deviation of Gaussian noise on each pixel coordinate."
+NOISE_PIXELS = Number(least=0, unit="px")
+NoiseDeviation = Annotated[
+    float,
+    NOISE_PIXELS,
+    PerRun(()),
+    "Standard deviation of Gaussian noise on each pixel coordinate.",
 ]
 
 
@@ -28,12 +31,12 @@ class PixelNoise(ImageEffect):
     """
 
     title: ClassVar[str] = "pixel noise"
-    noise: Deviation = 1.0
+    noise: NoiseDeviation = 1.0
 
     def add_stages(self, image: ImageRows) -> None:
         program, before = image.program, image.pixels
         given = {"every": image.every, "pixels": before, "sigma": program.number(self.noise)}
-        program.add(kernels.blur, **given, **image.key, out=image.new_pixels())
+        program.add(kernels.add_pixel_noise, **given, **image.key, out=image.new_pixels())
 
     def deviation(self, robust: bool) -> float:
         return self.noise

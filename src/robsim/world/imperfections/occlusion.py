@@ -7,18 +7,23 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Annotated, Any, ClassVar
 
-from robsim.base.errors import InputError, suggest
-from robsim.base.units import Dimension
-from robsim.declare import ListOf, Quantity, Stacked, Table, Time, Whole, register
+from robsim.base.errors import InputError, suggest_names
+from robsim.base.si_units import Dimension
+from robsim.declare import Integer, ListOf, PerRun, Quantity, Table, Time, register
 from robsim.declare.spec import Context, Raw
-from robsim.declare.words import Reference
-from robsim.kernels.images.hiding import hide
-from robsim.world.imperfections.image_effect import ImageEffect, ImageRows, MarkGroup, Place
+from robsim.declare.texts import FrameReference
+from robsim.kernels.images.mark_occlusion import hide_marks
+from robsim.world.imperfections.image_effect import (
+    ImageEffect,
+    ImageEffectStage,
+    ImageRows,
+    MarkGroup,
+)
 from robsim.world.imperfections.imperfection import RunFacts, Statement
 
 
 @dataclass(frozen=True)
-class Forever(Quantity):
+class UnboundedTime(Quantity):
     """The declaration of a time that may be infinite, which a text leaves out."""
 
     dimension: Dimension = "time"
@@ -32,7 +37,7 @@ class Forever(Quantity):
             super().put(table, name, value, c)
 
 
-MARKS = ListOf(Whole(0, 10_000), 1, alone=True)
+HIDDEN_MARKS = ListOf(Integer(0, 10_000), 1, alone=True)
 
 
 @register("image effect", "occlusion")
@@ -53,24 +58,24 @@ class Occlusion(ImageEffect):
     True
     """
 
-    place: ClassVar[Place] = Place.HIDDEN
+    place: ClassVar[ImageEffectStage] = ImageEffectStage.HIDDEN
     title: ClassVar[str] = "hidden marks"
     left_out: ClassVar[str] = "occlusions"
-    marks: Annotated[tuple[int, ...], MARKS, "Numbers of the hidden marks."]
+    marks: Annotated[tuple[int, ...], HIDDEN_MARKS, "Numbers of the hidden marks."]
     start: Annotated[
         float,
         Time(above=0),
-        Stacked(()),
+        PerRun(()),
         "Time from which the marks are hidden; they must be seen once before.",
     ]
     end: Annotated[
-        float, Forever(above=0), Stacked(()), "Time until which the marks are hidden."
+        float, UnboundedTime(above=0), PerRun(()), "Time until which the marks are hidden."
     ] = math.inf
     target: Annotated[
-        str | None, Reference, "Object whose marks are hidden; None: all objects."
+        str | None, FrameReference, "Object whose marks are hidden; None: all objects."
     ] = None
     camera: Annotated[
-        str | None, Reference, "Camera for which the marks are hidden; None: all cameras."
+        str | None, FrameReference, "Camera for which the marks are hidden; None: all cameras."
     ] = None
 
     def __post_init__(self) -> None:
@@ -86,7 +91,7 @@ class Occlusion(ImageEffect):
         for kind in ("camera", "target"):
             name, known = getattr(self, kind), sorted({getattr(each, kind) for each in groups})
             if name is not None and name not in known:
-                hint = suggest(name, known, f"{kind}s of the task")
+                hint = suggest_names(name, known, f"{kind}s of the task")
                 raise InputError(f"occlusion: the task has no {kind} {name!r}; {hint}")
         for each in groups:
             if self.concerns(each.camera, each.target) and max(self.marks) >= each.size:
@@ -104,7 +109,7 @@ class Occlusion(ImageEffect):
             for mark in self.marks
         ]
         given = {"dt": image.dt, "latency": image.latency, "marks": marks}
-        image.program.add(hide, **given, start=number(self.start), end=number(self.end))
+        image.program.add(hide_marks, **given, start=number(self.start), end=number(self.end))
 
     def stated(self, facts: RunFacts) -> Statement:
         until = f"until {self.end:.3g} s" if self.end < math.inf else "on"
@@ -117,6 +122,6 @@ class Occlusion(ImageEffect):
         return sentence, numbers
 
 
-Hidden = Annotated[
+OcclusionList = Annotated[
     tuple[Occlusion, ...], ListOf(Table(Occlusion), alone=True), "Times in which marks are hidden."
 ]

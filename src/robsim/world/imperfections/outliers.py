@@ -7,18 +7,18 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Annotated, ClassVar
 
-from robsim.declare import Number, Stacked, register
-from robsim.kernels.images import sensing as kernels
+from robsim.declare import Number, PerRun, register
+from robsim.kernels.images import pixel_noise as kernels
 from robsim.world.imperfections.image_effect import ImageEffect, ImageRows
 from robsim.world.imperfections.imperfection import RunFacts, Statement
-from robsim.world.imperfections.noise import PIXELS
+from robsim.world.imperfections.noise import NOISE_PIXELS
 
 SHARE = Number(least=0, below=1)
-Share = Annotated[
-    float, SHARE, Stacked(()), "Share of the marks that are mismatched in each image."
+OutlierShare = Annotated[
+    float, SHARE, PerRun(()), "Share of the marks that are mismatched in each image."
 ]
-Size = Annotated[
-    float, PIXELS, Stacked(()), "Standard deviation of the displacement of an outlier."
+OutlierSize = Annotated[
+    float, NOISE_PIXELS, PerRun(()), "Standard deviation of the displacement of an outlier."
 ]
 
 
@@ -34,12 +34,12 @@ class Outliers(ImageEffect):
     stream: ClassVar[int] = 1
     title: ClassVar[str] = "outliers"
     left_out: ClassVar[str] = ""
-    outliers: Share = 0.1
-    outlier_size: Size = 50.0
+    outliers: OutlierShare = 0.1
+    outlier_size: OutlierSize = 50.0
 
     def add_stages(self, image: ImageRows) -> None:
         image.program.add(
-            kernels.displace,
+            kernels.mismatch_marks,
             every=image.every,
             pixels=image.own_pixels(),
             share=image.program.number(self.outliers),

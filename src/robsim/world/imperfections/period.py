@@ -9,11 +9,11 @@ import numpy as np
 
 from robsim.base.errors import InputError
 from robsim.declare import Time, register
-from robsim.world.imperfections.image_effect import ImageEffect, ImageTiming, Place
+from robsim.world.imperfections.image_effect import ImageEffect, ImageEffectStage, ImageTiming
 from robsim.world.imperfections.imperfection import RunFacts, Statement
 
-MOST = 1e15  # control periods: so long that no other image follows
-Period = Annotated[
+MOST_PERIODS = 1e15  # control periods: so long that no other image follows
+CameraPeriodTime = Annotated[
     float | None,
     Time(above=0),
     "Time from one image to the next, a multiple of the control period; None: one period.",
@@ -29,16 +29,16 @@ class CameraPeriod(ImageEffect):
     2
     """
 
-    place: ClassVar[Place] = Place.TAKEN
+    place: ClassVar[ImageEffectStage] = ImageEffectStage.TAKEN
     title: ClassVar[str] = "rare images"
     left_out: ClassVar[str] = ""
-    period: Period
+    period: CameraPeriodTime
 
     def timing(self, dt: float) -> ImageTiming:
         """Return how often images come; InputError unless after whole control periods."""
         if self.period is None:
             return ImageTiming()
-        ratio = min(self.period / dt, MOST)
+        ratio = min(self.period / dt, MOST_PERIODS)
         if not round(ratio) >= 1 or abs(ratio - round(ratio)) > 1e-6:
             raise InputError(
                 f"the period of the camera, {self.period:g} s, must be a multiple of the control "

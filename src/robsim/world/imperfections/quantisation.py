@@ -10,14 +10,14 @@ from typing import Annotated, ClassVar
 import numpy as np
 
 from robsim.base.arrays import Array
-from robsim.declare import Stacked, register
-from robsim.kernels.images import sensing as kernels
-from robsim.world.imperfections.image_effect import ImageEffect, ImageRows, Place
+from robsim.declare import PerRun, register
+from robsim.kernels.images import pixel_noise as kernels
+from robsim.world.imperfections.image_effect import ImageEffect, ImageEffectStage, ImageRows
 from robsim.world.imperfections.imperfection import RunFacts, Statement
-from robsim.world.imperfections.noise import PIXELS
+from robsim.world.imperfections.noise import NOISE_PIXELS
 
-Step = Annotated[
-    float, PIXELS, Stacked(()), "Step to whose multiples pixel coordinates are rounded."
+QuantisationStep = Annotated[
+    float, NOISE_PIXELS, PerRun(()), "Step to whose multiples pixel coordinates are rounded."
 ]
 COARSE = 0.5  # noise over a step of rounding, below which rounding is no noise
 
@@ -33,13 +33,13 @@ class Quantisation(ImageEffect):
     0.289
     """
 
-    place: ClassVar[Place] = Place.ROUNDED
+    place: ClassVar[ImageEffectStage] = ImageEffectStage.ROUNDED
     title: ClassVar[str] = "rounded pixels"
-    quantisation: Step = 1.0
+    quantisation: QuantisationStep = 1.0
 
     def add_stages(self, image: ImageRows) -> None:
         values, size = image.own_pixels().flat, image.program.number(self.quantisation)
-        image.program.add(kernels.quantise, every=image.every, values=values, size=size)
+        image.program.add(kernels.quantise_rows, every=image.every, values=values, size=size)
 
     def deviation(self, robust: bool) -> float:
         return self.quantisation / math.sqrt(12.0)

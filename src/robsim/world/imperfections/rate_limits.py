@@ -8,35 +8,38 @@ from typing import Annotated, ClassVar
 
 import numpy as np
 
-from robsim.declare import Stacked, register
-from robsim.declare.joints import OneOrEach, check_count, velocities
+from robsim.declare import PerRun, register
+from robsim.declare.joint_numbers import OneOrEach, check_joint_count, get_velocity_axes
 from robsim.world.imperfections.imperfection import RunFacts, Statement
-from robsim.world.imperfections.joint_effect import JointEffect, JointPlace, Response
+from robsim.world.imperfections.joint_effect import JointEffect, JointEffectStage, JointResponse
 
-Each = float | Sequence[float]  # one number for all, or one for each
-Velocity = Annotated[
-    Each | None,
-    OneOrEach(velocities, "/s"),
-    Stacked((), ("n",)),
+PerJointLimit = float | Sequence[float]  # one number for all, or one for each
+VelocityBound = Annotated[
+    PerJointLimit | None,
+    OneOrEach(get_velocity_axes, "/s"),
+    PerRun((), ("n",)),
     "Limit of |v|, at which commands are cut off joint by joint; None: none.",
 ]
-Acceleration = Annotated[
-    Each | None, OneOrEach(velocities, "/s^2"), Stacked((), ("n",)), "Limit of |v'|; None: none."
+AccelerationBound = Annotated[
+    PerJointLimit | None,
+    OneOrEach(get_velocity_axes, "/s^2"),
+    PerRun((), ("n",)),
+    "Limit of |v'|; None: none.",
 ]
 
 
 class RateLimit(JointEffect):
     """A limit of the joints, in the field that `limited` names."""
 
-    place: ClassVar[JointPlace] = JointPlace.FOLLOWED
+    place: ClassVar[JointEffectStage] = JointEffectStage.FOLLOWED
     left_out: ClassVar[str] = "limits of velocity and acceleration"
     limited: ClassVar[str]
 
     def check(self, velocities: Sequence[str], coordinates: Sequence[str]) -> None:
-        check_count(getattr(self, self.limited), self.limited, velocities)
+        check_joint_count(getattr(self, self.limited), self.limited, velocities)
 
-    def response(self, count: int) -> Response:
-        return Response.of(count, **{self.limited: getattr(self, self.limited)})
+    def response(self, count: int) -> JointResponse:
+        return JointResponse.of(count, **{self.limited: getattr(self, self.limited)})
 
     def stated(self, facts: RunFacts) -> Statement:
         limits = getattr(self.response(facts.wanted.shape[1]), self.limited)
@@ -61,7 +64,7 @@ class VelocityLimit(RateLimit):
 
     title: ClassVar[str] = "velocity limits"
     limited: ClassVar[str] = "velocity"
-    velocity: Velocity
+    velocity: VelocityBound
 
 
 @register("joint effect", "acceleration")
@@ -75,4 +78,4 @@ class AccelerationLimit(RateLimit):
 
     title: ClassVar[str] = "acceleration limits"
     limited: ClassVar[str] = "acceleration"
-    acceleration: Acceleration
+    acceleration: AccelerationBound

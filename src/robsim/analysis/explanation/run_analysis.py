@@ -1,0 +1,175 @@
+"""`RunAnalysis`: a run to be explained, with its diagnosis and trial runs with changes."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from robsim.analysis.diagnosis import diagnose_resimulation
+from robsim.analysis.explanation.ablation import (
+    AblationTrial,
+    ExperimentChange,
+    extend_duration,
+    run_trial,
+)
+from robsim.analysis.explanation.goal_search import NearestPose, find_nearest_pose
+from robsim.analysis.explanation.text_format import format_number, format_quantity
+from robsim.analysis.resimulation import Resimulation
+from robsim.analysis.task_tree import list_servo_tasks
+from robsim.analysis.vector_fields import compute_target_pose
+from robsim.base.arrays import Array, move_runs_last
+from robsim.geometry.pose import Pose, homogeneous_matrix
+from robsim.run import end_variables
+from robsim.run.experiment import Experiment
+from robsim.servo.camera_target import CameraTarget
+from robsim.servo.command import LawInput
+from robsim.servo.laws.gain import AdaptiveGain
+from robsim.servo.laws.law import Law
+from robsim.servo.servo_controller import ServoController
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+@dataclass(frozen=True, eq=False)
+class RunAnalysis(Resimulation):
+    """A repeated run, and whether it may be repeated with changes."""
+
+    trials: bool
+
+    @cached_property
+    def diagnosis(self) -> xr.Dataset:
+        """The diagnosis at every instant."""
+        return diagnose_resimulation(self)
+
+    @property
+    def servo(self) -> ServoController | None:
+        """The controller; None unless it is that of one servo task."""
+        return self.controller if isinstance(self.controller, ServoController) else None
+
+    @cached_property
+    def gain(self) -> float:
+        """The largest gain of the task, per second; NaN for a user's own kind of task."""
+        gains = [leaf.gain for leaf in list_servo_tasks(self.case.task)]
+        numbers = (each.at_zero if isinstance(each, AdaptiveGain) else each for each in gains)
+        return max(numbers, default=math.nan)
+
+    @property
+    def last(self) -> LawInput | None:
+        """What the last command is based on; None unless the run is of one servo task."""
+        basis = self.decisions[-1].basis
+        return basis if isinstance(basis, LawInput) else None
+
+    def last_under(self, law: type[Law]) -> LawInput | None:
+        """Return what the last command is based on, if it follows from exactly this kind of law."""
+        return self.last if self.servo and type(self.servo.law) is law else None
+
+    @cached_property
+    def errors(self) -> Array:
+        """The largest measured error max|e| (T,) at each instant."""
+        sizes = [np.abs(one.command.error[:, 0]).max() for one in self.snapshots]
+        return np.array(sizes, dtype=np.float64)
+
+    @property
+    def late_errors(self) -> Array:
+        """The errors of the last third of the run, of three instants at least."""
+        return self.errors[-max(len(self.errors) // 3, 3) :]
+
+    @cached_property
+    def depths(self) -> Array:
+        """The mean true depth (T,) of the marks in the first camera, in metres."""
+        depths = [float(one.projections[self.sight.key].depth.mean()) for one in self.snapshots]
+        return np.array(depths, dtype=np.float64)
+
+    @property
+    def sight(self) -> CameraTarget:
+        """The first camera and its target in the true scene."""
+        return self.controller.sights[0]
+
+    @cached_property
+    def goal_pose(self) -> Pose | None:
+        """The intended pose T_c_o at the goal; None where the goal is made of numbers."""
+        T = end_variables.get_camera_goal(self.controller)
+        return None if T is None else Pose(homogeneous_matrix(T)[0])
+
+    @cached_property
+    def nearest(self) -> NearestPose | None:
+        """The pose whose features are nearest to those of a goal that is given as numbers."""
+        seen = [compute_target_pose(self.sight, self.snapshots[i].q)[0] for i in (0, -1)]
+        return None if self.servo is None else find_nearest_pose(self.servo, seen, self.depths[0])
+
+    @cached_property
+    def turn(self) -> Array | None:
+        """The rotation vector (3,) from the goal to the start, in camera axes."""
+        if self.goal_pose is None:
+            return None
+        sight = end_variables.select_goal_controller(self.controller).sights[0]
+        start = compute_target_pose(sight, move_runs_last(np.asarray(self.case.start), 1))[0]
+        return (self.goal_pose @ start.inv()).rotvec
+
+    @property
+    def end(self) -> float:
+        """The time in seconds at which the run ended."""
+        return (len(self.snapshots) - 1) * self.case.dt
+
+    @property
+    def tolerance(self) -> float:
+        """The tolerance of the error."""
+        return self.controller.tolerance
+
+    def value(self, name: str, t: int = -1) -> float:
+        """Return one number of the diagnosis, by default at the end."""
+        return float(self.diagnosis[name].values[t])
+
+    def trial(self, change: ExperimentChange) -> AblationTrial | None:
+        """Run the case with a change and enough time; None without trials."""
+        return run_trial(change(self.patient)) if self.trials else None
+
+    @property
+    def patient(self) -> Experiment:
+        """The case with a longer duration, estimated from the decay of the error."""
+        return extend_duration(self.case, self.arrival / self.end if self.end else 0.0)
+
+    @property
+    def falls(self) -> bool:
+        """Whether the error is still falling at the end."""
+        third = self.late_errors
+        if self.decay > 0.2 * self.gain and (np.diff(third) < 0).all():
+            return True  # as fast as the gain allows
+        return self.decay * len(third) * self.case.dt > 0.05 and bool(third[-1] < 1.2 * third.min())
+
+    @property
+    def arrival(self) -> float:
+        """The time in seconds at which the error would fall below the tolerance; or NaN."""
+        size = self.errors[-1]
+        if not self.decay > 0 or not size > self.tolerance:
+            return math.nan
+        return self.end + float(np.log(size / self.tolerance)) / self.decay
+
+    @property
+    def on_its_way(self) -> bool:
+        """Whether the error falls, and would fall below the tolerance."""
+        return self.falls and math.isfinite(self.arrival)
+
+    def size(self, error: float) -> str:
+        """Return an error as text with its unit."""
+        return format_quantity(error, self.controller.units[0])
+
+    def with_unit(self, name: str, t: int = -1) -> str:
+        """Return one number of the diagnosis with its unit, by default at the end."""
+        unit = self.diagnosis[name].attrs["units"]
+        value = format_number(self.value(name, t))
+        return value if unit in ("1", "1/s") or "see" in unit else f"{value} {unit}"
+
+    @cached_property
+    def decay(self) -> float:
+        """The rate per second at which the error fell in the last third, by least squares."""
+        sizes = self.late_errors
+        if len(sizes) < 2 or not (sizes > 0).all() or not np.isfinite(sizes).all():
+            return math.nan
+        times = np.arange(len(sizes)) * self.case.dt
+        return -float(np.polyfit(times, np.log(sizes), 1)[0])

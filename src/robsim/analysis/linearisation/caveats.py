@@ -1,0 +1,67 @@
+"""What advice leaves out, or cannot say, in words."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+
+from robsim.analysis.equilibrium_search import is_within_bounds
+from robsim.analysis.explanation.text_format import format_count, format_list, format_quantity
+from robsim.analysis.linearisation.linear_loop import LinearLoop
+from robsim.analysis.task_tree import has_robust_weighting, list_servo_tasks
+from robsim.base.arrays import is_any_nonzero
+from robsim.run.experiment import Experiment
+from robsim.servo.laws.gain import AdaptiveGain
+from robsim.world.imperfections.image_effect import ImageTiming
+
+
+def generate_caveats(experiment: Experiment, linear: LinearLoop) -> Iterator[str]:
+    """Yield what is not in the advice."""
+    free = linear.field.n - linear.response.basis.shape[1]
+    if free:
+        yield f"{format_count(free, 'motion')} that the features leave free have no part in it"
+    if linear.field.unreached:
+        yield "wheels cannot move sideways: the sideways distance at the start is not corrected"
+    if not is_within_bounds(experiment.task.bind(experiment.scene), linear.q).all():
+        yield "it would come to rest outside of the limits of a joint or of an image"
+    left = _residual_error(linear)
+    if left:
+        yield f"it comes to rest with an error of {left}: the goal is out of reach, or not believed"
+    if any(isinstance(leaf.gain, AdaptiveGain) for leaf in list_servo_tasks(experiment.task)):
+        yield "of an adaptive gain the one at zero error counts"
+    if linear.timing.lost and not linear.scaled.plain:
+        yield "lost images have no part in the largest gain"
+    yield from _imperfection_caveats(experiment)
+
+
+def _residual_error(linear: LinearLoop) -> str:
+    """Return the largest error at rest, where it is above the tolerance."""
+    controller = linear.field.controller
+    size = float(np.abs(linear.field.command(linear.q).error).max())
+    return "" if size < controller.tolerance else format_quantity(size, controller.units[0])
+
+
+def _imperfection_caveats(experiment: Experiment) -> Iterator[str]:
+    images = experiment.sensing.acting()
+    robust = has_robust_weighting(experiment.task)
+    for one in images:
+        beside = [each.effect.deviation(True) for each in images if each is not one]
+        yield from one.effect.caveats(robust, math.hypot(*beside))
+    left = dict.fromkeys(_ignored_imperfections(experiment))
+    if left:
+        yield f"{format_list(list(left))} have no part in it"
+
+
+def _ignored_imperfections(experiment: Experiment) -> Iterator[str]:
+    """Yield the nouns of the imperfections that the linear loop does not have."""
+    scene = experiment.scene
+    for effect in (each.effect for each in experiment.sensing.acting()):
+        timed = effect.timing(experiment.dt) != ImageTiming()
+        if effect.left_out and not (timed or effect.deviation(robust=False)):
+            yield effect.left_out
+    for other in (each.effect for each in experiment.actuation.acting()):
+        lags = is_any_nonzero(other.response(scene.nv).lag)
+        if other.left_out and not (lags or other.deviation(scene).any()):
+            yield other.left_out

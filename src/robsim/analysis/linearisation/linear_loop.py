@@ -1,0 +1,64 @@
+"""The linear loop of an experiment at rest: state, response, how it grows with gains, times."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Self
+
+from robsim.analysis.linearisation.gain_dependence import GainDependence
+from robsim.analysis.linearisation.linear_response import LinearResponse
+from robsim.analysis.linearisation.loop_delays import LoopDelays
+from robsim.analysis.linearisation.rest_state import find_rest_state, has_single_gain, make_steady
+from robsim.analysis.task_tree import list_servo_tasks
+from robsim.analysis.vector_fields import VectorField
+from robsim.base.arrays import Array
+from robsim.base.errors import InputError
+from robsim.run.experiment import Experiment
+from robsim.servo.tasks.task import Task
+
+CALLER = "advise"  # of errors
+
+
+@dataclass(frozen=True, eq=False)
+class LinearLoop:
+    """A task, linear near a state of rest q (nq, 1), in a loop with these times."""
+
+    task: Task  # steady
+    field: VectorField
+    q: Array
+    timing: LoopDelays
+
+    @classmethod
+    def of(cls, experiment: Experiment) -> Self:
+        """Return the loop of an experiment; InputError where there is no linear one."""
+        task = make_steady(experiment.task)
+        field = VectorField.of(experiment.scene, task, CALLER)
+        if not field.controller.sights:
+            raise InputError(f"{CALLER}: the task looks through no camera")
+        q = find_rest_state(field, experiment)
+        field.check_forgetful(q, CALLER)
+        return cls(task, field, q, LoopDelays.of(experiment))
+
+    def with_task(self, task: Task) -> Self:
+        """Return the same with another task at the same state."""
+        return replace(self, task=task, field=VectorField.of(self.field.scene, task, CALLER))
+
+    @property
+    def calm(self) -> LoopDelays:
+        """The times without lost images, which are enough to compare limits."""
+        return replace(self.timing, lost=0.0)
+
+    @cached_property
+    def response(self) -> LinearResponse:
+        """What is commanded near the state of rest."""
+        return LinearResponse.of(self.field, self.q)
+
+    @cached_property
+    def scaled(self) -> GainDependence:
+        """The same as a function of a factor of all gains."""
+        own = list_servo_tasks(self.task)
+        if not own or not all(map(has_single_gain, own)):
+            return GainDependence.of(self.response, None)
+        twice = self.with_task(make_steady(self.task, 2.0))
+        return GainDependence.of(self.response, twice.response)

@@ -1,0 +1,101 @@
+"""The trembling that noise of the images leaves of a linear loop."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from robsim.analysis.linearisation.discrete_loop import DiscreteLoop
+from robsim.analysis.linearisation.gain_dependence import GainDependence
+from robsim.analysis.linearisation.linear_response import LinearResponse
+from robsim.analysis.linearisation.loop_delays import LoopDelays
+from robsim.analysis.linearisation.stability_limit import is_stable
+from robsim.base.arrays import Array
+from robsim.world.sensing import Sensing
+
+DOUBLINGS, ROUNDS, RELATIVE_TOLERANCE = 60, 100_000, 1e-12
+
+
+@dataclass(frozen=True)
+class NoiseFloor:
+    """What noise leaves at the end, as root mean squares over time.
+
+    pixels    of the distance of a mark from its goal, in pixels
+    metres    of the distance of the camera from where it would rest, relative to the target
+    radians   of the angle likewise
+
+    All are infinite where the loop is unstable.
+
+    >>> NoiseFloor(0.5, 1e-3, 0.01).metres
+    0.001
+    """
+
+    pixels: float
+    metres: float
+    radians: float
+
+
+def pixel_deviation(sensing: Sensing, robust: bool) -> float:
+    """Return the standard deviation of a pixel coordinate, as robust weights leave it or not."""
+    return math.hypot(*(each.effect.deviation(robust) for each in sensing.acting()))
+
+
+def compute_noise_floor(
+    response: LinearResponse,
+    scaled: GainDependence,
+    timing: LoopDelays,
+    pixel: float,
+    encoder: Array,
+) -> NoiseFloor:
+    """Return what remains under these deviations of a pixel and (n,) of joints that are read.
+
+    The covariance X of the state settles where X = A X A' + B W B', with W that of the command.
+    """
+    U, short = response.basis, timing.short
+    loop, together = scaled.at(1.0, short), short.every // timing.every  # images that are one
+    if not is_stable(loop):
+        return NoiseFloor(math.inf, math.inf, math.inf)
+    share = pixel / math.sqrt(together)
+    noise = np.hstack([U.T @ response.pixels * share, U.T @ response.now * encoder])
+    size = float(np.abs(noise).max()) or 1.0
+    W = (noise / size) @ (noise / size).T
+    C = U @ _mean_covariance(loop, _stationary_covariance(loop, W), W) @ U.T
+    marks, place, turn = (A @ C @ A.T for A in (response.marks, response.place, response.turn))
+    each = np.trace(marks) * 2.0 / len(marks), np.trace(place), np.trace(turn)
+    return NoiseFloor(*(size * math.sqrt(max(float(x), 0.0)) for x in each))
+
+
+def _stationary_covariance(loop: DiscreteLoop, W: Array) -> Array:
+    """Return the covariance of the state at the arrival of images."""
+    came, p = loop.steps()[0], loop.timing.lost
+    if not p:
+        return _sum_powers(came.of_state, came.of_error @ W @ came.of_error.T)
+    kept = loop.steps(lost=True)[0]
+    X = np.zeros((loop.size, loop.size))
+    for _ in range(ROUNDS):
+        before, X = X, (1.0 - p) * came.covariance(X, W) + p * kept.covariance(X, W)
+        if np.abs(X - before).max() <= RELATIVE_TOLERANCE * np.abs(X).max():
+            break
+    return X
+
+
+def _sum_powers(A: Array, Q: Array) -> Array:
+    """Return the sum of A^k Q A'^k over all k from 0 on (Smith 1968), by squaring A."""
+    X = Q
+    for _ in range(DOUBLINGS):
+        more = A @ X @ A.T
+        X, A = X + more, A @ A
+        if np.abs(more).max() <= RELATIVE_TOLERANCE * np.abs(X).max():
+            break
+    return X
+
+
+def _mean_covariance(loop: DiscreteLoop, X: Array, W: Array) -> Array:
+    """Return the mean covariance of the motion over the periods from one image to the next."""
+    p, total = loop.timing.lost, np.zeros_like(W)
+    for share, lost in ((1.0 - p, False), (p, True)):
+        path = loop.steps(lost)[1] if share else []
+        total += share * sum((step.covariance(X, W) for step in path), start=np.zeros_like(W))
+    return total / loop.timing.every

@@ -1,0 +1,86 @@
+"""Random starts: around the goal for a flying camera, within joint limits for other robots."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robsim.analysis.vector_fields import VectorField
+from robsim.base.arrays import Array, as_floats, move_runs_last
+from robsim.base.errors import InputError, format_value
+from robsim.starts.rejection_sampler import draw_starts
+from robsim.starts.start_kinematics import StartKinematics, is_floating
+from robsim.starts.start_samplers import LookAt, Start
+from robsim.statistics.random_numbers import RandomNumbers
+
+ROUNDS = 100  # attempts at a start, at most
+
+
+def sample_starts(field: VectorField, count: int, seed: int, distance: Any, cone: Any) -> Array:
+    """Return starts (nq, count) with all marks in front of their cameras; see `equilibria`."""
+    reach = StartKinematics(field.controller)
+    q, tries, found = draw_starts(
+        _make_goal_sampler(reach, distance, cone)
+        if _is_flying_camera(reach)
+        else _JointSpaceStart(),
+        reach,
+        partial(RandomNumbers, seed, "start"),
+        np.arange(count),
+        lambda draws, q: field.in_front(move_runs_last(q, 1)),
+        [1] * ROUNDS,
+    )
+    if found.all():
+        return move_runs_last(q, 1)
+    raise InputError(
+        f"starts: of {tries.sum()} that were drawn only {found.sum()} have all marks in front of "
+        "the camera; give starts of your own, of shape (B, nq)"
+    )
+
+
+def _is_flying_camera(reach: StartKinematics) -> bool:
+    cameras = [eye.name for eye in reach.scene.cameras]
+    return reach.frame in cameras and is_floating(reach.controller, reach.frame)
+
+
+def _make_goal_sampler(reach: StartKinematics, distance: Any, cone: Any) -> LookAt:
+    """Return the sampler of poses whose camera looks at the middle of the marks."""
+    pair, angle = as_floats(distance, "distance", (2,)), as_floats(cone, "cone (radians)", ())
+    if pair.ndim != 1 or not 0 < pair[0] <= pair[1]:
+        raise InputError(
+            "distance: expected (nearest, farthest) above 0, in units of the distance at the "
+            f"goal, got {format_value(distance)}"
+        )
+    if angle.ndim or not 0 <= angle <= np.pi:
+        raise InputError(
+            f"cone: expected a half angle from 0 to pi radians, got {format_value(cone)}"
+        )
+    target = reach.controller.sights[0].target.name
+    away = np.linalg.norm(reach.goal.position - reach.middle(target))
+    if not away:
+        raise InputError(
+            "starts: a goal given as numbers says nothing about where to start, and home is in "
+            "the middle of the marks; give starts, of shape (B, nq)"
+        )
+    return LookAt(target, distance=away * pair, cone=float(angle))
+
+
+@dataclass(frozen=True, eq=False)
+class _JointSpaceStart(Start):
+    """Commanded coordinates anywhere within their limits, and the others at home."""
+
+    def coordinates(
+        self, reach: StartKinematics, draws: RandomNumbers
+    ) -> tuple[Array, NDArray[np.bool_]]:
+        """Return coordinates (draws, nq), all of which are reached."""
+        scene, tree = reach.scene, reach.scene.tree
+        q, share = np.tile(scene.home, (len(draws.numbers), 1)), draws.uniform(scene.nq)
+        bodies = np.unique(tree.owners[reach.controller.columns])
+        for member in tree.members:
+            if member.body in bodies:
+                at = member.q
+                q[:, at] = member.kind.sample(share[:, at], scene.home[at], scene.limits[at])
+        return q, np.ones(len(q), dtype=bool)

@@ -1,0 +1,103 @@
+"""Files that appear under their names only when they are whole."""
+
+from __future__ import annotations
+
+import os
+import re
+import time
+import uuid
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+from robsim.base.errors import FileError, format_value
+
+_DRAFT = re.compile(r"\.robsim-(\d+)-[0-9a-f]{32}")
+ABANDONED = 86400.0  # seconds, after which a draft is nobody's, whatever has its process number
+
+
+def write_whole(path: str | os.PathLike[str], content: bytes | memoryview | str) -> Path:
+    """Write a file, with the folders that it needs; what was there stays until that is done.
+
+    FileError: it cannot be written, as on a full disk; then there is what was there before.
+
+    >>> write_whole("notes/gain.txt", "gain 2").read_text()
+    'gain 2'
+    """
+    with convert_os_errors(path):
+        if not Path(path).name or Path(path).is_dir():
+            raise IsADirectoryError("it is a folder")
+        target = Path(os.path.realpath(path))  # a link stays one
+        data = content.encode() if isinstance(content, str) else content
+        if target.exists() and not target.is_file():  # a device or a pipe, such as /dev/stdout
+            target.write_bytes(data)
+            return Path(path)
+        target.parent.mkdir(parents=True, exist_ok=True)
+        _remove_drafts(target.parent)
+        draft = make_draft_path(target)
+        try:
+            _write_synced(draft, data)
+            draft.replace(target)
+        finally:
+            draft.unlink(missing_ok=True)
+        _sync_folder(target.parent)
+    return Path(path)
+
+
+def make_draft_path(target: Path) -> Path:
+    """Return the path of a draft, which is to be renamed, by which it is known whose it is."""
+    return target.parent / f".robsim-{os.getpid()}-{uuid.uuid4().hex}"
+
+
+@contextmanager
+def convert_os_errors(path: object, doing: str = "write") -> Iterator[None]:
+    """Raise FileError, which names the path, where the system refuses."""
+    try:
+        yield
+    except FileError:  # has been said
+        raise
+    except (OSError, TypeError, ValueError) as error:  # the latter of odd paths, as with a NUL
+        reason = getattr(error, "strerror", None) or error
+        name = str(path) if isinstance(path, str | os.PathLike) else format_value(path)
+        raise FileError(f"cannot {doing} {name:.300}: {reason}") from None
+
+
+def _remove_drafts(folder: Path) -> None:
+    """Delete what processes left in a folder that were killed while they wrote."""
+    for path in folder.glob(".robsim-*"):
+        found = _DRAFT.fullmatch(path.name)
+        if found and int(found[1]) != os.getpid():
+            with suppress(OSError):
+                old = time.time() - path.stat().st_mtime > ABANDONED
+                if old or not _is_process_alive(int(found[1])):
+                    path.unlink()
+
+
+def _is_process_alive(process: int) -> bool:
+    """Return whether a process of this number goes on, on this machine."""
+    if os.name == "nt":  # where signal 0 would end it
+        return True
+    try:
+        os.kill(process, 0)
+    except ProcessLookupError:
+        return False
+    except (OSError, OverflowError):
+        return True
+    return True
+
+
+def _write_synced(path: Path, content: bytes | memoryview) -> None:
+    with open(path, "xb") as file:
+        file.write(content)
+        file.flush()
+        os.fsync(file.fileno())
+
+
+def _sync_folder(folder: Path) -> None:
+    """Let the name last, too, where the system can do that."""
+    with suppress(OSError):
+        number = os.open(folder, os.O_RDONLY)
+        try:
+            os.fsync(number)
+        finally:
+            os.close(number)

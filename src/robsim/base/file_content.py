@@ -1,0 +1,31 @@
+"""Files that are read whole, after a look at their size."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+from robsim.base.atomic_files import convert_os_errors
+from robsim.base.errors import FileError
+
+
+def read_bytes(path: str | os.PathLike[str], expected: str, largest: int) -> bytes:
+    """Return the content of a file of at most `largest` bytes, of which no more are read.
+
+    FileError, which names what was `expected`: missing, a folder, too large, not to be read.
+
+    >>> Path("lens.xml").write_text("<lens/>")
+    7
+    >>> read_bytes("lens.xml", "an XML file", 100)
+    b'<lens/>'
+    """
+    with convert_os_errors(path, "read"):
+        if Path(path).is_dir():
+            raise FileError(f"{path}: this is a folder; expected {expected}")
+        if not Path(path).is_file():
+            raise FileError(f"{path}: no such file")
+        with open(path, "rb") as file:
+            data = file.read(largest + 1)
+    if len(data) > largest:
+        raise FileError(f"{path}: larger than {largest // 1_000_000} MB")
+    return data

@@ -1,0 +1,104 @@
+"""Values that hold arrays: equal when all their fields are, hashable, and which never change."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import fields
+from functools import cached_property
+from typing import Any, TypeVar
+
+import numpy as np
+
+
+class Value:
+    """A base of frozen dataclasses with `eq=False`, compared and hashed with their arrays."""
+
+    def __eq__(self, other: object) -> bool:
+        return type(other) is type(self) and self._key() == other._key()
+
+    def __hash__(self) -> int:
+        return hash(self._key())
+
+    @cached_property
+    def holds_still(self) -> bool:
+        """Whether nobody can change it, as none of it is of a user's class."""
+        return _is_own_immutable(self)
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        for value in state.values():
+            _freeze_arrays(value)  # copies must be read-only too
+        self.__dict__.update(state)
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {f.name: getattr(self, f.name) for f in fields(self)}  # type: ignore[arg-type]
+
+    def _key(self) -> tuple[Any, ...]:
+        compared = (f.name for f in fields(self) if f.compare)  # type: ignore[arg-type]
+        return tuple(make_hashable(getattr(self, name)) for name in compared)
+
+
+T = TypeVar("T")
+
+
+def replace_unchecked(value: T, **changes: Any) -> T:
+    """Return a copy of a frozen dataclass with other fields, which are known to be right."""
+    kept = {each.name: getattr(value, each.name) for each in fields(value)}  # type: ignore[arg-type]
+    return construct_unchecked(type(value), **{**kept, **changes})
+
+
+def copy_cached(old: Any, new: Any, names: Iterable[str]) -> None:
+    """Let a new value have what an old one has derived, under the names of cached properties."""
+    vars(new).update({name: vars(old)[name] for name in names if name in vars(old)})
+
+
+def construct_unchecked(kind: type[T], /, **values: Any) -> T:
+    """Return a dataclass of values that are known to be right, without the time of its checks.
+
+    The fields that are not given must have plain defaults.
+    """
+    made = object.__new__(kind)
+    made.__dict__.update(values)
+    return made
+
+
+def _freeze_arrays(value: Any) -> None:
+    if isinstance(value, np.ndarray):
+        value.flags.writeable = False
+    for part in value.values() if isinstance(value, dict) else ():
+        _freeze_arrays(part)
+
+
+def make_hashable(value: Any) -> Any:
+    """Return a hashable stand-in of a value for comparisons: arrays by their shape and bytes."""
+    if isinstance(value, dict):
+        return tuple((key, make_hashable(part)) for key, part in sorted(value.items()))
+    if isinstance(value, np.ndarray):
+        return value.shape, (value + 0.0).tobytes()  # -0.0 equals 0.0, and so do their bytes then
+    return value
+
+
+def is_immutable(value: Any) -> bool:
+    """Return whether nobody can change a value: numbers, texts, read-only arrays, ours of these.
+
+    What a user's class holds is not known, whatever it says.
+
+    >>> is_immutable((1.0, "a", None)), is_immutable(np.zeros(2)), is_immutable([1.0])
+    (True, False, False)
+    """
+    if value is None or isinstance(value, str | int | float):
+        return True
+    if isinstance(value, np.ndarray):
+        return not value.flags.writeable
+    if isinstance(value, tuple):
+        return all(map(is_immutable, value))
+    return value.holds_still if isinstance(value, Value) else _is_own_immutable(value)
+
+
+def _is_own_immutable(value: Any) -> bool:
+    """Return whether a value of ours, frozen or with slots, holds nothing that may change."""
+    kind: Any = type(value)
+    params = getattr(kind, "__dataclass_params__", None)
+    if not kind.__module__.startswith("robsim.") or (params and not params.frozen):
+        return False
+    names = [f.name for f in fields(kind)] if params else getattr(kind, "__slots__", None)
+    return names is not None and all(is_immutable(getattr(value, name)) for name in names)

@@ -1,0 +1,243 @@
+"""What a calibration estimates, and the pixels that follow from it with their rates."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robsim.base.arrays import Array, has_items, move_runs_first, move_runs_last
+from robsim.base.errors import InputError, format_value, is_known_name, suggest_names
+from robsim.base.value import Value
+from robsim.calibration.calibration_views import CalibrationViews
+from robsim.calibration.joint_chain import JointChain
+from robsim.calibration.relative_motions import cross_matrix
+from robsim.geometry.pose import Pose
+from robsim.kernels.formulas import se3
+from robsim.vision.camera import Camera
+from robsim.vision.pixel_measurement import pixel_rate_matrices
+
+POSE = ("x", "y", "z", "rx", "ry", "rz")
+LENS = ("focal", "center", "distortion")
+LENS_NAMES = ("fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6")
+
+
+@dataclass(frozen=True, eq=False)
+class Unknowns(Value):
+    """The numbers that are estimated, in the order of all vectors and matrices of a calibration.
+
+    The first six are the twist (v, omega) by which the mount is moved, in camera axes, the next six
+    that by which the target is, in its own; then come numbers of the lens, and offsets of joints.
+    """
+
+    names: tuple[str, ...]
+    units: tuple[str, ...]
+    lens: NDArray[np.int64]  # which of fx, fy, cx, cy, k1, k2, p1, p2, ...
+    joints: NDArray[np.int64]  # coordinates whose offsets are estimated
+
+    @property
+    def parts(self) -> dict[str, slice]:
+        """Which numbers are of the mount, of the target, of the lens and of the joints."""
+        lens, end = 12 + len(self.lens), len(self.names)
+        ends = {"mount": (0, 6), "target": (6, 12), "lens": (12, lens), "joints": (lens, end)}
+        return {name: slice(*pair) for name, pair in ends.items()}
+
+
+def select_unknowns(views: CalibrationViews, also: Iterable[str]) -> Unknowns:
+    """Return what is estimated of some views; InputError: a name of which there is nothing."""
+    joints = dict(_single_joints(views))
+    if not has_items(also):
+        raise InputError(f"also: expected a list of names, got {format_value(also)}")
+    chosen = tuple(also)
+    known = [*LENS, *joints]
+    for name in chosen:
+        if not is_known_name(name, known):
+            raise InputError(
+                f"also: no {format_value(name)}; {suggest_names(name, known, 'names')}"
+            )
+    lens = _select_lens_numbers(views.lens, chosen)
+    offsets = [joints[name] for name in joints if name in chosen]
+    names = [f"{part}.{axis}" for part in ("mount", "target") for axis in POSE]
+    names += [LENS_NAMES[i] for i in lens] + [views.scene.coordinate_names[i] for i in offsets]
+    units = ["m"] * 3 + ["rad"] * 3
+    units = [*units, *units, *("px" if i < 4 else "1" for i in lens)]
+    units += [views.scene.coordinate_units[i] for i in offsets]
+    whole = (np.array(each, dtype=np.int64) for each in (lens, offsets))
+    return Unknowns(tuple(names), tuple(units), *whole)
+
+
+def _single_joints(views: CalibrationViews) -> Iterable[tuple[str, int]]:
+    """Yield the name and the number of each coordinate of a joint with a single one."""
+    alone = set(views.scene.tree.alone(np.arange(views.scene.nv)).tolist())
+    return ((n, i) for i, n in enumerate(views.scene.coordinate_names) if i in alone)
+
+
+def _select_lens_numbers(camera: Camera, chosen: tuple[str, ...]) -> list[int]:
+    """Return which numbers of a lens are estimated."""
+    count = len(camera.distortion)
+    if "distortion" in chosen and not count:
+        raise InputError(
+            "also: distortion: the camera has no coefficients; give it those to begin with, as in "
+            "distortion=(0, 0, 0, 0)"
+        )
+    of = {"focal": range(2), "center": range(2, 4), "distortion": range(4, 4 + count)}
+    return [i for name in LENS if name in chosen for i in of[name]]
+
+
+@dataclass(frozen=True, eq=False)
+class CalibrationModel(Value):
+    """The numbers of a calibration: the mount X = T_m_c, the place Z = T_f_o, lens and offsets."""
+
+    mount: Pose
+    place: Pose
+    camera: Camera
+    offsets: Array  # (nq,)
+
+    def moved(self, step: Array, free: Unknowns) -> CalibrationModel:
+        """Return the model after a step (P,); InputError where there is no such lens."""
+        part = {name: step[where] for name, where in free.parts.items()}
+        offsets = self.offsets.copy()
+        offsets[free.joints] += part["joints"]
+        return CalibrationModel(
+            self.mount @ Pose.exp(part["mount"]),
+            self.place @ Pose.exp(part["target"]),
+            _add_lens_step(self.camera, part["lens"], free.lens),
+            offsets,
+        )
+
+    def numbers(self, free: Unknowns) -> list[float]:
+        """Return the numbers of the lens and the offsets that are estimated."""
+        lens = _lens_numbers(self.camera, free.lens).tolist()
+        return [*lens, *self.offsets[free.joints].tolist()]
+
+    def step_to(self, other: CalibrationModel, free: Unknowns) -> Array:
+        """Return the step (P,) that leads from this model to another one."""
+        lens = _lens_numbers(other.camera, free.lens) - _lens_numbers(self.camera, free.lens)
+        return np.concatenate(
+            [
+                twist_from_pose(self.mount.inv() @ other.mount),
+                twist_from_pose(self.place.inv() @ other.place),
+                lens,
+                (other.offsets - self.offsets)[free.joints],
+            ]
+        )
+
+
+def twist_from_pose(T: Pose) -> Array:
+    """Return the twist (v, omega) whose motion is T: the logarithm.
+
+    v = t - w x t / 2 + c w x (w x t), see `robsim.kernels.formulas.se3.log_coefficient`.
+
+    >>> twist_from_pose(Pose.exp([1, 2, 3, 0.4, 0.5, 0.6])).round(9)
+    array([1. , 2. , 3. , 0.4, 0.5, 0.6])
+    """
+    t, w = T.position, T.rotvec
+    turned = np.cross(w, t)
+    c = se3.log_coefficient(float(np.sqrt(w @ w)))
+    return np.concatenate([t - 0.5 * turned + c * np.cross(w, turned), w])
+
+
+def _lens_numbers(camera: Camera, which: NDArray[np.int64]) -> Array:
+    """Return some of fx, fy, cx, cy and the coefficients of a lens."""
+    K = camera.K
+    return np.concatenate([K[[0, 1, 0, 1], [0, 1, 2, 2]], camera.distortion])[which]
+
+
+def _add_lens_step(camera: Camera, step: Array, which: NDArray[np.int64]) -> Camera:
+    """Return a camera with steps added to some numbers of its lens."""
+    if not len(which):
+        return camera
+    change = np.zeros(4 + len(camera.distortion))
+    change[which] = step
+    K = np.array(camera.K)
+    K[[0, 1, 0, 1], [0, 1, 2, 2]] += change[:4]
+    return replace(camera, K=K, distortion=tuple(np.add(camera.distortion, change[4:]).tolist()))
+
+
+def predict_pixels(model: CalibrationModel, marks: Array, chain: JointChain, q: Array) -> Array:
+    """Return the pixels (V, N, 2) of marks (N, 3) at coordinates q (V, nq); NaN behind."""
+    return _project_points(_points_in_camera(model, marks, chain, q)[1], model.camera)
+
+
+def _project_points(X: Array, camera: Camera) -> Array:
+    pixels, _ = camera.image_of(move_runs_last(X, 2))
+    return move_runs_first(pixels)
+
+
+def _points_in_camera(
+    model: CalibrationModel, marks: Array, chain: JointChain, q: Array
+) -> tuple[Array, Array]:
+    """Return the rotations R_c_o (V, 3, 3), and marks (V, N, 3) in camera axes."""
+    T = (model.mount.inv() @ chain.poses(q + model.offsets) @ model.place).matrix
+    return T[:, :3, :3], marks @ T[:, :3, :3].swapaxes(1, 2) + T[:, None, :3, 3]
+
+
+def predict_rates(
+    model: CalibrationModel, marks: Array, chain: JointChain, q: Array, free: Unknowns
+) -> Any:
+    """Return the rates (V, N, 2, P) of the pixels with the numbers that are estimated.
+
+    A point X = T_c_m A T_f_o p in camera axes moves by [-1, [X]x] with the mount's twist, by
+    R_c_o [1, -[p]x] with the target's.
+    """
+    R_c_o, X = _points_in_camera(model, marks, chain, q)
+    x, depth = X[..., :2] / X[..., 2:], X[..., 2, None, None]
+    eye, shape = np.eye(3), (*X.shape, 3)
+    p = np.concatenate([np.broadcast_to(eye, (len(marks), 3, 3)), -cross_matrix(marks)], -1)
+    parts = [np.broadcast_to(-eye, shape), cross_matrix(X), R_c_o[:, None] @ p]
+    if len(free.joints):
+        parts.append(_joint_rates(model, X, chain, q, free.joints))
+    points = np.concatenate(parts, -1)
+    flat = (points[..., :2, :] - x[..., None] * points[..., 2:, :]) / depth
+    rates = pixel_rate_matrices(x, model.camera) @ flat
+    count = len(model.camera.distortion)
+    lens = lens_rates(x, _project_points(X, model.camera), model.camera, count)[..., free.lens]
+    return np.concatenate([rates[..., :12], lens, rates[..., 12:]], -1)
+
+
+def _joint_rates(
+    model: CalibrationModel, X: Array, chain: JointChain, q: Array, joints: NDArray[np.int64]
+) -> Array:
+    """Return the rates (V, N, 3, n) of points X in camera axes with offsets of joints."""
+    tree = chain.scene.tree
+    alone = tree.alone(np.arange(tree.nv)).tolist()
+    columns = np.array([alone.index(joint) for joint in joints.tolist()])
+    T = model.mount
+    rates = chain.rates(q + model.offsets, T @ X, columns)
+    return T.rotation.T @ rates
+
+
+def lens_rates(x: Array, pixels: Array, camera: Camera, coefficients: int) -> Array:
+    """Return the rates (..., 2, 4 + n) of pixels with fx, fy, cx, cy and n coefficients.
+
+    Of normalised points x (..., 2) with their pixels (..., 2); the coefficients are in the order of
+    OpenCV, k1 k2 p1 p2 k3 k4 k5 k6 (`robsim.kernels.formulas.perspective.distort`).
+    """
+    (fx, skew, cx), (_, fy, cy), _ = camera.K
+    y_bent = (pixels[..., 1] - cy) / fy
+    x_bent = (pixels[..., 0] - cx - skew * y_bent) / fx
+    zero, one = np.zeros_like(x_bent), np.ones_like(x_bent)
+    column = [x_bent, zero, one, zero]
+    row = [zero, y_bent, zero, one]
+    for dx, dy in _distortion_rates(x, camera.lens)[:coefficients]:
+        column.append(fx * dx + skew * dy)
+        row.append(fy * dy)
+    return np.stack([np.stack(column, -1), np.stack(row, -1)], -2)
+
+
+def _distortion_rates(x: Array, lens: Array) -> list[tuple[Array, Array]]:
+    """Return the rates of both coordinates of the distorted point with each coefficient."""
+    k1, k2, _, _, k3, k4, k5, k6 = lens
+    x, y = x[..., 0], x[..., 1]
+    r2 = x * x + y * y
+    under = 1.0 + r2 * (k4 + r2 * (k5 + r2 * k6))
+    f = (1.0 + r2 * (k1 + r2 * (k2 + r2 * k3))) / under
+    radial = [r2**n / under for n in (1, 2, 3)]
+    k1_2, k3_ = radial[:2], radial[2:]
+    k4_6 = [-f * each for each in radial]
+    tangential = [(2 * x * y, r2 + 2 * y * y), (r2 + 2 * x * x, 2 * x * y)]
+    along = [(x * each, y * each) for each in (*k1_2, *k3_, *k4_6)]
+    return [*along[:2], *tangential, *along[2:]]

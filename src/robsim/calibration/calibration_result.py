@@ -1,0 +1,167 @@
+"""The result of a calibration: mount, target and lens, with what is not known of them."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from robsim.base.arrays import Array
+from robsim.base.errors import InputError, format_value, is_known_name, suggest_names
+from robsim.base.html import format_html_table
+from robsim.base.text_tables import align_columns
+from robsim.calibration.calibration_fit import CalibrationFit
+from robsim.calibration.calibration_model import CalibrationModel
+from robsim.calibration.next_poses import NextPoses, select_next_poses
+from robsim.run.run_checks import check_instance
+from robsim.statistics.fisher_distribution import fisher_quantile
+from robsim.world.scene import Scene
+
+if TYPE_CHECKING:
+    from robsim.calibration.servo_cost import CalibrationCost
+
+SHOWN = {"m": (1e3, "mm"), "rad": (180 / math.pi, "deg"), "px": (1.0, "px"), "1": (1.0, "")}
+FAR = 3.0  # pixels, or times the noise: detectors are wrong by tenths, views mixed up by tens
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Calibration(CalibrationFit):
+    """What `calibrate` found: the mount of a camera, the place of its target, and its lens.
+
+    covariance  (P, P) of the numbers `names`, in m, rad and px: the twist (v, omega) in camera axes
+                that leads from `mount` to the true mount, X exp(twist); that in axes of the target
+                that leads from `place` to its true place; what was named in `also`
+    sigma       standard deviation of a pixel coordinate, estimated or given
+    freedom     its degrees of freedom; infinite where it was given
+    residuals   (V, N, 2) reprojected less measured pixels, NaN for marks that were not seen
+
+    >>> from robsim import calibrate, examples, load_scenario, simulate_views
+    >>> bench = load_scenario(examples.path("calibration_bench"))
+    >>> turns = np.radians([[0, 0, 0, 0, 0, 0], [9, 9, 9, 9, 9, 0], [0, 9, -9, 9, -9, 30]])
+    >>> q = bench.start + turns
+    >>> found = calibrate(simulate_views(bench, q), ["focal", "center"])
+    >>> found.covariance.shape, found.names[12:], found.holds(bench.scene, "lens")
+    ((16, 16), ('fx', 'fy', 'cx', 'cy'), True)
+    """
+
+    @property
+    def rms(self) -> float:
+        """The root mean square of all residuals, in pixels."""
+        return root_mean_square(self.residuals)
+
+    @property
+    def misfit(self) -> str:
+        """A sentence where `rms` is more than noise can be, with the worst view; else empty."""
+        return describe_misfit(self.residuals, self.sigma if math.isinf(self.freedom) else 0.0)
+
+    @property
+    def deviations(self) -> dict[str, float]:
+        """The standard deviation of each number by its name, in m, rad and px."""
+        return dict(zip(self.names, np.sqrt(np.diag(self.covariance)).tolist(), strict=True))
+
+    def errors(self, truth: Scene) -> Array:
+        """Return what leads from the estimate to the truth (P,), in the order of `names`.
+
+        The true offsets of joints are zero in it. InputError: the scene lacks camera or target.
+        """
+        check_instance(truth, Scene, "truth")
+        eye, thing = truth.camera(self.views.camera), truth.object(self.views.target)
+        there = CalibrationModel(
+            eye.pose, thing.pose, eye.camera, np.zeros_like(self.model.offsets)
+        )
+        return self.model.step_to(there, self.free)
+
+    def holds(self, truth: Scene, part: str = "mount", level: float = 0.95) -> bool:
+        """Return whether the ellipsoid of a level holds the truth.
+
+        `part` is "mount", "target", "lens" or "joints". With n numbers, their errors d and their
+        covariance C it holds what has d' C^-1 d <= n F, F the quantile of Fisher's distribution
+        with n and `freedom` degrees (chi-square over n where the noise was given).
+        """
+        known = [name for name, where in self.free.parts.items() if where.start < where.stop]
+        if not is_known_name(part, known):
+            raise InputError(
+                f"part: no {format_value(part)}; {suggest_names(part, known, 'parts')}"
+            )
+        some = self.free.parts[part]
+        d, C = self.errors(truth)[some], self.covariance[some, some]
+        bound = len(d) * fisher_quantile(level, len(d), self.freedom)
+        return bool(d @ np.linalg.solve(C, d) <= bound)
+
+    def next_poses(self, candidates: Any, count: int) -> NextPoses:
+        """Return which of some coordinates (n, nq) to look from next; see `NextPoses`."""
+        return select_next_poses(self, candidates, count)
+
+    def cost(self, experiment: Any, runs: int = 200, **how: Any) -> CalibrationCost:
+        """Return what the remaining error costs an experiment; see `CalibrationCost`."""
+        from robsim.calibration.servo_cost import estimate_servo_cost
+
+        return estimate_servo_cost(self, experiment, runs, **how)
+
+    def __str__(self) -> str:
+        """Return a table: numbers and standard deviations, in mm, degrees and pixels."""
+        rows = align_columns([list(c) for c in zip(*self._rows, strict=True)])
+        return "\n".join([self._title, *filter(None, [self.misfit]), *rows])
+
+    def __repr__(self) -> str:
+        return f"<Calibration {self._title}>"
+
+    def _repr_html_(self) -> str:
+        """Return the table for notebooks."""
+        head, *rows = self._rows
+        title = "; ".join(filter(None, [self._title, self.misfit]))
+        return format_html_table(title, rows, head)
+
+    @property
+    def _title(self) -> str:
+        found = "given" if math.isinf(self.freedom) else "estimated"
+        return (
+            f"'{self.views.camera}' on {self.views.eye.on}, from {len(self.views)} views: "
+            f"rms {self.rms:.3g} px, noise {self.sigma:.3g} px ({found})"
+        )
+
+    @property
+    def _rows(self) -> list[tuple[str, ...]]:
+        """The head and the rows of the table; of poses, position and rotation vector."""
+        poses = [[*T.position.tolist(), *T.rotvec.tolist()] for T in (self.mount, self.place)]
+        values = [*poses[0], *poses[1], *self.model.numbers(self.free)]
+        made: list[tuple[str, ...]] = [("number", "unit", "value", "std")]
+        each = zip(self.deviations.items(), self.free.units, values, strict=True)
+        for (name, std), unit, value in each:
+            factor, shown = SHOWN[unit]
+            made.append((name, shown, f"{factor * value:z.6g}", f"{factor * std:.2g}"))
+        return made
+
+
+def root_mean_square(residuals: Array) -> float:
+    """Return the root mean square of residuals of any shape, NaN apart.
+
+    >>> root_mean_square(np.array([3.0, np.nan, -3.0]))
+    3.0
+    """
+    return float(np.sqrt(np.nanmean(np.square(residuals))))
+
+
+def describe_misfit(residuals: Array, noise: float) -> str:
+    """Return a sentence on residuals (V, N, 2) in pixels that are too large; empty for others.
+
+    Too large is a root mean square above 3 pixels, and above three times the noise, pixels, where
+    that is known (0: it is not). NaN stands for marks that are not seen.
+
+    >>> describe_misfit(np.full((3, 4, 2), 0.3), 0.0)
+    ''
+    >>> describe_misfit(np.array([[[6.0, 8.0]], [[3.0, 4.0]]]), 0.5)[:59]
+    'the marks are 5.59 px off (rms), worst in view 0 (7.07 px):'
+    """
+    rms = root_mean_square(residuals)
+    if rms <= FAR * max(1.0, noise):
+        return ""
+    each = [root_mean_square(view) for view in residuals]
+    worst = int(np.argmax(each))
+    return (
+        f"the marks are {rms:.3g} px off (rms), worst in view {worst} ({each[worst]:.3g} px): "
+        "swapped columns and rows, another size or order of the marks, or views and joints that "
+        "do not belong together?"
+    )

@@ -1,0 +1,182 @@
+"""The views of a target from which a camera is calibrated."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robsim.base.arrays import Array, as_floats, make_read_only
+from robsim.base.errors import InputError, format_value
+from robsim.base.value import Value
+from robsim.calibration.joint_chain import JointChain
+from robsim.calibration.relative_motions import FEWEST
+from robsim.vision.camera import Camera
+from robsim.vision.pixel_measurement import check_measured_pixels
+from robsim.world.mounted_camera import MountedCamera
+from robsim.world.object import Object
+from robsim.world.scene import Scene
+
+FEWEST_MARKS = 4  # in a view, which a pose takes
+MARGIN = 3.0  # pixels by which detectors, and noise, may place a mark outside the image
+SLACK = 0.1  # rad, m: encoders with an offset may tell a little more than the limits
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class CalibrationViews(Value):
+    """Images of a target from a robot that stood still: coordinates of its joints, and pixels.
+
+    scene   what is known: the robot, the lens of the camera as a first guess, and the marks of the
+            target; where the camera is mounted and where the target stands need not be right
+    q       (V, nq) coordinates of the scene, one row for each view
+    pixels  (V, N, 2) of the marks, NaN for those that are not seen, as `Detections.pixels` has it
+    camera  its name; None: the only one
+    target  the name of an object; None: the only one with marks
+
+    Either may be on the robot: the camera on its hand and the target on the table, or the camera on
+    a tripod and the target in the hand. InputError: fewer than three views, a view with fewer than
+    four marks, a mark more than 3 pixels outside the image, a joint more than 0.1 (rad, m) outside
+    its limits, other shapes, or no joint between camera and target.
+
+    >>> from robsim import examples, load_scenario
+    >>> bench = load_scenario(examples.path("calibration_bench"))
+    >>> turns = np.radians([[0, 0, 0, 0, 0, 0], [3, 3, 3, 3, 3, 0], [0, 3, -3, 3, -3, 30]])
+    >>> q = bench.start + turns
+    >>> CalibrationViews(bench.scene, q, bench.scene.view(q).pixels)
+    <CalibrationViews 3 of 'board' by 'camera', 105 marks seen>
+    """
+
+    scene: Scene
+    q: Any
+    pixels: Any
+    camera: str | None = None
+    target: str | None = None
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.scene, Scene):
+            raise InputError(f"scene: expected a Scene, got {format_value(self.scene)}")
+        eye, thing = self.scene.camera(self.camera), self.scene.object(self.target)
+        q = as_floats(self.q, "q", (self.scene.nq,))
+        pixels = check_measured_pixels(self.pixels, "pixels", eye.camera, len(thing.marks))
+        _check_view_shapes(q, pixels)
+        _check_visible_marks(np.isnan(pixels))
+        check_pixel_range(pixels, eye.camera)
+        check_joint_range(q, self.scene)
+        named = {"camera": eye.name, "target": thing.name, "q": make_read_only(q)}
+        for name, value in {**named, "pixels": make_read_only(pixels)}.items():
+            object.__setattr__(self, name, value)
+        if not self.chain.moves:
+            raise InputError(
+                f"camera '{eye.name}' is on {eye.on}, and target '{thing.name}' on {thing.on}: "
+                "no joint moves one against the other"
+            )
+
+    def __len__(self) -> int:
+        """Return the number of views."""
+        return len(self.q)
+
+    def __repr__(self) -> str:
+        return (
+            f"<CalibrationViews {len(self)} of '{self.target}' by '{self.camera}', "
+            f"{int(self.seen.sum())} marks seen>"
+        )
+
+    @property
+    def eye(self) -> MountedCamera:
+        """The camera as it is known."""
+        return self.scene.camera(self.camera)
+
+    @property
+    def lens(self) -> Camera:
+        """The lens of the camera as it is known."""
+        return self.eye.camera
+
+    @property
+    def thing(self) -> Object:
+        """The target as it is known."""
+        return self.scene.object(self.target)
+
+    @property
+    def seen(self) -> NDArray[np.bool_]:
+        """Which marks (V, N) are seen."""
+        seen: NDArray[np.bool_] = np.isfinite(self.pixels[..., 0])
+        return seen
+
+    @property
+    def chain(self) -> JointChain:
+        """The joints between camera and target."""
+        return JointChain(self.scene, self.eye.on, self.thing.on)
+
+    def poses(self) -> Array:
+        """Return the poses T_m_f (V, 4, 4) of the target's frame in the frame of the camera."""
+        return self.chain.poses(self.q)
+
+
+def _check_view_shapes(q: Array, pixels: Array) -> None:
+    """Raise InputError unless there is a row of coordinates for each image, and enough of them."""
+    if q.ndim != 2 or pixels.ndim != 3 or len(q) != len(pixels):
+        raise InputError(
+            "q and pixels: expected a row for each view, (V, nq) and (V, N, 2), got "
+            f"{q.shape} and {pixels.shape}"
+        )
+    if len(q) < FEWEST:
+        raise InputError(f"views: expected {FEWEST} or more, got {len(q)}")
+
+
+def _check_visible_marks(missing: NDArray[np.bool_]) -> None:
+    """Raise InputError for a mark with one coordinate, and for a view of fewer than four marks."""
+    half = np.argwhere(missing[..., 0] != missing[..., 1])
+    if half.size:
+        view, mark = half[0].tolist()
+        raise InputError(
+            f"pixels: mark {mark} of view {view} has one coordinate only; NaN stands for both of a "
+            "mark that is not seen"
+        )
+    count = (~missing[..., 0]).sum(axis=1)
+    few = np.flatnonzero(count < FEWEST_MARKS)
+    if few.size:
+        raise InputError(
+            f"pixels: {count[few[0]]} marks seen in view {few[0]}; a view takes {FEWEST_MARKS} or "
+            "more: leave it out"
+        )
+
+
+def is_off_image(pixels: Array, camera: Camera) -> NDArray[np.bool_]:
+    """Return which pixels (..., 2) are farther outside the image than a detector may place them.
+
+    Those that are NaN are not, and none is of a camera whose image has no size.
+
+    >>> is_off_image(np.array([[640.0, 2], [642, -2], [2, 640]]), Camera(np.eye(3), size=(640, 480)))
+    array([False, False,  True])
+    """
+    if camera.size is None:
+        return np.zeros(pixels.shape[:-1], dtype=bool)
+    outside = (pixels < -MARGIN) | (pixels > np.add(camera.size, MARGIN))
+    return np.asarray(outside.any(axis=-1))
+
+
+def check_pixel_range(pixels: Array, camera: Camera) -> None:
+    """Raise InputError for the first mark of pixels (V, N, 2) that is outside the image."""
+    outside = np.argwhere(is_off_image(pixels, camera))
+    if outside.size:
+        view, mark = outside[0].tolist()
+        (u, v), (width, height) = pixels[view, mark], camera.size or (0, 0)
+        raise InputError(
+            f"pixels: mark {mark} of view {view} is at ({u:.6g}, {v:.6g}), outside the image of "
+            f"{width} x {height}: (column, row), or the camera of another image size?"
+        )
+
+
+def check_joint_range(q: Array, scene: Scene) -> None:
+    """Raise InputError for the first of coordinates q (V, nq) that is far outside its limits."""
+    low, high = scene.limits.T
+    outside = np.argwhere((q < low - SLACK) | (q > high + SLACK))
+    if outside.size:
+        view, i = outside[0].tolist()
+        unit = scene.coordinate_units[i]
+        raise InputError(
+            f"q: joint '{scene.coordinate_names[i]}' in view {view} is {q[view, i]:.6g} {unit}, "
+            f"outside its limits [{low[i]:.6g}, {high[i]:.6g}] {unit}"
+        )

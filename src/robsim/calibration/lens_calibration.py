@@ -1,0 +1,188 @@
+"""The lens of a camera from images of a target, by OpenCV."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robsim.base.arrays import Array, as_floats, as_integer, make_read_only
+from robsim.base.errors import InputError, format_value
+from robsim.base.text_tables import align_columns
+from robsim.base.value import Value
+from robsim.calibration.calibration_model import LENS_NAMES
+from robsim.geometry.pose import Pose
+from robsim.vision.camera import Camera
+from robsim.vision.image_size import SIZE
+from robsim.vision.plane import estimate_homography
+from robsim.vision.tags.board import Board
+from robsim.vision.tags.tag import Tag
+from robsim.vision.tags.tag_families import import_opencv
+
+FEWEST_VIEWS, FEWEST_MARKS = 3, 4
+FLAT = 1e-9  # of the size of the target, by which its marks may leave a plane
+PARALLEL = np.radians(5)  # between planes of views that do not count as parallel
+COUNTS = (0, 4, 5, 8)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class LensCalibration(Value):
+    """The lens that `calibrate_lens` found.
+
+    camera      the camera, with its size
+    rms         root mean square of the distances in the image, pixels
+    deviations  standard deviation of each number by its name, pixels; of the coefficients 1
+    poses       T_c_o (V, 4, 4) of the target in each view
+    errors      (V,) the rms of each view, pixels
+    """
+
+    camera: Camera
+    rms: float
+    deviations: dict[str, float]
+    poses: Pose
+    errors: Array
+
+    def __str__(self) -> str:
+        """Return a table of the numbers with their standard deviations."""
+        K = self.camera.K
+        values = [*K[[0, 1, 0, 1], [0, 1, 2, 2]].tolist(), *self.camera.distortion]
+        pairs = zip(LENS_NAMES, values, self.deviations.values(), strict=False)
+        rows = [("number", "value", "std"), *((n, f"{x:.6g}", f"{s:.2g}") for n, x, s in pairs)]
+        return "\n".join(
+            [repr(self), *align_columns([list(c) for c in zip(*rows, strict=True)], 1)]
+        )
+
+    def __repr__(self) -> str:
+        return f"<LensCalibration from {len(self.errors)} views: rms {self.rms:.3g} px>"
+
+
+def calibrate_lens(
+    target: Any, pixels: Any, size: Any, *, coefficients: int = 5, guess: Camera | None = None
+) -> LensCalibration:
+    """Return the lens of a camera from views of a target, by `cv2.calibrateCamera`.
+
+    target        a `Board` or a `Tag`, or its marks (N, 3) in metres in any frame
+    pixels        (V, N, 2), NaN for marks that are not seen
+    size          (width, height) of the image in pixels
+    coefficients  of the distortion: 0, 4 (k1 k2 p1 p2), 5 (with k3) or 8 (with k4 k5 k6)
+    guess         a camera to begin with, which marks that are not in a plane take
+
+    Zhang 2000, with the standard deviations of OpenCV's last step. It needs the extra `vision`.
+    InputError: fewer than three views, a view of fewer than four marks, and views of a plane that
+    are all parallel to each other within 5 degrees, which do not tell the focal length.
+
+    >>> board = [[x, y, 0] for x in (0, 0.1, 0.2) for y in (0, 0.1)]
+    >>> calibrate_lens(board, np.zeros((2, 6, 2)), (640, 480))
+    Traceback (most recent call last):
+    robsim.base.errors.InputError: pixels: expected 3 views or more, (V, N, 2), got 2
+    """
+    marks = _target_marks(target)
+    u = as_floats(pixels, "pixels", (len(marks), 2), gaps=True)
+    shape = SIZE.check(size, "size")
+    count = as_integer(coefficients, "coefficients", 0)
+    if count not in COUNTS:
+        raise InputError(f"coefficients: expected 0, 4, 5 or 8, got {count}")
+    seen = _find_visible_marks(u)
+    if guess is not None and not isinstance(guess, Camera):
+        raise InputError(f"guess: expected a Camera, got {format_value(guess)}")
+    flat = _is_flat(marks)
+    if not flat and guess is None:
+        raise InputError("target: its marks are in no plane: give a camera to begin with, guess=")
+    if flat:
+        _check_tilts(marks, u, seen, shape)
+    return _run_opencv(marks, u, seen, shape, count, guess)
+
+
+def _run_opencv(
+    marks: Array,
+    u: Array,
+    seen: NDArray[np.bool_],
+    size: tuple[int, int],
+    count: int,
+    guess: Camera | None,
+) -> LensCalibration:
+    """Return what OpenCV finds."""
+    cv2 = import_opencv("a lens needs")
+    flags = _opencv_flags(cv2, count)
+    objects = [marks[each].astype(np.float32) for each in seen]
+    images = [u[i][each].astype(np.float32) for i, each in enumerate(seen)]
+    K, lens = np.eye(3), np.zeros(8)
+    if guess is not None:
+        K, lens = np.array(guess.K), np.array(guess.lens)
+        flags |= cv2.CALIB_USE_INTRINSIC_GUESS
+    try:
+        found = cv2.calibrateCameraExtended(objects, images, size, K, lens, flags=flags)
+    except cv2.error as error:
+        text = " ".join(str(error).split())
+        raise InputError(
+            f"pixels: OpenCV finds no lens in these views: {format_value(text)}"
+        ) from None
+    rms, K, lens, turns, shifts, deviations, _, errors = found
+    camera = Camera(K, size, distortion=tuple(np.ravel(lens)[:count].tolist()))
+    poses = Pose.at(*np.reshape(shifts, (-1, 3)).T, rotvec=np.reshape(turns, (-1, 3)))
+    std = np.ravel(deviations)[: 4 + count].tolist()
+    own = dict(zip(LENS_NAMES[: 4 + count], std, strict=True))
+    return LensCalibration(camera, float(rms), own, poses, make_read_only(np.ravel(errors)))
+
+
+def _target_marks(target: Any) -> Array:
+    """Return the marks (N, 3) of a target."""
+    if isinstance(target, Tag | Board):
+        return target.marks
+    marks = as_floats(target, "target (marks in metres)", ("N", 3))
+    if marks.ndim != 2:
+        raise InputError(f"target: expected marks (N, 3), got {marks.shape}")
+    return marks
+
+
+def _find_visible_marks(u: Array) -> NDArray[np.bool_]:
+    """Return which marks (V, N) are seen; InputError: too few views, or marks in one."""
+    if u.ndim != 3 or len(u) < FEWEST_VIEWS:
+        views = len(u) if u.ndim == 3 else 1
+        raise InputError(f"pixels: expected {FEWEST_VIEWS} views or more, (V, N, 2), got {views}")
+    seen = np.asarray(np.isfinite(u).all(axis=2))
+    few = np.flatnonzero(seen.sum(axis=1) < FEWEST_MARKS)
+    if few.size:
+        raise InputError(
+            f"pixels: {seen[few[0]].sum()} marks seen in view {few[0]}; a lens takes "
+            f"{FEWEST_MARKS} or more in each: leave it out"
+        )
+    return seen
+
+
+def _opencv_flags(cv2: Any, coefficients: int) -> int:
+    """Return the flags of OpenCV for so many coefficients."""
+    none = cv2.CALIB_ZERO_TANGENT_DIST | cv2.CALIB_FIX_K1 | cv2.CALIB_FIX_K2 | cv2.CALIB_FIX_K3
+    known = {0: none, 4: cv2.CALIB_FIX_K3, 5: 0, 8: cv2.CALIB_RATIONAL_MODEL}
+    return int(known[coefficients])
+
+
+def _is_flat(marks: Array) -> bool:
+    """Return whether marks are in a plane."""
+    spread = np.linalg.svd(marks - marks.mean(axis=0), compute_uv=False)
+    return bool(spread[2] <= FLAT * spread[0])
+
+
+def _check_tilts(marks: Array, u: Array, seen: NDArray[np.bool_], size: tuple[int, int]) -> None:
+    """Raise InputError where the planes of all views are parallel.
+
+    With a focal length as long as the image is wide, the normal of a plane is along K' l, l its
+    vanishing line (Hartley and Zisserman 2004, section 8.6).
+    """
+    axes = np.linalg.svd(marks - marks.mean(axis=0))[2][:2]
+    flat = (marks - marks.mean(axis=0)) @ axes.T
+    K = np.array([[max(size), 0, size[0] / 2], [0, max(size), size[1] / 2], [0, 0, 1.0]])
+    H = np.array([estimate_homography(flat[each], u[i][each]) for i, each in enumerate(seen)])
+    lost = np.flatnonzero(~np.isfinite(H).all((1, 2)))
+    if lost.size:
+        raise InputError(f"pixels: the marks of view {lost[0]} are on a line: leave it out")
+    n = np.linalg.inv(H)[:, 2] @ K
+    n /= np.sqrt(np.square(n).sum(axis=1, keepdims=True))
+    cosine = np.abs(n @ n.T).min()
+    if np.arccos(min(cosine, 1.0)) < PARALLEL:
+        raise InputError(
+            f"views: the planes of all {len(u)} are parallel within 5 degrees, which does not tell "
+            "the focal length: tilt the target by 20 degrees or more, to either side"
+        )

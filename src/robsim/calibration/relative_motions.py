@@ -1,0 +1,126 @@
+"""Motions between the poses of views, from which hand-eye calibration begins."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robsim.base.arrays import Array
+from robsim.base.errors import InputError
+from robsim.geometry.pose import Pose, as_pose
+
+FEWEST = 3  # views; two motions are needed
+MOST_PAIRS = 5000
+HALF_TURN = np.radians(170)  # beyond it the axis of a motion may as well point the other way
+LEAST_TURN = np.radians(0.2)  # about a second axis
+
+
+class RelativeMotions(NamedTuple):
+    """Motions A (n, 4, 4) of the mount and B (n, 4, 4) of the camera, each in own axes: A X = X B.
+
+    With the poses of the views A = A_j A_i^-1 and B = B_j B_i^-1, i before j.
+    """
+
+    A: Pose
+    B: Pose
+
+
+def find_relative_motions(T_m_f: Pose, T_c_o: Pose) -> RelativeMotions:
+    """Return the motions between views, as far as they do without those near a half turn.
+
+    InputError: they turn about a single axis, so that they do not tell the mount.
+    """
+    i, j = _view_pairs(len(T_m_f.matrix))
+    A, B = T_m_f[j] @ T_m_f[i].inv(), T_c_o[j] @ T_c_o[i].inv()
+    axes = A.rotvec
+    first, second = _rotation_spread(axes)
+    if first < LEAST_TURN:
+        raise InputError(
+            "views: the arm hardly turns from one to another: they are all alike, "
+            "and a mount takes turns about two axes"
+        )
+    if second < LEAST_TURN:
+        raise InputError(
+            "views: the arm turns about one axis only, so that the mount along it stays unknown: "
+            "turn it about a second one, too"
+        )
+    short = np.sqrt(np.square(axes).sum(-1)) < HALF_TURN
+    some = short if _rotation_spread(axes[short])[1] >= LEAST_TURN else np.ones_like(short)
+    return RelativeMotions(A[some], B[some])
+
+
+def _rotation_spread(axes: Array) -> tuple[float, float]:
+    """Return the root mean squares of rotation vectors (n, 3) along their two main directions."""
+    if len(axes) < 2:
+        return 0.0, 0.0
+    spread = np.linalg.svd(axes, compute_uv=False) / np.sqrt(len(axes))
+    return float(spread[0]), float(spread[1])
+
+
+def _view_pairs(count: int) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Return the numbers of two views for each motion: every pair, or those of near numbers."""
+    i, j = np.triu_indices(count, 1)
+    if len(i) > MOST_PAIRS:
+        near = j - i <= max(MOST_PAIRS // count, 1)
+        i, j = i[near], j[near]
+    return i, j
+
+
+def check_view_poses(mount: object, camera: object) -> tuple[Pose, Pose]:
+    """Return the poses T_m_f and T_c_o (V, 4, 4) of views; InputError: other shapes, too few."""
+    first, second = as_pose(mount), as_pose(camera)
+    shapes = first.matrix.shape, second.matrix.shape
+    if shapes[0] != shapes[1] or first.matrix.ndim != 3:
+        raise InputError(
+            f"poses: expected as many of the mount as of the camera, (V, 4, 4), got {shapes[0]} "
+            f"and {shapes[1]}"
+        )
+    if len(first.matrix) < FEWEST:
+        raise InputError(f"poses: expected {FEWEST} views or more, got {len(first.matrix)}")
+    return first, second
+
+
+def cross_matrix(w: Array) -> Array:
+    """Return [w]x (..., 3, 3) of vectors (..., 3), with [w]x p = w x p.
+
+    >>> cross_matrix(np.array([1.0, 2, 3]))[0]
+    array([ 0., -3.,  2.])
+    """
+    x, y, z = np.moveaxis(w, -1, 0)
+    zero = np.zeros_like(x)
+    rows = [[zero, -z, y], [z, zero, -x], [-y, x, zero]]
+    return np.stack([np.stack(row, -1) for row in rows], -2)
+
+
+def nearest_rotation(M: Array) -> Array:
+    """Return the rotation R (3, 3) that is nearest to a matrix, with the largest trace of R' M.
+
+    By its singular values (Schoenemann 1966; Umeyama 1991 for the sign).
+
+    >>> nearest_rotation(np.diag([2.0, 3.0, 0.5]))
+    array([[1., 0., 0.],
+           [0., 1., 0.],
+           [0., 0., 1.]])
+    """
+    U, _, Vt = np.linalg.svd(M)
+    U[:, 2] *= np.linalg.det(U @ Vt)
+    R: Array = U @ Vt
+    return R
+
+
+def build_pose(R: Array, t: Array) -> Pose:
+    """Return the pose of a rotation (3, 3) and a position (3,)."""
+    T = np.eye(4)
+    T[:3, :3], T[:3, 3] = R, t
+    return Pose(T)
+
+
+def mean_pose(T: Pose) -> Pose:
+    """Return the mean of poses (n, 4, 4): the nearest rotation to all, and the mean position.
+
+    >>> mean_pose(Pose.at(0, 0, [1.0, 3.0], rpy=[[0, 0, 0.1], [0, 0, 0.3]]))
+    <Pose position [0.0, 0.0, 2.0] rotvec [0.0, 0.0, 0.2]>
+    """
+    return build_pose(nearest_rotation(T.rotation.sum(axis=0)), T.position.mean(axis=0))

@@ -1,0 +1,47 @@
+"""The command `check`: read a scenario and check it without simulating."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from robsim.cli.console import print_text
+from robsim.cli.options import changes
+from robsim.cli.progress import print_warnings_as_lines
+from robsim.cli.scenarios import check_colors, load_with_changes
+
+if TYPE_CHECKING:
+    from robsim.run.experiment import Experiment
+
+
+@click.command("check")
+@click.argument("file", type=click.Path(path_type=Path))
+@changes
+def check_scenario(file: Path, changes: tuple[str, ...]) -> None:
+    """Read FILE and check its goal, start and settings without simulating."""
+    scenario = load_with_changes(file, changes)
+    with print_warnings_as_lines():
+        scenario.check()
+    check_colors(scenario)
+    scene = scenario.scene
+    study = _describe_study_plan(scenario)
+    print_text(f"{file}: all is well")
+    if study:
+        print_text(f"  study    {study}")
+    print_text(f"  robots   {', '.join(f'{r.name} ({r.nv} velocities)' for r in scene.robots)}")
+    print_text(f"  cameras  {', '.join(c.name for c in scene.cameras)}")
+    print_text(f"  objects  {', '.join(f'{o.name} ({len(o.marks)} marks)' for o in scene.objects)}")
+
+
+def _describe_study_plan(scenario: Experiment) -> str:
+    """Return the line of a study in the file, once it is found to be valid; "" for none."""
+    if scenario.study is None:
+        return ""
+    from robsim.studies.plan_execution import check_plan
+    from robsim.studies.study_text import read_plan
+
+    plan = read_plan(scenario)
+    check_plan(plan)
+    return str(plan)

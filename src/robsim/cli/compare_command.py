@@ -1,0 +1,84 @@
+"""The command `compare`: simulate several scenarios and compare them."""
+
+from __future__ import annotations
+
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from robsim.base.atomic_files import write_whole
+from robsim.base.errors import InputError
+from robsim.cli.figure_files import save_figure
+from robsim.cli.options import changes, output
+from robsim.cli.output_files import claim_results_folder, remove_file
+from robsim.cli.progress import exit_if_drawing_stops, run_and_save
+from robsim.cli.scenarios import check_colors, load_with_changes
+
+if TYPE_CHECKING:
+    from robsim.analysis.comparison import Comparison
+    from robsim.run.experiment import Experiment
+
+COMPARED = ("comparison.nc", "comparison.csv", "comparison.png")
+
+
+@click.command("compare")
+@click.argument(
+    "files", nargs=-1, required=True, metavar="FILE...", type=click.Path(path_type=Path)
+)
+@click.option(
+    "--vary", "varied", multiple=True, metavar="KEY=V1,V2,...", help="One scheme for each value."
+)
+@output
+@changes
+def compare_scenarios(
+    files: tuple[Path, ...],
+    varied: tuple[str, ...],
+    output: Path | None,
+    force: bool,
+    no_figures: bool,
+    changes: tuple[str, ...],
+) -> None:
+    """Simulate the scenarios in FILE... and measure them beside each other."""
+    from robsim.cli.variants import list_variants
+
+    if len(varied) > 1:
+        raise InputError(f"--vary: one key at a time, got {' and '.join(map(repr, varied))}")
+    each = list_variants(files, *varied)
+    scenarios = {name: load_with_changes(file, (*changes, *more)) for name, file, more in each}
+    if not no_figures:
+        for scenario in scenarios.values():
+            check_colors(scenario)
+    names = [*COMPARED, *(f"{name}.nc" for name in scenarios)]
+    with claim_results_folder(output, "robsim-compare", force, names) as folder:
+        _run_comparison(scenarios, folder, not no_figures)
+
+
+def _run_comparison(scenarios: dict[str, Experiment], folder: Path, figures: bool) -> None:
+    """Run all schemes, write and draw the results, and print the table.
+
+    What was simulated before a stop is kept.
+    """
+    from robsim.analysis.scheme_comparison import compare
+
+    save = partial(_save_comparison, names=list(scenarios), folder=folder)
+    found = run_and_save(partial(compare, scenarios), save, folder)
+    if figures:
+        with exit_if_drawing_stops("runs are"):
+            from robsim import plot
+
+            save_figure(plot.comparison(found), folder / "comparison.png")
+
+
+def _save_comparison(found: Comparison, names: list[str], folder: Path) -> None:
+    """Write runs, measures and table."""
+    from robsim.files.netcdf import save_run
+
+    for name in names:
+        remove_file(folder / f"{name}.nc")  # of the comparison that was here before
+    for name, run in found.runs.items():
+        save_run(run, folder / f"{name}.nc")
+    save_run(found.data, folder / "comparison.nc")
+    write_whole(folder / "comparison.csv", found.csv())
+    remove_file(folder / "comparison.png")

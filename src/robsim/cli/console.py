@@ -1,0 +1,27 @@
+"""Output that any terminal takes, whatever stands in titles, names and paths."""
+
+from __future__ import annotations
+
+import sys
+
+import click
+
+LAYOUT = "\n\t"
+
+
+def print_text(text: object, err: bool = False, nl: bool = True) -> None:
+    """Print a text, to stderr if `err`; what its encoding lacks is escaped, as are controls."""
+    stream = sys.stderr if err else sys.stdout
+    click.echo(
+        escape_unprintable(str(text), getattr(stream, "encoding", None) or "utf-8"), err=err, nl=nl
+    )
+
+
+def escape_unprintable(text: str, encoding: str) -> str:
+    r"""Return a text in which escapes stand for what no terminal of this encoding shows.
+
+    >>> print(escape_unprintable("5 \u03a9 \x1b[31m caf\u00e9", "latin-1"))
+    5 \u03a9 \x1b[31m café
+    """
+    seen = (c if c.isprintable() or c in LAYOUT else ascii(c)[1:-1] for c in text)
+    return "".join(seen).encode(encoding, "backslashreplace").decode(encoding)

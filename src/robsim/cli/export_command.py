@@ -1,0 +1,46 @@
+"""The command `export`: write the page of a run, a scenario or a robot as one HTML file."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import click
+
+from robsim.base.errors import raise_file_errors
+from robsim.cli.console import print_text
+from robsim.cli.options import force
+from robsim.cli.output_files import choose_output_file, find_run_file
+
+
+@click.command("export")
+@click.argument("shown", metavar="RUN", type=click.Path(path_type=Path))
+@click.argument("page", required=False, type=click.Path(path_type=Path))
+@force
+def export_page(shown: Path, page: Path | None, force: bool) -> None:
+    """Write RUN, a run.nc or the folder of one, as a page: one file for any browser, offline.
+
+    A scenario, a .toml file, or a robot, a .urdf file, is shown as it stands at the start.
+    """
+    from robsim.page.export import export_html
+
+    path = find_run_file(shown)
+    target = choose_output_file(page, f"{shown.stem}.html", force)
+    with raise_file_errors(path):
+        export_html(_open_shown_file(path), target)
+    print_text(f"open {target} in any browser")
+
+
+def _open_shown_file(path: Path) -> Any:
+    """Return what a file holds, by the end of its name."""
+    if path.suffix == ".toml":
+        from robsim.run.experiment import load_scenario
+
+        return load_scenario(path)
+    if path.suffix == ".urdf":
+        from robsim.robot.robot import Robot
+
+        return Robot.from_urdf(path)
+    from robsim.files.netcdf import open_run
+
+    return open_run(path)

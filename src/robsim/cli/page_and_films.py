@@ -1,0 +1,44 @@
+"""What shows a run in motion, beside its figures: the page, and films."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from robsim.base.errors import InputError
+from robsim.cli.progress import progress_bar
+
+if TYPE_CHECKING:
+    from robsim.run.experiment import Experiment
+
+PAGE = "run.html"
+VIEWS = (PAGE, "run.gif", "run.mp4")
+
+
+def check_views(scenario: Experiment, names: tuple[str, ...]) -> None:
+    """Raise InputError, before anything is simulated, if files cannot show what it will be."""
+    import numpy as np
+
+    from robsim.plot.film.animation import check_film_path
+
+    for name in names:
+        if name != PAGE:
+            check_film_path(name)
+        runs = len(scenario.start) if np.ndim(scenario.start) > 1 else 1
+        if runs != 1:
+            raise InputError(f"{name} shows one run, and {scenario.source} has {runs} starts")
+        if scenario.record == "summary":
+            raise InputError(f"{name} shows all of a run: take record = all instead of summary")
+
+
+def write_views(result: Any, scenario: Experiment, folder: Path, names: tuple[str, ...]) -> None:
+    """Write the page and the films of a run."""
+    from robsim.page.export import export_html
+    from robsim.plot.film.animation import save_film
+
+    for name in names:
+        if name == PAGE:
+            export_html(result, folder / name, scenario)
+        else:
+            with progress_bar(f"drawing {name}") as progress:
+                save_film(result, folder / name, scenario, progress=progress)

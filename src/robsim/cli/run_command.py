@@ -1,0 +1,137 @@
+"""The command `run`: simulate one scenario, and write the run, the scenario and the figures."""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from functools import partial
+from itertools import compress
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from robsim.base.atomic_files import write_whole
+from robsim.base.errors import FileError
+from robsim.cli.console import print_text
+from robsim.cli.figure_files import write_mission_figure, write_run_figures
+from robsim.cli.options import changes, output, views
+from robsim.cli.output_files import CHECKPOINT, claim_results_folder, path_exists, remove_file
+from robsim.cli.page_and_films import VIEWS, check_views, write_views
+from robsim.cli.progress import exit_if_drawing_stops, run_and_save
+from robsim.cli.report import print_mission_report, print_run_report
+from robsim.cli.scenarios import check_colors, load_with_changes
+from robsim.files.toml import read_toml_text
+
+if TYPE_CHECKING:
+    from robsim.run.experiment import Experiment
+
+FIGURES = ("image.png", "scene.png", "velocity.png")
+FILES = ("run.nc", "scenario.toml", *FIGURES, *VIEWS)
+
+
+@click.command("run")
+@click.argument("file", type=click.Path(path_type=Path))
+@output
+@views
+@click.option("--resume", is_flag=True, help="Go on with a run that was stopped; needs -o.")
+@changes
+def simulate_scenario(
+    file: Path,
+    output: Path | None,
+    force: bool,
+    no_figures: bool,
+    html: bool,
+    gif: bool,
+    mp4: bool,
+    resume: bool,
+    changes: tuple[str, ...],
+) -> None:
+    """Simulate the scenario in FILE and write the run, the scenario and the figures.
+
+    With --html, --gif or --mp4 also what shows it in motion.
+
+    A run that is stopped leaves what was simulated so far, and a checkpoint from which the same
+    command with --resume goes on, as if it had not been stopped. A long run leaves a checkpoint
+    every ten seconds.
+    """
+    scenario = load_with_changes(file, changes)
+    wanted = tuple(compress(VIEWS, (html, gif, mp4)))
+    check_views(scenario, wanted)
+    name, files = f"{file.stem}-run", (*FILES, CHECKPOINT)
+    if resume:
+        _check_checkpoint(output)
+    with claim_results_folder(output, name, force or resume, files) as folder:
+        if not resume:
+            remove_file(folder / CHECKPOINT)
+        simulate_into_folder(scenario, folder, not no_figures, folder / CHECKPOINT, resume, wanted)
+
+
+def _check_checkpoint(folder: Path | None) -> None:
+    """Raise FileError unless there is something to go on with."""
+    if folder is None or not path_exists(folder / CHECKPOINT):
+        which = f"{folder} has no checkpoint" if folder else "say with -o which folder it is in"
+        raise FileError(f"nothing to resume: {which}")
+
+
+def simulate_into_folder(
+    scenario: Experiment,
+    folder: Path,
+    figures: bool,
+    checkpoint: Path | None = None,
+    resume: bool = False,
+    views: tuple[str, ...] = (),
+) -> None:
+    """Run a scenario, write and draw the results and some of `VIEWS`, and print a report.
+
+    What was simulated before a stop is kept.
+    """
+    if figures or views:
+        check_colors(scenario)
+    print_text(scenario.title or "simulating")
+
+    def tell_end(result: Any) -> None:
+        if checkpoint:
+            remove_file(checkpoint)
+        if _is_mission_run(result):
+            print_mission_report(result, folder)
+        else:
+            print_run_report(result, folder, scenario.safety)
+
+    work = partial(scenario.run, checkpoint=checkpoint, resume=resume)
+    result = run_and_save(
+        work, partial(_save_run_and_scenario, scenario=scenario, folder=folder), folder, tell_end
+    )
+    with exit_if_drawing_stops("run is"):
+        if figures:
+            (write_mission_figure if _is_mission_run(result) else write_run_figures)(
+                result, scenario, folder
+            )
+        write_views(result, scenario, folder, views)
+
+
+def _is_mission_run(result: Any) -> bool:
+    from robsim.run.mission_run import MissionRun
+
+    return isinstance(result, MissionRun)
+
+
+def choose_scenario_text(scenario: Experiment, folder: Path) -> str:
+    """Return the text of the file of a scenario, with its remarks, if it says the same; or new."""
+    from robsim.run.experiment import Experiment
+
+    source = folder / "scenario.toml"
+    with suppress(FileError):
+        text = read_toml_text(scenario.source)
+        if Experiment.from_text(text, str(source)) == scenario:
+            return text
+    return scenario.to_toml(folder=folder)
+
+
+def _save_run_and_scenario(result: Any, scenario: Experiment, folder: Path) -> None:
+    """Write run and scenario; the run of a mission is the joint motion of all its phases."""
+    from robsim.files.netcdf import save_run
+
+    save_run(result.run if _is_mission_run(result) else result, folder / "run.nc")
+    write_whole(folder / "scenario.toml", choose_scenario_text(scenario, folder))
+    for name in (*FIGURES, *VIEWS):
+        remove_file(folder / name)  # of the run that was here before

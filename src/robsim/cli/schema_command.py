@@ -1,0 +1,45 @@
+"""The command `schema`: what may stand in a file, for editors that complete and check it."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import click
+
+from robsim.base.atomic_files import write_whole
+from robsim.cli.console import print_text
+from robsim.cli.output_files import path_exists
+
+FILE = "robsim.schema.json"  # which the first line of each example names
+
+
+@click.command("schema")
+@click.option("--robot", is_flag=True, help="Of robot files, which name robot.schema.json.")
+def print_schema(robot: bool) -> None:
+    """Print the JSON Schema of scenario files: robsim schema > robsim.schema.json.
+
+    An editor that knows JSON Schema for TOML, such as one with Taplo, completes and checks a file
+    whose first line is `#:schema robsim.schema.json`.
+    """
+    print_text(build_schema_text(robot), nl=False)
+
+
+def build_schema_text(robot: bool = False) -> str:
+    """Return the JSON Schema of scenario files, or of robot files."""
+    from robsim.declare.schema import json_schema
+    from robsim.files.toml import SCHEMA
+    from robsim.robot.robot_table import RobotTable
+    from robsim.run.experiment_text import ExperimentTable
+
+    kind = RobotTable if robot else ExperimentTable
+    return json.dumps(json_schema(kind, schema={"const": SCHEMA}), indent=1) + "\n"
+
+
+def write_schema_beside(target: Path, force: bool) -> Path | None:
+    """Write the schema into the folder of a scenario file; None if there is one already."""
+    path = target.parent / FILE
+    if path_exists(path) and not force:
+        return None
+    write_whole(path, build_schema_text())
+    return path

@@ -1,0 +1,106 @@
+"""The command `studio`: a live simulation in the browser."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from robsim.base import interrupt
+from robsim.cli.console import print_text
+from robsim.cli.output_files import find_run_file, path_exists
+
+if TYPE_CHECKING:
+    from robsim.run.experiment import Experiment
+    from robsim.studies.study_result import StudyResult
+    from robsim.studio.scenario_shelf import ScenarioShelf
+
+LOOK = 0.2  # seconds between looks for a stop
+LATE = 60.0  # seconds that a browser may take to open
+GONE = 5.0  # seconds without a page, which is not one that is loaded again
+FIRST = "eye_in_hand"  # what a studio shows of which nothing else is asked
+
+no_open = click.option("--no-open", is_flag=True, help="Do not open a browser.")
+
+
+@click.command("studio")
+@click.argument(
+    "shown", metavar="[FILE|RUN|FOLDER]", required=False, type=click.Path(path_type=Path)
+)
+@click.option("--host", default="127.0.0.1", show_default=True, help="Address to listen at.")
+@click.option("--port", default=0, type=click.IntRange(0, 65535), help="Port; 0: any free one.")
+@click.option("--allow-remote", is_flag=True, help="Let other machines in; says what that exposes.")
+@no_open
+def open_studio(
+    shown: Path | None, host: str, port: int, allow_remote: bool, no_open: bool
+) -> None:
+    """Show and change a simulation in the browser, until Ctrl-C.
+
+    FILE is a scenario, RUN a run.nc or the folder of one, FOLDER holds scenarios to choose from, or
+    a study, whose map opens any of its runs.
+    """
+    serve_studio(*_load_shown(shown), host, port, allow_remote, no_open)
+
+
+def serve_studio(
+    shown: Experiment | StudyResult,
+    shelf: ScenarioShelf | None = None,
+    host: str = "127.0.0.1",
+    port: int = 0,
+    allow_remote: bool = False,
+    no_open: bool = False,
+    once: bool = False,
+) -> None:
+    """Serve a studio until a stop comes, and open it in the browser if there is one.
+
+    With `once` it ends as well when its page was closed.
+    """
+    from robsim.page.export import open_in_browser
+    from robsim.studio.studio import studio
+
+    with (
+        interrupt.defer_stops() as stops,
+        studio(shown, shelf, host=host, port=port, allow_remote=allow_remote) as server,
+    ):
+        if server.exposed:
+            print_text(server.exposed, err=True)
+        if no_open or not open_in_browser(server.address):
+            print_text(f"open {server.address} in a browser; Ctrl-C ends it")
+        else:
+            print_text(f"the studio is open at {server.address}; Ctrl-C ends it")
+        began, seen = time.monotonic(), None  # when there was a page
+        while not stops and not server.wait(LOOK):
+            now = time.monotonic()
+            seen = now if server.pages else seen
+            if once and now - (seen or began + LATE) > GONE:
+                break
+
+
+def _load_shown(shown: Path | None) -> tuple[Experiment | StudyResult, ScenarioShelf | None]:
+    """Return the study of a folder, or an experiment, and the shelf of a folder that has one."""
+    from robsim.files import examples
+    from robsim.run.experiment import Experiment, load_scenario
+    from robsim.studies.study_store import ABOUT
+    from robsim.studio.scenario_shelf import ScenarioShelf
+
+    if shown is None:
+        return load_scenario(examples.path(FIRST)), None
+    path = find_run_file(shown) if path_exists(shown / "run.nc") else shown
+    if path_exists(path / ABOUT) or any(
+        path.glob("rows-*.parquet")
+    ):  # or was one, and is to say so
+        from robsim.studies.api import open_study
+
+        return open_study(path), None
+    if path_exists(path) and path.is_dir():
+        shelf = ScenarioShelf.of(path)
+        return shelf.first(), shelf
+    if path.suffix == ".nc":
+        from robsim.files.netcdf import open_run
+
+        return Experiment.of(open_run(path)), None
+    return load_scenario(path), ScenarioShelf(
+        [path, *(Path(examples.path(n)) for n in examples.names())]
+    )

@@ -1,0 +1,103 @@
+"""The command `warm`: compile all kernels in advance."""
+
+from __future__ import annotations
+
+import time
+from typing import TYPE_CHECKING
+
+import click
+
+from robsim.base.errors import FileError
+from robsim.cli.console import print_text
+
+if TYPE_CHECKING:
+    from robsim.cli.warm_workload import WorkloadItem
+
+
+@click.command("warm")
+@click.option("-j", "--jobs", type=click.IntRange(1, 1000), help="Processes; one per core.")
+def compile_kernels(jobs: int | None) -> None:
+    """Compile all kernels now, as for the computers of a class, so that nobody waits later.
+
+    They are kept in the folder ROBSIM_CACHE_DIR, or in the user's folder for cache files.
+    """
+    from robsim.base.processors import count_processors
+    from robsim.kernels.machine import cache_files
+
+    if not cache_files.is_cache_writable():
+        raise FileError(f"cannot write {cache_files.CACHE}, where kernels are kept")
+    began = time.perf_counter()
+    compiled, failed = _run_workload(jobs or count_processors())
+    for each in failed:
+        print_text(f"warning: {each}", err=True)
+    print_text(_format_compilation_summary(compiled, time.perf_counter() - began))
+
+
+def _run_workload(jobs: int) -> tuple[set[str], list[str]]:
+    """Do all that users do; return what was compiled for it, and what could not be done."""
+    import multiprocessing
+    import sys
+    import tempfile
+    from concurrent.futures import ProcessPoolExecutor, as_completed
+
+    from robsim.cli.warm_workload import list_workload
+
+    compiled: set[str] = set()
+    failed = []
+    spawn = multiprocessing.get_context("spawn")
+    with (
+        tempfile.TemporaryDirectory() as folder,
+        ProcessPoolExecutor(jobs, spawn, _prepare_worker, (folder,)) as pool,
+    ):
+        waiting = [pool.submit(compile_for_item, use) for use in list_workload()]
+        try:
+            with click.progressbar(
+                as_completed(waiting), len(waiting), "compiling kernels", file=sys.stderr
+            ) as bar:
+                for each in bar:
+                    names, error = each.result()
+                    compiled |= names
+                    failed += [error] if error else []
+        finally:
+            pool.shutdown(cancel_futures=True)
+    return compiled, failed
+
+
+def _prepare_worker(folder: str) -> None:
+    """Make a process of its own ready: what examples write goes where it is deleted."""
+    import os
+    import signal
+    import warnings
+
+    os.chdir(folder)
+    os.environ |= {"MPLBACKEND": "agg", "ROBSIM_QUIET": "1"}
+    signal.signal(signal.SIGINT, signal.SIG_DFL)  # Ctrl-C ends it without a word
+    warnings.simplefilter("ignore")
+
+
+def compile_for_item(use: WorkloadItem) -> tuple[set[str], str]:
+    """Do one thing; return the files of the kernels that were compiled for it, and what failed."""
+    from robsim.cli.warm_workload import run_workload_item
+    from robsim.kernels.machine import cache_files
+
+    before = set(cache_files.SAVED)
+    try:
+        run_workload_item(use)
+        error = ""
+    except Exception as reason:  # noqa: BLE001  the rest of the list is to be compiled all the same
+        error = f"{' '.join(use)}: {type(reason).__name__}: {reason}"
+    return cache_files.SAVED - before, error
+
+
+def _format_compilation_summary(compiled: set[str], seconds: float) -> str:
+    """Return what was done, and where it is."""
+    from robsim.kernels.machine import cache_files, prebuilt
+
+    kept = list(cache_files.CACHE.glob("*.nbc"))
+    size = sum(path.stat().st_size for path in kept) / 1e6
+    there = f"{len(kept)} files, {size:.0f} MB, in {cache_files.CACHE}"
+    if compiled:
+        return f"compiled {len(compiled)} kernels in {seconds:.0f} s; kept: {there}"
+    if prebuilt.LEVEL:
+        return f"nothing to do: what came with the package serves here ({prebuilt.LEVEL}); {there}"
+    return f"nothing to do: {there}"

@@ -1,0 +1,85 @@
+"""Arrays of numbers, which a text says as lists."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import reduce
+from typing import Any, ClassVar
+
+import numpy as np
+
+from robsim.base.arrays import as_floats, make_read_only
+from robsim.base.errors import InputError
+from robsim.declare.problems import prefix_path
+from robsim.declare.scalars import ANY, Number, PlainValue
+from robsim.declare.spec import Context, Raw, make_expected_error
+
+
+@dataclass(frozen=True, kw_only=True)
+class Numbers(PlainValue):
+    """Numbers in a list, or in rows, each as `item` declares it, which become an array.
+
+    A word in the shape stands for any size. Without a shape they may be one number, or either.
+    """
+
+    item: Number = ANY
+    shape: tuple[int | str, ...] | None = ("n",)
+
+    form: ClassVar[str] = "list"
+
+    def demand(self, value: Any) -> str:
+        deepest = 2 if self.shape is None else len(self.shape)
+        each = value.ravel().tolist() if self.item.limits else []
+        wrong = value.ndim > deepest or not value.size or any(map(self.item.demand, each))
+        return self.text_words() if wrong else ""
+
+    def taken(self, value: Any, what: str) -> Any:
+        return make_read_only(as_floats(value, what, self.shape or ()))
+
+    def parsed(self, raw: Raw, c: Context) -> Any:
+        nested = self._each(raw, self.item.read, c)
+        try:
+            return self.taken(nested, "")
+        except InputError:
+            raise make_expected_error(self.text_words(), raw) from None
+
+    def write(self, value: Any, c: Context) -> Any:
+        return self._each(np.asarray(value).tolist(), self.item.write, c)
+
+    def words(self) -> str:
+        return self._list_of(self.item.words())
+
+    def text_words(self) -> str:
+        return self._list_of(self.item.text_words())
+
+    def rows(self, name: str) -> list[tuple[str, str]]:
+        return [(key, self._list_of(holds)) for key, holds in self.item.rows(name)]
+
+    def schema(self, define: Any) -> dict[str, Any]:
+        one = self.item.schema(define)
+        if self.json:
+            return dict(self.json)
+        if self.shape is None:
+            return {"anyOf": [one, {"type": "array"}]}
+        return reduce(lambda items, _: {"type": "array", "items": items}, self.shape, one)
+
+    def _list_of(self, words: str) -> str:
+        """Return the phrase for numbers of which each is `words`."""
+        if self.shape is None:
+            return f"{words}, or a list of these"
+        *rows, count = self.shape
+        if rows:
+            of = "rows of one length" if isinstance(count, str) else f"{count} columns"
+            return f"a matrix of {of}"
+        return f"a list of {'one or more' if isinstance(count, str) else count}: {words}"
+
+    def _each(self, raw: Raw, change: Callable[[Any, Context], Any], c: Context) -> Any:
+        """Return nested lists with what each of their numbers becomes."""
+        if not isinstance(raw, list):
+            return change(raw, c)
+        made = []
+        for i, each in enumerate(raw):
+            with prefix_path(i):
+                made.append(self._each(each, change, c))
+        return made

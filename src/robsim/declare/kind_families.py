@@ -1,0 +1,165 @@
+"""Families: the kinds of one sort of thing, by the names that texts use.
+
+A kind of RobSim is found in the files that `kinds.toml` lists for its family, and is imported when
+it is needed. A user's kind joins a family by `register`, or as an entry point of the group "robsim"
+whose object is the class, decorated likewise.
+"""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import cache, cached_property
+from importlib import import_module
+from pathlib import Path
+from typing import Any, NamedTuple, TypeVar
+
+from robsim.base.errors import InputError, format_value, suggest_names
+from robsim.base.name_check import check_name
+from robsim.declare.parameter_docs import described
+
+K = TypeVar("K", bound=type[Any])
+PACKAGE = Path(__file__).parents[1]
+_REGISTERED = re.compile(r'^@register\("([^"]+)", "(\w+)"\)$.*?^class (\w+)', re.M | re.S)
+
+
+class KindSource(NamedTuple):
+    """The module and the class of a kind."""
+
+    module: str
+    name: str
+
+
+@dataclass
+class KindFamily:
+    """The kinds of one sort of thing, such as the "feature" or "law" of its `noun`."""
+
+    noun: str
+    files: tuple[str, ...] = ()  # patterns of the files with the kinds of RobSim
+    loaded: dict[str, type[Any]] = field(default_factory=dict)
+
+    @cached_property
+    def shipped(self) -> dict[str, KindSource]:
+        """The sources of RobSim's kinds by name, read from their files without importing them."""
+        paths = [path for pattern in self.files for path in sorted(PACKAGE.glob(pattern))]
+        return {
+            name: KindSource(_get_module_name(path), kind)
+            for path in paths
+            for noun, name, kind in _REGISTERED.findall(path.read_text(encoding="utf-8"))
+            if noun == self.noun
+        }
+
+    @property
+    def names(self) -> list[str]:
+        """The names of all kinds: those of RobSim, and the others in order of registration."""
+        return list(dict.fromkeys([*self.shipped, *self.loaded]))
+
+    @property
+    def kinds(self) -> dict[str, type[Any]]:
+        """All kinds by name, which are imported for this."""
+        return {name: self.find(name) for name in self.names}
+
+    def get(self, name: str) -> type[Any] | None:
+        """Return the class of that name; None if there is none so far."""
+        if name not in self.loaded and name in self.shipped:
+            import_module(self.shipped[name].module)
+        return self.loaded.get(name)
+
+    def find(self, name: object) -> type[Any]:
+        """Return the class of that name; InputError with the nearest, and all there are."""
+        key = name if isinstance(name, str) else ""
+        kind = self.get(key)
+        if kind is None:
+            _load_entry_points()
+            kind = self.get(key)
+        if kind is None:
+            hint = suggest_names(str(name)[:64], self.names, pluralize(self.noun))
+            raise InputError(f"no {self.noun} {format_value(name)}; {hint}")
+        return kind
+
+    def name_of(self, value: object) -> str | None:
+        """Return the name of the class of a value; None if it does not belong here."""
+        names = (name for name, kind in self.loaded.items() if type(value) is kind)
+        return next(names, None)
+
+
+def _get_module_name(path: Path) -> str:
+    return ".".join([PACKAGE.name, *path.relative_to(PACKAGE).with_suffix("").parts])
+
+
+def _read_shipped_families() -> dict[str, KindFamily]:
+    listed = tomllib.loads((PACKAGE / "kinds.toml").read_text(encoding="utf-8"))
+    return {noun: KindFamily(noun, tuple(files)) for noun, files in listed.items()}
+
+
+_FAMILIES = _read_shipped_families()
+
+
+def pluralize(noun: str) -> str:
+    """Return the plural of the noun of a family.
+
+    >>> pluralize("law"), pluralize("trajectory"), pluralize("kind of moments")
+    ('laws', 'trajectories', 'kinds of moments')
+    """
+    head, of, tail = noun.partition(" of ")
+    many = f"{head[:-1]}ies" if head.endswith("y") else f"{head}s"
+    return many.replace("matrixs", "matrices") + of + tail
+
+
+def family(noun: str) -> KindFamily:
+    """Return the family of that noun, which is made when it is first asked for."""
+    return _FAMILIES.setdefault(noun, KindFamily(noun))
+
+
+def families() -> dict[str, KindFamily]:
+    """Return all families by their nouns."""
+    return dict(_FAMILIES)
+
+
+def register(noun: str, name: str | None = None) -> Callable[[K], K]:
+    """Return a decorator that gives a class its name in a family, such as ("feature", "points").
+
+    Without a name the class has that of its attribute `name`. Its docstring gets a list of its
+    parameters, as by `described`.
+
+    InputError: there is no such family, the name cannot be one, or another class has it.
+    """
+
+    def named(kind: K) -> K:
+        if not isinstance(kind, type):
+            raise InputError(f"{noun}: expected a class, got {format_value(kind)}")
+        own = check_name(getattr(kind, "name", None) if name is None else name, noun)
+        if noun not in _FAMILIES:
+            raise InputError(
+                f"no family {format_value(noun)}; {suggest_names(noun, _FAMILIES, 'families')}"
+            )
+        known = _FAMILIES[noun].get(own)
+        if known is not None and known.__qualname__ != kind.__qualname__:
+            raise InputError(f"there is a {noun} {own!r} already: {known.__qualname__}")
+        _FAMILIES[noun].loaded[own] = kind
+        return described(kind)
+
+    return named
+
+
+def make_kind_getattr(noun: str) -> Callable[[str], type[Any]]:
+    """Return the `__getattr__` of a package that has the kinds of a family by their classes."""
+
+    def named(attribute: str) -> type[Any]:
+        for name, source in family(noun).shipped.items():
+            if source.name == attribute:
+                return family(noun).find(name)
+        raise AttributeError(f"no {noun} {attribute!r}")
+
+    return named
+
+
+@cache
+def _load_entry_points() -> None:
+    """Import what installed packages bring, once: their decorators do the rest."""
+    from importlib.metadata import entry_points
+
+    for point in entry_points(group="robsim"):
+        point.load()

@@ -1,0 +1,97 @@
+"""Texts: free, names, colors and words of a few."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+from robsim.base.errors import InputError, format_value, is_known_name, suggest_names
+from robsim.base.name_check import LONGEST_NAME, NAME_PATTERN, check_name
+from robsim.declare.error_phrases import join_alternatives
+from robsim.declare.kind_families import pluralize
+from robsim.declare.scalars import PlainValue
+from robsim.declare.spec import Context, Raw
+
+
+@dataclass(frozen=True)
+class Text(PlainValue):
+    """A text of a bounded length, which may have to fit a pattern."""
+
+    most: int = 2000
+    pattern: str | None = None
+    least: int = 0
+    phrase: ClassVar[str] = "a text"
+
+    def demand(self, value: Any) -> str:
+        fits = isinstance(value, str) and self.least <= len(value) <= self.most
+        if fits and re.fullmatch(self.pattern or "(?s:.*)", value):
+            return ""
+        pattern = f", of the pattern {self.pattern}" if self.pattern else ""
+        return f"{self.words()}, of {self.least} to {self.most} characters{pattern}"
+
+    def check(self, value: Any, what: str) -> Any:
+        if demand := self.demand(value):
+            raise InputError(f"{what} must be {demand}, got {format_value(value)}")
+        return value
+
+    def schema(self, define: Any) -> dict[str, Any]:
+        pattern = {"pattern": f"^{self.pattern}$"} if self.pattern else {}
+        return {"type": "string", "minLength": self.least, "maxLength": self.most, **pattern}
+
+
+@dataclass(frozen=True)
+class Name(Text):
+    """A name that is safe in files, figures and paths."""
+
+    most: int = LONGEST_NAME
+    pattern: str | None = NAME_PATTERN
+    phrase: ClassVar[str] = "a name"
+
+    def read(self, raw: Raw, c: Context) -> str:
+        return check_name(raw, "name")
+
+
+@dataclass(frozen=True)
+class ColorSpec(Text):
+    """A colour by a name that Matplotlib knows; in Python in any form that Matplotlib takes."""
+
+    most: int = 64
+    pattern: str | None = r"[A-Za-z0-9#][A-Za-z0-9 #:._-]*"
+    phrase: ClassVar[str] = "the name of a color"
+
+    def check(self, value: Any, what: str) -> Any:
+        return value  # which only Matplotlib knows
+
+
+Color = ColorSpec()
+
+
+@dataclass(frozen=True)
+class Word(PlainValue):
+    """One of a few words."""
+
+    choices: tuple[str, ...]
+    noun: str = "choice"
+
+    def demand(self, value: Any) -> str:
+        return "" if is_known_name(value, self.choices) else self.words()
+
+    def check(self, value: Any, what: str) -> Any:
+        if self.demand(value):
+            hint = suggest_names(value, self.choices, pluralize(self.noun))
+            raise InputError(f"{what}: no {self.noun} {format_value(value)}; {hint}")
+        return value
+
+    def words(self) -> str:
+        return join_alternatives(*map(repr, self.choices))
+
+    def schema(self, define: Any) -> dict[str, Any]:
+        return {"enum": list(self.choices)}
+
+    def controls(self, value: Any, place: Any) -> Iterable[Any]:
+        return [] if value is None else [place.control("choice", value, options=self.choices)]
+
+
+FrameReference = Text(most=129)  # robot.link

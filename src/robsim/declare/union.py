@@ -1,0 +1,87 @@
+"""A value in one of several forms."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from typing import Any
+
+from robsim.base.errors import InputError, format_value
+from robsim.declare.spec import Context, NoTextError, Raw, Spec, make_expected_error
+
+
+@dataclass(frozen=True)
+class OneOf(Spec):
+    """One of several forms of a value: plain, a list, or a table."""
+
+    specs: tuple[Spec, ...]
+    summary: str = ""  # what is expected, where the specs do not say it well
+
+    def __init__(self, *specs: Spec, words: str = ""):
+        object.__setattr__(self, "specs", specs)
+        object.__setattr__(self, "summary", words)
+
+    @property
+    def forms(self) -> tuple[str, ...]:  # type: ignore[override]
+        """The forms of all of them."""
+        return tuple(form for spec in self.specs for form in spec.forms or (spec.form,))
+
+    def check(self, value: Any, what: str) -> Any:
+        for spec in self.specs:
+            try:
+                return spec.check(value, what)
+            except InputError:
+                continue
+        raise InputError(f"{what}: expected {self.words()}, got {format_value(value)}")
+
+    def read(self, raw: Raw, c: Context) -> Any:
+        fits = [spec for spec in self.specs if _get_raw_form(raw) in (spec.forms or (spec.form,))]
+        if len(fits) == 1:
+            return fits[0].read(raw, c)
+        for spec in fits:
+            try:
+                return spec.read(raw, c)
+            except InputError:
+                continue
+        raise make_expected_error(self.words(), raw)
+
+    def write(self, value: Any, c: Context) -> Raw:
+        for spec in self.specs:
+            try:
+                return spec.write(spec.check(value, "value"), c)
+            except (InputError, NoTextError, TypeError):
+                continue
+        raise NoTextError(f"{type(value).__name__} is Python code")
+
+    def words(self) -> str:
+        return self.summary or ", or ".join(spec.words() for spec in self.specs)
+
+    def accepts(self) -> str:
+        return self.summary or ", or ".join(spec.accepts() for spec in self.specs)
+
+    def schema(self, define: Any) -> dict[str, Any]:
+        return {"anyOf": [spec.schema(define) for spec in self.specs]}
+
+    def controls(self, value: Any, place: Any) -> Iterable[Any]:
+        for spec in self.specs:
+            with suppress(InputError, TypeError):
+                spec.check(value, "value")
+                return spec.controls(value, place)
+        return ()
+
+    def parts(self, keys: list[str], value: Any, c: Context) -> list[Any]:
+        for spec in self.specs:
+            with suppress(InputError, TypeError):
+                spec.check(value, "value")
+                return spec.parts(keys, value, c)
+        return []
+
+    def inside(self) -> Sequence[type[Any]]:
+        return [kind for spec in self.specs for kind in spec.inside()]
+
+
+def _get_raw_form(raw: Raw) -> str:
+    if isinstance(raw, Mapping):
+        return "table"
+    return "list" if isinstance(raw, list) else "plain"

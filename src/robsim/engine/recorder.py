@@ -1,0 +1,172 @@
+"""The record of runs while they go on."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import accumulate, pairwise
+from typing import Literal, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robsim.base.arrays import Array
+from robsim.base.errors import InputError, format_value
+from robsim.base.free_memory import get_free_memory
+from robsim.kernels.machine.block_rows import BlockRows
+from robsim.kernels.machine.program import Blocks, Program
+from robsim.kernels.outcomes import history_tables
+
+Record = Literal["all", "summary"] | int
+
+
+class OutcomeRows(NamedTuple):
+    """The rows of the outcome, of the ending of the experiment, and of the way of a run."""
+
+    outcome: BlockRows
+    ending: BlockRows
+    length: BlockRows
+
+
+class RecordedSeries(NamedTuple):
+    """Recorded instants, each (runs, instants, width)."""
+
+    q: Array
+    qd: Array
+    rates: Array
+    s: Array
+    pixels: Array
+    weights: Array
+
+
+COPIES = 3  # of the results at once: those in memory, those in the file, and one on the way
+SMALL = 5e7  # bytes, for which nobody asks how much is free
+LONGEST = 10_000_000  # steps
+
+
+def parse_record(record: Record) -> int | None:
+    """Return n if each n-th step is recorded; None for a summary. InputError: neither."""
+    if isinstance(record, str):
+        if record in ("all", "summary"):
+            return 1 if record == "all" else None
+    elif isinstance(record, int | np.integer) and record is not True and 1 <= record <= LONGEST:
+        return int(record)
+    raise InputError(
+        f"record must be 'all', 'summary' or every n-th step, got {format_value(record)}"
+    )
+
+
+class Recorder:
+    """The recorded instants, and the end of each run; chunks write to rows of their own.
+
+    `widths` are how many numbers there are of q, qd, rates, s, pixels and weights.
+    """
+
+    def __init__(self, runs: int, steps: int, record: Record, widths: tuple[int, ...]):
+        self.every = parse_record(record)
+        instants = 0 if self.every is None else steps // self.every + 1
+        _check_record_memory(runs, steps, self.every, widths)
+        self.bounds = list(accumulate(widths, initial=0))
+        width = self.bounds[-1]
+        self.table = np.full((runs, instants, width), np.nan)
+        self.ends = np.full((runs, width + 4), np.nan)  # and path length, ending, step, outcome
+
+    @property
+    def series(self) -> RecordedSeries:
+        """The recorded instants."""
+        return self._parts(self.table)
+
+    @property
+    def last(self) -> RecordedSeries:
+        """The last instant of each run."""
+        return self._parts(self.ends[:, None])
+
+    @property
+    def outcome(self) -> NDArray[np.int8]:
+        """The outcome (runs,)."""
+        found: NDArray[np.int8] = np.nan_to_num(self.ends[:, -1]).astype(np.int8)
+        return found
+
+    @property
+    def end_step(self) -> Array:
+        """The number of the last step (runs,)."""
+        return self.ends[:, -2]
+
+    @property
+    def ending(self) -> NDArray[np.int8]:
+        """The number (runs,) of the ending of the experiment that ended a run, or -1."""
+        found: NDArray[np.int8] = np.nan_to_num(self.ends[:, -3], nan=-1.0).astype(np.int8)
+        return found
+
+    @property
+    def path_length(self) -> Array:
+        """The length (runs,) of the path in metres."""
+        return self.ends[:, -4]
+
+    def keep(
+        self, program: Program, run: BlockRows, alive: BlockRows, kept: Sequence[BlockRows | None]
+    ) -> None:
+        """Add the stage that keeps instants, with the rows of what is kept."""
+        if self.every is not None:
+            given = {"which": run, "alive": alive, "groups": _group_kept_rows(kept)}
+            table = program.address(self.table)
+            program.add(history_tables.record_instant, every=self.every, kept=table, **given)
+
+    def end(
+        self,
+        program: Program,
+        run: BlockRows,
+        alive: BlockRows,
+        kept: Sequence[BlockRows | None],
+        judged: OutcomeRows,
+    ) -> None:
+        """Add the stage that keeps the ends of runs."""
+        groups = _group_kept_rows([*kept, judged.length, judged.ending])
+        given = {"which": run, "alive": alive, "outcome": judged.outcome, "groups": groups}
+        program.add(history_tables.record_ending, kept=program.address(self.ends), **given)
+
+    def stop(
+        self, blocks: Blocks, step: int, kept: Sequence[BlockRows | None], judged: OutcomeRows
+    ) -> None:
+        """Keep the last instant of runs that are stopped before their end."""
+        runs = blocks.rows
+        parts = [
+            blocks.get(rows) for (rows,) in _group_kept_rows([*kept, judged.length, judged.ending])
+        ]
+        self.ends[runs, :-2] = np.concatenate(parts).T
+        self.ends[runs, -2], self.ends[runs, -1] = step, 0.0
+
+    def _parts(self, table: Array) -> RecordedSeries:
+        return RecordedSeries(*(table[..., a:b] for a, b in pairwise(self.bounds)))
+
+
+def _group_kept_rows(kept: Sequence[BlockRows | None]) -> list[tuple[BlockRows]]:
+    """Return the rows that there are, one after the other in each group."""
+    return [(rows.flat,) for rows in kept if rows is not None and rows.size]
+
+
+def _check_record_memory(runs: int, steps: int, every: int | None, widths: tuple[int, ...]) -> None:
+    """Raise InputError if there is no room for the results of a record, before anything runs."""
+
+    instants = 0 if every is None else steps // every + 1
+    need, least = (_estimate_record_bytes(runs, count, widths) for count in (instants, 0))
+    if need <= SMALL or need <= (free := get_free_memory()):
+        return
+    advice = "simulate fewer runs"
+    if instants and least < free:
+        fit = int((free - least) / (need - least) * instants)  # instants
+        some = f"every n-th step (record={steps // fit + 1}) or " if fit else ""
+        advice = f"record {some}the end only (record='summary'), fewer runs or a shorter time"
+    raise InputError(
+        f"{runs} runs with {instants} recorded instants need about {need / 1e9:.1f} GB, "
+        f"and {free / 1e9:.1f} GB are free: {advice}"
+    )
+
+
+def _estimate_record_bytes(runs: int, instants: int, widths: tuple[int, ...]) -> float:
+    """Return how many bytes results take until they are saved, as measured.
+
+    Of an instant there are what is recorded, the error (as wide as s) with its length and energy,
+    a pose and a twist; of a run its start and its end, in images and in space.
+    """
+    width, k = sum(widths), widths[3]
+    return 8.0 * COPIES * runs * (instants * (width + k + 24) + 3 * width + 60)

@@ -1,0 +1,46 @@
+"""Whether the cameras see the marks of a task at the start."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from robsim.base.errors import InputError
+from robsim.engine.chunk import ChunkProgress
+from robsim.engine.loop import Loop
+from robsim.engine.outcome import Outcome
+from robsim.vision.camera import Visibility
+
+_BLIND = (Outcome.OUT_OF_IMAGE, Outcome.BEHIND_CAMERA)
+_WHERE = {
+    Visibility.BEHIND_CAMERA: "behind the camera",
+    Visibility.OUT_OF_IMAGE: "outside the image",
+}
+
+
+def check_start_visibility(loop: Loop) -> None:
+    """Raise InputError for the first start at which a camera lacks marks that the task needs."""
+    first = replace(loop, steps=1)
+    first.advance(ChunkProgress(np.arange(len(loop.q0))), lambda share: None)
+    ended = first.recorder
+    blind = np.flatnonzero(np.isin(ended.outcome, _BLIND) & (ended.end_step == 0))
+    if blind.size:
+        raise InputError(_describe_missing_marks(loop, int(blind[0])))
+
+
+def _describe_missing_marks(loop: Loop, at: int) -> str:
+    """Return which camera lacks which marks at a start."""
+    which = f"start {at + 1} of {len(loop.q0)}" if len(loop.q0) > 1 else "start"
+    excused = loop.controller.excused
+    for sight in (each for each in loop.controller.sights if each.key not in excused):
+        seen = sight.scene.view(loop.q0[at], sight.eye.name, sight.target.name).visibility
+        for flag, where in _WHERE.items():
+            marks = np.flatnonzero(seen == flag)
+            if marks.size:
+                named = f"mark{'s' * (marks.size > 1)} {', '.join(map(str, marks))}"
+                return (
+                    f"{which}: '{sight.eye.name}' does not see {named} of "
+                    f"'{sight.target.name}': {where}"
+                )
+    return f"{which}: the camera sees too few marks to command by"

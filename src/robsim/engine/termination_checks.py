@@ -1,0 +1,147 @@
+"""The judge: whether and why each run ends."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from robsim.base.arrays import make_read_only, view_for_user
+from robsim.engine.endings import ControlInstant, Ending, find_first_ending
+from robsim.engine.image_stream import ImageStream
+from robsim.engine.plant import Plant
+from robsim.engine.recorder import OutcomeRows
+from robsim.kernels.control.mark_weights import compute_row_maximum
+from robsim.kernels.linear_algebra.svd import count_truncation_rows
+from robsim.kernels.machine.block_rows import BlockRows
+from robsim.kernels.machine.program import Blocks, Program
+from robsim.kernels.outcomes import outcome_codes as kernels
+from robsim.kernels.outcomes import outcome_rules
+from robsim.robot.joint import LIMIT_SLACK
+from robsim.servo.controller_rows import ControllerOutputs
+from robsim.servo.task_controller import TaskController
+
+
+class TerminationChecks:
+    """The rows of a program with the outcome of each run, and the stages that decide it."""
+
+    def __init__(
+        self, program: Program, controller: TaskController, steps: int, endings: Sequence[Ending]
+    ) -> None:
+        self.program, self.controller, self.steps = program, controller, steps
+        self.endings = endings
+        self.outcome, self.length, self.still = program.rows(), program.rows(), program.rows()
+        self.ending = program.constant(-1.0)
+        self.tolerance = program.constant(controller.tolerance)
+        self.scale = program.constant(controller.tolerance / controller.tolerances)
+
+    def judge(
+        self,
+        plant: Plant,
+        images: ImageStream,
+        command: ControllerOutputs,
+        hold: bool,
+        limited: bool,
+    ) -> None:
+        """Add the stages: what a run is judged by, the outcome, and whether a stall is singular."""
+        program, c = self.program, self.controller
+        add, size, norm = program.add, program.rows(), program.rows()
+        tolerance, scale, outcome = self.tolerance, self.scale, self.outcome
+        add(outcome_rules.measure_error, errors=command.error, scale=scale, size=size, norm=norm)
+        given = {"A": command.task_jacobian, "scale": scale}
+        paced = {**given, "qd": command.qd, "pace": program.number(c.pace), "tolerance": tolerance}
+        add(outcome_rules.count_still_periods, **paced, periods=self.still)
+        moving = self._moving(plant, images)
+        add(
+            outcome_rules.accumulate_path_length,
+            T=moving,
+            before=program.rows(3),
+            length=self.length,
+        )
+        slack = np.array([-1.0, 1.0]) * (LIMIT_SLACK if limited else np.inf)
+        add(
+            outcome_rules.judge_outcome,
+            q=plant.q,
+            limits=program.constant((plant.scene.limits + slack).T),
+            status=self._worst(images.status, command.status),
+            depth=images.true[2 * images.N :].column,
+            qd=command.qd,
+            size=size,
+            norm=norm,
+            tolerance=tolerance,
+            hold=program.constant(1.0) if hold else command.busy,
+            watch=program.rows(2),
+            still=self.still,
+            steps=self.steps,
+            outcome=outcome,
+        )
+        k, n = c.k, c.columns.size
+        room, full = (
+            program.scratch(k * n + k + n + count_truncation_rows(k, n)),
+            program.number(c.full_rank),
+        )
+        rcond = program.constant(c.rcond)
+        add(
+            outcome_rules.classify_stall,
+            **given,
+            rcond=rcond,
+            full=full,
+            outcome=outcome,
+            scratch=room,
+        )
+        if not images.fresh or plant.moves:
+            rates = [plant.rates[i] for i in c.columns] if plant.moves else []
+            add(
+                outcome_rules.defer_convergence,
+                **paced,
+                size=size,
+                age=images.age,
+                periods=program.rows(),
+                outcome=outcome,
+                steps=self.steps,
+                rates=rates,
+            )
+        if self.endings:
+            program.call(lambda blocks, step: self._ask(blocks, step, plant, images, command))
+
+    def _worst(self, seen: BlockRows, left: BlockRows | None) -> BlockRows:
+        """Return the row of the status of the image, and of what is left of it to command."""
+        if left is None:
+            return seen
+        found = self.program.rows()
+        self.program.add(compute_row_maximum, out=found, rows=[seen, left])
+        return found
+
+    @property
+    def judged(self) -> OutcomeRows:
+        """The rows that are kept at the end of a run."""
+        return OutcomeRows(self.outcome, self.ending, self.length)
+
+    def _ask(
+        self,
+        blocks: Blocks,
+        step: int,
+        plant: Plant,
+        images: ImageStream,
+        command: ControllerOutputs,
+    ) -> None:
+        """End runs that nothing else ends, and of which an ending holds."""
+        get, scene = blocks.get, plant.scene
+        arrays = (get(plant.q), get(plant.qd), get(command.error), get(images.true, images.N, 2))
+        q, qd, error, pixels = (view_for_user(array) for array in arrays)
+        now = ControlInstant(
+            step * plant.seconds, scene, q, qd, error, pixels, make_read_only(blocks.rows.view())
+        )
+        found = find_first_ending(self.endings, now)
+        outcome = get(self.outcome)
+        open_ = (outcome == kernels.RUNNING) | (outcome == kernels.TIME_LIMIT)
+        ends = open_ & (found >= 0)
+        blocks.put(self.outcome, np.where(ends, kernels.ENDED, outcome))
+        blocks.put(self.ending, np.where(ends, found, -1.0))
+
+    def _moving(self, plant: Plant, images: ImageStream) -> BlockRows:
+        """Return the rows of the pose whose way is measured."""
+        if not images.views:
+            return plant.placed.frames([plant.scene.tree.find(self.controller.moving)])[0]
+        seen, moves = images.views[0], images.sights[0].camera_moves
+        return seen.frames[0 if moves else 1]

@@ -1,0 +1,79 @@
+"""The interaction matrix of any feature: its own, or one by central differences."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from robsim.base.arrays import Array, make_read_only
+from robsim.base.value import replace_unchecked
+from robsim.features.feature import Feature, Observation
+from robsim.kernels.formulas import se3
+from robsim.kernels.formulas.point_transform import transform_image_points
+from robsim.vision.camera import Camera
+
+DIFFERENCE_STEP = 1e-5  # metres and radians: rounding and truncation both near 1e-10 of L
+UNIT_CAMERA = Camera(np.eye(3))  # of normalised points
+
+
+def compute_interaction(feature: Feature, seen: Observation) -> Any:
+    """Return L (B, k, 6), the feature's own or by central differences of its measurement.
+
+    The differences move the believed marks: normalised points at believed depths.
+    """
+    own = getattr(feature, "interaction", None)
+    return difference_interaction(feature, seen) if own is None else own(seen)
+
+
+def difference_interaction(feature: Feature, seen: Observation) -> Array:
+    """Return L (B, k, 6) by central differences of `measure` along the six camera motions."""
+    columns = []
+    for axis in range(6):
+        ahead, behind = (
+            np.asarray(feature.measure(displace_camera(seen, axis, step)), dtype=np.float64)
+            for step in (DIFFERENCE_STEP, -DIFFERENCE_STEP)
+        )
+        columns.append((ahead - behind) / (2.0 * DIFFERENCE_STEP))
+    return np.stack(columns, axis=-1)
+
+
+def displace_camera(seen: Observation, axis: int, step: float) -> Observation:
+    """Return the observation after the camera moved by `step` along or about one of its axes.
+
+    With T = exp(-step), the pose of the camera's old axes in its new ones, a point in camera axes
+    becomes T X. A second camera is fixed to the first at B = `between`, so its T is B^-1 T B.
+    """
+    twist = np.zeros((6, seen.points_last.shape[-1]))
+    twist[axis] = -step
+    T = np.empty((3, 4, twist.shape[1]))
+    se3.exp_se3(twist, T)
+    after = _displace_marks(seen, T)
+    if seen.other is not None:
+        assert seen.between_last is not None
+        other = _displace_marks(seen.other, _express_motion(seen.between_last.copy(), T))
+        return replace_unchecked(after, other=other)
+    return after
+
+
+def _express_motion(B: Array, T: Array) -> Array:
+    """Return B^-1 T B: the motion T, expressed in axes at pose B."""
+    back, product, out = np.empty_like(T), np.empty_like(T), np.empty_like(T)
+    se3.inverse_pose(B, back)
+    se3.compose(T, B, product)
+    se3.compose(back, product, out)
+    return out
+
+
+def _displace_marks(seen: Observation, T: Array) -> Observation:
+    """Return the observation after everything in front of the camera moved by T (3, 4, B)."""
+    x = seen.points_last.copy()  # kernels are compiled for arrays that can be written to
+    X = np.empty((x.shape[0], 3, x.shape[-1]))
+    transform_image_points(x, seen.depth_last.copy(), T, X)
+    depth = np.ascontiguousarray(X[:, 2])
+    made = {"depth_last": depth, "pixels_last": seen.camera.image_of(X)[0]}
+    made["points_last"] = UNIT_CAMERA.image_of(X)[0]
+    if seen.guess_last is not None:
+        made["guess_last"] = np.empty_like(T)
+        se3.compose(T, seen.guess_last.copy(), made["guess_last"])
+    return replace_unchecked(seen, **{name: make_read_only(array) for name, array in made.items()})

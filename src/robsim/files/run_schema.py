@@ -1,0 +1,203 @@
+"""What a run, or the run of a mission, must hold, and of which kind it is."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from robsim.base.errors import format_value
+from robsim.kernels.outcomes import outcome_codes
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+RUN, MISSION = "RobSim run", "RobSim mission"
+TITLES = (RUN, MISSION)
+
+# of each variable the dimensions besides those of runs and, in the first table, of instants
+INSTANTS = {
+    "q": ("coordinate",),
+    "qd": ("velocity",),
+    "qd_actual": ("velocity",),
+    "camera_pose": ("row", "column"),
+    "camera_velocity": ("twist",),
+    "frame_pose": ("row", "column"),
+    "frame_velocity": ("twist",),
+    "s": ("feature",),
+    "weight": ("feature",),
+    "error": ("feature",),
+    "error_norm": (),
+    "lyapunov": (),
+    "pixels": ("mark", "axis"),
+}
+ENDS = {
+    "pixels_goal": ("mark", "axis"),
+    "s_goal": ("feature",),
+    "outcome": (),
+    "end_time": (),
+    "path_length": (),
+    "pixel_error": (),
+    "q0": ("coordinate",),
+    "q_end": ("coordinate",),
+    "pixels_end": ("mark", "axis"),
+    "goal_pose": ("row", "column"),
+    "distance_to_goal": (),
+    "angle_to_goal": (),
+    "ending": (),
+}
+NAMES = {
+    "coordinate": ("coordinate",),
+    "coordinate_unit": ("coordinate",),
+    "velocity": ("velocity",),
+    "twist": ("twist",),
+    "axis": ("axis",),
+    "feature_unit": ("feature",),
+    "mark_camera": ("mark",),
+    "mark_target": ("mark",),
+}
+FRAMED = ("frame_pose", "frame_velocity", "goal_pose")  # they say of which frame
+SIZES = {"row": 4, "column": 4, "twist": 6, "axis": 2}
+WHOLE = ("run", "outcome", "ending")
+OPTIONAL = {"qd_actual", "weight", "ending"}
+MOVED = ("camera", "frame")  # a run has pose and velocity of one of them
+OF_A_MISSION = ("q", "qd", "coordinate", "time")
+VERSIONS = ("robsim", "kernel_hash", "numpy", "numba", "machine")
+TEXTS = (
+    *(*VERSIONS, "seed", "task", "goal", "belief", "law", "inverse"),
+    *("sensing", "actuation", "scenario", "no_scenario", "varied"),
+    *("recorded", "commands"),
+)
+POSITIVE, FLAGS = ("dt", "duration"), ("hold", "single", "succeeded")
+NOT_NEGATIVE = ("converged_at",)
+OF_IMAGES = ("image_size", "image_centre")  # or such a name with that of a camera behind it
+
+
+def get_variable_dimensions(name: str, axes: int) -> tuple[str, ...]:
+    """Return the dimensions of a variable of so many axes; those of the runs may be left out.
+
+    >>> get_variable_dimensions("q_end", 2), get_variable_dimensions("q_end", 1)
+    (('run', 'coordinate'), ('coordinate',))
+    """
+    timed = ("run", "time") if name in INSTANTS else ("run",)
+    every = (*timed, *{**INSTANTS, **ENDS}[name])
+    return every[len(every) - axes :]
+
+
+def check_run_content(run: xr.Dataset) -> None:
+    """Raise ValueError, which says the first problem, unless a Dataset is a run or a mission's."""
+    title = run.attrs.get("title")
+    if not isinstance(title, str) or title not in TITLES:
+        raise ValueError(f"its title is {format_value(title)}")
+    for problem in (
+        *_find_missing_entries(run, title),
+        *_find_wrong_variables(run),
+        *_find_wrong_attributes(run),
+    ):
+        raise ValueError(problem)
+
+
+def _find_missing_entries(run: xr.Dataset, title: str) -> Iterator[str]:
+    """Yield what is not there."""
+    moved = [f"{each}_pose" for each in MOVED if f"{each}_pose" in run.variables]
+    wanted: set[str] = set(OF_A_MISSION)
+    if title == RUN:
+        wanted = {*INSTANTS, *ENDS, *NAMES} - OPTIONAL
+        others = [each for each in MOVED if f"{each}_pose" not in moved[:1]]
+        wanted -= {f"{each}_{what}" for each in others for what in ("pose", "velocity")}
+        wanted |= {"run", *POSITIVE, *FLAGS[:2], "record", "seed"}
+    lacks = sorted(wanted - {*run.variables, *run.attrs})
+    if lacks or (title == RUN and not moved):
+        yield f"it has no {', '.join(lacks[:5]) or 'pose of what moves'}"
+    if any(dim != "run" and not size for dim, size in run.sizes.items() if dim in ("run", "time")):
+        yield "it has no instants"
+
+
+def _find_wrong_variables(run: xr.Dataset) -> Iterator[str]:
+    """Yield what is wrong with variables of known names."""
+    for table, before in ((INSTANTS, ("run", "time")), (ENDS, ("run",)), (NAMES, ())):
+        for name in (name for name in table if name in run.variables):
+            leading = tuple(dim for dim in before if dim in run.variables[name].dims)
+            if run.variables[name].dims != (*leading, *table[name]):
+                yield f"{name} has the dimensions {format_value(run.variables[name].dims)}"
+            if run.variables[name].dtype.kind not in _get_allowed_dtypes(name):
+                yield f"{name} holds values of type {run.variables[name].dtype}"
+    for dim, size in SIZES.items():
+        if run.sizes.get(dim, size) != size:
+            yield f"{dim} has {run.sizes[dim]} places, not {size}"
+    yield from _find_size_conflicts(run)
+    yield from _find_unnamed_outcomes(run)
+
+
+def _get_allowed_dtypes(name: str) -> str:
+    if name in NAMES:
+        return "UOT"
+    return "iu" if name in WHOLE else "f"
+
+
+def _find_size_conflicts(run: xr.Dataset) -> Iterator[str]:
+    """Yield what is wrong with the runs and instants that variables have in common."""
+    for name, dims in (("run", (("run",), ())), ("time", (("time",),))):
+        if name in run.variables and run.variables[name].dims not in dims:
+            yield f"{name} has the dimensions {format_value(run.variables[name].dims)}"
+    if "run" in run.variables and run.variables["run"].dtype.kind not in _get_allowed_dtypes("run"):
+        yield "the number of a run is not whole"
+    for name in ("q", "q0"):
+        some = run.variables[name].dims if name in run.variables else ("run",)
+        if "run" in run.dims and "run" not in some:
+            yield f"{name} is not there for each run"
+    if "time" in run.dims and "time" not in run["q"].dims:
+        yield "q is not there for each instant"
+    time = run.variables.get("time")
+    if time is not None and not (time.dtype.kind == "f" and np.isfinite(time.values).all()):
+        yield "an instant is no time"
+
+
+def _find_unnamed_outcomes(run: xr.Dataset) -> Iterator[str]:
+    """Yield which outcome or ending has no name."""
+    for name in {"outcome", "ending"} & set(run.variables):
+        attrs, values = run.variables[name].attrs, run.variables[name].values
+        flags, meanings = attrs.get("flag_values"), attrs.get("flag_meanings", "")
+        count = len(meanings.split()) if isinstance(meanings, str) else None
+        named = flags is not None and np.size(flags) == count
+        if not named or not np.isin(values, np.asarray(flags)).all():
+            yield f"an {name} has no name"
+    if "outcome" in run.variables:
+        values = run.variables["outcome"].values
+        if not ((values >= outcome_codes.RUNNING) & (values <= outcome_codes.ENDED)).all():
+            yield f"outcome {values[(values < 0) | (values > outcome_codes.ENDED)][0]} is unknown"
+
+
+def _find_wrong_attributes(run: xr.Dataset) -> Iterator[str]:
+    """Yield which attribute is not what its name says."""
+    for name, value in run.attrs.items():
+        if not _is_valid_attribute(name, value):
+            yield f"attribute {name} is {format_value(value)}"
+    for name, variable in run.variables.items():
+        if not isinstance(variable.attrs.get("units", ""), str):
+            yield f"the unit of {name!s:.80} is no text"
+        if name in FRAMED and not isinstance(variable.attrs.get("frame"), str):
+            yield f"{name!s} says of no frame that it is its"
+
+
+def _is_valid_attribute(name: str, value: Any) -> bool:
+    """Return whether the value of an attribute is of the kind that its name says."""
+    if name in TEXTS:
+        return isinstance(value, str)
+    if name in POSITIVE:
+        return _is_number_attribute(value) and 0.0 < value < math.inf
+    if name in NOT_NEGATIVE:
+        return _is_number_attribute(value) and 0.0 <= value < math.inf
+    if name in FLAGS:
+        return _is_number_attribute(value) and value in (0, 1)
+    return not name.startswith(OF_IMAGES) or _is_number_pair(value)
+
+
+def _is_number_attribute(value: Any) -> bool:
+    return isinstance(value, int | float | np.integer | np.floating)
+
+
+def _is_number_pair(value: Any) -> bool:
+    return isinstance(value, np.ndarray) and value.shape == (2,) and bool(np.isfinite(value).all())

@@ -1,0 +1,225 @@
+"""Stages that place the bodies of a kinematic tree, by kind of joint, and frames on them.
+
+A joint is `place . motion(x) . tail`; tails are folded into constants (see `robsim.robot.tree`).
+A pose has twelve rows, [R | t] row by row.
+"""
+
+from robsim.kernels.formulas import plane_curves, se3, ties
+from robsim.kernels.formulas.lane_math import cos_sin, is_large_angle, near_cos_sin
+from robsim.kernels.formulas.lane_poses import compose_lanes, pose_row, times_column
+from robsim.kernels.machine.array_views import reals, wholes
+from robsim.kernels.machine.jit import kernel, part
+from robsim.kernels.machine.lanes import WIDTH, align_stack, any_lane, get, put
+from robsim.kernels.machine.stages import stage
+
+
+@stage
+def compose_frames(w, step, each="each: A=3, 4; B=3, 4; T=3, 4"):
+    """Compute T = A B for p[0] triples (A, B, T)."""
+    for i in range(each[0]):
+        compose_lanes(w, each[3 * i + 1], each[3 * i + 2], each[3 * i + 3])
+
+
+@part
+def _rotate_about_z(w, T, c, s):
+    """Replace T by T Rz of an angle with this cosine and sine."""
+    for r in range(3):
+        x, y = get(w, T + 4 * r), get(w, T + 4 * r + 1)
+        put(w, T + 4 * r, c * x + s * y)
+        put(w, T + 4 * r + 1, c * y - s * x)
+
+
+@part
+def _put_pair(w, row, pair):
+    put(w, row, pair[0])
+    put(w, row + 1, pair[1])
+
+
+@stage
+def place_revolute(w, step, each="each: parent=3, 4; place=3, 4; x=row; T=3, 4"):
+    """Place p[0] bodies on revolute joints: (parent, place, x, T) of each.
+
+    All cosines and sines come first, and wait in T: none of them waits for a parent, and no call
+    of a library is in their way.
+    """
+    align_stack()
+    far = is_large_angle(get(w, each[3]))
+    for i in range(each[0]):
+        x = get(w, each[4 * i + 3])
+        _put_pair(w, each[4 * i + 4], near_cos_sin(x))
+        far = far | is_large_angle(x)
+    if any_lane(far):
+        for i in range(each[0]):
+            _put_pair(w, each[4 * i + 4], cos_sin(get(w, each[4 * i + 3])))
+    for i in range(each[0]):
+        A, B, T = each[4 * i + 1], each[4 * i + 2], each[4 * i + 4]
+        c, s = get(w, T), get(w, T + 1)
+        for r in range(3):
+            a = pose_row(w, A, r)
+            X, Y = times_column(a, w, B, 0), times_column(a, w, B, 1)
+            put(w, T + 4 * r, c * X + s * Y)
+            put(w, T + 4 * r + 1, c * Y - s * X)
+            put(w, T + 4 * r + 2, times_column(a, w, B, 2))
+            put(w, T + 4 * r + 3, times_column(a, w, B, 3) + a[3])
+
+
+@stage
+def place_prismatic(w, step, each="each: parent=3, 4; place=3, 4; x=row; T=3, 4"):
+    """Place p[0] bodies on prismatic joints, along z."""
+    for i in range(each[0]):
+        A, B, x, T = each[4 * i + 1], each[4 * i + 2], each[4 * i + 3], each[4 * i + 4]
+        compose_lanes(w, A, B, T)
+        for r in range(0, 12, 4):
+            put(w, T + r + 3, get(w, T + r + 3) + get(w, T + r + 2) * get(w, x))
+
+
+@stage
+def place_floating(w, step, each="each: parent=3, 4; place=3, 4; x=row; T=3, 4"):
+    """Place p[0] bodies on floating joints, of coordinates p and the unit quaternion x y z w."""
+    for i in range(each[0]):
+        A, B, q, T = each[4 * i + 1], each[4 * i + 2], each[4 * i + 3], each[4 * i + 4]
+        compose_lanes(w, A, B, T)
+        R = se3.quaternion_to_rotation(get(w, q + 3), get(w, q + 4), get(w, q + 5), get(w, q + 6))
+        x, y, z = get(w, q), get(w, q + 1), get(w, q + 2)
+        for r in range(3):
+            a, b, c, t = pose_row(w, T, r)
+            put(w, T + 4 * r + 3, t + (a * x + b * y + c * z))
+            for j in range(3):
+                put(w, T + 4 * r + j, a * R[0][j] + b * R[1][j] + c * R[2][j])
+
+
+@stage
+def place_planar(w, step, each="each: parent=3, 4; place=3, 4; x=row; T=3, 4"):
+    """Place p[0] bodies that move in a plane, of coordinates x, y, theta."""
+    for i in range(each[0]):
+        A, B, q, T = each[4 * i + 1], each[4 * i + 2], each[4 * i + 3], each[4 * i + 4]
+        compose_lanes(w, A, B, T)
+        for r in range(3):
+            a, b, _, t = pose_row(w, T, r)
+            put(w, T + 4 * r + 3, t + (a * get(w, q) + b * get(w, q + 1)))
+        c, s = cos_sin(get(w, q + 2))
+        _rotate_about_z(w, T, c, s)
+
+
+@kernel
+def _load_curves(first, lengths, pieces, m, k):
+    """Return m curves of k pieces, whose tables stand at addresses."""
+    table = reals(pieces, 7 * k).reshape((-1, 7))
+    return plane_curves.CurveTable(wholes(first, m + 1), reals(lengths, m), table)
+
+
+@stage
+def place_on_rail(
+    w,
+    step,
+    first="table: m + 1",
+    lengths="table: m",
+    pieces="table: k, 7",
+    m="count",
+    k="count",
+    which="whole",
+    parent="3, 4",
+    place="3, 4",
+    s="row",
+    T="3, 4",
+    curvature="row",
+):
+    """Place a body on a rail: (curves, which, parent, place, s, T, curvature)."""
+    curves = _load_curves(first, lengths, pieces, m, k)
+    A, B, bend = parent, place, curvature
+    compose_lanes(w, A, B, T)
+    for i in range(WIDTH):
+        x, y, c, d, w[bend * WIDTH + i] = plane_curves.curve_point(curves, which, w[s * WIDTH + i])
+        for r in range(0, 12, 4):
+            at = (T + r) * WIDTH + i
+            X, Y = w[at], w[at + WIDTH]
+            w[at + 3 * WIDTH] += X * x + Y * y
+            w[at], w[at + WIDTH] = c * X + d * Y, c * Y - d * X
+
+
+@stage
+def place_user_joint(w, step, each="each: parent=3, 4; place=3, 4; motion=3, 4; T=3, 4"):
+    """Place p[0] bodies of the user's kinds, whose motion stands in the rows of the third."""
+    for i in range(each[0]):
+        A, B, motion, T = each[4 * i + 1], each[4 * i + 2], each[4 * i + 3], each[4 * i + 4]
+        compose_lanes(w, A, B, T)
+        compose_lanes(w, T, motion, T)
+
+
+@stage
+def mimic_coordinate(w, step, source="row", x="row", ratio="row", above="row", numbers="3"):
+    """Compute a coordinate x = u source + v of numbers u and v.
+
+    Its ratio is its derivative by the velocity that moves the first of those that follow.
+    """
+    u = get(w, numbers)
+    put(w, x, u * get(w, source) + get(w, numbers + 1))
+    put(w, ratio, u * get(w, above))
+
+
+@part
+def _lane_triple(w, row, i):
+    """Return three numbers of a run."""
+    at = row * WIDTH + i
+    return w[at], w[at + WIDTH], w[at + 2 * WIDTH]
+
+
+@stage
+def steer_wheel(w, step, source="row", x="row", ratio="row", above="row", numbers="3"):
+    """Compute the angle of a wheel of a car: (source, x, ratio, ratio above, numbers)."""
+    number = numbers
+    for i in range(WIDTH):
+        base, X, Y = _lane_triple(w, number, i)
+        w[x * WIDTH + i], slope = ties.wheel_steering_angle(w[source * WIDTH + i], base, X, Y)
+        w[ratio * WIDTH + i] = slope * w[above * WIDTH + i]
+
+
+@stage
+def evaluate_chord(
+    w,
+    step,
+    first="table: m + 1",
+    lengths="table: m",
+    pieces="table: k, 7",
+    m="count",
+    k="count",
+    source="row",
+    x="row",
+    ratio="row",
+    above="row",
+    numbers="3",
+    which="whole",
+    what="whole",
+):
+    """Compute what a chord gives: (curves, source, x, ratio, ratio above, numbers, which, what)."""
+    curves = _load_curves(first, lengths, pieces, m, k)
+    number = numbers
+    for i in range(WIDTH):
+        length, radius, at = _lane_triple(w, number, i)
+        s = w[source * WIDTH + i]
+        w[x * WIDTH + i], slope = plane_curves.chord_quantity(
+            curves, which, s, length, radius, at, what
+        )
+        w[ratio * WIDTH + i] = slope * w[above * WIDTH + i]
+
+
+@stage
+def scale_curvature(w, step, curvature="row", slope="row"):
+    """Multiply row p[0] by row p[1]: the curvature of a rail that follows another coordinate."""
+    put(w, curvature, get(w, curvature) * get(w, slope))
+
+
+@stage
+def compute_wheel_ratios(w, step, steering="row or none", ratio="2", numbers="3"):
+    """Compute the factors of v and omega of a vehicle in the speed of a wheel, in rad/s.
+
+    (steering angle or -1, ratio, numbers). The hub at (x, y) moves at (v - omega y, omega x); a
+    wheel of radius R, turned by the angle h, rolls at (cos(h) (v - omega y) + sin(h) omega x)/R.
+    """
+    number = numbers
+    R, X, Y = get(w, number), get(w, number + 1), get(w, number + 2)
+    c, s = 1.0 + 0.0 * X, 0.0 * X
+    if steering >= 0:
+        c, s = cos_sin(get(w, steering))
+    put(w, ratio, c / R)
+    put(w, ratio + 1, (s * X - c * Y) / R)

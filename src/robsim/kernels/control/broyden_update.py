@@ -1,0 +1,67 @@
+"""Broyden's update of an estimated Jacobian, in the layout with the run last."""
+
+import numpy as np
+
+from robsim.kernels.machine.array_views import matrix, vector
+from robsim.kernels.machine.jit import kernel
+from robsim.kernels.machine.lanes import get, put
+from robsim.kernels.machine.stages import stage
+
+LEAST_STEP = 1e-9  # rad or m: next to the rounding of q and s, a shorter step says nothing
+
+
+@kernel
+def update_broyden(A, ds, dq, out):
+    """Compute out = A + (ds - A dq) dq'/(dq' dq) of A[k, n, b], ds[k, b] and dq[n, b].
+
+    It is A where dq is zero. Broyden 1965, "A class of methods for solving nonlinear simultaneous
+    equations".
+    """
+    runs = dq.shape[1]
+    square, rest = np.zeros(runs), np.empty(runs)
+    for j in range(dq.shape[0]):
+        for b in range(runs):
+            square[b] += dq[j, b] * dq[j, b]
+    for i in range(A.shape[0]):
+        for b in range(runs):
+            rest[b] = ds[i, b]
+        for j in range(A.shape[1]):
+            for b in range(runs):
+                rest[b] -= A[i, j, b] * dq[j, b]
+        for j in range(A.shape[1]):
+            for b in range(runs):
+                still = square[b] < LEAST_STEP * LEAST_STEP
+                out[i, j, b] = A[i, j, b] + (0.0 if still else rest[b] * dq[j, b] / square[b])
+
+
+@stage
+def learn_jacobian(
+    w,
+    step,
+    k="count",
+    n="count",
+    dt="row",
+    s="k",
+    without="k",
+    qd="n",
+    start="k, n",
+    estimate="k, n",
+    room="k*n + k + n",
+):
+    """Learn A from the last step: (k, n, dt, s, s without it, qd, start, A, room).
+
+    At the start A is the start.
+    """
+    A = matrix(w, estimate, k, n)
+    if step == 0:
+        for i in range(k * n):
+            put(w, estimate + i, get(w, start + i))
+        return
+    ds, dq, out = room + k * n, room + k * n + k, matrix(w, room, k, n)
+    for i in range(k):
+        put(w, ds + i, get(w, s + i) - get(w, without + i))
+    for j in range(n):
+        put(w, dq + j, get(w, qd + j) * get(w, dt))
+    update_broyden(A, vector(w, ds, k), vector(w, dq, n), out)
+    for i in range(k * n):
+        put(w, estimate + i, get(w, room + i))

@@ -1,0 +1,291 @@
+"""The last stage of a command: what it may be at most for the joints to be able to stop in time.
+
+Velocities are held for a period dt. A motion is safe if from the next period on it can be braked to
+rest within its limits; what is commanded is always safe if it was before, for braking stays so.
+"""
+
+import math
+
+from robsim.kernels.formulas.perspective import IN_IMAGE
+from robsim.kernels.machine.jit import kernel, part
+from robsim.kernels.machine.lanes import WIDTH
+from robsim.kernels.machine.stages import stage
+
+# why a command is not what the law wishes: bits of a row
+OLD_IMAGE, NOT_RELEASED, STOPPED, NOT_FINITE, FEW_MARKS = 1, 2, 4, 8, 16
+SPEED, ACCELERATION, JOINT_LIMIT, FENCE = 32, 64, 128, 256
+HELD = OLD_IMAGE | NOT_RELEASED | STOPPED | NOT_FINITE | FEW_MARKS
+
+FENCE_TOLERANCE = 1e-12  # metres
+AGE_TOLERANCE = 1e-3  # periods by which an image may be older, as clocks are not exact
+SPEED_TOLERANCE = (
+    1.0 + 1e-9
+)  # of a velocity that is compared with the largest one from which it stops
+
+
+@kernel
+def braking_speed(distance, deceleration, dt):
+    """Return the largest velocity >= 0 that, held for dt, can still be braked within a distance.
+
+    From the next period on it falls by a dt in each: after m of them the way is
+    dt (v + (v - a dt) + ... + (v - m a dt)) = dt ((m + 1) v - a dt m (m + 1) / 2), and
+    m is the largest with a dt^2 m (m + 1) / 2 <= distance.
+    """
+    if not distance > 0.0:
+        return 0.0
+    if math.isinf(distance):
+        return distance
+    fall = deceleration * dt
+    if math.isinf(fall):
+        return distance / dt
+    m = math.floor(0.5 * (math.sqrt(1.0 + 8.0 * distance / (fall * dt)) - 1.0))
+    return distance / ((m + 1.0) * dt) + 0.5 * fall * m
+
+
+@kernel
+def smoothstep(share):
+    """Return the smooth step 3 x^2 - 2 x^3 from 0 to 1."""
+    x = min(share, 1.0)
+    return x * x * (3.0 - 2.0 * x)
+
+
+@kernel
+def remaining_share(rest, dt):
+    """Return which share of a velocity is left after a period, so many seconds before its rest."""
+    return 1.0 - dt / rest if rest > dt else 0.0
+
+
+@part
+def _braking_time(w, b, n, qd, most):
+    """Return how long it takes to brake, along its own direction, at the most that joints can."""
+    longest = 0.0
+    for j in range(n):
+        longest = max(longest, abs(w[(qd + j) * WIDTH + b]) / w[(most + j) * WIDTH + b])
+    return longest
+
+
+@part
+def _clamp(x, least, most):
+    return min(max(x, least), most)
+
+
+@part
+def _hold_reasons(w, b, n, wished, age, dt, released, settings, latched, status):
+    """Return why the robot is not to move, if it is not, as bits."""
+    why = FEW_MARKS if w[status * WIDTH + b] != IN_IMAGE else 0
+    if (w[age * WIDTH + b] - AGE_TOLERANCE) * w[dt * WIDTH + b] > w[settings * WIDTH + b]:
+        why |= OLD_IMAGE
+        if w[(settings + 1) * WIDTH + b] != 0.0:
+            w[latched * WIDTH + b] = 1.0
+    if w[released * WIDTH + b] == 0.0:
+        why |= NOT_RELEASED
+    if w[latched * WIDTH + b] != 0.0:
+        why |= STOPPED
+    for j in range(n):
+        if not math.isfinite(w[(wished + j) * WIDTH + b]):
+            why |= NOT_FINITE
+    return why
+
+
+@stage
+def hold_command(
+    w,
+    step,
+    n="count",
+    wished="n",
+    dt="row",
+    age="row",
+    released="row",
+    settings="3",
+    latched="row",
+    passed="row",
+    share="row",
+    reason="row",
+    status="row",
+):
+    """Compute which share of a wish is commanded now, and why none is if none is.
+
+    (n, wished, dt, age in periods, released, settings, latched, seconds, share, why, status)
+    The settings are the age from which on an image is too old, whether that stops for good, and the
+    seconds in which the share grows from 0 to 1. The status is that of what is left to command by.
+    """
+    seconds = passed * WIDTH
+    for b in range(WIDTH):
+        why = _hold_reasons(w, b, n, wished, age, dt, released, settings, latched, status)
+        ramp = w[(settings + 2) * WIDTH + b]
+        if why:
+            w[seconds + b] = 0.0
+            w[share * WIDTH + b] = 0.0
+        else:
+            w[share * WIDTH + b] = smoothstep(w[seconds + b] / ramp) if ramp > 0.0 else 1.0
+            w[seconds + b] += w[dt * WIDTH + b]
+        w[reason * WIDTH + b] = why
+
+
+@part
+def _reachable_velocity(wish, before, fall):
+    """Return the velocity nearest to a wish that a joint can reach, and why it is another."""
+    v = _clamp(wish, before - fall, before + fall)
+    return v, 0 if v == wish else ACCELERATION
+
+
+@part
+def _braking_bounds(w, b, x, low, high, most, dt):
+    """Return the least and the largest velocity with which a coordinate stays within its limits."""
+    least = -braking_speed(x - w[low * WIDTH + b], most, dt)
+    return least, braking_speed(w[high * WIDTH + b] - x, most, dt)
+
+
+@stage
+def limit_command(
+    w,
+    step,
+    n="count",
+    wished="n",
+    scaled="n",
+    last="n",
+    command="n",
+    brake="n",
+    shares="row",
+    reason="row",
+    duration="row",
+    accelerations="n",
+    low="n",
+    high="n",
+    q="nq",
+    at_limit="n",
+    places="each: whole",
+    nq="count",
+):
+    """Compute the command that joints can follow, and how they brake instead.
+
+    (n, wished, scaled, last, command, brake, share, why, dt, most, low, high, q, at_limit; where)
+    `scaled` is the wish within the speeds; `most` are accelerations, low and high limits of n
+    coordinates, each where it is in q, or -1. A robot that is held brakes.
+    """
+    for b in range(WIDTH):
+        dt, share, held = w[duration * WIDTH + b], w[shares * WIDTH + b], int(w[reason * WIDTH + b])
+        rest, why = _braking_time(w, b, n, last, accelerations), held
+        slower = remaining_share(rest, dt)
+        for j in range(n):
+            before, most = w[(last + j) * WIDTH + b], w[(accelerations + j) * WIDTH + b]
+            slow, asked = slower * before, w[(scaled + j) * WIDTH + b]
+            if not held and asked != w[(wished + j) * WIDTH + b]:
+                why |= SPEED
+            v, bits = _reachable_velocity(slow if held else share * asked, before, most * dt)
+            least, largest = -math.inf, math.inf
+            if places[1 + j] >= 0:
+                x = w[(q + places[1 + j]) * WIDTH + b]
+                least, largest = _braking_bounds(w, b, x, low + j, high + j, most, dt)
+            near = v < least * SPEED_TOLERANCE or v > largest * SPEED_TOLERANCE
+            why |= bits | (JOINT_LIMIT if near else 0)
+            w[(at_limit + j) * WIDTH + b] = 1.0 if near else 0.0
+            w[(command + j) * WIDTH + b] = _clamp(v, least, largest)
+            w[(brake + j) * WIDTH + b] = _clamp(slow, least, largest)
+        w[reason * WIDTH + b] = why
+
+
+@part
+def _periods_until_rest(v_over_fall):
+    """Return for how many periods, at its first velocity, a motion goes as far as until its rest.
+
+    It is held for one, then falls evenly: with m = floor(T / dt) the sum of 1 - k dt / T is
+    m + 1 - (dt / T) m (m + 1) / 2.
+    """
+    m = math.floor(v_over_fall)
+    return m + 1.0 if m == 0.0 else m + 1.0 - 0.5 * m * (m + 1.0) / v_over_fall
+
+
+@stage
+def compute_attempts(
+    w,
+    step,
+    n="count",
+    command="n",
+    brake="n",
+    duration="row",
+    most="n",
+    tries="count",
+    velocities="tries, n",
+    seconds="tries",
+):
+    """Compute velocities that may be commanded, and how long each would go on until its rest.
+
+    (n, command, brake, dt, most, count, qd[count, n], seconds[count]): all of the command, half of
+    what it is beside the braking, a quarter, ...
+    """
+    for b in range(WIDTH):
+        dt, share = w[duration * WIDTH + b], 1.0
+        for k in range(tries):
+            qd = velocities + k * n
+            for j in range(n):
+                slow = w[(brake + j) * WIDTH + b]
+                w[(qd + j) * WIDTH + b] = slow + share * (w[(command + j) * WIDTH + b] - slow)
+            rest = _braking_time(w, b, n, qd, most)
+            w[(seconds + k) * WIDTH + b] = dt * _periods_until_rest(rest / dt)
+            share *= 0.5
+
+
+@part
+def _distance_outside(w, b, T, box, c):
+    """Return how far the origin of a frame at T is out of a box along an axis; 0 inside."""
+    x = w[(T + 4 * c + 3) * WIDTH + b]
+    return max(w[(box + c) * WIDTH + b] - x, x - w[(box + 3 + c) * WIDTH + b], 0.0)
+
+
+@part
+def _is_within_fence(w, b, box, now, poses, first, places):
+    """Return whether the poses of a frame on its way are no farther out than now, on any side."""
+    for c in range(3):
+        far = _distance_outside(w, b, now, box, c) + FENCE_TOLERANCE
+        for i in range(places):
+            if _distance_outside(w, b, poses[first + i], box, c) > far:
+                return False
+    return True
+
+
+@stage
+def fence_command(
+    w,
+    step,
+    n="count",
+    attempts="tries, n",
+    brake="n",
+    out="n",
+    reason="row",
+    box="2, 3",
+    now="3, 4",
+    tries="count",
+    places="whole",
+    poses="each: 3, 4",
+):
+    """Command the first attempt from which a frame can be braked within a box, or brake.
+
+    (n, qd[count, n], brake, out, why, box, now, count, places, poses[count, places]): the pose of
+    the frame now and, for each attempt, on its way to rest. From outside it may go on inwards.
+    """
+    for b in range(WIDTH):
+        first = brake
+        for k in range(tries - 1, -1, -1):
+            if _is_within_fence(w, b, box, now, poses, 1 + places * k, places):
+                first = attempts + k * n
+        if first != attempts:
+            w[reason * WIDTH + b] = int(w[reason * WIDTH + b]) | FENCE
+        for j in range(n):
+            w[(out + j) * WIDTH + b] = w[(first + j) * WIDTH + b]
+
+
+@stage
+def store_command(w, step, n="count", out="n", last="n", reason="row", busy="row", share="row"):
+    """Remember what is commanded, and whether it may not count as an end: (n, out, last, why, busy,
+    share).
+
+    So it is while the robot is held or speeds up, and may yet go on.
+    """
+    for b in range(WIDTH):
+        for j in range(n):
+            w[(last + j) * WIDTH + b] = w[(out + j) * WIDTH + b]
+        why = int(w[reason * WIDTH + b])
+        waits = why & STOPPED == 0 and why & (OLD_IMAGE | NOT_RELEASED | ACCELERATION) != 0
+        grows = why & STOPPED == 0 and w[share * WIDTH + b] < 1.0
+        w[busy * WIDTH + b] = 1.0 if waits or grows else 0.0

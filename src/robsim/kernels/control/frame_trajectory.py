@@ -1,0 +1,145 @@
+"""Stages of a frame that follows a path: straight motions, what is missed, and the twist on.
+
+Poses have twelve rows, [R | t] row by row, in the world.
+"""
+
+from robsim.kernels.features.pose_features import theta_u_interaction
+from robsim.kernels.formulas.lane_poses import compose_lanes
+from robsim.kernels.formulas.pose_interpolation import (
+    interpolate_pose,
+    rotation_in_base_axes,
+    rotation_in_start_axes,
+)
+from robsim.kernels.formulas.se3 import exp_se3
+from robsim.kernels.formulas.speed_profiles import motion_share
+from robsim.kernels.machine.array_views import matrix, vector
+from robsim.kernels.machine.jit import kernel
+from robsim.kernels.machine.lanes import WIDTH, any_lane, get, put, sqrt, where
+from robsim.kernels.machine.stages import stage
+
+PATH_SCRATCH = 46  # rows in which these stages work
+
+
+@kernel
+def _rotation_between(w, A, B, room, out, fixed):
+    """Compute the turn from A to B, in axes of A or in `fixed` ones."""
+    back, turned = matrix(w, room, 3, 4), matrix(w, room + 12, 3, 4)
+    quaternion, turn = vector(w, room + 24, 4), vector(w, out, 3)
+    if fixed:
+        rotation_in_base_axes(
+            matrix(w, A, 3, 4), matrix(w, B, 3, 4), back, turned, quaternion, turn
+        )
+    else:
+        rotation_in_start_axes(
+            matrix(w, A, 3, 4), matrix(w, B, 3, 4), back, turned, quaternion, turn
+        )
+
+
+@kernel
+def _vector_length(w, v):
+    x, y, z = get(w, v), get(w, v + 1), get(w, v + 2)
+    return sqrt(x * x + y * y + z * z)
+
+
+@stage
+def plan_straight_motion(w, step, start="3, 4", goal="3, 4", room="46", way="8"):
+    """Compute way and turn of a straight motion at the start: (start, goal, room, way).
+
+    The rows of the turn, in axes of the start, follow those of the way, and then their lengths.
+    """
+    if step > 0:
+        return
+    for i in range(3):
+        put(w, way + i, get(w, goal + 4 * i + 3) - get(w, start + 4 * i + 3))
+    _rotation_between(w, start, goal, room, way + 3, False)
+    put(w, way + 6, _vector_length(w, way))
+    put(w, way + 7, _vector_length(w, way + 3))
+
+
+@kernel
+def _write_later_pose(w, step, dt, seconds, ramps, start, way, goal, room, out):
+    """Fill the rows of `ahead` of `sample_straight_motion`, with the time of a step."""
+    for i in range(2):
+        for b in range(WIDTH):
+            t, ramp = step * w[dt * WIDTH + b], w[(ramps + i) * WIDTH + b]
+            w[(room + i) * WIDTH + b], _, _ = motion_share(t, w[seconds * WIDTH + b], ramp)
+    T, end, there = matrix(w, start, 3, 4), matrix(w, goal, 3, 4), matrix(w, out + 12, 3, 4)
+    twist, turned = vector(w, room + 2, 6), matrix(w, room + 8, 3, 4)
+    given = vector(w, way, 3), vector(w, way + 3, 3), vector(w, room, 2)
+    interpolate_pose(T, *given, end, twist, turned, there)
+
+
+@stage
+def sample_straight_motion(
+    w,
+    step,
+    dt="row",
+    seconds="row",
+    ramps="2",
+    start="3, 4",
+    way="8",
+    goal="3, 4",
+    room="46",
+    here="2, 3, 4",
+):
+    """Compute where a straight motion is: (dt, seconds, ramps, start, way, goal, room, here)."""
+    given = dt, seconds, ramps, start, way, goal, room, here
+    if step == 0:
+        _write_later_pose(w, 0, *given)
+    for i in range(12):
+        put(w, here + i, get(w, here + 12 + i))
+    _write_later_pose(w, step + 1, *given)
+
+
+@stage
+def compute_path_error(w, step, T="3, 4", end="3, 4", room="46", s="6", L="3, 6"):
+    """Compute s, position and turn from the end, and L of the turn: (T, end, room, s, L).
+
+    d(theta u)/dt = L(-theta u) omega in fixed axes.
+    """
+    for i in range(3):
+        put(w, s + i, get(w, T + 4 * i + 3))
+    _rotation_between(w, end, T, room, s + 3, True)
+    for i in range(3):
+        put(w, room + i, -get(w, s + 3 + i))
+    theta_u_interaction(vector(w, room, 3), matrix(w, L, 3, 6))
+
+
+@kernel
+def _reduce_deviation(w, T, here, ahead, left, room, wanted):
+    """Compute `ahead`, and as much of what T is beside `here` as is left."""
+    off, back, more = room + 28, room, room + 34
+    _rotation_between(w, here, T, room, off + 3, True)
+    for i in range(3):
+        put(w, off + i, 0.0)
+        put(w, off + 3 + i, left * get(w, off + 3 + i))
+    exp_se3(vector(w, off, 6), matrix(w, back, 3, 4))
+    compose_lanes(w, back, ahead, more)
+    for i in range(3):
+        away = get(w, T + 4 * i + 3) - get(w, here + 4 * i + 3)
+        put(w, more + 4 * i + 3, get(w, ahead + 4 * i + 3) + left * away)
+    for i in range(12):
+        put(w, wanted + i, where(left > 0.0, get(w, more + i), get(w, ahead + i)))
+
+
+@stage
+def compute_path_twist(
+    w, step, T="3, 4", here="2, 3, 4", gain="row", duration="row", room="46", wanted="3, 4", V="6"
+):
+    """Compute the twist (v, omega) that takes a frame on: (T, here, gain, dt, room, wanted, V).
+
+    In axes of the world. A period later as much is left of what is missed as the gain leaves.
+    """
+    ahead, dt = here + 12, get(w, duration)
+    rate = get(w, gain)
+    left = 1.0 - where(rate < 1.0 / dt, rate, 1.0 / dt) * dt
+    if any_lane(left > 0.0):
+        _reduce_deviation(w, T, here, ahead, left, room, wanted)
+    else:
+        for i in range(12):
+            put(w, wanted + i, get(w, ahead + i))
+    _rotation_between(w, T, wanted, room, V + 3, True)
+    for i in range(3):
+        put(w, V + i, get(w, wanted + 4 * i + 3) - get(w, T + 4 * i + 3))
+    for i in range(6):
+        put(w, V + i, get(w, V + i) / dt)

@@ -1,0 +1,98 @@
+"""Redundancy: the large projector, secondary motions, and the smooth start of a command."""
+
+import math
+
+import numpy as np
+
+from robsim.kernels.machine.array_views import matrix, vector
+from robsim.kernels.machine.jit import kernel
+from robsim.kernels.machine.lanes import WIDTH, get, put, where
+from robsim.kernels.machine.stages import stage
+
+
+@kernel
+def sigmoid_switch(x, low, high):
+    """Return w: 0 up to low, 1 from high on, between them a sigmoid scaled to meet both ends.
+
+    With u = (x - low)/(high - low), sig(u) = 1/(1 + exp(6 - 12 u)), this is
+    (sig(u) - sig(0))/(sig(1) - sig(0)), since sig = (1 + tanh(6 u - 3))/2.
+    """
+    if x <= low:
+        return 0.0
+    if x >= high:
+        return 1.0
+    return 0.5 + 0.5 * math.tanh(6.0 * (x - low) / (high - low) - 3.0) / math.tanh(3.0)
+
+
+@kernel
+def blend_large_projector(A, e, low, high, P):
+    """Replace the projector P by w (I - A'e e'A/(e'A A'e)) + (1 - w) P, w = switch(||e||).
+
+    At first P[n, n, b] is the projector of A[k, n, b] itself; e is [k, b]. Where A'e is zero but
+    for rounding, w is 0.
+    """
+    n, runs = A.shape[1], A.shape[2]
+    u, square, most, norm = np.zeros((n, runs)), np.zeros(runs), np.zeros(runs), np.zeros(runs)
+    for i in range(A.shape[0]):
+        for b in range(runs):
+            norm[b] += e[i, b] * e[i, b]
+        for j in range(n):
+            for b in range(runs):
+                u[j, b] += A[i, j, b] * e[i, b]
+                most[b] += A[i, j, b] * A[i, j, b]
+    for j in range(n):
+        for b in range(runs):
+            square[b] += u[j, b] * u[j, b]
+    for b in range(runs):
+        w = sigmoid_switch(math.sqrt(norm[b]), low, high)
+        if square[b] <= 1e-24 * most[b] * norm[b]:
+            w, square[b] = 0.0, 1.0
+        for i in range(n):
+            for j in range(n):
+                free = (1.0 if i == j else 0.0) - u[i, b] * u[j, b] / square[b]
+                P[i, j, b] = w * free + (1.0 - w) * P[i, j, b]
+
+
+@stage
+def apply_large_projector(w, step, A="k, n", k="count", n="count", error="k", bounds="2", P="n, n"):
+    """Replace a projector by the large one: (A, k, n, error, bounds of ||e||, P)."""
+    A, e, P = matrix(w, A, k, n), vector(w, error, k), matrix(w, P, n, n)
+    blend_large_projector(A, e, w[bounds * WIDTH], w[(bounds + 1) * WIDTH], P)
+
+
+@stage
+def compute_limit_avoidance(
+    w, step, n="count", gain="row", lowest="n", highest="n", wish="n", q="each: row or none"
+):
+    """Compute gain (q within bounds - q): (n, gain, lowest, highest, wish), and the rows of q.
+
+    A velocity without a coordinate of its own, -1, has q = 0.
+    """
+    gain, low, high = get(w, gain), lowest, highest
+    for i in range(n):
+        x = get(w, q[1 + i]) if q[1 + i] >= 0 else 0.0 * gain
+        within = where(x < get(w, low + i), get(w, low + i), x)
+        within = where(within > get(w, high + i), get(w, high + i), within)
+        put(w, wish + i, gain * (within - x))
+
+
+@stage
+def add_projected_motion(w, step, n="count", P="n, n", wish="n", qd="n", out="n"):
+    """Compute out = qd + P wish: (n, P, wish, qd, out)."""
+    for i in range(n):
+        total = 0.0 * get(w, P)
+        for j in range(n):
+            total = total + get(w, P + n * i + j) * get(w, wish + j)
+        put(w, out + i, get(w, qd + i) + total)
+
+
+@stage
+def smooth_start_command(w, step, n="count", mu="row", dt="row", first="n", qd="n", out="n"):
+    """Compute qd - exp(-mu t) qd(0): (n, mu, dt, first, qd, out)."""
+    for i in range(WIDTH):
+        left = math.exp(-w[mu * WIDTH + i] * (step * w[dt * WIDTH + i]))
+        for j in range(n):
+            at = j * WIDTH + i
+            if step == 0:
+                w[first * WIDTH + at] = w[qd * WIDTH + at]
+            w[out * WIDTH + at] = w[qd * WIDTH + at] - left * w[first * WIDTH + at]

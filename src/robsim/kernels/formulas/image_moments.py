@@ -1,0 +1,221 @@
+"""Image moments of a planar region or of a set of marks, and their rates with the camera.
+
+What is kept are the centre[2, b] = (xg, yg) and the centred moments mu[k, b], k = at(i, j), order
+by order: mu00, mu10, mu01, mu20, mu11, mu02, mu30, ... Of a region, mu00 is the area; of a set of
+marks, their number. mu10 and mu01 are zero, so in the rates their two rows are those of the centre.
+"""
+
+import math
+
+import numpy as np
+
+from robsim.kernels.formulas.interaction import points_interaction
+from robsim.kernels.machine.jit import kernel, part
+
+NODES = (0.5 - math.sqrt(0.15), 0.5, 0.5 + math.sqrt(0.15))  # of Gauss-Legendre on [0, 1]
+WEIGHTS = (5.0 / 18.0, 8.0 / 18.0, 5.0 / 18.0)  # exact up to the fifth power
+ORDER_3, ORDER_4 = 10, 15  # how many moments there are up to these orders
+
+
+@kernel
+def moment_index(i, j):
+    """Return the index of the moment of x^i y^j."""
+    return (i + j) * (i + j + 1) // 2 + j
+
+
+@kernel
+def moment_powers(k):
+    """Return the (i, j) of the moment with index k."""
+    order = 0
+    while (order + 1) * (order + 2) // 2 <= k:
+        order += 1
+    j = k - order * (order + 1) // 2
+    return order - j, j
+
+
+@kernel
+def _monomials(u, terms):
+    """Compute terms[at(i, j), b] = terms[0, b] u^i v^j, for u[2, b] = (u, v)."""
+    for k in range(1, terms.shape[0]):
+        i, j = moment_powers(k)
+        axis, lower = (0, moment_index(i - 1, j)) if i > 0 else (1, moment_index(i, j - 1))
+        for b in range(terms.shape[1]):
+            terms[k, b] = terms[lower, b] * u[axis, b]
+
+
+@kernel
+def _polygon_moments(x, origin, m):
+    """Compute signed moments m[k, b] about origin[2, b] of a polygon with corners x[n, 2, b].
+
+    Green's theorem: a polygon is the sum of the triangles from the origin to its edges p + t (q-p).
+    Over such a triangle the integral of a monomial f of order d is (p x q) / (d + 2) times the
+    integral of f(p + t (q - p)) over 0 <= t <= 1, which three nodes of Gauss and Legendre give
+    exactly up to d = 5. The sums equal those of Steger (1996), On the calculation of arbitrary
+    moments of polygons, TU Munich, FGBV-96-05.
+    """
+    u, terms = np.empty((2, x.shape[2])), np.empty(m.shape)
+    m[:] = 0.0
+    for n in range(x.shape[0]):
+        after = (n + 1) % x.shape[0]
+        for g in range(3):
+            for b in range(x.shape[2]):
+                px, py = x[n, 0, b] - origin[0, b], x[n, 1, b] - origin[1, b]
+                qx, qy = x[after, 0, b] - origin[0, b], x[after, 1, b] - origin[1, b]
+                terms[0, b] = WEIGHTS[g] * (px * qy - qx * py)
+                u[0, b], u[1, b] = px + NODES[g] * (qx - px), py + NODES[g] * (qy - py)
+            _monomials(u, terms)
+            for k in range(m.shape[0]):
+                i, j = moment_powers(k)
+                for b in range(x.shape[2]):
+                    m[k, b] += terms[k, b] / (i + j + 2)
+
+
+@kernel
+def region_moments(x, centre, mu):
+    """Compute centre[2, b] and mu[k, b] of the polygon with corners x[n, 2, b], with area > 0.
+
+    The corners follow one another along the border, either way round; it must not cross itself.
+    """
+    first = np.empty((3, x.shape[2]))
+    _polygon_moments(x, x[0], first)
+    for r in range(2):
+        for b in range(x.shape[2]):
+            centre[r, b] = x[0, r, b] + first[1 + r, b] / first[0, b]
+    _polygon_moments(x, centre, mu)
+    for k in range(mu.shape[0]):
+        for b in range(x.shape[2]):
+            mu[k, b] = 0.0 if k in (1, 2) else math.copysign(1.0, first[0, b]) * mu[k, b]
+
+
+@kernel
+def mean_point(x, centre):
+    """Compute centre[2, b], the mean of the points x[n, 2, b]."""
+    centre[:] = 0.0
+    for n in range(x.shape[0]):
+        for r in range(2):
+            for b in range(x.shape[2]):
+                centre[r, b] += x[n, r, b] / x.shape[0]
+
+
+@part
+def _centred_monomials(x, n, centre, u, terms):
+    """Compute u[2, b], point n from the centre, and its monomials."""
+    for b in range(x.shape[2]):
+        u[0, b], u[1, b], terms[0, b] = x[n, 0, b] - centre[0, b], x[n, 1, b] - centre[1, b], 1.0
+    _monomials(u, terms)
+
+
+@part
+def mark_moments(x, centre, mu):
+    """Compute centre[2, b] and mu[k, b] of marks x[n, 2, b]: mu_ij = sum (x - xg)^i (y - yg)^j."""
+    u, terms = np.empty((2, x.shape[2])), np.empty(mu.shape)
+    mean_point(x, centre)
+    mu[:] = 0.0
+    for n in range(x.shape[0]):
+        _centred_monomials(x, n, centre, u, terms)
+        for k in range(mu.shape[0]):
+            for b in range(x.shape[2]):
+                mu[k, b] += 0.0 if k in (1, 2) else terms[k, b]
+
+
+@part
+def fit_inverse_depth_plane(x, Z, ABC):
+    """Compute ABC[3, b] of the plane 1/Z = A x + B y + C through marks x[n, 2, b] at depths Z.
+
+    Least squares in the inverse depths: exact if the marks lie in a plane that misses the camera.
+    """
+    centre, sums = np.empty((2, x.shape[2])), np.zeros((6, x.shape[2]))
+    mean_point(x, centre)
+    for n in range(x.shape[0]):
+        for b in range(x.shape[2]):
+            sums[5, b] += 1.0 / Z[n, b] / x.shape[0]
+    for n in range(x.shape[0]):
+        for b in range(x.shape[2]):
+            u, v = x[n, 0, b] - centre[0, b], x[n, 1, b] - centre[1, b]
+            w = 1.0 / Z[n, b] - sums[5, b]
+            sums[0, b] += u * u
+            sums[1, b] += u * v
+            sums[2, b] += v * v
+            sums[3, b] += u * w
+            sums[4, b] += v * w
+    for b in range(x.shape[2]):
+        uu, uv, vv = sums[0, b], sums[1, b], sums[2, b]
+        uw, vw, iz = sums[3, b], sums[4, b], sums[5, b]
+        det = uu * vv - uv * uv
+        A, B = (vv * uw - uv * vw) / det, (uu * vw - uv * uw) / det
+        ABC[0, b], ABC[1, b] = A, B
+        ABC[2, b] = iz - A * centre[0, b] - B * centre[1, b]
+
+
+@part
+def _centre_rates(ABC, centre, mu, R):
+    """Compute rows 1 and 2 of R, for the centre of gravity of a region."""
+    for b in range(mu.shape[1]):
+        A, B, C = ABC[0, b], ABC[1, b], ABC[2, b]
+        x, y, area = centre[0, b], centre[1, b], mu[0, b]
+        iz = A * x + B * y + C
+        xx, xy, yy = 4.0 * mu[3, b] / area, 4.0 * mu[4, b] / area, 4.0 * mu[5, b] / area
+        R[1, 0, b], R[1, 1, b], R[1, 2, b] = -iz, 0.0, x * iz + A * xx + B * xy
+        R[1, 3, b], R[1, 4, b], R[1, 5, b] = x * y + xy, -(1.0 + x * x + xx), y
+        R[2, 0, b], R[2, 1, b], R[2, 2, b] = 0.0, -iz, y * iz + A * xy + B * yy
+        R[2, 3, b], R[2, 4, b], R[2, 5, b] = 1.0 + y * y + yy, -(x * y + xy), -x
+
+
+@part
+def region_moment_rates(ABC, centre, mu, R):
+    """Compute R[k, 6, b] of (mu00, xg, yg, mu20, mu11, ...) of a region in the plane ABC[3, b].
+
+    The interaction matrices of the area, the centre of gravity and the centred moments in Chaumette
+    (2004), Image moments: a general and useful set of features for visual servoing, IEEE T-RO 20,
+    with n_ij = mu_ij / a. Rows up to some order need mu up to the next one.
+    """
+    for k in range(R.shape[0]):
+        i, j = moment_powers(k)
+        here, right, below = moment_index(i, j), moment_index(i + 1, j), moment_index(i, j + 1)
+        left, skew = (
+            (moment_index(i - 1, j), moment_index(i - 1, j + 1)) if i > 0 else (0, 0)
+        )  # factor i is then 0
+        up, back = (moment_index(i, j - 1), moment_index(i + 1, j - 1)) if j > 0 else (0, 0)
+        for b in range(mu.shape[1]):
+            A, B, C = ABC[0, b], ABC[1, b], ABC[2, b]
+            x, y, m = centre[0, b], centre[1, b], mu[here, b]
+            xx, xy, yy = mu[3, b] / mu[0, b], mu[4, b] / mu[0, b], mu[5, b] / mu[0, b]
+            wx = (
+                (i + j + 3) * mu[below, b] + (i + 2 * j + 3) * y * m + i * x * mu[skew, b]
+            ) - 4.0 * (i * xy * mu[left, b] + j * yy * mu[up, b])
+            wy = -((i + j + 3) * mu[right, b] + (2 * i + j + 3) * x * m + j * y * mu[back, b]) + (
+                4.0 * (i * xx * mu[left, b] + j * xy * mu[up, b])
+            )
+            R[k, 0, b] = -(i + 1) * A * m - i * B * mu[skew, b]
+            R[k, 1, b] = -(j + 1) * B * m - j * A * mu[back, b]
+            R[k, 2, b] = -A * wy + B * wx + (i + j + 2) * C * m
+            R[k, 3, b], R[k, 4, b], R[k, 5, b] = wx, wy, i * mu[skew, b] - j * mu[back, b]
+    _centre_rates(ABC, centre, mu, R)
+
+
+@part
+def mark_moment_rates(x, Z, centre, R):
+    """Compute R[k, 6, b] of (mu00, xg, yg, mu20, mu11, ...) of marks x[n, 2, b] at depths Z[n, b].
+
+    The chain rule through the interaction matrix of each mark, so the marks need not be coplanar;
+    for coplanar ones it is that of Tahri and Chaumette (2005), Point-based and region-based image
+    moments for visual servoing of planar objects, IEEE T-RO 21(6).
+    """
+    N, runs = x.shape[0], x.shape[2]
+    u, terms, Lx = np.empty((2, runs)), np.empty((R.shape[0], runs)), np.empty((2 * N, 6, runs))
+    points_interaction(x, Z, Lx)
+    R[:] = 0.0
+    for n in range(2 * N):
+        for c in range(6):
+            for b in range(runs):
+                R[1 + n % 2, c, b] += Lx[n, c, b] / N
+    for n in range(N):
+        _centred_monomials(x, n, centre, u, terms)
+        for k in range(3, R.shape[0]):
+            i, j = moment_powers(k)
+            left, up = moment_index(max(i - 1, 0), j), moment_index(i, max(j - 1, 0))
+            for c in range(6):
+                for b in range(runs):
+                    R[k, c, b] += i * terms[left, b] * (Lx[2 * n, c, b] - R[1, c, b]) + (
+                        j * terms[up, b] * (Lx[2 * n + 1, c, b] - R[2, c, b])
+                    )

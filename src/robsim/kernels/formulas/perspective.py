@@ -1,0 +1,79 @@
+"""The camera: camera axes, perspective, radial-tangential distortion, visibility.
+
+Camera axes: x to the right (columns), y down (rows), z along the optical axis. `lens` holds
+(k1, k2, p1, p2, k3, k4, k5, k6), the order of OpenCV; all zero is a pinhole.
+"""
+
+import numpy as np
+
+from robsim.kernels.machine.jit import kernel, part
+
+LEAST_DEPTH = 1e-9  # metres; a point with less depth is behind the camera
+IN_IMAGE, OUT_OF_IMAGE, BEHIND_CAMERA = 0, 1, 2
+
+
+@part
+def distort(x, y, lens):
+    """Return the distorted normalised point of (x, y), by Brown's model with rational radius.
+
+    x' = x f + 2 p1 x y + p2 (r2 + 2 x2), y' = y f + p1 (r2 + 2 y2) + 2 p2 x y, with
+    f = (1 + k1 r2 + k2 r4 + k3 r6) / (1 + k4 r2 + k5 r4 + k6 r6).
+    """
+    k1, k2, p1, p2, k3, k4, k5, k6 = lens
+    r2 = x * x + y * y
+    f = (1.0 + r2 * (k1 + r2 * (k2 + r2 * k3))) / (1.0 + r2 * (k4 + r2 * (k5 + r2 * k6)))
+    return (
+        x * f + 2.0 * p1 * x * y + p2 * (r2 + 2.0 * x * x),
+        y * f + p1 * (r2 + 2.0 * y * y) + 2.0 * p2 * x * y,
+    )
+
+
+@part
+def distort_jacobian(x, y, lens):
+    """Return (dx'/dx, dx'/dy, dy'/dy) of `distort`; dy'/dx equals dx'/dy."""
+    k1, k2, p1, p2, k3, k4, k5, k6 = lens
+    r2 = x * x + y * y
+    over, under = 1.0 + r2 * (k1 + r2 * (k2 + r2 * k3)), 1.0 + r2 * (k4 + r2 * (k5 + r2 * k6))
+    f = over / under
+    df = (
+        (k1 + r2 * (2.0 * k2 + 3.0 * r2 * k3)) - f * (k4 + r2 * (2.0 * k5 + 3.0 * r2 * k6))
+    ) / under
+    return (
+        f + 2.0 * x * x * df + 2.0 * p1 * y + 6.0 * p2 * x,
+        2.0 * x * y * df + 2.0 * p1 * x + 2.0 * p2 * y,
+        f + 2.0 * y * y * df + 6.0 * p1 * y + 2.0 * p2 * x,
+    )
+
+
+@part
+def undistort(u, v, lens):
+    """Return the point that `distort` takes to (u, v), by Newton's method, or NaN."""
+    x, y = u, v
+    for _ in range(50):
+        du, dv = distort(x, y, lens)
+        xx, xy, yy = distort_jacobian(x, y, lens)
+        du, dv, det = du - u, dv - v, xx * yy - xy * xy
+        dx, dy = (yy * du - xy * dv) / det, (xx * dv - xy * du) / det
+        x, y = x - dx, y - dy
+        if abs(dx) + abs(dy) <= 1e-15 * (1.0 + abs(x) + abs(y)):
+            return x, y
+    du, dv = distort(x, y, lens)  # rounding can keep the last step above the threshold
+    good = abs(du - u) + abs(dv - v) <= 1e-13 * (1.0 + abs(u) + abs(v))
+    return (x, y) if good else (np.nan, np.nan)
+
+
+@part
+def pinhole_pixel(x, y, fu, skew, u0, fv, v0):
+    """Return the pixel (column, row) of a normalised image point."""
+    return fu * x + skew * y + u0, fv * y + v0
+
+
+@kernel
+def pixel_jacobian(x, K, lens, J):
+    """Compute J[n, 2, 2, b], the Jacobian of the pixel by the normalised point x[n, 2, b]."""
+    k = (lens[0], lens[1], lens[2], lens[3], lens[4], lens[5], lens[6], lens[7])
+    for n in range(x.shape[0]):
+        for b in range(x.shape[2]):
+            xx, xy, yy = distort_jacobian(x[n, 0, b], x[n, 1, b], k)
+            J[n, 0, 0, b], J[n, 0, 1, b] = K[0, 0] * xx + K[0, 1] * xy, K[0, 0] * xy + K[0, 1] * yy
+            J[n, 1, 0, b], J[n, 1, 1, b] = K[1, 1] * xy, K[1, 1] * yy

@@ -1,0 +1,150 @@
+"""Plane curves by arc length, and the chord between two wheels that roll on one.
+
+A curve is a row of pieces of constant curvature, or of a catenary; before its start and after its
+end it goes on straight. Some wheels roll beside it: their centres lie at p + radius n, where n is
+the normal, a quarter turn left of the tangent t.
+"""
+
+import math
+from typing import Any, NamedTuple
+
+from robsim.kernels.formulas import se3
+from robsim.kernels.machine.jit import kernel
+
+ANGLE, ARC, HEIGHT, TILT = 0, 1, 2, 3  # what a chord gives
+ROUNDING = 4e-16  # relative
+
+
+class CurveTable(NamedTuple):
+    """The constants of curves: the pieces of curve c are rows first[c] to first[c + 1]."""
+
+    first: Any
+    length: Any  # of each curve
+    # (pieces, 7): arc length, position and direction where it begins; curvature; of a catenary its
+    # parameter a and the arc length from its lowest point, else 0
+    pieces: Any
+
+
+@kernel
+def curve_point(curves, which, s):
+    """Return x, y, cos and sin of the direction, and curvature of a curve at arc length s.
+
+    Constant curvature k from direction f0: the chord sinc(k l/2) l at f0 + k l/2. A catenary from
+    its lowest point: x = a asinh(u/a), y = sqrt(a^2 + u^2), tan f = u/a, k = a/(a^2 + u^2).
+    """
+    inside = min(max(s, 0.0), curves.length[which])
+    i = curves.first[which]
+    while i + 1 < curves.first[which + 1] and curves.pieces[i + 1, 0] <= inside:
+        i += 1
+    x, y, direction, k = curves.pieces[i, 1:5]
+    a, u = curves.pieces[i, 5:7]
+    way = inside - curves.pieces[i, 0]
+    if a > 0.0:
+        v = u + way
+        rise, length = math.hypot(a, v), math.hypot(a, u)
+        x += a * (math.asinh(v / a) - math.asinh(u / a))
+        y += (v - u) * (v + u) / (rise + length)
+        c, s_, k = a / rise, v / rise, a / (rise * rise)
+    else:
+        half = 0.5 * k * way
+        chord = way * se3.sinc(half)
+        x += chord * math.cos(direction + half)
+        y += chord * math.sin(direction + half)
+        c, s_ = math.cos(direction + 2.0 * half), math.sin(direction + 2.0 * half)
+    beyond = s - inside
+    if beyond != 0.0:
+        k = 0.0
+    return x + beyond * c, y + beyond * s_, c, s_, k
+
+
+@kernel
+def wheel_contact(curves, which, s, radius):
+    """Return centre (x, y), cos, sin and |d centre/ds| of a wheel that touches a curve at s."""
+    x, y, c, d, k = curve_point(curves, which, s)
+    return x - radius * d, y + radius * c, c, d, 1.0 - radius * k
+
+
+@kernel
+def _second_contact(curves, which, s, x, y, length, radius):
+    """Return where the second wheel touches, if the centre of the first, at s, is (x, y).
+
+    Newton steps on |P2 - P1| = length, inside a bracket.
+    """
+    low, high = s, s + length
+    while high > low:  # the straight way beyond the end leads away; far out there all s are one
+        far = wheel_contact(curves, which, high, radius)
+        if math.hypot(far[0] - x, far[1] - y) >= length:
+            break
+        low, high = high, high + 0.5 * length
+    at = min(s + length, high)
+    for _ in range(64):
+        X, Y, c, d, rate = wheel_contact(curves, which, at, radius)
+        distance = math.hypot(X - x, Y - y)
+        gap = distance - length
+        if gap > 0.0:
+            high = at
+        else:
+            low = at
+        slope = rate * (c * (X - x) + d * (Y - y)) / distance
+        step = at - gap / slope
+        if not low <= step <= high:
+            step = 0.5 * (low + high)
+        if abs(step - at) <= ROUNDING * (abs(at) + length):
+            return step
+        at = step
+    return at
+
+
+@kernel
+def _third_contact(curves, which, near, far, radius, x, y, ux, uy, at):
+    """Return where a wheel touches, centred `at` along the chord from (x, y) along (ux, uy)."""
+    low, high = near, far
+    s = near + (far - near) * 0.5
+    for _ in range(64):
+        X, Y, c, d, rate = wheel_contact(curves, which, s, radius)
+        gap = (X - x) * ux + (Y - y) * uy - at
+        if gap > 0.0:
+            high = s
+        else:
+            low = s
+        step = s - gap / (rate * (c * ux + d * uy))
+        if not low <= step <= high:
+            step = 0.5 * (low + high)
+        if abs(step - s) <= ROUNDING * (abs(s) + at):
+            return step
+        s = step
+    return s
+
+
+@kernel
+def chord_quantity(curves, which, s, length, radius, at, gives):
+    """Return the quantity that a chord from the wheel at s gives, and its derivative by s.
+
+    P1, P2: wheel centres, P' = (1 - radius k) t, u = (P2 - P1)/length and n its left normal.
+    From |P2 - P1| = length: s2' = u.P1'/u.P2'; the chord turns by psi' = n.(P2' s2' - P1')/length,
+    against the tangent by psi' - k. From (P3 - P1).u = at, with height h = (P3 - P1).n:
+    s3' = (u.P1' - h psi')/(u.P3'), h' = n.(P3' s3' - P1') - at psi'; the tangent there turns
+    against the chord by k3 s3' - psi'. (Own derivation, checked against central differences.)
+    """
+    x, y, c, d, rate = wheel_contact(curves, which, s, radius)
+    far = _second_contact(curves, which, s, x, y, length, radius)
+    X, Y, C, D, RATE = wheel_contact(curves, which, far, radius)
+    ux, uy = (X - x) / length, (Y - y) / length
+    slope = rate * (ux * c + uy * d) / (RATE * (ux * C + uy * D))
+    turn = (ux * (RATE * D * slope - rate * d) - uy * (RATE * C * slope - rate * c)) / length
+    if gives == ANGLE:
+        k = curve_point(curves, which, s)[4]
+        return math.atan2(c * uy - d * ux, c * ux + d * uy), turn - k
+    touch, height = far, 0.0
+    if at < length:
+        touch = _third_contact(curves, which, s, far, radius, x, y, ux, uy, at)
+        X, Y, C, D, RATE = wheel_contact(curves, which, touch, radius)
+        height = ux * (Y - y) - uy * (X - x)
+        slope = (rate * (ux * c + uy * d) - height * turn) / (RATE * (ux * C + uy * D))
+    if gives == ARC:
+        return touch, slope
+    if gives == TILT:
+        k = curve_point(curves, which, touch)[4]
+        return math.atan2(ux * D - uy * C, ux * C + uy * D), k * slope - turn
+    climb = ux * (RATE * D * slope - rate * d) - uy * (RATE * C * slope - rate * c)
+    return height, climb - at * turn

@@ -1,0 +1,48 @@
+"""Straight motions of a frame, with rotation about a fixed axis, in the layout run last."""
+
+from robsim.kernels.formulas.se3 import (
+    compose,
+    exp_se3,
+    inverse_pose,
+    rotation_to_quaternion,
+    rotation_vector,
+)
+from robsim.kernels.machine.jit import kernel
+
+
+@kernel
+def rotation_in_start_axes(A, B, back, turned, quaternion, turn):
+    """Compute the rotation vector turn[3, b] of R_a' R_b, in axes of A[3, 4, b]."""
+    inverse_pose(A, back)
+    compose(back, B, turned)
+    rotation_to_quaternion(turned, quaternion)
+    rotation_vector(quaternion, turn)
+
+
+@kernel
+def rotation_in_base_axes(A, B, back, turned, quaternion, turn):
+    """Compute the rotation vector turn[3, b] of R_b R_a', in the base axes of both."""
+    inverse_pose(A, back)
+    compose(B, back, turned)
+    rotation_to_quaternion(turned, quaternion)
+    rotation_vector(quaternion, turn)
+
+
+@kernel
+def interpolate_pose(T, way, turn, share, end, twist, step, out):
+    """Compute the pose out[3, 4, b] after shares[2, b] of way[3, b] and turn[3, b] from T to end.
+
+    The turn is in axes of T; twist[6, b] and step[3, 4, b] are room.
+    """
+    for i in range(3):
+        for b in range(T.shape[2]):
+            twist[i, b], twist[3 + i, b] = 0.0, share[1, b] * turn[i, b]
+    exp_se3(twist, step)
+    compose(T, step, out)
+    for b in range(T.shape[2]):
+        done = share[0, b] == 1.0 and share[1, b] == 1.0
+        for i in range(3):
+            out[i, 3, b] = T[i, 3, b] + share[0, b] * way[i, b]
+            if done:
+                for c in range(4):
+                    out[i, c, b] = end[i, c, b]

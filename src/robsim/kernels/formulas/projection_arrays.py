@@ -1,0 +1,16 @@
+"""The view of one object by one camera on the tree: all that follows from q at an instant."""
+
+from typing import Any, NamedTuple
+
+from robsim.kernels.formulas import body_arrays
+
+
+class Projection(NamedTuple):
+    """The poses of a camera and its target, and the image of the marks, at one instant."""
+
+    bodies: body_arrays.Bodies
+    T_w_c: Any  # (3, 4, B)
+    T_w_o: Any  # (3, 4, B)
+    depth: Any  # (N, B)
+    pixels: Any  # (N, 2, B), NaN behind the camera
+    visibility: Any  # (N, B)

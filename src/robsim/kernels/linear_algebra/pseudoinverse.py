@@ -1,0 +1,306 @@
+"""Least squares x = A^+ y for many small systems at once, truncated or damped.
+
+The usual way is a QR factorisation by modified Gram-Schmidt, which keeps the run innermost. It
+yields R^-1 explicitly, and ||R|| ||R^-1|| (Frobenius) bounds the condition number from above: only
+a run whose bound exceeds 1/rcond goes through its singular values, where those below
+rcond * largest count as zero. Wide systems (more unknowns than equations) get the solution of
+least norm, through the QR of A'. The columns of Q keep the lengths that they have: Q = V D^-1/2.
+For four points seen by a camera with six degrees of freedom the same code is `unroll_kernel`.
+"""
+
+import numpy as np
+
+from robsim.kernels.linear_algebra.register_columns import (
+    HEIGHT,
+    dot_columns,
+    load_column,
+    padded_height,
+    put_difference,
+)
+from robsim.kernels.linear_algebra.svd import choose_length_unit, solve_truncated
+from robsim.kernels.linear_algebra.svd import truncation_rows as truncated_rows
+from robsim.kernels.machine.block_io import gather_rows, scatter_rows
+from robsim.kernels.machine.fixed_size import unroll_kernel
+from robsim.kernels.machine.jit import kernel, part
+from robsim.kernels.machine.lanes import WIDTH, align_stack, any_lane, get, put, sqrt, where
+from robsim.kernels.machine.linked_stages import link_stage
+from robsim.kernels.machine.stages import stage
+
+
+@kernel
+def multiply_matrices(A, B, out):
+    """Compute out[i, j, b] = A[i, k, b] B[k, j, b]."""
+    out[:] = 0.0
+    for i in range(A.shape[0]):
+        for j in range(B.shape[1]):
+            for k in range(A.shape[1]):
+                for b in range(A.shape[2]):
+                    out[i, j, b] += A[i, k, b] * B[k, j, b]
+
+
+@part
+def _gram_schmidt(block, V, rows, n, count, R, inverse):
+    """Make n columns of V orthogonal: V_before = V D^-1 R, where D is the diagonal of R and V'V.
+
+    What is left of the columns after them, `count` in all, is orthogonal to these. V stands column
+    by column, of so many `rows`, and R too, of n; D^-1 becomes the diagonal of `inverse`. Without
+    lengths no square root is in the way of the next column.
+    """
+    for j in range(n):
+        at = V + j * rows
+        v = load_column(block, at)
+        square = dot_columns(v, v)
+        for i in range(HEIGHT, rows, HEIGHT):
+            more = load_column(block, at + i)
+            square = square + dot_columns(more, more)
+        put(block, R + j * n + j, square)
+        share = 1.0 / square
+        put(block, inverse + j * n + j, share)
+        for k in range(j + 1, count):
+            put(block, R + k * n + j, _subtract_projection(block, at, v, share, V + k * rows, rows))
+
+
+@part
+def _subtract_projection(block, v, head, share, u, rows):
+    """Leave of u what is orthogonal to v, and return v'u: `head` of v is at hand, and 1/v'v."""
+    top = load_column(block, u)
+    along = dot_columns(head, top)
+    for i in range(HEIGHT, rows, HEIGHT):
+        along = along + dot_columns(load_column(block, v + i), load_column(block, u + i))
+    part = along * share
+    put_difference(block, u, top, head, part)
+    for i in range(HEIGHT, rows, HEIGHT):
+        put_difference(block, u + i, load_column(block, u + i), load_column(block, v + i), part)
+    return along
+
+
+@part
+def invert_triangle(block, R, n, inverse):
+    """Compute inverse = R^-1 for upper triangular R, column by column; its diagonal is given."""
+    for j in range(n):
+        for i in range(j - 1, -1, -1):
+            total = get(block, R + (i + 1) * n + i) * get(block, inverse + j * n + i + 1)
+            for k in range(i + 2, j + 1):
+                total = total + get(block, R + k * n + i) * get(block, inverse + j * n + k)
+            put(block, inverse + j * n + i, -total * get(block, inverse + i * n + i))
+
+
+@part
+def _condition_bound(block, R, inverse, n):
+    """Return ||D^-1/2 R||_F ||R^-1 D^1/2||_F >= the condition number, D the diagonal of R.
+
+    A number times its share of D, or by D, is at most as large as the square of a length, but the
+    square of a number might overflow.
+    """
+    direct, back = 0.0 * get(block, R), 0.0 * get(block, R)
+    for j in range(n):
+        square, share = get(block, R + j * n + j), get(block, inverse + j * n + j)
+        row, column = square, share  # what is on the diagonals, as square * share = 1
+        for k in range(j + 1, n):
+            r = get(block, R + k * n + j)
+            row = row + r * (r * share)
+        for i in range(j):
+            s = get(block, inverse + j * n + i)
+            column = column + s * (s * square)
+        direct, back = direct + row, back + column
+    return sqrt(direct) * sqrt(back)
+
+
+@part
+def apply_inverse(block, inverse, n, y, x):
+    """Compute x = R^-1 y from R^-1, which stands column by column."""
+    for i in range(n):
+        total = get(block, inverse + i * n + i) * get(block, y + i)
+        for j in range(i + 1, n):
+            total = total + get(block, inverse + j * n + i) * get(block, y + j)
+        put(block, x + i, total)
+
+
+@part
+def _solve_wide(block, V, rows, n, inverse, y, x, count):
+    """Compute the first `count` rows of x = V R^-T y; y[n] is replaced by R^-T y."""
+    for j in range(n - 1, -1, -1):
+        total = get(block, inverse + j * n) * get(block, y)
+        for i in range(1, j + 1):
+            total = total + get(block, inverse + j * n + i) * get(block, y + i)
+        put(block, y + j, total)
+    for i in range(count):
+        total = get(block, V + i) * get(block, y)
+        for j in range(1, n):
+            total = total + get(block, V + j * rows + i) * get(block, y + j)
+        put(block, x + i, total)
+
+
+def count_solution_rows(k: int, n: int) -> int:
+    """Return how many rows `solve_block` needs to work in."""
+    m, p = min(k, n), max(k, n)
+    by_triangle = 1 + (p + m + HEIGHT - 1 + m) * (m + 1) + m * m
+    return max(by_triangle, 1 + p * m + m * m + m + 2 * n)
+
+
+solution_rows = part(count_solution_rows)
+
+
+@part
+def _factorise_and_solve(numbers, block):
+    """Compute x = A^+ y, and a bound: (A, k, n, y, damping or -1, x, scratch, bound)."""
+    A, k, n, y, damping, x = numbers[0], numbers[1], numbers[2], numbers[3], numbers[4], numbers[5]
+    wide, m, p = k < n, min(k, n), max(k, n)
+    rows = padded_height(p + m if damping >= 0 else p)
+    V = numbers[6]
+    wanted = V + m * rows
+    R = wanted + rows
+    along, inverse = R + m * m, R + m * m + m
+    for j in range(m):
+        _load_padded_column(
+            block, V + j * rows, rows, A + (j * n if wide else j), 1 if wide else n, p
+        )
+        if damping >= 0:
+            put(block, V + j * rows + p + j, get(block, damping))
+    _load_padded_column(block, wanted, rows, y, 1, k)
+    _gram_schmidt(block, V, rows, m, m if wide else m + 1, R, inverse)
+    invert_triangle(block, R, m, inverse)
+    put(block, numbers[7], _condition_bound(block, R, inverse, m))
+    if wide:
+        _solve_wide(block, V, rows, m, inverse, wanted, x, p)
+    else:
+        # V'y came step by step, which keeps Gram-Schmidt stable
+        apply_inverse(block, inverse, m, along, x)
+
+
+@part
+def _load_padded_column(block, at, rows, first, apart, count):
+    """Copy so many rows that stand apart into a column, and fill it up with zeros."""
+    for i in range(count):
+        put(block, at + i, get(block, first + i * apart))
+    for i in range(count, rows):
+        put(block, at + i, 0.0)
+
+
+_solve_four_points = unroll_kernel(_factorise_and_solve, (0, 3, 5, 7), {1: 8, 2: 6, 4: -1, 6: 0})
+
+
+@stage
+def by_triangle(numbers, block, step):
+    """Compute x = A^+ y by a QR factorisation: (A, k, n, y, damping or -1, x, scratch, bound).
+
+    The last is the row of a bound of the condition number of A.
+    """
+    align_stack()
+    if numbers[1] == 8 and numbers[2] == 6 and numbers[4] < 0:
+        _solve_four_points(numbers, block)
+    else:
+        _factorise_and_solve(numbers, block)
+
+
+_linked_by_triangle = link_stage(by_triangle)
+
+
+@part
+def _solve_by_triangle(block, A, k, n, y, damping, x, scratch):
+    """Compute x = A^+ y by a QR factorisation; return a bound of the condition number of A.
+
+    `damping` is a row, or -1 where there is none.
+    """
+    _linked_by_triangle(block, (A, k, n, y, damping, x, scratch + 1, scratch))
+    return get(block, scratch)
+
+
+@part
+def _truncate_doubtful(block, A, k, n, y, rcond, doubtful, x, full, J, scratch):
+    """Replace x of the doubtful runs by that of their singular values; return the rank.
+
+    What only the unit of length makes singular is not, see
+    `robsim.kernels.linear_algebra.svd.truncate`. A run whose A is not finite is NaN.
+    """
+    other = scratch + truncated_rows(k, n)
+    rank = solve_truncated(block, A, k, n, y, rcond, other, -1, scratch)
+    asks = doubtful & (rank < full)
+    if J != -1 and any_lane(asks & ~(choose_length_unit(block, A, k, n, J) == 1.0)):
+        another = other + n
+        more = solve_truncated(block, A, k, n, y, rcond, another, J, scratch)
+        for i in range(n):
+            one, two = get(block, other + i), get(block, another + i)
+            put(block, other + i, where(more > rank, two, one))
+        rank = where(more > rank, more, rank)
+    total = 0.0 * get(block, A)
+    for i in range(1, k * n):
+        total = total + 0.0 * get(block, A + i)
+    for i in range(n):
+        put(block, x + i, where(doubtful, get(block, other + i) + total, get(block, x + i)))
+    return where(doubtful & (total == 0.0), rank, full)
+
+
+@part
+def solve_block(block, A, k, n, y, damping, rcond, x, J, scratch):
+    """Compute x = argmin ||A x - y||^2 + damping^2 ||x||^2 for A[k, n], and return the rank of A.
+
+    A stands row by row. Without damping (-1, else a row) singular values below
+    rcond * largest are truncated, in whatever unit of length leaves the more of them: J says which
+    columns are per metre (see `robsim.kernels.linear_algebra.svd.is_per_metre`). A damped rank
+    is not examined and reads as full.
+    """
+    bound = _solve_by_triangle(block, A, k, n, y, damping, x, scratch)
+    doubtful = ~(bound * rcond < 1.0)
+    rank = 0.0 * rcond + min(k, n)
+    if damping < 0 and any_lane(doubtful):
+        rank = _truncate_doubtful(block, A, k, n, y, rcond, doubtful, x, rank, J, scratch)
+    return rank
+
+
+def count_product_rows(k: int, n: int) -> int:
+    """Return how many rows `solve_product_block` needs to work in."""
+    return max(
+        count_solution_rows(k, n), max(count_solution_rows(k, 6), count_solution_rows(6, n)) + 6
+    )
+
+
+@part
+def solve_product_block(block, B, k, C, n, A, y, rcond, x, scratch):
+    """Compute x = A^+ y of A = B C, with B[k, 6] and C[6, n], 6 <= k, n.
+
+    Where B and C have rank 6, (B C)^+ = C^+ B^+ (Greville 1966), though A itself has no full rank
+    if 6 < k, n: so no singular values are needed. The product of both bounds is a bound for A.
+    """
+    z, rest = scratch, scratch + 6
+    bound = _solve_by_triangle(block, B, k, 6, y, -1, z, rest)
+    bound = bound * _solve_by_triangle(block, C, 6, n, z, -1, x, rest)
+    doubtful, rank = ~(bound * rcond < 1.0), 0.0 * rcond + 6.0
+    if any_lane(doubtful):
+        rank = _truncate_doubtful(block, A, k, n, y, rcond, doubtful, x, rank, C, scratch)
+    return rank
+
+
+@kernel
+def least_squares(A, y, damping, rcond, x, rank):
+    """Compute x[n, b] = argmin ||A x - y||^2 + damping^2 ||x||^2, and rank[b] of A[m, n, b].
+
+    With damping 0 singular values below rcond * largest are truncated. A damped rank is not
+    examined and reads as full.
+    """
+    k, n, runs = A.shape
+    wanted = k * n
+    found = wanted + k
+    given = found + n
+    scratch = given + 3
+    block = np.zeros((scratch + solution_rows(k, n)) * WIDTH)
+    put(block, given, damping)
+    put(block, given + 1, rcond)
+    for b in range(0, runs, WIDTH):
+        _gather_matrix(A, b, 0, block)
+        gather_rows(y, b, wanted, block)
+        damped = given if damping > 0.0 else -1
+        share = get(block, given + 1)
+        put(
+            block, given + 2, solve_block(block, 0, k, n, wanted, damped, share, found, -1, scratch)
+        )
+        scatter_rows(block, found, b, x)
+        for lane in range(min(WIDTH, runs - b)):
+            rank[b + lane] = int(block[(given + 2) * WIDTH + lane])
+
+
+@kernel
+def _gather_matrix(A, b, row, block):
+    """Copy A[:, :, b...] to rows of a block, row by row."""
+    for i in range(A.shape[0]):
+        gather_rows(A[i], b, row + i * A.shape[1], block)

@@ -1,0 +1,45 @@
+"""Columns of matrices in registers: eight rows at a time, all read before any is written.
+
+The compiler cannot know that two columns of a block are apart, and would else read one anew after
+each number that is written to the other.
+"""
+
+from robsim.kernels.machine.jit import part
+from robsim.kernels.machine.lanes import get, put
+
+HEIGHT = 8  # rows; with another column and a sum they fit into the registers of AVX-512
+
+
+@part
+def padded_height(rows):
+    """Return so many rows rounded up to whole columns."""
+    return -(-rows // HEIGHT) * HEIGHT
+
+
+@part
+def load_column(block, at):
+    """Return eight rows of a block."""
+    return (
+        get(block, at), get(block, at + 1), get(block, at + 2), get(block, at + 3),
+        get(block, at + 4), get(block, at + 5), get(block, at + 6), get(block, at + 7),
+    )  # fmt: skip
+
+
+@part
+def dot_columns(a, b):
+    """Return the sum of the products of two columns, by halves: few of them wait for others."""
+    low = (a[0] * b[0] + a[1] * b[1]) + (a[2] * b[2] + a[3] * b[3])
+    return low + ((a[4] * b[4] + a[5] * b[5]) + (a[6] * b[6] + a[7] * b[7]))
+
+
+@part
+def put_difference(block, at, a, b, share):
+    """Write a - share b to eight rows."""
+    put(block, at, a[0] - share * b[0])
+    put(block, at + 1, a[1] - share * b[1])
+    put(block, at + 2, a[2] - share * b[2])
+    put(block, at + 3, a[3] - share * b[3])
+    put(block, at + 4, a[4] - share * b[4])
+    put(block, at + 5, a[5] - share * b[5])
+    put(block, at + 6, a[6] - share * b[6])
+    put(block, at + 7, a[7] - share * b[7])

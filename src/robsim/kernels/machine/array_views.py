@@ -1,0 +1,81 @@
+"""Arrays at an address, which a program keeps alive, for stages that read or write whole tables."""
+
+from typing import Any
+
+import numba
+from numba import types
+from numba.extending import intrinsic
+
+from robsim.kernels.machine.jit import part
+from robsim.kernels.machine.lanes import WIDTH
+
+
+def _define_address_cast(kind: Any) -> Any:
+    @intrinsic
+    def function(typing: Any, address: Any) -> Any:
+        def emit(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+            return builder.inttoptr(args[0], context.get_value_type(sig.return_type))
+
+        return types.CPointer(kind)(address), emit
+
+    return function
+
+
+_to_real, _to_whole = _define_address_cast(types.float64), _define_address_cast(types.int64)
+
+
+@part
+def reals(address, size):
+    """Return the numbers[size] at an address."""
+    return numba.carray(_to_real(address), (size,))
+
+
+@part
+def wholes(address, size):
+    """Return the whole numbers[size] at an address."""
+    return numba.carray(_to_whole(address), (size,))
+
+
+@intrinsic
+def _row_pointer(typing: Any, w: Any, row: Any) -> Any:
+    """Return the address of a row of a block."""
+
+    def emit(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        index = context.cast(builder, args[1], sig.args[1], types.int64)
+        return builder.gep(args[0], [builder.mul(index, index.type(WIDTH))])
+
+    return w(w, row), emit
+
+
+@part
+def vector(w, row, n):
+    """Return rows of a block as an array[n, lane]."""
+    return numba.carray(_row_pointer(w, row), (n, WIDTH))
+
+
+@part
+def matrix(w, row, n, m):
+    """Return rows of a block as an array[n, m, lane]."""
+    return numba.carray(_row_pointer(w, row), (n, m, WIDTH))
+
+
+@intrinsic
+def _as_unsigned(typing: Any, pointer: Any) -> Any:
+    kind = types.CPointer(types.uint64)
+
+    def emit(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        return builder.bitcast(args[0], context.get_value_type(kind))
+
+    return kind(pointer), emit
+
+
+@part
+def unsigned_row(w, row):
+    """Return a row of whole numbers, which stand there bit by bit, as an array[lane]."""
+    return numba.carray(_as_unsigned(_row_pointer(w, row)), (WIDTH,))
+
+
+@part
+def tensor(w, row, n, m, k):
+    """Return rows of a block as an array[n, m, k, lane]."""
+    return numba.carray(_row_pointer(w, row), (n, m, k, WIDTH))

@@ -1,0 +1,49 @@
+"""Stages that are called inside of other kernels by a symbol.
+
+A kernel that calls another has its code within its own, and all of it is optimised again in each
+of them. What many kernels need and is long, such as least squares, is compiled once as a stage.
+"""
+
+from typing import Any
+
+from llvmlite import ir
+from numba import types
+from numba.core import cgutils
+from numba.extending import intrinsic
+from numba.np.arrayobj import make_array
+
+from robsim.kernels.machine.cache import LINKED
+from robsim.kernels.machine.stages import CompiledStage
+
+_WHOLE, _REAL = ir.IntType(64), ir.DoubleType()
+_STAGE_TYPE = ir.FunctionType(ir.VoidType(), [_WHOLE.as_pointer(), _REAL.as_pointer(), _WHOLE])
+
+
+def _store_numbers(context: Any, builder: Any, kinds: Any, values: Any) -> Any:
+    """Return the address of whole numbers that stand in a tuple."""
+    first = cgutils.alloca_once(builder, _WHOLE, size=len(kinds))
+    for i, kind in enumerate(kinds):
+        value = context.cast(builder, builder.extract_value(values, i), kind, types.int64)
+        builder.store(value, builder.gep(first, [ir.Constant(_WHOLE, i)]))
+    return first
+
+
+def link_stage(stage: CompiledStage) -> Any:
+    """Return a function (w, numbers) by which kernels perform a stage, as at step 0."""
+    LINKED[stage.symbol] = stage
+
+    @intrinsic
+    def perform(typing: Any, w: Any, numbers: Any) -> Any:
+        stage.link()  # before the code that calls it
+
+        def emit(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+            p, block = _store_numbers(context, builder, list(sig.args[1]), args[1]), args[0]
+            if not isinstance(sig.args[0], types.CPointer):
+                block = make_array(sig.args[0])(context, builder, block).data
+            called = cgutils.get_or_insert_function(builder.module, _STAGE_TYPE, stage.symbol)
+            builder.call(called, [p, block, ir.Constant(_WHOLE, 0)])
+            return context.get_dummy_value()
+
+        return types.void(w, numbers), emit
+
+    return perform

@@ -1,0 +1,164 @@
+"""Stages: the compiled parts of a step, called one after the other on a block of runs.
+
+A stage is a function of the block w, of the number of the step, and of whole numbers that say where
+things stand, such as rows of the block. It is compiled as a function (p, w, step), with these in p:
+all have one signature, so that each is compiled once and alone, for any scene, and a program of
+them is a list of addresses.
+"""
+
+from collections.abc import Callable
+from functools import cached_property
+from typing import Any
+
+from llvmlite import binding, ir
+from numba import types
+from numba.core.compiler_lock import global_compiler_lock
+from numba.extending import intrinsic
+from numba.np.arrayobj import make_array
+
+from robsim.kernels.machine.block_io import gather_rows, scatter_rows
+from robsim.kernels.machine.jit import kernel, part
+from robsim.kernels.machine.lanes import WIDTH
+from robsim.kernels.machine.signature import StageSignature
+
+SIGNATURE = (types.CPointer(types.int64), types.CPointer(types.float64), types.int64)
+_WHOLE, _REAL = ir.IntType(64), ir.DoubleType()
+
+
+class CompiledStage:
+    """A compiled part of a step, which is compiled when its address is first asked for."""
+
+    def __init__(self, function: Callable[..., Any]) -> None:
+        self.name = function.__qualname__
+        self.symbol = f"robsim.{function.__module__}.{self.name}"
+        self.function = function
+        self._address = 0
+
+    @cached_property
+    def signature(self) -> StageSignature:
+        """What it takes."""
+        return StageSignature(self.name, self.function)
+
+    @property
+    def address(self) -> int:
+        """The address of the machine code."""
+        if not self._address:
+            compiled: Any = kernel(self._plain(), address=True)
+            if not hasattr(compiled, "compile"):
+                raise RuntimeError("kernels need Numba's compiler: unset NUMBA_DISABLE_JIT")
+            with global_compiler_lock:  # for Ctrl-C to wait until all is done
+                compiled.compile(SIGNATURE)
+                made = compiled.overloads[SIGNATURE]
+                wrapper = made.fndesc.llvm_cfunc_wrapper_name
+                self._address = made.library.get_pointer_to_function(wrapper)
+        return self._address
+
+    def _plain(self) -> Callable[..., Any]:
+        """Return the stage as a function (p, w, step)."""
+        function = self.function
+        if is_plain_stage(function):
+            return function
+        known: dict[str, Any] = {"body": part(function), "rest": _numbers_from}
+        exec(self.signature.wrapper, known)
+        wrapper: Any = known["wrapper"]
+        own = function.__code__
+        wrapper.__code__ = wrapper.__code__.replace(
+            co_filename=own.co_filename, co_firstlineno=own.co_firstlineno, co_name=own.co_name
+        )
+        wrapper.__module__, wrapper.__qualname__ = function.__module__, function.__qualname__
+        return wrapper  # type: ignore[no-any-return]
+
+    def link(self) -> None:
+        """Let machine code find it by its symbol."""
+        binding.add_symbol(self.symbol, self.address)
+
+
+def stage(function: Callable[..., Any]) -> CompiledStage:
+    """Return a function (w, step, ...) as a stage, whose further parameters say what it takes.
+
+    See `robsim.kernels.machine.signature`. A stage that only other kernels call, by its symbol, is
+    a function (p, w, step) of whole numbers p.
+    """
+    return CompiledStage(function)
+
+
+def is_plain_stage(function: Callable[..., Any]) -> bool:
+    """Return whether a stage is a function (p, w, step)."""
+    return function.__code__.co_argcount == 3 and not function.__defaults__
+
+
+@intrinsic
+def _numbers_from(typing: Any, p: Any, at: Any) -> Any:
+    """Return the whole numbers from p[at] on."""
+
+    def emit(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        return builder.gep(args[0], [args[1]])
+
+    return p(p, at), emit
+
+
+@intrinsic
+def _call_stage(typing: Any, address: Any, p: Any, at: Any, w: Any, first: Any, step: Any) -> Any:
+    """Call the stage at an address with p[at:] and w[first:]."""
+
+    def emit(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        address, p, at, w, first, step = args
+        numbers = builder.gep(make_array(sig.args[1])(context, builder, p).data, [at])
+        block = builder.gep(make_array(sig.args[3])(context, builder, w).data, [first])
+        kinds = [_WHOLE.as_pointer(), _REAL.as_pointer(), _WHOLE]
+        kind = ir.FunctionType(ir.VoidType(), kinds).as_pointer()
+        builder.call(builder.inttoptr(address, kind), [numbers, block, step])
+        return context.get_dummy_value()
+
+    return types.void(address, p, at, w, first, step), emit
+
+
+@kernel
+def perform_on_block(addresses, at, p, block, step):
+    """Perform stages on one block, one step."""
+    for i in range(addresses.size):
+        _call_stage(addresses[i], p, at[i], block, 0, step)
+
+
+@kernel
+def perform_stages(addresses, at, p, blocks, step):
+    """Perform stages on each of some blocks[i, :], one step."""
+    size = blocks.shape[1]
+    flat = blocks.reshape(-1)
+    for block in range(blocks.shape[0]):
+        for i in range(addresses.size):
+            _call_stage(addresses[i], p, at[i], flat, block * size, step)
+
+
+@kernel
+def advance_blocks(addresses, at, p, skipped, blocks, alive, step, until):
+    """Perform stages on each of some blocks[i, :], from `step` until before a later one.
+
+    At the start, step 0, the first ones are skipped. A block of which no run is alive any more, as
+    its row `alive` says, is left as it is.
+    """
+    size = blocks.shape[1]
+    flat = blocks.reshape(-1)
+    for block in range(blocks.shape[0]):
+        for now in range(step, until):
+            if not _is_any_alive(blocks[block], alive):
+                break
+            for i in range(skipped if now == 0 else 0, addresses.size):
+                _call_stage(addresses[i], p, at[i], flat, block * size, now)
+
+
+@part
+def _is_any_alive(block, row):
+    alive = False
+    for lane in range(WIDTH):
+        alive |= block[row * WIDTH + lane] != 0.0
+    return alive
+
+
+@kernel
+def evaluate_block(addresses, at, p, block, first, x, found, out):
+    """Perform stages for each run of x[i, b], which go to rows from `first`; fill out[j, b]."""
+    for b in range(0, x.shape[1], WIDTH):
+        gather_rows(x, b, first, block)
+        perform_on_block(addresses, at, p, block, 0)
+        scatter_rows(block, found, b, out)

@@ -1,0 +1,242 @@
+"""Stages that judge whether and why each run of a block ends, from one instant.
+
+Where several reasons hold, the first of this order is given: a state that is not finite, a joint
+limit, a mark behind the camera, a mark out of the image, convergence, divergence, a command that
+is not finite, a stall (a singularity if L J has lost rank, else a local minimum), the end of time.
+"""
+
+import numpy as np
+
+from robsim.kernels.formulas import perspective
+from robsim.kernels.linear_algebra.svd import solve_truncated
+from robsim.kernels.machine.jit import part
+from robsim.kernels.machine.lanes import absolute, any_lane, get, put, sqrt, where
+from robsim.kernels.machine.stages import stage
+from robsim.kernels.outcomes.outcome_codes import (
+    BEHIND_CAMERA,
+    CONVERGED,
+    DIVERGED,
+    DIVERGENCE,
+    JOINT_LIMIT,
+    LOCAL_MINIMUM,
+    NOT_FINITE,
+    OUT_OF_IMAGE,
+    RUNNING,
+    SINGULAR,
+    STALL,
+    STALL_PERIODS,
+    TIME_LIMIT,
+)
+
+
+@part
+def _larger_magnitude(most, x):
+    """Return the larger of `most` and |x|; NaN if either is NaN or |x| infinite."""
+    size = absolute(x)
+    return where(size > most, size, most) + size * 0.0
+
+
+@part
+def _largest_row_magnitude(w, x, n, zero):
+    """Return the largest |x|; NaN if any of them is NaN or infinite."""
+    most = zero
+    for i in range(n):
+        most = _larger_magnitude(most, get(w, x + i))
+    return most
+
+
+@stage
+def measure_error(w, step, k="count", errors="k", scale="k", size="row", norm="row"):
+    """Compute the largest |error| in units of the first tolerance, and its norm.
+
+    (k, error, scale, size, norm)
+    """
+    most = 0.0 * get(w, scale)
+    square = most
+    for i in range(k):
+        error = get(w, errors + i) * get(w, scale + i)
+        most, square = _larger_magnitude(most, error), square + error * error
+    put(w, size, most)
+    put(w, norm, sqrt(square))
+
+
+@stage
+def count_still_periods(
+    w,
+    step,
+    A="k, n",
+    k="count",
+    n="count",
+    qd="n",
+    scale="k",
+    pace="row",
+    tolerance="row",
+    periods="row",
+):
+    """Count the periods in which the command hardly moves the features over 1/pace.
+
+    (A, k, n, qd, scale, pace, tolerance, count)
+    """
+    least = (STALL * get(w, tolerance)) * get(w, pace)
+    most = 0.0 * get(w, scale)
+    for i in range(k):
+        change = 0.0 * get(w, scale)
+        for j in range(n):
+            change = change + (get(w, A + n * i + j) * get(w, scale + i)) * get(w, qd + j)
+        most = _larger_magnitude(most, change)
+    still = get(w, periods) if step > 0 else 0.0 * least
+    put(w, periods, where(most < least, still + 1.0, 0.0))
+
+
+@stage
+def accumulate_path_length(w, step, T="3, 4", before="3", length="row"):
+    """Add the way of the origin of T to a length: (T, before, length)."""
+    x, y, z = get(w, T + 3), get(w, T + 7), get(w, T + 11)
+    if step > 0:
+        dx, dy, dz = x - get(w, before), y - get(w, before + 1), z - get(w, before + 2)
+        put(w, length, get(w, length) + sqrt(dx * dx + dy * dy + dz * dz))
+    put(w, before, x)
+    put(w, before + 1, y)
+    put(w, before + 2, z)
+
+
+@part
+def _store_divergence_bounds(w, norm, tolerance, hold, depth, N, watch):
+    """Store the values with which later instants are compared.
+
+    An error below many tolerances is no scale. A run that is held may start at its goal and lag
+    behind it later: its error is not compared.
+    """
+    least = DIVERGENCE * tolerance
+    scale = where(norm > least, norm, least)
+    put(w, watch, DIVERGENCE * where(hold, np.inf, scale))
+    put(w, watch + 1, DIVERGENCE * _largest_row_magnitude(w, depth, N, 0.0 * norm))
+
+
+@stage
+def judge_outcome(
+    w,
+    step,
+    q="nq",
+    nq="count",
+    limits="2, nq",
+    status="row",
+    depth="N, 1",
+    N="count",
+    qd="n",
+    n="count",
+    size="row",
+    norm="row",
+    tolerance="row",
+    hold="row",
+    watch="2",
+    still="row",
+    steps="whole",
+    outcome="row",
+):
+    """Compute the outcome of each run.
+
+    (q, nq, limits, status, depth, N, qd, n, size, norm, tolerance, hold, watch, still, steps,
+    outcome). The limits are nq lowest and nq highest values; with `hold` a run that has converged
+    or stalled goes on until the end of time.
+    """
+    size, norm, tolerance, hold = get(w, size), get(w, norm), get(w, tolerance), get(w, hold) > 0.0
+    zero = 0.0 * tolerance
+    if step == 0:
+        _store_divergence_bounds(w, norm, tolerance, hold, depth, N, watch)
+    over, ends = step == steps, ~hold
+    if over:
+        ends = hold | ~hold
+    now = zero + (TIME_LIMIT if over else RUNNING)
+    now = where((get(w, still) >= STALL_PERIODS) & ends, 1.0 * LOCAL_MINIMUM, now)
+    now = where(~(_largest_row_magnitude(w, qd, n, zero) < np.inf), 1.0 * NOT_FINITE, now)
+    away = (norm > get(w, watch)) | (_largest_row_magnitude(w, depth, N, zero) > get(w, watch + 1))
+    now = where(away, 1.0 * DIVERGED, now)
+    now = where((size < tolerance) & ends, 1.0 * CONVERGED, now)
+    now = where(~(size < np.inf), 1.0 * NOT_FINITE, now)
+    now = where(get(w, status) == 1.0 * perspective.OUT_OF_IMAGE, 1.0 * OUT_OF_IMAGE, now)
+    now = where(get(w, status) == 1.0 * perspective.BEHIND_CAMERA, 1.0 * BEHIND_CAMERA, now)
+    for i in range(nq):
+        x = get(w, q + i)
+        now = where(
+            (x < get(w, limits + i)) | (x > get(w, limits + nq + i)), 1.0 * JOINT_LIMIT, now
+        )
+    now = where(~(_largest_row_magnitude(w, q, nq, zero) < np.inf), 1.0 * NOT_FINITE, now)
+    put(w, outcome, now)
+
+
+@stage
+def classify_stall(
+    w,
+    step,
+    A="k, n",
+    k="count",
+    n="count",
+    scale="k",
+    rcond="row",
+    full="row",
+    outcome="row",
+    scratch="room",
+    room="count",
+):
+    """Turn a local minimum into a singularity where L J, scaled, has not the rank that it can have.
+
+    (A, k, n, scale, rcond, full rank, outcome, scratch)
+    """
+    stalled = get(w, outcome) == 1.0 * LOCAL_MINIMUM
+    if any_lane(stalled):
+        scaled = scratch
+        y = scaled + k * n
+        for i in range(k):
+            put(w, y + i, 0.0)
+            for j in range(n):
+                put(w, scaled + n * i + j, get(w, A + n * i + j) * get(w, scale + i))
+        rank = solve_truncated(w, scaled, k, n, y, get(w, rcond), y + k, -1, y + k + n)
+        lost = stalled & (rank < get(w, full))
+        put(w, outcome, where(lost, 1.0 * SINGULAR, get(w, outcome)))
+
+
+@stage
+def defer_convergence(
+    w,
+    step,
+    A="k, n",
+    k="count",
+    n="count",
+    qd="n",
+    scale="k",
+    pace="row",
+    tolerance="row",
+    size="row",
+    age="row",
+    periods="row",
+    outcome="row",
+    steps="whole",
+    rates="each: row",
+):
+    """Let runs go on that only pass their goal, and have moved since the image was taken.
+
+    (A, k, n, qd, scale, pace, tolerance, size, age, near, outcome, steps, rates or -1), and the
+    velocities that are commanded. The error must have been below the tolerance in every period
+    since then; and what the joints do otherwise than commanded must not move a feature by the
+    tolerance in the time 1/pace.
+    """
+    tolerance = get(w, tolerance)
+    near = get(w, size) < tolerance
+    if rates[0]:
+        least = tolerance * get(w, pace)
+        for i in range(k):
+            change = 0.0 * tolerance
+            for j in range(n):
+                lag = get(w, rates[1 + j]) - get(w, qd + j)
+                change = change + (get(w, A + n * i + j) * get(w, scale + i)) * lag
+            near = near & (absolute(change) < least)
+    before = get(w, periods) if step > 0 else 0.0 * tolerance
+    count = where(near, before + 1.0, 0.0)
+    put(w, periods, count)
+    passing = (get(w, outcome) == 1.0 * CONVERGED) & (count <= get(w, age))
+    put(
+        w,
+        outcome,
+        where(passing, 1.0 * (TIME_LIMIT if step == steps else RUNNING), get(w, outcome)),
+    )

@@ -1,0 +1,64 @@
+"""Messages that command velocities, for whoever makes messages of fields."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+
+from robsim.base.arrays import Array
+from robsim.logs import message_types
+from robsim.logs.twists import TwistComponent
+from robsim.run.log import NANO
+
+MakeMessage = Callable[..., Any]  # of a type and its fields, as `message_types.message`
+
+
+def make_header(make: MakeMessage, time: int, frame: str = "") -> Any:
+    """Return the header of a message at a time in nanoseconds."""
+    stamp = make("builtin_interfaces/msg/Time", sec=time // NANO, nanosec=time % NANO)
+    return make("std_msgs/msg/Header", stamp=stamp, frame_id=frame)
+
+
+def make_joint_state(
+    make: MakeMessage, time: int, names: Sequence[str], position: Array, velocity: Array
+) -> Any:
+    """Return coordinates or velocities (n,) as JointState, without efforts."""
+    parts = {"position": position, "velocity": velocity, "effort": np.empty(0)}
+    return make(message_types.JOINTS, header=make_header(make, time), name=list(names), **parts)
+
+
+def make_number_array(make: MakeMessage, velocity: Array) -> Any:
+    """Return velocities (n,) as Float64MultiArray."""
+    layout = make("std_msgs/msg/MultiArrayLayout", dim=[], data_offset=0)
+    return make(message_types.NUMBERS, layout=layout, data=velocity)
+
+
+def make_trajectory(
+    make: MakeMessage, names: Sequence[str], position: Array, velocity: Array, ahead: int
+) -> Any:
+    """Return a JointTrajectory that begins at once, to where joints are so many nanoseconds ahead.
+
+    Positions are where the joints are now.
+    """
+    after = make("builtin_interfaces/msg/Duration", sec=ahead // NANO, nanosec=ahead % NANO)
+    point = make(
+        "trajectory_msgs/msg/JointTrajectoryPoint",
+        positions=position + velocity * (ahead / NANO),
+        velocities=velocity,
+        accelerations=np.empty(0),
+        effort=np.empty(0),
+        time_from_start=after,
+    )
+    start = make_header(make, 0)  # zero: now
+    return make(message_types.TRAJECTORY, header=start, joint_names=list(names), points=[point])
+
+
+def make_twist(make: MakeMessage, velocity: Array, parts: Sequence[TwistComponent]) -> Any:
+    """Return velocities as Twist, of which these are its parts."""
+    values = {of: dict.fromkeys("xyz", 0.0) for of in ("linear", "angular")}
+    for each in parts:
+        values[each.of][each.axis] = float(velocity[each.column])
+    vectors = {of: make("geometry_msgs/msg/Vector3", **xyz) for of, xyz in values.items()}
+    return make(message_types.TWIST, **vectors)

@@ -1,0 +1,91 @@
+"""The messages of ROS 2 that bags are written and read with, by their own definitions.
+
+Marks are written as `vision_msgs/Detection2DArray`: a standard type in which a mark has a name, and
+pixels are float64. (A PointCloud has float32, and no names.) AprilTags are read, too. Definitions
+that stand in a bag are compared with these, and never parsed.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Any
+
+from robsim.base.errors import FileError, InputError
+from robsim.run.log import NANO
+
+JOINTS = "sensor_msgs/msg/JointState"
+NUMBERS = "std_msgs/msg/Float64MultiArray"
+TEXT = "std_msgs/msg/String"
+LENS = "sensor_msgs/msg/CameraInfo"
+DETECTIONS = "vision_msgs/msg/Detection2DArray"
+TRAJECTORY = "trajectory_msgs/msg/JointTrajectory"
+TWIST, STAMPED = "geometry_msgs/msg/Twist", "geometry_msgs/msg/TwistStamped"
+TWISTS = TWIST, STAMPED
+APRILTAGS = "apriltag_msgs/msg/AprilTagDetectionArray"
+FRAMES = "tf2_msgs/msg/TFMessage"
+COMPRESSED = "sensor_msgs/msg/CompressedImage"
+LONGEST = 1 << 26  # items of a sequence: the bytes of an image
+# fields of vision_msgs 4 and apriltag_msgs 2, which ROS itself does not bring
+_VISION = {
+    "vision_msgs/msg/Point2D": "float64 x\nfloat64 y",
+    "vision_msgs/msg/Pose2D": "vision_msgs/Point2D position\nfloat64 theta",
+    "vision_msgs/msg/BoundingBox2D": "vision_msgs/Pose2D center\nfloat64 size_x\nfloat64 size_y",
+    "vision_msgs/msg/ObjectHypothesis": "string class_id\nfloat64 score",
+    "vision_msgs/msg/ObjectHypothesisWithPose": "vision_msgs/ObjectHypothesis hypothesis\n"
+    "geometry_msgs/PoseWithCovariance pose",
+    "vision_msgs/msg/Detection2D": "std_msgs/Header header\n"
+    "vision_msgs/ObjectHypothesisWithPose[] results\n"
+    "vision_msgs/BoundingBox2D bbox\n"
+    "string id",
+    "vision_msgs/msg/Detection2DArray": "std_msgs/Header header\n"
+    "vision_msgs/Detection2D[] detections",
+    "apriltag_msgs/msg/Point": "float64 x\nfloat64 y",
+    "apriltag_msgs/msg/AprilTagDetection": "string family\nint32 id\nint32 hamming\n"
+    "float32 goodness\nfloat32 decision_margin\napriltag_msgs/Point centre\n"
+    "apriltag_msgs/Point[4] corners\nfloat64[9] homography",
+    "apriltag_msgs/msg/AprilTagDetectionArray": "std_msgs/Header header\n"
+    "apriltag_msgs/AprilTagDetection[] detections",
+}
+
+
+@cache
+def load_typestore() -> Any:
+    """Return the messages that are known. InputError: rosbags is not installed."""
+    try:
+        from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+    except ImportError:
+        raise InputError("a bag needs rosbags: pip install 'robsim[ros]'") from None
+    store: Any = get_typestore(Stores.ROS2_HUMBLE)
+    for name, text in _VISION.items():
+        store.register(get_types_from_msg(text, name))
+    store.max_sequence_length = LONGEST
+    return store
+
+
+def make_message(kind: str, **fields: Any) -> Any:
+    """Return a message of a type, such as `JOINTS`."""
+    return load_typestore().types[kind](**fields)
+
+
+def header_time(message: Any) -> int | None:
+    """Return the time in nanoseconds in the header of a message; None if it has no header."""
+    header = getattr(message, "header", None)
+    return None if header is None else int(header.stamp.sec) * NANO + int(header.stamp.nanosec)
+
+
+def check_message_definition(kind: str, definition: str, what: str) -> None:
+    """Raise FileError if a bag defines a message otherwise than it is read here."""
+    ours, _ = load_typestore().generate_msgdef(kind, ros_version=2)
+    if definition and _definition_fields(definition) != _definition_fields(ours):
+        raise FileError(
+            f"{what}: {kind} has other fields in this bag; it is read with those of ROS 2 Humble, "
+            "vision_msgs 4 and apriltag_msgs 2"
+        )
+
+
+def _definition_fields(definition: str) -> list[list[str]]:
+    """Return types and names of the fields of a definition, before the other types in it."""
+    own = definition.split("=" * 80, maxsplit=1)[0]
+    lines = (line.split("#", maxsplit=1)[0].split() for line in own.splitlines())
+    fields = [line[:2] for line in lines if len(line) > 1 and "=" not in "".join(line)]
+    return [[kind.rsplit("/", maxsplit=1)[-1], name] for kind, name in fields]

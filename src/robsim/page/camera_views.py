@@ -1,0 +1,108 @@
+"""What the cameras of a recording see: their images, the lines of their view, and the marks."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from robsim.base.arrays import Array
+from robsim.page.recording_frames import Entry, RecordingFrames
+from robsim.plot import palette, run_data, wireframe
+from robsim.vision.camera import Camera
+from robsim.vision.plane import append_one
+from robsim.world.mounted_camera import MountedCamera
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+SIDE = 12  # points along each side of the border of an image, which a lens bends
+
+
+def list_mark_entries(stage: RecordingFrames, first: dict[str, int]) -> list[Entry]:
+    """Return the marks of all objects, with the colours that they have in the images."""
+    targets = [thing for thing in stage.moving.scene.objects if len(thing.marks)]
+    return [
+        {
+            "frame": stage.frame(each.name),
+            "points": stage.array(f"{each.name}.marks", each.marks),
+            "colors": wireframe.list_object_mark_colors(each, first),
+        }
+        for each in targets
+    ]
+
+
+def list_camera_entries(
+    stage: RecordingFrames, depth: float, run: xr.Dataset | None
+) -> list[Entry]:
+    """Return the cameras of a scene; those that have a part in the run with their images."""
+    used = [] if run is None else run_data.list_run_cameras(run)
+    order = sorted(stage.moving.scene.cameras, key=lambda eye: (eye.name not in used, eye.name))
+    return [
+        {
+            "name": eye.name,
+            "frame": stage.frame(eye.name),
+            "frustum": stage.array(
+                f"{eye.name}.frustum", 2 * depth * _compute_view_lines(eye.camera)
+            ),
+            **_build_lens_entry(eye.camera),
+            **(
+                _build_pixels_entry(stage, run, eye) if run is not None and eye.name in used else {}
+            ),
+        }
+        for eye in order
+    ]
+
+
+def _build_lens_entry(camera: Camera) -> Entry:
+    centre = np.atleast_3d(camera.K)[:2, 2, 0].tolist()
+    return {"size": None if camera.size is None else list(camera.size), "centre": centre}
+
+
+def _compute_view_lines(camera: Camera) -> Array:
+    """Return the ends (n, 3) of lines at unit depth: around the image, and to its corners."""
+    rays = (
+        wireframe.compute_corner_rays(camera)
+        if camera.size is None
+        else _compute_border_rays(camera)
+    )
+    around = np.stack([rays, np.roll(rays, -1, axis=0)], axis=1)
+    corners = rays[:: len(rays) // 4]
+    spokes = np.stack([np.zeros_like(corners), corners], axis=1)
+    lines = np.concatenate([around, spokes])
+    return np.asarray(lines[np.isfinite(lines).all(axis=(1, 2))].reshape(-1, 3))
+
+
+def _compute_border_rays(camera: Camera) -> Array:
+    """Return points (4 SIDE, 3) at unit depth on the rays through the border of the image."""
+    corners = wireframe.list_border_corners(camera)
+    share = np.arange(SIDE)[:, None] / SIDE
+    sides = [a + share * (b - a) for a, b in zip(corners, np.roll(corners, -1, 0), strict=True)]
+    return append_one(camera.normalise(np.concatenate(sides)))
+
+
+def collect_mark_pixels(run: xr.Dataset, suffix: str = "") -> dict[str, Array]:
+    """Return the pixels (T, N, 2) of the marks in each image, by the name of the array.
+
+    Without a suffix also those at the goal, (N, 2).
+    """
+    found = {}
+    for eye in run_data.list_run_cameras(run):
+        own = run["mark_camera"].values == eye
+        found[f"{eye}.pixels{suffix}"] = run["pixels"].values[:, own]
+        if not suffix:
+            found[f"{eye}.goal"] = run["pixels_goal"].values[own]
+    return found
+
+
+def _build_pixels_entry(stage: RecordingFrames, run: xr.Dataset, eye: MountedCamera) -> Entry:
+    view = run_data.select_camera_view(run, eye.name)
+    numbers = view["mark_number"].values.tolist()
+    second = {"second": f"{eye.name}.pixels second"} if stage.moving.second else {}
+    return {
+        "pixels": f"{eye.name}.pixels",
+        **second,
+        "goal": f"{eye.name}.goal",
+        "colors": [palette.cycle_color(number) for number in numbers],
+        "targets": view["mark_target"].values.tolist(),
+    }

@@ -1,0 +1,104 @@
+"""The page as one HTML document, which needs neither a server nor a network."""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import re
+from functools import cache
+from importlib import resources
+from typing import Any
+
+from numpy.typing import NDArray
+
+from robsim.page.recording_builder import Recording
+from robsim.page.recording_codec import check_recording_size, pack_recording
+
+MODULES = (
+    *(
+        "unpack",
+        "growing",
+        "clock",
+        "pace",
+        "shading",
+        "solids",
+        "space",
+        "picture",
+        "charts",
+        "view",
+        "time",
+    ),
+    *("columns", "stamps", "scatter", "shades", "rows", "study"),
+    *("link", "handles", "controls", "studio", "main"),
+)
+_IMPORT = re.compile(r"^import [^;]*;\n", re.MULTILINE)
+_EXPORT = re.compile(r"^export ", re.MULTILINE)
+
+
+def build_html(recording: Recording) -> str:
+    """Return the HTML text of a page that shows a recording.
+
+    It makes no request, and its policy lets it make none; every text in it is data.
+    """
+    return _fill_page_template(
+        encode_recording_text(recording.header, recording.arrays, {"poses"}), "'none'"
+    )
+
+
+def build_live_html() -> str:
+    """Return the HTML text of a page that shows what a server tells it, and asks no other."""
+    return _fill_page_template("", "'self'")
+
+
+def encode_recording_text(
+    header: dict[str, Any], arrays: dict[str, NDArray[Any]], quantised: set[str], level: int = 9
+) -> str:
+    """Return the text of a recording, which no script element can be ended by.
+
+    InputError: its arrays are more than a page can hold.
+    """
+    check_recording_size(arrays)
+    return base64.b64encode(pack_recording(header, arrays, quantised, level)).decode()
+
+
+def _fill_page_template(recording: str, asked: str) -> str:
+    """Return the page with its data, which may ask for nothing but of `asked`."""
+    parts = {
+        "policy": _build_policy(asked),
+        "style": _read_page_style(),
+        "recording": recording,
+        "script": _join_page_modules(),
+    }
+    return re.sub(r"\{(\w+)\}", lambda found: parts[found[1]], _read_page_asset("page.html"))
+
+
+def _build_policy(asked: str) -> str:
+    own = {
+        "script-src": _hash_text(_join_page_modules()),
+        "style-src": _hash_text(_read_page_style()),
+    }
+    data = {"img-src": "data: blob:", "font-src": "data:"}
+    never = dict.fromkeys(("base-uri", "form-action"), "'none'")
+    rules = {"default-src": "'none'", **own, **data, "connect-src": asked, **never}
+    return "; ".join(f"{name} {value}" for name, value in rules.items())
+
+
+def _hash_text(text: str) -> str:
+    return f"'sha256-{base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()}'"
+
+
+@cache
+def _read_page_style() -> str:
+    return _read_page_asset("vendor.css") + _read_page_asset("page.css")
+
+
+@cache
+def _join_page_modules() -> str:
+    """Return the modules in one scope: they import from each other, and no two names are equal."""
+    own = (_EXPORT.sub("", _IMPORT.sub("", _read_page_asset(f"{name}.js"))) for name in MODULES)
+    names = "const { THREE, OrbitControls, TransformControls, uPlot, GUI } = vendor;\n"
+    return f'"use strict";(() => {{\n{_read_page_asset("vendor.js")}\n{names}{"".join(own)}}})();'
+
+
+def _read_page_asset(name: str) -> str:
+    return (resources.files(__package__) / "static" / name).read_text(encoding="utf-8")

@@ -1,0 +1,176 @@
+"""Figure of a diagnosis over time: V, condition numbers, stability and margins."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from robsim.base.arrays import Array
+from robsim.base.errors import InputError
+from robsim.plot import palette
+from robsim.plot.canvas import figure_style, marker_of_single_point, prepare_panels, set_time_axis
+from robsim.run.log_commands import LOG_ATTRIBUTE
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+LOWEST = 1e-16  # share of the largest V below which values are rounding errors
+DRAWN = (
+    "lyapunov",
+    "condition_interaction",
+    "condition_task_jacobian",
+    "stability_motion",
+    "contraction",
+    "border_margin",
+    "limit_margin",
+)
+TITLES = ("Lyapunov function", "condition number", "", "margins")  # the legend is the third
+DEEP = 3.0  # how far below zero stability is shown
+
+
+def diagnosis(
+    diagnosis: xr.Dataset, *, axes: Any = None, size: Any = None, title: str | None = None
+) -> Figure:
+    """Draw the diagnosis of a run over time (s) on one slide.
+
+    V, on a logarithmic scale; the condition numbers of L and L J as the law was given them; the
+    eigenvalues that show whether every motion is made smaller (above zero, shaded where it is not)
+    and whether the loop contracts in a period (below one); and what is left to the border of an
+    image (px, left) and to a joint limit (percent of its range, right). `axes` are four to draw
+    into, instead of a new figure of `size` (width, height) inches.
+
+    >>> from robsim import diagnose, load_scenario
+    >>> from robsim.files import examples
+    >>> run = load_scenario(examples.path("visp_tutorial")).run(duration=0.4)
+    >>> figure = diagnosis(diagnose(run))
+    >>> [axes.get_ylabel() for axes in figure.axes]
+    ['V (–)', 'largest / smallest σ', 'eigenvalue', 'to the border (px)']
+    """
+    attrs = getattr(diagnosis, "attrs", {})
+    if attrs.get("title") != "RobSim diagnosis":
+        if LOG_ATTRIBUTE in attrs:
+            raise InputError("this run was recorded and has no diagnosis: rs.explain looks into it")
+        kind = type(diagnosis).__name__
+        raise InputError(f"expected a diagnosis as diagnose returns it, got {kind}")
+    lacking = [name for name in (*DRAWN, "time") if name not in diagnosis.variables]
+    if lacking or diagnosis["time"].ndim != 1 or diagnosis["time"].size == 0:
+        what = ", ".join(lacking) or "instants; take some, as in diagnosis.isel(time=slice(0, 9))"
+        raise InputError(f"this diagnosis is not whole: it has no {what}")
+    time = diagnosis["time"].values
+    with figure_style():
+        figure, panels = prepare_panels(axes, 4, size, (9.6, 5.6), 2, sharex=True)
+        if axes is None:
+            how = str(diagnosis.attrs["outcome"]).lower().replace("_", " ")
+            figure.suptitle(f"{how} after {time[-1]:.3g} s" if title is None else title)
+        draws = _draw_lyapunov, _draw_conditions, _draw_stability, _draw_margins
+        for panel, draw, name in zip(panels, draws, TITLES, strict=True):
+            draw(panel, diagnosis)
+            panel.set_title(name, loc="left")
+            set_time_axis(panel, time)
+        for panel in panels[:2]:
+            panel.set_xlabel("")
+    return figure
+
+
+def _draw_lyapunov(axes: Axes, found: xr.Dataset) -> None:
+    V, time = found["lyapunov"].values, found["time"].values
+    unit = found["lyapunov"].attrs["units"].replace("^2", "²")
+    axes.plot(time, V, color=palette.BLACK, linewidth=1.8, **marker_of_single_point(time))
+    axes.set_ylabel(f"V ({'–' if unit == '1' else unit})" if "see" not in unit else "V")
+    _set_logarithmic_axis(axes, V)
+
+
+def _draw_conditions(axes: Axes, found: xr.Dataset) -> None:
+    time = found["time"].values
+    for name, label, color, line in (
+        ("condition_interaction", "$\\hat{L}$", palette.BLUE, "-"),
+        ("condition_task_jacobian", "$\\hat{L}\\,\\hat{J}$", palette.VERMILLION, "--"),
+    ):
+        axes.plot(
+            time,
+            found[name].values,
+            line,
+            color=color,
+            label=label,
+            linewidth=1.8,
+            **marker_of_single_point(time),
+        )
+    axes.set_ylabel("largest / smallest σ")
+    both = [found[f"condition_{name}"].values for name in ("interaction", "task_jacobian")]
+    _set_logarithmic_axis(axes, np.concatenate(both), wide=True)
+    _draw_legend_above(axes)
+
+
+def _draw_stability(axes: Axes, found: xr.Dataset) -> None:
+    time, least = found["time"].values, found["stability_motion"].values
+    radius = found["contraction"].values
+    axes.plot(
+        time,
+        least,
+        color=palette.GREEN,
+        label="stability (above 0)",
+        linewidth=1.8,
+        **marker_of_single_point(time),
+    )
+    below = "contraction (below 1)"
+    axes.plot(
+        time,
+        radius,
+        "--",
+        color=palette.PURPLE,
+        label=below,
+        linewidth=1.8,
+        **marker_of_single_point(time),
+    )
+    for level in (0.0, 1.0):
+        axes.axhline(level, color=palette.GREY, linewidth=0.8)
+    shown = np.concatenate([least, radius, [-0.1, 1.1]])
+    low, high = np.nanmin(shown), np.nanmax(shown)
+    axes.set(ylabel="eigenvalue", ylim=(max(low, -DEEP) - 0.05, min(high, DEEP) + 0.05))
+    axes.axhspan(axes.get_ylim()[0], 0.0, color=palette.FAINT, zorder=0)
+    _draw_legend_above(axes)
+
+
+def _draw_margins(axes: Axes, found: xr.Dataset) -> None:
+    time = found["time"].values
+    border, limit = found["border_margin"].values, 100 * found["limit_margin"].values
+    axes.plot(time, border, color=palette.BLUE, linewidth=1.8, **marker_of_single_point(time))
+    axes.set_ylabel("to the border (px)", color=palette.BLUE)
+    _set_axis_from_zero(axes, border)
+    if np.isfinite(limit).any():
+        right = axes.twinx()
+        right.plot(
+            time,
+            limit,
+            "--",
+            color=palette.VERMILLION,
+            linewidth=1.8,
+            **marker_of_single_point(time),
+        )
+        right.set_ylabel("to a joint limit (% of its range)", color=palette.VERMILLION)
+        right.spines["top"].set_visible(False)
+        _set_axis_from_zero(right, limit)
+    elif not np.isfinite(border).any():
+        axes.text(0.5, 0.5, "no borders, no limits", transform=axes.transAxes, ha="center")
+
+
+def _set_axis_from_zero(axes: Axes, values: Array) -> None:
+    """Set the axis to start at zero, or at the least value where that is negative."""
+    shown = values[np.isfinite(values)]
+    if shown.size:
+        axes.set_ylim(min(0.0, 1.05 * shown.min()), 1.05 * max(shown.max(), 1e-9))
+
+
+def _set_logarithmic_axis(axes: Axes, values: Array, wide: bool = False) -> None:
+    """Set a logarithmic axis of at least a decade; `wide` leaves room for a legend."""
+    shown = values[np.isfinite(values) & (values > LOWEST * np.nanmax(values, initial=0.0))]
+    if shown.size and shown.max() > 0:
+        low, high = np.floor(np.log10(shown.min())), np.ceil(np.log10(shown.max()) + 1e-9)
+        axes.set(yscale="log", ylim=(10.0**low, 10.0 ** (high + (0.3 if wide else 0))))
+
+
+def _draw_legend_above(axes: Axes) -> None:
+    axes.legend(loc="lower right", bbox_to_anchor=(1, 1), ncols=2, frameon=False, borderpad=0)

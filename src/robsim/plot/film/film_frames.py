@@ -1,0 +1,105 @@
+"""The frames of a film: drawn once, and where something moves drawn over again."""
+
+from __future__ import annotations
+
+import warnings
+from textwrap import shorten
+from typing import Any, cast
+
+import numpy as np
+from matplotlib.artist import Artist
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from robsim.base.errors import InputError
+from robsim.plot.canvas import UnmanagedFigure, figure_style
+from robsim.plot.film.film_curves import FilmCurves
+from robsim.plot.film.film_images import FilmImage, list_film_cameras
+from robsim.plot.film.film_scene import FilmScene
+from robsim.plot.film.film_source import FilmSource
+from robsim.plot.film.frame_times import FrameTimes
+from robsim.plot.run_figure import HEIGHT, split_slide
+
+Frame = NDArray[np.uint8]  # (height, width, 4), red, green, blue, and opacity, which is full
+WORDS = 90  # letters of a title at the most
+
+
+class FilmFrames:
+    """A film of footage: `screen[k]` is its frame k. All frames have the same axes."""
+
+    def __init__(
+        self, footage: FilmSource, clock: FrameTimes, size: Any, dpi: float, **look: Any
+    ) -> None:
+        self.footage, self.clock = footage, clock
+        names = list_film_cameras(footage)
+        self._stage = FilmScene(footage, clock.instants, look["view"], look["goal"])
+        self._images = [FilmImage(footage, name, len(names) == 1) for name in names]
+        self._curves = FilmCurves(footage)
+        with figure_style():
+            self.figure = UnmanagedFigure(size, dpi=dpi, layout="constrained")
+            self._canvas = cast("Any", FigureCanvasAgg(self.figure))  # its methods have no types
+            self._moving = self._drawn(look["title"])
+            self._canvas.draw()
+            self._still = self._canvas.copy_from_bbox(self.figure.bbox)
+
+    def __len__(self) -> int:
+        return len(self.clock.instants)
+
+    def __getitem__(self, k: int) -> Frame:
+        instant = int(self.clock.instants[k])
+        self._stage.place(k)
+        for image in self._images:
+            image.place(instant)
+        self._curves.place(instant)
+        self._told.set_text(self._words(instant))
+        with figure_style():
+            self._canvas.restore_region(self._still)
+            for artist in self._moving:
+                if hasattr(artist, "do_3d_projection"):
+                    artist.do_3d_projection()
+                artist.draw(self._canvas.get_renderer())
+        return np.array(self._canvas.buffer_rgba())
+
+    def _drawn(self, title: str | None) -> list[Any]:
+        """Draw the first frame, and return what moves in the order in which it is drawn."""
+        places, below = split_slide(self.figure, self._stage.width(HEIGHT), bool(self._images))
+        groups = [self._stage.draw(places[0])]
+        if self._images:
+            panels = np.ravel(places[1].subplots(1, len(self._images)))
+            pairs = zip(self._images, panels, strict=True)
+            groups += [image.draw(axes) for image, axes in pairs]
+        groups.append(self._curves.draw(list(np.ravel(below.subplots(1, self._curves.panels)))))
+        words = self.footage.title if title is None else title
+        self.figure.suptitle(shorten(words, WORDS, placeholder=" …") or " ", x=0.01, ha="left")
+        self._told = self.figure.text(0.99, 0.99, " ", ha="right", va="top")
+        _lay_out_figure(self.figure)  # now every part has its size
+        self._stage.arrange(places[0])
+        self.figure.set_layout_engine("none")
+        groups.append([self._told])
+        ordered = [each for group in groups for each in sorted(group, key=Artist.get_zorder)]
+        for artist in ordered:
+            artist.set_animated(True)
+        return ordered
+
+    def _words(self, instant: int) -> str:
+        """Return what is said of an instant: its phase, how it ended, the speed, the time."""
+        footage, speed = self.footage, self.clock.speed
+        last = instant == len(footage.time) - 1
+        phases = (shot.name for shot in footage.shots if instant in shot.instants)
+        name = footage.ending if last else next(phases)
+        fast = "" if speed == 1 else f"×{speed:.3g}"
+        return "     ".join(filter(None, [name, fast, f"t = {footage.time[instant]:.2f} s"]))
+
+
+def _lay_out_figure(figure: Figure) -> None:
+    """Give every part its place; InputError if there is too little."""
+    with warnings.catch_warnings():
+        warnings.filterwarnings("error", "constrained_layout not applied")
+        try:
+            figure.draw_without_rendering()
+        except UserWarning:
+            raise InputError(
+                "size: {:g} x {:g} inches are too few for all that is shown; "
+                "fewer pixels come from a lower dpi".format(*figure.get_size_inches())
+            ) from None

@@ -1,0 +1,110 @@
+"""The goal of a motion in 3-D: outlines of the camera, target or tool at the goal."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from robsim.base.arrays import Array
+from robsim.base.errors import InputError
+from robsim.geometry.pose import Pose, check_single_pose, is_pose_like
+from robsim.plot import wireframe
+from robsim.plot.scene_motion import list_cameras_and_objects
+from robsim.plot.wireframe import ScenePart, WireSolid
+from robsim.servo.goals.goal import GoalFeatures, GoalPose, TaughtGoal
+from robsim.servo.tasks.task import Task
+from robsim.world.scene import Scene
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+AXES = 0.6  # length of the axes of a frame, as a share of the depth of a camera
+
+
+def build_goal_outlines(
+    scene: Scene, goal: Any, run: xr.Dataset | None, q: Array, depth: float
+) -> list[WireSolid]:
+    """Return the outlines of a goal, in the frame of the figures; none for one without a pose.
+
+    `goal` is q (nq,), a pose in the world, a task or its goal; None takes that of the run. A pose
+    is that of the camera; where the camera stands still that of the target, and in a scene without
+    cameras that of the tip of the first robot. `q` (nq,) is the configuration of all else, and
+    `depth` is that of a camera without a body, in metres.
+
+    InputError: anything else.
+    """
+    poses = read_goal_pose(run) if goal is None else _find_goal_poses(scene, goal, q)
+    return [
+        wireframe.place_part(
+            ScenePart(name, wire), lambda frame: scene.display.matrix @ poses[frame].matrix
+        )
+        for name in poses
+        for wire in build_frame_outline(scene, name, depth)
+    ]
+
+
+def _find_goal_poses(scene: Scene, goal: Any, q: Array) -> dict[str, Pose]:
+    """Return the poses in the world that a goal determines, by frame."""
+    if isinstance(goal, Task):
+        goal = getattr(goal, "goal", None)
+        goal = goal if isinstance(goal, TaughtGoal | GoalPose) else None
+    if goal is None or isinstance(goal, GoalFeatures):
+        return {}
+    if isinstance(goal, TaughtGoal):
+        goal = scene.home if goal.q is None else goal.q
+    if isinstance(goal, GoalPose):
+        return _resolve_relative_goal(scene, goal, q)
+    if is_pose_like(goal) and np.shape(goal) != (scene.nq,):
+        return {_list_goal_frames(scene)[0]: check_single_pose(goal, "goal")}
+    return _compute_frame_poses(scene, goal)
+
+
+def read_goal_pose(run: xr.Dataset | None) -> dict[str, Pose]:
+    """Return the goal pose recorded in a run, by its frame; empty if there is none."""
+    if run is None or "goal_pose" not in run:
+        return {}
+    T = run["goal_pose"].values
+    return {str(run["goal_pose"].attrs["frame"]): Pose(T)} if np.isfinite(T).all() else {}
+
+
+def _list_goal_frames(scene: Scene) -> list[str]:
+    """Return cameras and objects that robots carry; without any, the tip of the first robot."""
+    carried = [name for name in list_cameras_and_objects(scene) if scene.tree.carried(name).any()]
+    tips = [f"{robot.name}.{robot.tip}" for robot in scene.robots[:1]]
+    found = carried or tips or list_cameras_and_objects(scene)[:1]
+    if not found:
+        raise InputError("goal: there is nothing in the scene that could go to it")
+    return found
+
+
+def _compute_frame_poses(scene: Scene, q: Any) -> dict[str, Pose]:
+    """Return the poses of all moving frames at q (nq,)."""
+    values = scene.coordinates(q, "goal q", limits=False)
+    if values.ndim != 1:
+        raise InputError(f"goal q: expected one of shape ({scene.nq},), got {values.shape}")
+    return {name: scene.pose(name, values) for name in _list_goal_frames(scene)}
+
+
+def _resolve_relative_goal(scene: Scene, goal: GoalPose, q: Array) -> dict[str, Pose]:
+    """Return the goal pose of the camera or, where the camera stands still, of the target."""
+    targets = [thing.name for thing in scene.objects if len(thing.marks)]
+    if not scene.cameras or not targets:
+        return {}
+    eye, target = scene.cameras[0].name, targets[0]
+    if scene.tree.carried(eye).any():
+        return {eye: Pose(scene.pose(target, q).matrix) @ goal.T_c_o.inv()}
+    return {target: Pose(scene.pose(eye, q).matrix) @ goal.T_c_o}
+
+
+def build_frame_outline(scene: Scene, name: str, depth: float) -> list[WireSolid]:
+    """Return the outline of what a frame carries, in its own axes, or these axes."""
+    for eye in scene.cameras:
+        if eye.name == name:
+            return [wireframe.build_camera_solid(eye, depth)]
+    shapes = wireframe.list_drawable_shapes(wireframe.list_scene_shapes(scene)[name])
+    if shapes:
+        return [wireframe.build_shape_solid(name, shape) for shape in shapes]
+    return [
+        WireSolid(name, "", np.stack([np.zeros(3), end])[None]) for end in AXES * depth * np.eye(3)
+    ]

@@ -1,0 +1,122 @@
+"""The joints of a run over time, with their limits."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from robsim.base.arrays import Array
+from robsim.plot import palette, run_data
+from robsim.plot.canvas import figure_style, marker_of_single_point, prepare_panels, set_time_axis
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from robsim.world.scene import Scene
+
+COLUMNS, WIDTH, HEIGHT, TITLE = 3, 3.4, 1.9, 0.4  # panels in a row; inches of panel and title
+LEAST = {"deg": 1.0, "m": 0.001, "–": 0.01}  # the span of an axis on which nothing moves
+ROOM = 1.15  # span of an axis over the largest range of a joint
+
+
+def joints(
+    run: xr.Dataset,
+    scene: Scene | None = None,
+    *,
+    axes: Any = None,
+    size: Any = None,
+    title: str | None = None,
+) -> Figure:
+    """Draw every coordinate of a single run over time (s): angles in degrees, lengths in metres.
+
+    All panels of a unit have one scale, so that motions can be compared. With the `scene`, what
+    lies beyond the limits of a joint is grey, and its range stands above the panel. `axes` are as
+    many as coordinates, to draw into, instead of a new figure of `size` (width, height) inches.
+
+    InputError: not a single run, or a run of another scene.
+
+    >>> from robsim import load_scenario
+    >>> from robsim.files import examples
+    >>> one = load_scenario(examples.path("eye_in_hand"))
+    >>> figure = joints(one.run(duration=0.4), one.scene)
+    >>> figure.axes[0].get_ylabel()
+    'link1 (deg)'
+    """
+    one = run_data.extract_single_run(run)
+    limits = None if scene is None else run_data.read_coordinate_limits(one, scene)
+    count = one.sizes["coordinate"]
+    with figure_style():
+        columns = min(COLUMNS if count != 4 else 2, count)
+        inches = columns * WIDTH, -(-count // columns) * HEIGHT + TITLE
+        figure, panels = prepare_panels(axes, count, size, inches, columns, sharex=True)
+        draw_joints(panels[:count], one, limits)
+        if axes is None:
+            for i, panel in enumerate(panels):
+                panel.set_axis_on() if i < count else panel.set_axis_off()
+                below = i + columns >= count
+                panel.set_xlabel("time (s)" if below else "")
+                panel.tick_params(labelbottom=below)
+            figure.suptitle(run_data.describe_ending(one) if title is None else title)
+    return figure
+
+
+def _choose_display_units(one: xr.Dataset) -> list[tuple[str, float]]:
+    """Return the unit in which each coordinate is drawn, and how many of them its own unit is."""
+    shown = {"rad": ("deg", float(np.degrees(1.0))), "m": ("m", 1.0)}
+    return [shown.get(unit, ("–", 1.0)) for unit in one["coordinate_unit"].values.tolist()]
+
+
+def list_display_units(one: xr.Dataset) -> list[str]:
+    """Return the units in which the coordinates of a run are drawn, each once."""
+    return list(dict.fromkeys(unit for unit, _ in _choose_display_units(one)))
+
+
+def draw_joints_by_unit(panels: list[Axes], one: xr.Dataset) -> None:
+    """Draw the coordinates of each unit of `list_display_units` into axes of its own."""
+    time, names = one["time"].values, one["coordinate"].values.tolist()
+    of_unit = dict(zip(list_display_units(one), panels, strict=True))
+    for i, (unit, scale) in enumerate(_choose_display_units(one)):
+        way = scale * one["q"].values[:, i]
+        _draw_coordinate(of_unit[unit], time, way, palette.cycle_color(i), names[i])
+    for unit, axes in of_unit.items():
+        axes.set_ylabel(f"coordinates ({unit})")
+        axes.legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=4, frameon=False)
+
+
+def draw_joints(panels: list[Axes], one: xr.Dataset, limits: Array | None) -> None:
+    """Draw each coordinate of one run into axes of its own."""
+    time, names = one["time"].values, one["coordinate"].values.tolist()
+    units = _choose_display_units(one)
+    ways = [scale * q for q, (_, scale) in zip(one["q"].values.T, units, strict=True)]
+    spans = dict(LEAST)
+    for way, (unit, _) in zip(ways, units, strict=True):
+        spans[unit] = max(spans[unit], ROOM * float(np.ptp(way)))
+    for i, (axes, way, (unit, scale)) in enumerate(zip(panels, ways, units, strict=True)):
+        _draw_coordinate(axes, time, way, palette.cycle_color(i % 7), names[i])
+        middle = float(way.min() + way.max()) / 2
+        half = spans[unit] / 2
+        axes.set(ylabel=f"{names[i]} ({unit})", ylim=(middle - half, middle + half))
+        if limits is not None:
+            _draw_coordinate_limits(axes, scale * limits[i], unit)
+
+
+def _draw_coordinate(axes: Axes, time: Array, way: Array, color: str, name: str) -> None:
+    axes.plot(time, way, color=color, linewidth=1.8, label=name, **marker_of_single_point(time))
+    set_time_axis(axes, time)
+
+
+def _draw_coordinate_limits(axes: Axes, limits: Array, unit: str) -> None:
+    """Shade what is beyond the limits (lowest, highest), and write them above."""
+    if not np.isfinite(limits).any():
+        return
+    low, high = axes.get_ylim()
+    for beyond, limit in ((low, limits[0]), (high, limits[1])):
+        if low <= limit <= high:
+            axes.axhspan(*sorted((beyond, limit)), color=palette.LIGHT_GREY, linewidth=0, zorder=0)
+            axes.axhline(limit, color=palette.VERMILLION, linestyle="--", linewidth=1)
+    axes.set_ylim(low, high)
+    text = " to ".join(f"{limit:.4g}" for limit in limits)
+    axes.set_title(f"within {text} {unit}", loc="right", fontsize=8, color="#666666")

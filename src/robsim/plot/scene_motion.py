@@ -1,0 +1,98 @@
+"""Scenes over time: where all frames are at each instant of a run or a mission."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from robsim.base.arrays import Array
+from robsim.plot import wireframe
+from robsim.plot.wireframe import compute_display_pose
+from robsim.robot.robot import Robot
+from robsim.run.mission_run import MissionRun
+from robsim.world.scene import Scene
+
+STILL = 1e-6  # metres
+FRUSTUM, LEAST = 0.12, 0.03  # depth of a camera without a body, as shares of the scene
+
+
+@dataclass(frozen=True)
+class SceneMotion:
+    """A scene over time: at q (T, nq), or several scenes of the same things, one after another.
+
+    `second` is the same scene as another scheme moves it, at as many instants.
+    """
+
+    spells: tuple[tuple[Scene, Array], ...]
+    second: SceneMotion | None = None
+
+    @classmethod
+    def of(cls, scene: Scene, q: Array, second: SceneMotion | None = None) -> SceneMotion:
+        """Return one scene at q (T, nq)."""
+        return cls(((scene, q),), second)
+
+    @classmethod
+    def of_mission(cls, mission: MissionRun) -> SceneMotion:
+        """Return the motion of all phases, at the instants of `mission.run`."""
+        joined, legs = mission.run, mission.legs
+        counts = [int(sum(joined["phase"].values == leg.name)) for leg in legs]
+        spells = np.split(joined["q"].values, np.cumsum(counts)[:-1])
+        return cls(tuple(zip([leg.scene for leg in legs], spells, strict=True)))
+
+    @property
+    def scene(self) -> Scene:
+        """The scene at the start."""
+        return self.spells[0][0]
+
+    def poses(self, frame: str) -> Array:
+        """Return the poses (T, 4, 4) of a frame in that of the figures."""
+        return np.concatenate([compute_display_pose(scene, frame, q) for scene, q in self.spells])
+
+    @property
+    def paths(self) -> dict[str, Array]:
+        """The paths (T, 3) of the cameras and objects that move."""
+        every = {name: self.poses(name)[:, :3, 3] for name in list_cameras_and_objects(self.scene)}
+        return {name: path for name, path in every.items() if np.ptp(path, axis=0).max() > STILL}
+
+    @property
+    def count(self) -> int:
+        """The number of instants."""
+        return sum(len(q) for _, q in self.spells)
+
+
+def choose_frustum_depth(moving: SceneMotion) -> float:
+    """Return how deep the view of a camera without a body is drawn, in metres.
+
+    It is a share of all there is, but no deeper than half a robot where that is large enough.
+    """
+    scene, q = moving.spells[-1]
+    frames = [moving.poses(name)[:, :3, 3] for name in wireframe.list_scene_shapes(scene)]
+    size = (
+        _compute_longest_side(np.concatenate([wireframe.place_scene_marks(scene, q[-1]), *frames]))
+        or 1.0
+    )
+    own = max(
+        [
+            _compute_longest_side(_compute_link_origins(scene, robot, q[-1]))
+            for robot in scene.robots
+        ],
+        default=0.0,
+    )
+    return min(FRUSTUM * size, max(own / 2, LEAST * size))
+
+
+def list_cameras_and_objects(scene: Scene) -> list[str]:
+    """Return the names of cameras and objects."""
+    return [eye.name for eye in scene.cameras] + [thing.name for thing in scene.objects]
+
+
+def _compute_link_origins(scene: Scene, robot: Robot, q: Array) -> Array:
+    """Return the origins (N, 3) of the links of a robot but the first, along which it may drive."""
+    names = [f"{robot.name}.{link.name}" for link in robot.links[1:]]
+    return np.array([compute_display_pose(scene, name, q)[:3, 3] for name in names])
+
+
+def _compute_longest_side(points: Array) -> float:
+    """Return the longest side in metres of the box around points (N, 3); 0 if there are none."""
+    return float(np.ptp(points, axis=0).max()) if len(points) else 0.0

@@ -1,0 +1,170 @@
+"""Solids as shaded faces, with their shadows on the ground."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from matplotlib.colors import to_rgb
+from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection  # type: ignore[import-untyped]
+
+from robsim.base.arrays import Array
+from robsim.plot import palette
+from robsim.plot.wireframe import WireSolid
+
+LIGHT = np.array([0.35, -0.55, 1.1])  # towards the lamp, in the axes of the figures; as the page
+AMBIENT = 0.62  # brightness of a face turned away from the lamp; 1 in full light
+PALE, GREY = 0.25, 0.38  # shares of white in a face, for its dark edges to be seen; in a black one
+SHADOW = "#dcdcda"
+GROUNDED, SHADED, LINED, SHEER = 1, 4, 5, 6  # the order in which they are drawn
+_Look = dict[str, Any]  # properties of an artist
+
+
+@dataclass(frozen=True)
+class MovableArtist:
+    """An artist in 3-D axes, and a function that moves it to where the same wires are later."""
+
+    artist: Any
+    move: Callable[[Sequence[WireSolid]], None]
+
+
+class SolidFaces(Poly3DCollection):  # type: ignore[misc]
+    """The faces of several solids, sorted by depth together; `labels` names their solids."""
+
+    def __init__(self, wires: Sequence[WireSolid]) -> None:
+        faces = [(wire, i) for wire in wires for i in range(len(wire.faces))]
+        self.labels = [wire.label for wire, _ in faces]
+        self._bordered = [wire.bordered[i] for wire, i in faces]
+        self._dark, self._pale = np.array(
+            [_choose_tints(wire.color) for wire, _ in faces]
+        ).swapaxes(0, 1)
+        corners, fills, edges = self._painted(wires)
+        look = {"facecolors": fills, "edgecolors": edges, "linewidths": 0.6, "zorder": SHADED}
+        super().__init__(corners, **look)
+
+    def move(self, wires: Sequence[WireSolid]) -> None:
+        """Show the same solids elsewhere, and in the light that they have there."""
+        corners, fills, edges = self._painted(wires)
+        self.set_verts(corners)
+        self.set_facecolor(fills)
+        self.set_edgecolor(edges)
+
+    def _painted(self, wires: Sequence[WireSolid]) -> tuple[Array, Array, Array]:
+        """Return corners (F, n, 3) of all faces, and the colours (F, 3) of faces and edges."""
+        faces = [face for wire in wires for face in wire.faces]
+        fills = shade_faces(self._pale, faces)
+        return (
+            _pad_faces(faces),
+            fills,
+            np.where(np.array(self._bordered)[:, None], self._dark, fills),
+        )
+
+
+def _pad_faces(faces: Sequence[Array]) -> Array:
+    """Return faces (F, n, 3) with equal numbers of corners, by repeating corners evenly.
+
+    Matplotlib pads faces of unequal size with uninitialised memory.
+    """
+    most = max(len(face) for face in faces)
+    return np.stack([face[np.arange(most) * len(face) // most] for face in faces])
+
+
+def shade_faces(colors: Array, faces: Sequence[Array]) -> Array:
+    """Return colours (F, 3) of faces, each (n, 3), under a lamp: brighter if turned towards it."""
+    a, b, c = np.stack([face[:3] for face in faces], axis=1)
+    normals = np.cross(b - a, c - b)
+    lengths = np.linalg.norm(normals, axis=1) * float(np.linalg.norm(LIGHT))
+    cosines = normals @ LIGHT / np.where(lengths > 0, lengths, 1.0)
+    return np.asarray((AMBIENT + (1 - AMBIENT) * np.maximum(cosines, 0.0))[:, None] * colors)
+
+
+def draw_solids(axes: Any, wires: Sequence[WireSolid]) -> list[MovableArtist]:
+    """Draw solids, shaded where they have faces, else as lines."""
+    drawn, dense = [], _list_opaque_solids(wires)
+    if dense:
+        solids = SolidFaces([wires[i] for i in dense])
+        _add_unclipped_collection(axes, solids)
+        drawn.append(MovableArtist(solids, lambda now: solids.move([now[i] for i in dense])))
+    for i, wire in enumerate(wires):
+        if wire.sheer:
+            look = {"facecolors": wire.color, "alpha": 0.1, "linewidths": 0, "zorder": SHEER}
+            drawn.append(_add_face_collection(axes, wires, [i], look))
+        if wire.sheer or not wire.faces:
+            thick = 1.2 if wire.sheer else 3.0
+            look = {"colors": wire.color, "linewidths": thick, "zorder": LINED, "label": wire.label}
+            drawn.append(_add_line_collection(axes, wires, i, look))
+    return drawn
+
+
+def draw_shadows(axes: Any, wires: Sequence[WireSolid], ground: float) -> list[MovableArtist]:
+    """Draw the shadows of a lamp straight above, on ground at a height in metres."""
+    drawn, dense = [], _list_opaque_solids(wires)
+    if dense:
+        look = {"facecolors": SHADOW, "edgecolors": SHADOW, "linewidths": 0.5, "zorder": GROUNDED}
+        drawn.append(_add_face_collection(axes, wires, dense, look, ground))
+    look = {"colors": SHADOW, "linewidths": 3.0, "zorder": GROUNDED}
+    lines = [i for i, wire in enumerate(wires) if not wire.faces]
+    return [*drawn, *(_add_line_collection(axes, wires, i, look, ground) for i in lines)]
+
+
+def _list_opaque_solids(wires: Sequence[WireSolid]) -> list[int]:
+    """Return the numbers of the solids that are no lines and not transparent."""
+    return [i for i, wire in enumerate(wires) if wire.faces and not wire.sheer]
+
+
+def _project_to_ground(points: Array, ground: float | None) -> Array:
+    """Return points (..., 3) as they are or, with a ground in metres, straight below on that."""
+    return points if ground is None else points * (1, 1, 0) + (0, 0, ground)
+
+
+def draw_solid_outline(axes: Any, wire: WireSolid, label: str, look: dict[str, Any]) -> Any:
+    """Draw only the edges of a solid, with the properties of a line; return what is drawn."""
+    lines = Line3DCollection(wire.segments, **look, label=label)
+    _add_unclipped_collection(axes, lines)
+    return lines
+
+
+def _add_face_collection(
+    axes: Any,
+    wires: Sequence[WireSolid],
+    which: list[int],
+    look: _Look,
+    ground: float | None = None,
+) -> MovableArtist:
+    """Add the faces of some wires, or their shadows on the ground."""
+
+    def faces(now: Sequence[WireSolid]) -> Array:
+        return _pad_faces(
+            [_project_to_ground(face, ground) for i in which for face in now[i].faces]
+        )
+
+    collection = Poly3DCollection(faces(wires), **look)
+    _add_unclipped_collection(axes, collection)
+    return MovableArtist(collection, lambda now: collection.set_verts(faces(now)))
+
+
+def _add_line_collection(
+    axes: Any, wires: Sequence[WireSolid], i: int, look: _Look, ground: float | None = None
+) -> MovableArtist:
+    """Add the edges of a wire, or their shadow on the ground."""
+    lines = Line3DCollection(
+        _project_to_ground(wires[i].segments, ground), capstyle="round", **look
+    )
+    _add_unclipped_collection(axes, lines)
+    return MovableArtist(
+        lines, lambda now: lines.set_segments(_project_to_ground(now[i].segments, ground))
+    )
+
+
+def _add_unclipped_collection(axes: Any, collection: Any) -> None:
+    axes.add_collection3d(collection, autolim=False)
+    collection.set_clip_on(False)  # the box may be larger than the axes that hold it
+
+
+def _choose_tints(color: str) -> tuple[Any, Any]:
+    """Return the colours of the edges and the faces of a solid."""
+    if color == palette.BLACK:
+        return to_rgb(color), to_rgb(palette.tint_color(color, GREY))
+    return to_rgb(palette.tint_color(color, -0.55)), to_rgb(palette.tint_color(color, PALE))

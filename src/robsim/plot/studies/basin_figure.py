@@ -1,0 +1,134 @@
+"""From which starts runs converge: the outcome of each by its colour, its time by the shade."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import LinearSegmentedColormap
+from matplotlib.figure import Figure
+
+from robsim.base.errors import InputError
+from robsim.engine.outcome import Outcome
+from robsim.plot import palette
+from robsim.plot.canvas import figure_style, get_root_figure, prepare_panels
+from robsim.plot.studies import run_dots
+from robsim.plot.studies.column_axis import (
+    Rows,
+    check_column,
+    format_column_label,
+    read_drawable_column,
+    split_by_choice,
+)
+from robsim.studies import table_columns
+from robsim.studies.table_columns import ColumnGroups
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+MOST_PANELS, IN_A_ROW = 12, 4
+_BLUES = LinearSegmentedColormap.from_list(
+    "time", [palette.tint_color(palette.BLUE, share) for share in (0.72, 0.0, -0.55)]
+)
+
+
+def study_basin(
+    study: Any,
+    x: str = "start_x",
+    y: str = "start_y",
+    *,
+    by: str | None = None,
+    size: Any = None,
+    title: str | None = None,
+) -> Figure:
+    """Draw the starts of a study: from where runs converge, and how fast.
+
+    study       a study, or its table, of which some rows may be taken: a slice of the starts
+    x, y        columns of numbers, as a rule two of start_x, start_y, start_z (m)
+    by          a choice such as "task": a panel for each of its values
+
+    Runs that converged are blue, the darker the longer they took (s); the others have the colour of
+    their outcome, and runs that could not begin are hollow and grey. `size` is (width, height) of
+    the figure in inches.
+
+    InputError: a column that is not there or holds no numbers, or nothing that began.
+
+    >>> import pandas as pd
+    >>> rows = {"start_x": [0.0, 0.1, 0.2], "start_y": [0.0, 0.0, 0.0], "end_time": [1.0, 2.0, 9.0]}
+    >>> outcomes = ["CONVERGED", "CONVERGED", "LOCAL_MINIMUM"]
+    >>> figure = study_basin(pd.DataFrame({**rows, "outcome": outcomes, "began": True}))
+    >>> [axes.get_ylabel() for axes in figure.axes]
+    ['start y (m)', 'time to converge (s)']
+    """
+    table = table_columns.get_table(study)
+    names = check_column(x, "x", table), check_column(y, "y", table)
+    at = read_drawable_column(table, names[0]), read_drawable_column(table, names[1])
+    known = np.isfinite(at[0]) & np.isfinite(at[1])
+    started = table_columns.read_began(table) & known
+    apart = known & ~started
+    if not started.any():
+        raise InputError(f"no run that began has both {names[0]} and {names[1]}")
+    groups = split_by_choice(table, by, MOST_PANELS, started)
+    with figure_style():
+        rows = -(-len(groups.labels) // IN_A_ROW)
+        wide = -(-len(groups.labels) // rows)
+        inches, many = (2.2 + (4.0 if wide == 1 else 3.2) * wide, 0.9 + 3.3 * rows), rows * wide
+        figure, panels = prepare_panels(None, many, size, inches, wide, sharex=True, sharey=True)
+        _draw_basin_panels(panels, table, at, started, apart, groups)
+        _set_basin_axes(panels, table, names, groups.labels)
+        figure.suptitle(
+            run_dots.format_run_total(table, started, apart) if title is None else title
+        )
+    return figure
+
+
+def _draw_basin_panels(
+    panels: list[Axes],
+    table: pd.DataFrame,
+    at: run_dots.DotPositions,
+    started: Rows,
+    apart: Rows,
+    groups: ColumnGroups,
+) -> None:
+    """Draw the runs of each value into its panel, with one scale of times and one legend.
+
+    Those that began are `started`, and those that could not `apart`.
+    """
+    endings, time = (
+        table_columns.read_outcomes(table),
+        table_columns.read_numbers(table, "end_time"),
+    )
+    arrived = started & (endings == Outcome.CONVERGED) & np.isfinite(time)
+    low, high = (time[arrived].min(), time[arrived].max()) if arrived.any() else (0.0, 1.0)
+    faces = run_dots.list_outcome_colors(endings)
+    faces[arrived] = _BLUES((time[arrived] - low) / max(high - low, 1e-12))
+    some, rest = run_dots.shuffle_rows(started), run_dots.shuffle_rows(apart)
+    for i, axes in enumerate(panels[: len(groups.labels)]):
+        run_dots.draw_hollow_dots(axes, *at, rest[groups.which[rest] == i])
+        mine = some[groups.which[some] == i]
+        run_dots.draw_dots(axes, *at, mine, c=faces[mine])
+    handles = run_dots.build_outcome_legend(endings, started)
+    handles += run_dots.build_unstarted_legend(int(apart.sum()))
+    figure = get_root_figure(panels[0])
+    figure.legend(handles=handles, loc="outside lower center", ncols=4, frameon=False)
+    if arrived.any():
+        scale = run_dots.build_color_scale(_BLUES, low, high)
+        figure.colorbar(scale, ax=panels, label="time to converge (s)", aspect=30)
+
+
+def _set_basin_axes(
+    panels: list[Axes], table: pd.DataFrame, names: tuple[str, str], titles: tuple[str, ...]
+) -> None:
+    """Set labels, titles and, for two lengths, equal scales; empty panels vanish."""
+    for axes in panels[len(titles) :]:
+        axes.set_axis_off()
+    for axes, text in zip(panels, titles, strict=False):
+        axes.set_title(text)
+        axes.spines[["top", "right"]].set_visible(False)
+        if {table_columns.get_unit(table, name) for name in names} == {"m"}:
+            axes.set_aspect("equal")
+        axes.set(
+            xlabel=format_column_label(table, names[0]), ylabel=format_column_label(table, names[1])
+        )
+        axes.label_outer()

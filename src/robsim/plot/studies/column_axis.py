@@ -1,0 +1,145 @@
+"""The columns of a study along the axes of a figure: their labels, units, values and bins."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from matplotlib.axes import Axes
+from numpy.typing import NDArray
+
+from robsim.analysis.measures import MEASURES
+from robsim.base.arrays import Array
+from robsim.base.errors import InputError, check_known
+from robsim.studies import table_columns
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+_WORDS = {
+    **{name: each.label for name, each in MEASURES.items()},
+    **{f"start_{axis}": f"start {axis}" for axis in "xyz"},
+    "start_distance": "distance of the start from the goal",
+    "start_angle": "angle of the start to the goal",
+    "end_time": "time at the end",
+    "error_norm": "norm of the error at the end",
+}
+Rows = NDArray[np.bool_]  # which rows of a table
+LARGEST = 1e100  # that can be drawn
+FEW = 12  # different numbers up to which each has a place of its own, as a choice has
+
+
+class ColumnBins(NamedTuple):
+    """The bin of each row (-1: none), where bins lie along the axis, and what they are called.
+
+    `edges` are (bins + 1,) and `labels` is empty for bins of a number; a choice has bins of width 1
+    about 0, 1, ... and a label for each.
+    """
+
+    which: NDArray[np.intp]
+    edges: Array
+    labels: tuple[str, ...]
+
+    @property
+    def many(self) -> int:
+        """How many bins there are between the edges."""
+        return len(self.edges) - 1
+
+
+def format_column_label(table: pd.DataFrame, name: str) -> str:
+    """Return the label of a column with the unit in which it is drawn; angles are in degrees."""
+    unit = table_columns.get_unit(table, name).replace("rad", "deg").replace("^2", "²")
+    return f"{_WORDS.get(name, name)} ({unit})" if unit else _WORDS.get(name, name)
+
+
+def read_drawable_column(table: pd.DataFrame, name: str) -> Array:
+    """Return a column of numbers (rows,) in the unit in which it is drawn; or InputError.
+
+    NaN stands for what is not there, and for what went beyond all bounds and any axis.
+    """
+    values = table_columns.read_numbers(table, name)
+    values[np.abs(values) > LARGEST] = np.nan
+    return np.degrees(values) if table_columns.get_unit(table, name).startswith("rad") else values
+
+
+def check_column(name: Any, what: str, table: pd.DataFrame) -> str:
+    """Return the name of a column that an argument gives; InputError for none."""
+    names = list(map(str, table.columns))
+    check_known(name, names, f"{what}: no column {{}}", "columns")
+    return str(name)
+
+
+def split_by_choice(
+    table: pd.DataFrame, by: Any, most: int, rows: Rows
+) -> table_columns.ColumnGroups:
+    """Return the values of a choice that get a line or a panel each; one without a name of None.
+
+    InputError: no such column, more than `most` values, or none in the rows that count.
+    """
+    if by is None:
+        return table_columns.ColumnGroups(("",), np.zeros(len(table), np.intp))
+    groups = table_columns.group_column(table, check_column(by, "by", table), most)
+    _check_has_values(by, groups, rows)
+    return groups
+
+
+def _check_has_values(name: str, groups: table_columns.ColumnGroups, rows: Rows) -> None:
+    """Raise InputError unless some of the rows that count have a value."""
+    if (groups.which[rows] < 0).all():
+        raise InputError(f"column {name!r} has no value in the runs that count")
+
+
+def bin_column(table: pd.DataFrame, name: str, many: int, rows: Rows, even: bool) -> ColumnBins:
+    """Return the bins of a column, made for the rows that count: see `ColumnBins`.
+
+    A choice has one for each value. A number has `many`: of equal widths where `even`, else of as
+    many rows each, which makes them equally certain.
+    """
+    if not table_columns.is_number_column(table, name) or table[name].nunique() <= FEW:
+        groups = table_columns.group_varied_column(table, name)
+        _check_has_values(name, groups, rows)
+        names = tuple(_format_value_label(table, name, text) for text in groups.labels)
+        return ColumnBins(groups.which, np.arange(len(names) + 1.0) - 0.5, names)
+    values = read_drawable_column(table, name)
+    known = values[rows & np.isfinite(values)]
+    if not known.size or known.min() == known.max():
+        raise InputError(f"column {name!r} has no two values in the runs that count")
+    low, high = known.min(), known.max()
+    even_edges = np.linspace(low, high, many + 1)
+    edges = even_edges if even else np.unique(np.quantile(known, np.linspace(0, 1, many + 1)))
+    which = np.clip(np.searchsorted(edges, values, side="right") - 1, 0, len(edges) - 2)
+    return ColumnBins(np.where(np.isfinite(values), which, -1), edges, ())
+
+
+def _format_value_label(table: pd.DataFrame, name: str, text: str) -> str:
+    """Return the label of a value: numbers in the unit in which they are drawn."""
+    if table_columns.is_number_column(table, name) and table_columns.get_unit(
+        table, name
+    ).startswith("rad"):
+        return f"{np.degrees(float(text)):.4g}"
+    return text
+
+
+def set_choice_ticks(axes: Axes, along: str, found: ColumnBins) -> None:
+    """Set the ticks of an axis, "x" or "y", to the names of a choice."""
+    if not found.labels:
+        return
+    axis = axes.xaxis if along == "x" else axes.yaxis
+    axis.set_ticks(range(found.many), labels=found.labels)
+    axis.set_tick_params(length=0)
+
+
+def format_thousands(count: int) -> str:
+    """Return a count with spaces between the thousands.
+
+    >>> format_thousands(1234567)
+    '1 234 567'
+    """
+    return f"{count:,}".replace(",", " ")
+
+
+def format_run_counts(table: pd.DataFrame, counted: Rows, what: str) -> str:
+    """Return how many runs count and how many could not begin, as a title of a figure."""
+    apart = int((~table["began"].to_numpy(bool)).sum())
+    rest = f"; {format_thousands(apart)} could not begin" if apart else ""
+    return f"{format_thousands(int(counted.sum()))} runs that {what}{rest}"

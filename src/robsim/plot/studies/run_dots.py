@@ -1,0 +1,123 @@
+"""Runs as dots, coloured by how they ended, by a number, or by a choice."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import Normalize, to_rgba_array
+from matplotlib.lines import Line2D
+from numpy.typing import NDArray
+
+from robsim.base.arrays import Array
+from robsim.engine.outcome import Outcome
+from robsim.plot import palette
+from robsim.plot.studies.column_axis import Rows, format_thousands
+from robsim.studies import table_columns
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+DotPositions = tuple[Array, Array]  # x and y of all rows
+AREA, SMALLEST, LARGEST = 4e4, 1.5, 22.0  # of all dots together and of one, in square points
+MOST = 100_000  # dots: more of them only cover each other
+COLORS = "viridis"  # increases in lightness, and is readable with any colour vision
+APART = "could not begin"
+
+
+def shuffle_rows(rows: Rows) -> NDArray[np.intp]:
+    """Return the rows to draw, mixed by chance, so that no kind covers the others.
+
+    The order is always the same. Of more than 100 000 rows these are as many, a fair sample.
+    """
+    return np.random.default_rng(0).permutation(np.flatnonzero(rows))[:MOST]
+
+
+def choose_dot_area(count: int) -> float:
+    """Return the area of one of so many dots, in square points."""
+    return float(np.clip(AREA / max(count, 1), SMALLEST, LARGEST))
+
+
+def draw_dots(axes: Axes, x: Array, y: Array, rows: NDArray[np.intp], **look: Any) -> Any:
+    """Draw dots at x, y (all rows,) of the chosen rows, as pixels also in vector files."""
+    look = {"s": choose_dot_area(len(rows)), "linewidths": 0, "rasterized": True, **look}
+    return axes.scatter(x[rows], y[rows], **look)
+
+
+def draw_hollow_dots(axes: Axes, x: Array, y: Array, rows: NDArray[np.intp]) -> None:
+    """Draw the chosen rows, of runs that could not begin, as hollow grey dots."""
+    look: dict[str, Any] = {"facecolors": "none", "edgecolors": palette.LIGHT_GREY}
+    if rows.size:
+        draw_dots(axes, x, y, rows, **look, s=choose_dot_area(x.size), linewidths=0.6, zorder=1)
+
+
+def build_unstarted_legend(count: int) -> list[Line2D]:
+    """Return the legend of so many runs that could not begin."""
+    return (
+        [_build_dot_handle(f"{APART} ({format_thousands(count)})", "none", palette.GREY)]
+        if count
+        else []
+    )
+
+
+def list_outcome_colors(endings: NDArray[np.int64]) -> NDArray[Any]:
+    """Return the colour (rows, 4) of each outcome."""
+    table = np.zeros((max(Outcome) + 1, 4))
+    for outcome, (color, _) in palette.OUTCOMES.items():
+        table[outcome] = to_rgba_array(color)[0]
+    return np.asarray(table[endings])
+
+
+def build_outcome_legend(endings: NDArray[np.int64], rows: Rows) -> list[Line2D]:
+    """Return a legend of the outcomes that occur in the rows, with how many each has."""
+    counts = {each: int((endings[rows] == each).sum()) for each in palette.OUTCOMES}
+    return [
+        _build_dot_handle(f"{each.words} ({format_thousands(count)})", palette.OUTCOMES[each][0])
+        for each, count in counts.items()
+        if count
+    ]
+
+
+def build_choice_legend(groups: table_columns.ColumnGroups, rows: Rows) -> list[Line2D]:
+    """Return a legend of the values of a choice, with how many runs each has."""
+    counts = np.bincount(groups.which[rows & (groups.which >= 0)], minlength=len(groups.labels))
+    return [
+        _build_dot_handle(f"{name} ({format_thousands(int(count))})", palette.cycle_color(i))
+        for i, (name, count) in enumerate(zip(groups.labels, counts, strict=True))
+    ]
+
+
+def show_side_legend(axes: Axes, handles: list[Line2D], title: str = "") -> None:
+    """Show a legend to the right of the axes, where it covers no dots."""
+    axes.legend(
+        handles=handles,
+        title=title or None,
+        loc="upper left",
+        bbox_to_anchor=(1.0, 1.0),
+        frameon=False,
+        alignment="left",
+        handletextpad=0.3,
+    )
+
+
+def build_color_scale(colors: Any, low: float, high: float) -> ScalarMappable:
+    """Return a scale of colours from low to high, for a colour bar."""
+    return ScalarMappable(Normalize(low, high if high > low else low + 1e-12), colors)
+
+
+def _build_dot_handle(name: str, face: str, edge: str = "none") -> Line2D:
+    look: dict[str, Any] = {"linestyle": "none", "marker": "o", "markersize": 6}
+    return Line2D([], [], label=name, markerfacecolor=face, markeredgecolor=edge, **look)
+
+
+def format_run_total(table: pd.DataFrame, *shown: Rows) -> str:
+    """Return how many runs there are, and how many of the kinds shown are drawn if not all."""
+    many, counts = format_thousands(len(table)), [int(kind.sum()) for kind in shown]
+    drawn = sum(min(count, MOST) for count in counts)
+    return (
+        f"{many} runs"
+        if drawn == sum(counts)
+        else f"{format_thousands(drawn)} of {many} runs drawn"
+    )

@@ -1,0 +1,119 @@
+"""Two columns of a study against each other, a dot for each run."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import to_rgba_array
+from matplotlib.figure import Figure
+
+from robsim.base.errors import InputError
+from robsim.plot import palette
+from robsim.plot.canvas import (
+    figure_style,
+    get_root_figure,
+    prepare_panels,
+    replace_frame_by_grid,
+    set_axes_title,
+)
+from robsim.plot.studies import run_dots
+from robsim.plot.studies.column_axis import (
+    Rows,
+    check_column,
+    format_column_label,
+    read_drawable_column,
+)
+from robsim.studies import table_columns
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+
+def study(
+    study: Any,
+    x: str,
+    y: str,
+    color: str = "outcome",
+    *,
+    axes: Any = None,
+    size: Any = None,
+    title: str | None = None,
+) -> Figure:
+    """Draw two columns of a study against each other, with a dot for each run.
+
+    study       a study, or its table
+    x, y        columns of numbers; angles are drawn in degrees
+    color       "outcome": a colour for each, the same in all figures; or another column: colours
+                of a scale for numbers, a colour for each value of a choice such as "task"
+
+    Runs that could not begin are hollow and grey. Dots lie over each other in a mixed order, so
+    that none is hidden for what it is; of more than 100 000 that began as many are drawn, and the
+    title says so. The counts in the legend are of all. `axes` is one to draw into, instead of a new
+    figure of `size` (width, height) inches.
+
+    InputError: a column that is not there or holds no numbers, or where no run has both.
+
+    >>> import pandas as pd
+    >>> outcomes = ["CONVERGED", "CONVERGED", "DIVERGED"]
+    >>> rows = {"task.gain": [1.0, 2.0, 30.0], "pixel_error": [0.01, 0.01, 900.0]}
+    >>> table = pd.DataFrame({**rows, "outcome": outcomes, "began": True})
+    >>> figure = study(table, "task.gain", "pixel_error")
+    >>> [text.get_text() for text in figure.axes[0].get_legend().get_texts()]
+    ['converged (2)', 'diverged (1)']
+    """
+    table = table_columns.get_table(study)
+    names = check_column(x, "x", table), check_column(y, "y", table)
+    color = check_column(color, "color", table)
+    across, up = (read_drawable_column(table, name) for name in names)
+    known = np.isfinite(across) & np.isfinite(up)
+    if not known.any():
+        raise InputError(f"no run has both {names[0]} and {names[1]}: there is nothing to draw")
+    started = known & table_columns.read_began(table)
+    with figure_style():
+        figure, (panel,) = prepare_panels(axes, 1, size, (7.2, 4.4))
+        run_dots.draw_hollow_dots(panel, across, up, run_dots.shuffle_rows(known & ~started))
+        apart = run_dots.build_unstarted_legend(int((known & ~started).sum()))
+        _draw_study_dots(panel, table, (across, up), color, started, apart)
+        panel.set(
+            xlabel=format_column_label(table, names[0]), ylabel=format_column_label(table, names[1])
+        )
+        replace_frame_by_grid(panel)
+        panel.set_axisbelow(True)
+        set_axes_title(panel, run_dots.format_run_total(table, started, known & ~started), title)
+    return figure
+
+
+def _draw_study_dots(
+    axes: Axes,
+    table: pd.DataFrame,
+    at: run_dots.DotPositions,
+    color: str,
+    rows: Rows,
+    apart: list[Any],
+) -> None:
+    """Draw the runs that began in the colours of a column, with a legend or a scale."""
+    if color == "outcome":
+        endings, some = table_columns.read_outcomes(table), run_dots.shuffle_rows(rows)
+        run_dots.draw_dots(axes, *at, some, c=run_dots.list_outcome_colors(endings)[some])
+        run_dots.show_side_legend(axes, run_dots.build_outcome_legend(endings, rows) + apart)
+    elif table_columns.is_number_column(table, color):
+        values = read_drawable_column(table, color)
+        some = run_dots.shuffle_rows(rows & np.isfinite(values))
+        shown = run_dots.draw_dots(axes, *at, some, c=values[some], cmap=run_dots.COLORS)
+        get_root_figure(axes).colorbar(
+            shown, ax=axes, label=format_column_label(table, color), aspect=30
+        )
+        if apart:
+            axes.legend(handles=apart, loc="upper left", frameon=False)
+    else:
+        groups = table_columns.group_column(table, color)
+        some = run_dots.shuffle_rows(rows & (groups.which >= 0))
+        faces = to_rgba_array([palette.cycle_color(i) for i in range(len(groups.labels))])
+        run_dots.draw_dots(axes, *at, some, c=faces[groups.which[some]])
+        run_dots.show_side_legend(
+            axes,
+            run_dots.build_choice_legend(groups, rows) + apart,
+            format_column_label(table, color),
+        )

@@ -1,0 +1,129 @@
+"""The velocity window: velocity of camera or tool, and error, over time (chapter, figs 14, 16)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import cycle
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from robsim.base.arrays import Array
+from robsim.base.errors import InputError
+from robsim.plot import palette, run_data
+from robsim.plot.canvas import figure_style, marker_of_single_point, prepare_panels, set_time_axis
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from robsim.world.scene import Scene
+
+
+def velocity(
+    run: xr.Dataset,
+    scene: Scene | None = None,
+    frame: str | None = None,
+    *,
+    axes: Any = None,
+    size: Any = None,
+    title: str | None = None,
+) -> Figure:
+    """Draw camera velocity v (m/s) and omega (rad/s) in camera axes, and the error, over time (s).
+
+    For a run without a camera, the velocity is that of the moved frame, in its own axes. With a
+    `frame` of the `scene`, such as "rhino_xr4.tool": the velocity of its origin, in world axes. The
+    error is on a logarithmic scale, where an exponential decay is a straight line: bold its norm,
+    thin the sizes of its components, with a line style for each unit. `axes` are three to draw
+    into, instead of a new figure of `size` (width, height) inches.
+
+    InputError: a frame without a scene, or one that the scene does not have; another scene's run.
+
+    >>> from robsim import IBVS, Camera, Joint, Link, MountedCamera, Object, Pose, Robot, Scene
+    >>> from robsim.run.simulate import simulate
+    >>> fly = Robot("fly", [Link("base"), Link("body", "base", Joint("floating"))])
+    >>> square = Object("square", marks=[[0, 0, 1], [0.1, 0, 1], [0.1, 0.1, 1], [0, 0.1, 1]])
+    >>> camera = Camera([[800, 0, 320], [0, 800, 240], [0, 0, 1]], size=(640, 480))
+    >>> scene = Scene(fly, square, MountedCamera("eye", camera, "fly.body"))
+    >>> figure = velocity(simulate(scene, IBVS(), Pose.at(0.1, 0, -0.2), duration=1.0))
+    >>> [axes.get_ylabel() for axes in figure.axes]
+    ['v (m/s)', 'ω (rad/s)', 'error (–)']
+    """
+    one = run_data.extract_single_run(run)
+    with figure_style():
+        figure, panels = prepare_panels(axes, 3, size, (5.6, 6.4), sharex=True)
+        draw_velocity(panels, one, scene, frame)
+        if axes is None:
+            for upper in panels[:2]:
+                upper.set_xlabel("")
+            figure.align_ylabels(panels)
+            figure.suptitle(run_data.describe_ending(one) if title is None else title)
+    return figure
+
+
+def draw_velocity(
+    panels: Sequence[Axes], one: xr.Dataset, scene: Scene | None, frame: str | None
+) -> None:
+    """Draw v, omega and the error of one run into three axes."""
+    time, (twist, whose) = one["time"].values, _select_twists(one, scene, frame)
+    _draw_vector_components(panels[0], time, twist[:, :3], "v")
+    _draw_vector_components(panels[1], time, twist[:, 3:], r"\omega")
+    units = ["–" if unit == "1" else unit for unit in one["feature_unit"].values.tolist()]
+    _draw_error_norm(panels[2], time, np.abs(one["error"].values), one["error_norm"].values, units)
+    error = f"error ({', '.join(dict.fromkeys(units))})"
+    labels = (f"v{whose} (m/s)", f"ω{whose} (rad/s)", error)
+    for axes, label in zip(panels, labels, strict=True):
+        set_time_axis(axes, time)
+        axes.set_ylabel(label)
+        axes.legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=4, frameon=False)
+
+
+def _select_twists(one: xr.Dataset, scene: Scene | None, frame: str | None) -> tuple[Array, str]:
+    """Return the twists (moments, 6) to draw, and the suffix of their labels."""
+    if frame is None and "frame_velocity" in one:
+        moved = one["frame_velocity"]
+        return moved.values, f" of {moved.attrs['frame']}\nin its own axes"
+    if frame is None:
+        return one["camera_velocity"].values, ""
+    if scene is None:
+        raise InputError(f"the velocity of frame {frame!r} needs the scene: give it as well")
+    return run_data.compute_frame_velocity(one, scene, frame), f" of {frame}\nin world axes"
+
+
+def _draw_vector_components(axes: Axes, time: Array, values: Array, symbol: str) -> None:
+    """Draw three components (moments, 3), with different colours and line styles."""
+    axes.axhline(0.0, color=palette.GREY, linewidth=0.6)
+    for i, (color, line) in enumerate(palette.COMPONENTS):
+        label = f"${symbol}_{'xyz'[i]}$"
+        axes.plot(
+            time,
+            values[:, i],
+            line,
+            color=color,
+            linewidth=1.4,
+            label=label,
+            **marker_of_single_point(time),
+        )
+
+
+def _draw_error_norm(axes: Axes, time: Array, sizes: Array, norm: Array, units: list[str]) -> None:
+    """Draw the norm (moments,) and magnitudes (moments, k), logarithmic unless all are 0."""
+    axes.plot(
+        time,
+        norm,
+        color=palette.BLACK,
+        linewidth=2,
+        label="norm",
+        zorder=3,
+        **marker_of_single_point(time),
+    )
+    several = list(dict.fromkeys(units))
+    for unit, line in zip(several, cycle(palette.LINES)):
+        of_unit = sizes[:, [u == unit for u in units]]
+        lines = axes.plot(time, of_unit, line, color=palette.GREY, linewidth=0.6)
+        lines[0].set_label("|components|" if len(several) == 1 else f"|{unit}|")
+    shown = norm[(norm > 0) & np.isfinite(norm)]
+    if shown.size:
+        low, high = np.log10([shown.min() / 10, shown.max()])
+        axes.set(yscale="log", ylim=(10 ** np.floor(low), 10 ** np.ceil(high + 1e-9)))

@@ -1,0 +1,157 @@
+"""The stages that place the bodies of a tree, and where in a program their poses stand."""
+
+from __future__ import annotations
+
+from functools import cached_property
+from itertools import groupby
+
+import numpy as np
+
+from robsim.base.arrays import Array, move_runs_last
+from robsim.kernels.bodies import forward_kinematics
+from robsim.kernels.control.control_law import compute_camera_jacobian, copy_rows
+from robsim.kernels.formulas.body_arrays import Bodies
+from robsim.kernels.formulas.jacobian import BodyMoves
+from robsim.kernels.machine.block_rows import Address, BlockRows
+from robsim.kernels.machine.program import Blocks, Program, evaluated
+from robsim.robot.assembly import JointTables
+from robsim.robot.independent_joint import IndependentJoint
+from robsim.robot.joints.joint_kind import BodyRows
+
+_IDENTITY_POSE = np.eye(3, 4)[None]
+
+
+class FKStages:
+    """The rows of a program in which the bodies of a tree stand, at coordinates q (nq,).
+
+    `poses` are those of all bodies, `ratio` the ratios by which velocities move bodies.
+    """
+
+    def __init__(self, program: Program, joints: JointTables, q: BlockRows) -> None:
+        self.program, self.joints, self.q, (self.nq,) = program, joints, q, q.shape
+        own = [each for each in joints.members if each.kind.own]
+        self._called = [each for each in own if each.is_called]
+        self.poses = program.constant(np.repeat(_IDENTITY_POSE, len(joints.bodies), axis=0))
+        self.ratio = program.constant(np.ones(joints.ratios))
+        motions = program.rows(len(own), 3, 4)
+        self.place = program.numbers(joints.place, 3)
+        self._poses, self._places = list(self.poses), list(self.place)  # body by body
+        self._motion = {each.body: rows for each, rows in zip(own, motions, strict=True)}
+
+    def add(self) -> None:
+        """Add the stages: what depends on others first, then bodies after their parents."""
+        if self._called:
+            self.program.call(self._call)
+        self.follow()
+        self._stage()
+        bodies = [self._stands(i) for i in range(1, len(self.joints.bodies))]
+        for _, some in groupby(bodies, lambda each: each.body.kind.fused):
+            alike = list(some)
+            alike[0].body.kind.add_placing(self, alike)
+
+    def follow(self) -> None:
+        """Add the stages of coordinates that depend on others, and of the ratios of wheels."""
+        self._followers = self.program.rows(len(self.joints.ties))
+        for i, tie in enumerate(self.joints.ties):
+            above = max(1 + tie.source - self.nq, 0)
+            tie.follows.add_stages(
+                self,
+                tie.curve,
+                source=self._x(tie.source),
+                x=self._followers[i],
+                ratio=self.ratio[1 + i],
+                above=self.ratio[above],
+                numbers=self.program.constant(tie.numbers),
+            )
+        for wheel in self.joints.wheels:
+            self.program.add(
+                forward_kinematics.compute_wheel_ratios,
+                steering=self._x(wheel.steering) if wheel.steering >= 0 else None,
+                ratio=self.ratio[wheel.ratio : wheel.ratio + 2],
+                numbers=self.program.constant(wheel.numbers),
+            )
+
+    def _stage(self) -> None:
+        """Add the stages of the motions and twists of joints of the user's compiled kinds."""
+        for each in self.joints.members:
+            if each.kind.placing is not None:
+                self.program.add(
+                    each.kind.placing,
+                    q=self.q[each.q],
+                    numbers=self.program.constant(each.constants),
+                    motion=self._motion[each.body],
+                    twists=self._twists(each).reshape(-1, 6),
+                )
+
+    def take(self, own: IndependentJoint, motion: BlockRows, twists: BlockRows) -> None:
+        """Let a joint of a user's kind have its motion and twists from given rows."""
+        self._motion[own.body] = motion
+        self.program.add(copy_rows, rows=twists, to=self._twists(own))
+        self._called.remove(own)
+
+    def _call(self, blocks: Blocks, step: int) -> None:
+        """Write the motions and twists of joints of the user's kinds in Python."""
+        q = blocks.get(self.q)
+        for each in self._called:
+            motion, twists = each.at(q)
+            blocks.put(self._motion[each.body], motion)
+            blocks.put(self._twists(each), twists)
+
+    def _twists(self, own: IndependentJoint) -> BlockRows:
+        return self.ratio[own.first : own.first + own.twists]
+
+    def frames(self, some: list[tuple[int, Array]]) -> list[BlockRows]:
+        """Return the rows of the poses of frames, each on a body at a constant offset."""
+        each = []
+        for body, offset in some:
+            T = self.program.rows(3, 4)
+            last = offset[:3] if offset.ndim == 2 else move_runs_last(offset[..., :3, :], 2)
+            each.append((self._poses[body], self.program.numbers(last, 2), T))
+        self.program.add(forward_kinematics.compose_frames, each=each)
+        return [T for _, _, T in each]
+
+    def base_jacobian(self, T: BlockRows, moves: BodyMoves) -> BlockRows:
+        """Return the rows of the Jacobian (6, n) of a frame at T, in axes of the world."""
+        here = self.program.constant(np.eye(3, 4))
+        for r in range(3):
+            self.program.add(copy_rows, rows=T[r, 3:], to=here[r, 3:])
+        return add_jacobian_stage(self.program, self.poses, self.ratio, here, moves)
+
+    def _stands(self, i: int) -> BodyRows:
+        """Return the rows of a body, and of what moves it."""
+        body = self.joints.bodies[i]
+        x = self._motion[i] if i in self._motion else self._x(body.x)
+        return BodyRows(self._poses[body.parent], self._places[i], x, self._poses[i], body)
+
+    def _x(self, i: int) -> BlockRows:
+        """Return the row of a coordinate: of the tree, or of those that depend on others."""
+        return self.q[i] if i < self.nq else self._followers[i - self.nq]
+
+    @cached_property
+    def curves(self) -> dict[str, Address]:
+        """The tables of the curves of all rails."""
+        tables = zip(("first", "lengths", "pieces"), self.joints.curves, strict=True)
+        return {name: self.program.address(array) for name, array in tables}
+
+
+def evaluate_frame_jacobian(bodies: Bodies, T: Array, moves: BodyMoves) -> Array:
+    """Return the Jacobian (6, n, B) of a frame at T (3, 4, B), rows (v, omega) in its own axes."""
+
+    def add(
+        program: Program, poses: BlockRows, ratios: BlockRows, T: BlockRows
+    ) -> tuple[BlockRows]:
+        return (add_jacobian_stage(program, poses, ratios, T, moves),)
+
+    (J,) = evaluated(add, [bodies.poses, bodies.ratio, T], [(6, moves.columns.size)])
+    return J
+
+
+def add_jacobian_stage(
+    program: Program, poses: BlockRows, ratios: BlockRows, T: BlockRows, moves: BodyMoves
+) -> BlockRows:
+    """Add the stage of the Jacobian of a frame in its own axes, and return its rows (6, n)."""
+    J = program.rows(6, moves.columns.size)
+    table = np.column_stack([moves.rows, moves.sign]).astype(np.int64)
+    each = list(map(tuple, table.tolist()))
+    program.add(compute_camera_jacobian, poses=poses, ratios=ratios, T_w_c=T, J=J, moves=each)
+    return J

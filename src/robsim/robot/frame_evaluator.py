@@ -1,0 +1,71 @@
+"""Frames of a tree at configurations that a user gives, without looking anything up again."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from robsim.base.arrays import Array, move_runs_first, move_runs_last
+from robsim.geometry.pose import homogeneous_matrix
+from robsim.kernels.bodies import batch_kinematics as kernels
+from robsim.kernels.machine.block_rows import BlockRows
+from robsim.kernels.machine.program import Program
+from robsim.robot.fk_stages import FKStages
+from robsim.robot.tree import Tree
+
+
+class FrameEvaluator:
+    """Some frames of a tree, with the program that places them."""
+
+    def __init__(self, tree: Tree, names: Sequence[str]):
+        self.tree, self.names = tree, names
+
+    def poses(self, q: Array, out: Array) -> bool:
+        """Fill out (..., frames, 4, 4) at q (..., nq); return whether q is known to be usual."""
+        if self.tree.compiled:
+            usual: bool = kernels.fill_frame_poses(
+                *self._poses, _flatten_coordinates(q), out.reshape(-1)
+            )
+            return usual
+        bodies = self.tree.bodies(move_runs_last(q, 1))
+        placed = [homogeneous_matrix(self.tree.frame(bodies, name)) for name in self.names]
+        out[:] = np.stack(placed, axis=1).reshape(out.shape)
+        return False
+
+    def jacobian(self, q: Array, out: Array) -> bool:
+        """Fill out (..., 6, nv) of the first frame at q (..., nq), and return likewise."""
+        if self.tree.compiled and out.size:
+            flat = out.reshape(-1, 6 * self.tree.nv)
+            usual: bool = kernels.fill_jacobians(*self._twists, _flatten_coordinates(q), flat)
+            return usual
+        bodies = self.tree.bodies(move_runs_last(q, 1))
+        out[:] = move_runs_first(self.tree.jacobian(bodies, self.names[0]), q.shape[:-1])
+        return False
+
+    def _placed(self) -> tuple[FKStages, list[BlockRows]]:
+        """Return the bodies in a program, and the rows of the frames."""
+        program = Program()
+        placed = FKStages(program, self.tree.joints, program.rows(self.tree.nq))
+        placed.add()
+        return placed, placed.frames([self.tree.find(name) for name in self.names])
+
+    @cached_property
+    def _poses(self) -> tuple[Any, ...]:
+        """The arguments of the kernel that places the frames."""
+        placed, frames = self._placed()
+        return *placed.program.prepared(), int(placed.q), np.array(frames, dtype=np.int64)
+
+    @cached_property
+    def _twists(self) -> tuple[Any, ...]:
+        """The arguments of the kernel of the Jacobian, at the frame in axes of the world."""
+        placed, (T, *_) = self._placed()
+        moves = self.tree.moves(self.tree.carried(self.names[0]))
+        J = placed.base_jacobian(T, moves)
+        return *placed.program.prepared(), int(placed.q), int(J)
+
+
+def _flatten_coordinates(q: Array) -> Array:
+    return q if q.ndim == 1 else q.reshape(-1)  # one configuration is flat, and to ask is quicker

@@ -1,0 +1,117 @@
+"""Inverse kinematics by iteration: coordinates that bring a link to a pose."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robsim.base.arrays import Array, as_floats, make_read_only
+from robsim.base.errors import InputError, format_value, suggest_names
+from robsim.geometry.pose import as_pose, broadcast_leading_shape
+from robsim.kernels.inverse_kinematics import ik_scheduler as kernels
+from robsim.robot.ik.arm import LARGEST_POSITION, IKArm
+from robsim.robot.ik.descent import IKDescent
+from robsim.robot.ik.ik_result import IKReason, IKResult
+from robsim.robot.ik.ik_search import SearchBudget, search_coordinates
+
+IK_MASKS = {"pose": (1,) * 6, "position": (1, 1, 1, 0, 0, 0), "pointing": (1,) * 6}
+SMALLEST_WEIGHT = (
+    1e-3  # smallest weight relative to the largest: smaller ones could not reach a tolerance
+)
+
+
+def solve_numeric(arm: IKArm, T: Any, q0: Array, mask: Any, effort: SearchBudget) -> IKResult:
+    """Return coordinates (..., nq) for poses T (..., 4, 4) of the link in the base, from q0."""
+    goal = as_pose(T).matrix
+    if np.abs(goal).max(initial=0.0) > LARGEST_POSITION:
+        raise InputError(f"T: no position may be farther than {LARGEST_POSITION:g} m")
+    lead = broadcast_leading_shape(goal.shape[:-2], q0.shape[:-1], "T and q0")
+    goals, first = _broadcast_to_runs(goal, lead, 2), _broadcast_to_runs(q0, lead, 1)
+    found = search_coordinates(_find_descent(arm, mask), goals, first, effort)
+    solved = found.counts[kernels.REASON] == kernels.SOLVED
+    if np.isfinite(arm.limits).any() and np.count_nonzero(solved) < solved.size:
+        _attribute_to_limits(arm, mask, goals, found, effort)
+    return _make_ik_result(found, solved, lead)
+
+
+def _broadcast_to_runs(array: Array, lead: tuple[int, ...], axes: int) -> Array:
+    """Return an array (..., a, b), of `axes` trailing axes, as a read-only one (run, a, b)."""
+    tail = array.shape[-axes:]
+    wide = array if array.shape[:-axes] == lead else np.broadcast_to(array, lead + tail)
+    return make_read_only(np.ascontiguousarray(wide).reshape(math.prod(lead), *tail))
+
+
+def _attribute_to_limits(
+    arm: IKArm, mask: Any, goals: Array, found: kernels.SearchResults, effort: SearchBudget
+) -> None:
+    """Set whether failures are due to the limits, by a search without limits."""
+    reasons = found.counts[kernels.REASON]
+    lost = np.flatnonzero(np.isin(reasons, (kernels.UNREACHABLE, kernels.LIMITS)))
+    if lost.size:
+        free, starts = _find_descent(arm.free, mask), make_read_only(found.q[lost])
+        reason = search_coordinates(free, make_read_only(goals[lost]), starts, effort).counts[
+            kernels.REASON
+        ]
+        reasons[lost[reason == kernels.SOLVED]] = kernels.LIMITS
+        reasons[lost[reason == kernels.UNREACHABLE]] = kernels.UNREACHABLE
+
+
+def _find_descent(arm: IKArm, mask: Any) -> IKDescent:
+    """Return the search of an arm for what of a pose counts; InputError if no joint moves it."""
+    named = mask is None or isinstance(mask, str)
+    if named and mask in arm.kept:
+        known: IKDescent = arm.kept[mask]
+        return known
+    _check_movable_link(arm)
+    descent = IKDescent(arm, _read_mask(mask), named and mask == "pointing")
+    if named:
+        arm.kept[mask] = descent
+    return descent
+
+
+def _check_movable_link(arm: IKArm) -> None:
+    """Raise InputError if no joint moves the link, or a vehicle does."""
+    if arm.columns.size == 0:
+        raise InputError(f"no joint moves link '{arm.link}', so it cannot be brought to a pose")
+    for j, kind in zip(arm.columns.tolist(), arm.tree.kinds(arm.columns), strict=True):
+        if kind.wheeled:
+            raise InputError(
+                f"link '{arm.link}' rides on a vehicle, by its velocity '{arm.velocities[j]}'; "
+                "a vehicle has to be driven to a pose, inverse kinematics cannot place it"
+            )
+
+
+def _read_mask(mask: Any) -> Array:
+    """Return the weights (6,) of the rows (v, omega)."""
+    if mask is None or isinstance(mask, str):
+        name = "pose" if mask is None else mask
+        if name not in IK_MASKS:
+            raise InputError(
+                f"no mask {name!r}; {suggest_names(name, IK_MASKS, 'masks')}, or six weights (v, omega)"
+            )
+        return make_read_only(np.array(IK_MASKS[name], dtype=float))
+    weight = as_floats(mask, "mask: weights of (v, omega) in base axes", (6,))
+    if weight.ndim > 1 or (weight < 0).any() or not weight.any():
+        raise InputError(
+            f"mask: expected six weights not below 0 and not all 0, got {format_value(weight.tolist())}"
+        )
+    weight = weight / weight.max()
+    if (weight[weight > 0] < SMALLEST_WEIGHT).any():
+        raise InputError(f"mask: a weight is 0, or at least {SMALLEST_WEIGHT:g} of the largest one")
+    return make_read_only(weight)
+
+
+def _make_ik_result(
+    found: kernels.SearchResults, solved: NDArray[np.bool_], lead: tuple[int, ...]
+) -> IKResult:
+    """Return what was found for each run as arrays (...,), or for a single pose as numbers."""
+    reason, iterations, restarts = found.counts
+    rows = solved, found.error, iterations, restarts, reason
+    q = make_read_only(found.q.reshape(*lead, found.q.shape[1]))
+    if lead:
+        return IKResult(q, *(make_read_only(array.reshape(lead)) for array in rows))
+    success, error, iterations, restarts, reason = (array[0] for array in rows)
+    return IKResult(q, success, error, iterations, restarts, IKReason(int(reason)))

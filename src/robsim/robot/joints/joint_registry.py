@@ -1,0 +1,38 @@
+"""The kinds of joint by name: those of RobSim, and those that the user adds."""
+
+from __future__ import annotations
+
+from robsim.base.errors import InputError, suggest_names
+from robsim.declare import family
+from robsim.robot.joints.joint_kind import JointKind
+
+JOINTS = family("joint kind")
+
+
+def list_single_kinds() -> str:
+    """Return the names of the kinds with one coordinate, for messages."""
+    return ", ".join(name for name, kind in JOINTS.kinds.items() if make_bare_kind(kind).single)
+
+
+def make_bare_kind(kind: type[JointKind]) -> JointKind:
+    """Return an instance of a kind without its parameters, which is enough to know its units."""
+    return kind.__new__(kind)
+
+
+def find_joint_kind(given: object) -> JointKind:
+    """Return the kind of a joint from its name, or from a kind itself."""
+    if isinstance(given, JointKind):
+        return given
+    if not isinstance(given, str):
+        made = f"; write {given.__name__}(...)" if isinstance(given, type) else ""
+        raise InputError(
+            f"no joint kind {given!r}{made or '; ' + suggest_names(given, JOINTS.names, 'joint kinds')}"
+        )
+    kind: type[JointKind] = JOINTS.find(given)
+    try:
+        return kind()
+    except TypeError:  # it has parameters without defaults
+        who = kind.__name__
+        raise InputError(
+            f"joint kind '{given}' has parameters: give the joint {who}(...) instead of the name"
+        ) from None

@@ -1,0 +1,204 @@
+"""Conversion of <joint> to Joint."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from robsim.base.errors import format_value, suggest_names
+from robsim.base.xml_elements import Element
+from robsim.geometry.pose import IDENTITY, Pose
+from robsim.robot.joint import Joint, Mimic
+from robsim.robot.joints.joint_registry import find_joint_kind
+from robsim.robot.urdf.attribute_values import (
+    LARGEST_NUMBER,
+    find_axis_rotation,
+    read_attribute_number,
+    read_attribute_vector,
+    read_origin_pose,
+)
+from robsim.robot.urdf.diagnostics import Diagnostics
+from robsim.robot.urdf.vocabulary import (
+    TAIL_SUFFIX,
+    find_child,
+    make_safe_name,
+    read_safe_name,
+    require_attribute,
+)
+
+JOINT_TYPES: dict[str, str] = {
+    "fixed": "fixed",
+    "revolute": "revolute",
+    "continuous": "revolute",
+    "prismatic": "prismatic",
+    "floating": "floating",
+    "planar": "planar",
+}
+UNIT_AXIS = 1e-3  # how far the length of an axis may be from 1, as numbers are rounded
+SHORTEST_AXIS = 1e-6
+
+
+@dataclass(frozen=True)
+class UrdfJoint:
+    """A joint and the names, as written in the file, of the links that it connects."""
+
+    element: Element
+    name: str
+    parent: str
+    child: str
+    joint: Joint
+
+
+def read_joint(
+    element: Element, tails: Mapping[str, Element], findings: Diagnostics
+) -> UrdfJoint | None:
+    """Return the joint of a <joint> element, or None if its names are wrong.
+
+    `tails` holds the fixed joints behind links that the writer added.
+    """
+    name, kind = read_safe_name(element, findings), _read_joint_type(element, findings)
+    ends = [_read_connected_link(element, tag, findings) for tag in ("parent", "child")]
+    place = read_origin_pose(element, findings)
+    turn = _read_axis_rotation(element, kind, findings)
+    speed, effort = _read_drive_limits(element, kind, findings)
+    limits = _read_position_limits(element, kind, findings)
+    follows = _read_mimic(element, kind, findings)
+    if name is None or kind is None or ends[0] is None or ends[1] is None:
+        return None
+    below, tail = ends[1], IDENTITY
+    if below in tails:
+        tail = read_origin_pose(tails[below], findings)
+        below = tails[below].attributes["name"].removesuffix(TAIL_SUFFIX)
+    joint = Joint(
+        JOINT_TYPES[kind],
+        place @ turn,
+        turn.inv() @ tail,
+        limits,
+        name=name if name != make_safe_name(below, "link") else None,
+        speed=speed,
+        effort=effort,
+        follows=follows,
+    )
+    return UrdfJoint(element, name, ends[0], below, joint)
+
+
+def _read_joint_type(element: Element, findings: Diagnostics) -> str | None:
+    kind = require_attribute(element, "type", findings)
+    if kind is not None and kind not in JOINT_TYPES:
+        findings.error(
+            element,
+            f"no joint type {format_value(kind)}; {suggest_names(kind[:40], JOINT_TYPES, 'types')}",
+        )
+        return None
+    return kind
+
+
+def _read_connected_link(element: Element, tag: str, findings: Diagnostics) -> str | None:
+    """Return the link name of the parent or the child."""
+    end = find_child(element, tag)
+    if end is None:
+        findings.error(element, f"<{tag}> is missing; it must be given")
+        return None
+    return require_attribute(end, "link", findings)
+
+
+def _read_axis_rotation(element: Element, kind: str | None, findings: Diagnostics) -> Pose:
+    """Return a rotation that takes z to the axis of the joint, which is x by default."""
+    given = find_child(element, "axis")
+    axis = np.array([1.0, 0.0, 0.0])
+    if given is not None:
+        read = read_attribute_vector(given, "xyz", findings)
+        axis = axis if read is None else read
+    if kind in (None, "fixed", "floating"):
+        return IDENTITY
+    length = float(np.linalg.norm(axis))
+    if given is not None and length < SHORTEST_AXIS:
+        findings.error(given, f"the axis is zero; a {kind} joint needs one, as in xyz='0 0 1'")
+        return IDENTITY
+    if given is not None and abs(length - 1) > UNIT_AXIS:
+        findings.odd(given, f"the axis has length {length:.6g}, and is read with length 1")
+    T = np.eye(4)
+    T[:3, :3] = find_axis_rotation(axis / length)
+    return Pose(T)
+
+
+def _read_drive_limits(
+    element: Element, kind: str | None, findings: Diagnostics
+) -> tuple[float | None, float | None]:
+    """Return the largest speed and effort; None where it is missing or 0."""
+    limit = find_child(element, "limit")
+    if limit is None or kind not in ("revolute", "continuous", "prismatic"):
+        return None, None
+    found = []
+    for name in ("velocity", "effort"):
+        if name not in limit.attributes:
+            findings.odd(limit, f"{name} is missing, which the specification asks for")
+        value = read_attribute_number(limit, name, findings, 0.0, most=np.inf) or 0.0
+        if value < 0:
+            findings.error(limit, f"{name} is {value:g}; it must not be below 0")
+        found.append(value if value > 0 else None)
+    return found[0], found[1]
+
+
+def _read_position_limits(
+    element: Element, kind: str | None, findings: Diagnostics
+) -> tuple[float, float] | None:
+    """Return (lower, upper), or None for a joint without limits or after an error."""
+    limit = find_child(element, "limit")
+    if kind not in ("revolute", "prismatic"):
+        return None
+    if limit is None:
+        can = "; or write type 'continuous'" if kind == "revolute" else ""
+        findings.error(element, f"<limit> is missing; a {kind} joint needs lower and upper{can}")
+        return None
+    lower, upper = (
+        read_attribute_number(limit, name, findings, 0.0, np.inf) for name in ("lower", "upper")
+    )
+    if (
+        lower is None or upper is None or -lower == upper == LARGEST_NUMBER
+    ):  # our writer's for no limits
+        return None
+    wrong = _describe_wrong_limits(lower, upper)
+    if wrong is not None:
+        findings.error(limit, wrong)
+        return None
+    if lower == upper or (lower <= -LARGEST_NUMBER and upper >= LARGEST_NUMBER):
+        findings.odd(limit, f"lower {lower:g} and upper {upper:g} are read as without limits")
+        return None
+    for name, value in (("lower", lower), ("upper", upper)):
+        if abs(value) > LARGEST_NUMBER:
+            findings.odd(
+                limit, f"{name} {value:g} is read as {np.copysign(LARGEST_NUMBER, value):g}"
+            )
+    return max(lower, -LARGEST_NUMBER), min(upper, LARGEST_NUMBER)
+
+
+def _describe_wrong_limits(lower: float, upper: float) -> str | None:
+    """Return what is wrong with limits; None: nothing."""
+    if lower > upper:
+        return f"lower {lower:g} is above upper {upper:g}; it must be below"
+    if lower == upper != 0:
+        return f"lower and upper are both {lower:g}; write type 'fixed', or let it move"
+    if lower >= LARGEST_NUMBER or upper <= -LARGEST_NUMBER:
+        return f"lower {lower:g} and upper {upper:g}: at most {LARGEST_NUMBER:g} is allowed"
+    return None
+
+
+def _read_mimic(element: Element, kind: str | None, findings: Diagnostics) -> Mimic | None:
+    mimic = find_child(element, "mimic")
+    if mimic is None:
+        return None
+    if kind == "fixed":
+        findings.odd(mimic, "a fixed joint follows nothing; left out")
+        return None
+    of = require_attribute(mimic, "joint", findings)
+    ratio = read_attribute_number(mimic, "multiplier", findings, 1.0)
+    offset = read_attribute_number(mimic, "offset", findings, 0.0)
+    if kind is not None and not find_joint_kind(JOINT_TYPES[kind]).single:
+        findings.error(mimic, f"a {kind} joint cannot follow another; it has not one coordinate")
+        return None
+    if of is None or ratio is None or offset is None:
+        return None
+    return Mimic(make_safe_name(of, "joint"), ratio, offset)

@@ -1,0 +1,311 @@
+"""Conversion of a URDF file to a robot: its links, its joints and its tree."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from math import inf
+from typing import TypeVar
+
+from robsim.base.errors import FileError, InputError, format_value
+from robsim.base.file_content import read_bytes
+from robsim.base.xml_elements import LARGEST_FILE, Element, parse_xml
+from robsim.robot.joint import Joint, Mimic
+from robsim.robot.link import Link
+from robsim.robot.tip import Tip, find_tip
+from robsim.robot.urdf.attribute_values import LARGEST_NUMBER
+from robsim.robot.urdf.diagnostics import Diagnostics
+from robsim.robot.urdf.urdf_joint import UrdfJoint, read_joint
+from robsim.robot.urdf.urdf_link import (
+    TOKEN_INERTIA,
+    read_inertia,
+    read_material_colors,
+    read_shapes,
+)
+from robsim.robot.urdf.vocabulary import (
+    AXIS_SUFFIX,
+    TAIL_SUFFIX,
+    check_words,
+    find_child,
+    find_children,
+    read_safe_name,
+    require_attribute,
+    suggest_name,
+)
+
+R = TypeVar("R")
+BuildRobot = Callable[[str, tuple[Link, ...], str], R]  # of a name, the links and the tip
+LinksByName = dict[str, tuple[Element, Link]]  # by the name in the file
+MOST_LINKS = 2048
+MOST_MIMICS = 256
+
+
+def read_urdf(path: str | os.PathLike[str], build: BuildRobot[R]) -> tuple[R, Tip]:
+    """Return what `build` makes of a file, and the choice of the robot's tip.
+
+    FileError lists all errors, one on each line; a FileWarning lists the oddities.
+    """
+    data = read_bytes(path, "a URDF file", LARGEST_FILE)
+    root = parse_xml(data, str(path), "a URDF file, <robot name=...> ... </robot>")
+    findings = Diagnostics(str(path))
+    if root.tag != "robot":
+        raise FileError(f"{path}:{root.line}: <{root.tag:.40}>: expected <robot name=...>")
+    check_words(root, findings)
+    name, links = _read_link_tree(root, findings)
+    tip = _read_tip(root, links, findings)
+    try:
+        robot = build(name, tuple(links), tip.name)
+    except InputError as error:
+        raise FileError(f"{path}: {error}") from None
+    findings.warn()
+    return robot, tip
+
+
+def _read_tip(root: Element, links: Sequence[Link], findings: Diagnostics) -> Tip:
+    """Return the tip that our writer put into the file, or the one that the links suggest."""
+    element = find_child(root, "robsim")
+    name = None if element is None else require_attribute(element, "tip", findings)
+    names = [link.name for link in links]
+    if element is not None and name is not None and name not in names:
+        findings.error(element, f"tip: no link {format_value(name)}; {suggest_name(name, names)}")
+    findings.stop()
+    return find_tip(links) if name is None else Tip(name)
+
+
+def _read_link_tree(root: Element, findings: Diagnostics) -> tuple[str, list[Link]]:
+    """Return the name of the robot, and its links on their joints."""
+    tails = _find_tail_joints(root)
+    drawn = [k for k in find_children(root, "link") if k.attributes.get("name") not in tails]
+    behind = set(tails.values())
+    joints = [j for j in find_children(root, "joint") if j not in behind]
+    if not 0 < len(drawn) <= MOST_LINKS:
+        findings.error(root, f"{len(drawn)} links; from 1 to {MOST_LINKS} are allowed")
+    name = read_safe_name(root, findings)
+    links = _read_links(drawn, read_material_colors(root, findings), findings)
+    hinges = [h for each in joints if (h := read_joint(each, tails, findings)) is not None]
+    if not links or len(links) + len(hinges) < len(drawn) + len(joints):
+        findings.stop()  # their tree cannot be checked
+    order = _connect_links(root, links, hinges, findings)
+    findings.stop()
+    assert name is not None
+    return name, order
+
+
+def _find_tail_joints(root: Element) -> dict[str, Element]:
+    """Return the <joint> "elbow.tail" behind each added <link> "elbow.axis".
+
+    Only what is as our writer makes it: a link on a joint that shows nothing, and carries but
+    "elbow".
+    """
+    above, behind = _index_joints_by_link(root, "child"), _index_joints_by_link(root, "parent")
+    found = {}
+    for link in find_children(root, "link"):
+        name = link.attributes.get("name", "")
+        stem, hung = name.removesuffix(AXIS_SUFFIX), behind.get(name, [])
+        if stem == name or name not in above or len(hung) != 1 or not _is_bare_link(link):
+            continue
+        end = find_child(hung[0], "child")
+        written = hung[0].attributes == {"name": stem + TAIL_SUFFIX, "type": "fixed"}
+        if written and end is not None and end.attributes.get("link") == stem:
+            found[name] = hung[0]
+    return found
+
+
+def _is_bare_link(link: Element) -> bool:
+    """Return whether a link has nothing but the inertia that our writer gives what moves."""
+    findings = Diagnostics("")
+    weight = read_inertia(link, findings)
+    plain = not (findings.errors or findings.oddities) and weight in (None, TOKEN_INERTIA)
+    return plain and all(part.tag == "inertial" for part in link.children)
+
+
+def _index_joints_by_link(root: Element, tag: str) -> dict[str, list[Element]]:
+    """Return the joints that have a link as their <parent> or <child>, by its name."""
+    found: dict[str, list[Element]] = {}
+    for joint in find_children(root, "joint"):
+        end = find_child(joint, tag)
+        if end is not None:
+            found.setdefault(end.attributes.get("link", ""), []).append(joint)
+    return found
+
+
+def _read_links(
+    drawn: Iterable[Element], palette: Mapping[str, str], findings: Diagnostics
+) -> LinksByName:
+    found: LinksByName = {}
+    for element in drawn:
+        name = read_safe_name(element, findings)
+        weight, solids = read_inertia(element, findings), read_shapes(element, palette, findings)
+        if name is None:
+            continue
+        given = element.attributes["name"]
+        if given in found:
+            line = found[given][0].line
+            findings.error(element, f"there is a link of that name in line {line}; one is allowed")
+        found[given] = element, Link(name, shapes=solids, inertia=weight)
+    return found
+
+
+def _connect_links(
+    root: Element, links: LinksByName, hinges: list[UrdfJoint], findings: Diagnostics
+) -> list[Link]:
+    """Return the links on their joints: the root, then the children in the order of joints."""
+    _check_repeated_names(links, hinges, findings)
+    _check_mimic_joints(hinges, findings)
+    if not _check_joint_ends(links, hinges, findings):
+        findings.stop()
+    above = {h.child: h for h in hinges}
+    roots = [name for name in links if name not in above]
+    if len(roots) > 1:
+        listed = ", ".join(repr(name) for name in roots[:9])
+        findings.error(root, f"{len(roots)} links hang from nothing: {listed}; one is allowed")
+    _check_link_loops(links, above, findings)
+    findings.stop()
+    base = links[roots[0]][1]
+    both = zip(hinges, _drop_impossible_limits(hinges, findings), strict=True)
+    return [
+        base,
+        *(_attach_link(joint, links[h.child][1], links[h.parent][1]) for h, joint in both),
+    ]
+
+
+def _attach_link(joint: Joint, link: Link, parent: Link) -> Link:
+    """Return a link on its joint, without the inertia that our writer gives what moves."""
+    token = joint.moves and link.inertia == TOKEN_INERTIA
+    weight = None if token else link.inertia
+    return replace(link, parent=parent.name, joint=joint, inertia=weight)
+
+
+def _drop_impossible_limits(hinges: Iterable[UrdfJoint], findings: Diagnostics) -> Iterator[Joint]:
+    """Yield the joints, without the limits of a mimic that leave its source no range.
+
+    There are such files, and other programs do not look at the limits of what mimics.
+    """
+    joints = {h.name: h.joint for h in hinges}
+    follows = {name: joint.follows for name, joint in joints.items()}
+    room: dict[str, tuple[float, float]] = {}
+    for h in hinges:
+        joint, tie = h.joint, h.joint.follows
+        if joint.limits is None or not isinstance(tie, Mimic):
+            yield joint
+            continue
+        root = tie.root(follows)
+        name, (low, high) = root.of, root.source_limits(joint.limits)
+        lowest, highest = room.get(name, joints[name].limits or (-inf, inf))
+        if max(low, lowest) < min(high, highest):
+            room[name] = max(low, lowest), min(high, highest)
+            yield joint
+        else:
+            findings.odd(h.element, f"its limits leave joint '{name}' no room; they are left out")
+            yield replace(joint, limits=None)
+
+
+def _check_repeated_names(
+    links: LinksByName, hinges: Iterable[UrdfJoint], findings: Diagnostics
+) -> None:
+    """Report names of links and of joints that occur twice, also after they are made safe."""
+    taken: dict[str, Element] = {}
+    for element, link in links.values():
+        if link.name in taken:
+            line = taken[link.name].line
+            findings.error(element, f"'{link.name}', as it is read, is taken by line {line}")
+        taken[link.name] = element
+    joints: dict[str, Element] = {}
+    for h in hinges:
+        if h.name in joints:
+            line = joints[h.name].line
+            findings.error(h.element, f"there is a joint of that name in line {line}; give another")
+        joints[h.name] = h.element
+
+
+def _check_joint_ends(
+    links: LinksByName, hinges: Iterable[UrdfJoint], findings: Diagnostics
+) -> bool:
+    """Return whether every joint connects two existing links; report those that do not."""
+    carried: dict[str, UrdfJoint] = {}
+    before = len(findings.errors)
+    for h in hinges:
+        for what, name in (("parent", h.parent), ("child", h.child)):
+            if name not in links:
+                findings.error(
+                    h.element, f"{what}: no link {format_value(name)}; {suggest_name(name, links)}"
+                )
+        if h.parent == h.child:
+            findings.error(
+                h.element, f"parent and child are both {format_value(h.child)}; join two links"
+            )
+        elif h.child in carried:
+            other = carried[h.child].element
+            text = (
+                f"{format_value(h.child)} is also the child of {other.label} in line {other.line}"
+            )
+            findings.error(h.element, f"{text}; a link has one parent")
+        carried[h.child] = h
+    return len(findings.errors) == before
+
+
+def _check_link_loops(
+    links: Iterable[str], above: dict[str, UrdfJoint], findings: Diagnostics
+) -> None:
+    """Report links that are their own ancestors."""
+    for name in _find_loops({name: above[name].parent for name in links if name in above}):
+        text = f"a loop: {format_value(name)} hangs from itself in the end"
+        findings.error(above[name].element, text)
+
+
+def _find_loops(above: Mapping[str, str]) -> Iterator[str]:
+    """Yield a name of each loop, from what each name hangs from or follows."""
+    done: set[str] = set()
+    for start in above:
+        path, name = set[str](), start
+        while name in above and name not in done and name not in path:
+            path.add(name)
+            name = above[name]
+        if name in path:
+            yield name
+        done |= path
+
+
+def _check_mimic_joints(hinges: Iterable[UrdfJoint], findings: Diagnostics) -> None:
+    """Report mimics of joints that are missing, unsuitable, or the mimic itself."""
+    joints = {h.name: h for h in hinges}
+    sources = {name: h.joint.follows.of for name, h in joints.items() if h.joint.follows}
+    if len(sources) > MOST_MIMICS:
+        findings.error(next(iter(joints.values())).element, f"more than {MOST_MIMICS} <mimic>")
+        return
+    for name, of in sources.items():
+        _check_mimic_source(joints[name], of, joints, findings)
+    for name in _find_loops(sources):
+        findings.error(joints[name].element, "mimics itself in the end; follow another joint")
+        return
+    for h in joints.values():
+        _check_mimic_chain(h, joints, findings)
+
+
+def _check_mimic_chain(
+    h: UrdfJoint, joints: Mapping[str, UrdfJoint], findings: Diagnostics
+) -> None:
+    """Report a mimic whose ratio or offset to what it follows in the end is too large."""
+    tie = h.joint.follows
+    while isinstance(tie, Mimic) and tie.of in joints:
+        if max(abs(tie.ratio), abs(tie.offset)) > LARGEST_NUMBER:
+            numbers = f"ratio {tie.ratio:g} and offset {tie.offset:g} to '{tie.of}'"
+            findings.error(
+                h.element, f"mimic: {numbers}, through others; at most {LARGEST_NUMBER:g}"
+            )
+            return
+        above = joints[tie.of].joint.follows
+        if not isinstance(above, Mimic):
+            return
+        tie = tie.through(above)
+
+
+def _check_mimic_source(
+    h: UrdfJoint, of: str, joints: dict[str, UrdfJoint], findings: Diagnostics
+) -> None:
+    if of not in joints:
+        findings.error(h.element, f"mimic: no joint {format_value(of)}; {suggest_name(of, joints)}")
+    elif not joints[of].joint.model.single:
+        kind = joints[of].joint.kind
+        findings.error(h.element, f"mimic: '{of}' is {kind}, and has not one coordinate to follow")

@@ -1,0 +1,65 @@
+"""Writing of XML: elements with their attributes, and numbers with all their digits."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from xml.sax.saxutils import quoteattr
+
+from robsim.base.atomic_files import write_whole
+
+INDENT = "  "
+
+
+class XmlWriter:
+    """The lines of an XML file, indented by the depth of the elements."""
+
+    def __init__(self) -> None:
+        self.lines = ['<?xml version="1.0" encoding="utf-8"?>']
+        self._open: list[str] = []
+
+    def put(self, tag: str, **attributes: str | float | None) -> None:
+        """Add an element without children; attributes of None are left out."""
+        self.lines.append(f"{self._indent}<{_format_start_tag(tag, attributes)}/>")
+
+    def start(self, tag: str, **attributes: str | float | None) -> None:
+        """Add the start of an element whose children follow, until `end`."""
+        self.lines.append(f"{self._indent}<{_format_start_tag(tag, attributes)}>")
+        self._open.append(tag)
+
+    def end(self) -> None:
+        """Add the end of the element that was started last."""
+        tag = self._open.pop()
+        self.lines.append(f"{self._indent}</{tag}>")
+
+    @contextmanager
+    def inside(self, tag: str, **attributes: str | float | None) -> Iterator[None]:
+        """Add an element around what is added within a `with` block."""
+        self.start(tag, **attributes)
+        yield
+        self.end()
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the file; raise FileError if that fails."""
+        write_whole(path, "\n".join([*self.lines, ""]))
+
+    @property
+    def _indent(self) -> str:
+        return INDENT * len(self._open)
+
+
+def join_numbers(numbers: Iterable[float]) -> str:
+    """Return numbers with all their digits, separated by spaces.
+
+    >>> join_numbers([0.1, -0.0])
+    '0.1 0.0'
+    """
+    return " ".join(repr(float(number) + 0.0) for number in numbers)
+
+
+def _format_start_tag(tag: str, attributes: Mapping[str, str | float | None]) -> str:
+    """Return the text between < and >; a key that is a Python keyword has a _ at its end."""
+    given = {k.rstrip("_"): v for k, v in attributes.items() if v is not None}
+    texts = {k: v if isinstance(v, str) else join_numbers([v]) for k, v in given.items()}
+    return " ".join([tag, *(f"{key}={quoteattr(text)}" for key, text in texts.items())])

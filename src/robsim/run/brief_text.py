@@ -1,0 +1,42 @@
+"""The text of an experiment as short as a person writes it."""
+
+from __future__ import annotations
+
+import warnings
+from pathlib import Path
+from typing import Any
+
+from robsim.base.errors import FileWarning, InputError
+from robsim.declare.short_numbers import shorten_numbers
+from robsim.files.robot_library import describe_origin
+from robsim.files.toml import Tables, parse_toml
+from robsim.files.toml_layout import format_toml
+from robsim.run.experiment_text import read_experiment, write_experiment
+
+
+def write_brief_text(experiment: Any, folder: Path) -> str | None:
+    """Return a text that is read as an experiment in a file of a folder; None if there is none."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", FileWarning)  # of files that were read before
+        study = {} if experiment.study is None else {"study": experiment.study}
+        text = format_toml(shorten_numbers({**make_brief_tables(experiment, folder), **study}))
+        return text if _is_text_of(text, experiment, folder) else None
+
+
+def make_brief_tables(experiment: Any, folder: Path) -> Tables:
+    """Return the tables of an experiment without what need not be said in a file of a folder."""
+
+    def origin(robot: Any) -> Any:
+        return describe_origin(robot, folder)
+
+    return write_experiment(experiment, brief=True, short=True, read_origin=origin)
+
+
+def _is_text_of(text: str, experiment: Any, folder: Path) -> bool:
+    """Return whether a text is read as an experiment, to the last bit."""
+    try:
+        source = str(folder / "brief.toml")
+        again = type(experiment)(**read_experiment(parse_toml(text, source), source))
+    except InputError:
+        return False
+    return bool(write_experiment(again) == write_experiment(experiment))

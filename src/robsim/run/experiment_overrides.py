@@ -1,0 +1,64 @@
+"""The fields of an experiment that a text says, or that changes by name make of another one."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from robsim.base.errors import InputError
+from robsim.declare.name_lookup import suggest_dotted_names, yield_dotted_names
+from robsim.declare.problems import Problems
+from robsim.declare.tables import get_table_keys
+from robsim.files.overrides import Changes, merge_tables, nest_value, parse_changes
+from robsim.files.toml import Tables, parse_toml
+from robsim.run.experiment_text import ExperimentTable, make_task_table, read_experiment
+
+TOP = get_table_keys(ExperimentTable)
+
+
+def read_experiment_text(text: str, source: str) -> dict[str, Any]:
+    """Return the fields of the experiment of a TOML text."""
+    tables = parse_toml(text, source)
+    return {**read_experiment(tables, source), "study": tables.get("study")}
+
+
+def parse_dotted_changes(changes: Changes, source: str) -> list[tuple[str, Any]]:
+    """Return the dotted names and values of changes; FileError for a change that is none."""
+    problems = Problems(source)
+    found: list[tuple[str, Any]] = []
+    with problems.at():
+        found = parse_changes(changes)
+    problems.stop()
+    return found
+
+
+def apply_changes(
+    experiment: Any, changes: list[tuple[str, Any]], python: bool = False
+) -> dict[str, Any]:
+    """Return the fields of an experiment in which dotted names have other values.
+
+    A value is that of a text; in `python` a number is in SI, and an object stands for itself.
+    FileError: no such name, or no such value.
+    """
+    tables, study = _make_change_tables(experiment, changes, python), experiment.study
+    if "study" in tables:
+        study = merge_tables(study or {}, tables["study"])
+    return {**read_experiment(tables, experiment.source, experiment), "study": study}
+
+
+def _make_change_tables(experiment: Any, changes: list[tuple[str, Any]], python: bool) -> Tables:
+    """Return the tables that say all changes; FileError for a name that there cannot be."""
+    problems, tables = Problems(experiment.source), dict[str, Any]()
+    with problems.at():
+        for path, value in changes:
+            over = nest_value(path, value, python)
+            if next(iter(over)) not in TOP:
+                names = [
+                    *yield_dotted_names(make_task_table(experiment)),
+                    *yield_dotted_names(experiment.scene),
+                ]
+                raise InputError(
+                    f"{path}: there is no such name; {suggest_dotted_names(path, names)}"
+                )
+            tables = merge_tables(tables, over)
+    problems.stop()
+    return tables

@@ -1,0 +1,194 @@
+"""The paths of an experiment: its numbers by dotted names, true and believed."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from contextlib import suppress
+from typing import Any
+
+import numpy as np
+
+from robsim.base.arrays import Array
+from robsim.base.errors import InputError, format_value
+from robsim.declare import Table
+from robsim.declare.controls import Control, ControlPlace
+from robsim.declare.dotted_paths import DottedPath, resolve_path
+from robsim.declare.problems import Problems, UnreadableValue
+from robsim.declare.spec import Context, NoTextError, Spec
+from robsim.declare.tables import yield_controls as controls
+from robsim.files.overrides import parse_toml_value
+from robsim.run.beliefs import find_common_belief, list_beliefs, replace_beliefs
+from robsim.run.experiment_text import SCENE, TaskTable, make_task_table
+from robsim.servo.safety.guard import SafetyGuard
+from robsim.servo.safety.safety import Safety
+from robsim.world.scene import Scene
+
+BELIEF = "belief"
+SCENE_SPEC, TASK_SPEC = Table(Scene), Table(object, TaskTable)
+
+
+class NoNumberError(Exception):
+    """The signal that a name or a value is none that a path can replace: a file may have it."""
+
+
+# what a path raises where a file may have the value, or says better why it has not
+NOT_BY_PATH = (
+    NoNumberError,
+    InputError,
+    UnreadableValue,
+    LookupError,
+    ArithmeticError,
+    TypeError,
+    ValueError,
+)
+
+
+def find_path(experiment: Any, name: str) -> DottedPath | None:
+    """Return the path of a name, within the true or believed scene, or within the experiment.
+
+    It is resolved once for each experiment.
+    """
+    known: dict[str, DottedPath | None] = vars(experiment).setdefault("_paths", {})
+    if name not in known:
+        known[name] = _resolve_experiment_path(experiment, name)
+    return known[name]
+
+
+def _resolve_experiment_path(experiment: Any, name: str) -> DottedPath | None:
+    top, _, rest = name.partition(".")
+    if top == BELIEF:
+        return find_scene_path(get_believed_scene(experiment), rest)
+    if top in SCENE:
+        return find_scene_path(experiment.scene, name)
+    return _resolve_number_path(TASK_SPEC, experiment, name, experiment.scene)
+
+
+def find_scene_path(scene: Scene, name: str) -> DottedPath | None:
+    """Return the path of a name within a scene; None if it has none of that name."""
+    return _resolve_number_path(SCENE_SPEC, scene, name, scene)
+
+
+def _resolve_number_path(spec: Spec, value: Any, name: str, scene: Scene) -> DottedPath | None:
+    c = Context(Problems(""), facts={"scene": scene, "by_hand": True})
+    with suppress(InputError, NoTextError, UnreadableValue):
+        return resolve_path(spec, value, name, c)
+    return None
+
+
+def get_believed_scene(experiment: Any) -> Scene:
+    """Return the scene that the tasks of an experiment believe in, if it is one; else the true."""
+    return find_common_belief(experiment.task) or experiment.scene
+
+
+def find_path_owner(experiment: Any, name: str) -> Any:
+    """Return within what the path of a name leads."""
+    top = name.partition(".")[0]
+    if top == BELIEF:
+        return get_believed_scene(experiment)
+    return experiment.scene if top in SCENE else experiment
+
+
+def is_numeric_value(value: Any) -> bool:
+    """Return whether a value is a number, or an array or a list of them, also within lists."""
+    if isinstance(value, tuple | list):
+        return bool(value) and all(map(is_numeric_value, value))
+    if isinstance(value, np.ndarray):
+        return bool(value.size)
+    return isinstance(value, int | float | np.number) and not isinstance(value, bool | np.bool_)
+
+
+def is_text_value(value: Any) -> bool:
+    """Return whether a value is a text, or a list of them."""
+    return isinstance(value, str) or (isinstance(value, list) and all(map(is_text_value, value)))
+
+
+def replace_numbers(experiment: Any, changes: Mapping[str, Any]) -> Any:
+    """Return an experiment with other numbers, every check made; what is true comes first.
+
+    NoNumber: a name or a value is none of a number. InputError: a number is not valid there.
+    """
+    for name, given in sorted(changes.items(), key=lambda each: each[0].startswith(BELIEF)):
+        experiment = _replace_one_number(experiment, name, parse_toml_value(given))
+    return experiment
+
+
+def _replace_one_number(experiment: Any, name: str, given: Any) -> Any:
+    path = find_path(experiment, name) if isinstance(name, str) else None
+    if path is None or not (is_text_value(given) or is_numeric_value(given)):
+        raise NoNumberError
+    owner = find_path_owner(experiment, name)
+    old = None if path.leaf.shapes else path.get(owner)
+    if isinstance(old, str) and given == old:
+        return experiment
+    if not (path.leaf.shapes or is_numeric_value(old)):
+        raise NoNumberError
+    new = path.taken(given, old)
+    made = path.replace(owner, new)
+    if owner is experiment:
+        return made
+    if name.startswith(BELIEF):
+        shared = find_common_belief(experiment.task)
+        task = replace_beliefs(experiment.task, lambda one: made if one is shared else one)
+        return experiment.revised(task=task)
+    truth = path.get(owner) if any(list_beliefs(experiment.task)) else None
+    task = replace_beliefs(
+        experiment.task, lambda one: _update_belief(experiment, one, name, truth, new)
+    )
+    return experiment.revised(scene=made, **({} if task is experiment.task else {"task": task}))
+
+
+def _update_belief(
+    experiment: Any, belief: Scene | None, name: str, truth: Any, new: Any
+) -> Scene | None:
+    """Return a belief that has the number of the truth if it had the one before."""
+    path = None if belief is None else find_followed_path(experiment, belief, name, truth)
+    return belief if path is None else path.replace(belief, new)
+
+
+def find_followed_path(experiment: Any, belief: Scene, name: str, truth: Any) -> DottedPath | None:
+    """Return the path in a belief of a number that is that of the truth; None if it is not."""
+    shared = belief is get_believed_scene(experiment)
+    path = find_path(experiment, f"{BELIEF}.{name}") if shared else find_scene_path(belief, name)
+    return path if path and np.array_equal(path.get(belief), truth) else None
+
+
+def is_true_scene_name(name: str) -> bool:
+    """Return whether a dotted name is of the true scene."""
+    return name.partition(".")[0] in SCENE
+
+
+def get_number_at(experiment: Any, name: str) -> Array:
+    """Return the numbers in SI that an experiment has at a dotted name; InputError if none."""
+    path = find_path(experiment, name)
+    value = None if path is None else path.get(find_path_owner(experiment, name))
+    if not is_numeric_value(value):
+        raise InputError(f"{name}: the experiment has no number there, but {format_value(value)}")
+    return np.array(value, dtype=float)
+
+
+def get_unit_at(experiment: Any, name: str) -> str:
+    """Return the unit in Python of the numbers at a dotted name; "" where there is none."""
+    path = find_path(experiment, name)
+    return "" if path is None else path.leaf.spec.plain_spec.si_unit
+
+
+def yield_experiment_controls(of: Any) -> Iterator[Control]:
+    """Yield what a person may change of an experiment by hand: all but the scene, and the scenes.
+
+    The believed scene comes before the true one.
+    """
+    facts = {"scene": of.scene, "by_hand": True}
+    place = ControlPlace("", Context(Problems(of.source), facts=facts))
+    yield from controls(make_task_table(of), place)
+    if list_beliefs(of.task):
+        yield from _yield_scene_controls(get_believed_scene(of), place.at(BELIEF))
+    yield from _yield_scene_controls(of.scene, place)
+
+
+def _yield_scene_controls(scene: Scene, place: ControlPlace) -> Iterator[Control]:
+    yield from controls(scene, ControlPlace(place.path, place.c.knowing(scene=scene)))
+
+
+def make_command_guard(made: Any, safety: Safety | None) -> SafetyGuard:
+    """Return what keeps commands within a safety, in the scene that the task of `made` believes."""
+    return SafetyGuard(safety or Safety(), get_believed_scene(made))

@@ -1,0 +1,88 @@
+"""What a run says of the start and the settings with which it was made."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from robsim.base.arrays import as_integer
+from robsim.base.errors import InputError, format_value
+from robsim.files.run_schema import MISSION
+from robsim.run.mission_run import MissionRun
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+NEEDED = ("dt", "duration", "seed", "hold", "record", "single")
+
+
+def get_run_attributes(run: Any) -> dict[str, Any]:
+    """Return what a run, also of a mission, says of itself; InputError if a value is no run."""
+    attrs = getattr(run, "attrs", None)
+    a_run = isinstance(run, MissionRun) or hasattr(run, "data_vars")
+    if not a_run or not isinstance(attrs, dict):
+        raise InputError(
+            f"expected a run, a Dataset of simulate or open_run, got {format_value(run)}"
+        )
+    return attrs
+
+
+def check_run(run: Any) -> None:
+    """Raise InputError unless a value is a run, and not that of a whole mission."""
+    title = get_run_attributes(run).get("title")
+    if isinstance(run, MissionRun) or title == MISSION:
+        raise InputError(
+            "this is a whole mission; expected the run of a leg, legs[i].run; all of it is done "
+            "again by Experiment.of(it).run()"
+        )
+
+
+def read_run_settings(run: xr.Dataset) -> dict[str, Any]:
+    """Return the start and settings of a run, as fields of its experiment.
+
+    InputError: the run does not say, or is a selection of runs that do not follow one another.
+    """
+    attrs = run.attrs
+    lacking = [name for name in NEEDED if name not in attrs]
+    if lacking or _get_needed_values(run, "q0").size == 0:
+        raise InputError(f"this run is not whole: it has no {', '.join(lacking) or 'rows'}")
+    first = _get_first_run_number(_get_needed_values(run, "run"))
+    try:
+        dt, record = float(attrs["dt"]), attrs["record"]
+        return {
+            "start": run["q0"].values,
+            "dt": dt,
+            "duration": compute_whole_duration(float(attrs["duration"]) / dt, dt),
+            "seed": int(attrs["seed"]),
+            "hold": bool(attrs["hold"]),
+            "record": record if isinstance(record, str) else as_integer(record, "record", 1),
+            "first_run": first,
+        }
+    except (TypeError, ValueError, ArithmeticError) as reason:
+        raise InputError(f"this run is not as RobSim made it: {reason}") from None
+
+
+def compute_whole_duration(periods: float, dt: float) -> float:
+    """Return a duration in seconds of so many whole periods, whatever the rounding."""
+    return max(round(periods) - 0.5, 1.0) * dt
+
+
+def _get_first_run_number(numbers: Any) -> int:
+    """Return the number of the first run; InputError unless the others follow it.
+
+    Noise is keyed by that number.
+    """
+    numbers = np.atleast_1d(numbers)
+    if (np.diff(numbers) != 1).any():
+        raise InputError(
+            f"runs {format_value(numbers.tolist())} do not follow one another: repeat them one by one"
+        )
+    return int(numbers[0])
+
+
+def _get_needed_values(run: xr.Dataset, name: str) -> Any:
+    if name not in run.variables:
+        raise InputError(f"this is no run, or not all of it: it has no '{name}'")
+    return run[name].values

@@ -1,0 +1,56 @@
+"""Checks of what makes a run, before anything runs."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, TypeVar
+
+from robsim.base.arrays import Array, make_read_only
+from robsim.base.errors import InputError, format_value
+from robsim.declare.spec import add_article
+from robsim.engine.recorder import LONGEST
+from robsim.servo.tasks.task import ServoTask, Task
+from robsim.world.scene import Scene
+
+T = TypeVar("T")
+
+
+def check_instance(value: Any, kind: type[T], what: str) -> T:
+    """Return a value of a class; InputError names `what`."""
+    if not isinstance(value, kind):
+        raise InputError(
+            f"{what}: expected {add_article(kind.__name__)}, got {format_value(value)}"
+        )
+    return value
+
+
+def check_task(value: Any, kinds: Any = Task) -> Any:
+    """Return a task; InputError for anything else, also for the class of a task."""
+    if isinstance(value, ServoTask):  # to search a protocol takes longer
+        return value
+    if isinstance(value, type) or not isinstance(value, kinds):
+        raise InputError(f"task: expected a task such as IBVS(...), got {format_value(value)}")
+    return value
+
+
+def check_starts(scene: Scene, value: Any, what: str) -> Array:
+    """Return a start (nq,), or a batch of them (B, nq); InputError names `what`."""
+    array = scene.coordinates(value, what)
+    if array.ndim > 2 or array.size == 0:
+        raise InputError(
+            f"{what}: expected shape ({scene.nq},) or (B, {scene.nq}), got {array.shape}"
+        )
+    return make_read_only(array)
+
+
+def count_periods(dt: float, duration: float) -> int:
+    """Return how many periods a duration has, at least one; InputError if too many or none."""
+    if dt > duration:
+        raise InputError(f"dt {dt:g} s is longer than the duration {duration:g} s")
+    steps = duration / dt - 1e-9  # infinite if dt is tiny
+    if steps > LONGEST:
+        raise InputError(
+            f"duration {duration:g} s in periods of {dt:g} s are {steps:.3g} steps; "
+            "at most 10 million are simulated"
+        )
+    return max(1, math.ceil(steps))

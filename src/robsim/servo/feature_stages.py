@@ -1,0 +1,211 @@
+"""The stages of what a task regulates: features, interaction matrix and Jacobian."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robsim.base.arrays import Array
+from robsim.features.feature_rows import FeatureRows, ObservationRows, concatenate_rows
+from robsim.kernels.control import control_law
+from robsim.kernels.formulas.jacobian import BodyMoves
+from robsim.kernels.images import mark_occlusion, projection
+from robsim.kernels.machine.block_rows import BlockRows
+from robsim.kernels.machine.program import Blocks, Program
+from robsim.robot.fk_stages import FKStages, add_jacobian_stage
+from robsim.servo.bound_block import BoundBlock
+from robsim.servo.bound_features import BoundFeatures
+from robsim.servo.camera_target import CameraTarget, PairKey
+from robsim.servo.controller_rows import ControllerInputs, allocate_inputs
+from robsim.servo.frame_rows import add_body_poses, add_prescribed_velocities
+from robsim.servo.laws.depth_filter import DepthFilter
+from robsim.servo.weight_stages import add_mark_weights, scale_entries
+
+
+class BoundFeatureRows:
+    """The rows of what a task regulates: s, L, J of each camera, and L J.
+
+    With weightings `weights` are those of the marks of each sight.
+    """
+
+    def __init__(
+        self, regulated: BoundFeatures, given: ControllerInputs, weightings: Any = ()
+    ) -> None:
+        self.regulated, self.given, self.program = regulated, given, given.program
+        self.weightings, self.weights = weightings, dict[PairKey, BlockRows]()
+        # of each camera against its target, as it was held over the last period
+        self.seen_twist = {sight.key: self.program.rows(6) for sight in regulated.sights}
+        self.placed, self.frames = self._world()
+        self.seen = {sight.key: self._seen(sight) for sight in regulated.sights}
+        self.J = {s.key: self.jacobian(s, regulated.moves[s.key]) for s in regulated.sights}
+        self.first = self.J[regulated.sights[0].key]
+        self.shown = [self._shown(part.sights) for part in regulated.parts]
+        pairs = zip(regulated.parts, self.shown, strict=True)
+        with_L = isinstance(regulated.which, str) and regulated.which != "desired"
+        each = [part.stages(seen, with_L) for part, seen in pairs]
+        self.s = concatenate_rows(self.program, [rows.s for rows in each])
+        self._interactions(each)
+        self.A = self.moved(self.J, regulated.columns.size)
+
+    def jacobian(self, sight: CameraTarget, moves: BodyMoves) -> BlockRows:
+        """Return the rows of J (6, n) of a camera against its target, by some velocities."""
+        where = self.placed.poses, self.placed.ratio, self.frames[sight.key][0]
+        return add_jacobian_stage(self.program, *where, moves)
+
+    def moved(self, J: dict[PairKey, BlockRows], n: int) -> BlockRows:
+        """Return the rows of L J (k, n), camera by camera: sdot = L (J_c - J_o) qdot."""
+        regulated, program, k = self.regulated, self.program, self.regulated.k
+        if regulated.as_one:
+            first = J[regulated.sights[0].key]
+            return program.result(control_law.compute_task_jacobian, "A", k, n, L=self.L, J=first)
+        each = [
+            program.result(
+                control_law.compute_task_jacobian,
+                "A",
+                rows.s.size,
+                n,
+                L=rows.L,
+                J=J[part.sights[0].key],
+            )
+            for rows, part in zip(self.each, regulated.parts, strict=True)
+        ]
+        return concatenate_rows(program, each)
+
+    def drift(self) -> BlockRows:
+        """Return the rows of sdot (k,) that prescribed motions cause, as far as it is known."""
+        columns, own = self.regulated.own_moves
+        rates = add_prescribed_velocities(self.given, self.regulated.sights[0].scene, columns)
+        each = {t.key: self.jacobian(t, own[t.key]) for t in self.regulated.sights}
+        result = self.program.result
+        self.twist = {
+            key: result(control_law.multiply_vector, "out", 6, A=J, x=rates)
+            for key, J in each.items()
+        }
+        return self.moved({key: V.column for key, V in self.twist.items()}, 1).flat
+
+    def _world(self) -> tuple[FKStages, dict[PairKey, Sequence[BlockRows]]]:
+        """Return the bodies, and the poses of cameras and targets, where they are believed."""
+        given, sights = self.given, self.regulated.sights
+        if given.placed is not None and self.regulated.exact:
+            return given.placed, {key: view.frames for key, view in given.views.items()}
+        tree = sights[0].scene.tree
+        placed = add_body_poses(self.program, tree, given.q)
+        return placed, {sight.key: placed.frames(sight.frames) for sight in sights}
+
+    def _seen(self, sight: CameraTarget) -> ObservationRows:
+        """Return the rows of what the controller knows of the marks of a target."""
+        program, view, N = self.program, self.given.views[sight.key], len(sight.target.marks)
+        eye = sight.eye.camera
+        camera = program.each(eye.rows)
+        T_w_c, T_w_o = self.frames[sight.key]
+        T_c_o = program.result(projection.relative_pose_stage, "T", 3, 4, A=T_w_c, B=T_w_o)
+        image = {"camera": camera, "pixels": view.pixels, "bends": eye.bends}
+        points = program.result(projection.normalise_mark_pixels, "points", N, 2, **image)
+        model = program.numbers(sight.target.marks, 2)
+        depth = self._depth(sight, view.depth, points)
+        rows = view.pixels, points, depth, camera, model, T_c_o
+        if self.weightings:
+            goal = self.regulated.goals[sight.key].pixels_last
+            shown = view, points, camera, goal
+            self.weights[sight.key] = add_mark_weights(self.weightings, self.given, *shown)
+        weights = self.weights.get(sight.key)
+        return ObservationRows(program, N, *rows, sure=self.regulated.exact, weights=weights)
+
+    def _depth(self, sight: CameraTarget, true: BlockRows, points: BlockRows) -> BlockRows:
+        """Return the rows of the depths that go into L."""
+        depths, program, N = self.regulated.depths, self.program, len(sight.target.marks)
+        if not depths.measured:
+            return program.each(depths.at_goal(self.regulated.goals[sight.key].depth_last))
+        if isinstance(depths.which, DepthFilter):
+            twist = self.seen_twist[sight.key]
+            true = depths.which.stages(self.given, points, twist, sight.eye.camera.K)
+        factors = depths.factors(N)
+        if (factors == 1.0).all():
+            return true
+        return scale_entries(program, true, program.each(factors))
+
+    def _shown(self, sights: tuple[CameraTarget, ...]) -> ObservationRows:
+        """Return the rows that a feature is shown: what a camera sees, or a pair of them."""
+        seen, *others = (self.seen[sight.key] for sight in sights)
+        if not others:
+            return seen
+        one, two = (self.frames[sight.key][0] for sight in sights)
+        between = self.program.result(projection.relative_pose_stage, "T", 3, 4, A=one, B=two)
+        return replace(seen, other=others[0], between=between)
+
+    def _interactions(self, each: list[FeatureRows]) -> None:
+        """Add the stages of L of each block, and of that for the twist of the first camera."""
+        which, program = self.regulated.which, self.program
+        if isinstance(which, np.ndarray):  # all cameras move as one
+            self.L, self.each = program.constant(which), []
+            return
+        self.each = [self._chosen(i, rows) for i, rows in enumerate(each)]
+        firsts = [self._to_first(i, rows) for i, rows in enumerate(self.each)]
+        self.L = concatenate_rows(program, firsts)
+
+    def _chosen(self, i: int, rows: FeatureRows) -> FeatureRows:
+        """Return the rows with L now, at the goal, or the mean of both."""
+        which, program = self.regulated.which, self.program
+        if which == "current":
+            return rows
+        goal = program.numbers(self.regulated.L_goals[i], 2)
+        if which == "desired":
+            return rows._replace(L=goal)
+        program.add(control_law.average_rows, rows=rows.L.flat, others=goal.flat)
+        return rows
+
+    def _to_first(self, i: int, rows: FeatureRows) -> BlockRows:
+        """Return the rows of L for the twist of the first camera."""
+        A = self.regulated.adjoints[i]
+        if A is None:
+            return rows.L
+        given = {"L": rows.L, "A": self.program.numbers(A, 2)}
+        return self.program.result(
+            control_law.express_in_first_camera, "out", *rows.L.shape, **given
+        )
+
+    def hidden(self) -> BlockRows:
+        """Return the rows (k,) that say which numbers depend on hidden marks, if not all do.
+
+        These are found by hiding the marks: what becomes NaN depends on them.
+        """
+        parts = zip(self.regulated.parts, self.shown, self.regulated.depends(), strict=True)
+        return concatenate_rows(self.program, [self._lost(*each) for each in parts])
+
+    def _lost(
+        self, part: BoundBlock, seen: ObservationRows, depends: NDArray[np.bool_] | None
+    ) -> BlockRows:
+        """Return the rows that say which numbers of a block are lost now."""
+        flags: list[Any] = [self.given.views[sight.key].hidden for sight in part.sights]
+        if depends is not None:
+            each = [[flags[c][n] for c, n in np.argwhere(marks)] for marks in depends]
+            return self.program.result(
+                mark_occlusion.flag_lost_numbers, "lost", part.size, numbers=each
+            )
+
+        def ask(blocks: Blocks, step: int) -> Array:
+            hidden = [blocks.get(flag) > 0.0 for flag in flags]
+            gone = part.gone(part.observation(seen, blocks).blind(hidden))
+            return (gone & ~gone.all(axis=0)).astype(float)
+
+        return self.program.asked(ask, part.size)
+
+
+def evaluate_features(regulated: BoundFeatures, q: Array) -> tuple[Array, Array, Array]:
+    """Return s (k, B), L (k, 6, B) and L J (k, n, B) at q (nq, B), as perfect sensors give them."""
+    program, sights = Program(), regulated.sights
+    given = allocate_inputs(program, sights, len(q), 1.0)
+    rows = BoundFeatureRows(regulated, given)
+    blocks = Blocks(program, np.zeros(q.shape[1], dtype=np.int64))
+    blocks.put(given.q, q)
+    for sight in sights:
+        seen, view = sight.project(q), given.views[sight.key]
+        blocks.put(view.pixels, seen.pixels)
+        blocks.put(view.depth, seen.depth)
+    for part in program.segments():
+        part(blocks, 0)
+    return blocks.get(rows.s), blocks.get(rows.L), blocks.get(rows.A)

@@ -1,0 +1,82 @@
+"""Interaction matrices: modelled, constant, or a Jacobian that is learnt without a model."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, Any, Literal, get_args
+
+import numpy as np
+
+from robsim.base.arrays import Array, as_floats, make_read_only
+from robsim.base.errors import InputError
+from robsim.base.value import Value
+from robsim.declare import KindOf, family, register
+from robsim.declare.array_types import Numbers
+from robsim.kernels.control import broyden_update as kernels
+from robsim.servo.laws.inverse import compute_rank
+
+INTERACTION_RULES = family("interaction matrix")
+Interaction = Literal["current", "desired", "mean"]  # in the order of the kernels
+INTERACTION = KindOf(
+    INTERACTION_RULES,
+    beside_of={"broyden_start": ("broyden", "start")},
+    plain=get_args(Interaction),
+    other=Numbers(shape=("k", 6)),
+)
+TWIST_SIZE = (
+    6  # motions of a camera: a Jacobian L J has no more rank, however many joints there are
+)
+
+
+@register("interaction matrix", "broyden")
+@dataclass(frozen=True, eq=False)
+class Broyden(Value):
+    """The Jacobian of the features, estimated on line from how they move in each step.
+
+    See `broyden_update`.
+
+    >>> Broyden([[1.0, 0.0], [0.5, 2.0]]).start
+    array([[1. , 0. ],
+           [0.5, 2. ]])
+    """
+
+    start: Annotated[
+        Any,
+        Numbers(shape=("k", "n")),
+        "First estimate (k, n) of ds/dq, in units of s per rad or m of each commanded joint, "
+        "of rank 6 or, where it is smaller, of full rank; None: the modelled L J at the "
+        "start.",
+    ] = None
+
+    def __post_init__(self) -> None:
+        if self.start is not None:
+            object.__setattr__(self, "start", make_read_only(_check_first_estimate(self.start)))
+
+
+def _check_first_estimate(value: Any) -> Array:
+    A = as_floats(value, "Broyden start", ("k", "n"))
+    if A.ndim != 2 or not A.size:
+        raise InputError(f"Broyden start: expected one matrix of shape (k, n), got {A.shape}")
+    found = int(compute_rank(np.ascontiguousarray(A[..., None]))[0])
+    needed = min(*A.shape, TWIST_SIZE)
+    if found < needed:
+        raise InputError(
+            f"a Broyden start that is singular: rank {found} where shape {A.shape} needs {needed}"
+        )
+    return A
+
+
+def broyden_update(A: Array, ds: Array, dq: Array) -> Array:
+    """Return the matrix nearest to A (k, n, B) that explains a step: A + (ds - A dq) dq'/(dq' dq).
+
+    The features moved by ds (k, B) while the commanded joints moved by dq (n, B). A step shorter
+    than 1e-9 (rad, m) changes nothing. Broyden 1965; for visual servoing Jaegersand, Fuentes and
+    Nelson 1997.
+
+    >>> A, ds, dq = np.zeros((1, 2, 1)), np.array([[2.0]]), np.array([[1.0], [0.0]])
+    >>> broyden_update(A, ds, dq).ravel()
+    array([2., 0.])
+    """
+    out = np.empty(A.shape)
+    kernels.update_broyden(A, ds, dq, out)
+    return out

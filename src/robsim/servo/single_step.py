@@ -1,0 +1,122 @@
+"""A controller outside of the loop: one command from one measurement, by the same stages."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from robsim.base.arrays import Array
+from robsim.kernels.control.command_limits import remaining_share
+from robsim.kernels.machine.block_rows import BlockRows
+from robsim.kernels.machine.program import Blocks, Program
+from robsim.servo.camera_target import PairKey
+from robsim.servo.command import Decision
+from robsim.servo.controller_rows import allocate_inputs
+from robsim.servo.safety.guard import SafetyGuard
+from robsim.servo.task_controller import TaskController
+
+
+class SingleStepController:
+    """The stages of a controller alone, which is given coordinates and pixels by hand.
+
+    With a guard marks may be hidden, and images old.
+    """
+
+    def __init__(
+        self, controller: TaskController, dt: float, guard: SafetyGuard | None = None
+    ) -> None:
+        self.controller, self.dt = controller, dt
+        program, hides = Program(), guard is not None
+        self.program = program
+        self.given = allocate_inputs(program, controller.sights, controller.scene.nq, dt, hides)
+        if guard is None:
+            self.commanded = controller.stages(self.given)
+        else:
+            self.given = replace(self.given, age=program.rows(), released=program.rows())
+            self.guarded = guard.stages(controller, self.given)
+            self.commanded = self.guarded.commanded
+        self.commanded.note(self.commanded.qd)
+        self._parts = program.segments()
+        if guard is not None:  # all that is given stands between the first and the last of them
+            first, released = self.given.q, self.given.released
+            assert released is not None
+            self._given = BlockRows(first, (released - first + 1,))
+            self._asked = self.begin(1).first(self._given)
+
+    def begin(self, runs: int) -> Blocks:
+        """Return blocks of so many runs that begin."""
+        return Blocks(self.program, np.zeros(runs, dtype=np.int64))
+
+    def decide(
+        self,
+        blocks: Blocks,
+        step: int,
+        q: Array,
+        pixels: Mapping[PairKey, Array],
+        depth: Mapping[PairKey, Array],
+    ) -> Decision:
+        """Return what is decided of q (nq, B), pixels (N, 2, B) and depths (N, B) at a step."""
+        blocks.put(self.given.q, q)
+        for key, view in self.given.views.items():
+            blocks.put(view.pixels, pixels[key])
+            blocks.put(view.depth, depth[key])
+        self.perform(blocks, step)
+        return self.commanded.decide(blocks)
+
+    def take(
+        self,
+        blocks: Blocks,
+        q: Array,
+        images: Iterable[tuple[PairKey, Any]],
+        age: float,
+        released: float,
+    ) -> None:
+        """Write coordinates (nq,), images of a given age, and whether one run may move.
+
+        An image has pixels (N, 2), depths (N,), and which marks are hidden (N,).
+        """
+        first, rows = self.given.q, self._asked.copy()
+        rows[: len(q)] = q
+        for key, image in images:
+            for name in ("pixels", "depth", "hidden"):
+                part = getattr(self.given.views[key], name)
+                rows[part - first : part - first + part.size] = getattr(image, name).reshape(-1)
+        rows[-2:] = age / self.dt, released
+        blocks.fill(self._given, rows)
+
+    def perform(self, blocks: Blocks, step: int) -> None:
+        """Perform the stages of a step."""
+        for part in self._parts:
+            part(blocks, step)
+
+    def read(self, blocks: Blocks) -> tuple[int, Array, Array, Array, bool]:
+        """Return what the stages wrote for the first run, within the limits of its safety.
+
+        These are bits of why it is limited, the joints at limits, the error, the command, and
+        whether it is busy.
+        """
+        first, c = blocks.first, self.commanded
+        why, at_limit = int(first(self.guarded.why)), first(self.guarded.at_limit)
+        return why, at_limit, first(c.error), first(c.qd), bool(first(c.busy))
+
+    def rest(self, blocks: Blocks) -> None:
+        """Let the robot stand, from where a command may grow again."""
+        blocks.fill(self.guarded.last, np.zeros(self.controller.columns.size))
+        blocks.fill(self.guarded.seconds, np.zeros(1))
+
+    def braked(self, blocks: Blocks) -> Array:
+        """Return how the robot brakes in a period (n,), without the stages."""
+        guarded = self.guarded
+        last = blocks.first(guarded.last)
+        rest = float((np.abs(last) / blocks.first(guarded.most)).max(initial=0.0))
+        slower: Array = last * remaining_share(rest, self.dt)
+        self.rest(blocks)
+        blocks.fill(guarded.last, slower)
+        return slower
+
+    def decision(self, blocks: Blocks) -> Decision:
+        """Return what was decided at the last step."""
+        return self.commanded.decide(blocks)

@@ -1,0 +1,211 @@
+"""The common part of controllers of several tasks at once."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from functools import reduce
+from typing import Any, Self, cast
+
+import numpy as np
+
+from robsim.base.arrays import Array, make_read_only
+from robsim.base.errors import InputError
+from robsim.declare import DeclaredValue
+from robsim.declare.problems import prefix_path
+from robsim.features.feature_rows import concatenate_rows, select_rows
+from robsim.kernels.control import control_law
+from robsim.kernels.control.mark_weights import compute_row_maximum
+from robsim.kernels.machine.block_rows import BlockRows
+from robsim.kernels.machine.program import Program
+from robsim.servo.camera_target import CameraTarget, PairKey
+from robsim.servo.controller_rows import ControllerInputs, ControllerOutputs
+from robsim.servo.shaping.command_fields import VelocityIndices
+from robsim.servo.task_controller import TaskController
+from robsim.servo.tasks.task_choice import check_nesting
+from robsim.world.scene import Scene
+
+MAX_FEATURES = 40_000
+TaskPath = tuple[str | int, ...]  # of a task in another: ("tasks", 2)
+
+
+@dataclass(frozen=True, eq=False)
+class CompositeController(TaskController):
+    """The part of a controller that follows from the tasks of which it is made."""
+
+    parts: tuple[Any, ...]
+
+    @property
+    def weighted(self) -> bool:
+        """Whether the numbers of s of any task have weights that change."""
+        return any(part.weighted for part in self.parts)
+
+    @property
+    def excused(self) -> frozenset[PairKey]:
+        """The sights whose marks may leave the image, as all tasks that look at them say."""
+        parts = self.parts
+        wanted = {
+            sight.key for one in parts for sight in one.sights if sight.key not in one.excused
+        }
+        return frozenset(key for one in parts for key in one.excused if key not in wanted)
+
+    @property
+    def whole(self) -> frozenset[PairKey]:
+        """The sights of which a feature of any task needs all marks at once."""
+        return frozenset().union(*(part.whole for part in self.parts))
+
+    def check_start(self, q0: Array) -> None:
+        """Raise InputError if a task can be done from none of the starts q0 (B, nq)."""
+        for part in self.parts:
+            part.check_start(q0)
+
+    def _own(self, part: TaskController) -> VelocityIndices:
+        """Return where the velocities of a part are among all that are commanded."""
+        return np.searchsorted(self.columns, part.columns)
+
+    def _parts(self, given: ControllerInputs) -> list[ControllerOutputs]:
+        """Return the rows of each task, with a memory of its own."""
+        return [part.stages(given.inside(str(i))) for i, part in enumerate(self.parts)]
+
+    def _together(
+        self, given: ControllerInputs, each: list[ControllerOutputs], qd: BlockRows
+    ) -> ControllerOutputs:
+        """Return the rows of all tasks, with the velocities that are commanded."""
+        program, own = given.program, [self._own(part) for part in self.parts]
+        s, error = (
+            concatenate_rows(program, [getattr(one, name) for one in each])
+            for name in ("s", "error")
+        )
+        both = list(zip(own, each, strict=True))
+        A = concatenate_rows(program, [self._wide(program, one, columns) for columns, one in both])
+        busy = program.result(control_law.compute_any, "out", rows=[one.busy for one in each])
+
+        def note(qd: BlockRows) -> None:
+            for columns, one in both:
+                one.note(select_rows(program, qd, columns))
+
+        return ControllerOutputs(
+            s, error, qd, A, busy, each[0].J, note, *self._marks_used(program, each)
+        )
+
+    def _wide(self, program: Program, one: ControllerOutputs, own: VelocityIndices) -> BlockRows:
+        """Return the rows of how all velocities move the features of a part."""
+        if own.size == self.columns.size:  # in the same order
+            return one.task_jacobian
+        shape, given = (one.s.size, self.columns.size), {"A": one.task_jacobian}
+        return program.result(
+            control_law.widen_matrix, "out", *shape, **given, columns=own.tolist()
+        )
+
+    def _marks_used(
+        self, program: Program, each: list[ControllerOutputs]
+    ) -> tuple[BlockRows | None, BlockRows | None]:
+        """Return the rows of the weights of all parts, and of the worst status of what is left."""
+        weights, status = None, [one.status for one in each if one.status is not None]
+        if self.weighted:
+            ones = [program.constant(np.ones(one.s.size)) for one in each]
+            pairs = zip(ones, each, strict=True)
+            weights = concatenate_rows(
+                program, [w if e.weights is None else e.weights for w, e in pairs]
+            )
+        if len(status) < 2:
+            return weights, status[0] if status else None
+        return weights, program.result(compute_row_maximum, "out", rows=status)
+
+
+class SeparateJointsController(CompositeController):
+    """The controller of several tasks, each with joints of its own, which they may share."""
+
+
+class CompositeTask(DeclaredValue):
+    """The part of a declaration that is made of tasks."""
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        check_nesting(self)
+
+    @property
+    @abstractmethod
+    def placed(self) -> dict[TaskPath, Any]:
+        """The tasks of which it is made, by their places."""
+
+    @property
+    def inner(self) -> tuple[Any, ...]:
+        """The tasks of which it is made."""
+        return tuple(self.placed.values())
+
+    def each_columns(self, scene: Scene) -> list[VelocityIndices]:
+        """Return the velocities that each task commands."""
+        found = []
+        for place, task in self.placed.items():
+            with prefix_path(*place):
+                found.append(task.columns(scene))
+        return found
+
+    def columns(self, scene: Scene) -> VelocityIndices:
+        """Return the velocities that any of the tasks commands."""
+        return make_read_only(np.unique(np.concatenate(self.each_columns(scene))))
+
+    def bound(self, scene: Scene, columns: Iterable[VelocityIndices]) -> tuple[Any, ...]:
+        """Return the controllers of all tasks, each with its columns."""
+        made: list[TaskController] = []
+        for (place, task), own in zip(self.placed.items(), columns, strict=True):
+            with prefix_path(*place):
+                made.append(task.bind(scene, own))
+                if sum(each.k for each in made) > MAX_FEATURES:
+                    raise InputError(f"with those before more than {MAX_FEATURES} features")
+        return tuple(made)
+
+
+class TaskListFields(CompositeTask):
+    """The part of a declaration that is made of `tasks`."""
+
+    tasks: Any
+
+    @property
+    def placed(self) -> dict[TaskPath, Any]:
+        """The tasks of which it is made, by their places."""
+        return {("tasks", i): task for i, task in enumerate(self.tasks)}
+
+    def with_inner(self, tasks: Sequence[Any]) -> Self:
+        """Return a copy with other tasks in their places."""
+        copy: Self = replace(cast(Any, self), tasks=tuple(tasks))
+        return copy
+
+
+def merge_controller_fields(parts: Sequence[TaskController]) -> dict[str, Any]:
+    """Return the fields of a controller that several parts have in common."""
+    sights: dict[PairKey, CameraTarget] = {}
+    pixels: dict[PairKey, Array] = {}
+    for part in parts:
+        start = 0
+        for sight in part.sights:
+            marks = len(sight.target.marks)
+            sights.setdefault(sight.key, sight)
+            pixels.setdefault(sight.key, part.goal_pixels[..., start : start + marks, :])
+            start += marks
+    seeing = next((part for part in parts if part.sights), parts[0])
+    return {
+        "scene": seeing.scene,
+        "frame": seeing.frame,
+        "sights": tuple(sights.values()),
+        "s_goal": concatenate_with_runs([part.s_goal for part in parts], 0),
+        "units": tuple(unit for part in parts for unit in part.units),
+        "tolerances": np.concatenate([part.tolerances for part in parts]),
+        "goal_pixels": concatenate_with_runs([np.empty((0, 2)), *pixels.values()], -2),
+        "pace": reduce(np.minimum, [part.pace for part in parts]),
+        "full_rank": reduce(np.maximum, [part.full_rank for part in parts]),
+        "rcond": min(part.rcond for part in parts),
+    }
+
+
+def concatenate_with_runs(arrays: Sequence[Array], axis: int) -> Array:
+    """Return arrays beside each other along an axis, some of which may have an axis of runs."""
+    others = [list(array.shape) for array in arrays]
+    sizes = [shape.pop(axis) for shape in others]
+    common = np.broadcast_shapes(*map(tuple, others))
+    at = axis if axis >= 0 else len(common) + 1 + axis
+    shapes = ((*common[:at], size, *common[at:]) for size in sizes)
+    pairs = zip(arrays, shapes, strict=True)
+    return np.concatenate([np.broadcast_to(*pair) for pair in pairs], axis=axis)

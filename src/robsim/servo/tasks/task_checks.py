@@ -1,0 +1,218 @@
+"""Checks that a task is sound in a scene: contradictions are errors, weaknesses are warnings."""
+
+from __future__ import annotations
+
+import warnings
+from typing import Any
+
+import numpy as np
+
+from robsim.base.arrays import Array
+from robsim.base.errors import GoalError, InputError, RankWarning
+from robsim.base.unit_warnings import find_user_stacklevel
+from robsim.declare.problems import prefix_path
+from robsim.features.points import PixelPoints, Points
+from robsim.servo.bound_features import BoundFeatures
+from robsim.servo.goals.goal import Goal, GoalFeatures
+from robsim.servo.laws.broyden_rule import Broyden
+from robsim.servo.laws.depth_model import DepthModel
+from robsim.servo.laws.feed_forward import EstimatedMotion
+from robsim.servo.laws.inverse import CAMERA_TWIST, JacobianTranspose, compute_rank
+from robsim.servo.servo_controller import ServoController
+from robsim.vision.camera import Camera
+
+
+def check_servo_fields(task: Any) -> None:
+    """Raise InputError for fields of a servo task that contradict one another in any scene."""
+    _check_law_fields(task)
+    _check_depth_fields(task)
+    _check_goal_fields(task)
+    _check_weighting_fields(task)
+
+
+def _check_law_fields(task: Any) -> None:
+    name, learnt = type(task.law).__name__, isinstance(task.interaction, Broyden)
+    if task.feed_forward is not None and isinstance(task.inverse, JacobianTranspose):
+        raise InputError(
+            "the transpose gives a direction, not the motion that cancels what the target does: "
+            "use inverse='pseudo_inverse' or 'damped' with feed_forward"
+        )
+    if learnt and getattr(task.law, "in_camera", False):
+        raise InputError(
+            f"Broyden's rule learns how the joints move the features, and {name} asks how "
+            "the camera does: use law='joint'"
+        )
+    if learnt and isinstance(task.feed_forward, EstimatedMotion):
+        raise InputError(
+            "Broyden's rule and feed_forward='estimated' both explain what the model does not: "
+            "use one of them"
+        )
+    constant = isinstance(task.interaction, np.ndarray)
+    if constant and not compute_rank(np.ascontiguousarray(task.interaction[..., None]))[0]:
+        raise InputError("interaction: a constant matrix of zeros commands nothing")
+
+
+def _check_depth_fields(task: Any) -> None:
+    features, depths = [block.feature for block in task.blocks], task.depths
+    made_of_it = [each for each in features if getattr(each, "measures_depth", False)]
+    if made_of_it and not depths.measured:
+        with prefix_path("features"):
+            raise InputError(
+                f"{type(made_of_it[0]).__name__} is made of the depth of the marks, and depth="
+                f"{depths.which!r} gives none: use depth='true' or a DepthFilter"
+            )
+    if not task.needs_depth and depths != DepthModel():
+        names = ", ".join(type(each).__name__ for each in features)
+        raise InputError(f"no depth enters {names}: leave depth and depth_scale out")
+
+
+def _check_goal_fields(task: Any) -> None:
+    if not isinstance(task.goal, GoalFeatures):
+        return
+    by_name = isinstance(task.interaction, str)
+    if any(getattr(block.feature, "uses_pose", False) for block in task.blocks):
+        raise GoalError("the goal of a pose is a pose: give GoalPose(T_c_o), not GoalFeatures(s)")
+    if task.depth == "goal" or (by_name and task.interaction != "current"):
+        raise InputError(
+            "a goal given as numbers has no image: L desired or mean and depth='goal' need a "
+            "goal that is shown or computed"
+        )
+    for each in task.weighting:
+        if getattr(each, "by_goal", False):
+            raise InputError(
+                f"weighting: {type(each).__name__} goes by the image of the marks at the goal, and "
+                "a goal of numbers has none: use a q or a GoalPose"
+            )
+
+
+def _check_weighting_fields(task: Any) -> None:
+    if task.weighting and isinstance(task.feed_forward, EstimatedMotion):
+        raise InputError(
+            "weighting: what is estimated of a target's motion would be that of the weights, too: "
+            "use feed_forward='known'"
+        )
+    follows = task.depths.filtered or isinstance(task.interaction, Broyden)
+    if follows and any(getattr(each, "excuses", False) for each in task.weighting):
+        kept = "a depth filter" if task.depths.filtered else "Broyden's rule"
+        raise InputError(
+            f"weighting: {kept} follows every mark from the start on, and marks that may be out of "
+            "the image cannot be followed: use another depth or interaction"
+        )
+
+
+def check_bound_law(law: Any, interaction: Any, regulated: BoundFeatures) -> None:
+    """Raise InputError for a law and an interaction matrix that do not fit this scene."""
+    if getattr(law, "in_camera", False) and not regulated.as_one:
+        raise InputError(
+            f"{type(law).__name__} commands the twist of one camera, and the cameras of this task "
+            "do not move as one against their targets: use law='joint'"
+        )
+    if isinstance(interaction, Broyden):
+        _check_broyden_shape(interaction, regulated)
+    elif isinstance(interaction, np.ndarray):
+        _check_constant_interaction(interaction, regulated)
+
+
+def _check_broyden_shape(rule: Broyden, regulated: BoundFeatures) -> None:
+    k, n = regulated.k, regulated.columns.size
+    if rule.start is not None and rule.start.shape != (k, n):
+        raise InputError(
+            f"Broyden start: expected shape ({k}, {n}), {k} features by {n} commanded "
+            f"velocities, got {rule.start.shape}"
+        )
+
+
+def _check_constant_interaction(L: Array, regulated: BoundFeatures) -> None:
+    if not regulated.as_one:
+        raise InputError(
+            "a constant interaction matrix is for cameras that move as one; these do not"
+        )
+    if L.shape != (regulated.k, 6):
+        raise InputError(
+            f"interaction: expected shape ({regulated.k}, 6), a row for each of the "
+            f"{regulated.k} features, got {L.shape}"
+        )
+
+
+def check_goal_interaction(goal: Goal, regulated: BoundFeatures) -> None:
+    """Raise GoalError if L at a goal that has an image is not finite."""
+    if not isinstance(goal, GoalFeatures) and not np.isfinite(regulated.at_goal.L).all():
+        raise GoalError(f"{regulated.names}: L at the goal is not finite{regulated.reasons}")
+
+
+def check_feature_tolerance(tolerances: Array, regulated: BoundFeatures) -> None:
+    """Raise InputError if any two images are within the tolerance (k,) of a feature.
+
+    Of marks as points of an image with borders that is known: no error is larger than the image.
+    """
+    first = 0
+    for part in regulated.parts:
+        given, first = tolerances[first : first + part.size], first + part.size
+        widest = _measure_image_width(part.feature, part.sights[0].eye.camera)
+        if len(given) and given.min() >= widest:
+            unit = part.feature.unit
+            raise InputError(
+                f"a tolerance of {given.min():g} {unit} for {part.name}, and no two points of the "
+                f"image are more than {widest:g} {unit} apart: every start would have arrived"
+            )
+
+
+def _measure_image_width(feature: Any, camera: Camera) -> float:
+    """Return how far two marks may be apart, along an axis of the image; infinity if unknown."""
+    several = camera.K.ndim > 2 or np.ndim(camera.distortion) > 1  # numbers of all runs
+    if camera.size is None or type(feature) not in (Points, PixelPoints) or several:
+        return np.inf
+    corners = np.array(np.meshgrid(*camera.border)).reshape(2, -1).T
+    seen = corners if isinstance(feature, PixelPoints) else camera.normalise(corners)
+    sides = np.ptp(seen, axis=0)
+    return float(sides.max()) if np.isfinite(sides).all() else np.inf
+
+
+def count_fixed_motions(controller: ServoController) -> tuple[int, int]:
+    """Return how many motions the features fix at the goal, and how many the joints can make."""
+    regulated = controller.regulated
+    full = min(6 * regulated.motions, controller.columns.size)
+    found = int(np.min(controller.full_rank))
+    if regulated.q_goal is None and regulated.given is None and regulated.as_one:
+        # there is no Jacobian at the goal
+        found = min(found, int(compute_rank(regulated.at_goal.L, CAMERA_TWIST)[0]))
+    return found, full
+
+
+def warn_of_rank(controller: ServoController) -> None:
+    """Warn with RankWarning if the features leave motions free that the joints can make."""
+    first, (found, full) = controller.sights[0], count_fixed_motions(controller)
+    if found < full:
+        marks = np.unique(np.atleast_3d(first.target.marks)[..., 0], axis=0)
+        cause = "its marks lie on one line; " if is_collinear(marks) else ""
+        advice = "more features, or command fewer joints"
+        if cause or len(marks) < 3:
+            advice = "at least three marks that are not on one line"
+        warnings.warn(
+            f"the features of '{first.target.name}' fix only {found} of the {full} "
+            f"motions of camera '{first.eye.name}' at the goal: {cause}"
+            f"use {advice}",
+            RankWarning,
+            stacklevel=find_user_stacklevel(),
+        )
+
+
+def warn_of_wheels(controller: ServoController) -> None:
+    """Warn with RankWarning if wheels alone are to regulate more features than velocities."""
+    columns = controller.columns
+    kinds = controller.scene.tree.kinds(columns)
+    if all(kind.wheeled for kind in kinds) and controller.k > columns.size:
+        steers = any(kind.needs == "steering" for kind in kinds)
+        warnings.warn(
+            f"a {'car' if steers else 'unicycle'} cannot move sideways, and no smooth law drives "
+            f"it to a pose (Brockett 1983): use {'' if steers else 'Docking, or '}no more features "
+            "than it has velocities",
+            RankWarning,
+            stacklevel=find_user_stacklevel(),
+        )
+
+
+def is_collinear(marks: Any) -> bool:
+    """Return whether marks (N, 3) lie on one line, or those (N, 3, B) of any run."""
+    each = np.moveaxis(marks, (0, 1), (-2, -1))
+    return bool((np.linalg.matrix_rank(each - each[..., :1, :], tol=1e-9) < 2).any())

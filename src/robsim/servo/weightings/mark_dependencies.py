@@ -1,0 +1,93 @@
+"""Which marks each number of s is made of, for weightings."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robsim.base.errors import InputError
+from robsim.declare.problems import prefix_path
+from robsim.servo.bound_block import BoundBlock
+from robsim.servo.bound_features import BoundFeatures
+from robsim.servo.camera_target import CameraTarget, PairKey
+from robsim.servo.weightings.weighting_protocol import ComponentGroup
+
+POSE_MARKS = 4  # fewer leave several poses
+
+
+@dataclass(frozen=True, eq=False)
+class MarkDependencies:
+    """The marks of the numbers of one feature block, and whether a pose is estimated from them."""
+
+    part: BoundBlock
+    marks: NDArray[np.bool_]  # (k, cameras, N)
+
+    @property
+    def posed(self) -> bool:
+        """Whether the numbers are of a pose, which is estimated from the marks that are there."""
+        return bool(getattr(self.part.feature, "uses_pose", False))
+
+    def of_number(self, i: int) -> list[tuple[PairKey, int]]:
+        """Return the sights and the numbers of the marks that a number is made of."""
+        return [(self.part.sights[c].key, int(n)) for c, n in np.argwhere(self.marks[i])]
+
+    @property
+    def needed(self) -> int:
+        """The number of marks that a pose needs."""
+        return min(POSE_MARKS, int(self.marks[0].sum()))
+
+
+def find_mark_dependencies(regulated: BoundFeatures) -> list[MarkDependencies]:
+    """Return which marks the numbers of each block are made of, as they are at the goal.
+
+    InputError: a feature is made of all marks at once, so that none of them may be missing.
+    """
+    found = [MarkDependencies(part, marks) for part, marks in regulated.made_of()]
+    for each in found:
+        counts = each.marks.any(axis=1)
+        whole = counts.any(axis=0).sum()
+        if not each.posed and whole > 2 and (counts.sum(axis=1) == whole).all():
+            raise InputError(
+                f"{each.part.name} is made of all marks at once, so that none may be missing: "
+                "weigh points, lines or segments, or a pose"
+            )
+    return found
+
+
+def group_components(each: list[MarkDependencies]) -> tuple[ComponentGroup, ...]:
+    """Return the numbers of s that are made of the same marks, together."""
+    found: list[ComponentGroup] = []
+    first = 0
+    for part, one in enumerate(each):
+        sets: dict[bytes, list[int]] = {}
+        for i, marks in enumerate(one.marks):
+            sets.setdefault(marks.tobytes(), []).append(first + i)
+        found += [ComponentGroup(part, tuple(numbers)) for numbers in sets.values()]
+        first += len(one.marks)
+    return tuple(found)
+
+
+def check_weighting(weighting: tuple[Any, ...], regulated: BoundFeatures) -> None:
+    """Raise InputError for weightings that contradict what is regulated."""
+    if not weighting:
+        return
+    with prefix_path("weighting"):
+        find_mark_dependencies(regulated)
+        for each in weighting:
+            for sight in regulated.sights:
+                _check_weighting_target(each, sight)
+
+
+def _check_weighting_target(weighting: Any, sight: CameraTarget) -> None:
+    """Raise InputError where there are too few marks, or an image without the borders needed."""
+    least, marks = getattr(weighting, "least_marks", 1), len(sight.target.marks)
+    if marks < least:
+        raise InputError(
+            f"{type(weighting).__name__} needs {least} marks or more, and "
+            f"'{sight.target.name}' has {marks}"
+        )
+    if getattr(weighting, "excuses", False) and sight.eye.camera.size is None:
+        raise InputError(f"camera '{sight.eye.name}' has no size, and its image no border")

@@ -1,0 +1,114 @@
+"""The simulation of a plan, some runs at a time, into memory or a store."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from robsim.base import interrupt
+from robsim.base.errors import InputError
+from robsim.base.free_memory import get_free_memory
+from robsim.studies.result_columns import MEASURE_BYTES, RUN_BYTES, Columns, empty_columns
+from robsim.studies.row_simulator import ChunkResult, RowSimulator, StopRequest
+from robsim.studies.study_plan import Plan
+from robsim.studies.study_store import StudyStore
+
+Progress = Callable[[float], None]
+CHECKED_STARTS = (
+    32  # draws, and combinations of what is in turn, that are tried before anything runs
+)
+Chunk = tuple[int, int]  # runs from one until before another
+
+
+@dataclass(eq=False)
+class MemorySink:
+    """Rows in memory: one array for each column."""
+
+    runs: int
+    measures: bool = False
+    done: Any = field(init=False)
+    columns: Columns = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        need, free = self.runs * (RUN_BYTES + MEASURE_BYTES * self.measures), get_free_memory()
+        if need > free:
+            raise InputError(
+                f"{self.runs} runs need about {need / 1e9:.3g} GB of memory, and "
+                f"{free / 1e9:.3g} GB are free: fewer runs, or a store on disk (store=folder, -o)"
+            )
+        self.done = np.zeros(self.runs, dtype=bool)
+
+    def missing(self, runs: int) -> Iterator[Chunk]:
+        """Yield all runs."""
+        yield 0, runs
+
+    def put(self, plan: Plan, first: int, last: int, found: ChunkResult) -> None:
+        """Keep what came out of some runs."""
+        for name, values in found.facts.items():
+            if name not in self.columns:
+                self.columns[name] = np.empty(self.runs, dtype=values.dtype)
+            self.columns[name][first:last] = values
+        self.done[first:last] = True
+
+    def facts(self, plan: Plan) -> tuple[Any, Columns]:
+        """Return the numbers of the runs that are there, and what came out of them."""
+        if self.done.all():
+            return np.arange(self.runs), self.columns
+        columns = self.columns or empty_columns(plan)
+        return np.flatnonzero(self.done), {n: x[self.done[: len(x)]] for n, x in columns.items()}
+
+
+StudySink = MemorySink | StudyStore  # where the rows of a study go
+
+
+def generate_chunks(sink: StudySink, plan: Plan, size: int) -> Iterator[Chunk]:
+    """Yield the runs that are missing, some at a time."""
+    for first, last in sink.missing(plan.runs):
+        for begin in range(first, last, size):
+            yield begin, min(begin + size, last)
+
+
+def simulate_plan(
+    plan: Plan, sink: StudySink, size: int, threads: int | None, progress: Progress | None
+) -> bool:
+    """Simulate what is missing on this machine; return False if a stop came before the end."""
+    rows, finished = RowSimulator(plan, threads), count_done(sink, plan)
+    with interrupt.defer_stops() as stops:
+        for first, last in generate_chunks(sink, plan, size):
+            try:
+                found = rows.done(first, last)
+            except StopRequest:
+                return False
+            sink.put(plan, first, last, found)
+            finished += last - first
+            if progress:
+                progress(finished / plan.runs)
+            if stops:
+                return finished == plan.runs
+    return True
+
+
+def count_done(sink: StudySink, plan: Plan) -> int:
+    """Return how many runs have their rows already."""
+    return plan.runs - sum(last - first for first, last in sink.missing(plan.runs))
+
+
+def check_plan(plan: Plan) -> None:
+    """Raise InputError if what is in turn is refused, or no start of the first draws will do."""
+    rows = RowSimulator(plan)
+    cells = [plan.cells_of([axis.name])[:CHECKED_STARTS] for axis in plan.in_turn]
+    for part in rows.parts(np.unique(np.concatenate([plan.cells_of([]), *cells]))):
+        part.experiment.check(view=False)
+    if plan.start is None:
+        return
+    draws = np.arange(min(plan.draws, CHECKED_STARTS))
+    _, tries, will_do = rows.starts(draws)
+    if not will_do.any() and plan.start.visible:
+        raise InputError(
+            f"start: of {tries.sum()} starts that were drawn none is reached and sees its target "
+            "from within the limits of the joints; try another distance or cone, a larger image, "
+            "or visible=False to see why"
+        )

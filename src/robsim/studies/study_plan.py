@@ -1,0 +1,242 @@
+"""The plan of a study: which runs there are, and what differs between them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import permutations
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robsim.base.arrays import Array, as_bool, as_integer
+from robsim.base.errors import InputError, format_value
+from robsim.run.experiment import Experiment
+from robsim.run.experiment_paths import is_true_scene_name
+from robsim.run.mission_protocol import SelfSimulatingTask
+from robsim.run.run_checks import check_instance, check_starts
+from robsim.starts.start_samplers import Anywhere, Start
+from robsim.statistics.random_numbers import MOST_EVEN, RandomNumbers
+from robsim.studies.samplers import Uniform, count_given_values, is_sobol
+from robsim.studies.study_axes import StudyAxis, make_axis
+
+MOST_RUNS = 10**12
+CHECKED_DRAWS = (
+    200_000  # draws whose numbers are looked at before anything runs; later ones on their way
+)
+MOST_CELLS = 100_000  # combinations of values that every draw is run with
+Codes = NDArray[np.int64]
+START_NAME = "start"  # the name under which starts are drawn
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """Runs of one experiment: draws, each of which is run with every combination in turn.
+
+    Run number r is of draw r // cells, with the combination r % cells. What is drawn depends on
+    the seed, the name and the draw alone, so that runs of one draw differ only in what is in turn,
+    and any part of the runs can be simulated anywhere.
+    """
+
+    experiment: Experiment
+    draws: int
+    seed: int
+    axes: tuple[StudyAxis, ...] = ()
+    start: Start | None = None
+    q0: Array | None = None  # (draws, nq), starts that were given
+    trajectories: int | None = None  # every n-th instant that is kept, if any
+    measures: bool = False  # whether the standard measures are taken
+
+    @cached_property
+    def in_turn(self) -> tuple[StudyAxis, ...]:
+        """The axes whose values every draw is run with."""
+        return tuple(axis for axis in self.axes if axis.in_turn)
+
+    @cached_property
+    def cells(self) -> int:
+        """The number of combinations that every draw is run with."""
+        return math.prod(len(axis.values or ()) for axis in self.in_turn)
+
+    def cells_of(self, names: Iterable[str]) -> Codes:
+        """Return the combinations in which all but these names have their first values."""
+        cells = np.arange(self.cells)
+        for axis in self.in_turn:
+            if axis.name not in names:
+                cells = cells[self.codes(axis, cells) == 0]
+        return cells
+
+    @property
+    def seen(self) -> Codes:
+        """The combinations whose true scenes differ, in each of which a start must do."""
+        return self.cells_of([axis.name for axis in self.in_turn if is_true_scene_name(axis.name)])
+
+    @property
+    def runs(self) -> int:
+        """The number of runs in all."""
+        return self.draws * self.cells
+
+    def __str__(self) -> str:
+        """Return in a line how many runs there are, and of what."""
+        turns = [f"{len(axis.values or ())} of {axis.name}" for axis in self.in_turn]
+        drawn = [axis.name for axis in self.axes if not axis.in_turn]
+        drawn = [*(["start"] if self.start else []), *drawn]
+        counts = " x ".join([f"{self.draws} draws", *turns])
+        return f"{self.runs} runs: {counts}" + (f"; drawn: {', '.join(drawn)}" if drawn else "")
+
+    def source(self, name: str, draws: Codes, attempt: int = 0) -> RandomNumbers:
+        """Return the random numbers of a name for some draws."""
+        even = {a.name: math.prod(a.shape) for a in self.axes if is_sobol(a.sampler)}
+        before = list(even).index(name) if name in even else 0
+        evenly = sum(even.values()), sum(list(even.values())[:before])
+        return RandomNumbers(self.seed, name, draws, attempt, evenly)
+
+    def codes(self, axis: StudyAxis, runs: Codes) -> Codes:
+        """Return which of its values an axis has in some runs, (runs,)."""
+        if not axis.in_turn:
+            return np.asarray(self._drawn(axis.name, runs, axis.sampler.picked))
+        sizes = [len(each.values or ()) for each in self.in_turn]
+        digits = np.unravel_index(runs % self.cells, sizes)
+        found: Codes = digits[self.in_turn.index(axis)]
+        return found
+
+    def numbers(self, axis: StudyAxis, runs: Codes) -> Array:
+        """Return the numbers (runs, ...) of an axis in some runs, in SI."""
+        if axis.values is not None:
+            return np.array(list(axis.values.values()), dtype=float)[self.codes(axis, runs)]
+        return np.asarray(self._drawn(axis.name, runs, axis.numbers))
+
+    def _drawn(self, name: str, runs: Codes, draw: Callable[[RandomNumbers], Any]) -> Any:
+        """Return what is drawn for some runs, once for each draw."""
+        own, where = np.unique(runs // self.cells, return_inverse=True)
+        return draw(self.source(name, own))[where]
+
+
+def make_plan(
+    experiment: Any,
+    runs: Any,
+    seed: Any = None,
+    start: Any = None,
+    vary: Any = None,
+    trajectories: Any = None,
+    measures: Any = False,
+) -> Plan:
+    """Return the plan of a study; InputError for what is no study."""
+    base = check_instance(experiment, Experiment, "experiment")
+    if isinstance(base.task, SelfSimulatingTask):
+        raise InputError("a mission has no single end that can be counted; study one of its phases")
+    if base.varied:
+        raise InputError("numbers differ from run to run in this experiment: give them in vary=")
+    seed = base.seed if seed is None else as_integer(seed, "seed", 0, 2**64)
+    base = base.with_(seed=seed, first_run=0, record="summary")
+    base, own, q0 = _split_start(base, start)
+    given = _list_varied(vary)
+    _check_varied_names([str(name) for name, _ in given], trajectories is not None)
+    axes = tuple(make_axis(base, name, each) for name, each in given)
+    _check_nominal_axes(axes)
+    every = None if trajectories is None else as_integer(trajectories, "trajectories", 1, 10**7)
+    kept = own, q0, every, as_bool(measures, "measures")
+    plan = _validate_axes(Plan(base, _count_draws(q0, runs), seed, axes, *kept))
+    if plan.cells > MOST_CELLS:
+        raise InputError(
+            f"vary: {plan.cells} combinations of what is in turn; at most {MOST_CELLS}"
+        )
+    for axis in axes:
+        known = count_given_values(axis.sampler)
+        if known is not None and known < plan.draws:
+            raise InputError(f"runs: {plan.draws}, and {axis.name} is given for {known} draws only")
+    if plan.draws > MOST_EVEN and any(is_sobol(axis.sampler) for axis in axes):
+        raise InputError(f"runs: Sobol's sequence has {MOST_EVEN} points, got {plan.draws}")
+    return plan
+
+
+def _validate_axes(plan: Plan) -> Plan:
+    """Return the plan, once what is drawn first is known to be valid."""
+    first = np.arange(min(plan.draws, CHECKED_DRAWS))
+    axes = [
+        axis
+        if axis.values is not None
+        else axis.check(plan.experiment, plan.numbers(axis, first * plan.cells))
+        for axis in plan.axes
+    ]
+    return replace(plan, axes=tuple(axes))
+
+
+def _list_varied(vary: Any) -> list[tuple[Any, Any]]:
+    if vary is None:
+        return []
+    if not isinstance(vary, Mapping):
+        raise InputError(f"vary: expected {{name: sampler or list}}, got {format_value(vary)}")
+    return list(vary.items())
+
+
+def _count_draws(q0: Array | None, runs: Any) -> int:
+    """Return the number of draws: as asked, or one for each start that is given."""
+    given = None if q0 is None else len(q0)
+    if runs is None:
+        if given is None:
+            raise InputError("runs: how many? give a whole number")
+        return given
+    count = as_integer(runs, "runs", 1, MOST_RUNS + 1)
+    if given is not None and count != given:
+        raise InputError(f"runs: {count}, and {given} starts are given; leave one of them out")
+    return count
+
+
+def _split_start(base: Experiment, start: Any) -> tuple[Experiment, Start | None, Array | None]:
+    """Return the experiment of one start, the sampler of starts, and the starts that are given."""
+    if type(start) is Uniform:
+        start = Anywhere(low=start.low, high=start.high)
+    if isinstance(start, Start):
+        return base.with_(start=None), start, None
+    if isinstance(start, type) or hasattr(start, "drawn"):
+        raise InputError(
+            "start: expected starts (nq,) or (B, nq), rs.Uniform(low, high), or a sampler of poses "
+            f"such as rs.LookAt(...), got {format_value(start)}"
+        )
+    q0 = base.start if start is None else check_starts(base.scene, start, "start")
+    if np.ndim(q0) > 1:
+        return base.with_(start=None), None, q0
+    return base.with_(start=q0), None, None
+
+
+def _check_varied_names(names: list[str], ways: bool) -> None:
+    """Raise InputError for names that cannot be in a study, or of which one says the other."""
+    for name in names:
+        top, _, key = name.partition(".")
+        if top == START_NAME:
+            raise InputError(f"vary: {name}: starts are given by start=")
+        if name in ("run.seed", "run.first_run", "run.record"):
+            raise InputError(f"vary: {name}: the study gives each run its own; give seed=")
+        if top in ("study", "title", "display", "schema") or key.endswith(".home"):
+            raise InputError(f"vary: {name}: no run depends on it")
+        if ways and name in ("run", "run.dt", "run.duration"):
+            raise InputError(f"trajectories: all runs need the same instants, and {name} varies")
+    for one, other in permutations(names, 2):
+        if other.startswith(f"{one}.") and one != "task":
+            raise InputError(f"vary: {one} and {other}: one is a part of the other")
+        if _is_same_quantity(one, other):
+            raise InputError(f"vary: {one} and {other}: both say the same; give one of the two")
+
+
+def _is_same_quantity(one: str, other: str) -> bool:
+    """Return whether two names are of the same rotation, or of the same intrinsics."""
+    (owner, _, key), (whose, _, word) = one.rpartition("."), other.rpartition(".")
+    turns = {"rpy", "rotvec", "rotation"}
+    lens = key == "K" and word in {"focal", "center", "skew"}
+    return owner == whose and ({key, word} <= turns or lens)
+
+
+def _check_nominal_axes(axes: tuple[StudyAxis, ...]) -> None:
+    """Raise InputError for what changes a value that something else gives."""
+    for axis in axes:
+        if axis.nominal is None:
+            continue
+        for other in axes:
+            if axis.name.startswith(f"{other.name}."):
+                raise InputError(
+                    f"vary: {axis.name}: {type(axis.sampler).__name__} changes the value of the "
+                    f"experiment, and {other.name} brings its own; give numbers"
+                )

@@ -1,0 +1,127 @@
+"""Values that every draw of a study is run with, one after the other."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields, is_dataclass
+from typing import Annotated, Any
+
+import numpy as np
+
+from robsim.base.errors import InputError, format_value
+from robsim.base.value import make_hashable
+from robsim.declare import Flag, Integer, register
+from robsim.studies.samplers import RangeSampler
+from robsim.studies.value_lists import MOST_VALUES, check_values
+
+LabelledValues = tuple[
+    dict[str, Any], bool
+]  # values by their labels, and whether somebody gave these
+
+
+@register("sampler", "grid")
+@dataclass(frozen=True, eq=False)
+class Grid(RangeSampler):
+    """So many numbers from low to high, each of which every draw is run with.
+
+    >>> Grid(0.0, 1.0, 5).values
+    (0.0, 0.25, 0.5, 0.75, 1.0)
+    """
+
+    count: Annotated[int, Integer(1, MOST_VALUES), "How many numbers."] = 10
+    log: Annotated[bool, Flag(), "Whether their logarithms are evenly spaced."] = False
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.shape:
+            raise InputError("Grid: low and high are one number each")
+        if self.log and self.low <= 0:
+            raise InputError(f"Grid: with log, low is above 0, got {float(self.low):g}")
+
+    @property
+    def values(self) -> tuple[float, ...]:
+        """The numbers."""
+        space = np.geomspace if self.log else np.linspace
+        return tuple(space(self.low, self.high, self.count).tolist())
+
+
+def parse_value_list(axis: Any, what: str) -> LabelledValues | None:
+    """Return the values that every draw is run with, by their labels; None for what is drawn."""
+    if isinstance(axis, Grid):
+        return generate_labels(axis.values), False
+    if isinstance(axis, dict):
+        check_values(list(axis.values()), what, twice=True)
+        return _check_labels(axis, what), True
+    if isinstance(axis, list | tuple | np.ndarray):
+        return assign_labels(check_values(axis, what), what)
+    return None
+
+
+def assign_labels(values: tuple[Any, ...], what: str) -> LabelledValues:
+    """Return values by label, of which a table {label, value} says its own."""
+    if all(isinstance(each, dict) and each.keys() == {"label", "value"} for each in values):
+        labels = [each["label"] for each in values]
+        if len({str(label) for label in labels}) < len(labels):
+            raise InputError(f"{what}: a label is there twice")
+        pairs = {each["label"]: each["value"] for each in values}
+        return _check_labels(pairs, what), True
+    return generate_labels(values), False
+
+
+def _check_labels(values: dict[Any, Any], what: str) -> dict[str, Any]:
+    for label in values:
+        if not isinstance(label, str) or not label.strip() or len(label) > 200:
+            raise InputError(f"{what}: expected a text as label, got {format_value(label)}")
+    return dict(values)
+
+
+def generate_labels(values: tuple[Any, ...]) -> dict[str, Any]:
+    """Return values by labels: as short as tells them apart.
+
+    >>> list(generate_labels(({"kind": "ibvs"}, {"kind": "ibvs", "gain": 2.0}, {"kind": "pbvs"})))
+    ['ibvs', 'ibvs gain=2', 'pbvs']
+    """
+    kinds = [_name_value(each) for each in values]
+    if all(isinstance(each, float) for each in values) and len(set(kinds)) < len(values):
+        kinds = [repr(each) for each in values]
+    twice = {kind for kind in kinds if kinds.count(kind) > 1}
+    more = {
+        kind: _find_differing_fields([x for x, k in zip(values, kinds, strict=True) if k == kind])
+        for kind in twice
+    }
+    labels = [
+        " ".join([kind, *_format_fields(value, more[kind])]) if kind in twice else kind
+        for kind, value in zip(kinds, values, strict=True)
+    ]
+    if len(set(labels)) < len(values):
+        labels = [f"{label} {i + 1}" for i, label in enumerate(labels)]
+    return dict(zip(labels, values, strict=True))
+
+
+def _name_value(value: Any) -> str:
+    """Return the name of what a value is, or a number or a text itself."""
+    if isinstance(value, float):
+        return f"{value:.12g}"
+    if value is None or isinstance(value, str | int):
+        return str(value)
+    if isinstance(value, dict):
+        return str(value.get("kind", "table"))
+    return str(value) if isinstance(value, list) else type(value).__name__
+
+
+def _find_differing_fields(values: list[Any]) -> list[str]:
+    """Return the fields or keys in which values of one kind differ."""
+    tables = [_get_fields(value) for value in values]
+    names = list(dict.fromkeys(name for table in tables for name in table))
+    return [n for n in names if len({repr(make_hashable(table.get(n))) for table in tables}) > 1]
+
+
+def _format_fields(value: Any, names: list[str]) -> list[str]:
+    table = _get_fields(value)
+    return [f"{name}={_name_value(table[name])}" for name in names if name in table]
+
+
+def _get_fields(value: Any) -> dict[str, Any]:
+    if isinstance(value, dict):
+        return value
+    names = [each.name for each in fields(value)] if is_dataclass(value) else []
+    return {name: getattr(value, name) for name in names}

@@ -1,0 +1,44 @@
+"""Values that come from pages, checked against the controls that are there."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from robsim.base.errors import InputError, format_value, is_known_name
+from robsim.declare.controls import Control
+
+
+def check_control_value(control: Control, value: Any) -> Any:
+    """Return a value of the kind of a control; InputError for any other.
+
+    Whether it is within bounds, its declaration says.
+    """
+    fits, words = _FORMS[control.form]
+    if not fits(control, value):
+        raise InputError(f"{control.path}: expected {words}, got {format_value(value)}")
+    return float(value) if control.form == "number" else value
+
+
+def is_json_number(value: Any) -> bool:
+    """Return whether a value of JSON is a number."""
+    return isinstance(value, int | float) and not isinstance(value, bool)
+
+
+def is_json_integer(value: Any) -> bool:
+    """Return whether a value of JSON is a whole number."""
+    return isinstance(value, int) and not isinstance(value, bool)
+
+
+def _is_number_row(control: Control, value: Any) -> bool:
+    listed = isinstance(value, list) and len(value) == len(control.names)
+    return listed and all(map(is_json_number, value))
+
+
+_FORMS: dict[str, tuple[Callable[[Control, Any], bool], str]] = {
+    "number": (lambda control, value: is_json_number(value), "a number"),
+    "whole": (lambda control, value: is_json_integer(value), "a whole number"),
+    "flag": (lambda control, value: isinstance(value, bool), "true or false"),
+    "choice": (lambda control, value: is_known_name(value, control.options), "one of its options"),
+    "numbers": (_is_number_row, "as many numbers as it has names"),
+}

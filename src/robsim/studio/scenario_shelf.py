@@ -1,0 +1,90 @@
+"""Shelves: experiments to choose from, each with what to watch for."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Sequence
+from itertools import takewhile
+from pathlib import Path
+from typing import Any
+
+from robsim.base.errors import FileError, check_known
+from robsim.files import examples
+from robsim.files.toml import read_toml_text
+from robsim.run.experiment import Experiment, load_scenario
+
+
+class ScenarioShelf:
+    """Scenario files by name: those that RobSim ships, or those of a folder."""
+
+    def __init__(self, paths: Sequence[Path]) -> None:
+        self._paths = {path.stem: path for path in paths}
+        self.entries = [_build_shelf_entry(name, path) for name, path in self._paths.items()]
+
+    @classmethod
+    def shipped(cls) -> ScenarioShelf:
+        """Return the shipped experiments."""
+        return cls([Path(examples.path(name)) for name in examples.names()])
+
+    @classmethod
+    def of(cls, folder: Path) -> ScenarioShelf:
+        """Return the scenario files of a folder. FileError: it has none."""
+        found = sorted(folder.glob("*.toml"))
+        if not found:
+            raise FileError(f"{folder}: no scenario file (*.toml) is there")
+        return cls(found)
+
+    def first(self) -> Experiment:
+        """Return the first experiment that is valid. FileError: none is; what is wrong with one."""
+        problems = []
+        for name in self._paths:
+            try:
+                return self.experiment(name)
+            except FileError as error:
+                problems.append(error)
+        raise problems[0]
+
+    def experiment(self, name: Any) -> Experiment:
+        """Return the experiment of a name. InputError: there is none, or it is not valid."""
+        check_known(name, self._paths, "no experiment {}", "experiments")
+        return load_scenario(self._paths[name])
+
+
+def _build_shelf_entry(name: str, path: Path) -> dict[str, str]:
+    try:
+        text = read_toml_text(path)
+    except FileError as error:
+        return {"name": name, "title": name, "about": str(error)}
+    return {
+        "name": name,
+        "title": _extract_title(text) or name,
+        "about": extract_remark(text).partition("\n")[0],
+    }
+
+
+def read_experiment_remark(experiment: Experiment) -> str:
+    """Return the remark at the head of the file of an experiment, if it comes from one."""
+    path = Path(experiment.source)
+    return (
+        extract_remark(read_toml_text(path)) if experiment.source and path.suffix == ".toml" else ""
+    )
+
+
+def extract_remark(text: str) -> str:
+    """Return the remark at the head of a scenario file; what is indented in it is a line apart.
+
+    >>> extract_remark("# A square.\\n# Watch it.\\n#   robsim run x.toml\\nschema = 1\\n# no")
+    'A square. Watch it.\\nrobsim run x.toml'
+    """
+    lines = [line for line in text.splitlines() if not line.startswith("#:")]
+    head = [line[1:] for line in takewhile(lambda line: line.startswith("#"), lines)]
+    joined = "".join(("\n" if line.startswith("  ") else " ") + line.strip() for line in head)
+    return joined.strip()
+
+
+def _extract_title(text: str) -> str:
+    try:
+        title = tomllib.loads(text).get("title", "")
+    except tomllib.TOMLDecodeError:
+        return ""
+    return title if isinstance(title, str) else ""

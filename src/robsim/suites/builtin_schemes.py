@@ -1,0 +1,79 @@
+"""The schemes that are compared: those of the textbooks, and how a user's becomes a task."""
+
+from __future__ import annotations
+
+import sysconfig
+import traceback
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, cast
+
+from robsim.base.errors import InputError, RobSimError, format_value, prefix_errors
+from robsim.servo.tasks.schemes import IBVS, PBVS, Hybrid, Partitioned
+from robsim.servo.tasks.task import ServoTask, Task
+
+BUILT_IN: Mapping[str, Any] = {
+    "IBVS, L current": IBVS(),
+    "IBVS, L desired": IBVS(interaction="desired"),
+    "IBVS, L mean": IBVS(interaction="mean"),
+    "PBVS, goal form": PBVS(),
+    "PBVS, camera form": PBVS(form="camera"),
+    "2 1/2 D": Hybrid(),
+    "partitioned": Partitioned(),
+}
+LIBRARIES = [sysconfig.get_path(each) for each in ("stdlib", "purelib", "platlib")]
+OWN_PATHS = (*LIBRARIES, str(Path(__file__).parents[1]))  # where no user's files are
+SCHEME_FORM = (
+    "a task such as rs.IBVS(), or a class or function that is called as scheme(goal, gain=2.0)"
+)
+
+
+def check_user_schemes(schemes: Any) -> dict[str, Any]:
+    """Return a user's schemes by name; InputError for what is none."""
+    if not isinstance(schemes, Mapping):
+        raise InputError(
+            f"expected schemes by name, as in {{'mine': IBVS}}, got {format_value(schemes)}"
+        )
+    for name, scheme in schemes.items():
+        if not isinstance(name, str) or not name:
+            raise InputError(f"a scheme is called by a text, got {format_value(name)}")
+        if not isinstance(scheme, ServoTask) and not callable(scheme):
+            raise InputError(f"scheme '{name}': expected {SCHEME_FORM}; got {format_value(scheme)}")
+        if name in BUILT_IN:
+            raise InputError(f"scheme '{name}': there is a built-in one of this name")
+    return dict(schemes)
+
+
+def make_task(name: str, scheme: Any, goal: Any, gain: float) -> Any:
+    """Return the task that a scheme makes of a goal and a gain; InputError names the scheme."""
+    with convert_user_errors(f"scheme '{name}'"):
+        if isinstance(scheme, ServoTask):
+            return replace(cast(Any, scheme), goal=goal, gain=gain)
+        made = scheme(goal, gain=gain)
+    if isinstance(made, type) or not isinstance(made, Task):
+        raise InputError(
+            f"scheme '{name}': expected that it returns a task, got {format_value(made)}"
+        )
+    return made
+
+
+@contextmanager
+def convert_user_errors(what: str) -> Iterator[None]:
+    """Turn what a user's code raises into an InputError that says of what, and at which line."""
+    try:
+        with prefix_errors(what):
+            yield
+    except (RobSimError, Warning):
+        raise
+    except Exception as error:
+        raise InputError(f"{what} {format_user_error(error)}") from error
+
+
+def format_user_error(error: BaseException) -> str:
+    """Return what a user's code raised, and at which of its lines, where it is one of them."""
+    frames = traceback.extract_tb(error.__traceback__)
+    own = [frame for frame in frames if not frame.filename.startswith(OWN_PATHS)]
+    where = f" ({own[-1].filename}, line {own[-1].lineno})" if own else ""
+    return f"raised {type(error).__name__}: {error}{where}"

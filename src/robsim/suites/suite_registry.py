@@ -1,0 +1,28 @@
+"""The suites by name: a file in the folder `published` is all that a new one needs."""
+
+from __future__ import annotations
+
+import importlib
+import pkgutil
+from typing import Any
+
+from robsim.base.errors import InputError, format_value, is_known_name, suggest_names
+from robsim.suites import published
+
+
+def list_suites() -> tuple[str, ...]:
+    """Return the names of the suites.
+
+    >>> "cns_150" in list_suites()
+    True
+    """
+    return tuple(sorted(each.name for each in pkgutil.iter_modules(published.__path__)))
+
+
+def load_suite(name: str) -> Any:
+    """Return the suite of a name. InputError: there is none of that name, with the nearest."""
+    if not is_known_name(name, list_suites()):
+        raise InputError(
+            f"no suite {format_value(name)}; {suggest_names(name, list_suites(), 'suites')}"
+        )
+    return importlib.import_module(f"{published.__name__}.{name}").suite()

@@ -1,0 +1,120 @@
+"""A trial: all runs of a scheme in a suite, as rows."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+
+from robsim.analysis.compared_scheme import scale_progress
+from robsim.base.errors import InputError, Interrupted, RankWarning
+from robsim.engine.outcome import Outcome
+from robsim.engine.workers import Progress
+from robsim.run.end_variables import is_valid_start
+from robsim.run.experiment import Experiment
+from robsim.suites.builtin_schemes import convert_user_errors
+from robsim.suites.suite import Suite
+
+KEPT_VARIABLES = "outcome", "end_time", "path_length", "q0", "q_end"  # what is kept of runs
+
+
+@dataclass(frozen=True, eq=False)
+class Trial:
+    """A scheme in a suite: its task, and threads and chunk."""
+
+    suite: Suite
+    scheme: str
+    task: Any
+    how: Mapping[str, Any]
+
+    @property
+    def what(self) -> str:
+        """What errors are said of."""
+        return f"scheme '{self.scheme}' in suite '{self.suite.name}'"
+
+    @cached_property
+    def experiments(self) -> list[Experiment]:
+        """The experiment of all runs; one for each, where its task cannot be bound for all."""
+        whole = self.suite.experiment(self.task)
+        if not self.varied:
+            return [whole]
+        try:
+            return [whole.vary(self.varied)]
+        except InputError:
+            return [self._single(whole, i) for i in range(self.suite.runs)]
+
+    def _single(self, whole: Experiment, i: int) -> Experiment:
+        one = whole.with_(start=self.suite.starts[i : i + 1], first_run=i)
+        return one.at({name: np.asarray(values[i]) for name, values in self.varied.items()})
+
+    @property
+    def varied(self) -> dict[str, Any]:
+        """The numbers that differ from run to run, without those that this task does not have."""
+        varied = dict(self.suite.varied)
+        if not getattr(self.task, "needs_depth", True):
+            varied.pop("task.depth_scale", None)
+        return varied
+
+    def check(self) -> None:
+        """Bind the task, as a run would; InputError names the scheme."""
+        with convert_user_errors(self.what), warnings.catch_warnings():
+            warnings.simplefilter("ignore", RankWarning)  # the run gives the warning
+            self.experiments[0].check(view=False)
+
+    def rows(self, progress: Progress | None) -> pd.DataFrame:
+        """Return a row for each run; Interrupted holds those of the runs that ended before."""
+        found: list[dict[str, Any]] = []
+        count = len(self.experiments)
+        for i, one in enumerate(self.experiments):
+            try:
+                with convert_user_errors(self.what):
+                    run = one.run(scale_progress(progress, i / count, 1 / count), **self.how)
+            except Interrupted as stop:
+                raise Interrupted(
+                    str(stop), self._table([*found, _select_kept(stop.run)])
+                ) from None
+            found.append(_select_kept(run))
+        return self._table(found)
+
+    def _table(self, parts: list[dict[str, Any]]) -> pd.DataFrame:
+        """Return the rows of runs that have ended."""
+        ends = {
+            key: np.concatenate([part[key] for part in parts]) for key in (*KEPT_VARIABLES, "began")
+        }
+        suite, runs = self.suite, np.arange(len(ends["outcome"]))
+        rows = pd.DataFrame({"suite": suite.name, "version": suite.version, "run": runs})
+        rows.insert(2, "scheme", self.scheme)
+        for what, labels in suite.groups.items():
+            rows[what] = list(labels)[: len(rows)]
+        rows["outcome"] = [Outcome(int(each)).words for each in ends["outcome"]]
+        rows["began"] = ends["began"]
+        rows["time"], rows["path_length"] = ends["end_time"], ends["path_length"]
+        for when, q in (("at_start", ends["q0"]), ("to_goal", ends["q_end"])):
+            rows[f"distance_{when}"], rows[f"angle_{when}"] = suite.off_goal(q)
+        rows.insert(rows.columns.get_loc("began") + 1, "success", self._successes(rows))
+        done = ends["outcome"] != Outcome.RUNNING
+        return rows[done].reset_index(drop=True)
+
+    def _successes(self, rows: pd.DataFrame) -> Any:
+        """Return which runs began and succeeded; InputError: the suite does not say."""
+        with convert_user_errors(f"succeeds of suite '{self.suite.name}'"):
+            found = np.asarray(self.suite.succeeds(rows))
+        if found.shape != (len(rows),) or found.dtype != np.bool_:
+            raise InputError(
+                f"succeeds of suite '{self.suite.name}': expected truth values of shape "
+                f"({len(rows)},), got {found.dtype} of shape {found.shape}"
+            )
+        return found & rows["began"].to_numpy()
+
+
+def _select_kept(run: xr.Dataset) -> dict[str, Any]:
+    return {
+        "began": is_valid_start(run["outcome"].values, run["end_time"].values),
+        **{key: run[key].values for key in KEPT_VARIABLES},
+    }

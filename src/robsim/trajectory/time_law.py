@@ -1,0 +1,65 @@
+"""The time laws of motions from rest to rest."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from robsim.base.arrays import Array
+from robsim.base.errors import InputError, format_value
+from robsim.declare import family
+from robsim.kernels.formulas import speed_profiles as kernels
+
+TRAJECTORIES = family("trajectory")
+QUINTIC_RAMP = -1.0  # stands for the ramp of a polynomial of order five
+
+
+class TimeLawShares(NamedTuple):
+    """The share s of a motion that is done, and its time derivatives."""
+
+    s: Array
+    rate: Array
+    acceleration: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Timing:
+    """The timing of axes that start and stop together, which broadcasts against times.
+
+    `ramp` (..., n) is the share of the time in which an axis speeds up, and in which it slows down
+    again; None is for a polynomial of order five, the same for every axis.
+    """
+
+    seconds: Array  # (...,)
+    ramp: Array | None = None
+
+    @classmethod
+    def shortest(cls, way: Array, speed: Any, acceleration: Any) -> Timing:
+        """Return the shortest timing of distances (..., n) >= 0, set by the slowest axis."""
+        flat = [np.broadcast_to(x, way.shape).ravel() for x in (way, speed, acceleration)]
+        seconds, ramp = np.empty((2, *way.shape))
+        kernels.compute_shortest_times(*flat, seconds.reshape(-1), ramp.reshape(-1))
+        return cls(np.asarray(seconds.max(axis=-1)), ramp)
+
+    def at(self, t: Any) -> TimeLawShares:
+        """Return shares (..., n), or (..., 1) where all axes are alike, at times t (...)."""
+        ramp = np.array([QUINTIC_RAMP]) if self.ramp is None else self.ramp
+        times, seconds = np.asarray(t, dtype=float)[..., None], self.seconds[..., None]
+        shape = np.broadcast_shapes(times.shape, seconds.shape, ramp.shape)
+        flat = [np.broadcast_to(x, shape).ravel() for x in (times, seconds, ramp)]
+        found = np.empty((flat[0].size, 3))
+        kernels.compute_motion_shares(*flat, found)
+        return TimeLawShares(*(np.array(each).reshape(shape) for each in found.T))
+
+
+def check_times(t: Any) -> Array:
+    """Return times of any shape in seconds, also infinite; raise InputError for others."""
+    try:
+        times = np.asarray(t, dtype=float)
+    except (TypeError, ValueError):
+        raise InputError(f"time (seconds): expected numbers, got {format_value(t)}") from None
+    if np.isnan(times).any():
+        raise InputError("time (seconds): every time must be a number, got nan")
+    return times

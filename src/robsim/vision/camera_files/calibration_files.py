@@ -1,0 +1,132 @@
+"""Calibration files, whose content tells the format; of a new one the ending of its name does."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from robsim.base.arrays import Array
+from robsim.base.atomic_files import write_whole
+from robsim.base.errors import FileError, InputError, check_known, raise_file_errors
+from robsim.base.file_content import read_bytes
+from robsim.geometry.pose import Pose
+from robsim.vision.camera_files import camera_tables, colmap, kalibr, xml_text, yaml_text
+from robsim.vision.camera_files.camera_tables import LensCoefficients, MakeCamera, OptionalSize
+
+LARGEST_FILE = 1_000_000  # bytes
+EXPECTED = "a calibration of OpenCV, ROS, Kalibr or COLMAP"
+
+
+def load_camera(path: str | os.PathLike[str], name: str | None, make: MakeCamera) -> Any:
+    """Return the camera of a file, or the one of a name; see `Camera.from_file`."""
+    cameras, _ = _load_cameras(path, make)
+    if name is None and len(cameras) == 1:
+        return next(iter(cameras.values()))
+    if name is None:
+        raise FileError(f"{path}: {len(cameras)} cameras, {', '.join(cameras)}: say which, name=")
+    with raise_file_errors(path):
+        check_known(name, cameras, "no camera {}", "cameras")
+        return cameras[name]
+
+
+def load_rig(path: str | os.PathLike[str], make: MakeCamera) -> dict[str, tuple[Any, Pose]]:
+    """Return the cameras of Kalibr's chain with their poses in the axes of the first.
+
+    FileError: a file of another program, which does not tell such poses.
+    """
+    cameras, content = _load_cameras(path, make)
+    if not kalibr.is_camera_chain(content):
+        raise FileError(f"{path}: no poses of cameras, as in Kalibr's camchain.yaml")
+    with raise_file_errors(path):
+        poses = kalibr.read_chain_poses(content)
+    return {name: (camera, poses[name]) for name, camera in cameras.items()}
+
+
+def _load_cameras(path: str | os.PathLike[str], make: MakeCamera) -> tuple[dict[str, Any], Any]:
+    """Return the cameras of a file by name, and its content as plain tables."""
+    data, source = read_bytes(path, EXPECTED, LARGEST_FILE), str(path)
+    if data.lstrip().startswith(b"<"):
+        content: Any = xml_text.parse_xml_table(data, source)
+    else:
+        text = _decode_text(data, source)
+        if colmap.is_cameras_txt(text):
+            return colmap.read_colmap_cameras(text, source, make), None
+        content = yaml_text.parse_yaml_table(text, source)
+    with raise_file_errors(path):
+        program = kalibr if kalibr.is_camera_chain(content) else camera_tables
+        return program.cameras_of(content, make), content
+
+
+def _decode_text(data: bytes, source: str) -> str:
+    """Return the text of a file that is no XML; FileError: empty, or not UTF-8."""
+    if not data.strip():
+        raise FileError(f"{source}: empty; expected {EXPECTED}")
+    try:
+        return data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise FileError(f"{source}: byte {error.start} is not UTF-8; expected {EXPECTED}") from None
+
+
+def save_camera(
+    path: str | os.PathLike[str], K: Array, size: OptionalSize, lens: LensCoefficients
+) -> Path:
+    """Write the file that the ending of its name tells; see `Camera.to_file`."""
+    ending = Path(path).suffix.lower() if isinstance(path, str | os.PathLike) else ""
+    if ending not in ENDINGS:
+        raise FileError(f"{path}: expected a name that ends in {', '.join(ENDINGS)}")
+    with raise_file_errors(path):
+        if K[0, 1]:
+            raise InputError(f"a skew of {K[0, 1]:g} px, which other programs leave out")
+        text = ENDINGS[ending](K, size, lens)
+    return write_whole(path, text)
+
+
+def _format_yaml(K: Array, size: OptionalSize, lens: LensCoefficients) -> str:
+    """Return a text for OpenCV, whose tags ROS does not mind, with all that ROS asks for."""
+    lines = ["%YAML 1.0", "---", *(f"{key}: {value}" for key, value in _scalar_entries(size, lens))]
+    for key, values in _matrix_entries(K, lens):
+        rows, cols = values.shape
+        lines += [f"{key}: !!opencv-matrix", f"   rows: {rows}", f"   cols: {cols}", "   dt: d"]
+        lines += [f"   data: [ {', '.join(map(repr, values.ravel().tolist()))} ]"]
+    return "\n".join(lines) + "\n"
+
+
+def _format_xml(K: Array, size: OptionalSize, lens: LensCoefficients) -> str:
+    """Return a text for OpenCV."""
+    lines = ['<?xml version="1.0"?>', "<opencv_storage>"]
+    lines += [f"<{key}>{value}</{key}>" for key, value in _scalar_entries(size, lens)]
+    for key, values in _matrix_entries(K, lens):
+        rows, cols = values.shape
+        lines += [f'<{key} type_id="opencv-matrix">', f"  <rows>{rows}</rows>"]
+        lines += [f"  <cols>{cols}</cols>", "  <dt>d</dt>"]
+        lines += [f"  <data>{' '.join(map(repr, values.ravel().tolist()))}</data>", f"</{key}>"]
+    return "\n".join([*lines, "</opencv_storage>"]) + "\n"
+
+
+def _scalar_entries(size: OptionalSize, lens: LensCoefficients) -> Iterator[tuple[str, object]]:
+    """Yield the keys that are no matrices."""
+    if size is not None:
+        yield from zip(("image_width", "image_height"), size, strict=True)
+    yield "camera_name", "camera"
+    yield "distortion_model", "rational_polynomial" if len(lens) > 5 else "plumb_bob"
+
+
+def _matrix_entries(K: Array, lens: LensCoefficients) -> Iterator[tuple[str, Array]]:
+    """Yield the matrices; those of a rectified image are those of this one without its lens."""
+    yield "camera_matrix", K
+    yield "distortion_coefficients", np.array([lens]) if lens else EMPTY_MATRIX
+    yield "rectification_matrix", np.eye(3)
+    yield "projection_matrix", np.hstack([K, np.zeros((3, 1))])
+
+
+EMPTY_MATRIX = np.empty((0, 0))
+ENDINGS: dict[str, Callable[[Array, OptionalSize, LensCoefficients], str]] = {
+    ".yaml": _format_yaml,
+    ".yml": _format_yaml,
+    ".xml": _format_xml,
+    ".txt": colmap.format_cameras_txt,
+}

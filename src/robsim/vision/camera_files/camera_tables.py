@@ -1,0 +1,132 @@
+"""Cameras in tables with the names of OpenCV and ROS."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from robsim.base.arrays import Array, as_floats, has_items
+from robsim.base.errors import InputError, format_value
+
+MakeCamera = Callable[..., Any]  # Make(K, size, distortion=lens) returns a camera
+OptionalSize = tuple[int, int] | None  # the width and height of the image in pixels
+LensCoefficients = tuple[float, ...]  # the coefficients of the distortion that were given
+# what programs call a part, in small letters alone; a number behind it counts cameras
+WORDS = {
+    "K": "cameramatrix k m mtx intrinsicmatrix",
+    "distortion": "distortioncoefficients distortioncoeffs distcoeffs distcoefs dist d distortion",
+    "size": "imagesize resolution",
+    "width": "imagewidth width",
+    "height": "imageheight height",
+}
+SIZES = "size", "width", "height"  # which all cameras of a table may share
+PARTS = {word: part for part, words in WORDS.items() for word in words.split()}
+EXPECTED = "camera_matrix, cameraMatrix or K"
+MODELLED = ("", "none", "pinhole", "plumb_bob", "rational_polynomial", "radtan", "brown_conrady")
+MODEL_KEYS = "distortion_model", "camera_model", "model"
+FISHEYE_KEYS = "fisheye_model", "fisheye", "xi"  # of OpenCV's calibrations, where they are not 0
+PERSPECTIVE = (
+    "a perspective camera is modelled, whose lens has k1 k2 p1 p2 [k3 [k4 k5 k6]] "
+    "(plumb_bob, radtan, rational_polynomial)"
+)
+
+
+def read_table_cameras(table: Any, make: MakeCamera) -> dict[str, Any]:
+    """Return the cameras of a table, by the number behind their keys; one has the name "camera".
+
+    InputError: no camera matrix, two of one name, a lens that is not modelled.
+    """
+    if not isinstance(table, Mapping):
+        raise InputError(f"expected keys such as {EXPECTED}, got {format_value(table)}")
+    check_camera_model(table)
+    found: dict[str, dict[str, str]] = {}  # key by part, of each camera
+    for key in table:
+        word, number = _split_key(str(key))
+        if word in PARTS:
+            _record_key(found.setdefault(number, {}), PARTS[word], str(key))
+    shared = {part: key for part, key in found.get("", {}).items() if part in SIZES}
+    cameras = {number or "camera": shared | k for number, k in found.items() if "K" in k}
+    if not cameras:
+        keys = format_value(", ".join(map(str, table)))
+        raise InputError(f"no camera matrix: expected {EXPECTED}; keys: {keys}")
+    return {name: _build_table_camera(table, keys, make) for name, keys in cameras.items()}
+
+
+def check_camera_model(table: Mapping[str, Any]) -> None:
+    """Raise InputError for a kind of camera or lens that is not modelled."""
+    for key in MODEL_KEYS:
+        model = table.get(key)
+        if model is not None and str(model).strip().lower() not in MODELLED:
+            raise InputError(f"{key} {format_value(model)} is not modelled: {PERSPECTIVE}")
+    for key in FISHEYE_KEYS:
+        if table.get(key) not in (None, 0.0, "false", "False", False):
+            raise InputError(f"{key}: fisheye and omnidirectional lenses are not: {PERSPECTIVE}")
+
+
+def parse_matrix(value: Any, what: str) -> Array:
+    """Return the numbers of a list, or of a table of rows, cols and data.
+
+    >>> parse_matrix({"rows": 1.0, "cols": 2.0, "data": [3.0, 4.0]}, "D")
+    array([[3., 4.]])
+    """
+    if not isinstance(value, Mapping):
+        if not has_items(value):
+            raise InputError(f"{what}: expected a matrix, got {format_value(value)}")
+        return as_floats(value, what, ())
+    if missing := [key for key in ("rows", "cols", "data") if key not in value]:
+        raise InputError(f"{what}: a matrix has rows, cols and data; {missing[0]} is missing")
+    data = as_floats(value["data"] if has_items(value["data"]) else [], f"{what}.data", ())
+    shape = [value["rows"], value["cols"]]
+    if (
+        data.ndim != 1
+        or not all(_is_whole_number(n) for n in shape)
+        or data.size != shape[0] * shape[1]
+    ):
+        raise InputError(
+            f"{what}: {format_value(shape[0])} rows and {format_value(shape[1])} columns do not hold its "
+            f"{data.size} numbers"
+        )
+    return data.reshape([int(n) for n in shape])
+
+
+def _build_table_camera(table: Mapping[str, Any], keys: Mapping[str, str], make: MakeCamera) -> Any:
+    """Return the camera of a table from the keys of its parts."""
+    K = parse_matrix(table[keys["K"]], keys["K"])
+    if K.shape == (9,):
+        K = K.reshape(3, 3)
+    if K.shape != (3, 3):
+        raise InputError(f"{keys['K']}: expected 3 x 3 numbers, got shape {K.shape}")
+    lens = (
+        parse_matrix(table[keys["distortion"]], keys["distortion"]) if "distortion" in keys else ()
+    )
+    return make(K, _read_image_size(table, keys), distortion=lens)
+
+
+def _read_image_size(table: Mapping[str, Any], keys: Mapping[str, str]) -> Any:
+    """Return (width, height), or None where the table has neither."""
+    if "size" in keys and not keys.keys() & {"width", "height"}:
+        return parse_matrix(table[keys["size"]], keys["size"]).ravel()
+    if not keys.keys() & {"width", "height"}:
+        return None
+    if missing := [part for part in ("width", "height") if part not in keys]:
+        raise InputError(f"image_{missing[0]} is missing")
+    return [table[keys["width"]], table[keys["height"]]]
+
+
+def _split_key(key: str) -> tuple[str, str]:
+    """Return a key in small letters alone, and the number at its end."""
+    word = re.sub(r"[^a-z0-9]", "", key.lower())
+    stem = word.rstrip("0123456789")
+    return stem, word[len(stem) :]
+
+
+def _record_key(keys: dict[str, str], part: str, key: str) -> None:
+    """Note the key of a part; InputError if another key has it."""
+    if part in keys:
+        raise InputError(f"{keys[part]} and {key} say the same: give one")
+    keys[part] = key
+
+
+def _is_whole_number(value: Any) -> bool:
+    return isinstance(value, int | float) and value >= 0 and value == int(value)

@@ -1,0 +1,107 @@
+"""Poses of a target some of whose marks are seen at a wrong place: starts, and robust weights."""
+
+from __future__ import annotations
+
+from itertools import combinations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robsim.base.arrays import Array, move_runs_first, move_runs_last
+from robsim.kernels.estimation import m_estimator
+from robsim.kernels.estimation.robust_pose_fit import fit_robust_pose
+from robsim.vision.camera import Camera
+from robsim.vision.p3p import three_marks_poses
+from robsim.vision.pixel_measurement import normalise_pixels
+from robsim.vision.pose_minima import (
+    ARRIVED,
+    ROUNDS,
+    find_minima,
+    is_usable_image,
+    pose_distance,
+    refine_minima,
+    reprojection_errors,
+)
+
+WEIGHT_KINDS = {
+    "huber": m_estimator.HUBER,
+    "tukey": m_estimator.TUKEY,
+    "cauchy": m_estimator.CAUCHY,
+}
+LEAST_MARKS = 5  # any three of four marks have a pose that fits them, so any one may be what lies
+EXACT = 1e-9  # pixels: the least scale of distances where no more noise is given
+TRIANGLES = 35  # of marks that are tried; half of the marks may lie, and 1 of 100 finds none sound
+STEPS = (0.8191725133961645, 0.6710436067037893, 0.5497004779019703)  # x^-1..-3 of x^4 = x + 1
+
+
+def find_robust_minima(
+    p: Array, u: Array, camera: Camera, kind: int, noise: float | None
+) -> tuple[Array, Array, Array]:
+    """Return the minima T_c_o (B, 4, 3, 4), their weighted squares (B, 4), and weights (B, N).
+
+    Of marks p (N, 3) and pixels u (B, N, 2). Reweighted least squares go from the minima of all
+    marks, and from the pose of three of them that has the nearest majority (least median of
+    squares: Rousseeuw 1984). The weights are those of the pose that then has it.
+    """
+    x, (T, squares) = normalise_pixels(u, camera), find_minima(p, u, camera)
+    weights, seen = np.full(u.shape[:2], np.nan), np.flatnonzero(is_usable_image(x))
+    least = max(noise or 0.0, EXACT) / np.sqrt(camera.K[0, 0] * camera.K[1, 1])
+    with np.errstate(all="ignore"):  # starts that are not finite are replaced
+        starts = np.concatenate([T[seen], _best_triangle_poses(p, x[seen])], axis=1)
+        found, each = _reweight_minima(p, x[seen], starts, kind, float(least))
+        best, runs = _majority_distances(p, found, x[seen]).argmin(1), np.arange(len(seen))
+        weights[seen] = each[runs, best]
+        T[seen], squares[seen] = refine_minima(
+            p, x[seen], u[seen], camera, np.nan_to_num(found), weights[seen]
+        )
+    return T, squares, weights
+
+
+def _select_triangles(N: int) -> NDArray[np.int64]:
+    """Return numbers (n, 3) of three marks each: all there are, or an even choice of them."""
+    if N <= 7:
+        return np.array(list(combinations(range(N), 3)))
+    drawn = (np.arange(1, 4 * TRIANGLES)[:, None] * STEPS % 1.0 * N).astype(np.int64)
+    three = np.sort(drawn, axis=1)
+    return three[(np.diff(three, axis=1) > 0).all(1)][:TRIANGLES]
+
+
+def _best_triangle_poses(p: Array, x: Array) -> Array:
+    """Return the poses (B, 1, 3, 4) of three marks that have the nearest majority of all."""
+    poses = [three_marks_poses(p[three], x[:, three]) for three in _select_triangles(len(p))]
+    each = np.concatenate(poses, axis=1)
+    best = _majority_distances(p, each, x).argmin(1)
+    return np.asarray(each[np.arange(len(x)), best, None])
+
+
+def _majority_distances(p: Array, T: Array, x: Array) -> Array:
+    """Return the distance (B, k) within which poses have a majority; inf for those that are none.
+
+    A pose fits three marks, whose distances say nothing: so it is that of N // 2 + 2 marks.
+    """
+    distances = np.linalg.norm(reprojection_errors(p, T, x), axis=-1)
+    within = np.sort(distances, axis=-1)[..., len(p) // 2 + 1]  # NaN come last
+    return np.where(np.isfinite(distances).all(-1), within, np.inf)
+
+
+def _reweight_minima(
+    p: Array, x: Array, starts: Array, kind: int, least: float
+) -> tuple[Array, Array]:
+    """Return the minima (B, k, 3, 4) to which starts lead, and the weights (B, k, N) there."""
+    B, k = starts.shape[:2]
+    T = move_runs_last(starts.reshape(-1, 3, 4), 2)
+    images = move_runs_last(np.repeat(x, k, axis=0), 2)
+    marks, weights = np.repeat(p[..., None], B * k, axis=2), np.empty((len(p), B * k))
+    going = np.flatnonzero(np.isfinite(T).all((0, 1)))
+    for _ in range(ROUNDS):
+        if not going.size:
+            break
+        moved = np.ascontiguousarray(T[..., going])
+        weights[:, going] = fit_robust_pose(
+            marks[..., going], images[..., going], moved, kind, least
+        )
+        far = (
+            pose_distance(move_runs_first(moved), move_runs_first(T[..., going])) > ARRIVED
+        )  # false where NaN
+        T[..., going], going = moved, going[far]
+    return move_runs_first(T).reshape(B, k, 3, 4), move_runs_first(weights).reshape(B, k, len(p))

@@ -1,0 +1,112 @@
+"""The parts of a scene with the errors of a belief."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from robsim.base.arrays import as_floats, as_positive
+from robsim.base.errors import InputError, format_value, suggest_names
+from robsim.geometry.pose import Pose, check_single_pose
+from robsim.robot.dh_row import DHRow
+from robsim.robot.joint import Joint
+from robsim.robot.link import Link
+from robsim.robot.robot import Robot
+from robsim.vision.camera import Camera
+from robsim.world.mounted_camera import MountedCamera
+from robsim.world.object import Object
+
+DH_ERRORS = ("theta", "d", "a", "alpha")
+
+
+def is_not_default(value: Any, right: float | tuple[float, float]) -> bool:
+    """Return whether a value is not the default of a belief, or is no number (refused later)."""
+    return isinstance(value, bool) or not isinstance(value, float | int | tuple) or value != right
+
+
+def perturb_camera(
+    eye: MountedCamera, focal: Any, center: Any, distortion: Any, hand_eye: Any
+) -> MountedCamera:
+    """Return a camera with wrong intrinsics and a wrong mount, see `Scene.believe`."""
+    K, factor = np.array(eye.camera.K), as_floats(focal, "focal (a factor)", ())
+    if factor.shape not in ((), (2,)) or not (factor > 0).all():
+        raise InputError(f"focal: expected one factor above 0, or two, got {format_value(focal)}")
+    with np.errstate(over="ignore"):  # the camera refuses numbers that are not finite
+        K[[0, 1], [0, 1]] *= factor
+    shift = as_floats(center, "center (pixels)", (2,))
+    if shift.ndim != 1:
+        raise InputError(f"center (pixels): expected (column, row), got {format_value(center)}")
+    K[:2, 2] += shift
+    lens = eye.camera.distortion if distortion is None else distortion
+    believed = Camera(K, eye.camera.size, body=eye.camera.body, distortion=lens)
+    return replace(eye, camera=believed, pose=_apply_pose_error(eye.pose, hand_eye, "hand_eye"))
+
+
+def perturb_robot(robot: Robot, dh: Any, convention: str, base: Any) -> Robot:
+    """Return a robot with wrong link parameters and a wrong base, see `Scene.believe`."""
+    dh = {} if dh is None else dh
+    if not isinstance(dh, Mapping):
+        raise InputError(f"dh: expected {{link: {{'a': metres, ...}}}}, got {format_value(dh)}")
+    names = [link.name for link in robot.links]
+    for name in dh:
+        if name not in names:
+            raise InputError(
+                f"dh: no link {name!r} in '{robot.name}'; {suggest_names(name, names, 'links')}"
+            )
+    links = [
+        replace(link, joint=_perturb_joint(link, dh[link.name], convention))
+        if link.name in dh
+        else link
+        for link in robot.links
+    ]
+    return replace(robot, links=tuple(links), base=_apply_pose_error(robot.base, base, "base"))
+
+
+def _perturb_joint(link: Link, errors: Any, convention: str) -> Joint:
+    """Return a joint with errors Rz(theta) Tz(d) along its axis and Tx(a) Rx(alpha) across.
+
+    Both pairs commute, so an error of one number is a factor of its own.
+    """
+    if not isinstance(errors, Mapping) or not set(errors) <= set(DH_ERRORS):
+        raise InputError(
+            f"dh of '{link.name}': expected errors of {', '.join(DH_ERRORS)}, got {format_value(errors)}"
+        )
+    theta, d, a, alpha = (
+        _check_dh_error(errors.get(name, 0.0), f"{link.name}.{name}") for name in DH_ERRORS
+    )
+    joint = link.joint
+    if joint.dh is not None and joint.dh.convention == convention:
+        row = joint.dh
+        return joint.with_constants(
+            dh=DHRow(row.theta + theta, row.d + d, row.a + a, row.alpha + alpha, convention)
+        )
+    along, across = Pose.at(0, 0, d, rpy=(0, 0, theta)), Pose.at(a, 0, 0, rpy=(alpha, 0, 0))
+    if convention == "standard":
+        return joint.with_constants(joint.place, along @ joint.tail @ across)
+    return joint.with_constants(across @ joint.place, along @ joint.tail)
+
+
+def perturb_target(thing: Object, size: Any, marks: Any, place: Any) -> Object:
+    """Return an object with wrong marks at a wrong place, see `Scene.believe`."""
+    believed = thing.marks if marks is None else as_floats(marks, "marks (metres)", ("N", 3))
+    if believed.shape != thing.marks.shape:
+        raise InputError(
+            f"marks of '{thing.name}': expected shape {thing.marks.shape}, got {believed.shape}"
+        )
+    with np.errstate(over="ignore"):  # the object refuses numbers that are not finite
+        believed = as_positive(size, "size (a factor)") * believed
+    return replace(thing, marks=believed, pose=_apply_pose_error(thing.pose, place, "place"))
+
+
+def _apply_pose_error(pose: Pose, error: Any, what: str) -> Pose:
+    return pose if error is None else pose @ check_single_pose(error, f"{what} (an error)")
+
+
+def _check_dh_error(value: Any, what: str) -> float:
+    number = as_floats(value, f"dh of {what}", ())
+    if number.ndim:
+        raise InputError(f"dh of {what}: expected a number, got {format_value(value)}")
+    return float(number)

@@ -1,0 +1,72 @@
+"""The frames of a scene, and the frames that carry them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
+
+from robsim.base.errors import FrameError, format_value, suggest_names
+from robsim.base.value import replace_unchecked
+from robsim.declare.spec import Context
+from robsim.geometry.pose import Pose
+from robsim.robot.frame import Frame
+from robsim.robot.joint import FIXED, Joint
+from robsim.robot.robot import Robot
+from robsim.world.mounted_camera import MountedCamera
+from robsim.world.object import Object
+
+MOST_LINKS = 1024  # total over all robots of a scene
+
+
+def list_scene_frames(
+    robots: Iterable[Robot], objects: Iterable[Object], cameras: Iterable[MountedCamera]
+) -> list[Frame]:
+    """Return the frames of all robots as "robot.link", then of objects and cameras by name."""
+    frames = []
+    for robot in robots:
+        for i, link in enumerate(robot.links):
+            joint = link.joint.within(robot.name)
+            if not i:
+                joint = _fixed_joint(robot.base @ link.joint.place @ link.joint.tail)
+            parent = f"{robot.name}.{link.parent}" if i else robot.on
+            frames.append(Frame(f"{robot.name}.{link.name}", parent, joint))
+    hung: tuple[Object | MountedCamera, ...] = (*objects, *cameras)
+    for part in hung:
+        frames.append(Frame(part.name, part.on, _fixed_joint(part.pose)))
+    return frames
+
+
+def check_attachment(frames: Sequence[Frame], thing: Object, to: Any) -> None:
+    """Raise FrameError if there is no frame `to`, or if the object itself carries it."""
+    above = {frame.name: frame.parent for frame in frames}
+    known = ["world", *above]
+    if not isinstance(to, str) or to not in known:
+        raise FrameError(f"no frame {format_value(to)}; {suggest_names(to, known, 'frames')}")
+    frame = to
+    while frame != "world":
+        if frame == thing.name:
+            way = "itself" if to == frame else f"'{to}', which stands on it"
+            raise FrameError(f"'{thing.name}' cannot hang from {way}")
+        frame = above[frame]
+
+
+def _fixed_joint(pose: Pose) -> Joint:
+    return replace_unchecked(FIXED, place=pose)
+
+
+def report_unknown_frames(raw: Mapping[str, Any], parts: Mapping[str, Any], c: Context) -> None:
+    """Report parts on a frame that does not exist, at their keys in the text."""
+    if any(kind in raw and kind not in parts for kind in ("robots", "objects", "cameras")):
+        return  # some parts have been reported already
+    robots = parts.get("robots", ())
+    frames = ["world", *(f"{robot.name}.{link.name}" for robot in robots for link in robot.links)]
+    if len(frames) > MOST_LINKS:
+        c.at("robots").report(f"more than {MOST_LINKS} links in all")
+        return
+    others = [*parts.get("objects", ()), *parts.get("cameras", ())]
+    frames += [part.name for part in others]
+    for kind in ("robots", "objects", "cameras"):
+        for part in parts.get(kind, ()):
+            if part.on not in frames:
+                hint = suggest_names(part.on, frames, "frames")
+                c.at(kind, part.name, "on").report(f"no frame {part.on!r}; {hint}")
