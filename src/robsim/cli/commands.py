@@ -10,22 +10,20 @@ import click
 from robsim import __version__
 from robsim.base import interrupt
 from robsim.base.errors import Interrupted, RobSimError
-from robsim.cli import (
-    bench_command,
-    check_command,
-    compare_command,
-    demo_command,
-    examples_command,
-    explain_command,
-    export_command,
-    robots_command,
-    run_command,
-    schema_command,
-    studio_command,
-    study_command,
-    warm_command,
-)
+from robsim.cli.bench_command import compare_suites
+from robsim.cli.check_command import check_scenario
+from robsim.cli.compare_command import compare_scenarios
 from robsim.cli.console import print_text
+from robsim.cli.demo_command import run_demo
+from robsim.cli.examples_command import copy_example
+from robsim.cli.explain_command import explain_run_file
+from robsim.cli.export_command import export_page
+from robsim.cli.robots_command import describe_robots
+from robsim.cli.run_command import simulate_scenario
+from robsim.cli.schema_command import print_schema
+from robsim.cli.studio_command import open_studio
+from robsim.cli.study_command import run_study_file
+from robsim.cli.warm_command import compile_kernels
 
 BAD_INPUT = 2  # exit status
 NEW_OBJECTS = 100_000  # between looks for garbage, which at Python's 700 take a sixth of a start
@@ -37,24 +35,22 @@ def cli() -> None:
     """Model, simulate and see robots that are guided by cameras."""
 
 
-for _each in (
-    *(
-        demo_command,
-        run_command,
-        compare_command,
-        study_command,
-        bench_command,
-        check_command,
-        explain_command,
-        export_command,
-        examples_command,
-        robots_command,
-        schema_command,
-        studio_command,
-    ),
-    warm_command,
+for _command in (
+    run_demo,
+    simulate_scenario,
+    compare_scenarios,
+    run_study_file,
+    compare_suites,
+    check_scenario,
+    explain_run_file,
+    export_page,
+    copy_example,
+    describe_robots,
+    print_schema,
+    open_studio,
+    compile_kernels,
 ):
-    cli.add_command(_each.command)
+    cli.add_command(_command)
 
 
 def run_command_line() -> None:

@@ -77,14 +77,14 @@ _PAIRS += [pair for kind in _NUMBER[1:] for pair in ((LanesType, kind), (kind, L
 def _define_operator(function: Any, result: Any, emit: Any) -> None:
     """Let an operator of two lanes, or of lanes and a number, give `result` by `emit`."""
 
-    class Template(_OperatorTemplate):
+    class ArithmeticTemplate(_OperatorTemplate):
         def generic(self, args: Any, kws: Any) -> Any:
             each = len(args) == 2 and all(isinstance(kind, _NUMBER) for kind in args)
             if each and any(isinstance(kind, LanesType) for kind in args):
                 return signature(result, *args)
             return None
 
-    infer_global(function)(Template)
+    infer_global(function)(ArithmeticTemplate)
 
     def lower(context: Any, builder: Any, sig: Any, args: Any) -> Any:
         pairs = zip(sig.args, args, strict=True)
@@ -148,12 +148,12 @@ sqrt, absolute, floor = _define_unary("sqrt"), _define_unary("fabs"), _define_un
 def _define_mask_operator(function: Any, instruction: str) -> None:
     """Let an operator of two masks be an instruction."""
 
-    class Template(_OperatorTemplate):
+    class MaskTemplate(_OperatorTemplate):
         def generic(self, args: Any, kws: Any) -> Any:
             masks = len(args) == 2 and all(isinstance(kind, MaskType) for kind in args)
             return signature(MASK, MASK, MASK) if masks else None
 
-    infer_global(function)(Template)
+    infer_global(function)(MaskTemplate)
 
     def lower(context: Any, builder: Any, sig: Any, args: Any) -> Any:
         return getattr(builder, instruction)(*args)
