@@ -11,7 +11,9 @@ import robsim as rs
 
 STEPS, SECONDS = 20_000, 5.0
 SHARES = (50, 90, 99, 99.9, 100)
-SAFETY = rs.Safety(speed=1.0, acceleration=5.0, margin=0.02, ramp=0.2, watchdog=rs.Watchdog(0.2))
+SAFETY = rs.Safety(
+    speed=1.0, acceleration=5.0, margin=0.02, ramp=0.2, watchdog=rs.control.Watchdog(0.2)
+)
 
 
 def measured(step: Callable[[int], object]) -> np.ndarray:

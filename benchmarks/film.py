@@ -16,7 +16,7 @@ TURNS = 3
 def drawn(run, path: Path) -> float:
     """Median of the seconds between two frames of a film, drawing and encoding included."""
     told: list[float] = []
-    rs.save_film(run, path, progress=lambda share: told.append(time.perf_counter()))
+    rs.plot.save_film(run, path, progress=lambda share: told.append(time.perf_counter()))
     return float(np.median(np.diff(told)))
 
 
@@ -37,7 +37,7 @@ def main() -> None:
             run, path = experiment.run(), Path(folder) / "run.gif"
             frame = min(drawn(run, path) for _ in range(TURNS))
             line = f"{name:20} {frame:8.4f} s "
-            if not isinstance(run, rs.MissionRun):
+            if not isinstance(run, rs.tasks.MissionRun):
                 again = min(anew(run, experiment.scene) for _ in range(TURNS))
                 line += f"{again:8.4f} s {again / frame:7.1f}"
             else:

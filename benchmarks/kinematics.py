@@ -81,7 +81,7 @@ def singles(robot: rs.Robot) -> dict[str, float]:
     }
     try:
         found["closed_ik"] = least(lambda: robot.closed_ik(T))
-    except rs.InputError:
+    except rs.errors.InputError:
         return found  # no closed form
     return found
 

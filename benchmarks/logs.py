@@ -60,9 +60,9 @@ def main():
     words = list(generate_messages(run, experiment, 0))
     with tempfile.TemporaryDirectory() as folder:
         file, turns = Path(folder) / "run.mcap", iter(range(TURNS))
-        write = least(lambda: rs.write_bag(run, file))
+        write = least(lambda: rs.logs.write_bag(run, file))
         plain = least(lambda: plainly_written(words, Path(folder) / f"plain{next(turns)}"))
-        read = least(lambda: rs.read_bag(file, experiment))
+        read = least(lambda: rs.logs.read_bag(file, experiment))
         decoded = least(lambda: plainly_read(file))
         raw = least(lambda: bytes_read(file))
         size = file.stat().st_size

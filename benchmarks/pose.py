@@ -45,7 +45,7 @@ def ours(kind, marks):
     import robsim as rs
 
     K, p, pixels = views(kind, marks)
-    return best(lambda: rs.estimate_pose(p, pixels, rs.Camera(K)))
+    return best(lambda: rs.vision.estimate_pose(p, pixels, rs.Camera(K)))
 
 
 def theirs(kind, marks, refine):

@@ -29,23 +29,25 @@ SCHEMES = {
     "L desired": rs.IBVS(interaction="desired"),
     "damped inverse": rs.IBVS(inverse="damped"),
     "transpose": rs.IBVS(inverse="transpose"),
-    "adaptive gain": rs.IBVS(gain=rs.AdaptiveGain(1.001, 1.0, 1.0)),
-    "depth filter": rs.IBVS(depth=rs.DepthFilter(0.5)),
+    "adaptive gain": rs.IBVS(gain=rs.laws.AdaptiveGain(1.001, 1.0, 1.0)),
+    "depth filter": rs.IBVS(depth=rs.laws.DepthFilter(0.5)),
     "Broyden": rs.IBVS(interaction="broyden"),
-    "speed limit": rs.IBVS(limit=rs.SpeedLimit(joint=1.0)),
+    "speed limit": rs.IBVS(limit=rs.laws.SpeedLimit(joint=1.0)),
     "smooth start": rs.IBVS(smooth_start=1.0),
     "marks that come and go": rs.IBVS(weighting=["border", "fade"]),
     "secondary motion": rs.IBVS(
-        features=rs.FeatureBlock("points", marks=[0, 1]), secondary=rs.AvoidLimits()
+        features=rs.features.FeatureBlock("points", marks=[0, 1]), secondary=rs.laws.AvoidLimits()
     ),
     "priorities of two": rs.Priorities(
-        [rs.IBVS(features=rs.FeatureBlock("points", marks=[0])), rs.PBVS()]
+        [rs.IBVS(features=rs.features.FeatureBlock("points", marks=[0])), rs.PBVS()]
     ),
-    "switch": rs.Switch(rs.PBVS(), rs.IBVS(), rs.ErrorBelow(1e-3)),
+    "switch": rs.Switch(rs.PBVS(), rs.IBVS(), rs.tasks.ErrorBelow(1e-3)),
     "follow joints": rs.FollowJoints(ARM.home + 0.05, duration=20.0),
     "follow path": rs.FollowPath(TIP @ rs.Pose.at(0.02, 0.02, 0.02), duration=20.0),
 }
-LATE = rs.Sensing(0.5, 0.25, 0.02, 5.0, [rs.Occlusion([1], 1.0, 2.0)], 0.1, 0.06, 0.08)
+LATE = rs.Sensing(
+    0.5, 0.25, 0.02, 5.0, [rs.imperfections.Occlusion([1], 1.0, 2.0)], 0.1, 0.06, 0.08
+)
 LAZY = rs.Actuation(lag=0.05, velocity=2.0, acceleration=20.0, encoder=1e-4)
 IMPERFECT = {
     "pixel noise": {"sensing": rs.Sensing(noise=0.5)},

@@ -23,13 +23,13 @@ def mixed(one):
     """A start, three numbers and a choice that are drawn, and two schemes in turn."""
     eye, goal = one.scene.camera().name, one.task.goal
     return {
-        "start": rs.LookAt(distance=(0.5, 1.2), roll=(-90, 90) * deg),
+        "start": rs.starts.LookAt(distance=(0.5, 1.2), roll=(-90, 90) * deg),
         "vary": {
             "task": [rs.IBVS(goal), rs.IBVS(goal, interaction="desired")],
-            "task.gain": rs.LogUniform(0.2, 4.0),
-            "sensing.noise": rs.Uniform(0.0, 1.0),
-            f"belief.cameras.{eye}.focal": rs.Normal(1.0, 0.05),
-            f"cameras.{eye}.center": rs.Sum(rs.Normal(0.0, [5.0, 5.0])),
+            "task.gain": rs.samplers.LogUniform(0.2, 4.0),
+            "sensing.noise": rs.samplers.Uniform(0.0, 1.0),
+            f"belief.cameras.{eye}.focal": rs.samplers.Normal(1.0, 0.05),
+            f"cameras.{eye}.center": rs.samplers.Sum(rs.samplers.Normal(0.0, [5.0, 5.0])),
         },
     }
 

@@ -13,15 +13,17 @@ planned = rs.load_scenario(rs.examples.path("chapter_6_1"))
 robot = planned.at("task.gain", 0.8 * planned.task.gain).with_(
     sensing=rs.Sensing(latency=0.08), actuation=rs.Actuation(lag=0.1)
 )
-rs.write_bag(robot.run(), "robot.mcap", start=1.7e9)  # seconds since 1970, as a recorder has them
+rs.logs.write_bag(
+    robot.run(), "robot.mcap", start=1.7e9
+)  # seconds since 1970, as a recorder has them
 
-run = rs.read_bag("robot.mcap", planned)
+run = rs.logs.read_bag("robot.mcap", planned)
 print(rs.explain(run))
 print()
 print(rs.compare({"robot": run, "planned": planned}))
 
 with warnings.catch_warnings():
-    warnings.simplefilter("ignore", rs.ReplayWarning)  # the commands differ, as was said
+    warnings.simplefilter("ignore", rs.errors.ReplayWarning)  # the commands differ, as was said
     commanded = rs.replay(run)
 away = abs(commanded.qd - run.qd).max("time")
 print()
@@ -29,7 +31,7 @@ print("largest difference of a command (rad/s):")
 for joint in run.velocity.values:
     print(f"  {joint:10} {float(away.sel(velocity=joint)):.4f}")
 
-same = rs.read_bag("robot.mcap")  # with the experiment that the bag says: the robot's own
+same = rs.logs.read_bag("robot.mcap")  # with the experiment that the bag says: the robot's own
 print()
 print("to the bit with its own experiment:", bool((same.q == run.q).all()), end=", ")
 print("lag", rs.Experiment.of(same).actuation.lag, "s")

@@ -33,7 +33,7 @@ class Damped(rs.IBVS):
 def switching(goal, gain):
     """Position-based, but image-based where a mark is near the border."""
     inside, near = rs.PBVS(goal, gain=gain), rs.IBVS(goal, gain=gain, interaction="mean")
-    return rs.Switch(inside, near, when=rs.NearBorder(40.0, (640, 480)))
+    return rs.Switch(inside, near, when=rs.tasks.NearBorder(40.0, (640, 480)))
 
 
 if __name__ == "__main__":

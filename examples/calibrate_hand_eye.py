@@ -9,14 +9,14 @@ from robsim.plot import palette
 ALSO = ["focal", "center"]
 TRIALS = 15
 bench = rs.load_scenario(rs.examples.path("calibration_bench"))
-look = rs.LookAt("board", distance=(0.3, 0.9), cone=0.9, aside=0.1)
-candidates = rs.sample_viewpoints(bench, 200, look, seed=3)
+look = rs.starts.LookAt("board", distance=(0.3, 0.9), cone=0.9, aside=0.1)
+candidates = rs.calibration.sample_viewpoints(bench, 200, look, seed=3)
 truth = bench.scene
 
 
 def calibrated(q, seed):
     """What views from some coordinates tell."""
-    return rs.calibrate(rs.simulate_views(bench, q, seed=seed), ALSO)
+    return rs.calibrate(rs.calibration.simulate_views(bench, q, seed=seed), ALSO)
 
 
 def spread(found):

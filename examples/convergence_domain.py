@@ -6,7 +6,7 @@ import robsim as rs
 from robsim.units import deg
 
 experiment = rs.load_scenario(rs.examples.path("local_minimum"))
-start = rs.LookAt(distance=(0.5, 1.5), axis=(0, 0, -1), cone=60 * deg)
+start = rs.starts.LookAt(distance=(0.5, 1.5), axis=(0, 0, -1), cone=60 * deg)
 laws = {f"L {name}": name for name in ("current", "mean", "desired")}
 study = rs.study(experiment, 4000, seed=1, start=start, vary={"task.interaction": laws})
 print(study)
@@ -14,10 +14,10 @@ print(study.paired("task.interaction"))
 
 one = {"axis": (0, 0, -1), "distance": (1.0, 1.0), "cone": 60 * deg}  # as far as the goal
 for cone in (15, 30, 45, 60, 75):
-    some = rs.LookAt(**{**one, "cone": cone * deg})
+    some = rs.starts.LookAt(**{**one, "cone": cone * deg})
     trapped = rs.study(experiment, 2000, seed=1, start=some).counts().rows["all"][2]
     print(f"within {cone} degrees of the axis: {trapped['LOCAL_MINIMUM']} trapped")
-upright = rs.LookAt(**one, roll=(0, 0))  # a slice: as the image stands at the goal
+upright = rs.starts.LookAt(**one, roll=(0, 0))  # a slice: as the image stands at the goal
 at_once = rs.study(experiment, 6000, seed=2, start=upright, vary={"task.interaction": laws})
 figure = rs.plot.study_basin(at_once, "start_x", "start_y", by="task.interaction")
 figure.savefig("convergence_domain.png", dpi=160)

@@ -65,7 +65,7 @@ class Driver:
         if image is None:
             return None
         plate = {i: image.marks[name] for i, name in enumerate(MARKS) if name in image.marks}
-        return rs.Marks({"plate": plate}, image.timestamp)
+        return rs.control.Marks({"plate": plate}, image.timestamp)
 
     def _note(self, t, command):
         if not self.phases or self.phases[-1][1] != command.phase:

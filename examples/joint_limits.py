@@ -15,7 +15,7 @@ class Unprojected:
         self.away, self.limits = away, limits
 
     def command(self, state):
-        return rs.JointLaw().command(state) + self.away.velocity(state.q, self.limits)
+        return rs.laws.JointLaw().command(state) + self.away.velocity(state.q, self.limits)
 
 
 scenario = rs.load_scenario(rs.examples.path("joint_limits"))

@@ -20,8 +20,8 @@ def interaction():
     """L (8, 6) of the pixels of the marks at the goal."""
     scene = rs.load_scenario(rs.examples.path("noise_floor")).scene
     view = scene.view(GOAL.q, points="plate")
-    seen = rs.Observation.of(view.pixels, view.depth, scene.camera().camera)
-    return rs.PixelPoints().interaction(seen)[0]
+    seen = rs.features.Observation.of(view.pixels, view.depth, scene.camera().camera)
+    return rs.features.PixelPoints().interaction(seen)[0]
 
 
 gains, grid = np.array([0.05, 0.1, 0.2, 0.4, 0.7, 1, 1.3, 1.6]), np.geomspace(0.04, 1.8, 100)

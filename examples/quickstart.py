@@ -14,7 +14,9 @@ eye = rs.MountedCamera("camera", lens, on="rhino_xr4.tool", pose=rs.Pose.at(0, 5
 scene = rs.Scene([rhino], [cube], [eye])
 
 goal = rhino.home + np.array([-20, -12, 20, -12, -40]) * deg
-task = rs.IBVS(goal=goal, features=rs.PixelPoints(), law=rs.CameraLaw(length=1 * cm), gain=0.8)
+task = rs.IBVS(
+    goal=goal, features=rs.features.PixelPoints(), law=rs.laws.CameraLaw(length=1 * cm), gain=0.8
+)
 run = rs.simulate(scene, task, q0=rhino.home, dt=0.04, duration=20)
 
 print(rs.Outcome(int(run.outcome)).message, f"after {float(run.end_time):.2f} s")

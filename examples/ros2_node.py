@@ -69,7 +69,7 @@ class Servo:
         self.told = {name: node.declare_parameter(name, v).value for name, v in PARAMETERS.items()}
         self.controller = rs.Controller.from_file(self.told["scenario"])
         ids = {target: each.split(",") for target, each in pairs(self.told["ids"]).items()}
-        self.ros = rs.RosMessages(
+        self.ros = rs.control.RosMessages(
             self.controller,
             names=pairs(self.told["names"]),
             marks=ids,
@@ -100,7 +100,7 @@ class Servo:
         """Keep what a camera saw until the next command."""
         try:
             self.images[camera] = self.ros.marks(message, camera, t=self._now())
-        except rs.InputError as error:
+        except rs.errors.InputError as error:
             self.node.get_logger().warning(str(error))
 
     def on_run(self, message):
@@ -124,7 +124,7 @@ class Servo:
             q = read(message)
             if q is not None:
                 self._answer(q, self.ros.time(message) or self._now())
-        except rs.InputError as error:  # what does not fit the scene, or is no number
+        except rs.errors.InputError as error:  # what does not fit the scene, or is no number
             self.node.get_logger().error(str(error))
 
     def _answer(self, q, t):

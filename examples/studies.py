@@ -13,7 +13,7 @@ schemes = rs.study(
     one,
     2000,
     seed=1,
-    start=rs.LookAt(distance=(0.6, 1.4), roll=(-180, 180) * deg, aside=0.15),
+    start=rs.starts.LookAt(distance=(0.6, 1.4), roll=(-180, 180) * deg, aside=0.15),
     vary={"task": {name: replace(task, goal=one.task.goal) for name, task in tasks.items()}},
 )
 print(schemes)
@@ -26,12 +26,12 @@ wrong = rs.study(
     rs.load_scenario(rs.examples.path("calibration_errors"), ["belief.cameras.camera.focal=500"]),
     4000,
     seed=1,
-    start=rs.LookAt(distance=(0.8, 1.4), roll=(-60, 60) * deg),
+    start=rs.starts.LookAt(distance=(0.8, 1.4), roll=(-60, 60) * deg),
     vary={
-        "task.gain": rs.LogUniform(0.8, 2.0),
-        "belief.cameras.camera.focal": rs.Sum(rs.Normal(0.0, 10.0)),
-        "belief.cameras.camera.center": rs.Sum(rs.Normal(0.0, [4.0, 4.0])),
-        "belief.cameras.camera.rpy": rs.Normal(0.0, [1 * deg] * 3),
+        "task.gain": rs.samplers.LogUniform(0.8, 2.0),
+        "belief.cameras.camera.focal": rs.samplers.Sum(rs.samplers.Normal(0.0, 10.0)),
+        "belief.cameras.camera.center": rs.samplers.Sum(rs.samplers.Normal(0.0, [4.0, 4.0])),
+        "belief.cameras.camera.rpy": rs.samplers.Normal(0.0, [1 * deg] * 3),
     },
 )
 print(wrong)

@@ -10,9 +10,9 @@ around = np.random.default_rng(0).uniform(-0.25, 0.25, (10_000, 5))
 starts = np.clip(scene.home + around, low, high)
 
 for name, law in [
-    ("joint law", rs.JointLaw()),
-    ("camera law, 1 cm", rs.CameraLaw(length=0.01)),
-    ("camera law, 1 m", rs.CameraLaw(length=1.0)),
+    ("joint law", rs.laws.JointLaw()),
+    ("camera law, 1 cm", rs.laws.CameraLaw(length=0.01)),
+    ("camera law, 1 m", rs.laws.CameraLaw(length=1.0)),
 ]:
     task = rs.IBVS(features="pixels", law=law, gain=0.8)  # the goal is shown at home
     run = rs.simulate(scene, task, starts, duration=30, record="summary")

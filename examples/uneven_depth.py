@@ -16,7 +16,7 @@ def eigenvalues(error):
     """(6,) of L^+ L at the goal, with wrong depths in the first L: negative is unstable."""
     depths = 1 + error * PATTERN, np.ones(4)
     views = [Observation.of(SQUARE, Z, rs.Camera(np.eye(3))) for Z in depths]
-    wrong, true = (rs.Points().interaction(view)[0] for view in views)
+    wrong, true = (rs.features.Points().interaction(view)[0] for view in views)
     return np.linalg.eigvals(np.linalg.pinv(wrong) @ true).real
 
 

@@ -23,7 +23,9 @@ def tracks(*changes):
 
 docked = tracks()
 with warnings.catch_warnings():
-    warnings.simplefilter("ignore", rs.RankWarning)  # it says that a unicycle cannot move sideways
+    warnings.simplefilter(
+        "ignore", rs.errors.RankWarning
+    )  # it says that a unicycle cannot move sideways
     askew = tracks("task.kind=pbvs", "task.form=goal")
 
 plt.rcParams["font.size"] = 9

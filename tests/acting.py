@@ -52,7 +52,7 @@ class Case:
                 tables = self._with(key, value)
                 try:
                     found = probe(tables)
-                except rs.InputError as error:
+                except rs.errors.InputError as error:
                     tried += [(key, value, str(error))] if given else []
                     continue
                 if not same(before, found):
@@ -146,7 +146,9 @@ def results(tables) -> dict:
     if "study" in tables:
         return {name: np.asarray(each) for name, each in rs.study(experiment).table.items()}
     run = experiment.run()
-    parts = enumerate([leg.run for leg in run.legs] if isinstance(run, rs.MissionRun) else [run])
+    parts = enumerate(
+        [leg.run for leg in run.legs] if isinstance(run, rs.tasks.MissionRun) else [run]
+    )
     return {(i, name): x.values for i, part in parts for name, x in part.variables.items()}
 
 

@@ -121,6 +121,6 @@ def later(each, seconds):
 
 def refused(path, words, experiment=None, **how):
     """See that a bag is refused in one line that names it once."""
-    with pytest.raises(rs.FileError, match=words) as raised:
-        rs.read_bag(path, experiment, **how)
+    with pytest.raises(rs.errors.FileError, match=words) as raised:
+        rs.logs.read_bag(path, experiment, **how)
     assert "\n" not in str(raised.value) and str(raised.value).count(str(path)) == 1

@@ -101,8 +101,8 @@ def free_scene():
     """A flying camera with an image without border, looking at given points."""
 
     def build(points, K=((1, 0, 0), (0, 1, 0), (0, 0, 1)), **camera):
-        body = rs.Link("body", "base", rs.Joint("floating"))
-        robot = rs.Robot("free", [rs.Link("base"), body])
+        body = rs.joints.Link("body", "base", rs.joints.Joint("floating"))
+        robot = rs.Robot("free", [rs.joints.Link("base"), body])
         eye = rs.MountedCamera("eye", rs.Camera(K, **camera), on="free.body")
         return rs.Scene([robot], [rs.Object("dots", marks=points)], [eye])
 

@@ -14,7 +14,7 @@ def stop_at_the_second(monkeypatch, left=lambda run: run):
         calls.append(arguments)
         run = run_of(*arguments, **settings)
         if len(calls) == 2:
-            raise rs.Interrupted("stopped", left(run))
+            raise rs.errors.Interrupted("stopped", left(run))
         return run
 
     monkeypatch.setattr(rs.Experiment, "run", stopped)

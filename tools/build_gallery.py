@@ -49,9 +49,11 @@ def main() -> None:
 def build(folder: Path, experiment: rs.Experiment, name: str, title: str, about: str) -> Card:
     """Run an experiment, write its page, and return its card."""
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", rs.RankWarning)  # some experiments show what it warns of
+        warnings.simplefilter(
+            "ignore", rs.errors.RankWarning
+        )  # some experiments show what it warns of
         run = experiment.run()
-    page = rs.load_recording(rs.export_html(run, folder / f"{name}.html")).header
+    page = rs.page.load_recording(rs.export_html(run, folder / f"{name}.html")).header
     ending, arrived = page["events"][-1]["text"], page["outcome"] == rs.Outcome.CONVERGED.name
     images = "".join(f'<img src="{each}" alt="">' for each in pictures(experiment, run))
     html = (

@@ -18,13 +18,13 @@ AROUND = 0.2  # metres around the frames of a robot that is far smaller than its
 
 def pictures(experiment: rs.Experiment, run: Any) -> list[str]:
     """Return pictures of the scene, and of the image of the first camera unless of a mission."""
-    if isinstance(run, rs.MissionRun):
+    if isinstance(run, rs.tasks.MissionRun):
         return [_of_mission(run)]
     figures = rs.plot.scene(experiment.scene, run=run), rs.plot.image(run)
     return [_small(figure) for figure in figures]
 
 
-def _of_mission(run: rs.MissionRun) -> str:
+def _of_mission(run: rs.tasks.MissionRun) -> str:
     """Return a picture at the end of the phase in the middle, near the robot."""
     leg = run.legs[len(run.legs) // 2]
     (robot,) = leg.scene.robots

@@ -1,52 +1,114 @@
 """RobSim: model, simulate and see robots that are guided by cameras.
 
->>> from robsim import Pose
->>> Pose.at(0, 0, 1).position
-array([0., 0., 1.])
+>>> import robsim as rs
+>>> experiment = rs.load_scenario(rs.examples.path("chapter_6_1"))
+>>> rs.Outcome(experiment.run().outcome.item()).name
+'CONVERGED'
+
+Scenes
+    Scene          Robots, objects and cameras, and the frames that they stand on.
+    Robot          A tree of links with joints: from DH rows, from URDF, or from the library.
+    Object         A body in the scene, with feature points on it.
+    Camera         A pinhole camera: intrinsics, size of the image, distortion.
+    MountedCamera  A camera on a robot, on an object, or fixed in the world.
+    Motion         The prescribed motion of an object or a robot.
+    Pose           The pose of one frame in another frame.
+    Block          A box.
+    Wheel          A wheel.
+    CameraBody     The housing of a camera.
+
+Experiments
+    Experiment     A scene, a task, a start, imperfections and settings, as one value.
+    Mission        Phases, each with a task, that follow one another.
+    Phase          One task of a mission.
+    Sensing        Imperfections of the images: noise, delay, outliers, occlusions.
+    Actuation      Imperfections of the joints: lag, limits, encoders.
+    Safety         Limits of the command: speeds, fences, watchdog.
+    Outcome        The reason why a run ended.
+    Controller     The controller of an experiment, for a real robot or your own loop.
+    load_scenario  Read an experiment from a scenario file.
+    simulate       Close the loop from a start, and return the run.
+    replay         Simulate a stored run again.
+    save_run       Write a run to a file.
+    open_run       Open a run that `save_run` wrote.
+
+Tasks
+    IBVS           Image-based visual servoing.
+    PBVS           Position-based visual servoing.
+    Hybrid         Hybrid (2 1/2 D) visual servoing.
+    Partitioned    Partitioned visual servoing: rotation and translation about the optical axis apart.
+    Placing        Placing of a camera from the image of a triangle, as in the chapter.
+    Docking        Docking of a vehicle at a target.
+    FollowJoints   Motion of joints along a trajectory.
+    FollowPath     Motion of a frame along a path.
+    Priorities     Tasks in order of priority.
+    Parallel       Tasks of different robots at the same time.
+    Switch         Tasks between which a condition switches.
+    GoalPose       A goal as the pose of the camera.
+    GoalFeatures   A goal as values of the features.
+
+Studies and analysis
+    study          Simulate an experiment many times, with varied numbers and starts.
+    open_study     Open the result of a study on disk.
+    bench          Compare schemes on suites of starts.
+    compare        Compare schemes on one scene.
+    advise         Predict the behaviour of an experiment near its goal.
+    diagnose       Measure how a run departs from the behaviour that its law intends.
+    explain        Explain why a run ended as it did.
+    equilibria     Find the equilibria of a task.
+    calibrate      Calibrate a camera on a robot.
+
+Pages
+    show           Show a run, a scene or a robot in the browser.
+    export_html    Write a page that shows a run, a scene or a robot.
+
+Errors
+    RobSimError    The base class of all errors of RobSim.
+
+Modules by subject
+    analysis       Results of comparisons, advice, explanations and equilibria.
+    calibration    Calibration of lenses and mounts.
+    classic        The ten functions of the chapter, by their names and argument orders.
+    control        Control of a real robot: commands, health, limits, ROS 2 messages.
+    declare        Declaration of your own features, laws, joints and other kinds.
+    endings        Conditions that end a run.
+    errors         Errors and warnings.
+    examples       Example scenarios.
+    features       Visual features.
+    imperfections  Imperfections of sensors and actuators.
+    joints         Links, joints and joint kinds.
+    kinematics     Inverse kinematics, manipulability, workspace, clearance.
+    laws           Control laws and their parts.
+    logs           ROS 2 bags, CSV and Parquet tables, data frames.
+    page           Recordings of runs for the browser.
+    plot           Figures and films.
+    robots         Library of robots.
+    samplers       Samplers of numbers and choices.
+    shapes         Shapes of bodies, inertia, curves of rails.
+    starts         Samplers of start configurations.
+    studies        Results of studies and benchmarks.
+    tasks          Servo tasks, goals and switching conditions.
+    testing        Checks of your own features, laws and joints.
+    trajectory     Trajectories of joints and frames.
+    units          Units of length, angle and time.
+    vision         Poses from images, homographies, triangulation, tags, boards.
+    weights        Weightings of feature points.
 """
 
-import ast
-import importlib
 import sys
-from pathlib import Path
+from importlib import import_module
 from typing import Any
+
+from robsim.base.lazy_names import attach_names
 
 __version__ = "0.1.0"
 
-
-def _sources() -> dict[str, str]:
-    """Return the module of each public name, from the imports that `__init__.pyi` lists."""
-    stub = Path(__file__).with_suffix(".pyi").read_text(encoding="utf-8")
-    imports = [node for node in ast.parse(stub).body if isinstance(node, ast.ImportFrom)]
-    return {alias.name: str(node.module) for node in imports for alias in node.names}
-
-
-_SOURCES = _sources()
-__all__ = list(_SOURCES)
-
-
-def __getattr__(name: str) -> Any:
-    """Import a public name when it is first used, so that programs load what they use."""
-    if name not in _SOURCES:
-        raise AttributeError(f"module 'robsim' has no attribute {name!r}")
-    if _SOURCES[name] == __name__:
-        found = importlib.import_module(f"{__name__}.{name}")
-    else:
-        found = getattr(__import__(_SOURCES[name], fromlist=[name]), name)
-    globals()[name] = found  # so that this is asked once
-    return found
-
-
-def __dir__() -> list[str]:
-    """Return the public names: classes, functions, and the modules that are doors."""
-    return __all__
-
-
+__getattr__, __dir__ = attach_names(__name__, __file__)
 _SHOWN = {
-    "files.table": "Run",
-    "run.mission_run": "MissionRun",
-    "world.scene": "Scene",
-    "robot.robot": "Robot",
+    "robsim.files.flat_table": "RunDataset",
+    "robsim.run.mission_run": "MissionRun",
+    "robsim.world.scene": "Scene",
+    "robsim.robot.robot": "Robot",
 }
 
 
@@ -57,11 +119,11 @@ def _shown_in_notebooks() -> None:
         return
     html = shell.display_formatter.formatters["text/html"]
     for module, name in _SHOWN.items():
-        html.for_type_by_name(f"{__name__}.{module}", name, _page)
+        html.for_type_by_name(module, name, _page)
 
 
 def _page(shown: Any) -> str:
-    found: str = importlib.import_module(f"{__name__}.page.export").in_cell(shown)
+    found: str = import_module(f"{__name__}.page.export").in_cell(shown)
     return found
 
 

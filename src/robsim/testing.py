@@ -1,6 +1,7 @@
 """Checks for your own features, laws and joints; each returns a list of problems, empty if none.
 
->>> from robsim import Points, JointLaw
+>>> from robsim.features import Points
+>>> from robsim.laws import JointLaw
 >>> check_feature(Points()), check_law(JointLaw())
 ([], [])
 """

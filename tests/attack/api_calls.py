@@ -211,19 +211,19 @@ def _observation(rng):
     camera = rs.Camera(np.eye(3)) if rng.random() < 0.95 else odd(rng)
     feature = getattr(rs, FEATURES[rng.integers(len(FEATURES))])()
     if rng.random() < 0.5:
-        seen = rs.Observation.of(_array(rng, B, N, 2), _array(rng, B, N), camera)
+        seen = rs.features.Observation.of(_array(rng, B, N, 2), _array(rng, B, N), camera)
     else:
         image = _array(rng, N, 2, B)
         model = None if rng.random() < 0.5 else _array(rng, N, 3)
         guess = None if rng.random() < 0.5 else _array(rng, 3, 4, B)
-        seen = rs.Observation(image, image, _array(rng, N, B), camera, model, guess)
+        seen = rs.features.Observation(image, image, _array(rng, N, B), camera, model, guess)
     return _measured(feature, seen)
 
 
 def _law(rng):
     """Ask a law in a state of any size."""
     k, n, B = int(rng.integers(1, 12)), int(rng.integers(1, 9)), int(rng.integers(1, 4))
-    law = (rs.JointLaw(), rs.CameraLaw(), rs.PartitionedLaw())[rng.integers(3)]
+    law = (rs.laws.JointLaw(), rs.laws.CameraLaw(), rs.laws.PartitionedLaw())[rng.integers(3)]
     law.command(state(k, n, B) if rng.random() < 0.9 else odd(rng))
     return True
 
@@ -233,8 +233,8 @@ def _state(rng):
     k, n, B = int(rng.integers(1, 12)), int(rng.integers(1, 9)), int(rng.integers(1, 4))
     shapes = (k, B), (k, 6, B), (6, n, B), (k, n, B)
     arrays = [_array(rng, *shape) for shape in shapes]
-    more = [1.0 if rng.random() < 0.8 else odd(rng), rs.PseudoInverse()]
-    asked = rs.ControlState(*arrays, *more, *(_array(rng, m, B) for m in (k, n)))
-    law = (rs.JointLaw(), rs.CameraLaw(), rs.PartitionedLaw())[rng.integers(3)]
+    more = [1.0 if rng.random() < 0.8 else odd(rng), rs.laws.PseudoInverse()]
+    asked = rs.laws.ControlState(*arrays, *more, *(_array(rng, m, B) for m in (k, n)))
+    law = (rs.laws.JointLaw(), rs.laws.CameraLaw(), rs.laws.PartitionedLaw())[rng.integers(3)]
     law.command(asked)
     return True

@@ -50,7 +50,7 @@ def experiments():
     visp = rs.load_scenario(rs.examples.path("visp_tutorial")).with_(duration=20.0)
     starts = visp.start + np.outer(np.linspace(-0.02, 0.05, 11), np.eye(1, 7))
     late = visp.with_(start=starts, sensing=rs.Sensing(noise=0.5, latency=0.1, dropped=0.2))
-    seen = late.with_(task=rs.IBVS(visp.task.goal, interaction=rs.Broyden()), record=7)
+    seen = late.with_(task=rs.IBVS(visp.task.goal, interaction=rs.laws.Broyden()), record=7)
     safe = rs.load_scenario(rs.examples.path("eye_in_hand")).with_(safety=rs.Safety(), record=3)
     return late, seen, safe
 
@@ -69,7 +69,7 @@ def made(experiment):
     interval, checkpoint.INTERVAL, Loop._take = checkpoint.INTERVAL, 0.0, counted
     try:
         experiment.run(lambda share: None, checkpoint="good", chunk=4, threads=1)
-    except rs.Interrupted:
+    except rs.errors.Interrupted:
         return Path("good").read_bytes()
     finally:
         checkpoint.INTERVAL, Loop._take = interval, take

@@ -14,8 +14,9 @@ from collections.abc import Sequence
 import tomli_w
 from attack.harness import Wrong
 
-from robsim import Experiment, InputError, examples
+from robsim import Experiment, examples
 from robsim.base import errors
+from robsim.errors import InputError
 from robsim.run.experiment_text import ExperimentTable, get_table_keys
 
 NAME, CASES = "toml_mutants", 150

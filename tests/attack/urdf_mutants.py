@@ -16,7 +16,8 @@ import numpy as np
 from attack.harness import Wrong
 from attack.toml_mutants import letters, lines
 
-from robsim import FileWarning, InputError, Robot, robots
+from robsim import Robot, robots
+from robsim.errors import FileWarning, InputError
 
 NAME, CASES = "urdf_mutants", 180
 CORPUS = Path(__file__).parents[1] / "inputs" / "urdf"

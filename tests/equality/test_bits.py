@@ -10,7 +10,11 @@ VARIANTS = {
     "noise": (rs.IBVS, {"tolerance": 3e-3}, {"sensing": rs.Sensing(noise=0.5), "seed": 11}),
     "pixels mean camera law": (
         rs.IBVS,
-        {"features": rs.PixelPoints(), "interaction": "mean", "law": rs.CameraLaw(0.01)},
+        {
+            "features": rs.features.PixelPoints(),
+            "interaction": "mean",
+            "law": rs.laws.CameraLaw(0.01),
+        },
         {},
     ),
     "desired damped goal depth": (
@@ -18,7 +22,7 @@ VARIANTS = {
         {
             "interaction": "desired",
             "depth": "goal",
-            "inverse": rs.DampedInverse(0.02),
+            "inverse": rs.laws.DampedInverse(0.02),
             "tolerance": 5e-3,
         },
         {"sensing": rs.Sensing(noise=1.0)},

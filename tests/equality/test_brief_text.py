@@ -222,11 +222,11 @@ def test_a_urdf_file_that_has_changed_or_gone_leaves_the_text_true(arm, tmp_path
 
 
 def test_python_code_has_no_short_text_either():
-    class Mine(rs.JointLaw):
+    class Mine(rs.laws.JointLaw):
         pass
 
     scene = load_scenario(examples.path("eye_in_hand")).scene
-    with pytest.raises(rs.InputError, match="has no text: Mine is Python code"):
+    with pytest.raises(rs.errors.InputError, match="has no text: Mine is Python code"):
         rs.Experiment(scene, rs.IBVS(law=Mine())).to_toml()
 
 

@@ -88,7 +88,7 @@ def stopped(experiment, at, monkeypatch, **how):
 
     with monkeypatch.context() as patched:
         patched.setattr(Loop, "_take", counted)
-        with pytest.raises(rs.Interrupted) as stop:
+        with pytest.raises(rs.errors.Interrupted) as stop:
             experiment.run(checkpoint="point", **how)
     return stop.value.run
 
@@ -122,7 +122,7 @@ def test_a_mission_that_is_stopped_when_a_phase_has_ended_is_taken_up(monkeypatc
 
     with monkeypatch.context() as patched:
         patched.setattr(rs.Experiment, "dataset", stopped_meanwhile)
-        with pytest.raises(rs.Interrupted) as stop:
+        with pytest.raises(rs.errors.Interrupted) as stop:
             cases()["mission"].run(checkpoint="point")
     assert [leg.outcome.name for leg in stop.value.run.legs] == ["CONVERGED"]
     run = cases()["mission"].run(checkpoint="point", resume=True)
@@ -163,7 +163,7 @@ def test_a_run_that_was_killed_goes_on_from_its_last_checkpoint():
 
 
 def refused(experiment=NOISY, path="point"):
-    with pytest.raises(rs.FileError) as error:
+    with pytest.raises(rs.errors.FileError) as error:
         experiment.run(checkpoint=path, resume=True)
     return str(error.value)
 
@@ -192,7 +192,9 @@ def test_a_checkpoint_is_taken_up_on_another_machine_which_is_told(monkeypatch):
     """The processor is another; here the bits are the same, as the machine code is."""
     stopped(NOISY, 3, monkeypatch)
     monkeypatch.setattr(checkpoint.llvm, "get_host_cpu_name", lambda: "abacus")
-    with pytest.warns(rs.FileWarning, match=r"point: the processor was .*, and here is .* abacus"):
+    with pytest.warns(
+        rs.errors.FileWarning, match=r"point: the processor was .*, and here is .* abacus"
+    ):
         run = NOISY.run(checkpoint="point", resume=True)
     assert run.identical(whole("single"))
 
@@ -247,7 +249,7 @@ def test_numbers_of_a_forged_checkpoint_reach_no_memory_of_others(monkeypatch):
 
 
 def test_resume_needs_a_file():
-    with pytest.raises(rs.InputError, match="resume: from which file"):
+    with pytest.raises(rs.errors.InputError, match="resume: from which file"):
         NOISY.run(resume=True)
 
 
@@ -256,7 +258,7 @@ def test_what_no_text_can_say_has_no_checkpoint_and_is_refused_at_once():
         def command(self, state):
             raise AssertionError("nothing runs")
 
-    with pytest.raises(rs.InputError):
+    with pytest.raises(rs.errors.InputError):
         NOISY.with_(task=rs.IBVS(VISP.task.goal, law=Mine())).run(checkpoint="point")
 
 
@@ -266,6 +268,6 @@ def test_where_no_checkpoint_can_be_written_that_is_said_once_and_the_run_goes_o
     with warnings.catch_warnings(record=True) as said:
         warnings.simplefilter("always")
         run = long.run(lambda share: None, checkpoint="file/point")
-    assert [each.category for each in said] == [rs.FileWarning]
+    assert [each.category for each in said] == [rs.errors.FileWarning]
     assert str(said[0].message).startswith("no checkpoint: cannot write file/point")
     assert run.identical(long.run())

@@ -13,7 +13,7 @@ BATCH = 32 * batch_kinematics.WIDTH + 3  # whole blocks and a part of one
 def screw():
     """An arm with a joint of a kind of its own: a screw."""
 
-    class Screw(rs.JointKind):
+    class Screw(rs.joints.JointKind):
         name, coordinates, units = "screw", ("",), ("rad",)
 
         def motion(self, q):
@@ -22,14 +22,17 @@ def screw():
         def twists(self, q):
             return np.broadcast_to([0, 0, 0.1, 0, 0, 1.0], (len(q), 1, 6))
 
-    links = rs.Link("base"), rs.Link("nut", "base", rs.Joint(Screw(), rs.Pose.at(1, 0, 0)))
+    links = (
+        rs.joints.Link("base"),
+        rs.joints.Link("nut", "base", rs.joints.Joint(Screw(), rs.Pose.at(1, 0, 0))),
+    )
     return rs.Robot("press", links)
 
 
 ROBOTS = {
     name: rs.robots.load(name)
     for name in ("puma560", "scara", "free_camera", "car", "conveyor", "mobile_arm")
-} | {"screw": screw(), "bare": rs.Robot("bare", rs.Link("base"))}
+} | {"screw": screw(), "bare": rs.Robot("bare", rs.joints.Link("base"))}
 
 
 def some(robot, count=BATCH):
@@ -80,7 +83,7 @@ def test_it_does_not_matter_how_coordinates_are_given():
 def test_what_a_kernel_finds_unusual_is_an_error(value, row, method):
     q = some(ROBOTS["puma560"])
     q[row, 3] = value
-    with pytest.raises(rs.InputError, match=rf"q: {value} at index \({row}, 3\)"):
+    with pytest.raises(rs.errors.InputError, match=rf"q: {value} at index \({row}, 3\)"):
         getattr(ROBOTS["puma560"], method)(q)
 
 
@@ -91,7 +94,7 @@ def test_what_may_be_degrees_is_unusual_and_large_angles_of_computations_pass():
     turned = q + 2 * np.pi * 50
     np.testing.assert_allclose(robot.fk(turned), robot.fk(q), rtol=0, atol=1e-12)
     q[200, 5] = -45.0
-    with pytest.warns(rs.UnitWarning, match="q: 45 looks like degrees") as told:
+    with pytest.warns(rs.errors.UnitWarning, match="q: 45 looks like degrees") as told:
         robot.jacobian(q)
     assert told[0].filename == __file__
 

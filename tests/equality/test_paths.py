@@ -59,7 +59,7 @@ def others(control):
     return [(value * 1.01).tolist(), (value + 1e-3).tolist(), (value - 1e-3).tolist()]
 
 
-@pytest.mark.filterwarnings("ignore::robsim.UnitWarning")
+@pytest.mark.filterwarnings("ignore::robsim.errors.UnitWarning")
 @pytest.mark.parametrize(("name", "every"), EACH)
 def test_a_number_changed_by_its_path_is_that_of_the_file(name, every):
     experiment = rs.load_scenario(examples.path(name))
@@ -79,7 +79,7 @@ def test_a_number_changed_by_its_path_is_that_of_the_file(name, every):
     assert compared > 5
 
 
-@pytest.mark.filterwarnings("ignore::robsim.UnitWarning")
+@pytest.mark.filterwarnings("ignore::robsim.errors.UnitWarning")
 @pytest.mark.parametrize(("name", "every"), EACH)
 def test_what_a_file_refuses_is_refused_by_a_path(name, every):
     experiment = rs.load_scenario(examples.path(name))

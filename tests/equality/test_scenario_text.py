@@ -48,17 +48,17 @@ def any_shapes(rng):
         rs.Block(*sizes[:3], color="tab:red").at(any_pose(rng)),
         rs.Wheel(*sizes[3:5], n=5 + int(rng.integers(9)), color="#00ff00", pose=any_pose(rng)),
         rs.CameraBody(*sizes[5:], color="k", mass=sizes[0]).at(any_pose(rng)),
-        rs.Ball(sizes[6], n=7, density=1e3 * sizes[1]).at(any_pose(rng)),
-        rs.Capsule(*sizes[2:4], n=9, color="w", pose=any_pose(rng)),
-        rs.TaperedCylinder(*sizes[1:4], mass=sizes[0]).at(any_pose(rng)),
-        rs.Mesh("package://a/b c.stl", (1, -sizes[2], 0.001), "#123456", pose=any_pose(rng)),
+        rs.shapes.Ball(sizes[6], n=7, density=1e3 * sizes[1]).at(any_pose(rng)),
+        rs.shapes.Capsule(*sizes[2:4], n=9, color="w", pose=any_pose(rng)),
+        rs.shapes.TaperedCylinder(*sizes[1:4], mass=sizes[0]).at(any_pose(rng)),
+        rs.shapes.Mesh("package://a/b c.stl", (1, -sizes[2], 0.001), "#123456", pose=any_pose(rng)),
     )
 
 
 def any_inertia(rng):
     """Of three bars that cross somewhere."""
     bars = [rs.Block(*rng.uniform(0.01, 1, 3), mass=rng.uniform(0.1, 9)) for _ in range(3)]
-    return rs.Link("bars", shapes=[bar.at(any_pose(rng)) for bar in bars]).inertial
+    return rs.joints.Link("bars", shapes=[bar.at(any_pose(rng)) for bar in bars]).inertial
 
 
 def any_arm(rng, name):
@@ -69,11 +69,15 @@ def any_arm(rng, name):
     convention = ["standard", "modified"][rng.integers(2)]
     shapes = [any_shapes(rng)[: rng.integers(4)] for _ in range(4)]
     arm = rs.Robot.from_dh(rows, convention, "PRR", home, limits, name, shapes=shapes)
-    plate = rs.Link("plate", "link2", rs.Joint("fixed", any_pose(rng), any_pose(rng)))
-    held = rs.Link("held", "plate", rs.Joint("floating", tail=any_pose(rng)), any_shapes(rng))
+    plate = rs.joints.Link("plate", "link2", rs.joints.Joint("fixed", any_pose(rng), any_pose(rng)))
+    held = rs.joints.Link(
+        "held", "plate", rs.joints.Joint("floating", tail=any_pose(rng)), any_shapes(rng)
+    )
     held = dataclasses.replace(held, inertia=any_inertia(rng))
-    deck = rs.Link("deck", "plate", rs.Joint("planar", any_pose(rng), any_pose(rng)))
-    rover = rs.Link("rover", "deck", rs.Joint("unicycle", any_pose(rng)), any_shapes(rng))
+    deck = rs.joints.Link("deck", "plate", rs.joints.Joint("planar", any_pose(rng), any_pose(rng)))
+    rover = rs.joints.Link(
+        "rover", "deck", rs.joints.Joint("unicycle", any_pose(rng)), any_shapes(rng)
+    )
     home = [*home, *any_pose(rng).q, *rng.normal(size=6)]
     return rs.Robot(name, (*arm.links, plate, held, deck, rover), home, base=any_pose(rng))
 
@@ -103,14 +107,17 @@ def any_scene(rng):
 
 def any_task(rng, scene):
     goals = [rs.GoalPose(any_pose(rng)), scene.home]
-    laws = ["joint", rs.CameraLaw(rng.uniform(0.01, 1))]
-    inverses = [rs.PseudoInverse(rng.uniform(0, 1e-3)), rs.DampedInverse(rng.uniform(0.001, 1))]
+    laws = ["joint", rs.laws.CameraLaw(rng.uniform(0.01, 1))]
+    inverses = [
+        rs.laws.PseudoInverse(rng.uniform(0, 1e-3)),
+        rs.laws.DampedInverse(rng.uniform(0.001, 1)),
+    ]
     beliefs = [None, any_scene(rng), scene.replacing(any_camera(rng, "eye", "arm.link3"))]
     return rs.IBVS(
         goals[rng.integers(2)],
         camera="eye",
         target="dots",
-        features=[rs.Points(), rs.PixelPoints()][rng.integers(2)],
+        features=[rs.features.Points(), rs.features.PixelPoints()][rng.integers(2)],
         interaction=["current", "desired", "mean"][rng.integers(3)],
         depth=["true", "goal", rng.uniform(0.1, 1)][rng.integers(3)],
         depth_scale=rng.uniform(0.5, 2),
@@ -123,8 +130,10 @@ def any_task(rng, scene):
 
 
 def any_sensing(rng):
-    hidden = rs.Occlusion([0, 2], rng.uniform(0.1, 1), target=[None, "plate"][rng.integers(2)])
-    while_ = rs.Occlusion(1, 0.5, 0.5 + rng.uniform(0.1, 1), camera="eye")
+    hidden = rs.imperfections.Occlusion(
+        [0, 2], rng.uniform(0.1, 1), target=[None, "plate"][rng.integers(2)]
+    )
+    while_ = rs.imperfections.Occlusion(1, 0.5, 0.5 + rng.uniform(0.1, 1), camera="eye")
     numbers = rng.uniform(0.01, 0.9, 7)
     full = rs.Sensing(*numbers[:4], [hidden, while_], *numbers[4:])
     return [rs.Sensing(), rs.Sensing(noise=numbers[0]), full][rng.integers(3)]
@@ -146,8 +155,8 @@ def any_safety(rng, scene):
     moved = [frame for frame in frames if scene.tree.carried(frame).any()]
     fence = None
     if moved:
-        fence = rs.Fence(moved[0], rng.uniform(-2, -1, 3), rng.uniform(1, 2, 3))
-    dog = rs.Watchdog(rng.uniform(0.1, 1), ["hold", "stop"][rng.integers(2)])
+        fence = rs.control.Fence(moved[0], rng.uniform(-2, -1, 3), rng.uniform(1, 2, 3))
+    dog = rs.control.Watchdog(rng.uniform(0.1, 1), ["hold", "stop"][rng.integers(2)])
     speeds, rates = rng.uniform(0.1, 1, (2, scene.nv))
     several = rs.Safety(speeds, rates, rng.uniform(0, 1e-3, scene.nq), fence, hold_to_run=True)
     same = rs.Safety(*rng.uniform(0.1, 1, 2), 1e-3, None, dog, rng.uniform(0.1, 1))
@@ -189,10 +198,12 @@ def any_scenario_comes_back(rng):
 def any_curve(rng):
     a, b, c = rng.uniform(0.5, 2, 3)
     return [
-        rs.curves.Line(a),
-        rs.curves.Arc(a, [-b, b][rng.integers(2)]),
-        rs.curves.Polyline([(0, -0.0), (a, 0), (a, b), (a + 1, b + c)], 0.1 * rng.uniform(0.1, 1)),
-        rs.curves.Catenary((-a, b), (1 / 3, c), 1.1 * np.hypot(1 / 3 + a, b - c)),
+        rs.shapes.curves.Line(a),
+        rs.shapes.curves.Arc(a, [-b, b][rng.integers(2)]),
+        rs.shapes.curves.Polyline(
+            [(0, -0.0), (a, 0), (a, b), (a + 1, b + c)], 0.1 * rng.uniform(0.1, 1)
+        ),
+        rs.shapes.curves.Catenary((-a, b), (1 / 3, c), 1.1 * np.hypot(1 / 3 + a, b - c)),
     ][rng.integers(4)]
 
 
@@ -202,28 +213,32 @@ def any_joint(rng, kind, **parts):
         parts |= {"speed": rng.uniform(0.1, 2), "effort": rng.uniform(1, 9)}
     if kind == "prismatic" and rng.integers(2):
         parts["limits"] = (-rng.uniform(0.1, 1), rng.uniform(0.1, 1))
-    return rs.Joint(kind, any_pose(rng), any_pose(rng), **parts)
+    return rs.joints.Joint(kind, any_pose(rng), any_pose(rng), **parts)
 
 
 def any_vehicle(rng):
     """A car that carries a gripper, behind it a crawler on a rail: all keys of joints."""
     axle = rs.Pose.at(0.5, rng.normal(), 0.1)
     across = rs.Pose.at(rpy=([-1, 1][rng.integers(2)] * np.pi / 2, 0, 0))
-    steering = rs.Steering(*rng.uniform(0.1, 1, 3))
-    rail, wheel = any_curve(rng), rs.Rolling(rng.uniform(0.1, 1))
+    steering = rs.joints.Steering(*rng.uniform(0.1, 1, 3))
+    rail, wheel = any_curve(rng), rs.joints.Rolling(rng.uniform(0.1, 1))
     beside = rng.uniform(-0.9, 0.9) / max(1.0, *np.abs(rail.bends))  # a wheel that fits
-    chord = rs.Chord("way", 0.02, beside, rng.uniform(0.01, 0.02), gives="angle")
-    tied = rs.Mimic("grip", rng.normal(), rng.normal())
-    steers = rs.Ackermann("drive.steering")
+    chord = rs.joints.Chord("way", 0.02, beside, rng.uniform(0.01, 0.02), gives="angle")
+    tied = rs.joints.Mimic("grip", rng.normal(), rng.normal())
+    steers = rs.joints.Ackermann("drive.steering")
     links = [
-        rs.Link("floor"),
-        rs.Link("car", "floor", rs.Joint("car", any_pose(rng), steering=steering, name="drive")),
-        rs.Link("pivot", "car", rs.Joint("revolute", axle, follows=steers)),
-        rs.Link("wheel", "pivot", rs.Joint("revolute", across, follows=wheel, name="turn")),
-        rs.Link("finger", "car", any_joint(rng, "prismatic", name="grip"), any_shapes(rng)),
-        rs.Link("other", "car", any_joint(rng, "revolute", follows=tied)),
-        rs.Link("rear", "floor", any_joint(rng, "rail", curve=rail, name="way")),
-        rs.Link("body", "rear", any_joint(rng, "revolute", follows=chord)),
+        rs.joints.Link("floor"),
+        rs.joints.Link(
+            "car", "floor", rs.joints.Joint("car", any_pose(rng), steering=steering, name="drive")
+        ),
+        rs.joints.Link("pivot", "car", rs.joints.Joint("revolute", axle, follows=steers)),
+        rs.joints.Link(
+            "wheel", "pivot", rs.joints.Joint("revolute", across, follows=wheel, name="turn")
+        ),
+        rs.joints.Link("finger", "car", any_joint(rng, "prismatic", name="grip"), any_shapes(rng)),
+        rs.joints.Link("other", "car", any_joint(rng, "revolute", follows=tied)),
+        rs.joints.Link("rear", "floor", any_joint(rng, "rail", curve=rail, name="way")),
+        rs.joints.Link("body", "rear", any_joint(rng, "revolute", follows=chord)),
     ]
     return rs.Robot("train", links)
 
@@ -326,7 +341,7 @@ def test_rows_of_a_batch_are_repeated_with_their_own_noise(puma_scene, task, sta
         again = replay(part)
         for name in part.variables:
             assert part[name].values.tobytes() == again[name].values.tobytes(), name
-    with pytest.raises(rs.InputError, match=r"runs \[0, 2\] do not follow one another"):
+    with pytest.raises(rs.errors.InputError, match=r"runs \[0, 2\] do not follow one another"):
         replay(run.isel(run=[0, 2]))
 
 
@@ -344,15 +359,15 @@ class Mine:
 
 def test_a_run_of_python_code_says_that_it_cannot_be_repeated(puma_scene, puma_goal, starts):
     run = rs.simulate(puma_scene, rs.IBVS(puma_goal, law=Mine()), starts[0], duration=0.1)
-    with pytest.raises(rs.InputError, match="Mine is Python code"):
+    with pytest.raises(rs.errors.InputError, match="Mine is Python code"):
         replay(run)
 
 
 def test_what_is_no_run_says_so(puma_scene, puma_goal, starts):
-    with pytest.raises(rs.InputError, match=r"attrs\['scenario'\]"):
+    with pytest.raises(rs.errors.InputError, match=r"attrs\['scenario'\]"):
         replay(xr.Dataset())
     run = rs.simulate(puma_scene, rs.IBVS(puma_goal), starts[0], duration=0.1)
-    with pytest.raises(rs.InputError, match="it has no 'q0'"):
+    with pytest.raises(rs.errors.InputError, match="it has no 'q0'"):
         replay(run.drop_vars("q0"))
 
 
@@ -372,7 +387,7 @@ def test_a_shape_that_a_file_cannot_hold_does_not_stop_a_run(
     )
     run = rs.simulate(scene, rs.IBVS(puma_goal), starts[0], duration=0.1)
     assert run.attrs["scenario"] == "" and reason in run.attrs["no_scenario"]
-    with pytest.raises(rs.InputError, match=reason):
+    with pytest.raises(rs.errors.InputError, match=reason):
         replay(run)
 
 
@@ -388,18 +403,18 @@ def test_numbers_of_numpy_are_written_like_others(puma_scene, puma_goal):
         "actuation": actuation,
         "record": np.int64(2),
     }
-    inverse = rs.PseudoInverse(np.float32(0.25))
+    inverse = rs.laws.PseudoInverse(np.float32(0.25))
     again = Experiment.from_text(
         Experiment(scene, rs.IBVS(puma_goal, inverse=inverse), **told).to_toml()
     )
     assert again.scene.object("wheel").shapes == (rs.Wheel(0.5, 0.1, 7),)
     assert (again.dt, again.duration, again.seed, again.record) == (0.5, 1.0, 3, 2)
     assert (again.sensing, again.actuation) == (rs.Sensing(0.5), rs.Actuation(encoder=0.5))
-    assert again.task.inverse == rs.PseudoInverse(0.25)
+    assert again.task.inverse == rs.laws.PseudoInverse(0.25)
 
 
 def test_code_in_a_scenario_has_no_text(puma_scene, puma_goal):
-    with pytest.raises(rs.InputError, match="Mine is Python code"):
+    with pytest.raises(rs.errors.InputError, match="Mine is Python code"):
         Experiment(puma_scene, rs.IBVS(puma_goal, law=Mine())).to_toml()
 
 
@@ -438,7 +453,7 @@ def test_an_interrupted_run_keeps_the_text(example):
     def stop(share):
         raise KeyboardInterrupt
 
-    with pytest.raises(rs.Interrupted) as caught:
+    with pytest.raises(rs.errors.Interrupted) as caught:
         example.run(stop)
     assert caught.value.run.attrs["scenario"] == example.to_toml(complete=True)
 

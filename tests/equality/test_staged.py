@@ -11,8 +11,8 @@ from robsim.trajectory import Blends, Path, Quintic, Straight, Trapezoid
 PLATE = np.array([[-0.05, -0.06, 0], [0.06, -0.05, 0], [0.05, 0.04, 0], [-0.06, 0.06, 0]])
 START = np.array([0.2, 1.1, -3.0, 0.3, -0.4, 0.2])
 STARTS = START + np.random.default_rng(3).uniform(-0.05, 0.05, (9, 6))
-ADAPTIVE = rs.AdaptiveGain(4.0, 1.0, 20.0)
-ONE = rs.FeatureBlock("points", marks=[0])
+ADAPTIVE = rs.laws.AdaptiveGain(4.0, 1.0, 20.0)
+ONE = rs.features.FeatureBlock("points", marks=[0])
 LIMITS = {"speed": 0.3, "acceleration": 1.0}
 
 
@@ -40,12 +40,12 @@ GOAL = {"goal": START + np.array([0.1, -0.05, 0.05, 0.1, 0.1, 0.2])}
 TASKS = {
     "camera law": lambda scene: rs.IBVS(**GOAL, law="camera", gain=ADAPTIVE),
     "partitioned": lambda scene: rs.Partitioned(**GOAL, advance=0.5),
-    "switch": lambda scene: rs.Switch(rs.PBVS(**GOAL), rs.IBVS(**GOAL), rs.ErrorBelow(0.1)),
+    "switch": lambda scene: rs.Switch(rs.PBVS(**GOAL), rs.IBVS(**GOAL), rs.tasks.ErrorBelow(0.1)),
     "border": lambda scene: rs.Switch(
-        rs.PBVS(**GOAL), rs.IBVS(**GOAL), rs.NearBorder(50, (800, 800)), latch=False
+        rs.PBVS(**GOAL), rs.IBVS(**GOAL), rs.tasks.NearBorder(50, (800, 800)), latch=False
     ),
     "priorities": lambda scene: rs.Priorities(
-        [rs.IBVS(**GOAL, features=ONE), rs.PBVS(**GOAL)], secondary=rs.AvoidLimits()
+        [rs.IBVS(**GOAL, features=ONE), rs.PBVS(**GOAL)], secondary=rs.laws.AvoidLimits()
     ),
     "parallel": lambda scene: rs.Parallel(
         [
@@ -55,7 +55,9 @@ TASKS = {
     ),
     "by": lambda scene: rs.FollowJoints(by={"shoulder": 0.1}, duration=1.0),
     "trajectory": lambda scene: rs.FollowJoints(trajectory=Quintic(START, START + 0.1, 1.0)),
-    "path": lambda scene: rs.FollowPath(there(scene), duration=1.0, limit=rs.SpeedLimit(joint=1)),
+    "path": lambda scene: rs.FollowPath(
+        there(scene), duration=1.0, limit=rs.laws.SpeedLimit(joint=1)
+    ),
     "position": lambda scene: rs.FollowPath(there(scene).position, mask="position", **LIMITS),
 }
 
@@ -69,7 +71,7 @@ def test_every_stage_is_compiled(scene, name):
 @pytest.mark.parametrize("name", ["unicycle_docking", "chapter_6_2"])
 def test_laws_of_their_own_tasks_are_compiled(name):
     loop = rs.load_scenario(rs.examples.path(name)).loop()
-    assert not isinstance(loop.controller.law, rs.JointLaw) and loop.sequence.compiled
+    assert not isinstance(loop.controller.law, rs.laws.JointLaw) and loop.sequence.compiled
 
 
 class Asked:
@@ -85,7 +87,7 @@ class Asked:
 
 
 @pytest.mark.parametrize("inverse", ["pseudo_inverse", "damped", "transpose"])
-@pytest.mark.parametrize("law", [rs.JointLaw(), rs.CameraLaw(0.01)], ids=repr)
+@pytest.mark.parametrize("law", [rs.laws.JointLaw(), rs.laws.CameraLaw(0.01)], ids=repr)
 @pytest.mark.parametrize("gain", [2.0, ADAPTIVE], ids=["constant", "adaptive"])
 def test_a_law_commands_what_its_stages_do(scene, law, inverse, gain):
     ours, asked = (
@@ -97,7 +99,7 @@ def test_a_law_commands_what_its_stages_do(scene, law, inverse, gain):
 
 @pytest.mark.parametrize("of", ["error", "command"])
 def test_the_partitioned_law_commands_what_its_stages_do(scene, of):
-    gain = rs.AdaptiveGain(4.0, 1.0, 20.0, of)
+    gain = rs.laws.AdaptiveGain(4.0, 1.0, 20.0, of)
 
     class Python(rs.Partitioned):
         law = property(lambda self: Asked(PartitionedLaw(self.roll, self.advance, self.length)))
@@ -116,7 +118,11 @@ class When:
         return self.condition.holds(first, second)
 
 
-CONDITIONS = [rs.ErrorBelow(0.1), rs.ErrorBelow(0.02, "second"), rs.NearBorder(330, (800, 800))]
+CONDITIONS = [
+    rs.tasks.ErrorBelow(0.1),
+    rs.tasks.ErrorBelow(0.02, "second"),
+    rs.tasks.NearBorder(330, (800, 800)),
+]
 
 
 @pytest.mark.parametrize("when", CONDITIONS, ids=repr)
@@ -125,7 +131,7 @@ def test_a_condition_holds_where_its_stages_say(scene, when, latch):
     schemes = rs.PBVS(**GOAL), rs.IBVS(**GOAL, gain=3.0)
     ours, asked, never = (
         motion(scene, rs.Switch(*schemes, each, latch=latch))
-        for each in (when, When(when), rs.ErrorBelow(1e-300))
+        for each in (when, When(when), rs.tasks.ErrorBelow(1e-300))
     )
     np.testing.assert_array_equal(ours, asked)
     assert (ours != never).any()

@@ -54,15 +54,21 @@ def pick(rng, *choices):
 
 
 def any_feature(rng):
-    made = pick(rng, *(kind() for kind in FEATURES.values()), rs.Sphere(rng.uniform(0.01, 1)))
+    made = pick(
+        rng, *(kind() for kind in FEATURES.values()), rs.features.Sphere(rng.uniform(0.01, 1))
+    )
     if rng.integers(2):
         made = dataclasses.replace(made, tolerance=rng.uniform(0, 1))
-    choices = [made, rs.DecoupledMoments("region"), rs.Translation("camera", tolerance=1 / 3)]
+    choices = [
+        made,
+        rs.features.DecoupledMoments("region"),
+        rs.features.Translation("camera", tolerance=1 / 3),
+    ]
     return pick(rng, *choices, made, made)
 
 
 def any_part(rng):
-    return rs.FeatureBlock(
+    return rs.features.FeatureBlock(
         any_feature(rng),
         camera=pick(rng, None, "eye", ("eye", "wall")),
         target=pick(rng, None, "dots"),
@@ -74,17 +80,24 @@ def any_part(rng):
 
 def any_shaping(rng, n):
     """The joints are left out: priorities have them as a whole."""
-    limits = [None, rs.SpeedLimit(joint=rng.uniform(0.1, 1)), rs.SpeedLimit(linear=0.1, angular=1)]
+    limits = [
+        None,
+        rs.laws.SpeedLimit(joint=rng.uniform(0.1, 1)),
+        rs.laws.SpeedLimit(linear=0.1, angular=1),
+    ]
     return {
         "smooth_start": pick(rng, None, rng.uniform(0.1, 9)),
-        "limit": pick(rng, *limits, rs.SpeedLimit(joint=rng.uniform(0.1, 1, n))),
+        "limit": pick(rng, *limits, rs.laws.SpeedLimit(joint=rng.uniform(0.1, 1, n))),
     }
 
 
 def any_redundancy(rng, n):
-    secondary = [rs.AvoidLimits(rng.uniform(0.1, 2), rng.uniform(0, 0.5)), rs.AvoidLimits()]
-    secondary.append(rs.Posture(rng.normal(size=n), rng.uniform(0.1, 1)))
-    large = rs.LargeProjection(0.1, rng.uniform(0.2, 1))
+    secondary = [
+        rs.laws.AvoidLimits(rng.uniform(0.1, 2), rng.uniform(0, 0.5)),
+        rs.laws.AvoidLimits(),
+    ]
+    secondary.append(rs.laws.Posture(rng.normal(size=n), rng.uniform(0.1, 1)))
+    large = rs.laws.LargeProjection(0.1, rng.uniform(0.2, 1))
     projection = pick(rng, "classic", "large", large)
     return pick(rng, {}, {"secondary": pick(rng, *secondary), "projection": projection})
 
@@ -101,13 +114,13 @@ def any_aim(rng, scene, belief):
 
 def any_depth(rng, measured):
     """`measured` for features that are made of the depth itself."""
-    filtered = rs.DepthFilter(0.3, rng.uniform(0.1, 1), rng.uniform(0.1, 1))
+    filtered = rs.laws.DepthFilter(0.3, rng.uniform(0.1, 1), rng.uniform(0.1, 1))
     assumed = [] if measured else ["goal", rng.uniform(0.1, 2)]
     return {"depth": pick(rng, "true", filtered, *assumed), "depth_scale": rng.uniform(0.5, 2)}
 
 
 def any_gain(rng):
-    adaptive = rs.AdaptiveGain(4, 0.4, rng.uniform(1, 50), of=pick(rng, "error", "command"))
+    adaptive = rs.laws.AdaptiveGain(4, 0.4, rng.uniform(1, 50), of=pick(rng, "error", "command"))
     return {"gain": pick(rng, rng.uniform(0.1, 5), adaptive)}
 
 
@@ -117,20 +130,20 @@ def any_interaction(rng, *more):
 
 
 def learns(interaction):
-    return isinstance(interaction, rs.Broyden) or str(interaction) == "broyden"
+    return isinstance(interaction, rs.laws.Broyden) or str(interaction) == "broyden"
 
 
 def any_law(rng, ordered):
     """Broyden's rule goes with the joint law, and the transpose without feed-forward."""
-    rules = ["broyden", rs.Broyden(rng.normal(size=(4, 7)))]
-    law = "joint" if ordered else pick(rng, "joint", "camera", rs.CameraLaw(0.01))
+    rules = ["broyden", rs.laws.Broyden(rng.normal(size=(4, 7)))]
+    law = "joint" if ordered else pick(rng, "joint", "camera", rs.laws.CameraLaw(0.01))
     made = {"law": law, **any_interaction(rng, *(rules if law == "joint" else []))}
-    known, damped = rs.PseudoInverse(1e-4), rs.DampedInverse(1 / 7)
+    known, damped = rs.laws.PseudoInverse(1e-4), rs.laws.DampedInverse(1 / 7)
     if not ordered:
         made["inverse"] = pick(rng, "pseudo_inverse", known, "damped", damped, "transpose")
     learnt = learns(made["interaction"])
     if made.get("inverse") != "transpose":
-        estimated = [] if learnt else ["estimated", rs.EstimatedMotion(rng.uniform(0.1, 1))]
+        estimated = [] if learnt else ["estimated", rs.laws.EstimatedMotion(rng.uniform(0.1, 1))]
         made["feed_forward"] = pick(rng, None, "known", *estimated)
     return {**made, **any_gain(rng)}
 
@@ -139,9 +152,9 @@ def any_weighting(rng, made):
     """Where no filter, no rule and no estimate is in the way."""
     learnt = learns(made.get("interaction"))
     estimated = made.get("feed_forward") not in (None, "known")
-    if learnt or estimated or isinstance(made.get("depth"), rs.DepthFilter):
+    if learnt or estimated or isinstance(made.get("depth"), rs.laws.DepthFilter):
         return {}
-    several = [rs.Border(rng.uniform(1, 90), 3), rs.Fade(rng.uniform(0.1, 1))]
+    several = [rs.weights.Border(rng.uniform(1, 90), 3), rs.weights.Fade(rng.uniform(0.1, 1))]
     return {"weighting": pick(rng, (), "border", several)}
 
 
@@ -180,7 +193,10 @@ def any_servo(rng, scene, belief, ordered=False):
         made |= any_weighting(rng, made)
         return rs.IBVS(**{**aim, **shaping, **redundancy, **made, **goal}, features=features)
 
-    own = {"inverse": pick(rng, "pseudo_inverse", rs.PseudoInverse(1e-4)), **any_interaction(rng)}
+    own = {
+        "inverse": pick(rng, "pseudo_inverse", rs.laws.PseudoInverse(1e-4)),
+        **any_interaction(rng),
+    }
     kinds = [
         of_features,
         lambda: chosen(rs.PBVS, deep=False, form=pick(rng, "goal", "camera")),
@@ -249,7 +265,9 @@ def any_path(rng, n):
     ways = [{"to": poses[0], **any_pace(rng)}, {"path": several[0]}, {"path": Path(several)}]
     return rs.FollowPath(
         frame=pick(rng, "eye", "free_camera.body"),
-        inverse=pick(rng, "pseudo_inverse", rs.PseudoInverse(1e-4), rs.DampedInverse(1 / 7)),
+        inverse=pick(
+            rng, "pseudo_inverse", rs.laws.PseudoInverse(1e-4), rs.laws.DampedInverse(1 / 7)
+        ),
         gain=pick(rng, None, rng.uniform(0.1, 9)),
         tolerance=rng.uniform(1e-9, 1e-3),
         joints=pick(rng, None, ["free_camera"]),
@@ -262,9 +280,9 @@ def any_path(rng, n):
 def any_scene():
     """With a second camera, which stands still, and a crane."""
     scene = flying()
-    lift = rs.Link("lift", "base", rs.Joint("prismatic", limits=(0.0, 1.0)))
-    turn = rs.Link("turn", "lift", rs.Joint("revolute"))
-    crane = rs.Robot("crane", [rs.Link("base"), lift, turn])
+    lift = rs.joints.Link("lift", "base", rs.joints.Joint("prismatic", limits=(0.0, 1.0)))
+    turn = rs.joints.Link("turn", "lift", rs.joints.Joint("revolute"))
+    crane = rs.Robot("crane", [rs.joints.Link("base"), lift, turn])
     cameras = [*scene.cameras, rs.MountedCamera("wall", LENS)]
     return dataclasses.replace(scene, robots=[*scene.robots, crane], cameras=cameras)
 
@@ -290,8 +308,10 @@ def any_task(rng, scene, depth=2, kinds=6):
     if kind == 5:
         return rs.Parallel([inner(6) for _ in range(rng.integers(2, 4))])
     if kind == 1:
-        border = rs.NearBorder(rng.uniform(1, 50), (640, 480))
-        when = pick(rng, rs.ErrorBelow(rng.uniform(0.1, 1), pick(rng, "first", "second")), border)
+        border = rs.tasks.NearBorder(rng.uniform(1, 50), (640, 480))
+        when = pick(
+            rng, rs.tasks.ErrorBelow(rng.uniform(0.1, 1), pick(rng, "first", "second")), border
+        )
         return rs.Switch(inner(5), inner(5), when, latch=bool(rng.integers(2)))
     if kind == 2:
         shaping = any_shaping(rng, FLOWN) | any_redundancy(rng, FLOWN)
@@ -316,7 +336,7 @@ def test_a_feature_alone_and_in_a_list_stay_what_they_are(feature):
     for features in (
         feature(),
         [feature()],
-        [rs.FeatureBlock(feature(tolerance=0.3), marks=[0])] * 2,
+        [rs.features.FeatureBlock(feature(tolerance=0.3), marks=[0])] * 2,
     ):
         task = rs.IBVS(features=features)
         assert again(flying(), task) == task
@@ -380,11 +400,11 @@ class Mine:
         return 0.0 * q
 
 
-class Slow(rs.AdaptiveGain):
+class Slow(rs.laws.AdaptiveGain):
     """Somebody's own."""
 
 
-class Fast(rs.SpeedLimit):
+class Fast(rs.laws.SpeedLimit):
     """Somebody's own."""
 
 
@@ -394,20 +414,23 @@ class Fast(rs.SpeedLimit):
         (rs.IBVS(gain=Slow(3, 2, 1)), "Slow is Python code"),
         (rs.IBVS(limit=Fast(1)), "Fast is Python code"),
         (rs.IBVS(features=Mine()), "Mine is Python code"),
-        (rs.IBVS(features=["points", rs.FeatureBlock(Mine())]), "Mine is Python code"),
+        (rs.IBVS(features=["points", rs.features.FeatureBlock(Mine())]), "Mine is Python code"),
         (rs.IBVS(secondary=Mine()), "Mine is Python code"),
         (rs.Switch(rs.IBVS(), rs.PBVS(), Mine()), "Mine is Python code"),
         (rs.Parallel([rs.IBVS(), rs.IBVS(features=Mine())]), "Mine is Python code"),
-        (rs.IBVS(features=rs.Points(unit="mm")), "Points has a unit of its own"),
-        (rs.IBVS(features=rs.ThetaU(T_goal_o=NEAR.T_c_o)), "ThetaU has a T_goal_o of its own"),
+        (rs.IBVS(features=rs.features.Points(unit="mm")), "Points has a unit of its own"),
         (
-            rs.IBVS(secondary=rs.Posture([1.0])),
+            rs.IBVS(features=rs.features.ThetaU(T_goal_o=NEAR.T_c_o)),
+            "ThetaU has a T_goal_o of its own",
+        ),
+        (
+            rs.IBVS(secondary=rs.laws.Posture([1.0])),
             r"task.secondary.q is not one number for each of 7 joints",
         ),
     ],
 )
 def test_what_a_file_cannot_hold_is_told(task, reason):
-    with pytest.raises(rs.InputError, match=reason):
+    with pytest.raises(rs.errors.InputError, match=reason):
         Experiment(flying(), task).to_toml()
 
 
@@ -427,7 +450,7 @@ def test_a_camera_of_somebody_has_no_text():
         """Somebody's own."""
 
     eye = rs.MountedCamera("eye", Mirror(LENS.K), on="free_camera.body")
-    with pytest.raises(rs.InputError, match="Mirror is Python code"):
+    with pytest.raises(rs.errors.InputError, match="Mirror is Python code"):
         Experiment(flying().replacing(eye), rs.IBVS()).to_toml()
 
 
@@ -440,17 +463,17 @@ def test_beliefs_that_differ_in_the_sign_of_a_zero_are_told_apart():
 
 
 def test_numbers_of_numpy_are_written_like_others():
-    large, mark = rs.LargeProjection(np.float32(0.25), np.int64(2)), np.int64(3)
+    large, mark = rs.laws.LargeProjection(np.float32(0.25), np.int64(2)), np.int64(3)
     task = rs.Hybrid(mark=mark, secondary="avoid_limits", projection=large)
     assert again(flying(), task) == task
 
 
 def test_a_motion_by_a_function_has_no_text():
     scene = flying(motions=[rs.Motion("conveyor", lambda t: [np.sin(t)])])
-    with pytest.raises(rs.InputError, match=r"motions\[0\].rates is Python code"):
+    with pytest.raises(rs.errors.InputError, match=r"motions\[0\].rates is Python code"):
         Experiment(scene, rs.IBVS()).to_toml()
     run = rs.simulate(scene, rs.IBVS(NEAR), duration=0.1)
-    with pytest.raises(rs.InputError, match=r"motions\[0\].rates is Python code"):
+    with pytest.raises(rs.errors.InputError, match=r"motions\[0\].rates is Python code"):
         replay(run)
 
 
@@ -496,52 +519,54 @@ def servo(**changes):
 
 
 FLYING = {
-    "gain": servo(gain=rs.AdaptiveGain(4, 0.4, 30)),
-    "gain of the command": servo(gain=rs.AdaptiveGain(4, 0.4, 30, of="command")),
+    "gain": servo(gain=rs.laws.AdaptiveGain(4, 0.4, 30)),
+    "gain of the command": servo(gain=rs.laws.AdaptiveGain(4, 0.4, 30, of="command")),
     "parts": servo(
-        features=[rs.FeatureBlock("lines", marks=[0, 1, 2, 5], weight=2.0), "log_depth"]
+        features=[rs.features.FeatureBlock("lines", marks=[0, 1, 2, 5], weight=2.0), "log_depth"]
     ),
-    "sphere": servo(features=rs.Sphere(0.07)),
-    "matrix": servo(features=[rs.FeatureBlock("points", marks=[0, 2, 5])], interaction=np.eye(6)),
+    "sphere": servo(features=rs.features.Sphere(0.07)),
+    "matrix": servo(
+        features=[rs.features.FeatureBlock("points", marks=[0, 2, 5])], interaction=np.eye(6)
+    ),
     "broyden": servo(interaction="broyden"),
     "broyden start": servo(
-        features=[rs.FeatureBlock("points", marks=[0, 2, 5])],
-        interaction=rs.Broyden(np.eye(6)[::-1]),
+        features=[rs.features.FeatureBlock("points", marks=[0, 2, 5])],
+        interaction=rs.laws.Broyden(np.eye(6)[::-1]),
     ),
-    "filter": servo(depth=rs.DepthFilter(0.8, noise=0.5)),
+    "filter": servo(depth=rs.laws.DepthFilter(0.8, noise=0.5)),
     "transpose": servo(inverse="transpose", gain=0.5),
-    "camera law": servo(law=rs.CameraLaw(0.1), inverse=rs.DampedInverse(0.01)),
+    "camera law": servo(law=rs.laws.CameraLaw(0.1), inverse=rs.laws.DampedInverse(0.01)),
     "posture": servo(
-        features=[rs.FeatureBlock("points", marks=[0])],
-        secondary=rs.Posture([0.1] * 6),
+        features=[rs.features.FeatureBlock("points", marks=[0])],
+        secondary=rs.laws.Posture([0.1] * 6),
         projection="large",
     ),
     "limits": servo(
-        secondary=rs.AvoidLimits(margin=0.2),
+        secondary=rs.laws.AvoidLimits(margin=0.2),
         smooth_start=2.0,
-        limit=rs.SpeedLimit(joint=[0.1, 0.2, 0.1, 0.3, 0.2, 0.2], linear=0.1, angular=0.2),
+        limit=rs.laws.SpeedLimit(joint=[0.1, 0.2, 0.1, 0.3, 0.2, 0.2], linear=0.1, angular=0.2),
     ),
-    "one limit": servo(limit=rs.SpeedLimit(joint=0.1), gain=5),
+    "one limit": servo(limit=rs.laws.SpeedLimit(joint=0.1), gain=5),
     "given": servo(goal=rs.GoalFeatures(0.1 * np.arange(16))),
     "pbvs": rs.PBVS(NEAR, form="camera", **JUST_FLYING),
     "hybrid": rs.Hybrid(NEAR, mark=3, **JUST_FLYING),
     "partitioned": rs.Partitioned(NEAR, segment=(1, 6), advance=0.3, **JUST_FLYING),
     "priorities": rs.Priorities(
-        [rs.IBVS(NEAR, features=[rs.FeatureBlock("points", marks=[0])]), rs.PBVS(NEAR)],
+        [rs.IBVS(NEAR, features=[rs.features.FeatureBlock("points", marks=[0])]), rs.PBVS(NEAR)],
         joints=["free_camera"],
-        secondary=rs.Posture([0.0, 0, -1, 0, 0, 0]),
+        secondary=rs.laws.Posture([0.0, 0, -1, 0, 0, 0]),
         smooth_start=1.0,
     ),
-    "switch": rs.Switch(rs.PBVS(NEAR, **JUST_FLYING), servo(), rs.ErrorBelow(0.09)),
-    "border": rs.Switch(servo(), rs.PBVS(NEAR), rs.NearBorder(150, (640, 480)), latch=False),
+    "switch": rs.Switch(rs.PBVS(NEAR, **JUST_FLYING), servo(), rs.tasks.ErrorBelow(0.09)),
+    "border": rs.Switch(servo(), rs.PBVS(NEAR), rs.tasks.NearBorder(150, (640, 480)), latch=False),
     **{
         f"ff {how}": servo(feed_forward=how, gain=2)
-        for how in ("known", "estimated", rs.EstimatedMotion(0.05))
+        for how in ("known", "estimated", rs.laws.EstimatedMotion(0.05))
     },
     "own belief": rs.Switch(
         rs.PBVS(NEAR, belief=flying(motions=[rs.Motion("conveyor", [0.01])]), **JUST_FLYING),
         servo(),
-        rs.ErrorBelow(0.09),
+        rs.tasks.ErrorBelow(0.09),
     ),
 }
 
@@ -578,7 +603,7 @@ def test_a_run_with_any_feature_is_repeated(name):
 def test_a_run_of_two_tasks_side_by_side_is_repeated():
     task = rs.Parallel(
         [
-            rs.IBVS(camera="watch", target="ahead", limit=rs.SpeedLimit(joint=[0.1, 0.2])),
+            rs.IBVS(camera="watch", target="ahead", limit=rs.laws.SpeedLimit(joint=[0.1, 0.2])),
             Placing(camera=["left", "right"], target="part", variant="completed"),
         ]
     )
@@ -616,7 +641,7 @@ def test_a_trajectory_of_somebody_has_no_text():
         Wave.frame = frame
         name = {"path": Wave()} if frame else {"trajectory": Wave(), "joints": "conveyor"}
         task = make(**name, **({"frame": "eye"} if frame else {}))
-        with pytest.raises(rs.InputError, match="Wave is Python code"):
+        with pytest.raises(rs.errors.InputError, match="Wave is Python code"):
             Experiment(any_scene(), task).to_toml()
 
 

@@ -19,7 +19,7 @@ KINDS = {"fixed", "revolute", "prismatic", "floating", "planar"}
 
 def expressible(robot):
     joints = [link.joint for link in robot.links]
-    return all(j.kind in KINDS and isinstance(j.follows, rs.Mimic | None) for j in joints)
+    return all(j.kind in KINDS and isinstance(j.follows, rs.joints.Mimic | None) for j in joints)
 
 
 LIBRARY = [name for name in robots.names() if expressible(robots.load(name))]
@@ -81,7 +81,7 @@ def same_inertia(one, other):
 
 def same_shapes(shapes, others):
     """Of those that URDF knows, or that stand for others; but for the points of circles."""
-    known = (rs.Block, rs.Wheel, rs.Ball, rs.Mesh)
+    known = (rs.Block, rs.Wheel, rs.shapes.Ball, rs.shapes.Mesh)
     written = [each for shape in shapes for each in split_into_solids(shape, known)]
     for one, other in zip(written, others, strict=True):
         close(one.pose.matrix, other.pose.matrix)
@@ -132,8 +132,8 @@ def any_shapes(rng):
     every = (
         rs.Block(a, b, c, "r", mass=a),
         rs.Wheel(a, b, color="#12ab9f", density=100.0),
-        rs.Ball(a, color="k"),
-        rs.Mesh("package://a/m & m.stl", (a, -b, 1.0)),
+        rs.shapes.Ball(a, color="k"),
+        rs.shapes.Mesh("package://a/m & m.stl", (a, -b, 1.0)),
     )
     return tuple(shape.at(any_pose(rng)) for shape in every[: rng.integers(5)])
 
@@ -142,7 +142,7 @@ def any_link(rng, i):
     kind = rng.choice(["fixed", "revolute", "prismatic", "floating", "planar"])
     tail = any_pose(rng) if rng.integers(2) else rs.Pose.at()
     limits = tuple(np.sort(rng.normal(size=2))) if kind in ("revolute", "prismatic") else None
-    joint = rs.Joint(
+    joint = rs.joints.Joint(
         kind,
         any_pose(rng),
         tail,
@@ -152,18 +152,21 @@ def any_link(rng, i):
         effort=rng.uniform(0.1, 9) if kind in ("revolute", "prismatic") else None,
     )
     parent = "base" if i == 1 else ["base", *(f"link{k}" for k in range(1, i))][rng.integers(i)]
-    inertia = rs.Ball(0.3, mass=2.0).at(any_pose(rng)).inertia if rng.integers(2) else None
-    return rs.Link(f"link{i}", parent, joint, any_shapes(rng), inertia)
+    inertia = rs.shapes.Ball(0.3, mass=2.0).at(any_pose(rng)).inertia if rng.integers(2) else None
+    return rs.joints.Link(f"link{i}", parent, joint, any_shapes(rng), inertia)
 
 
 def any_robot(rng):
     """A tree of joints of all kinds that the format has; the last ones follow others."""
-    links = [rs.Link("base", shapes=any_shapes(rng)), *(any_link(rng, i) for i in range(1, 6))]
+    links = [
+        rs.joints.Link("base", shapes=any_shapes(rng)),
+        *(any_link(rng, i) for i in range(1, 6)),
+    ]
     single = [k.joint.name or k.name for k in links if k.joint.kind in ("revolute", "prismatic")]
     for i in range(2 if single else 0):
-        follows = rs.Mimic(rng.choice(single), rng.normal(), rng.normal())
-        joint = rs.Joint("revolute", tail=any_pose(rng), follows=follows)
-        links.append(rs.Link(f"tied{i}", links[-1].name, joint))
+        follows = rs.joints.Mimic(rng.choice(single), rng.normal(), rng.normal())
+        joint = rs.joints.Joint("revolute", tail=any_pose(rng), follows=follows)
+        links.append(rs.joints.Link(f"tied{i}", links[-1].name, joint))
         single.append(f"tied{i}")
     return rs.Robot("any", links)
 
@@ -209,53 +212,60 @@ def test_the_frame_of_an_axis_is_a_rotation_to_the_last_digit(seed):
 
 def test_what_the_format_cannot_express_is_refused_by_name_all_at_once(tmp_path):
     path = tmp_path / "rover.urdf"
-    car = rs.Joint("car", steering=rs.Steering(0.5))
-    wheel = rs.Joint("revolute", follows=rs.Ackermann("body.steering"))
+    car = rs.joints.Joint("car", steering=rs.joints.Steering(0.5))
+    wheel = rs.joints.Joint("revolute", follows=rs.joints.Ackermann("body.steering"))
     rover = rs.Robot(
-        "rover", [rs.Link("base"), rs.Link("body", "base", car), rs.Link("wheel", "body", wheel)]
+        "rover",
+        [
+            rs.joints.Link("base"),
+            rs.joints.Link("body", "base", car),
+            rs.joints.Link("wheel", "body", wheel),
+        ],
     )
     expected = "'body' moves as a car; 'wheel' follows by Ackermann, not Mimic"
-    with pytest.raises(rs.InputError, match=f"robot 'rover' cannot be written as URDF: {expected}"):
+    with pytest.raises(
+        rs.errors.InputError, match=f"robot 'rover' cannot be written as URDF: {expected}"
+    ):
         rover.to_urdf(path)
     assert not path.exists()
 
 
 @pytest.mark.parametrize("color", [(1, 0, 0), [1, 0, 0], 3, "a\0"])
 def test_a_colour_that_is_no_word_is_refused_by_the_name_of_its_link(tmp_path, color):
-    robot = rs.Robot("r", [rs.Link("base", shapes=(rs.Ball(1, color=color),))])
+    robot = rs.Robot("r", [rs.joints.Link("base", shapes=(rs.shapes.Ball(1, color=color),))])
     for write in (robot.to_urdf, robot.to_mjcf):
-        with pytest.raises(rs.InputError, match="'base' has a colour that is no word"):
+        with pytest.raises(rs.errors.InputError, match="'base' has a colour that is no word"):
             write(tmp_path / "robot.xml")
 
 
 def test_where_a_file_cannot_be_written_is_told(tmp_path):
     (tmp_path / "file").write_text("mine")
     for write in (robots.panda().to_urdf, robots.panda().to_mjcf):
-        with pytest.raises(rs.FileError, match=r"cannot write .*robot\.xml"):
+        with pytest.raises(rs.errors.FileError, match=r"cannot write .*robot\.xml"):
             write(tmp_path / "file" / "robot.xml")
     assert (tmp_path / "file").read_text() == "mine"
 
 
 def test_a_name_that_two_joints_would_have_is_given_to_the_one_that_moves(tmp_path):
-    turn = rs.Link("a", "base", rs.Joint("revolute", name="b"))
-    robot = rs.Robot("r", [rs.Link("base"), turn, rs.Link("b", "a")])
+    turn = rs.joints.Link("a", "base", rs.joints.Joint("revolute", name="b"))
+    robot = rs.Robot("r", [rs.joints.Link("base"), turn, rs.joints.Link("b", "a")])
     back = again(robot, tmp_path)
     assert back.coordinate_names == ("b",) and back.links[2].joint.name == "b_fixed"
 
 
 def test_names_of_joints_that_do_not_move_never_clash(tmp_path):
-    turn, still = rs.Joint("revolute", name="b"), rs.Joint(name="x")
+    turn, still = rs.joints.Joint("revolute", name="b"), rs.joints.Joint(name="x")
     long = "l" * 64
     links = [
-        rs.Link("base"),
-        rs.Link("a", "base", turn),
-        rs.Link("b", "a"),
-        rs.Link("b_fixed", "b"),
-        rs.Link("c", "b", still),
-        rs.Link("d", "c", still),
-        rs.Link("x", "d"),
-        rs.Link("e", "x", rs.Joint("prismatic", name=long)),
-        rs.Link(long, "e"),
+        rs.joints.Link("base"),
+        rs.joints.Link("a", "base", turn),
+        rs.joints.Link("b", "a"),
+        rs.joints.Link("b_fixed", "b"),
+        rs.joints.Link("c", "b", still),
+        rs.joints.Link("d", "c", still),
+        rs.joints.Link("x", "d"),
+        rs.joints.Link("e", "x", rs.joints.Joint("prismatic", name=long)),
+        rs.joints.Link(long, "e"),
     ]
     back = again(rs.Robot("r", links), tmp_path)
     assert back.coordinate_names == ("b", long)
@@ -266,7 +276,13 @@ def test_names_of_joints_that_do_not_move_never_clash(tmp_path):
 
 def test_the_body_of_a_camera_becomes_two_boxes_as_long(tmp_path):
     body = rs.CameraBody(0.08, 0.05, 0.03, mass=0.2)
-    arm = rs.Robot("r", [rs.Link("base"), rs.Link("eye", "base", rs.Joint("revolute"), (body,))])
+    arm = rs.Robot(
+        "r",
+        [
+            rs.joints.Link("base"),
+            rs.joints.Link("eye", "base", rs.joints.Joint("revolute"), (body,)),
+        ],
+    )
     eye = again(arm, tmp_path).links[1]
     points = np.concatenate([box.vertices for box in eye.shapes])
     close(np.ptp(points, axis=0), [1.25 * 0.03, 1.25 * 0.05, 0.08])
@@ -275,7 +291,9 @@ def test_the_body_of_a_camera_becomes_two_boxes_as_long(tmp_path):
 
 def test_colours_that_files_have_no_name_for_become_grey(tmp_path):
     wheel = rs.Wheel(1, 1, color="tab:blue")
-    robot = rs.Robot("r", rs.Link("base", shapes=(wheel, dataclasses.replace(wheel, color="#0f0"))))
+    robot = rs.Robot(
+        "r", rs.joints.Link("base", shapes=(wheel, dataclasses.replace(wheel, color="#0f0")))
+    )
     assert [s.color for s in again(robot, tmp_path).links[0].shapes] == ["#808080", "g"]
 
 
@@ -303,8 +321,8 @@ def test_a_robot_from_a_file_servos_like_the_one_that_was_written(tmp_path):
 def test_a_run_of_a_robot_from_a_file_is_repeated_from_its_text(tmp_path):
     """The text of the scenario holds the robot, inertias and meshes too: no file is needed."""
     arm = rs.Robot.from_urdf(Path(__file__).parents[1] / "inputs" / "urdf" / "00_good.urdf")
-    stone = rs.Mesh("package://stones/stone.stl", (1, 1, 0.5))
-    weighed = dataclasses.replace(arm.links[1], shapes=(stone, rs.Ball(0.1, mass=0.3)))
+    stone = rs.shapes.Mesh("package://stones/stone.stl", (1, 1, 0.5))
+    weighed = dataclasses.replace(arm.links[1], shapes=(stone, rs.shapes.Ball(0.1, mass=0.3)))
     arm = dataclasses.replace(arm, links=(arm.links[0], weighed))
     eye = rs.MountedCamera("eye", rs.Camera(np.eye(3)), on="r.b")
     dots = rs.Object("dots", marks=[(0.1, 0, 2), (0, 0.2, 2), (0, 0, 3), (0.1, 0.1, 3)])

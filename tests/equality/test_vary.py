@@ -93,7 +93,7 @@ def check_same(experiment):
     return runs
 
 
-@pytest.mark.filterwarnings("ignore::robsim.RankWarning")
+@pytest.mark.filterwarnings("ignore::robsim.errors.RankWarning")
 @pytest.mark.parametrize("name", EACH)
 def test_each_run_has_the_bits_of_its_own_experiment(name):
     experiment = rs.load_scenario(examples.path(name))
@@ -121,7 +121,7 @@ def test_the_constants_of_a_link_differ_from_run_to_run(name, link):
     check_same(experiment.vary(quiet))
 
 
-@pytest.mark.filterwarnings("ignore::robsim.RankWarning")
+@pytest.mark.filterwarnings("ignore::robsim.errors.RankWarning")
 def test_the_law_of_the_partitioned_scheme_is_that_of_any_scene():
     experiment = rs.load_scenario(examples.path("schemes_compared"), ["task.kind=partitioned"])
     numbers = everything(experiment.with_(duration=2.0), np.random.default_rng(4), {})
@@ -140,7 +140,7 @@ def test_the_numbers_of_a_task_of_ones_own_class_may_differ():
     np.testing.assert_array_equal(own.q.values, other.q.values)
     one = experiment.with_(task=Mine(goal)).at("task.gain", 3.0)
     assert type(one.task) is Mine and one.task.gain == 3.0
-    with pytest.raises(rs.InputError, match="gain"):
+    with pytest.raises(rs.errors.InputError, match="gain"):
         one.at("task.gain", -1.0)
 
 
@@ -230,17 +230,17 @@ def test_what_cannot_differ_is_refused_before_anything_runs(case):
 
 def test_several_runs_have_no_text_no_steps_and_no_controller(wrong):
     for ask in (wrong.to_toml, lambda: wrong.text, wrong.steps, lambda: rs.Controller(wrong)):
-        with pytest.raises(rs.InputError, match="of_run"):
+        with pytest.raises(rs.errors.InputError, match="of_run"):
             ask()
-    with pytest.raises(rs.InputError, match="2 starts, and 3 numbers"):
+    with pytest.raises(rs.errors.InputError, match="2 starts, and 3 numbers"):
         wrong.with_(start=np.stack([wrong.start] * 2))
-    with pytest.raises(rs.InputError, match="run must be below 3"):
+    with pytest.raises(rs.errors.InputError, match="run must be below 3"):
         wrong.of_run(3)
 
 
 def test_tasks_of_several_tasks_and_bound_laws_are_refused():
     for name in (*OWN_LAW, "mobile_arm"):
-        with pytest.raises(rs.InputError, match="of one servo task"):
+        with pytest.raises(rs.errors.InputError, match="of one servo task"):
             rs.load_scenario(examples.path(name)).vary({"sensing.noise": [0.1, 0.2]})
 
 
@@ -275,22 +275,22 @@ def test_each_joint_has_a_number_of_its_own_in_each_run(name):
     experiment = rs.load_scenario(examples.path("eye_in_hand")).with_(duration=1.0)
     numbers = np.geomspace(0.005, 0.5, 3)[:, None] * np.linspace(0.5, 1.0, 7)
     check_same(experiment.vary({f"actuation.{name}": numbers}))
-    with pytest.raises(rs.InputError, match=f"actuation: 6 numbers of {name} for 7"):
+    with pytest.raises(rs.errors.InputError, match=f"actuation: 6 numbers of {name} for 7"):
         experiment.vary({f"actuation.{name}": numbers[:, 1:]}).run()
 
 
-FILTER = {"task.depth": rs.DepthFilter(1.0)}
+FILTER = {"task.depth": rs.laws.DepthFilter(1.0)}
 ACTING = {  # of laws, weightings and shaping, with what has them act
     "task.law.length": ([0.05, 0.3, 1.0], {"task.law": "camera"}),
-    "task.weighting.0.noise": ([1.0, 300.0, 1000.0], {"task.weighting": rs.Tukey()}),
-    "task.weighting.0.width": ([20.0, 200.0, 390.0], {"task.weighting": rs.Border()}),
-    "task.weighting.0.time": ([0.1, 0.4, 1.0], {"task.weighting": rs.Fade()}),
+    "task.weighting.0.noise": ([1.0, 300.0, 1000.0], {"task.weighting": rs.weights.Tukey()}),
+    "task.weighting.0.width": ([20.0, 200.0, 390.0], {"task.weighting": rs.weights.Border()}),
+    "task.weighting.0.time": ([0.1, 0.4, 1.0], {"task.weighting": rs.weights.Fade()}),
     "task.secondary.gain": ([0.1, 0.5, 2.0], {}),
     "task.smooth_start": ([0.5, 1.0, 5.0], {}),
-    "task.limit.joint": ([0.01, 0.05, 5.0], {"task.limit": rs.SpeedLimit(joint=1.0)}),
-    "task.limit.linear": ([0.005, 0.05, 5.0], {"task.limit": rs.SpeedLimit(linear=1.0)}),
-    "task.limit.angular": ([0.01, 0.05, 5.0], {"task.limit": rs.SpeedLimit(joint=1.0)}),
-    "task.feed_forward.lag": ([0.05, 0.2, 1.0], {"task.feed_forward": rs.EstimatedMotion()}),
+    "task.limit.joint": ([0.01, 0.05, 5.0], {"task.limit": rs.laws.SpeedLimit(joint=1.0)}),
+    "task.limit.linear": ([0.005, 0.05, 5.0], {"task.limit": rs.laws.SpeedLimit(linear=1.0)}),
+    "task.limit.angular": ([0.01, 0.05, 5.0], {"task.limit": rs.laws.SpeedLimit(joint=1.0)}),
+    "task.feed_forward.lag": ([0.05, 0.2, 1.0], {"task.feed_forward": rs.laws.EstimatedMotion()}),
     "task.depth.start": ([0.5, 1.0, 2.0], FILTER),
     "task.depth.start_sigma": ([0.1, 0.5, 1.0], FILTER),
     "task.depth.noise": ([0.1, 0.5, 2.0], FILTER),
@@ -301,11 +301,11 @@ ACTING = {  # of laws, weightings and shaping, with what has them act
 }
 
 
-@pytest.mark.filterwarnings("ignore::robsim.RankWarning")
+@pytest.mark.filterwarnings("ignore::robsim.errors.RankWarning")
 @pytest.mark.parametrize("name", ACTING)
 def test_numbers_of_laws_weightings_and_shaping_differ(name):
     numbers, changes = ACTING[name]
-    hidden = rs.Sensing(occlusions=rs.Occlusion(0, 0.2, 0.6))
+    hidden = rs.Sensing(occlusions=rs.imperfections.Occlusion(0, 0.2, 0.6))
     experiment = rs.load_scenario(examples.path("eye_in_hand")).with_(duration=1.0, sensing=hidden)
     runs = check_same(experiment.at(changes).vary({name: numbers}))
     assert len(np.unique(runs.q_end.values, axis=0)) == RUNS
@@ -319,7 +319,9 @@ def test_an_effect_of_ones_own_has_the_time_of_each_run():
 
 def test_marks_are_hidden_at_other_times_in_each_run():
     experiment = rs.load_scenario(examples.path("eye_in_hand")).with_(duration=1.0)
-    hidden = experiment.with_(sensing=rs.Sensing(occlusions=rs.Occlusion(0, 0.2, 0.6)))
+    hidden = experiment.with_(
+        sensing=rs.Sensing(occlusions=rs.imperfections.Occlusion(0, 0.2, 0.6))
+    )
     check_same(
         hidden.vary(
             {

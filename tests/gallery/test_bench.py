@@ -166,7 +166,10 @@ def test_l_current_is_trapped_where_the_goal_looks_at_the_square_from_aside():
 
 def test_a_start_beside_the_goal_is_a_jump_of_the_target():
     """The camera moves as when the target jumps in one period, later by it and the latency."""
-    rail = rs.Robot("rail", [rs.Link("base"), rs.Link("cart", "base", rs.Joint("prismatic"))])
+    rail = rs.Robot(
+        "rail",
+        [rs.joints.Link("base"), rs.joints.Link("cart", "base", rs.joints.Joint("prismatic"))],
+    )
     suite, dt, jump = load_suite("shift_lag"), 0.04, 0.05
     plate = replace(suite.scene.object(), on="rail.cart")
 
@@ -176,7 +179,7 @@ def test_a_start_beside_the_goal_is_a_jump_of_the_target():
     robots = (*suite.scene.robots, rail)
     scene = rs.Scene(robots, [plate], suite.scene.cameras, [rs.Motion("rail", rate)])
     how = {"dt": dt, "duration": 2.0, "hold": True, "sensing": rs.Sensing(latency=0.2)}
-    task = rs.IBVS(rs.TaughtGoal([*suite.goal, 0.0]), camera="eye", gain=3.0)
+    task = rs.IBVS(rs.tasks.TaughtGoal([*suite.goal, 0.0]), camera="eye", gain=3.0)
     jumped = rs.simulate(scene, task, [*suite.goal, 0.0], **how)
     along = np.array([0.0, 0.0, -jump])  # the joint moves along its z: the target goes away
     task = rs.IBVS(suite.task_goal, gain=3.0)
@@ -338,7 +341,7 @@ def test_a_stop_leaves_what_is_done(monkeypatch):
         return run.assign(outcome=outcome)
 
     stop_at_the_second(monkeypatch, three_of)
-    with pytest.raises(rs.Interrupted) as stop:
+    with pytest.raises(rs.errors.Interrupted) as stop:
         rs.bench(some(VIT, range(10)))
     counts = stop.value.run.data["scheme"].value_counts().to_dict()
     assert counts == {"IBVS, L current": 10, "IBVS, L desired": 3}

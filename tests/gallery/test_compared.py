@@ -195,7 +195,7 @@ class Unprojected:
         self.away, self.limits = away, limits
 
     def command(self, state):
-        return rs.JointLaw().command(state) + self.away.velocity(state.q, self.limits)
+        return rs.laws.JointLaw().command(state) + self.away.velocity(state.q, self.limits)
 
 
 @pytest.fixture(scope="module")

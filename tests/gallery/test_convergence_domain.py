@@ -11,7 +11,7 @@ from robsim.units import deg
 def study():
     """The starts of docs/gallery.md, a quarter of them: the first draws are the same."""
     laws = {"L current": "current", "L mean": "mean", "L desired": "desired"}
-    start = rs.LookAt(distance=(0.5, 1.5), axis=(0, 0, -1), cone=60 * deg)
+    start = rs.starts.LookAt(distance=(0.5, 1.5), axis=(0, 0, -1), cone=60 * deg)
     one = rs.load_scenario(rs.examples.path("local_minimum"))
     return rs.study(one, 1000, seed=1, start=start, vary={"task.interaction": laws})
 

@@ -74,7 +74,10 @@ def test_of_an_estimated_rate_that_grows_its_delay_is_left(seconds):
     told = rs.load_scenario(rs.examples.path("pan_tilt_tracking"))
     motion = rs.Motion("carousel", lambda t: [acceleration * t])
     scene = replace(told.scene, motions=[motion])
-    left = {"known": 0.0, rs.EstimatedMotion(lag=seconds): acceleration * (seconds + dt) / GAIN}
+    left = {
+        "known": 0.0,
+        rs.laws.EstimatedMotion(lag=seconds): acceleration * (seconds + dt) / GAIN,
+    }
     for feed_forward, expected in left.items():
         task = replace(told.task, feed_forward=feed_forward)
         run = rs.simulate(scene, task, told.start, dt=dt, duration=6.5, hold=True)

@@ -31,7 +31,7 @@ def test_no_smooth_law_of_the_pose_does(scheme):
 
     The rests are a curve through the goal, and one start or another ends near it by chance.
     """
-    with pytest.warns(rs.RankWarning, match="cannot move sideways"):
+    with pytest.warns(rs.errors.RankWarning, match="cannot move sideways"):
         run = run_of(*scheme)
     assert (run.outcome == rs.Outcome.LOCAL_MINIMUM).all()
     aside = abs(run.q_end.values[:, 1])
@@ -45,7 +45,7 @@ def test_the_rests_of_the_position_based_law_are_a_curve():
     With p the way of the camera from its goal: p has no part ahead (driving), and
     theta = -AHEAD times its part to the left (turning, which swings the camera sideways).
     """
-    with pytest.warns(rs.RankWarning):
+    with pytest.warns(rs.errors.RankWarning):
         x, y, theta = run_of("task.kind=pbvs", "task.form=goal").q_end.values.T
     p = x + AHEAD * np.cos(theta) - AHEAD, y + AHEAD * np.sin(theta)
     ahead = p[0] * np.cos(theta) + p[1] * np.sin(theta)

@@ -55,7 +55,7 @@ def eigenvalues(factors, slope):
     Z = np.asarray(factors)
     marks = np.tile(slope * SQUARE, (len(Z), 1, 1))
     wrong, true = (
-        rs.Points().interaction(Observation.of(marks, each, rs.Camera(np.eye(3))))
+        rs.features.Points().interaction(Observation.of(marks, each, rs.Camera(np.eye(3))))
         for each in (Z, np.ones_like(Z))
     )
     return np.linalg.eigvals(np.linalg.pinv(wrong) @ true)

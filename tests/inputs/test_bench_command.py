@@ -140,7 +140,7 @@ class Raising:
     def command(self, state):
         if state.time > 0.5:
             raise ZeroDivisionError("deep inside")
-        return rs.JointLaw().command(state)
+        return rs.laws.JointLaw().command(state)
 
 
 BAD = {
@@ -165,7 +165,7 @@ BAD = {
 @pytest.mark.parametrize("case", BAD)
 def test_what_is_no_suite_or_scheme_is_refused(case):
     given, message = BAD[case]
-    with pytest.raises(rs.InputError, match=message):
+    with pytest.raises(rs.errors.InputError, match=message):
         rs.bench(*given, builtin=False)
 
 
@@ -184,11 +184,11 @@ def test_what_is_no_suite_or_scheme_is_refused(case):
     ],
 )
 def test_a_suite_that_does_not_fit_is_refused(changes, message):
-    with pytest.raises(rs.InputError, match=message):
+    with pytest.raises(rs.errors.InputError, match=message):
         replace(VIT, **changes)
 
 
 def test_a_suite_says_which_rows_succeed():
     for wrong in (lambda rows: 1, lambda rows: rows["time"], lambda rows: rows["tims"] > 1):
-        with pytest.raises(rs.InputError, match="succeeds of suite 'vit_500'"):
+        with pytest.raises(rs.errors.InputError, match="succeeds of suite 'vit_500'"):
             rs.bench(replace(VIT, succeeds=wrong), {"mine": rs.IBVS()}, builtin=False)

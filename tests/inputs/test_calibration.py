@@ -21,12 +21,14 @@ def bench():
 
 @pytest.fixture(scope="module")
 def q(bench):
-    return rs.sample_viewpoints(bench, 6, rs.LookAt("board", distance=(0.4, 0.6)), seed=1)
+    return rs.calibration.sample_viewpoints(
+        bench, 6, rs.starts.LookAt("board", distance=(0.4, 0.6)), seed=1
+    )
 
 
 @pytest.fixture(scope="module")
 def views(bench, q):
-    return rs.simulate_views(bench, q)
+    return rs.calibration.simulate_views(bench, q)
 
 
 def gaps(pixels, *places):
@@ -64,7 +66,7 @@ def gaps(pixels, *places):
     ],
 )
 def test_views_are_refused(views, change, reason):
-    with pytest.raises(rs.InputError, match=re.escape(reason)):
+    with pytest.raises(rs.errors.InputError, match=re.escape(reason)):
         replace(views, **change(views))
 
 
@@ -111,7 +113,7 @@ def on_the_hand(scene):
     ],
 )
 def test_it_is_not_calibrated(views, make, reason):
-    with pytest.raises(rs.InputError, match=re.escape(reason)):
+    with pytest.raises(rs.errors.InputError, match=re.escape(reason)):
         make(views)
 
 
@@ -123,7 +125,7 @@ def about_one_axis(views):
     """The wrist alone turns, as far as the board is seen, by exact pixels."""
     q = np.tile(views.q[0], (4, 1))
     q[:, 5] += [0, 0.1, 0.2, -0.1]
-    return rs.CalibrationViews(views.scene, q, views.scene.view(q).pixels)
+    return rs.calibration.CalibrationViews(views.scene, q, views.scene.view(q).pixels)
 
 
 def without_lens(views):
@@ -134,38 +136,51 @@ def without_lens(views):
 def seeing(views, marks):
     """Three views of some marks."""
     others = np.delete(np.arange(35), marks)
-    return rs.CalibrationViews(views.scene, views.q[:3], gaps(views.pixels[:3], np.s_[:, others]))
+    return rs.calibration.CalibrationViews(
+        views.scene, views.q[:3], gaps(views.pixels[:3], np.s_[:, others])
+    )
 
 
 @pytest.mark.parametrize(
     ("make", "reason"),
     [
-        (lambda b, q: rs.simulate_views(b.scene, q), "experiment"),
+        (lambda b, q: rs.calibration.simulate_views(b.scene, q), "experiment"),
         (
-            lambda b, q: rs.simulate_views(b, q[0]),
+            lambda b, q: rs.calibration.simulate_views(b, q[0]),
             "q: expected a row for each view, (V, 6), got (6,)",
         ),
-        (lambda b, q: rs.simulate_views(b, q + 9.0), "q"),
-        (lambda b, q: rs.simulate_views(b, q, camera="eye"), "no camera 'eye' in the scene"),
-        (lambda b, q: rs.simulate_views(b, q, seed=-1), "seed must be a whole number from 0 on"),
+        (lambda b, q: rs.calibration.simulate_views(b, q + 9.0), "q"),
         (
-            lambda b, q: rs.simulate_views(b.at("sensing.outliers", 0.1), q),
+            lambda b, q: rs.calibration.simulate_views(b, q, camera="eye"),
+            "no camera 'eye' in the scene",
+        ),
+        (
+            lambda b, q: rs.calibration.simulate_views(b, q, seed=-1),
+            "seed must be a whole number from 0 on",
+        ),
+        (
+            lambda b, q: rs.calibration.simulate_views(b.at("sensing.outliers", 0.1), q),
             "sensing.outliers: views have noise and quantisation only",
         ),
-        (lambda b, q: rs.simulate_views(b, 0 * q), "pixels: 0 marks seen in view 0"),
-        (lambda b, q: rs.sample_viewpoints(b, 0, None), "count must be a whole number from 1 on"),
+        (lambda b, q: rs.calibration.simulate_views(b, 0 * q), "pixels: 0 marks seen in view 0"),
         (
-            lambda b, q: rs.sample_viewpoints(b, 6, q),
+            lambda b, q: rs.calibration.sample_viewpoints(b, 0, None),
+            "count must be a whole number from 1 on",
+        ),
+        (
+            lambda b, q: rs.calibration.sample_viewpoints(b, 6, q),
             "start: expected a sampler such as rs.LookAt(",
         ),
         (
-            lambda b, q: rs.sample_viewpoints(b, 2, rs.LookAt("board", distance=(0.01, 0.02))),
+            lambda b, q: rs.calibration.sample_viewpoints(
+                b, 2, rs.starts.LookAt("board", distance=(0.01, 0.02))
+            ),
             "viewpoints: none of 2 sees the whole target: widen start",
         ),
     ],
 )
 def test_it_is_not_observed(bench, q, make, reason):
-    with pytest.raises(rs.InputError, match=re.escape(reason)):
+    with pytest.raises(rs.errors.InputError, match=re.escape(reason)):
         make(bench, q)
 
 
@@ -190,7 +205,7 @@ def test_what_is_asked_of_a_calibration_is_checked(bench, views, q):
             "camera 'camera': its lens has 0 coefficients, and 4 were calibrated",
         ),
     ]:
-        with pytest.raises(rs.InputError, match=re.escape(reason)):
+        with pytest.raises(rs.errors.InputError, match=re.escape(reason)):
             make()
 
 
@@ -206,8 +221,8 @@ def test_what_is_asked_of_a_calibration_is_checked(bench, views, q):
     ],
 )
 def test_poses_are_refused(A, B, method, reason):
-    with pytest.raises(rs.InputError, match=re.escape(reason)):
-        rs.solve_hand_eye(A, B, method)
+    with pytest.raises(rs.errors.InputError, match=re.escape(reason)):
+        rs.calibration.solve_hand_eye(A, B, method)
 
 
 def seen_from(*rpy):
@@ -249,20 +264,31 @@ TILTED = seen_from((0, 0, 0), (0.1, 0, 0), (0, 0.1, 0.2))
     ],
 )
 def test_a_lens_is_not_calibrated(target, pixels, more, reason):
-    with pytest.raises(rs.InputError, match=re.escape(reason)):
-        rs.calibrate_lens(target, pixels, **{"size": (640, 480), **more})
+    with pytest.raises(rs.errors.InputError, match=re.escape(reason)):
+        rs.calibration.calibrate_lens(target, pixels, **{"size": (640, 480), **more})
 
 
 def test_a_lens_without_opencv_is_told(monkeypatch):
     monkeypatch.setitem(sys.modules, "cv2", None)
-    with pytest.raises(rs.InputError, match=r"a lens needs OpenCV: pip install 'robsim\[vision\]'"):
-        rs.calibrate_lens(BOARD, seen_from((0, 0, 0), (0.4, 0, 0), (0, 0.4, 0.2)), (640, 480))
+    with pytest.raises(
+        rs.errors.InputError, match=r"a lens needs OpenCV: pip install 'robsim\[vision\]'"
+    ):
+        rs.calibration.calibrate_lens(
+            BOARD, seen_from((0, 0, 0), (0.4, 0, 0), (0, 0.4, 0.2)), (640, 480)
+        )
 
 
 def test_numbers_that_are_given_are_as_many_as_the_draws():
     one = rs.load_scenario(rs.examples.path("visp_tutorial"))
-    for sampler in (rs.TabulatedValues([1.0, 2.0]), rs.Product(rs.TabulatedValues([1.0, 2.0]))):
-        with pytest.raises(rs.InputError, match=r"runs: 3, and task\.gain is given for 2 draws"):
+    for sampler in (
+        rs.samplers.TabulatedValues([1.0, 2.0]),
+        rs.samplers.Product(rs.samplers.TabulatedValues([1.0, 2.0])),
+    ):
+        with pytest.raises(
+            rs.errors.InputError, match=r"runs: 3, and task\.gain is given for 2 draws"
+        ):
             rs.study(one, 3, vary={"task.gain": sampler})
-    with pytest.raises(rs.InputError, match="Given: expected a row of numbers for each draw"):
-        rs.TabulatedValues(1.0)
+    with pytest.raises(
+        rs.errors.InputError, match="Given: expected a row of numbers for each draw"
+    ):
+        rs.samplers.TabulatedValues(1.0)

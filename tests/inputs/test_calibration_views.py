@@ -20,8 +20,10 @@ def bench():
 
 @pytest.fixture(scope="module")
 def views(bench):
-    look = rs.LookAt("board", distance=(0.3, 0.9), cone=0.9, aside=0.1)
-    return rs.simulate_views(bench, rs.sample_viewpoints(bench, 10, look, seed=3))
+    look = rs.starts.LookAt("board", distance=(0.3, 0.9), cone=0.9, aside=0.1)
+    return rs.calibration.simulate_views(
+        bench, rs.calibration.sample_viewpoints(bench, 10, look, seed=3)
+    )
 
 
 def sized(views, times):
@@ -34,8 +36,8 @@ def test_pixels_in_another_order_are_outside_the_image(views):
     where = (
         r"pixels: mark 0 of view 9 is at \(528\.758, 981\.175\), outside the image of 1280 x 960"
     )
-    with pytest.raises(rs.InputError, match=where):
-        rs.CalibrationViews(views.scene, views.q, views.pixels[..., ::-1])
+    with pytest.raises(rs.errors.InputError, match=where):
+        rs.calibration.CalibrationViews(views.scene, views.q, views.pixels[..., ::-1])
 
 
 @pytest.mark.parametrize(("u", "fits"), [(-2.9, True), (-3.1, False), (1282.9, True), (1283.1, 0)])
@@ -43,23 +45,27 @@ def test_a_detector_may_place_a_mark_some_pixels_outside(views, u, fits):
     pixels = views.pixels.copy()
     pixels[2, 5, 0] = u
     if fits:
-        assert rs.CalibrationViews(views.scene, views.q, pixels).pixels[2, 5, 0] == u
+        assert rs.calibration.CalibrationViews(views.scene, views.q, pixels).pixels[2, 5, 0] == u
     else:
-        with pytest.raises(rs.InputError, match=r"mark 5 of view 2 is at .* outside the image"):
-            rs.CalibrationViews(views.scene, views.q, pixels)
+        with pytest.raises(
+            rs.errors.InputError, match=r"mark 5 of view 2 is at .* outside the image"
+        ):
+            rs.calibration.CalibrationViews(views.scene, views.q, pixels)
 
 
 def test_a_camera_without_a_size_sees_marks_anywhere(views):
     eye = views.scene.camera()
     endless = views.scene.replacing(replace(eye, camera=replace(eye.camera, size=None)))
     pixels = views.pixels[..., ::-1]
-    np.testing.assert_array_equal(rs.CalibrationViews(endless, views.q, pixels).pixels, pixels)
+    np.testing.assert_array_equal(
+        rs.calibration.CalibrationViews(endless, views.q, pixels).pixels, pixels
+    )
 
 
 def test_what_noise_takes_off_the_image_is_not_seen(bench, views):
     """The marks that are left are where noise has put them, in the image."""
     loud = bench.at("sensing.noise", 60.0)
-    seen = rs.simulate_views(loud, views.q).pixels
+    seen = rs.calibration.simulate_views(loud, views.q).pixels
     lost = np.isnan(seen[..., 0])
     assert lost.any() and not lost.all()
     assert np.nanmin(seen) >= -3.0 and np.nanmax(seen[..., 0]) <= 1283.0
@@ -69,8 +75,8 @@ def test_what_noise_takes_off_the_image_is_not_seen(bench, views):
 
 def test_joints_in_degrees_are_outside_their_limits(views):
     told = r"q: joint 'shoulder' in view 0 is -29\.1\d+ rad, outside its limits \[-6\.28319, 6\.28"
-    with pytest.raises(rs.InputError, match=told):
-        rs.CalibrationViews(views.scene, np.degrees(views.q), views.pixels)
+    with pytest.raises(rs.errors.InputError, match=told):
+        rs.calibration.CalibrationViews(views.scene, np.degrees(views.q), views.pixels)
 
 
 @pytest.mark.parametrize(("over", "fits"), [(0.09, True), (0.11, False)])
@@ -78,17 +84,21 @@ def test_encoders_may_tell_a_little_more_than_the_limits(views, over, fits):
     q = views.q.copy()
     q[4, 1] = views.scene.limits[1, 1] + over
     if fits:
-        assert rs.CalibrationViews(views.scene, q, views.pixels).q[4, 1] == q[4, 1]
+        assert rs.calibration.CalibrationViews(views.scene, q, views.pixels).q[4, 1] == q[4, 1]
     else:
-        with pytest.raises(rs.InputError, match=r"joint 'upper_arm' in view 4 is 6\.39319 rad"):
-            rs.CalibrationViews(views.scene, q, views.pixels)
+        with pytest.raises(
+            rs.errors.InputError, match=r"joint 'upper_arm' in view 4 is 6\.39319 rad"
+        ):
+            rs.calibration.CalibrationViews(views.scene, q, views.pixels)
 
 
 def test_marks_behind_the_camera_are_said_before_any_least_squares(views, capfd):
     """Of a robot without limits; LAPACK itself would print."""
     free = remove_joint_limits(rs.Experiment(views.scene, rs.IBVS())).scene
-    there = rs.CalibrationViews(free, np.degrees(views.q), views.pixels)
-    with pytest.raises(rs.InputError, match=r"mark \d+ of view \d+ would be behind the camera"):
+    there = rs.calibration.CalibrationViews(free, np.degrees(views.q), views.pixels)
+    with pytest.raises(
+        rs.errors.InputError, match=r"mark \d+ of view \d+ would be behind the camera"
+    ):
         rs.calibrate(there, ALSO)
     assert capfd.readouterr() == ("", "")
 
@@ -101,22 +111,24 @@ def test_least_squares_that_fail_say_what_to_look_at(views, monkeypatch):
     told = (
         r"views: no least squares \('SVD did not converge'\): do joints \(rad, m\) and views belong"
     )
-    with pytest.raises(rs.InputError, match=told):
+    with pytest.raises(rs.errors.InputError, match=told):
         rs.calibrate(views)
 
 
 def mixed_up(views):
     pixels = views.pixels.copy()
     pixels[3] = pixels[4]
-    return rs.CalibrationViews(views.scene, views.q, pixels)
+    return rs.calibration.CalibrationViews(views.scene, views.q, pixels)
 
 
 WRONG = {
-    "a board 10 % too large": lambda v: rs.CalibrationViews(sized(v, 1.1), v.q, v.pixels),
-    "a board in mm": lambda v: rs.CalibrationViews(sized(v, 1e3), v.q, v.pixels),
-    "signs of the joints": lambda v: rs.CalibrationViews(v.scene, -v.q, v.pixels),
+    "a board 10 % too large": lambda v: rs.calibration.CalibrationViews(
+        sized(v, 1.1), v.q, v.pixels
+    ),
+    "a board in mm": lambda v: rs.calibration.CalibrationViews(sized(v, 1e3), v.q, v.pixels),
+    "signs of the joints": lambda v: rs.calibration.CalibrationViews(v.scene, -v.q, v.pixels),
     "two views that are one": mixed_up,
-    "marks by columns": lambda v: rs.CalibrationViews(
+    "marks by columns": lambda v: rs.calibration.CalibrationViews(
         v.scene, v.q, v.pixels.reshape(-1, 5, 7, 2).swapaxes(1, 2).reshape(-1, 35, 2)
     ),
 }
@@ -124,7 +136,7 @@ WRONG = {
 
 @pytest.mark.parametrize("wrong", WRONG)
 def test_what_does_not_fit_is_warned_of_and_printed_with_the_worst_view(views, wrong):
-    with pytest.warns(rs.FitWarning) as told:
+    with pytest.warns(rs.errors.FitWarning) as told:
         found = rs.calibrate(WRONG[wrong](views), ALSO)
     text, worst = str(told[0].message), np.nanmean(np.square(found.residuals), (1, 2)).argmax()
     rms = float(re.match(r"the marks are ([\d.]+) px off \(rms\)", text)[1])
@@ -134,14 +146,14 @@ def test_what_does_not_fit_is_warned_of_and_printed_with_the_worst_view(views, w
 
 
 def test_views_that_are_mixed_up_are_the_worst(views):
-    with pytest.warns(rs.FitWarning, match="worst in view 3 "):
+    with pytest.warns(rs.errors.FitWarning, match="worst in view 3 "):
         rs.calibrate(mixed_up(views), ALSO)
 
 
 def test_noise_that_is_given_is_no_misfit(bench, views):
     """5 pixels of noise are too much unless it is said that they are noise."""
-    loud = rs.simulate_views(bench.at("sensing.noise", 5.0), views.q)
+    loud = rs.calibration.simulate_views(bench.at("sensing.noise", 5.0), views.q)
     assert rs.calibrate(loud, ALSO, noise=5.0).misfit == ""
     assert rs.calibrate(views, ALSO).misfit == ""
-    with pytest.warns(rs.FitWarning, match="the marks are 4.* px off"):
+    with pytest.warns(rs.errors.FitWarning, match="the marks are 4.* px off"):
         rs.calibrate(loud, ALSO)

@@ -54,7 +54,7 @@ FILES = {
 def test_a_wrong_file_is_refused_in_one_line(text, tmp_path):
     path = tmp_path / "camera.xml"
     path.write_text(text, encoding="utf-8")
-    with pytest.raises(rs.FileError, match=re.escape(FILES[text])) as caught:
+    with pytest.raises(rs.errors.FileError, match=re.escape(FILES[text])) as caught:
         rs.Camera.from_file(path)
     assert str(caught.value).startswith(str(path)) and "\n" not in str(caught.value)
 
@@ -63,23 +63,23 @@ def test_prisms_that_are_not_zero_are_refused(tmp_path):
     data = '<D type_id="opencv-matrix"><rows>1</rows><cols>12</cols><data>{}</data></D>'
     path = tmp_path / "camera.xml"
     path.write_text(xml(MATRIX + data.format("0 " * 11 + "1e-3")))
-    with pytest.raises(rs.FileError, match="thin prisms and tilted sensors"):
+    with pytest.raises(rs.errors.FileError, match="thin prisms and tilted sensors"):
         rs.Camera.from_file(path)
 
 
 @pytest.mark.parametrize("path", [None, 3, "nowhere.yaml", "\0"])
 def test_no_file_is_refused(path):
-    with pytest.raises(rs.FileError, match=r"no such file|cannot read"):
+    with pytest.raises(rs.errors.FileError, match=r"no such file|cannot read"):
         rs.Camera.from_file(path)
 
 
 def test_a_huge_file_and_one_that_is_no_text_are_refused(tmp_path):
     path = tmp_path / "camera.yaml"
     path.write_bytes(b" " * 1_000_001)
-    with pytest.raises(rs.FileError, match="larger than 1 MB"):
+    with pytest.raises(rs.errors.FileError, match="larger than 1 MB"):
         rs.Camera.from_file(path)
     path.write_bytes(b"K: \xff")
-    with pytest.raises(rs.FileError, match="byte 3 is not UTF-8"):
+    with pytest.raises(rs.errors.FileError, match="byte 3 is not UTF-8"):
         rs.Camera.from_file(path)
 
 
@@ -98,30 +98,34 @@ def test_a_huge_file_and_one_that_is_no_text_are_refused(tmp_path):
     ],
 )
 def test_a_wrong_message_is_refused(change, reason):
-    with pytest.raises(rs.InputError, match=re.escape(reason)):
+    with pytest.raises(rs.errors.InputError, match=re.escape(reason)):
         rs.Camera.from_ros({**INFO, **change})
 
 
 @pytest.mark.parametrize("message", [None, 3, "camera", [1, 2]])
 def test_what_is_no_message_is_refused(message):
-    with pytest.raises(rs.InputError, match="expected a message CameraInfo or a dict of it, got"):
+    with pytest.raises(
+        rs.errors.InputError, match="expected a message CameraInfo or a dict of it, got"
+    ):
         rs.Camera.from_ros(message)
 
 
 def test_a_rectified_camera_needs_p():
-    with pytest.raises(rs.InputError, match="rectified: expected P of 3 x 4 numbers"):
+    with pytest.raises(rs.errors.InputError, match="rectified: expected P of 3 x 4 numbers"):
         rs.Camera.from_ros(INFO, rectified=True)
 
 
 def test_what_other_programs_would_leave_out_is_not_written(tmp_path):
     skewed = rs.Camera([[500, 2, 320], [0, 500, 240], [0, 0, 1]], (640, 480))
-    with pytest.raises(rs.FileError, match="a skew of 2 px, which other programs leave out"):
+    with pytest.raises(rs.errors.FileError, match="a skew of 2 px, which other programs leave out"):
         skewed.to_file(tmp_path / "a.yaml")
     endless = rs.Camera([[500, 0, 320], [0, 500, 240], [0, 0, 1]])
-    with pytest.raises(rs.FileError, match="COLMAP needs the size of the image"):
+    with pytest.raises(rs.errors.FileError, match="COLMAP needs the size of the image"):
         endless.to_file(tmp_path / "a.txt")
     for path in (tmp_path / "a.json", None):
-        with pytest.raises(rs.FileError, match=r"a name that ends in .yaml, .yml, .xml, .txt"):
+        with pytest.raises(
+            rs.errors.FileError, match=r"a name that ends in .yaml, .yml, .xml, .txt"
+        ):
             endless.to_file(path)
     assert list(tmp_path.iterdir()) == []
 
@@ -138,5 +142,5 @@ def test_what_other_programs_would_leave_out_is_not_written(tmp_path):
     ],
 )
 def test_a_wrong_size_is_refused(call, reason, camera):
-    with pytest.raises(rs.InputError, match=re.escape(reason)):
+    with pytest.raises(rs.errors.InputError, match=re.escape(reason)):
         call(camera)

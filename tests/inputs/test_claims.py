@@ -42,7 +42,7 @@ def test_a_folder_in_which_a_process_writes_is_not_given_to_another(here):
     other = process(HOLD)
     assert other.stdout.readline() == "claimed\n"
     with (
-        pytest.raises(rs.FileError, match=f"process {other.pid} is writing there"),
+        pytest.raises(rs.errors.FileError, match=f"process {other.pid} is writing there"),
         lock_folder(here),
     ):
         pass
@@ -78,8 +78,8 @@ def test_each_command_makes_a_folder_of_its_own():
 
 
 def test_a_folder_in_which_nothing_was_written_goes_after_an_error():
-    with pytest.raises(rs.InputError), claim_results_folder(None, "out", False, ()):
-        raise rs.InputError("wrong")
+    with pytest.raises(rs.errors.InputError), claim_results_folder(None, "out", False, ()):
+        raise rs.errors.InputError("wrong")
     assert not Path("out").exists()
 
 

@@ -6,7 +6,8 @@ import math
 
 import pytest
 
-from robsim import IBVS, PBVS, Experiment, FileError, examples, load_scenario
+from robsim import IBVS, PBVS, Experiment, examples, load_scenario
+from robsim.errors import FileError
 
 NAMES = sorted(examples.names())
 

@@ -145,14 +145,14 @@ OTHERS = {
     LinkTable: (LINK, {}, {}),
     Steering: ((*LINK, "steering"), {"limit": "30 deg", "wheelbase": "30 cm"}, {"joint": "car"}),
     DHRow: ((*LINK, "dh"), {"theta": "0 deg", "d": "1 m", "a": "1 m", "alpha": "0 deg"}, {}),
-    rs.Inertia: ((*LINK, "inertia"), {"mass": "1 kg", "moments": "1, 1, 1 kg m^2"}, {}),
+    rs.shapes.Inertia: ((*LINK, "inertia"), {"mass": "1 kg", "moments": "1, 1, 1 kg m^2"}, {}),
     rs.Object: (("objects", 0), {}, {}),
     rs.MountedCamera: (("cameras", 0), {}, {}),
     rs.Motion: (("motions", 0), {}, {}),
     rs.Sensing: (("sensing",), {}, {}),
-    rs.Occlusion: (("sensing", "occlusions", 0), {}, {}),
+    rs.imperfections.Occlusion: (("sensing", "occlusions", 0), {}, {}),
     rs.Actuation: (("actuation",), {}, {}),
-    rs.SpeedLimit: (("task", "limit"), {"joint": "1 rad/s"}, {"kind": "ibvs"}),
+    rs.laws.SpeedLimit: (("task", "limit"), {"joint": "1 rad/s"}, {"kind": "ibvs"}),
     FeatureBlock: (("task", "features"), {"kind": "points"}, {"kind": "ibvs"}),
     GoalTable: (("task", "goal"), {}, {"kind": "ibvs"}),
     Straight: (("task", "path"), WAY, {"kind": "follow_path"}),
@@ -246,7 +246,7 @@ def wrongly_told(tables, key, wrong):
     shown = f"{key} = {wrong!r:.60}"
     try:
         read(tables)
-    except rs.FileError as error:
+    except rs.errors.FileError as error:
         message = str(error)
         good = (line.startswith(f"{SOURCE}: ") and key in line for line in message.split("\n"))
         return [] if all(good) else [f"{shown}: {message}"]
@@ -279,7 +279,7 @@ def test_a_number_out_of_bounds_is_refused_in_python_too(kind, name, path, table
     made = found_in(read(whole(kind, name, path, table, around)[0]), kind)
     for each in fields_of(kind):
         for wrong in numbers_beyond(each.spec) if made is not None else ():
-            with pytest.raises(rs.InputError, match=each.name):
+            with pytest.raises(rs.errors.InputError, match=each.name):
                 dataclasses.replace(made, **{each.name: wrong})
 
 

@@ -24,7 +24,7 @@ DEGREES = {
 @pytest.mark.parametrize("where", DEGREES)
 def test_degrees_are_warned_of_at_every_door(where):
     call, message = DEGREES[where]
-    with pytest.warns(rs.UnitWarning, match=message) as told:
+    with pytest.warns(rs.errors.UnitWarning, match=message) as told:
         call()
     assert told[0].filename == __file__  # it is told who wrote it
 
@@ -33,9 +33,9 @@ def test_a_start_and_a_goal_in_degrees_are_warned_of():
     camera = rs.MountedCamera("eye", rs.Camera(np.diag([500.0, 500, 1])), on="robot.link2")
     target = rs.Object("square", marks=np.eye(3) + 1.0)
     scene = rs.Scene([ARM], [target], [camera])
-    with pytest.warns(rs.UnitWarning, match="q0: 45 looks like degrees"):
+    with pytest.warns(rs.errors.UnitWarning, match="q0: 45 looks like degrees"):
         scene.coordinates([45.0, 0.1], "q0")
-    with pytest.warns(rs.UnitWarning, match="q0: 45 looks like degrees"):
+    with pytest.warns(rs.errors.UnitWarning, match="q0: 45 looks like degrees"):
         scene.coordinates({"robot": [45.0, 0.1]}, "q0")
 
 
@@ -64,7 +64,7 @@ def test_radians_are_never_warned_of(angle):
 
 def test_every_degree_that_is_round_is_warned_of():
     for angle in range(15, 721, 5):
-        with pytest.warns(rs.UnitWarning, match=f": {angle} looks"):
+        with pytest.warns(rs.errors.UnitWarning, match=f": {angle} looks"):
             warn_of_degrees([0.1, -angle], "angles")
 
 

@@ -11,7 +11,7 @@ SCENARIO = rs.load_scenario(rs.examples.path("visp_tutorial"))
 SCENE, GOAL = SCENARIO.scene, SCENARIO.task.goal
 ARM = rs.robots.planar_2r()
 SQUARE = [[-0.1, -0.1], [0.1, -0.1], [0.1, 0.1], [-0.1, 0.1]]
-SEEN = rs.Observation.of(SQUARE, np.ones(4), UNIT)
+SEEN = rs.features.Observation.of(SQUARE, np.ones(4), UNIT)
 
 
 @pytest.mark.parametrize(
@@ -31,14 +31,16 @@ SEEN = rs.Observation.of(SQUARE, np.ones(4), UNIT)
     ],
 )
 def test_an_observation_is_of_as_many_depths_as_marks(pixels, depth):
-    with pytest.raises(rs.InputError, match=r"pixels"):
-        rs.Observation.of(pixels, depth, UNIT)
+    with pytest.raises(rs.errors.InputError, match=r"pixels"):
+        rs.features.Observation.of(pixels, depth, UNIT)
 
 
 def test_an_observation_of_a_batch_is_what_each_of_its_runs_is():
-    both = rs.Observation.of([SQUARE, np.multiply(2.0, SQUARE)], np.ones((2, 4)), UNIT)
-    np.testing.assert_array_equal(rs.Points().measure(both)[0], rs.Points().measure(SEEN)[0])
-    np.testing.assert_array_equal(rs.Points().measure(both)[1], 2.0 * np.ravel(SQUARE))
+    both = rs.features.Observation.of([SQUARE, np.multiply(2.0, SQUARE)], np.ones((2, 4)), UNIT)
+    np.testing.assert_array_equal(
+        rs.features.Points().measure(both)[0], rs.features.Points().measure(SEEN)[0]
+    )
+    np.testing.assert_array_equal(rs.features.Points().measure(both)[1], 2.0 * np.ravel(SQUARE))
 
 
 @pytest.mark.parametrize(
@@ -56,38 +58,47 @@ def test_an_observation_of_a_batch_is_what_each_of_its_runs_is():
 )
 def test_arrays_in_the_layout_of_the_kernels_are_of_one_size(changes):
     names = ("pixels_last", "points_last", "depth_last", "camera")
-    with pytest.raises(rs.InputError):
-        rs.Observation(**{name: getattr(SEEN, name) for name in names} | changes)
+    with pytest.raises(rs.errors.InputError):
+        rs.features.Observation(**{name: getattr(SEEN, name) for name in names} | changes)
 
 
 def test_a_pair_of_cameras_sees_as_many_marks():
-    other = rs.Observation.of(SQUARE[:3], np.ones(3), UNIT)
-    with pytest.raises(rs.InputError, match="pixels_last of the other: expected shape"):
-        rs.Observation.of(SQUARE, np.ones(4), UNIT, other=other, between=rs.Pose.at(0.1))
+    other = rs.features.Observation.of(SQUARE[:3], np.ones(3), UNIT)
+    with pytest.raises(rs.errors.InputError, match="pixels_last of the other: expected shape"):
+        rs.features.Observation.of(SQUARE, np.ones(4), UNIT, other=other, between=rs.Pose.at(0.1))
 
 
 def test_a_feature_is_asked_of_an_observation_of_enough_marks():
-    with pytest.raises(rs.InputError, match="Ellipse needs at least 5 marks; 4 are seen"):
-        rs.Ellipse().measure(SEEN)
-    with pytest.raises(rs.InputError, match="Points: expected an Observation, got array"):
-        rs.Points().measure(np.ones((4, 2)))
-    for feature in (rs.LogDepth(), rs.ThetaU(), rs.RegionMoments(), rs.Polar()):
-        with pytest.raises(rs.InputError, match="expected an Observation, got None"):
+    with pytest.raises(rs.errors.InputError, match="Ellipse needs at least 5 marks; 4 are seen"):
+        rs.features.Ellipse().measure(SEEN)
+    with pytest.raises(rs.errors.InputError, match="Points: expected an Observation, got array"):
+        rs.features.Points().measure(np.ones((4, 2)))
+    for feature in (
+        rs.features.LogDepth(),
+        rs.features.ThetaU(),
+        rs.features.RegionMoments(),
+        rs.features.Polar(),
+    ):
+        with pytest.raises(rs.errors.InputError, match="expected an Observation, got None"):
             feature.towards(None)
 
 
-@pytest.mark.parametrize("kind", [rs.LogDepth, rs.Polar, rs.Lines, rs.Segments])
+@pytest.mark.parametrize(
+    "kind", [rs.features.LogDepth, rs.features.Polar, rs.features.Lines, rs.features.Segments]
+)
 def test_at_the_goal_as_many_marks_are_seen_as_later(kind):
     bound = kind().towards(SEEN)
-    fewer = rs.Observation.of(SQUARE[:2], np.ones(2), UNIT)
-    with pytest.raises(rs.InputError, match="another number was at the goal"):
+    fewer = rs.features.Observation.of(SQUARE[:2], np.ones(2), UNIT)
+    with pytest.raises(rs.errors.InputError, match="another number was at the goal"):
         bound.measure(fewer)
 
 
 def test_goals_of_several_runs_are_of_as_many_as_are_seen():
-    bound = rs.LogDepth().towards(rs.Observation.of([SQUARE] * 3, np.ones((3, 4)), UNIT))
-    two = rs.Observation.of([SQUARE] * 2, np.ones((2, 4)), UNIT)
-    with pytest.raises(rs.InputError, match="the goal is of 3 runs, and 2 are seen"):
+    bound = rs.features.LogDepth().towards(
+        rs.features.Observation.of([SQUARE] * 3, np.ones((3, 4)), UNIT)
+    )
+    two = rs.features.Observation.of([SQUARE] * 2, np.ones((2, 4)), UNIT)
+    with pytest.raises(rs.errors.InputError, match="the goal is of 3 runs, and 2 are seen"):
         bound.measure(two)
 
 
@@ -99,7 +110,7 @@ def arrays(k=8, n=6, B=2):
         "jacobian_last": rng.normal(size=(6, n, B)),
         "task_jacobian_last": rng.normal(size=(k, n, B)),
         "gain": 1.0,
-        "inverse": rs.PseudoInverse(),
+        "inverse": rs.laws.PseudoInverse(),
     }
 
 
@@ -122,27 +133,29 @@ def arrays(k=8, n=6, B=2):
     ids=str,
 )
 def test_a_state_of_control_is_of_one_size(changes):
-    with pytest.raises(rs.InputError):
-        rs.ControlState(**arrays() | changes)
+    with pytest.raises(rs.errors.InputError):
+        rs.laws.ControlState(**arrays() | changes)
 
 
 def test_a_state_is_made_with_the_run_first():
     e, L, J = [1.0, -2.0], np.eye(2, 6), np.eye(6, 3)
-    qd = rs.JointLaw().command(rs.ControlState.of(e, L, J, gain=0.5))
+    qd = rs.laws.JointLaw().command(rs.laws.ControlState.of(e, L, J, gain=0.5))
     np.testing.assert_allclose(qd, [[-0.5, 1.0, 0.0]], atol=1e-15)
-    both = rs.ControlState.of([e, e], [L, L], [J, J], gain=[0.5, 1.0])
-    np.testing.assert_allclose(rs.JointLaw().command(both), [qd[0], 2 * qd[0]], atol=1e-15)
-    with pytest.raises(rs.InputError, match=r"expected error \(B, k\)"):
-        rs.ControlState.of([1.0], L, J)
+    both = rs.laws.ControlState.of([e, e], [L, L], [J, J], gain=[0.5, 1.0])
+    np.testing.assert_allclose(rs.laws.JointLaw().command(both), [qd[0], 2 * qd[0]], atol=1e-15)
+    with pytest.raises(rs.errors.InputError, match=r"expected error \(B, k\)"):
+        rs.laws.ControlState.of([1.0], L, J)
 
 
 def test_the_partitioned_law_is_asked_of_features_that_it_has():
-    with pytest.raises(rs.InputError, match="needs the features s of a mark at least"):
-        rs.PartitionedLaw().command(rs.ControlState(**arrays()))
-    with pytest.raises(rs.InputError, match="the law reads features s, and the state has none"):
-        rs.ControlState(**arrays()).s  # noqa: B018
-    with pytest.raises(rs.InputError, match="expected a ControlState, got 3"):
-        rs.JointLaw().command(3)
+    with pytest.raises(rs.errors.InputError, match="needs the features s of a mark at least"):
+        rs.laws.PartitionedLaw().command(rs.laws.ControlState(**arrays()))
+    with pytest.raises(
+        rs.errors.InputError, match="the law reads features s, and the state has none"
+    ):
+        rs.laws.ControlState(**arrays()).s  # noqa: B018
+    with pytest.raises(rs.errors.InputError, match="expected a ControlState, got 3"):
+        rs.laws.JointLaw().command(3)
 
 
 CALLS = {
@@ -153,11 +166,11 @@ CALLS = {
     "limits": lambda: rs.Robot.from_dh([[0, 0, 1, 0]], limits="é"),
     "dh": lambda: rs.Robot.from_dh([[0, 0, 10**400, 0]]),
     "shapes": lambda: rs.Robot.from_dh([[0, 0, 1, 0]], shapes=np.ones(2)),
-    "joints": lambda: check_law(rs.JointLaw(), joints=-1),
-    "features": lambda: check_law(rs.JointLaw(), features=10**400),
-    "marks": lambda: check_feature(rs.Points(), marks=np.ones((0, 3))),
-    "runs": lambda: check_joint(rs.JointKind(), runs=-1),
-    "seed": lambda: check_feature(rs.Points(), seed="é"),
+    "joints": lambda: check_law(rs.laws.JointLaw(), joints=-1),
+    "features": lambda: check_law(rs.laws.JointLaw(), features=10**400),
+    "marks": lambda: check_feature(rs.features.Points(), marks=np.ones((0, 3))),
+    "runs": lambda: check_joint(rs.joints.JointKind(), runs=-1),
+    "seed": lambda: check_feature(rs.features.Points(), seed="é"),
     "dt": lambda: ARM.integrate([0, 0], [1, 1], [0.1, 0.2]),
     "t": lambda: rs.Controller(SCENARIO).step(np.ones((4, 2)), SCENE.home, np.ones(3)),
     "link": lambda: ARM.fk([0, 0], link=np.ones(2)),
@@ -168,10 +181,10 @@ CALLS = {
     "released": lambda: SCENE.released(np.ones(2)),
     "camera": lambda: SCENE.camera(10**5000),
     "at": lambda: SCENARIO.at(np.ones(2)),
-    "size": lambda: rs.AdaptiveGain(2, 1, 3).at("é"),
-    "velocity": lambda: rs.AvoidLimits().velocity(np.ones((1, 2)), np.ones(2)),
-    "posture": lambda: rs.Posture([0.0]).velocity([None], np.ones((1, 2))),
-    "occlusion": lambda: rs.Occlusion([0], 0.1, end=np.ones(3)),
+    "size": lambda: rs.laws.AdaptiveGain(2, 1, 3).at("é"),
+    "velocity": lambda: rs.laws.AvoidLimits().velocity(np.ones((1, 2)), np.ones(2)),
+    "posture": lambda: rs.laws.Posture([0.0]).velocity([None], np.ones((1, 2))),
+    "occlusion": lambda: rs.imperfections.Occlusion([0], 0.1, end=np.ones(3)),
 }
 
 
@@ -194,16 +207,16 @@ def test_swapped_and_odd_arguments_get_our_words(call):
     ],
 )
 def test_what_overflows_is_told(call):
-    with pytest.raises(rs.InputError, match="too large"):
+    with pytest.raises(rs.errors.InputError, match="too large"):
         call()
 
 
 def test_a_focal_length_in_metres_is_refused():
     K = [[0.008, 0, 320], [0, 0.008, 240], [0, 0, 1]]
-    with pytest.raises(rs.InputError, match=r"0.008 pixels: is it in metres\?.* = 800 for"):
+    with pytest.raises(rs.errors.InputError, match=r"0.008 pixels: is it in metres\?.* = 800 for"):
         rs.Camera(K, size=(640, 480))
     path = rs.examples.path("visp_tutorial")
-    with pytest.raises(rs.FileError, match=r"focal.*0.008 pixels: is it in metres\?"):
+    with pytest.raises(rs.errors.FileError, match=r"focal.*0.008 pixels: is it in metres\?"):
         rs.load_scenario(path, {"cameras.camera.focal": "[0.008, 0.008]"})
     assert rs.Camera(np.eye(3), size=(2, 2)).K[0, 0] == 1.0  # normalised coordinates
     assert rs.Camera(np.diag([0.5, 0.5, 1])).K[0, 0] == 0.5
@@ -216,7 +229,7 @@ def test_a_tolerance_above_the_image_is_refused(features, least, below):
     eye, goal = SCENE.camera(), SCENARIO.task.goal
     sized = rs.Camera([[600, 0, 320], [0, 600, 240], [0, 0, 1]], size=(640, 480))
     scene = SCENE.replacing(rs.MountedCamera(eye.name, sized, on=eye.on, pose=eye.pose))
-    with pytest.raises(rs.InputError, match="every start would have arrived"):
+    with pytest.raises(rs.errors.InputError, match="every start would have arrived"):
         rs.IBVS(goal, features=features, tolerance=least).bind(scene)
     assert rs.IBVS(goal, features=features, tolerance=below).bind(scene).tolerance == below
 
@@ -233,11 +246,11 @@ class Takes:
 
     def measure(self, seen):
         self.look(seen, seen.pixels, seen.points, seen.depth)
-        return rs.Points().measure(seen)
+        return rs.features.Points().measure(seen)
 
     def command(self, state):
         self.look(state, state.error, state.interaction, state.jacobian, state.q, state.s)
-        return rs.JointLaw().command(state)
+        return rs.laws.JointLaw().command(state)
 
     def holds(self, first, second=None):
         self.look(first, *([] if second is None else [second]))
@@ -269,7 +282,7 @@ class Takes:
     ],
     ids=["feature", "law", "secondary", "condition", "ending", "image_effect", "joint_effect"],
 )
-@pytest.mark.filterwarnings("ignore::robsim.RankWarning")
+@pytest.mark.filterwarnings("ignore::robsim.errors.RankWarning")
 def test_arrays_that_users_code_is_given_are_read_only(how):
     own = Takes()
     SCENARIO.with_(duration=0.2, **how(own)).run()

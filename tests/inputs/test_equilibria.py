@@ -51,23 +51,23 @@ class Habit:
     ids=str,
 )
 def test_settings_of_no_use(free_scene, given, says):
-    with pytest.raises(rs.InputError, match=says):
+    with pytest.raises(rs.errors.InputError, match=says):
         rs.equilibria(free_scene(SQUARE), rs.IBVS(goal=GOAL), **given)
 
 
 @pytest.mark.parametrize(
     ("task", "says"),
     [
-        (rs.IBVS(goal=GOAL, interaction=rs.Broyden()), r"interaction=Broyden\(...\)"),
-        (rs.IBVS(goal=GOAL, depth=rs.DepthFilter(0.5)), r"depth=DepthFilter\(...\)"),
+        (rs.IBVS(goal=GOAL, interaction=rs.laws.Broyden()), r"interaction=Broyden\(...\)"),
+        (rs.IBVS(goal=GOAL, depth=rs.laws.DepthFilter(0.5)), r"depth=DepthFilter\(...\)"),
         (rs.IBVS(goal=GOAL, feed_forward="estimated"), r"feed_forward=EstimatedMotion\(...\)"),
         (rs.IBVS(goal=GOAL, smooth_start=4.0), "smooth_start=4"),
         (
-            rs.Switch(rs.PBVS(goal=GOAL), rs.IBVS(goal=GOAL), rs.ErrorBelow(0.1)),
+            rs.Switch(rs.PBVS(goal=GOAL), rs.IBVS(goal=GOAL), rs.tasks.ErrorBelow(0.1)),
             "Switch with latch=True",
         ),
         (
-            rs.Priorities([rs.IBVS(goal=GOAL), rs.IBVS(goal=GOAL, depth=rs.DepthFilter(0.5))]),
+            rs.Priorities([rs.IBVS(goal=GOAL), rs.IBVS(goal=GOAL, depth=rs.laws.DepthFilter(0.5))]),
             r"depth=DepthFilter\(...\)",
         ),
         (rs.IBVS(goal=GOAL, law=Habit()), "the law of this task remembers 'last'"),
@@ -75,26 +75,26 @@ def test_settings_of_no_use(free_scene, given, says):
     ids=lambda part: part if isinstance(part, str) else type(part).__name__,
 )
 def test_a_task_that_remembers_is_refused_by_what_remembers(free_scene, task, says):
-    with pytest.raises(rs.InputError, match=f"equilibria: .*{says}"):
+    with pytest.raises(rs.errors.InputError, match=f"equilibria: .*{says}"):
         rs.equilibria(free_scene(SQUARE), task)
 
 
 def test_a_scene_that_moves_on_its_own_is_refused():
     scenario = rs.load_scenario(rs.examples.path("watching_head"))
-    with pytest.raises(rs.InputError, match="robot 'turntable' moves on its own"):
+    with pytest.raises(rs.errors.InputError, match="robot 'turntable' moves on its own"):
         rs.equilibria(scenario.scene, scenario.task)
 
 
 def test_what_is_no_scene_or_task(free_scene):
-    with pytest.raises(rs.InputError, match="scene: expected a Scene, got 3"):
+    with pytest.raises(rs.errors.InputError, match="scene: expected a Scene, got 3"):
         rs.equilibria(3, rs.IBVS())
-    with pytest.raises(rs.InputError, match="task: expected a task such as IBVS"):
+    with pytest.raises(rs.errors.InputError, match="task: expected a task such as IBVS"):
         rs.equilibria(free_scene(SQUARE), "ibvs")
 
 
 def test_a_goal_out_of_the_image_is_the_error_of_a_run(free_scene):
     scene = free_scene(SQUARE, size=(2, 2))
-    with pytest.raises(rs.GoalError, match="the shown goal puts mark"):
+    with pytest.raises(rs.errors.GoalError, match="the shown goal puts mark"):
         rs.equilibria(scene, rs.IBVS(goal=rs.Pose.at(3, 0, -0.5)))
 
 
@@ -104,7 +104,9 @@ def test_starts_that_can_hardly_be_drawn():
     eye = rs.MountedCamera("eye", rs.Camera(np.eye(3)), on="arm.link1", pose=rs.Pose.at(0, 0, 1))
     task = rs.IBVS(goal=rs.GoalFeatures([0.0, 0.0]))
     scene = rs.Scene([arm], [rs.Object("dot", marks=[[0.1, 0, 0.5]])], [eye])
-    with pytest.raises(rs.InputError, match="starts: of 20000 that were drawn only 0 have all"):
+    with pytest.raises(
+        rs.errors.InputError, match="starts: of 20000 that were drawn only 0 have all"
+    ):
         rs.equilibria(scene, task)
 
 
@@ -114,7 +116,9 @@ NOWHERE = rs.IBVS(
 
 
 def test_numbers_as_a_goal_with_the_camera_at_home_among_the_marks(free_scene):
-    with pytest.raises(rs.InputError, match="home is in the middle of the marks; give starts"):
+    with pytest.raises(
+        rs.errors.InputError, match="home is in the middle of the marks; give starts"
+    ):
         rs.equilibria(free_scene(SQUARE), NOWHERE, count=20)
 
 
@@ -129,5 +133,5 @@ def test_numbers_without_sense_are_no_warnings_of_ours(free_scene, gain, distanc
 
 def test_an_equilibrium_without_error_may_not_be_found(free_scene):
     found = rs.equilibria(free_scene(SQUARE + np.array([0, 0, 0.5])), NOWHERE, count=20)
-    with pytest.raises(rs.InputError, match="no equilibrium with error zero was found"):
+    with pytest.raises(rs.errors.InputError, match="no equilibrium with error zero was found"):
         _ = found.goal

@@ -70,7 +70,7 @@ MEANT = {
             rs.Pose.at(1, 0, 2, rpy=(0, 0, 90 * DEG)),
             duration=2.0,
             frame="crane.hook",
-            inverse=rs.DampedInverse(0.1),
+            inverse=rs.laws.DampedInverse(0.1),
             joints=["lift", "slew"],
         )
     ),
@@ -81,7 +81,7 @@ MEANT = {
             mask="position",
             speed=0.1,
             acceleration=1.0,
-            inverse=rs.PseudoInverse(1e-4),
+            inverse=rs.laws.PseudoInverse(1e-4),
             gain=2,
         )
     ),
@@ -98,8 +98,8 @@ MEANT = {
                 turn=90 * DEG,
                 turn_acceleration=1.0,
             ),
-            limit=rs.SpeedLimit(joint=1.0),
-            secondary=rs.Posture([0.1, 0, 0]),
+            limit=rs.laws.SpeedLimit(joint=1.0),
+            secondary=rs.laws.Posture([0.1, 0, 0]),
         )
     ),
     'kind = "follow_path"\npath = [{ start = { position = "1, 0, 1 m" }, end = { position = '
@@ -204,7 +204,7 @@ TO = 'to = { position = "1, 0, 2 m" }\n'
     ],
 )
 def test_what_is_wrong_is_one_clear_error(text, words):
-    with pytest.raises(rs.FileError) as error:
+    with pytest.raises(rs.errors.FileError) as error:
         task_of(text)
     told = str(error.value)
     assert all(word in told for word in words), told
@@ -219,7 +219,7 @@ def test_what_is_wrong_is_one_clear_error(text, words):
     ],
 )
 def test_what_a_check_finds(text, words):
-    with pytest.raises(rs.FileError) as error:
+    with pytest.raises(rs.errors.FileError) as error:
         Experiment.from_text(CRANE + text).check()
     assert all(word in str(error.value) for word in words), str(error.value)
 

@@ -38,12 +38,14 @@ GOAL = PUMA.fk(PUMA.home)
     ],
 )
 def test_what_cannot_be_solved_for_is_told(T, told, words):
-    with pytest.raises(rs.InputError, match=words):
+    with pytest.raises(rs.errors.InputError, match=words):
         PUMA.ik(T, **told)
 
 
 def test_a_vehicle_is_named():
-    with pytest.raises(rs.InputError, match=r"rides on a vehicle, by its velocity 'body\.v'"):
+    with pytest.raises(
+        rs.errors.InputError, match=r"rides on a vehicle, by its velocity 'body\.v'"
+    ):
         rs.robots.unicycle().ik(np.eye(4))
 
 
@@ -61,7 +63,9 @@ def test_results_are_values():
         with pytest.raises(ValueError, match="read-only"):
             array[0] = 0
     alone = PUMA.ik(GOAL)
-    assert alone.q.shape == (6,) and isinstance(alone.reason, rs.IKReason) and alone.success
+    assert (
+        alone.q.shape == (6,) and isinstance(alone.reason, rs.kinematics.IKReason) and alone.success
+    )
 
 
 def test_poses_of_every_kind_are_taken():
@@ -81,7 +85,7 @@ ROWS = {
 @pytest.mark.parametrize("missing", ROWS)
 def test_what_an_arm_lacks_for_a_closed_form_is_told(missing):
     arm = rs.Robot.from_dh(ROWS[missing], name="arm")
-    with pytest.raises(rs.InputError, match=missing):
+    with pytest.raises(rs.errors.InputError, match=missing):
         arm.closed_ik(np.eye(4))
 
 
@@ -95,12 +99,12 @@ def test_a_wrist_that_is_not_spherical_is_told_with_its_offset():
         [0, 0.0997, 0, -half],
         [0, 0.0996, 0, 0],
     ]
-    with pytest.raises(rs.InputError, match=r"meet in one point: they miss it by 0\.0997 m"):
+    with pytest.raises(rs.errors.InputError, match=r"meet in one point: they miss it by 0\.0997 m"):
         rs.Robot.from_dh(rows).closed_ik(np.eye(4))
 
 
 def test_closed_forms_refuse_what_is_no_pose():
-    with pytest.raises(rs.InputError, match="not a rotation"):
+    with pytest.raises(rs.errors.InputError, match="not a rotation"):
         PUMA.closed_ik(2 * np.eye(4))
-    with pytest.raises(rs.InputError, match="tolerance"):
+    with pytest.raises(rs.errors.InputError, match="tolerance"):
         PUMA.closed_ik(GOAL, tolerance=-1.0)

@@ -72,14 +72,14 @@ def read(old="", new=""):
 
 def test_all_keys_have_the_values_of_the_file():
     joints = {link.name: link.joint for link in read().links}
-    assert joints["car"].steering == rs.Steering(0.3, np.radians(24), np.radians(90))
+    assert joints["car"].steering == rs.joints.Steering(0.3, np.radians(24), np.radians(90))
     assert joints["car"].name == "drive" and joints["pivot"].follows.of == "drive.steering"
-    assert joints["wheel"].follows == rs.Rolling(0.05)
+    assert joints["wheel"].follows == rs.joints.Rolling(0.05)
     assert (joints["finger"].speed, joints["finger"].effort) == (0.1, 20.0)
-    assert joints["other"].follows == rs.Mimic("finger", -0.5, 0.001)
-    assert joints["rear"].curve == rs.curves.Catenary((0, 0), (9, 1), 10)
+    assert joints["other"].follows == rs.joints.Mimic("finger", -0.5, 0.001)
+    assert joints["rear"].curve == rs.shapes.curves.Catenary((0, 0), (9, 1), 10)
     assert joints["rear"].limits == (0.0, 10.0)
-    assert joints["body"].follows == rs.Chord("rear", 0.5, 0.04, 0.2, "angle")
+    assert joints["body"].follows == rs.joints.Chord("rear", 0.5, 0.04, 0.2, "angle")
     names = ["drive.x", "drive.y", "drive.theta", "drive.steering", "wheel", "finger", "rear"]
     assert list(read().coordinate_names) == names
 
@@ -87,11 +87,11 @@ def test_all_keys_have_the_values_of_the_file():
 @pytest.mark.parametrize(
     ("table", "curve"),
     [
-        ('kind = "line", length = "2 m"', rs.curves.Line(2.0)),
-        ('kind = "arc", radius = "2 m", angle = "-90 deg"', rs.curves.Arc(2.0, -np.pi / 2)),
+        ('kind = "line", length = "2 m"', rs.shapes.curves.Line(2.0)),
+        ('kind = "arc", radius = "2 m", angle = "-90 deg"', rs.shapes.curves.Arc(2.0, -np.pi / 2)),
         (
             'kind = "polyline", points = ["0, 0 cm", "1, 0 m", "1, 1 m"], radius = "20 cm"',
-            rs.curves.Polyline([(0, 0), (1, 0), (1, 1)], 0.2),
+            rs.shapes.curves.Polyline([(0, 0), (1, 0), (1, 1)], 0.2),
         ),
     ],
 )
@@ -211,7 +211,7 @@ MISTAKES = {
 @pytest.mark.parametrize("mistake", MISTAKES)
 def test_a_mistake_is_one_line_that_says_where_it_is(mistake):
     old, new, told = MISTAKES[mistake]
-    with pytest.raises(rs.FileError) as caught:
+    with pytest.raises(rs.errors.FileError) as caught:
         read(old, new)
     message = str(caught.value)
     assert message.startswith("train.toml: robots.train.links") and told in message

@@ -19,7 +19,7 @@ def run():
 
 @pytest.fixture
 def rows(run):
-    return rs.to_table(run)
+    return rs.logs.to_table(run)
 
 
 def put(table, row, column, value):
@@ -68,8 +68,8 @@ TABLES = {
 def test_a_table_that_is_no_log(case, rows, tmp_path):
     change, words = TABLES[case]
     change(rows).to_csv(tmp_path / "log.csv", index=False)
-    with pytest.raises(rs.FileError, match=words) as raised:
-        rs.read_log(tmp_path / "log.csv", RHINO)
+    with pytest.raises(rs.errors.FileError, match=words) as raised:
+        rs.logs.read_log(tmp_path / "log.csv", RHINO)
     assert str(raised.value).startswith(f"{tmp_path / 'log.csv'}: ")
     assert "\n" not in str(raised.value)
 
@@ -85,10 +85,10 @@ def test_a_file_that_is_no_table(tmp_path):
     ):
         if content is not None:
             (tmp_path / name).write_bytes(content)
-        with pytest.raises(rs.FileError, match=words):
-            rs.read_log(tmp_path / name, RHINO)
-    with pytest.raises(rs.FileError, match=r"cannot read None"):
-        rs.read_log(None, RHINO)
+        with pytest.raises(rs.errors.FileError, match=words):
+            rs.logs.read_log(tmp_path / name, RHINO)
+    with pytest.raises(rs.errors.FileError, match=r"cannot read None"):
+        rs.logs.read_log(None, RHINO)
 
 
 def test_rows_that_are_no_log():
@@ -98,8 +98,8 @@ def test_rows_that_are_no_log():
         ([{"time": 0.0}], r"rows: no column q\[shoulder\], which q needs"),
         ([{"time": "soon"}], "rows: column time: could not convert"),
     ):
-        with pytest.raises(rs.FileError, match=words):
-            rs.read_log(rows, RHINO)
+        with pytest.raises(rs.errors.FileError, match=words):
+            rs.logs.read_log(rows, RHINO)
 
 
 @pytest.mark.parametrize(
@@ -114,7 +114,7 @@ def test_rows_that_are_no_log():
 def test_a_log_that_is_opened_as_a_run_is_told_what_reads_it(name, reader, tmp_path):
     (tmp_path / name).write_text("time,q\n0,1\n")
     words = f"is not a NetCDF-4 file; {reader} makes a run of such a log, and save_run its run.nc"
-    with pytest.raises(rs.FileError, match=words):
+    with pytest.raises(rs.errors.FileError, match=words):
         rs.open_run(tmp_path / name)
 
 
@@ -128,22 +128,26 @@ def test_arguments_that_are_wrong(rows):
         ({"units": {"pixels": "px"}}, r"units: pixels\[0,column\] is in px"),
         ({"units": 3}, "units: expected"),
     ):
-        with pytest.raises(rs.InputError, match=words):
-            rs.read_log(rows, RHINO, **how)
-    with pytest.raises(rs.InputError, match="expected an Experiment"):
-        rs.read_log(rows, None)
+        with pytest.raises(rs.errors.InputError, match=words):
+            rs.logs.read_log(rows, RHINO, **how)
+    with pytest.raises(rs.errors.InputError, match="expected an Experiment"):
+        rs.logs.read_log(rows, None)
     mission = rs.load_scenario(rs.examples.path("inspection_a"))
-    with pytest.raises(rs.InputError, match="mission"):
-        rs.read_log(rows, mission)
+    with pytest.raises(rs.errors.InputError, match="mission"):
+        rs.logs.read_log(rows, mission)
 
 
 def test_a_run_that_was_recorded_is_not_simulated_again(run, rows):
-    log = rs.read_log(rows, RHINO)
-    with pytest.raises(rs.InputError, match="this run was recorded: explain and replay look"):
+    log = rs.logs.read_log(rows, RHINO)
+    with pytest.raises(
+        rs.errors.InputError, match="this run was recorded: explain and replay look"
+    ):
         rs.diagnose(log)
-    with pytest.raises(rs.InputError, match=r"was recorded and has no diagnosis: rs\.explain"):
+    with pytest.raises(
+        rs.errors.InputError, match=r"was recorded and has no diagnosis: rs\.explain"
+    ):
         rs.plot.diagnosis(log)
-    with pytest.raises(rs.InputError, match=r"scheme 'a': a run that was simulated"):
+    with pytest.raises(rs.errors.InputError, match=r"scheme 'a': a run that was simulated"):
         rs.compare({"a": run})
 
 
@@ -153,8 +157,8 @@ def test_without_pyarrow_it_is_told_what_to_install(tmp_path, monkeypatch):
 
     monkeypatch.setattr("pandas.read_parquet", lacks)
     (tmp_path / "log.parquet").write_bytes(b"PAR1")
-    with pytest.raises(rs.InputError, match=r"PyArrow: pip install 'robsim\[store\]'"):
-        rs.read_log(tmp_path / "log.parquet", RHINO)
+    with pytest.raises(rs.errors.InputError, match=r"PyArrow: pip install 'robsim\[store\]'"):
+        rs.logs.read_log(tmp_path / "log.parquet", RHINO)
 
 
 def test_without_rosbags_it_is_told_what_to_install(run, tmp_path, monkeypatch):
@@ -170,12 +174,14 @@ def test_without_rosbags_it_is_told_what_to_install(run, tmp_path, monkeypatch):
     bag = tmp_path / "there.mcap"
     bag.touch()
     for call in (
-        lambda: rs.write_bag(run, tmp_path / "bag"),
-        lambda: rs.read_bag(bag),
-        lambda: next(rs.read_bag_images(bag, "/image")),
-        lambda: rs.RosMessages(rs.Controller(RHINO)).command([0.0] * 5),
+        lambda: rs.logs.write_bag(run, tmp_path / "bag"),
+        lambda: rs.logs.read_bag(bag),
+        lambda: next(rs.logs.read_bag_images(bag, "/image")),
+        lambda: rs.control.RosMessages(rs.Controller(RHINO)).command([0.0] * 5),
     ):
-        with pytest.raises(rs.InputError, match=r"needs rosbags: pip install 'robsim\[ros\]'"):
+        with pytest.raises(
+            rs.errors.InputError, match=r"needs rosbags: pip install 'robsim\[ros\]'"
+        ):
             call()
     assert list(tmp_path.iterdir()) == [bag]
     message_types.load_typestore.cache_clear()
@@ -187,5 +193,5 @@ def test_the_clock_of_a_stream_and_how_it_is_held():
     np.testing.assert_array_equal(
         stream.held(np.array([-1, 0, 9, 10, 29, 30, 99]))[:, 0], [0, 0, 0, 2, 2, 3, 3]
     )
-    with pytest.raises(rs.FileError, match="nothing was recorded"):
+    with pytest.raises(rs.errors.FileError, match="nothing was recorded"):
         Stream("a", times[:0], np.empty((0, 1)))

@@ -77,7 +77,7 @@ def test_every_key_of_a_phase():
     ],
 )
 def test_what_is_wrong_is_said_where_it_stands(text, words):
-    with pytest.raises(rs.FileError) as caught:
+    with pytest.raises(rs.errors.FileError) as caught:
         rs.Experiment.from_text(TOP + text)
     for word in words:
         assert word in str(caught.value)

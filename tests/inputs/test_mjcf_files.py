@@ -14,10 +14,14 @@ def written(links, folder):
 
 
 def test_bodies_stand_inside_each_other(tmp_path):
-    turn = rs.Joint("revolute", rs.Pose.at(0, 0, 1), limits=(-1.0, 2.0), effort=3.0)
-    tied = rs.Joint("prismatic", follows=rs.Mimic("arm", 0.5, 0.1))
-    ball = rs.Ball(0.2, color="r")
-    links = [rs.Link("base"), rs.Link("arm", "base", turn, (ball,)), rs.Link("tip", "arm", tied)]
+    turn = rs.joints.Joint("revolute", rs.Pose.at(0, 0, 1), limits=(-1.0, 2.0), effort=3.0)
+    tied = rs.joints.Joint("prismatic", follows=rs.joints.Mimic("arm", 0.5, 0.1))
+    ball = rs.shapes.Ball(0.2, color="r")
+    links = [
+        rs.joints.Link("base"),
+        rs.joints.Link("arm", "base", turn, (ball,)),
+        rs.joints.Link("tip", "arm", tied),
+    ]
     root = written(links, tmp_path)
     arm = root.find("worldbody/body/body")
     assert arm.attrib == {"name": "arm", "pos": "0.0 0.0 1.0"}
@@ -34,8 +38,11 @@ def test_bodies_stand_inside_each_other(tmp_path):
 
 
 def test_a_chain_of_1000_links_is_written(tmp_path):
-    turn = rs.Joint("revolute")
-    links = [rs.Link("l0"), *(rs.Link(f"l{i}", f"l{i - 1}", turn) for i in range(1, 1000))]
+    turn = rs.joints.Joint("revolute")
+    links = [
+        rs.joints.Link("l0"),
+        *(rs.joints.Link(f"l{i}", f"l{i - 1}", turn) for i in range(1, 1000)),
+    ]
     rs.Robot("chain", links).to_mjcf(tmp_path / "chain.xml")
     text = (tmp_path / "chain.xml").read_text(encoding="utf-8")
     assert text.count("<body ") == 1000 == text.count("</body>")
@@ -43,12 +50,12 @@ def test_a_chain_of_1000_links_is_written(tmp_path):
 
 def test_what_floats_on_what_moves_is_refused_with_all_else(tmp_path):
     links = [
-        rs.Link("base"),
-        rs.Link("arm", "base", rs.Joint("revolute")),
-        rs.Link("drone", "arm", rs.Joint("floating")),
-        rs.Link("rover", "base", rs.Joint("unicycle")),
+        rs.joints.Link("base"),
+        rs.joints.Link("arm", "base", rs.joints.Joint("revolute")),
+        rs.joints.Link("drone", "arm", rs.joints.Joint("floating")),
+        rs.joints.Link("rover", "base", rs.joints.Joint("unicycle")),
     ]
-    with pytest.raises(rs.InputError) as caught:
+    with pytest.raises(rs.errors.InputError) as caught:
         rs.Robot("robot", links).to_mjcf(tmp_path / "robot.xml")
     text = "robot 'robot' cannot be written as MJCF: 'rover' moves as a unicycle; 'drone' floats on"
     assert str(caught.value).startswith(text)
@@ -56,15 +63,19 @@ def test_what_floats_on_what_moves_is_refused_with_all_else(tmp_path):
 
 
 def test_meshes_are_left_out_and_that_is_told(tmp_path):
-    with pytest.warns(rs.FileWarning, match="meshes are left out, .* those of base") as caught:
-        root = written([rs.Link("base", shapes=(rs.Mesh("a.stl"), rs.Ball(1)))], tmp_path)
+    with pytest.warns(
+        rs.errors.FileWarning, match="meshes are left out, .* those of base"
+    ) as caught:
+        root = written(
+            [rs.joints.Link("base", shapes=(rs.shapes.Mesh("a.stl"), rs.shapes.Ball(1)))], tmp_path
+        )
     assert len(root.findall("worldbody/body/geom")) == 1
     assert caught[0].filename == __file__
 
 
 def test_a_capsule_stays_one_and_a_tapered_cylinder_becomes_cylinders(tmp_path):
-    shapes = rs.Capsule(0.1, 0.3, color="r"), rs.TaperedCylinder(0.2, 0.1, 0.4)
-    root = written([rs.Link("base", shapes=shapes)], tmp_path)
+    shapes = rs.shapes.Capsule(0.1, 0.3, color="r"), rs.shapes.TaperedCylinder(0.2, 0.1, 0.4)
+    root = written([rs.joints.Link("base", shapes=shapes)], tmp_path)
     capsule, *slices = root.findall("worldbody/body/geom")
     assert capsule.attrib == {"type": "capsule", "size": "0.1 0.15", "rgba": "1.0 0.0 0.0 1.0"}
     assert [each.get("type") for each in slices] == ["cylinder"] * 4
@@ -73,7 +84,7 @@ def test_a_capsule_stays_one_and_a_tapered_cylinder_becomes_cylinders(tmp_path):
 
 
 def test_quaternions_are_w_first(tmp_path):
-    turned = rs.Joint("fixed", rs.Pose.at(rotvec=(0, 0, np.pi / 2)))
-    root = written([rs.Link("base"), rs.Link("a", "base", turned)], tmp_path)
+    turned = rs.joints.Joint("fixed", rs.Pose.at(rotvec=(0, 0, np.pi / 2)))
+    root = written([rs.joints.Link("base"), rs.joints.Link("a", "base", turned)], tmp_path)
     w, x, y, z = map(float, root.find("worldbody/body/body").get("quat").split())
     assert (x, y) == (0, 0) and w == pytest.approx(z) == pytest.approx(np.sqrt(0.5))

@@ -15,7 +15,7 @@ ODD = [
 ]
 
 
-@pytest.mark.filterwarnings("ignore::robsim.UnitWarning")
+@pytest.mark.filterwarnings("ignore::robsim.errors.UnitWarning")
 @pytest.mark.parametrize("every", [20, pytest.param(1, marks=pytest.mark.full)])
 @pytest.mark.parametrize("example", ["wrong_dh", "inspection_a", "latency_and_gain", "chapter_6_2"])
 def test_an_odd_value_fits_or_is_one_clear_error(example, every):
@@ -30,7 +30,7 @@ def test_an_odd_value_fits_or_is_one_clear_error(example, every):
         value = ODD[rng.integers(len(ODD))]
         try:
             _ = experiment.at(path, value).hash
-        except rs.InputError as error:
+        except rs.errors.InputError as error:
             refused += 1
             assert str(error), (path, value)
     assert refused > len(paths) / 8

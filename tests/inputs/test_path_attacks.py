@@ -34,7 +34,7 @@ def test_a_path_that_does_not_exist_is_refused_with_what_may_be_meant(experiment
         wrong = misspelt(path, rng)
         if wrong in paths or find_path(experiment, wrong):
             continue
-        with pytest.raises(rs.FileError) as error:
+        with pytest.raises(rs.errors.FileError) as error:
             experiment.at(wrong, 1.0)
         message = str(error.value)
         assert any(word in message for word in ("did you mean", "keys:", "kinds:", "names")), wrong
@@ -53,7 +53,7 @@ def test_a_path_that_does_not_exist_is_refused_with_what_may_be_meant(experiment
     ],
 )
 def test_the_nearest_path_is_named(path, nearest):
-    with pytest.raises(rs.FileError, match=nearest):
+    with pytest.raises(rs.errors.FileError, match=nearest):
         rs.load_scenario(examples.path("calibration_errors")).at(path, 1.0)
 
 
@@ -83,5 +83,5 @@ def test_rows_of_runs_of_the_wrong_shape_are_refused(experiment):
 
 
 def test_rows_of_unequal_length_are_refused(experiment):
-    with pytest.raises(rs.InputError, match="a number for each run"):
+    with pytest.raises(rs.errors.InputError, match="a number for each run"):
         experiment.vary({"sensing.outliers": [0.1, 0.2], "sensing.noise": [0.1, 0.2, 0.3]})

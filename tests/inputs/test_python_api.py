@@ -30,8 +30,8 @@ def turned(degrees):
 
 def flying(marks=SQUARE, size=None):
     """A free camera that looks at marks."""
-    body = rs.Link("body", "base", rs.Joint("floating"))
-    robot = rs.Robot("free", [rs.Link("base"), body])
+    body = rs.joints.Link("body", "base", rs.joints.Joint("floating"))
+    robot = rs.Robot("free", [rs.joints.Link("base"), body])
     eye = rs.MountedCamera("eye", rs.Camera(K, size), on="free.body")
     return rs.Scene([robot], [rs.Object("dots", marks=marks)], [eye])
 
@@ -46,8 +46,8 @@ def lift():
 def turret(limit=4.0, marks=((0, 0, 1),), size=(640, 480)):
     """A camera that one joint turns about its vertical axis, y down."""
     upright = rs.Pose.at(rpy=(-np.pi / 2, 0, 0))
-    joint = rs.Joint("revolute", rs.Pose.at(rpy=(np.pi / 2, 0, 0)), limits=(-limit, limit))
-    robot = rs.Robot("turret", [rs.Link("base"), rs.Link("head", "base", joint)])
+    joint = rs.joints.Joint("revolute", rs.Pose.at(rpy=(np.pi / 2, 0, 0)), limits=(-limit, limit))
+    robot = rs.Robot("turret", [rs.joints.Link("base"), rs.joints.Link("head", "base", joint)])
     eye = rs.MountedCamera("eye", rs.Camera(K, size), on="turret.head", pose=upright)
     return rs.Scene([robot], [rs.Object("dots", marks=marks)], [eye])
 
@@ -77,14 +77,14 @@ class Plain:
         return seen.points.reshape(len(seen.points), -1)
 
     def interaction(self, seen):
-        return rs.Points().interaction(seen)
+        return rs.features.Points().interaction(seen)
 
 
 class Law:
     """The joint law, as a user would wrap it."""
 
     def command(self, state):
-        return rs.JointLaw().command(state)
+        return rs.laws.JointLaw().command(state)
 
 
 # ---- what is refused: (name, call, exception, what its message says) ----
@@ -182,7 +182,7 @@ SIMULATE = {
     ids=lambda x: x if isinstance(x, str) else None,
 )
 def test_a_bad_setting_of_simulate_is_an_input_error_that_names_it(name, value, parts):
-    with pytest.raises(rs.InputError) as error:
+    with pytest.raises(rs.errors.InputError) as error:
         simulate(**{name: value})
     assert isinstance(error.value, ValueError)
     for part in parts:
@@ -198,8 +198,8 @@ def test_a_bad_setting_of_simulate_is_an_input_error_that_names_it(name, value, 
     ],
 )
 def test_a_bad_tolerance_of_a_feature_is_named(tolerance, message):
-    with pytest.raises(rs.InputError, match=message):
-        rs.Points(tolerance=tolerance)
+    with pytest.raises(rs.errors.InputError, match=message):
+        rs.features.Points(tolerance=tolerance)
 
 
 TASK = {
@@ -229,11 +229,11 @@ TASK = {
         (["mean"], "expected numbers of shape (..., k, 6), got ['mean']"),
         (np.eye(3), "interaction: expected shape (..., k, 6), got (3, 3)"),
         (np.ones((7, 6)), "interaction: expected shape (8, 6), a row for each", "got (7, 6)"),
-        (rs.Broyden(np.eye(6)), "Broyden start: expected shape (8, 6)", "got (6, 6)"),
+        (rs.laws.Broyden(np.eye(6)), "Broyden start: expected shape (8, 6)", "got (6, 6)"),
     ],
     "law": [
         ("joit", "no law 'joit'", "did you mean 'joint'?", "laws: joint, camera", "command(state)"),
-        (rs.JointLaw, "expected a law, not the class, got <class", "laws: joint, camera"),
+        (rs.laws.JointLaw, "expected a law, not the class, got <class", "laws: joint, camera"),
         (None, "expected a law, got None", "laws: joint, camera"),
         (["joint"], "expected a law, got ['joint']", "laws: joint, camera"),
     ],
@@ -245,7 +245,7 @@ TASK = {
             "inverses: pseudo_inverse, damped",
         ),
         (
-            rs.DampedInverse,
+            rs.laws.DampedInverse,
             "expected an inverse, not the class, got <class",
             "inverses: pseudo_inverse, damped",
         ),
@@ -253,7 +253,7 @@ TASK = {
         ({}, "expected an inverse, got {}", "inverses: pseudo_inverse, damped"),
     ],
     "features": [
-        (rs.Points, "expected a feature, not the class, got <class", "measure(seen)"),
+        (rs.features.Points, "expected a feature, not the class, got <class", "measure(seen)"),
         ("point", "no feature 'point'", "did you mean 'points'?", "polar, "),
         (None, "expected a feature, got None; features: ", "polar, "),
     ],
@@ -283,16 +283,18 @@ TASK = {
     ids=lambda x: x if isinstance(x, str) else None,
 )
 def test_a_bad_part_of_a_task_is_an_input_error_that_names_it(name, value, parts):
-    with pytest.raises(rs.InputError) as error:
+    with pytest.raises(rs.errors.InputError) as error:
         simulate(task={name: value})
-    assert not isinstance(error.value, rs.GoalError)
+    assert not isinstance(error.value, rs.errors.GoalError)
     for part in parts:
         assert part in str(error.value)
 
 
 def test_two_joints_of_one_name_and_different_kinds_are_not_the_same_structure():
     turn = rs.Robot.from_dh([[0, 0, 0, 0]], joints="R", name="lift")
-    with pytest.raises(rs.InputError, match=r"\['link1 \(rad\)'\], the scene \['link1 \(m\)'\]"):
+    with pytest.raises(
+        rs.errors.InputError, match=r"\['link1 \(rad\)'\], the scene \['link1 \(m\)'\]"
+    ):
         rs.simulate(lift(), rs.IBVS(goal=[0.4], belief=lift().replacing(turn)), [0.2])
 
 
@@ -319,38 +321,42 @@ GOALS = {
 @pytest.mark.parametrize("case", GOALS)
 def test_a_goal_that_cannot_be_is_a_goal_error(case):
     goal, *parts = GOALS[case]
-    with pytest.raises(rs.GoalError) as error:
+    with pytest.raises(rs.errors.GoalError) as error:
         simulate(scene=flying(size=(640, 480)), goal=goal)
-    assert isinstance(error.value, rs.InputError)
+    assert isinstance(error.value, rs.errors.InputError)
     for part in parts:
         assert part in str(error.value)
 
 
 def test_a_goal_or_start_outside_the_limits_names_the_joint_and_the_limits():
     limits = r"joint 'link1' of 'lift' is 0.6 m, outside its limits \[0, 0.5\] m"
-    with pytest.raises(rs.GoalError, match=f"goal q: {limits}"):
+    with pytest.raises(rs.errors.GoalError, match=f"goal q: {limits}"):
         simulate([0.2], lift(), [0.6])
-    with pytest.raises(rs.InputError, match=f"q0: {limits}"):
+    with pytest.raises(rs.errors.InputError, match=f"q0: {limits}"):
         simulate([0.6], lift(), [0.2])
-    with pytest.raises(rs.InputError, match=r"q0 of row \(1,\): joint 'link1'"):
+    with pytest.raises(rs.errors.InputError, match=r"q0 of row \(1,\): joint 'link1'"):
         simulate([[0.2], [0.6], [0.3]], lift(), [0.2])
 
 
 def test_what_is_not_a_scene_or_a_task_is_told():
     for scene in (None, "scene", flying().robots[0]):
-        with pytest.raises(rs.InputError, match="scene: expected a Scene, got"):
+        with pytest.raises(rs.errors.InputError, match="scene: expected a Scene, got"):
             rs.simulate(scene, rs.IBVS(), START)
     for task in (None, "ibvs", rs.IBVS, flying()):
-        with pytest.raises(rs.InputError, match=r"task: expected a task such as IBVS\(...\), got"):
+        with pytest.raises(
+            rs.errors.InputError, match=r"task: expected a task such as IBVS\(...\), got"
+        ):
             rs.simulate(flying(), task, START)
 
 
 def test_a_scene_in_which_nothing_can_be_servoed_is_told():
     still = rs.Scene([], flying().objects, [rs.MountedCamera("eye", rs.Camera(K))])
-    with pytest.raises(rs.InputError, match="no joint moves camera 'eye' relative to 'dots'"):
+    with pytest.raises(
+        rs.errors.InputError, match="no joint moves camera 'eye' relative to 'dots'"
+    ):
         rs.simulate(still, rs.IBVS())
     bare = rs.Scene(flying().robots, [rs.Object("dots", marks=np.empty((0, 3)))], flying().cameras)
-    with pytest.raises(rs.InputError, match="object 'dots' has no marks to look at"):
+    with pytest.raises(rs.errors.InputError, match="object 'dots' has no marks to look at"):
         rs.simulate(bare, rs.IBVS(target="dots"), START)
 
 
@@ -390,7 +396,7 @@ VALUES = {
         "no robot 'rhino' in the library; did you mean 'rhino_xr4'? robots: car, conveyor",
     ),
     "joint kind": (
-        lambda: rs.Joint("revolut"),
+        lambda: rs.joints.Joint("revolut"),
         "no joint kind 'revolut'; did you mean 'revolute'?",
     ),
     "scaled rotation": (lambda: rs.Pose(2 * np.eye(4)), "not a rotation: R'R differs"),
@@ -436,9 +442,12 @@ VALUES = {
     "frame of a pose": (lambda: lift().pose("lift.lin1"), "did you mean 'lift.link1'? frames:"),
     "points of a view": (lambda: lift().view(points=[1, 2]), "points: expected shape (..., N, 3)"),
     "replacing": (lambda: lift().replacing(rs.Object("x")), "no object 'x' to replace"),
-    "truncation": (lambda: rs.PseudoInverse(2), "rcond must be a number above 0 and below 1"),
-    "damping": (lambda: rs.DampedInverse(0), "damping must be a positive number, got 0"),
-    "length of a law": (lambda: rs.CameraLaw(-1), "CameraLaw.length must be a positive number"),
+    "truncation": (lambda: rs.laws.PseudoInverse(2), "rcond must be a number above 0 and below 1"),
+    "damping": (lambda: rs.laws.DampedInverse(0), "damping must be a positive number, got 0"),
+    "length of a law": (
+        lambda: rs.laws.CameraLaw(-1),
+        "CameraLaw.length must be a positive number",
+    ),
     "computed goal": (lambda: rs.GoalPose(2 * np.eye(4)), "not a rotation"),
     "unit": (lambda: rs.units.parse("5 cm", "angle"), "expected one number with a unit of angle"),
     "no unit": (lambda: rs.units.parse("5", "length"), "expected one number with a unit of length"),
@@ -448,22 +457,29 @@ VALUES = {
 @pytest.mark.parametrize("case", VALUES)
 def test_a_value_that_cannot_be_is_an_input_error(case):
     call, part = VALUES[case]
-    with pytest.raises(rs.InputError) as error:
+    with pytest.raises(rs.errors.InputError) as error:
         call()
     assert part in str(error.value)
 
 
 def test_the_kinds_of_errors_are_those_that_the_tree_draws():
-    with pytest.raises(rs.UnitError):
+    with pytest.raises(rs.errors.UnitError):
         rs.units.parse("5", "length")
-    with pytest.raises(rs.FrameError):
+    with pytest.raises(rs.errors.FrameError):
         lift().pose("nowhere")
-    for kind in (rs.UnitError, rs.FrameError, rs.GoalError, rs.FileError):
-        assert issubclass(kind, rs.InputError)
-    assert issubclass(rs.InputError, rs.RobSimError) and issubclass(rs.InputError, ValueError)
-    assert issubclass(rs.Interrupted, rs.RobSimError)
-    assert not issubclass(rs.Interrupted, ValueError)
-    assert issubclass(rs.RankWarning, UserWarning)
+    for kind in (
+        rs.errors.UnitError,
+        rs.errors.FrameError,
+        rs.errors.GoalError,
+        rs.errors.FileError,
+    ):
+        assert issubclass(kind, rs.errors.InputError)
+    assert issubclass(rs.errors.InputError, rs.RobSimError) and issubclass(
+        rs.errors.InputError, ValueError
+    )
+    assert issubclass(rs.errors.Interrupted, rs.RobSimError)
+    assert not issubclass(rs.errors.Interrupted, ValueError)
+    assert issubclass(rs.errors.RankWarning, UserWarning)
 
 
 # ---- files of runs ----
@@ -473,9 +489,9 @@ def test_a_run_is_not_saved_where_it_cannot_be(tmp_path):
     run, file = simulate(), tmp_path / "file"
     file.write_text("mine")
     for path in (file / "run.nc", tmp_path, tmp_path / ("x" * 300), "/proc/no/run.nc", "", "a\0b"):
-        with pytest.raises(rs.FileError, match="cannot write"):
+        with pytest.raises(rs.errors.FileError, match="cannot write"):
             rs.save_run(run, path)
-    with pytest.raises(rs.FileError, match="cannot write None"):
+    with pytest.raises(rs.errors.FileError, match="cannot write None"):
         rs.save_run(run, None)
     assert file.read_text() == "mine"
     assert [path.name for path in tmp_path.iterdir()] == ["file"]
@@ -485,7 +501,7 @@ def test_a_run_is_saved_over_another_whole_or_not_at_all(tmp_path):
     path = rs.save_run(simulate(), tmp_path / "run.nc")
     before = path.read_bytes()
     unsavable = simulate().assign_attrs(mine=object())
-    with pytest.raises(rs.FileError, match="cannot write"):
+    with pytest.raises(rs.errors.FileError, match="cannot write"):
         rs.save_run(unsavable, path)
     assert path.read_bytes() == before
     assert [each.name for each in tmp_path.iterdir()] == ["run.nc"]
@@ -498,16 +514,16 @@ def test_what_is_no_run_is_not_opened(tmp_path):
         bad.write_bytes(content)
         is_hdf5 = content.startswith(b"\x89HDF")
         told = "has no seal" if is_hdf5 else "is not a NetCDF-4 file"
-        with pytest.raises(rs.FileError, match=rf"bad\.nc {told}"):
+        with pytest.raises(rs.errors.FileError, match=rf"bad\.nc {told}"):
             rs.open_run(bad)
     simulate().drop_attrs().to_netcdf(bad, engine="h5netcdf")
-    with pytest.raises(rs.FileError, match="is not a run that RobSim saved"):
+    with pytest.raises(rs.errors.FileError, match="is not a run that RobSim saved"):
         rs.open_run(bad, unsealed=True)
     for path in (tmp_path / "missing.nc", tmp_path):
-        with pytest.raises(rs.FileError, match="no file"):
+        with pytest.raises(rs.errors.FileError, match="no file"):
             rs.open_run(path)
     for path in ("x" * 300, None):
-        with pytest.raises(rs.FileError, match=r"cannot read|no file"):
+        with pytest.raises(rs.errors.FileError, match=r"cannot read|no file"):
             rs.open_run(path)
 
 
@@ -522,15 +538,15 @@ def test_more_than_the_memory_allows_is_refused_with_what_fits_before_anything_r
         r"1000 runs with 250001 recorded instants need about (\d+)\.\d GB, and 4\.0 GB are free: "
         r"record every n-th step \(record=(\d+)\) or the end only \(record='summary'\), fewer runs "
     )
-    with pytest.raises(rs.InputError, match=words) as refused:
+    with pytest.raises(rs.errors.InputError, match=words) as refused:
         simulate(starts, duration=10_000.0, progress=told.append)
     assert told == []
     need, n = map(int, re.search(words, str(refused.value)).groups())
     assert need / 4.0 <= n <= need / 4.0 + 2
-    with pytest.raises(rs.InputError, match="GB are free"):
+    with pytest.raises(rs.errors.InputError, match="GB are free"):
         simulate(starts, duration=10_000.0, record=n - 1)
     monkeypatch.setattr("robsim.engine.recorder.room", lambda: 1e6)
-    with pytest.raises(rs.InputError, match=r"0\.0 GB are free: simulate fewer runs$"):
+    with pytest.raises(rs.errors.InputError, match=r"0\.0 GB are free: simulate fewer runs$"):
         simulate(np.tile(START.q, (100_000, 1)), record="summary")
 
 
@@ -626,7 +642,7 @@ RETURNED = {
 @pytest.mark.parametrize("case", RETURNED)
 def test_a_users_feature_or_law_that_returns_what_cannot_be_is_named(case):
     task, words = RETURNED[case]
-    with pytest.raises(rs.InputError) as error:
+    with pytest.raises(rs.errors.InputError) as error:
         simulate(task=task)
     assert words in str(error.value)
 
@@ -637,7 +653,9 @@ def test_a_shape_that_changes_in_the_middle_of_a_run_is_told(threads):
         s = Plain.measure(self, seen)
         return s[:, :6] if 0.65 < seen.depth[0, 0] < 0.7 else s
 
-    with pytest.raises(rs.InputError, match=r"returned shape \(1, 6\) where \(1, 8\) is needed"):
+    with pytest.raises(
+        rs.errors.InputError, match=r"returned shape \(1, 6\) where \(1, 8\) is needed"
+    ):
         simulate(np.stack([START.q, turned(0).q]), duration=5, threads=threads, chunk=1,
                  task={"features": feature(measure=measure)})  # fmt: skip
 
@@ -673,7 +691,7 @@ def test_an_exception_in_one_thread_stops_the_others():
         if bad:
             raise Oops
         calls["good"] += 1
-        return 1e-6 * rs.JointLaw().command(state)
+        return 1e-6 * rs.laws.JointLaw().command(state)
 
     task = {"law": law(command), "tolerance": 1e-12}  # which noise does not let the good one reach
     settings = {"duration": 0.04 * steps, "record": 1000, "sensing": rs.Sensing(noise=0.5)}
@@ -701,7 +719,7 @@ def test_progress_goes_from_0_to_1():
 
 def test_three_marks_on_a_line_are_a_warning_that_names_the_cause():
     line = [[-0.1, 0, 0], [0, 0, 0], [0.1, 0, 0]]
-    with pytest.warns(rs.RankWarning) as caught:
+    with pytest.warns(rs.errors.RankWarning) as caught:
         run = simulate(scene=flying(line), duration=2)
     assert len(caught) == 1 and caught[0].filename == __file__
     words = (
@@ -713,9 +731,9 @@ def test_three_marks_on_a_line_are_a_warning_that_names_the_cause():
 
 
 def test_two_marks_or_one_are_warned_of_and_three_on_a_triangle_are_not():
-    with pytest.warns(rs.RankWarning, match="fix only 4 of the 6 motions"):
+    with pytest.warns(rs.errors.RankWarning, match="fix only 4 of the 6 motions"):
         simulate(scene=flying(SQUARE[:2]))
-    with pytest.warns(rs.RankWarning, match="fix only 2 of the 6 motions"):
+    with pytest.warns(rs.errors.RankWarning, match="fix only 2 of the 6 motions"):
         simulate(scene=flying(SQUARE[:1]))
     with warnings.catch_warnings():
         warnings.simplefilter("error")
@@ -783,7 +801,7 @@ CASES = {
     "command not finite": Case(
         Outcome.NOT_FINITE,
         START,
-        task={"law": law(lambda self, state: rs.JointLaw().command(state) * np.where(
+        task={"law": law(lambda self, state: rs.laws.JointLaw().command(state) * np.where(
             np.abs(state.error).max(1) < 0.02, np.nan, 1.0)[:, None])},
     ),
     "time limit": Case(Outcome.TIME_LIMIT, START, 1.0, duration=1.0),
@@ -911,7 +929,10 @@ def test_behind_the_camera_comes_before_out_of_the_image_whichever_mark_is_which
         scene = turret(marks=marks, size=(2000, 480))
         run = simulate([-1.9], scene, [-0.3])
         seen = scene.view([-1.9], points="dots").visibility
-        assert set(seen.tolist()) == {rs.Visibility.BEHIND_CAMERA, rs.Visibility.OUT_OF_IMAGE}
+        assert set(seen.tolist()) == {
+            rs.vision.Visibility.BEHIND_CAMERA,
+            rs.vision.Visibility.OUT_OF_IMAGE,
+        }
         assert outcome(run) == Outcome.BEHIND_CAMERA and float(run.end_time) == 0.0
 
 
@@ -933,7 +954,7 @@ def test_convergence_comes_before_divergence_a_bad_command_and_the_time_limit():
             return np.tile([[0.0, 0, 1, 0, 0, 0]], (len(seen.depth), 1, 1))
 
     back = Jump(-100.0, then=NAN, joint=2)
-    with pytest.warns(rs.RankWarning):
+    with pytest.warns(rs.errors.RankWarning):
         run = simulate(START, task={"features": Far(), "law": back}, duration=0.04)
     assert outcome(run) == Outcome.CONVERGED and float(run.end_time) == 0.04
 
@@ -972,7 +993,7 @@ def interrupted(q0=START, task="built in", **settings):
         if share > 0:
             signal.raise_signal(signal.SIGINT)
 
-    with pytest.raises(rs.Interrupted) as error:
+    with pytest.raises(rs.errors.Interrupted) as error:
         simulate(q0, task=TASKS[task], **{**ENDLESS, **settings}, progress=stop)
     return error.value
 
@@ -1026,7 +1047,7 @@ def test_ctrl_c_reaches_a_run_without_a_progress_function():
     simulate()  # what is imported and compiled is there before the clock runs
     signal.setitimer(signal.ITIMER_REAL, 0.5)
     try:
-        with pytest.raises(rs.Interrupted) as error:
+        with pytest.raises(rs.errors.Interrupted) as error:
             simulate(task=TASKS["built in"], **ENDLESS)
     finally:
         signal.setitimer(signal.ITIMER_REAL, 0)
@@ -1049,7 +1070,7 @@ class Interrupting:
 
 def test_ctrl_c_ends_a_short_run_in_the_calling_thread_after_its_step():
     law = Interrupting()
-    with pytest.raises(rs.Interrupted) as error:
+    with pytest.raises(rs.errors.Interrupted) as error:
         simulate(task={"law": law})
     run = error.value.run
     assert law.thread is threading.main_thread() and law.steps == 3
@@ -1060,7 +1081,7 @@ def test_ctrl_c_ends_a_short_run_in_the_calling_thread_after_its_step():
 
 
 def test_a_second_ctrl_c_in_one_step_only_says_saving(capfd):
-    with pytest.raises(rs.Interrupted) as error:
+    with pytest.raises(rs.errors.Interrupted) as error:
         simulate(task={"law": Interrupting(times=3)})
     assert error.value.run.sizes["time"] == 3
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
@@ -1108,8 +1129,8 @@ WRONG = {
     "a scene of a number": lambda: rs.Scene(3),
     "an object of numbers": lambda: rs.Object("a", [3]),
     "links of a number": lambda: rs.Robot("a", 3),
-    "limits of three": lambda: rs.Joint("revolute", limits=(1, 2, 3)),
-    "limits of words": lambda: rs.Joint("revolute", limits=("a", "b")),
+    "limits of three": lambda: rs.joints.Joint("revolute", limits=(1, 2, 3)),
+    "limits of words": lambda: rs.joints.Joint("revolute", limits=("a", "b")),
     "poses of two batches": lambda: rs.Pose(np.tile(np.eye(4), (2, 1, 1))) @ np.tile(
         np.eye(4), (3, 1, 1)),
 }  # fmt: skip
@@ -1117,7 +1138,7 @@ WRONG = {
 
 @pytest.mark.parametrize("case", WRONG)
 def test_it_is_an_input_error_and_no_other(case):
-    with pytest.raises(rs.InputError):
+    with pytest.raises(rs.errors.InputError):
         WRONG[case]()
 
 
@@ -1146,7 +1167,7 @@ def test_a_goal_is_a_copy():
 def test_collinear_marks_are_told_for_a_computed_goal_too():
     scene = flying(marks=[[-0.1, 0, 0], [0, 0, 0], [0.1, 0, 0]])
     goal = rs.GoalPose(GOAL.inv())
-    with pytest.warns(rs.RankWarning, match="its marks lie on one line"):
+    with pytest.warns(rs.errors.RankWarning, match="its marks lie on one line"):
         rs.IBVS(goal=goal).bind(scene)
 
 
@@ -1165,7 +1186,7 @@ def test_collinear_marks_are_told_for_a_computed_goal_too():
     ],
 )
 def test_it_is_refused_in_words(wrong, words):
-    with pytest.raises(rs.InputError, match=words):
+    with pytest.raises(rs.errors.InputError, match=words):
         wrong()
 
 
@@ -1190,7 +1211,7 @@ def test_ctrl_c_while_the_result_is_made_loses_nothing(monkeypatch):
 
     made, original = [], results.make_dataset
     monkeypatch.setattr(results, "dataset", disturbed)
-    with pytest.raises(rs.Interrupted) as error:
+    with pytest.raises(rs.errors.Interrupted) as error:
         simulate(duration=0.2)
     assert error.value.run is made[0] and np.isfinite(made[0].q).all()
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler

@@ -108,7 +108,7 @@ def test_the_same_run_gives_the_same_file(run, path):
     ],
 )
 def test_what_could_not_be_opened_is_not_saved(run, odd, tmp_path):
-    with pytest.raises(rs.FileError, match="cannot write"):
+    with pytest.raises(rs.errors.FileError, match="cannot write"):
         rs.save_run(run.assign(odd), tmp_path / "run.nc")
     assert not list(tmp_path.iterdir())
 
@@ -122,7 +122,7 @@ def test_an_edited_number_is_told(path, name):
     changed = bytearray(path.read_bytes())
     changed[entry(index, name)["offset"]] ^= 1
     path.write_bytes(changed)
-    with pytest.raises(rs.FileError, match=r"run\.nc was changed: .*unsealed=True"):
+    with pytest.raises(rs.errors.FileError, match=r"run\.nc was changed: .*unsealed=True"):
         rs.open_run(path)
 
 
@@ -130,7 +130,7 @@ def test_an_edited_number_is_told(path, name):
 def test_an_edited_text_is_told(run, path, name):
     text = run.attrs[name].encode()[-5:]
     path.write_bytes(path.read_bytes().replace(text, text[:-1] + b"9"))
-    with pytest.raises(rs.FileError, match=r"run\.nc was changed"):
+    with pytest.raises(rs.errors.FileError, match=r"run\.nc was changed"):
         rs.open_run(path)
 
 
@@ -140,7 +140,7 @@ def test_no_flipped_bit_opens(path):
         changed = bytearray(whole)
         changed[at] ^= 1 << (at % 8)
         path.write_bytes(changed)
-        with pytest.raises(rs.FileError, match=r"was changed|has no seal"):
+        with pytest.raises(rs.errors.FileError, match=r"was changed|has no seal"):
             rs.open_run(path)
 
 
@@ -167,7 +167,7 @@ def test_a_forged_index_is_refused_whatever_its_seal(path, change):
     content, index = parts(path)
     entry(index, "q").update(change)
     path.write_bytes(sealed(content, index))
-    with pytest.raises(rs.FileError, match="has a seal that says of no run what is in it"):
+    with pytest.raises(rs.errors.FileError, match="has a seal that says of no run what is in it"):
         rs.open_run(path)
 
 
@@ -176,7 +176,7 @@ def test_a_forged_index_is_refused_whatever_its_seal(path, change):
 )
 def test_an_index_that_is_no_plain_json_is_refused(path, text):
     path.write_bytes(sealed(parts(path)[0], text))
-    with pytest.raises(rs.FileError, match="has a seal whose index is no JSON"):
+    with pytest.raises(rs.errors.FileError, match="has a seal whose index is no JSON"):
         rs.open_run(path)
 
 
@@ -195,7 +195,7 @@ def test_what_is_sealed_must_be_a_run(path, name, value, told):
     index["attributes"][name] = value
     path.write_bytes(sealed(content, index))
     message = f"is not a run that RobSim saved: {told}|says of no run"
-    with pytest.raises(rs.FileError, match=message):
+    with pytest.raises(rs.errors.FileError, match=message):
         rs.open_run(path)
 
 
@@ -204,7 +204,7 @@ def test_an_outcome_must_be_one(path):
     changed = bytearray(content)
     changed[entry(index, "outcome")["offset"]] = 77
     path.write_bytes(sealed(bytes(changed), index))
-    with pytest.raises(rs.FileError, match="an outcome has no name"):
+    with pytest.raises(rs.errors.FileError, match="an outcome has no name"):
         rs.open_run(path)
 
 
@@ -261,16 +261,16 @@ def test_hdf5_that_reaches_further_than_its_file_is_refused_in_any_case(path, ha
     with h5py.File(path, "a") as file:
         del file["q"]
         harm(file)
-    with pytest.raises(rs.FileError, match=r"run\.nc has no seal.*unsealed=True"):
+    with pytest.raises(rs.errors.FileError, match=r"run\.nc has no seal.*unsealed=True"):
         rs.open_run(path)
-    with pytest.raises(rs.FileError, match=f"cannot be taken for a run: {told}"):
+    with pytest.raises(rs.errors.FileError, match=f"cannot be taken for a run: {told}"):
         rs.open_run(path, unsealed=True)
 
 
 def test_a_file_without_a_seal_opens_by_an_explicit_word_only(run, path, called):
     run = run.assign(nothing=("none", np.zeros(0)))
     run.to_netcdf(path, engine="h5netcdf")  # as earlier versions wrote it
-    with pytest.raises(rs.FileError, match=r"run\.nc has no seal: .*--unsealed"):
+    with pytest.raises(rs.errors.FileError, match=r"run\.nc has no seal: .*--unsealed"):
         rs.open_run(path)
     assert rs.open_run(path, unsealed=True).identical(run)
     status, _, told = called("explain", path)
@@ -280,10 +280,10 @@ def test_a_file_without_a_seal_opens_by_an_explicit_word_only(run, path, called)
 
 def test_what_hdf5_cannot_read_is_told(path):
     path.write_bytes(parts(path)[0][:3000])
-    with pytest.raises(rs.FileError, match=r"run\.nc cannot be taken for a run"):
+    with pytest.raises(rs.errors.FileError, match=r"run\.nc cannot be taken for a run"):
         rs.open_run(path, unsealed=True)
     path.write_text("no run")
-    with pytest.raises(rs.FileError, match=r"run\.nc is not a NetCDF-4 file"):
+    with pytest.raises(rs.errors.FileError, match=r"run\.nc is not a NetCDF-4 file"):
         rs.open_run(path, unsealed=True)
 
 
@@ -295,10 +295,12 @@ def test_a_replay_of_an_edited_run_tells_the_first_difference(run):
     edited.q.values[3:5, 1] += 0.5
     was, now = edited.q.values[3, 1], run.q.values[3, 1]
     message = re.escape(f"q[body.y] at {run.time.values[3]} s is {now} now and was {was}")
-    with pytest.warns(rs.ReplayWarning, match=f"{message}; 2 of {run.q.size} values differ, in q;"):
+    with pytest.warns(
+        rs.errors.ReplayWarning, match=f"{message}; 2 of {run.q.size} values differ, in q;"
+    ):
         again = rs.replay(edited)
     xr.testing.assert_identical(again, run)
-    with pytest.raises(rs.InputError, match=f"this run does not repeat: {message}"):
+    with pytest.raises(rs.errors.InputError, match=f"this run does not repeat: {message}"):
         rs.explain(edited)
 
 
@@ -307,19 +309,21 @@ def test_a_difference_in_a_batch_names_the_run():
     batch = batch.with_(start=[batch.start] * 3, duration=0.2).run()
     batch.outcome.values[2] = rs.Outcome.CONVERGED
     with pytest.warns(
-        rs.ReplayWarning, match="outcome of run 2 is 9 now and was 1; 1 of 3 values differ"
+        rs.errors.ReplayWarning, match="outcome of run 2 is 9 now and was 1; 1 of 3 values differ"
     ):
         rs.replay(batch)
 
 
 def test_a_difference_under_another_version_names_the_versions(run):
     edited = run.assign_attrs(robsim="0.0.9").assign(q_end=run.q_end + 1e-9)
-    with pytest.warns(rs.ReplayWarning, match=r"q_end\[.*it was made with robsim 0\.0\.9 \(now "):
+    with pytest.warns(
+        rs.errors.ReplayWarning, match=r"q_end\[.*it was made with robsim 0\.0\.9 \(now "
+    ):
         rs.replay(edited)
 
 
 def test_instants_that_are_none_are_told(run):
-    with pytest.warns(rs.ReplayWarning, match="3 of its instants are none now"):
+    with pytest.warns(rs.errors.ReplayWarning, match="3 of its instants are none now"):
         rs.replay(run.assign_coords(time=run.time + np.arange(11) // 8 * 1e-3))
 
 

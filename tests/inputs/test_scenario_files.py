@@ -160,7 +160,7 @@ def read(text=RHINO, old="", new="", **changes):
 
 def refusal(text=RHINO, old="", new="", **changes):
     """The message of the FileError, which hides pydantic's and tomllib's."""
-    with pytest.raises(rs.FileError) as caught:
+    with pytest.raises(rs.errors.FileError) as caught:
         read(text, old, new, **changes)
     assert caught.value.__context__ is None or caught.value.__suppress_context__
     assert caught.value.__cause__ is None
@@ -224,8 +224,8 @@ def test_the_rich_scenario_has_the_values_of_its_file():
     task = scenario.task
     assert (task.camera, task.target, task.interaction) == ("eye", "board", "mean")
     assert (task.depth, task.depth_scale, task.gain, task.tolerance) == (0.3, 1.1, 2.0, 0.05)
-    assert (task.features, task.law) == (rs.PixelPoints(), rs.CameraLaw(0.01))
-    assert task.inverse == rs.DampedInverse(0.02)
+    assert (task.features, task.law) == (rs.features.PixelPoints(), rs.laws.CameraLaw(0.01))
+    assert task.inverse == rs.laws.DampedInverse(0.02)
     assert task.goal == rs.GoalPose(rs.Pose.at(0, 0, 0.5))
     told = scenario
     assert (told.dt, told.duration, told.seed, told.sensing.noise, told.record) == (
@@ -328,13 +328,16 @@ AIMED = {
     "tolerance": 0.01,
     "joints": ("fly", "belt.belt"),
     "smooth_start": 3,
-    "limit": rs.SpeedLimit(30 * DEG, 0.1, 20 * DEG),
+    "limit": rs.laws.SpeedLimit(30 * DEG, 0.1, 20 * DEG),
 }
-AVOIDING = {"secondary": rs.AvoidLimits(2, 0.2), "projection": rs.LargeProjection(0.02, 0.2)}
-DEEP = {"depth": rs.DepthFilter(0.5, 0.4, 2), "depth_scale": 1.1}
+AVOIDING = {
+    "secondary": rs.laws.AvoidLimits(2, 0.2),
+    "projection": rs.laws.LargeProjection(0.02, 0.2),
+}
+DEEP = {"depth": rs.laws.DepthFilter(0.5, 0.4, 2), "depth_scale": 1.1}
 LEARNT = {
-    "interaction": rs.Broyden([[1, 0], [0, 1]]),
-    "inverse": rs.PseudoInverse(1e-3),
+    "interaction": rs.laws.Broyden([[1, 0], [0, 1]]),
+    "inverse": rs.laws.PseudoInverse(1e-3),
     "feed_forward": "known",
 }
 SEVEN = '["1 cm", "2 cm", "3 cm", "4 deg", "5 deg", "6 rad", "7 mm"]'
@@ -344,45 +347,47 @@ PAIR = '"eye", "wall"'
 TASKS = {
     'kind = "ibvs"\nfeatures = "lines"': rs.IBVS(features="lines"),
     'kind = "ibvs"\nfeatures = { kind = "sphere", radius = "5 cm", tolerance = 0.1 }': rs.IBVS(
-        features=rs.Sphere(0.05, 0.1)
+        features=rs.features.Sphere(0.05, 0.1)
     ),
     'kind = "ibvs"\nfeatures = { kind = "decoupled_moments", of = "region" }': rs.IBVS(
-        features=rs.DecoupledMoments("region")
+        features=rs.features.DecoupledMoments("region")
     ),
     'kind = "ibvs"\nfeatures = { kind = "points", weight = 2 }': rs.IBVS(
-        features=rs.FeatureBlock("points", weight=2)
+        features=rs.features.FeatureBlock("points", weight=2)
     ),
     'kind = "ibvs"\ncamera = "eye"\nfeatures = ["points", { kind = "translation", form = "camera", '
     'camera = ["eye", "wall"], target = "dots", marks = [1, 0], components = [2] }]': rs.IBVS(
         camera="eye",
         features=[
             "points",
-            rs.FeatureBlock(rs.Translation("camera"), ("eye", "wall"), "dots", [1, 0], [2]),
+            rs.features.FeatureBlock(
+                rs.features.Translation("camera"), ("eye", "wall"), "dots", [1, 0], [2]
+            ),
         ],
     ),
     'kind = "ibvs"\ngain = { at_zero = 4, at_infinity = 0.4, slope = 30 }': rs.IBVS(
-        gain=rs.AdaptiveGain(4, 0.4, 30)
+        gain=rs.laws.AdaptiveGain(4, 0.4, 30)
     ),
     'kind = "ibvs"\ninteraction = [[1, 2, 3, 4, 5, 6]]': rs.IBVS(interaction=[[1, 2, 3, 4, 5, 6]]),
     'kind = "ibvs"\ninteraction = "broyden"\nfeed_forward = "known"\njoints = "fly"': rs.IBVS(
-        interaction=rs.Broyden(), feed_forward="known", joints="fly"
+        interaction=rs.laws.Broyden(), feed_forward="known", joints="fly"
     ),
     'kind = "ibvs"\nsecondary = { kind = "avoid_limits" }\nprojection = "large"\n'
     'limit = { joint = "1 m/s" }': rs.IBVS(
-        secondary=rs.AvoidLimits(), projection="large", limit=rs.SpeedLimit(1.0)
+        secondary=rs.laws.AvoidLimits(), projection="large", limit=rs.laws.SpeedLimit(1.0)
     ),
     f'kind = "ibvs"\ncamera = [{PAIR}]\nsecondary = {{ kind = "posture", q = {SEVEN} }}': rs.IBVS(
-        camera=("eye", "wall"), secondary=rs.Posture(SEVEN_VALUES)
+        camera=("eye", "wall"), secondary=rs.laws.Posture(SEVEN_VALUES)
     ),
     f'kind = "ibvs"\ncamera = [{PAIR}]\nlimit = {{ joint = {RATES} }}': rs.IBVS(
-        camera=("eye", "wall"), limit=rs.SpeedLimit(SEVEN_VALUES)
+        camera=("eye", "wall"), limit=rs.laws.SpeedLimit(SEVEN_VALUES)
     ),
     f'kind = "ibvs"\n{AIM}{REDUNDANT}{DEPTH}{LAW}': rs.IBVS(**AIMED, **AVOIDING, **DEEP, **LEARNT),
     f'kind = "ibvs"\n{GIVEN}\n{AIM}{TRANSPOSED}': rs.IBVS(
-        rs.GoalFeatures([0.1, 0.2]), **AIMED, inverse="transpose", law=rs.CameraLaw(0.01)
+        rs.GoalFeatures([0.1, 0.2]), **AIMED, inverse="transpose", law=rs.laws.CameraLaw(0.01)
     ),
     f'kind = "pbvs"\nform = "camera"\nlaw = "camera"\n{AIM}{REDUNDANT}{AHEAD}': rs.PBVS(
-        form="camera", law="camera", feed_forward=rs.EstimatedMotion(0.1), **AIMED, **AVOIDING
+        form="camera", law="camera", feed_forward=rs.laws.EstimatedMotion(0.1), **AIMED, **AVOIDING
     ),
     f'kind = "hybrid"\nmark = 2\ngain = 3\n{AIM}{REDUNDANT}{DEPTH}{LAW}': rs.Hybrid(
         mark=2, gain=3, **AIMED, **AVOIDING, **DEEP, **LEARNT
@@ -395,7 +400,7 @@ TASKS = {
         length=0.02,
         interaction="mean",
         gain=3,
-        inverse=rs.PseudoInverse(1e-3),
+        inverse=rs.laws.PseudoInverse(1e-3),
         **AIMED,
         **AVOIDING,
         **DEEP,
@@ -417,11 +422,11 @@ TASKS = {
     ),
     'kind = "switch"\nfirst = { kind = "pbvs" }\nsecond = { kind = "ibvs", gain = 2 }\n'
     'when = { kind = "error_below", value = 0.1, of = "second" }\nlatch = false': rs.Switch(
-        rs.PBVS(), rs.IBVS(gain=2), rs.ErrorBelow(0.1, "second"), False
+        rs.PBVS(), rs.IBVS(gain=2), rs.tasks.ErrorBelow(0.1, "second"), False
     ),
     'kind = "switch"\nfirst = { kind = "ibvs" }\nsecond = { kind = "pbvs" }\n'
     'when = { kind = "near_border", margin = 20, size = [640, 480] }': rs.Switch(
-        rs.IBVS(), rs.PBVS(), rs.NearBorder(20, (640, 480))
+        rs.IBVS(), rs.PBVS(), rs.tasks.NearBorder(20, (640, 480))
     ),
     'kind = "parallel"\n[[task.tasks]]\nkind = "ibvs"\ncamera = "eye"\n[[task.tasks]]\n'
     'kind = "pbvs"\ncamera = "wall"': rs.Parallel([rs.IBVS(camera="eye"), rs.PBVS(camera="wall")]),
@@ -620,7 +625,7 @@ def test_a_motion_is_changed_by_the_name_of_its_robot():
 
 def test_a_change_takes_what_makes_no_sense_beside_it_away():
     task = read(RICH, set={"task.law": "joint", "task.inverse": "pseudo_inverse"}).task
-    assert (task.law, task.inverse) == (rs.JointLaw(), rs.PseudoInverse())
+    assert (task.law, task.inverse) == (rs.laws.JointLaw(), rs.laws.PseudoInverse())
     goal = read(
         RICH, set={"task.goal.q": '["10 cm", "20 deg", "0 deg", "0 m", "0 m", "0 m", 0, 0, 0, 1]'}
     )
@@ -1129,7 +1134,9 @@ def test_what_is_wrong_in_a_task_is_told_with_its_key(task, parts):
 
 def test_two_tasks_for_one_joint_are_told_when_they_are_bound():
     scenario = read(RHINO, 'kind = "ibvs"\ngain = 1.5', two("parallel"))
-    with pytest.raises(rs.FileError, match=r"^bench\.toml: task: two tasks command one joint: sh"):
+    with pytest.raises(
+        rs.errors.FileError, match=r"^bench\.toml: task: two tasks command one joint: sh"
+    ):
         scenario.check()
 
 
@@ -1209,7 +1216,7 @@ def test_files_that_cannot_be_read(tmp_path):
         (None, ["None", "cannot read"]),
     ]:
         for reader in (load_scenario, read_robot):
-            with pytest.raises(rs.FileError) as caught:
+            with pytest.raises(rs.errors.FileError) as caught:
                 reader(path)
             assert all(part in str(caught.value) for part in parts), str(caught.value)
 
@@ -1226,21 +1233,23 @@ def test_a_long_file_is_refused_in_time():
 
 def test_a_goal_out_of_sight_keeps_its_kind_and_names_the_file():
     scenario = read(RHINO, '"28, 0, 2.5 cm"', '"28, 100, 2.5 cm"')
-    with pytest.raises(rs.GoalError, match=r"^bench\.toml: task\.goal: .*'cube' .*'eye'"):
+    with pytest.raises(rs.errors.GoalError, match=r"^bench\.toml: task\.goal: .*'cube' .*'eye'"):
         scenario.check()
-    with pytest.raises(rs.GoalError, match=r"^bench\.toml: task\.goal: "):
+    with pytest.raises(rs.errors.GoalError, match=r"^bench\.toml: task\.goal: "):
         scenario.run()
 
 
 def test_a_scene_in_which_nothing_moves_is_told_with_the_file():
     scenario = read(RHINO, 'on = "rhino_xr4.tool"', "")
-    with pytest.raises(rs.FileError, match=r"^bench\.toml: task: no joint moves camera 'eye'"):
+    with pytest.raises(
+        rs.errors.FileError, match=r"^bench\.toml: task: no joint moves camera 'eye'"
+    ):
         scenario.check()
 
 
 def test_marks_on_a_line_are_a_warning_and_not_an_error():
     scenario = read(RHINO, ', "-2.5, -2.5, 2.5 cm", "2.5, -2.5, 2.5 cm"', "")
-    with pytest.warns(rs.RankWarning):
+    with pytest.warns(rs.errors.RankWarning):
         scenario.check()
 
 
@@ -1256,17 +1265,17 @@ def all_finite(scenario):
 def is_sound(text):
     """A Scenario that can be checked, written and read again, or a RobSimError."""
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", rs.RankWarning)
+        warnings.simplefilter("ignore", rs.errors.RankWarning)
         try:
             scenario = Experiment.from_text(text, "bench.toml")
-        except rs.FileError as error:
+        except rs.errors.FileError as error:
             assert str(error).startswith("bench.toml: ")
             return
         assert all_finite(scenario)
         assert Experiment.from_text(scenario.to_toml()).to_toml() == scenario.to_toml()
         try:
             scenario.check()
-        except (rs.FileError, rs.GoalError) as error:
+        except (rs.errors.FileError, rs.errors.GoalError) as error:
             assert str(error).startswith("bench.toml: ")
 
 
@@ -1378,6 +1387,6 @@ def test_a_scenario_with_changed_text_is_read_or_refused(data):
 def test_a_scenario_with_any_change_from_outside_is_read_or_refused(path, value):
     try:
         scenario = Experiment.from_text(RICH, set={path: value})
-    except rs.InputError:
+    except rs.errors.InputError:
         return
     assert Experiment.from_text(scenario.text).to_toml() == scenario.to_toml()

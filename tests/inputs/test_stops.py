@@ -43,7 +43,7 @@ def test_all_stops_are_one_thing_and_any_number_of_them_keeps_what_was_simulated
                 signal.raise_signal(number)
 
     before = handlers()
-    with pytest.raises(rs.Interrupted) as error:
+    with pytest.raises(rs.errors.Interrupted) as error:
         LONG.run(stop)
     run = error.value.run
     assert handlers() == before and run.outcome == rs.Outcome.RUNNING and run.sizes["time"] > 1
@@ -94,7 +94,7 @@ def test_a_comparison_that_is_stopped_while_it_measures_has_what_was_simulated(m
     whole = rs.compare(pair)
     for record in ("all", "summary"):
         alike = {name: each.with_(record=record) for name, each in pair.items()}
-        with monkeypatch.context() as patched, pytest.raises(rs.Interrupted) as error:
+        with monkeypatch.context() as patched, pytest.raises(rs.errors.Interrupted) as error:
             patched.setattr(compared_scheme, "measured", stop)
             rs.compare(alike)
         found = error.value.run
@@ -114,7 +114,7 @@ def test_a_summary_that_is_stopped_between_its_parts_has_those_that_were_done(mo
     starts = np.repeat(LONG.start[None], 5, axis=0)
     case = LONG.with_(duration=4.0, record="summary", start=starts)
     monkeypatch.setattr(compared_scheme, "measured", stop)
-    with pytest.raises(rs.Interrupted) as error:
+    with pytest.raises(rs.errors.Interrupted) as error:
         rs.compare({"a": case})
     outcome = error.value.run.data.outcome.values[0]
     assert (outcome[:2] != rs.Outcome.RUNNING).all() and (outcome[2:] == rs.Outcome.RUNNING).all()

@@ -13,7 +13,9 @@ def kept(tmp_path_factory):
     """The folder of a study of eight runs."""
     folder = tmp_path_factory.mktemp("study")
     one = rs.load_scenario(rs.examples.path("visp_tutorial")).with_(duration=0.4)
-    rs.study(one, 4, start=rs.LookAt(distance=(0.5, 1)), vary={"task.gain": [1, 2]}, store=folder)
+    rs.study(
+        one, 4, start=rs.starts.LookAt(distance=(0.5, 1)), vary={"task.gain": [1, 2]}, store=folder
+    )
     return folder
 
 
@@ -27,7 +29,7 @@ def folder(kept, tmp_path):
 
 def test_the_folder_of_a_study_is_known_by_its_file(folder):
     shown, shelf = _load_shown(folder)
-    assert shelf is None and isinstance(shown, rs.StudyResult)
+    assert shelf is None and isinstance(shown, rs.studies.StudyResult)
     assert shown.hash == rs.open_study(folder).hash and len(shown.table) == 8
 
 
@@ -84,11 +86,13 @@ def test_what_is_wrong_with_a_study_is_said_before_anything_is_served(
 
 def test_a_map_has_bounds(kept, monkeypatch):
     monkeypatch.setattr("robsim.page.study_map.MOST_RUNS", 7)
-    with pytest.raises(rs.InputError, match="at most 7 runs, and this study has 8"):
+    with pytest.raises(rs.errors.InputError, match="at most 7 runs, and this study has 8"):
         rs.export_html(rs.open_study(kept), "x.html")
 
 
 def test_a_page_of_a_study_is_no_recording(kept, tmp_path):
     path = rs.export_html(rs.open_study(kept), tmp_path / "map.html")
-    with pytest.raises(rs.FileError, match="it holds 'robsim study', and not 'robsim recording'"):
-        rs.load_recording(path)
+    with pytest.raises(
+        rs.errors.FileError, match="it holds 'robsim study', and not 'robsim recording'"
+    ):
+        rs.page.load_recording(path)

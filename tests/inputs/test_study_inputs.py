@@ -14,7 +14,7 @@ from robsim.studies.dask_cluster import connect_client
 
 TEXT = flying.TEXT.replace("4 s", "0.2 s")
 FLYING = rs.Experiment.from_text(TEXT)
-GAIN = {"task.gain": rs.Uniform(1, 2)}
+GAIN = {"task.gain": rs.samplers.Uniform(1, 2)}
 BAD = {
     "runs must be a whole number from 1 on, got 0": {"runs": 0},
     "runs must be a whole number from 1 on, got -3": {"runs": -3},
@@ -23,47 +23,55 @@ BAD = {
     "runs need about 1.2e.05 GB of memory, and .* GB are free: .* a store": {"runs": 10**12},
     "runs must be below": {"runs": 10**13},
     "vary: task.gian: expected": {"vary": {"task.gian": 3}},
-    "task.gian: .*did you mean 'gain'": {"vary": {"task.gian": rs.Uniform(1, 2)}},
+    "task.gian: .*did you mean 'gain'": {"vary": {"task.gian": rs.samplers.Uniform(1, 2)}},
     "vary: expected {name: sampler or list}, got \\[1\\]": {"vary": [1]},
-    "vary: expected dotted names .* got 3": {"vary": {3: rs.Uniform(1, 2)}},
-    "vary: task.gain: expected a sampler .* got <class": {"vary": {"task.gain": rs.Uniform}},
+    "vary: expected dotted names .* got 3": {"vary": {3: rs.samplers.Uniform(1, 2)}},
+    "vary: task.gain: expected a sampler .* got <class": {
+        "vary": {"task.gain": rs.samplers.Uniform}
+    },
     "vary: task.gain: expected a list of 1 to 10000 values, got \\[\\]": {
         "vary": {"task.gain": []}
     },
     "vary: task.gain: 2.0 is there twice": {"vary": {"task.gain": [2.0, 2.0]}},
     "vary: task.gain: nan is not finite": {"vary": {"task.gain": [np.nan]}},
-    "task.kind": {"vary": {"task.kind": rs.Uniform(1, 2)}},
-    "gain": {"vary": {"task.gain": rs.Uniform(-2, -1)}},
+    "task.kind": {"vary": {"task.kind": rs.samplers.Uniform(1, 2)}},
+    "gain": {"vary": {"task.gain": rs.samplers.Uniform(-2, -1)}},
     "vary: run.seed: the study gives each run its own": {"vary": {"run.seed": [1, 2]}},
     "vary: start: starts are given by start=": {"vary": {"start": [1, 2]}},
     "vary: task.law and task.law.length: one is a part": {
-        "vary": {"task.law": [rs.CameraLaw(length=0.1)], "task.law.length": rs.Uniform(0.1, 0.2)}
+        "vary": {
+            "task.law": [rs.laws.CameraLaw(length=0.1)],
+            "task.law.length": rs.samplers.Uniform(0.1, 0.2),
+        }
     },
-    "start: expected starts .* got <class": {"start": rs.LookAt},
-    "start: expected starts .* got Normal": {"start": rs.Normal(0, 1)},
+    "start: expected starts .* got <class": {"start": rs.starts.LookAt},
+    "start: expected starts .* got Normal": {"start": rs.samplers.Normal(0, 1)},
     "start: of 5000 starts that were drawn none is reached and sees": {
-        "start": rs.Shell(distance=(5, 6), about=rs.Pose.at(50, 0, 0))
+        "start": rs.starts.Shell(distance=(5, 6), about=rs.Pose.at(50, 0, 0))
     },
     "no object 'plate' in the scene; objects: square": {
-        "start": rs.LookAt("plate", distance=(1, 2))
+        "start": rs.starts.LookAt("plate", distance=(1, 2))
     },
-    "Anywhere.low: expected 7 finite coordinates": {"start": rs.Anywhere()},
+    "Anywhere.low: expected 7 finite coordinates": {"start": rs.starts.Anywhere()},
     "vary: study.runs: no run depends on it": {"vary": {"study.runs": [1, 2]}},
     "vary: title: no run depends on it": {"vary": {"title": ["a", "b"]}},
     "vary: cameras.eye.rpy and cameras.eye.rotvec: both say the same": {
         "vary": {
-            "cameras.eye.rpy": rs.Uniform([0, 0, 0], [0, 0, 1]),
-            "cameras.eye.rotvec": rs.Uniform([0, 0, 0], [0, 0, 1]),
+            "cameras.eye.rpy": rs.samplers.Uniform([0, 0, 0], [0, 0, 1]),
+            "cameras.eye.rotvec": rs.samplers.Uniform([0, 0, 0], [0, 0, 1]),
         }
     },
     "vary: task.gain: Times changes the value of the experiment, and task brings its own": {
-        "vary": {"task": [rs.IBVS(), rs.PBVS()], "task.gain": rs.Product(rs.Uniform(1, 2))}
+        "vary": {
+            "task": [rs.IBVS(), rs.PBVS()],
+            "task.gain": rs.samplers.Product(rs.samplers.Uniform(1, 2)),
+        }
     },
     "vary: task: IBVS.* has a belief of its own": {
         "vary": {"task": [rs.IBVS(belief=FLYING.scene.believe(focal=1.2)), rs.IBVS()]}
     },
     "vary: cameras.eye.center: .* has not the shape of what is there": {
-        "vary": {"cameras.eye.center": rs.Sum(rs.Uniform([0, 0, 0], [1, 1, 1]))}
+        "vary": {"cameras.eye.center": rs.samplers.Sum(rs.samplers.Uniform([0, 0, 0], [1, 1, 1]))}
     },
     "threads must be a whole number from 1 on": {"threads": 0},
     "chunk must be a whole number from 1 on, got 0": {"chunk": 0},
@@ -77,62 +85,66 @@ BAD = {
 @pytest.mark.parametrize("wanted", BAD)
 def test_what_is_no_study_is_refused(wanted):
     given = {"runs": 5, **BAD[wanted]}
-    with pytest.raises(rs.InputError, match=wanted):
+    with pytest.raises(rs.errors.InputError, match=wanted):
         rs.study(FLYING, **given)
 
 
 def test_starts_and_runs_must_agree():
-    with pytest.raises(rs.InputError, match="runs: 5, and 2 starts are given"):
+    with pytest.raises(rs.errors.InputError, match="runs: 5, and 2 starts are given"):
         rs.study(FLYING, 5, start=np.tile(FLYING.scene.home, (2, 1)))
 
 
 def test_a_mission_and_other_things_are_no_experiments():
     mission = rs.load_scenario(rs.examples.path("inspection_a"))
-    with pytest.raises(rs.InputError, match="a mission has no single end"):
+    with pytest.raises(rs.errors.InputError, match="a mission has no single end"):
         rs.study(mission, 3)
-    with pytest.raises(rs.InputError, match="experiment: expected an Experiment, got 3"):
+    with pytest.raises(rs.errors.InputError, match="experiment: expected an Experiment, got 3"):
         rs.study(3, 3)
-    with pytest.raises(rs.InputError, match="give them in vary="):
+    with pytest.raises(rs.errors.InputError, match="give them in vary="):
         rs.study(FLYING.vary({"task.gain": [1.0, 2.0]}), 3)
 
 
 WRONG = {
-    "Uniform: low 2.0 is above high 1.0": lambda: rs.Uniform(2, 1),
-    "LogUniform: low 2.0 is above high 1.0": lambda: rs.LogUniform(2, 1),
-    "LogUniform.low must be a positive number": lambda: rs.LogUniform(0, 1),
-    "Normal.std must be a number not below 0": lambda: rs.Normal(0, -1),
-    "Uniform.low.*finite": lambda: rs.Uniform(np.nan, 1),
-    "Uniform.low: expected.*'a'": lambda: rs.Uniform("a", 1),
-    "Grid: low and high are one number each": lambda: rs.Grid([1, 2], 3),
-    "Grid: with log, low is above 0": lambda: rs.Grid(0, 3, log=True),
-    "Grid.count must be a whole number from 1": lambda: rs.Grid(1, 3, 0),
-    "Plus.of.* got 3": lambda: rs.Sum(3),
-    "Times: expected a sampler of numbers, got Plus": lambda: rs.Product(rs.Sum(rs.Uniform(0, 1))),
-    "Choice.values: expected a list": lambda: rs.Choice(3),
-    "LookAt.distance .*expected \\(low, high\\)": lambda: rs.LookAt(distance=(2, 1)),
-    "LookAt.roll": lambda: rs.LookAt(distance=(1, 2), roll=(1, -1)),
-    "LookAt.distance": lambda: rs.LookAt(distance=3),
-    "Shell.angle: at most pi": lambda: rs.Shell(distance=(0, 1), angle=(0, 4)),
-    "About.position": lambda: rs.About(position=[1, 2]),
+    "Uniform: low 2.0 is above high 1.0": lambda: rs.samplers.Uniform(2, 1),
+    "LogUniform: low 2.0 is above high 1.0": lambda: rs.samplers.LogUniform(2, 1),
+    "LogUniform.low must be a positive number": lambda: rs.samplers.LogUniform(0, 1),
+    "Normal.std must be a number not below 0": lambda: rs.samplers.Normal(0, -1),
+    "Uniform.low.*finite": lambda: rs.samplers.Uniform(np.nan, 1),
+    "Uniform.low: expected.*'a'": lambda: rs.samplers.Uniform("a", 1),
+    "Grid: low and high are one number each": lambda: rs.samplers.Grid([1, 2], 3),
+    "Grid: with log, low is above 0": lambda: rs.samplers.Grid(0, 3, log=True),
+    "Grid.count must be a whole number from 1": lambda: rs.samplers.Grid(1, 3, 0),
+    "Plus.of.* got 3": lambda: rs.samplers.Sum(3),
+    "Times: expected a sampler of numbers, got Plus": lambda: rs.samplers.Product(
+        rs.samplers.Sum(rs.samplers.Uniform(0, 1))
+    ),
+    "Choice.values: expected a list": lambda: rs.samplers.Choice(3),
+    "LookAt.distance .*expected \\(low, high\\)": lambda: rs.starts.LookAt(distance=(2, 1)),
+    "LookAt.roll": lambda: rs.starts.LookAt(distance=(1, 2), roll=(1, -1)),
+    "LookAt.distance": lambda: rs.starts.LookAt(distance=3),
+    "Shell.angle: at most pi": lambda: rs.starts.Shell(distance=(0, 1), angle=(0, 4)),
+    "About.position": lambda: rs.starts.About(position=[1, 2]),
 }
 
 
 @pytest.mark.parametrize("wanted", WRONG)
 def test_what_is_no_sampler_is_refused(wanted):
-    with pytest.raises(rs.InputError, match=wanted):
+    with pytest.raises(rs.errors.InputError, match=wanted):
         WRONG[wanted]()
 
 
 def test_a_number_that_is_drawn_and_not_valid_is_refused_before_anything_runs():
-    with pytest.raises(rs.InputError, match=r"vary: task.gain: -?\d.* was drawn: .*task.gain"):
-        rs.study(FLYING, 1000, vary={"task.gain": rs.Normal(1.0, 1.0)})
+    with pytest.raises(
+        rs.errors.InputError, match=r"vary: task.gain: -?\d.* was drawn: .*task.gain"
+    ):
+        rs.study(FLYING, 1000, vary={"task.gain": rs.samplers.Normal(1.0, 1.0)})
 
 
 def test_a_store_of_another_study_is_not_touched(tmp_path):
     rs.study(FLYING, 5, store=tmp_path, vary=GAIN)
     before = {path.name: path.read_bytes() for path in tmp_path.iterdir()}
     for resume in (False, True):
-        with pytest.raises(rs.FileError, match="holds another study; choose another folder"):
+        with pytest.raises(rs.errors.FileError, match="holds another study; choose another folder"):
             rs.study(FLYING, 6, store=tmp_path, vary=GAIN, resume=resume)
     assert before == {path.name: path.read_bytes() for path in tmp_path.iterdir()}
 
@@ -151,10 +163,10 @@ def test_a_store_of_another_version_is_told(tmp_path, change, wanted):
     about.write_text(json.dumps({**json.loads(about.read_text()), **change}))
     if wanted is None:  # its rows can be read, and none be added
         assert rs.open_study(tmp_path).hash == made.hash
-        with pytest.raises(rs.FileError, match="was begun elsewhere"):
+        with pytest.raises(rs.errors.FileError, match="was begun elsewhere"):
             rs.study(FLYING, 5, store=tmp_path, vary=GAIN, resume=True)
     else:
-        with pytest.raises(rs.FileError, match=wanted):
+        with pytest.raises(rs.errors.FileError, match=wanted):
             rs.open_study(tmp_path)
 
 
@@ -166,11 +178,11 @@ def test_a_damaged_part_is_named(tmp_path):
         part.write_bytes(data)
         try:
             assert rs.open_study(tmp_path).table is not None  # where no checked byte was hit
-        except rs.FileError as error:
+        except rs.errors.FileError as error:
             assert str(part) in str(error)
     part.rename(part.with_name("rows-0000000000000-0000000000004.parquet"))
     part.with_name("rows-0000000000000-0000000000004.parquet").write_bytes(whole)
-    with pytest.raises(rs.FileError, match="5 rows instead of 4"):
+    with pytest.raises(rs.errors.FileError, match="5 rows instead of 4"):
         _ = rs.open_study(tmp_path).runs
 
 
@@ -179,9 +191,9 @@ def test_a_scheduler_that_does_not_answer_is_told_soon(monkeypatch):
     monkeypatch.setattr(dask_cluster, "PATIENCE", 0.5)
     silent = socket.create_server(("127.0.0.1", 0))
     address = f"tcp://127.0.0.1:{silent.getsockname()[1]}"
-    with silent, pytest.raises(rs.InputError, match=f"no scheduler answers at {address}"):
+    with silent, pytest.raises(rs.errors.InputError, match=f"no scheduler answers at {address}"):
         connect_client(address)
-    with pytest.raises(rs.InputError, match="expected an address such as tcp://host:8786"):
+    with pytest.raises(rs.errors.InputError, match="expected an address such as tcp://host:8786"):
         connect_client("host")
 
 

@@ -63,7 +63,7 @@ MISTAKES = {
 
 
 def refusal(text):
-    with pytest.raises(rs.FileError) as caught:
+    with pytest.raises(rs.errors.FileError) as caught:
         Experiment.from_text(text, "bench.toml")
     return str(caught.value)
 

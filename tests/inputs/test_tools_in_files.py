@@ -81,6 +81,6 @@ def test_a_belief_may_have_the_tool_elsewhere():
     ],
 )
 def test_a_mistake_about_a_tool_is_one_line(old, new, told):
-    with pytest.raises(rs.FileError) as caught:
+    with pytest.raises(rs.errors.FileError) as caught:
         read(old, new)
     assert told in str(caught.value) and "\n" not in str(caught.value)

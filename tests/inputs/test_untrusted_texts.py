@@ -36,7 +36,7 @@ def checked(task=LEAF, old="", new="", more=""):
 
 
 def refused(*args, **kwargs):
-    with pytest.raises((rs.FileError, rs.GoalError)) as caught:
+    with pytest.raises((rs.errors.FileError, rs.errors.GoalError)) as caught:
         checked(*args, **kwargs)
     return str(caught.value)
 
@@ -135,9 +135,9 @@ def test_tasks_within_tasks_are_counted():
 
 def test_python_counts_tasks_as_well():
     one = rs.IBVS()
-    with pytest.raises(rs.InputError, match="more than 64 tasks"):
+    with pytest.raises(rs.errors.InputError, match="more than 64 tasks"):
         for _ in range(60):
-            one = rs.Switch(one, one, rs.ErrorBelow(0.1))
+            one = rs.Switch(one, one, rs.tasks.ErrorBelow(0.1))
 
 
 def test_the_features_of_all_tasks_are_counted():

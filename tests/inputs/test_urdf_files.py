@@ -73,7 +73,7 @@ def read(tmp_path):
 
 
 def refused(read, *change, text=ARM):
-    with pytest.raises(rs.FileError) as caught:
+    with pytest.raises(rs.errors.FileError) as caught:
         read(text, *change)
     return str(caught.value)
 
@@ -110,7 +110,7 @@ CORPUS_SAYS = {
 @pytest.mark.parametrize("name", CORPUS_SAYS)
 def test_a_bad_file_is_refused_with_its_line_and_reason(name):
     path = CORPUS / f"{name}.urdf"
-    with pytest.raises(rs.FileError) as caught:
+    with pytest.raises(rs.errors.FileError) as caught:
         rs.Robot.from_urdf(path)
     where, what = str(caught.value).split(".urdf", 1)
     assert where == str(path.with_suffix("")) and CORPUS_SAYS[name] in what
@@ -121,7 +121,9 @@ def test_the_rest_of_the_corpus_is_read():
     good = {path.stem for path in CORPUS.glob("*.urdf")} - set(CORPUS_SAYS)
     assert good == {"00_good", "12_nonunit_axis"}
     arm = rs.Robot.from_urdf(CORPUS / "00_good.urdf")
-    with pytest.warns(rs.FileWarning, match="<joint 'j'> <axis>: the axis has length 2, and is"):
+    with pytest.warns(
+        rs.errors.FileWarning, match="<joint 'j'> <axis>: the axis has length 2, and is"
+    ):
         other = rs.Robot.from_urdf(CORPUS / "12_nonunit_axis.urdf")
     assert arm == other and arm.coordinate_names == ("j",)
 
@@ -210,7 +212,7 @@ def test_what_only_looks_like_our_second_link_keeps_its_place(read):
     """A root that is called as those links are that a joint of ours takes to write."""
     tail = '<joint name="b.tail" type="fixed"><parent link="b.axis"/><child link="b"/>'
     text = f'<robot name="r"><link name="b.axis"/><link name="b"/>{tail}<origin xyz="1 2 3"/>'
-    with pytest.warns(rs.FileWarning, match="its name is read as 'b_axis'"):
+    with pytest.warns(rs.errors.FileWarning, match="its name is read as 'b_axis'"):
         robot = read(f"{text}</joint></robot>")
     assert robot.fk([], "b")[:3, 3].tolist() == [1, 2, 3]
 
@@ -240,7 +242,7 @@ def test_what_is_no_robot_is_refused(read, text):
 
 def test_what_cannot_be_read_is_refused(tmp_path):
     for path in (tmp_path / "none.urdf", tmp_path, 3, "a\0b", None):
-        with pytest.raises(rs.FileError):
+        with pytest.raises(rs.errors.FileError):
             rs.Robot.from_urdf(path)
 
 
@@ -248,7 +250,7 @@ def test_a_file_of_100_megabytes_is_refused_before_it_is_read(tmp_path):
     path = tmp_path / "large.urdf"
     with open(path, "wb") as file:
         file.truncate(100_000_000)
-    with pytest.raises(rs.FileError, match="urdf: larger than 4 MB"):
+    with pytest.raises(rs.errors.FileError, match="urdf: larger than 4 MB"):
         rs.Robot.from_urdf(path)
 
 
@@ -300,7 +302,7 @@ def test_endless_numbers_are_refused_at_once(read, digits):
     ],
 )
 def test_oddities_are_told_in_one_warning(read, old, new, message):
-    with pytest.warns(rs.FileWarning) as caught:
+    with pytest.warns(rs.errors.FileWarning) as caught:
         read(ARM, old, new)
     assert len(caught) == 1 and message in str(caught[0].message)
     assert caught[0].filename == __file__
@@ -317,7 +319,7 @@ def test_oddities_are_told_in_one_warning(read, old, new, message):
 )
 def test_what_is_left_out_changes_no_pose(read, old, new):
     arm, q = read(), [0.3, 1.2]
-    with pytest.warns(rs.FileWarning, match="left out"):
+    with pytest.warns(rs.errors.FileWarning, match="left out"):
         other = read(ARM, old, new)
     np.testing.assert_array_equal(other.frames(q), arm.frames(q))
     kept = [(len(k.shapes), k.inertia is not None) for k in other.links]
@@ -325,7 +327,7 @@ def test_what_is_left_out_changes_no_pose(read, old, new):
 
 
 def test_what_collides_is_shown_where_what_is_to_be_seen_is_left_out(read):
-    with pytest.warns(rs.FileWarning, match="radius is 0"):
+    with pytest.warns(rs.errors.FileWarning, match="radius is 0"):
         arm = read(ARM, 'radius="0.05"', 'radius="0"')
     assert arm.links[1].shapes == (rs.Block(1, 1, 1),)
 
@@ -336,7 +338,8 @@ def test_a_long_name_is_shortened_and_stays_its_own(read):
     text = ARM.replace('name="upper"', f'name="{long}"').replace('link="upper"', f'link="{long}"')
     text = text.replace('"lower"', f'"{long}2"').replace('"elbow"', f'"{long}"')
     with pytest.warns(
-        rs.FileWarning, match=r"its name is read as 'upper_.*which is short enough .*in line 13"
+        rs.errors.FileWarning,
+        match=r"its name is read as 'upper_.*which is short enough .*in line 13",
     ):
         arm = read(text)
     first, second = arm.links[1].name, arm.links[2].name
@@ -348,7 +351,7 @@ def test_a_long_name_is_shortened_and_stays_its_own(read):
 
 def test_a_warning_tells_one_of_each_kind_and_the_lines_of_the_others(read):
     rumours = "\n".join(["<rumour/>"] * 3)
-    with pytest.warns(rs.FileWarning) as caught:
+    with pytest.warns(rs.errors.FileWarning) as caught:
         read(ARM.replace('name="tube"', 'name="tube" mood=""'), "</gazebo>", f"</gazebo>{rumours}")
     rumour, mood = sorted(str(caught[0].message).split("\n"), key=lambda line: "mood" in line)
     assert rumour.endswith(
@@ -358,7 +361,7 @@ def test_a_warning_tells_one_of_each_kind_and_the_lines_of_the_others(read):
 
 
 def test_a_warning_lists_ten_kinds_of_oddities_and_counts_the_others(read):
-    with pytest.warns(rs.FileWarning) as caught:
+    with pytest.warns(rs.errors.FileWarning) as caught:
         read(ARM, "</gazebo>", "</gazebo>" + "".join(f"<rumour{c}/>" for c in "abcdefghijkl"))
     lines = str(caught[0].message).split("\n")
     assert len(lines) == 11 and lines[-1].endswith("and 2 more")
@@ -376,18 +379,20 @@ PAIR = """<robot name="pair"><link name="base"/><link name="a"/><link name="b"/>
 
 def test_limits_of_what_mimics_that_leave_no_room_are_left_out(read):
     """As the gripper of the PR2 has them: then its fingers could not move at all."""
-    with pytest.warns(rs.FileWarning, match=r":6: <joint 'three'>: its limits leave joint 'one'"):
+    with pytest.warns(
+        rs.errors.FileWarning, match=r":6: <joint 'three'>: its limits leave joint 'one'"
+    ):
         pair = read(PAIR, tip="a")
     assert pair.limits.tolist() == [[0, 0.03]]
     assert [k.joint.limits for k in pair.links[1:]] == [(0, 0.04), (0, 0.03), None]
-    with pytest.warns(rs.FileWarning, match="no room"):
+    with pytest.warns(rs.errors.FileWarning, match="no room"):
         pair = read(PAIR, 'joint="one"', 'joint="one" offset="9"', tip="a")
     assert pair.limits[0, 1] == 0.04
 
 
 def test_a_link_called_world_gets_another_name(read):
     text = ARM.replace('name="base"', 'name="world"').replace('link="base"', 'link="world"')
-    with pytest.warns(rs.FileWarning, match="its name is read as 'world_link'"):
+    with pytest.warns(rs.errors.FileWarning, match="its name is read as 'world_link'"):
         arm = read(text)
     assert arm.links[0].name == "world_link" == arm.links[1].parent
 
@@ -448,7 +453,7 @@ ARMS = [(f"{side}_{link}", "base_link", "revolute") for link in ("ee", "arm") fo
 )
 def test_where_several_could_be_the_tip_that_is_told(read, links, tip, others):
     with pytest.warns(
-        rs.FileWarning, match=f"the tip is taken to be '{tip}', and could "
+        rs.errors.FileWarning, match=f"the tip is taken to be '{tip}', and could "
     ) as caught:
         assert read(tree(*links)).tip == tip
     assert len(caught) == 1 and caught[0].filename == __file__
@@ -458,7 +463,9 @@ def test_where_several_could_be_the_tip_that_is_told(read, links, tip, others):
 def test_the_tip_can_be_named(read):
     assert read(tree(*HAND), tip="right").tip == "right"
     assert read(tree(*HAND), tip="base_link").fk([0.1] * 4).tolist() == np.eye(4).tolist()
-    with pytest.raises(rs.FrameError, match=r"no frame 'hnd'.*did you mean 'hand'.* upper, lower"):
+    with pytest.raises(
+        rs.errors.FrameError, match=r"no frame 'hnd'.*did you mean 'hand'.* upper, lower"
+    ):
         read(tree(*HAND), tip="hnd")
 
 
@@ -485,7 +492,7 @@ def test_home_can_be_said_whole_or_joint_by_joint(read):
     ],
 )
 def test_a_home_that_does_not_fit_is_refused(read, home, message):
-    with pytest.raises(rs.InputError) as caught:
+    with pytest.raises(rs.errors.InputError) as caught:
         read(home=home)
     assert message in str(caught.value)
 
@@ -500,7 +507,7 @@ def test_the_robot_is_what_the_file_says(read):
     np.testing.assert_array_equal(arm.limits[0], [-1.5, 2])
     shoulder, _, grip = (link.joint for link in arm.links[1:])
     assert (shoulder.speed, shoulder.effort, grip.speed, grip.effort) == (3.0, 10.0, None, 1.0)
-    assert grip.follows == rs.Mimic("elbow", 0.01, 0.02) and grip.limits == (0.0, 0.04)
+    assert grip.follows == rs.joints.Mimic("elbow", 0.01, 0.02) and grip.limits == (0.0, 0.04)
     q = [0.3, 1.2]
     upper = rs.Pose.at(0, 0, 1, rpy=(0, 0, 1.5)) @ rs.Pose.at(rotvec=(0, 0.3, 0))
     lower = upper @ rs.Pose.at(rotvec=np.array([0.6, 0, 0.8]) * 1.2)
@@ -512,20 +519,20 @@ def test_the_robot_is_what_the_file_says(read):
 def test_inertia_and_shapes_are_what_the_file_says(read):
     _, upper, lower, _ = read().links
     tensor = [[1, 0.1, 0], [0.1, 2, 0], [0, 0, 2.5]]
-    assert upper.inertia == rs.Inertia(2.0, (0, 0, 0.1), tensor) and lower.inertia is None
+    assert upper.inertia == rs.shapes.Inertia(2.0, (0, 0, 0.1), tensor) and lower.inertia is None
     tube = rs.Wheel(0.05, 0.4, color="b").at(rs.Pose.at(0, 0, 0.2, rpy=(0.1, 0.2, 0.3)))
     assert upper.shapes == (tube,)
-    assert lower.shapes == (rs.Mesh("package://arm/lower.stl", (1, 1, 2)),)
+    assert lower.shapes == (rs.shapes.Mesh("package://arm/lower.stl", (1, 1, 2)),)
 
 
 def test_a_capsule_is_written_as_a_cylinder_and_two_spheres(tmp_path):
     where = rs.Pose.at(0, 0, 0.5)
-    capsule = rs.Capsule(0.1, 0.3, color="r", pose=where)
-    rs.Robot("arm", [rs.Link("base", shapes=(capsule,))]).to_urdf(tmp_path / "arm.urdf")
+    capsule = rs.shapes.Capsule(0.1, 0.3, color="r", pose=where)
+    rs.Robot("arm", [rs.joints.Link("base", shapes=(capsule,))]).to_urdf(tmp_path / "arm.urdf")
     tube, *ends = rs.Robot.from_urdf(tmp_path / "arm.urdf").links[0].shapes
     assert tube == rs.Wheel(0.1, 0.3, color="r").at(where)
     assert [end.pose.position[2] for end in ends] == pytest.approx([0.35, 0.65])
-    assert {(type(end), end.radius, end.color) for end in ends} == {(rs.Ball, 0.1, "r")}
+    assert {(type(end), end.radius, end.color) for end in ends} == {(rs.shapes.Ball, 0.1, "r")}
 
 
 def test_home_is_zero_or_the_limit_next_to_it(read):
@@ -618,10 +625,10 @@ def test_a_changed_file_gives_a_robot_or_a_file_error(tmp_path_factory, data):
     path = tmp_path_factory.mktemp("changed") / "arm.urdf"
     path.write_text(" ".join(tokens), encoding="utf-8", errors="replace")
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", rs.FileWarning)
+        warnings.simplefilter("ignore", rs.errors.FileWarning)
         try:
             robot = rs.Robot.from_urdf(path)
-        except rs.FileError as error:
+        except rs.errors.FileError as error:
             assert str(error).startswith(str(path))
             return
     assert np.isfinite(robot.frames(robot.home)).all()
@@ -642,10 +649,10 @@ def test_any_number_gives_a_robot_or_a_file_error(tmp_path_factory, name, value)
     path = tmp_path_factory.mktemp("number") / "arm.urdf"
     path.write_text(text, encoding="utf-8")
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", rs.FileWarning)
+        warnings.simplefilter("ignore", rs.errors.FileWarning)
         try:
             robot = rs.Robot.from_urdf(path)
-        except rs.FileError:
+        except rs.errors.FileError:
             return
     assert np.isfinite(robot.frames(robot.home)).all() and np.isfinite(robot.home).all()
 
@@ -671,7 +678,7 @@ def test_mimics_through_mimics_stay_finite(read):
 
 
 def test_limits_without_bound_are_read_as_the_largest_number(read, tmp_path):
-    with pytest.warns(rs.FileWarning, match=r"upper 1e\+308 is read as 1e\+09"):
+    with pytest.warns(rs.errors.FileWarning, match=r"upper 1e\+308 is read as 1e\+09"):
         arm = read(ARM, 'upper="2"', 'upper="1e308"')
     assert arm.limits[0].tolist() == [-1.5, 1e9]
     arm.to_urdf(tmp_path / "again.urdf")
@@ -680,7 +687,9 @@ def test_limits_without_bound_are_read_as_the_largest_number(read, tmp_path):
 
 def test_numbers_that_could_not_be_read_are_not_written(tmp_path):
     far = rs.Robot.from_dh([[0, 0, 1e10, 0]], name="far")
-    with pytest.raises(rs.InputError, match=r"'link1' has a number of 1e\+10, and at most 1e\+09"):
+    with pytest.raises(
+        rs.errors.InputError, match=r"'link1' has a number of 1e\+10, and at most 1e\+09"
+    ):
         far.to_urdf(tmp_path / "far.urdf")
 
 
@@ -691,7 +700,7 @@ BESIDE = """<robot name="r"><link name="base"/>
 <joint name="arm.tail" type="fixed"><parent link="arm.axis"/><child link="arm"/></joint></robot>"""
 
 
-@pytest.mark.filterwarnings("ignore::robsim.FileWarning")  # of the name "arm.axis"
+@pytest.mark.filterwarnings("ignore::robsim.errors.FileWarning")  # of the name "arm.axis"
 def test_the_mass_of_a_bare_link_is_kept(read):
     """Only the gram that our writer gives what moves is taken for one of ours."""
     gram = '<mass value="0.001"/><inertia ixx="1e-6" iyy="1e-6" izz="1e-6"/>'
@@ -706,7 +715,7 @@ def test_the_mass_of_a_bare_link_is_kept(read):
 
 
 def test_stray_text_is_told(read):
-    with pytest.warns(rs.FileWarning, match="text 'axis 0 0 1' stands between the elements"):
+    with pytest.warns(rs.errors.FileWarning, match="text 'axis 0 0 1' stands between the elements"):
         read(ARM, '<child link="lower"/>', '<child link="lower"/> axis 0 0 1')
 
 
@@ -720,5 +729,5 @@ def test_a_file_in_an_odd_encoding_is_refused(tmp_path, encoding):
     text = ARM.replace('version="1.0"', f'version="1.0" encoding="{encoding}"')
     path = tmp_path / "arm.urdf"
     path.write_bytes(text.encode(encoding))
-    with pytest.raises(rs.FileError, match=r"arm\.urdf:1: .*(?i:utf-8|well-formed)"):
+    with pytest.raises(rs.errors.FileError, match=r"arm\.urdf:1: .*(?i:utf-8|well-formed)"):
         rs.Robot.from_urdf(path)

@@ -29,7 +29,9 @@ class When:
 )
 def test_a_condition_gives_a_truth_value_for_each_run(value):
     task = rs.Switch(rs.PBVS(), rs.IBVS(), when=When(value))
-    with pytest.raises(rs.InputError, match=r"When.holds: expected truth values of shape \(1,\)"):
+    with pytest.raises(
+        rs.errors.InputError, match=r"When.holds: expected truth values of shape \(1,\)"
+    ):
         run(task)
 
 
@@ -51,11 +53,11 @@ def test_the_limits_that_a_secondary_motion_is_shown_are_not_its_own():
         run(rs.IBVS(secondary=Greedy()))
 
 
-@pytest.mark.filterwarnings("ignore::robsim.RankWarning")
+@pytest.mark.filterwarnings("ignore::robsim.errors.RankWarning")
 def test_the_transpose_needs_a_jacobian_at_the_goal():
     plate = SCENE.object()
     beyond = rs.Object("plate", marks=plate.marks, pose=rs.Pose.at(0, 0, 5))  # behind, at home
-    with pytest.raises(rs.InputError, match="given as numbers, at home"):
+    with pytest.raises(rs.errors.InputError, match="given as numbers, at home"):
         rs.IBVS(goal=rs.GoalFeatures(np.zeros(8)), inverse="transpose").bind(
             SCENE.replacing(beyond)
         )
@@ -65,31 +67,39 @@ def test_a_law_may_be_checked_that_reads_features_and_coordinates():
     class Reader:
         def command(self, state):
             assert state.s.shape == (len(state.q), 8) and state.q.shape[1] == 6
-            return rs.JointLaw().command(state)
+            return rs.laws.JointLaw().command(state)
 
     assert check_law(Reader()) == []
 
 
 def test_an_observation_without_a_model_has_no_pose():
-    seen = rs.Observation.of(np.zeros((3, 2)), np.ones(3), rs.Camera(np.eye(3)))
-    with pytest.raises(rs.InputError, match="a pose needs the model of the target"):
+    seen = rs.features.Observation.of(np.zeros((3, 2)), np.ones(3), rs.Camera(np.eye(3)))
+    with pytest.raises(rs.errors.InputError, match="a pose needs the model of the target"):
         seen.pose  # noqa: B018
-    with pytest.raises(rs.InputError, match="what a second camera sees"):
-        rs.StereoPoints().measure(seen)
+    with pytest.raises(rs.errors.InputError, match="what a second camera sees"):
+        rs.features.StereoPoints().measure(seen)
 
 
 def test_a_class_is_no_secondary_motion():
     with pytest.raises(
-        rs.InputError, match="secondary: expected a secondary motion, not the class, got <class"
+        rs.errors.InputError,
+        match="secondary: expected a secondary motion, not the class, got <class",
     ):
-        rs.IBVS(secondary=rs.AvoidLimits)
+        rs.IBVS(secondary=rs.laws.AvoidLimits)
 
 
 def test_numbers_are_kept_as_floats():
     """The kernels are compiled for them."""
-    law = rs.PartitionedLaw(1, 2, 3)
-    large = rs.LargeProjection(1, 2)
-    kept = (law.roll, law.advance, law.length, large.low, large.high, rs.DampedInverse(1).damping)
+    law = rs.laws.PartitionedLaw(1, 2, 3)
+    large = rs.laws.LargeProjection(1, 2)
+    kept = (
+        law.roll,
+        law.advance,
+        law.length,
+        large.low,
+        large.high,
+        rs.laws.DampedInverse(1).damping,
+    )
     assert [type(each) for each in kept] == [float] * 6
 
 
@@ -99,7 +109,7 @@ def test_numbers_are_kept_as_floats():
 @pytest.mark.parametrize("name", ["Partitioned", "Placing", "Docking"])
 def test_a_law_of_its_own_passes_over_nothing_in_silence(name, what):
     (key,) = what
-    with pytest.raises((TypeError, rs.InputError), match=key):
+    with pytest.raises((TypeError, rs.errors.InputError), match=key):
         getattr(rs, name)(**what)
 
 
@@ -118,7 +128,9 @@ def two_eyes(size):
 @pytest.mark.parametrize("marks", [None, (0, 1, 2)], ids=["all marks", "without the last"])
 def test_a_mark_that_any_camera_loses_ends_the_run(marks):
     """The last mark is in row 160 at home and in row 170 at the start."""
-    task = rs.IBVS(features=[rs.FeatureBlock("points", camera=name, marks=marks) for name in EYES])
+    task = rs.IBVS(
+        features=[rs.features.FeatureBlock("points", camera=name, marks=marks) for name in EYES]
+    )
     q0 = rs.Pose.at(0.02, -0.02, 0)
     for size, ending in (((400, 165), "OUT_OF_IMAGE"), ((400, 400), "CONVERGED")):
         run = rs.simulate(two_eyes(size), task, q0, duration=20)
@@ -131,10 +143,10 @@ def test_with_a_constant_interaction_matrix_a_feature_is_asked_once_an_instant()
 
         def measure(self, seen):
             Counted.calls += 1
-            return rs.Points().measure(seen)
+            return rs.features.Points().measure(seen)
 
     corners = np.array([[-1, -1], [1, -1], [1, 2], [-1, 1]]) / 10
-    L = rs.Points().interaction(rs.Observation.of(corners, np.ones(4), UNIT))[0]
+    L = rs.features.Points().interaction(rs.features.Observation.of(corners, np.ones(4), UNIT))[0]
     task = rs.IBVS(features=Counted(), interaction=L)
     task.bind(SCENE)
     before, Counted.calls = Counted.calls, 0
@@ -160,7 +172,7 @@ def test_a_task_that_cannot_be_is_refused_with_its_reason(task, words):
     eye = rs.MountedCamera("eye", rs.Camera(np.eye(3)), on="free_camera.body")
     plate = rs.Object("plate", marks=square, pose=rs.Pose.at(0, 0, 1))
     scene = rs.Scene(rs.robots.free_camera(), plate, eye)
-    with pytest.raises(rs.InputError, match=words):
+    with pytest.raises(rs.errors.InputError, match=words):
         rs.simulate(scene, task, rs.Pose.at(0, 0, -0.1).q)
 
 
@@ -168,14 +180,16 @@ def test_three_marks_on_a_line_cannot_be_placed():
     section = rs.load_scenario(rs.examples.path("chapter_6_2"))
     cube = section.scene.object("cube")
     bar = section.scene.replacing(rs.Object("cube", marks=LINE, pose=cube.pose, on=cube.on))
-    with pytest.raises(rs.InputError, match="three marks that are not on one line"):
+    with pytest.raises(rs.errors.InputError, match="three marks that are not on one line"):
         rs.simulate(bar, section.task, section.start)
 
 
 def test_one_task_of_a_list_is_changed_by_its_number():
     path = rs.examples.path("mobile_arm")
     assert rs.load_scenario(path, ["task.tasks.1.gain=0.5"]).task.tasks[1].gain == 0.5
-    with pytest.raises(rs.FileError, match=r"tasks\.2: there is none; they are numbered 0 to 1"):
+    with pytest.raises(
+        rs.errors.FileError, match=r"tasks\.2: there is none; they are numbered 0 to 1"
+    ):
         rs.load_scenario(path, ["task.tasks.2.gain=0.5"])
 
 
@@ -191,15 +205,15 @@ def test_feed_forward_can_be_switched_off():
 
 
 def test_one_rotation_is_enough():
-    with pytest.raises(rs.InputError, match="give one rotation only"):
+    with pytest.raises(rs.errors.InputError, match="give one rotation only"):
         rs.Pose.at(0, 0, 0, rpy=(0, 0, 1), rotvec=(0, 0, 1))
 
 
 def test_another_kind_of_task_keeps_the_length_of_its_law():
     path = rs.examples.path("chapter_6_1")
-    assert rs.load_scenario(path, {"task.kind": "pbvs"}).task.law == rs.CameraLaw(0.01)
+    assert rs.load_scenario(path, {"task.kind": "pbvs"}).task.law == rs.laws.CameraLaw(0.01)
 
 
 def test_none_is_no_number():
-    with pytest.raises(rs.InputError, match=r"depth: expected a depth, got None"):
+    with pytest.raises(rs.errors.InputError, match=r"depth: expected a depth, got None"):
         rs.IBVS(depth=None)

@@ -35,23 +35,29 @@ RIG = rs.Pose.at(0.1, 0, 0)
     ],
 )
 def test_a_pose_says_what_it_needs(marks, pixels, camera, noise, message):
-    with pytest.raises(rs.InputError, match=message):
-        rs.estimate_pose(marks, pixels, camera, noise=noise)
+    with pytest.raises(rs.errors.InputError, match=message):
+        rs.vision.estimate_pose(marks, pixels, camera, noise=noise)
 
 
 def test_no_runs_have_no_poses():
-    assert rs.estimate_pose(SQUARE, np.zeros((0, 4, 2)), CAMERA).T_c_o.shape == (0, 4, 4)
-    assert rs.estimate_homography(np.zeros((0, 4, 2)), np.zeros((0, 4, 2))).shape == (0, 3, 3)
-    found = rs.triangulate(np.zeros((0, 4, 2)), np.zeros((0, 4, 2)), CAMERA, CAMERA, RIG)
+    assert rs.vision.estimate_pose(SQUARE, np.zeros((0, 4, 2)), CAMERA).T_c_o.shape == (0, 4, 4)
+    assert rs.vision.estimate_homography(np.zeros((0, 4, 2)), np.zeros((0, 4, 2))).shape == (
+        0,
+        3,
+        3,
+    )
+    found = rs.vision.triangulate(np.zeros((0, 4, 2)), np.zeros((0, 4, 2)), CAMERA, CAMERA, RIG)
     assert found.points.shape == (0, 4, 3) and found.covariance.shape == (0, 4, 3, 3)
-    assert rs.decompose_homography(np.zeros((0, 3, 3))).rotations.shape == (0, 4, 3, 3)
+    assert rs.vision.decompose_homography(np.zeros((0, 3, 3))).rotations.shape == (0, 4, 3, 3)
 
 
 def test_an_estimate_is_a_value_that_says_what_it_is():
-    found = rs.estimate_pose(SQUARE, PIXELS, CAMERA)
-    assert found == rs.estimate_pose(SQUARE, PIXELS, CAMERA)
+    found = rs.vision.estimate_pose(SQUARE, PIXELS, CAMERA)
+    assert found == rs.vision.estimate_pose(SQUARE, PIXELS, CAMERA)
     assert repr(found).startswith("<PoseEstimate position [0.0, 0.0, 1.0] rms ")
-    assert repr(rs.estimate_pose(SQUARE, PIXELS[None], CAMERA)) == "<PoseEstimate batch (1,)>"
+    assert (
+        repr(rs.vision.estimate_pose(SQUARE, PIXELS[None], CAMERA)) == "<PoseEstimate batch (1,)>"
+    )
     with pytest.raises(ValueError, match="read-only"):
         found.T_c_o[0, 0] = 2.0
 
@@ -73,8 +79,8 @@ def test_an_estimate_is_a_value_that_says_what_it_is():
 )
 def test_two_images_say_what_they_need(change, message):
     given = {"pixels_left": PIXELS, "pixels_right": PIXELS, "left": CAMERA, "right": CAMERA}
-    with pytest.raises(rs.InputError, match=message):
-        rs.triangulate(**({"T_left_right": RIG} | given | change))
+    with pytest.raises(rs.errors.InputError, match=message):
+        rs.vision.triangulate(**({"T_left_right": RIG} | given | change))
 
 
 @pytest.mark.parametrize(
@@ -88,8 +94,8 @@ def test_two_images_say_what_they_need(change, message):
     ],
 )
 def test_a_homography_says_what_it_needs(a, b, message):
-    with pytest.raises(rs.InputError, match=message):
-        rs.estimate_homography(a, b)
+    with pytest.raises(rs.errors.InputError, match=message):
+        rs.vision.estimate_homography(a, b)
 
 
 @pytest.mark.parametrize(
@@ -102,12 +108,12 @@ def test_a_homography_says_what_it_needs(a, b, message):
     ],
 )
 def test_motions_say_what_they_need(H, message):
-    with pytest.raises(rs.InputError, match=message):
-        rs.decompose_homography(H)
+    with pytest.raises(rs.errors.InputError, match=message):
+        rs.vision.decompose_homography(H)
 
 
 def test_a_homography_that_is_not_known_has_no_motions():
-    found = rs.decompose_homography([np.full((3, 3), np.nan), np.eye(3)])
+    found = rs.vision.decompose_homography([np.full((3, 3), np.nan), np.eye(3)])
     assert np.isnan(found.rotations[0]).all() and not found.in_front[0].any()
     assert found.in_front[1].tolist() == [True, False, False, False]
 
@@ -115,17 +121,19 @@ def test_a_homography_that_is_not_known_has_no_motions():
 @pytest.mark.parametrize("size", [1e-49, 1e-9, 1e9, 1e150, 1e300])
 def test_numbers_without_sense_are_no_errors_of_ours(size):
     """Whatever the size of what is given: an answer, or none, or an InputError."""
-    assert rs.estimate_pose(size * SQUARE / 0.1, PIXELS, CAMERA).rms.shape == ()
-    assert rs.estimate_pose(SQUARE, size * PIXELS, CAMERA).rms.shape == ()
-    assert rs.estimate_homography(PIXELS, size * PIXELS).shape == (3, 3)
-    assert rs.decompose_homography(size * np.eye(3)).in_front[0]
+    assert rs.vision.estimate_pose(size * SQUARE / 0.1, PIXELS, CAMERA).rms.shape == ()
+    assert rs.vision.estimate_pose(SQUARE, size * PIXELS, CAMERA).rms.shape == ()
+    assert rs.vision.estimate_homography(PIXELS, size * PIXELS).shape == (3, 3)
+    assert rs.vision.decompose_homography(size * np.eye(3)).in_front[0]
     for shift in ((size, 0, 0), (0, 0, size), (size, size, size)):
-        found = rs.triangulate(PIXELS, size * PIXELS, CAMERA, CAMERA, rs.Pose.at(*shift))
+        found = rs.vision.triangulate(PIXELS, size * PIXELS, CAMERA, CAMERA, rs.Pose.at(*shift))
         assert found.points.shape == (4, 3)
 
 
 def test_points_on_the_line_between_the_cameras_are_not_known():
     rig = rs.Pose.at(0, 0, 0.1)
-    found = rs.triangulate([[320, 240], [360, 240]], [[320, 240], [365, 240]], CAMERA, CAMERA, rig)
+    found = rs.vision.triangulate(
+        [[320, 240], [360, 240]], [[320, 240], [365, 240]], CAMERA, CAMERA, rig
+    )
     assert np.isnan(found.points[0]).all() and np.isnan(found.covariance[0]).all()
     np.testing.assert_allclose(found.points[1], [0.045, 0, 0.9], rtol=1e-12)

@@ -216,6 +216,6 @@ def _error(after, scene, dt, parts=100):
     ],
 )
 def test_what_makes_no_sense_is_refused(made, words):
-    with pytest.raises(rs.InputError) as error:
+    with pytest.raises(rs.errors.InputError) as error:
         rs.Actuation(**made)
     assert words in str(error.value)

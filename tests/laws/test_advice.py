@@ -69,12 +69,12 @@ def random_case(i):
     L = str(rng.choice(["current", "desired", "mean"]))
     tasks = [
         lambda **k: rs.IBVS(interaction=L, depth_scale=rng.uniform(0.6, 1.6), **k),
-        lambda **k: rs.IBVS(features=rs.PixelPoints(), interaction=L, **k),
+        lambda **k: rs.IBVS(features=rs.features.PixelPoints(), interaction=L, **k),
         lambda **k: rs.IBVS(law="camera", interaction=L, **k),
         rs.PBVS,
-        lambda **k: rs.IBVS(inverse=rs.DampedInverse(0.05), **k),
+        lambda **k: rs.IBVS(inverse=rs.laws.DampedInverse(0.05), **k),
         rs.Hybrid,
-        lambda **k: rs.IBVS(inverse=rs.JacobianTranspose(), **k),
+        lambda **k: rs.IBVS(inverse=rs.laws.JacobianTranspose(), **k),
     ]
     belief = wrong(scene, rng) if rng.random() < 0.75 else None
     goal = goal_at_home(scene) if i % 5 == 3 else None
@@ -91,7 +91,7 @@ def random_case(i):
 
 def linear_of(experiment):
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", rs.RankWarning)
+        warnings.simplefilter("ignore", rs.errors.RankWarning)
         return LinearLoop.of(experiment)
 
 
@@ -112,7 +112,7 @@ def grows(experiment, linear, gain):
     task = replace(experiment.task, gain=float(gain))
     duration = IMAGES * linear.timing.period
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", rs.RankWarning)
+        warnings.simplefilter("ignore", rs.errors.RankWarning)
         run = experiment.with_(task=task, start=q0, duration=duration, hold=True).run()
     far = np.abs(run.q.values - linear.q[:, 0]).max(axis=1)
     far = far[np.isfinite(far)]
@@ -140,7 +140,7 @@ def test_the_secondary_motion_has_its_own_rate():
     eye = rs.MountedCamera("eye", EYE, on="panda.flange")
     scene = rs.Scene([rs.robots.panda()], [plate], [eye])
     belief = scene.believe(focal=1.1, hand_eye=rs.Pose.at(rpy=(0.1, 0.2, 0.1)))
-    task = rs.IBVS(belief=belief, secondary=rs.Posture(scene.home + 0.05))
+    task = rs.IBVS(belief=belief, secondary=rs.laws.Posture(scene.home + 0.05))
     times = {"sensing": rs.Sensing(latency=0.03, period=0.12), "actuation": rs.Actuation(lag=0.05)}
     experiment = rs.Experiment(scene, task, **times)
     linear = linear_of(experiment)
@@ -298,14 +298,14 @@ def test_a_law_of_a_user_is_as_the_one_that_is_built_in():
     base = example("latency_and_gain")
     own, ours = (
         limit_of(base.with_(task=replace(base.task, **change)))[0]
-        for change in ({"law": Own()}, {"inverse": rs.JacobianTranspose()})
+        for change in ({"law": Own()}, {"inverse": rs.laws.JacobianTranspose()})
     )
     assert own == pytest.approx(ours, rel=1e-6)
 
 
 def test_a_gain_that_adapts_counts_as_at_zero_error_and_a_smooth_start_not_at_all():
     base = example("latency_and_gain")
-    gain = rs.AdaptiveGain(at_zero=10.0, at_infinity=1.0, slope=30.0)
+    gain = rs.laws.AdaptiveGain(at_zero=10.0, at_infinity=1.0, slope=30.0)
     advice = rs.advise(base.with_(task=replace(base.task, gain=gain, smooth_start=2.0)))
     assert advice.largest_gain == pytest.approx(limit_of(base)[0], rel=1e-9)
     assert advice.gain == 10.0

@@ -100,16 +100,16 @@ def test_a_depth_that_is_wrong_mark_by_mark_is_the_uniform_one_where_the_factors
     ],
 )
 def test_a_mistake_in_a_mistake_is_refused(made, words):
-    with pytest.raises(rs.InputError) as error:
+    with pytest.raises(rs.errors.InputError) as error:
         scene().believe(**made)
     assert words in str(error.value)
 
 
 def test_the_depth_factors_must_be_one_for_each_mark():
     visp = rs.load_scenario(rs.examples.path("visp_tutorial"))
-    with pytest.raises(rs.InputError, match="3 factors for the 4 marks of"):
+    with pytest.raises(rs.errors.InputError, match="3 factors for the 4 marks of"):
         rs.simulate(visp.scene, rs.IBVS(visp.task.goal, depth_scale=[1, 2, 3]))
-    with pytest.raises(rs.InputError, match="factor above zero, or one for each mark"):
+    with pytest.raises(rs.errors.InputError, match="factor above zero, or one for each mark"):
         rs.IBVS(depth_scale=[1, 0])
 
 
@@ -129,7 +129,7 @@ def test_a_mount_that_is_turned_turns_the_motion_by_as_much():
     turn = rs.Pose.at(rpy=(0, 0, 0.3))
     start = rs.Pose(VISP.scene.pose("camera", VISP.start).matrix)
     told = {"duration": 0.04, "dt": 0.04}
-    goal = rs.TaughtGoal(VISP.task.goal.q)
+    goal = rs.tasks.TaughtGoal(VISP.task.goal.q)
     plain = rs.simulate(VISP.scene, rs.IBVS(goal), start.q, **told)
     askew = VISP.scene.believe(hand_eye=turn)
     wrong = rs.simulate(VISP.scene, rs.IBVS(goal, belief=askew), start.q, **told)

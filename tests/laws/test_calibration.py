@@ -17,7 +17,7 @@ from robsim.vision.camera import Visibility
 
 METHODS = "tsai_lenz", "park_martin", "daniilidis"
 LENS = ("focal", "center", "distortion")
-LOOK = rs.LookAt("board", distance=(0.3, 0.9), cone=0.9, aside=0.1)
+LOOK = rs.starts.LookAt("board", distance=(0.3, 0.9), cone=0.9, aside=0.1)
 
 
 @pytest.fixture(scope="module")
@@ -34,7 +34,7 @@ def exact(bench):
 @pytest.fixture(scope="module")
 def q(bench):
     """Coordinates from which the camera sees the whole board."""
-    return rs.sample_viewpoints(bench, 200, LOOK, seed=3)
+    return rs.calibration.sample_viewpoints(bench, 200, LOOK, seed=3)
 
 
 @pytest.fixture
@@ -59,7 +59,9 @@ def poses(count, seed, mount=None):
 @pytest.mark.parametrize("count", [3, 4, 20])
 def test_a_mount_follows_from_exact_poses(method, count):
     A, B, X, _ = poses(count, count)
-    np.testing.assert_allclose(rs.solve_hand_eye(A, B, method).matrix, X.matrix, atol=1e-10)
+    np.testing.assert_allclose(
+        rs.calibration.solve_hand_eye(A, B, method).matrix, X.matrix, atol=1e-10
+    )
 
 
 @pytest.mark.parametrize("method", METHODS)
@@ -68,13 +70,15 @@ def test_a_camera_may_be_mounted_by_half_a_turn(method, axis):
     """There the tangent of half the angle, by which Tsai and Lenz go, is infinite."""
     mount = rs.Pose.at(0.1, 0.2, 0.3, rotvec=np.pi * np.array(axis))
     A, B, X, _ = poses(5, 7, mount)
-    np.testing.assert_allclose(rs.solve_hand_eye(A, B, method).matrix, X.matrix, atol=1e-10)
+    np.testing.assert_allclose(
+        rs.calibration.solve_hand_eye(A, B, method).matrix, X.matrix, atol=1e-10
+    )
 
 
 @pytest.mark.parametrize("count", [3, 4, 20])
 def test_mount_and_place_follow_from_exact_poses(count):
     A, B, X, Z = poses(count, 10 + count)
-    for found, true in zip(rs.solve_robot_world(A, B), (X, Z), strict=True):
+    for found, true in zip(rs.calibration.solve_robot_world(A, B), (X, Z), strict=True):
         np.testing.assert_allclose(found.matrix, true.matrix, atol=1e-10)
 
 
@@ -83,23 +87,23 @@ def test_views_that_are_all_half_a_turn_apart_serve():
     turns = np.radians([[0, 0, 0], [174, 0, 0], [0, 174, 0]])
     A = rs.Pose.at([0.1, 0.3, 0.2], [0.5, 0.1, 0.4], [0.2, 0.3, 0.1], rotvec=turns)
     _, _, X, Z = poses(3, 1)
-    found, _ = rs.solve_robot_world(A, X.inv() @ A @ Z)
+    found, _ = rs.calibration.solve_robot_world(A, X.inv() @ A @ Z)
     np.testing.assert_allclose(found.matrix, X.matrix, atol=1e-10)
     half = rs.Pose.at(rotvec=np.pi / np.radians(174) * turns)
-    with pytest.raises(rs.InputError, match="half turns only"):
-        rs.solve_robot_world(half, X.inv() @ half @ Z)
+    with pytest.raises(rs.errors.InputError, match="half turns only"):
+        rs.calibration.solve_robot_world(half, X.inv() @ half @ Z)
 
 
 @pytest.mark.parametrize("start", ["shah", *METHODS])
 def test_a_bench_without_noise_is_found_exactly(exact, q, start):
-    found = rs.calibrate(rs.simulate_views(exact, q[:6]), start=start)
+    found = rs.calibrate(rs.calibration.simulate_views(exact, q[:6]), start=start)
     assert np.abs(found.errors(exact.scene)).max() < 1e-10 and found.rms < 1e-9
 
 
 def test_a_wrong_lens_is_found_with_the_mount(bench, q):
     """What is believed at first is a lens 2 percent too long without its distortion."""
     still = bench.at({"sensing.noise": 0.0, "belief.cameras.camera.distortion": [0, 0, 0, 0]})
-    found = rs.calibrate(rs.simulate_views(still, q[:8]), LENS)
+    found = rs.calibrate(rs.calibration.simulate_views(still, q[:8]), LENS)
     scale = np.maximum(np.abs(found.model.numbers(found.free)), 1.0)
     errors = found.errors(bench.scene)
     assert np.abs(errors[:12]).max() < 1e-10 and (np.abs(errors[12:]) < 1e-9 * scale).all()
@@ -111,7 +115,7 @@ def test_a_camera_on_a_tripod_is_found_alike(to_hand):
     scene, q = to_hand
     seen = scene.view(q)
     assert (seen.visibility == Visibility.IN_IMAGE).all()
-    found = rs.calibrate(rs.CalibrationViews(_without_places(scene), q, seen.pixels))
+    found = rs.calibrate(rs.calibration.CalibrationViews(_without_places(scene), q, seen.pixels))
     assert np.abs(found.errors(scene)).max() < 1e-10
     there = found.scene.camera().pose.matrix
     np.testing.assert_allclose(there, scene.camera().pose.matrix, atol=1e-12)
@@ -127,21 +131,21 @@ def _without_places(scene):
 def test_offsets_of_encoders_are_found(bench, exact, q):
     """The first and the last joint are no part: theirs cannot be told from place and mount."""
     offsets = np.radians([0, 0.4, -0.3, 0.2, -0.5, 0])
-    views = rs.simulate_views(exact, q[:8])
-    told = rs.CalibrationViews(views.scene, q[:8] - offsets, views.pixels)
+    views = rs.calibration.simulate_views(exact, q[:8])
+    told = rs.calibration.CalibrationViews(views.scene, q[:8] - offsets, views.pixels)
     joints = [exact.scene.coordinate_names[i] for i in (1, 2, 3, 4)]
     found = rs.calibrate(told, joints)
     np.testing.assert_allclose(found.offsets, offsets, atol=1e-10)
     assert np.abs(found.errors(exact.scene)[:12]).max() < 1e-10
-    with pytest.raises(rs.InputError, match=r"do not tell .* apart"):
+    with pytest.raises(rs.errors.InputError, match=r"do not tell .* apart"):
         rs.calibrate(told, exact.scene.coordinate_names)
 
 
 def test_marks_that_are_not_seen_are_left_out(exact, q):
-    views = rs.simulate_views(exact, q[:6])
+    views = rs.calibration.simulate_views(exact, q[:6])
     some = views.pixels.copy()
     some[0, 10:], some[3, ::2] = np.nan, np.nan
-    found = rs.calibrate(rs.CalibrationViews(views.scene, q[:6], some))
+    found = rs.calibrate(rs.calibration.CalibrationViews(views.scene, q[:6], some))
     assert np.abs(found.errors(exact.scene)).max() < 1e-10
     assert (np.isnan(found.residuals) == np.isnan(some)).all()
 
@@ -149,7 +153,7 @@ def test_marks_that_are_not_seen_are_left_out(exact, q):
 def test_rates_of_pixels_are_those_of_finite_differences(exact, q):
     """Of all unknowns at once, with eight coefficients: the error of a step h is of order h^2."""
     lens = exact.at("cameras.camera.distortion", [-0.1, 0.05, 1e-3, -2e-3, 0.02, 0.01, -0.02, 0.03])
-    views = rs.simulate_views(lens, q[:3])
+    views = rs.calibration.simulate_views(lens, q[:3])
     free = select_unknowns(views, [*LENS, *views.scene.coordinate_names])
     eye, thing = lens.scene.camera(), lens.scene.object()
     at = CalibrationModel(eye.pose, thing.pose, eye.camera, np.zeros(6))
@@ -175,7 +179,7 @@ def test_rates_of_pixels_are_those_of_finite_differences(exact, q):
 
 def test_rates_with_joints_where_the_camera_stands(to_hand):
     scene, q = to_hand
-    views = rs.CalibrationViews(scene, q, scene.view(q).pixels)
+    views = rs.calibration.CalibrationViews(scene, q, scene.view(q).pixels)
     free = select_unknowns(views, scene.coordinate_names)
     at = CalibrationModel(
         scene.camera().pose, scene.object().pose, scene.camera().camera, np.zeros(6)
@@ -203,7 +207,9 @@ def test_quantiles_are_those_of_tables(level, n, m, value):
 
 def normalised_squares(bench, q, trials, also):
     """d' C^-1 d of the mount for views with other noise in each trial, and what is held."""
-    found = [rs.calibrate(rs.simulate_views(bench, q, seed=i), also) for i in range(trials)]
+    found = [
+        rs.calibrate(rs.calibration.simulate_views(bench, q, seed=i), also) for i in range(trials)
+    ]
     squares = [
         d @ np.linalg.solve(each.covariance[:6, :6], d)
         for each in found
@@ -233,7 +239,7 @@ def test_the_ellipsoid_of_95_percent_holds_the_truth_in_95_of_100_trials(bench, 
 
 
 def test_the_covariance_is_that_of_the_noise_that_is_given(bench, q):
-    views = rs.simulate_views(bench, q[:5])
+    views = rs.calibration.simulate_views(bench, q[:5])
     own, given = rs.calibrate(views, ["focal"]), rs.calibrate(views, ["focal"], noise=0.4)
     np.testing.assert_allclose(
         given.covariance * (own.sigma / 0.4) ** 2, own.covariance, rtol=1e-12
@@ -249,10 +255,12 @@ def spreads(found):
 
 def planned(bench, q, some, seed):
     """A calibration from three views and the seven that it asks for next."""
-    first = rs.calibrate(rs.simulate_views(bench, q[some[:3]], seed=seed), ["focal", "center"])
+    first = rs.calibrate(
+        rs.calibration.simulate_views(bench, q[some[:3]], seed=seed), ["focal", "center"]
+    )
     more = first.next_poses(q, 7)
     return rs.calibrate(
-        rs.simulate_views(bench, np.concatenate([q[some[:3]], more.q]), seed=seed),
+        rs.calibration.simulate_views(bench, np.concatenate([q[some[:3]], more.q]), seed=seed),
         ["focal", "center"],
     ), more
 
@@ -263,7 +271,9 @@ def test_ten_chosen_views_tell_more_than_twenty_random_ones(bench, q):
     pairs = []
     for i in range(5):
         some = rng.permutation(len(q))
-        random = rs.calibrate(rs.simulate_views(bench, q[some[:20]], seed=i), ["focal", "center"])
+        random = rs.calibrate(
+            rs.calibration.simulate_views(bench, q[some[:20]], seed=i), ["focal", "center"]
+        )
         chosen, more = planned(bench, q, some, 100 + i)
         pairs.append((spreads(chosen), spreads(random)))
         expected = np.array([more.position[-1], more.angle[-1]])
@@ -280,7 +290,9 @@ def test_ten_chosen_views_reach_the_error_of_twenty_random_ones(bench, q):
     sizes = []
     for i in range(200):
         some = rng.permutation(len(q))
-        random = rs.calibrate(rs.simulate_views(bench, q[some[:20]], seed=i), ["focal", "center"])
+        random = rs.calibrate(
+            rs.calibration.simulate_views(bench, q[some[:20]], seed=i), ["focal", "center"]
+        )
         errors = [each.errors(bench.scene) for each in (planned(bench, q, some, i)[0], random)]
         sizes.append([[np.linalg.norm(e[:3]), np.linalg.norm(e[3:6])] for e in errors])
     chosen, random = np.median(sizes, axis=0)
@@ -289,7 +301,7 @@ def test_ten_chosen_views_reach_the_error_of_twenty_random_ones(bench, q):
 
 def test_each_view_that_is_chosen_is_the_best_there_is(bench, q):
     """Against the determinants of what `calibrate` would tell, from first principles."""
-    found = rs.calibrate(rs.simulate_views(bench, q[:4]))
+    found = rs.calibrate(rs.calibration.simulate_views(bench, q[:4]))
     more = found.next_poses(q[4:14], 2)
     known = np.linalg.inv(found.covariance)
     J = predict_rates(found.model, found.views.thing.marks, found.views.chain, q[4:14], found.free)
@@ -306,7 +318,7 @@ def test_each_view_that_is_chosen_is_the_best_there_is(bench, q):
 def test_what_a_wrong_lens_costs_is_by_how_much_it_moves_the_pose(bench, exact, q):
     """The camera stops where the believed lens sees the goal: from `estimate_pose` instead."""
     still = exact.at({"task.tolerance": 1e-6, "run.duration": 25})
-    found = rs.calibrate(rs.simulate_views(bench, q[:6]), ["focal", "center"])
+    found = rs.calibrate(rs.calibration.simulate_views(bench, q[:6]), ["focal", "center"])
     cost = found.cost(still, 30, seed=1)
     table, eye = cost.study.table, still.scene.camera().camera
     assert cost.converged.value == 1.0 and cost.metres[1] < 1e-5 < cost.metres[0]
@@ -317,14 +329,14 @@ def test_what_a_wrong_lens_costs_is_by_how_much_it_moves_the_pose(bench, exact, 
         K = np.array(eye.K)
         K[[0, 1, 0, 1], [0, 1, 2, 2]] += [lens[name][i] for name in ("fx", "fy", "cx", "cy")]
         believed = rs.Camera(K, eye.size, distortion=eye.distortion)
-        off = goal @ rs.Pose(rs.estimate_pose(marks, pixels, believed).T_c_o).inv()
+        off = goal @ rs.Pose(rs.vision.estimate_pose(marks, pixels, believed).T_c_o).inv()
         wanted = np.linalg.norm(off.position)
         assert abs(table["distance_to_goal"][i] / wanted - 1) < 0.05
 
 
 def test_a_cost_is_that_of_the_covariance(bench, q):
     """Draws have its moments, and do not depend on how many there are."""
-    found = rs.calibrate(rs.simulate_views(bench, q[:6]), ["focal", "center"])
+    found = rs.calibrate(rs.calibration.simulate_views(bench, q[:6]), ["focal", "center"])
     short = bench.with_(duration=0.04)
     many, few = found.cost(short, 4000), found.cost(short, 50)
     np.testing.assert_array_equal(many.errors[:50], few.errors)

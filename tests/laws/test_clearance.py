@@ -8,19 +8,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import robsim as rs
-from robsim import (
-    Ball,
-    Block,
-    CameraBody,
-    Capsule,
-    InputError,
-    Mesh,
-    Object,
-    Pose,
-    TaperedCylinder,
-    Wheel,
-)
+from robsim import Block, CameraBody, Object, Pose, Wheel
+from robsim.errors import InputError
 from robsim.geometry.primitives import Primitive
+from robsim.shapes import Ball, Capsule, Mesh, TaperedCylinder
 
 steady = settings(derandomize=True, max_examples=25, deadline=None)
 seeds = st.integers(0, 2**32)
@@ -34,8 +25,8 @@ def gap(first, second, pose, at=None):
     """Between two shapes, the second at a pose; both moved by another."""
     at = Pose.at() if at is None else at
     scene = rs.Scene(objects=[Object("a", first, pose=at), Object("b", second, pose=at @ pose)])
-    found = rs.clearance(scene, [], "a", "b")
-    assert rs.clearance(scene, [], "b", "a") == pytest.approx(found, abs=1e-12)
+    found = rs.kinematics.clearance(scene, [], "a", "b")
+    assert rs.kinematics.clearance(scene, [], "b", "a") == pytest.approx(found, abs=1e-12)
     return float(found)
 
 
@@ -233,21 +224,27 @@ def scene():
 
 def test_of_a_robot_its_nearest_link_counts():
     s = scene()
-    assert rs.clearance(s, [0, 0], "arm", "post") == pytest.approx(0.4, abs=1e-12)
-    assert rs.clearance(s, [0, 0], "arm.link1", "post") == pytest.approx(1.4, abs=1e-12)
-    assert rs.clearance(s, [0, 0], ["arm.link1", "eye"], "post") == pytest.approx(0.325, abs=1e-12)
-    assert rs.clearance(s, [0, 0], "arm.link1", "arm.link2") == pytest.approx(0, abs=1e-12)
-    assert rs.clearance(s, [np.pi / 2, 0], "arm", "post") == pytest.approx(2.35, abs=1e-12)
+    assert rs.kinematics.clearance(s, [0, 0], "arm", "post") == pytest.approx(0.4, abs=1e-12)
+    assert rs.kinematics.clearance(s, [0, 0], "arm.link1", "post") == pytest.approx(1.4, abs=1e-12)
+    assert rs.kinematics.clearance(s, [0, 0], ["arm.link1", "eye"], "post") == pytest.approx(
+        0.325, abs=1e-12
+    )
+    assert rs.kinematics.clearance(s, [0, 0], "arm.link1", "arm.link2") == pytest.approx(
+        0, abs=1e-12
+    )
+    assert rs.kinematics.clearance(s, [np.pi / 2, 0], "arm", "post") == pytest.approx(
+        2.35, abs=1e-12
+    )
 
 
 def test_a_batch_gives_what_each_row_gives():
     s, rng = scene(), np.random.default_rng(1)
     q = rng.uniform(-3, 3, (3, 200, 2))  # more than are looked at together
-    whole = rs.clearance(s, q, ["arm", "eye"], "post")
+    whole = rs.kinematics.clearance(s, q, ["arm", "eye"], "post")
     assert whole.shape == (3, 200)
-    alone = [rs.clearance(s, row, ["arm", "eye"], "post") for row in q[1, ::20]]
+    alone = [rs.kinematics.clearance(s, row, ["arm", "eye"], "post") for row in q[1, ::20]]
     np.testing.assert_allclose(alone, whole[1, ::20], rtol=0, atol=1e-14)
-    assert rs.clearance(s, np.empty((0, 2)), "arm", "post").shape == (0,)
+    assert rs.kinematics.clearance(s, np.empty((0, 2)), "arm", "post").shape == (0,)
 
 
 @pytest.mark.parametrize(
@@ -264,4 +261,4 @@ def test_a_batch_gives_what_each_row_gives():
 )
 def test_what_cannot_touch_is_refused(one, other, told):
     with pytest.raises(InputError, match=told):
-        rs.clearance(scene(), [0, 0], one, other)
+        rs.kinematics.clearance(scene(), [0, 0], one, other)

@@ -131,7 +131,9 @@ def test_joints_that_lag_are_measured_as_they_move_and_their_effort_as_it_is_com
 
 def test_a_carried_target_is_measured_where_the_camera_stands():
     """Eye-to-hand: the target flies 0.3 m straight to its goal."""
-    fly = rs.Robot("fly", [rs.Link("base"), rs.Link("body", "base", rs.Joint("floating"))])
+    fly = rs.Robot(
+        "fly", [rs.joints.Link("base"), rs.joints.Link("body", "base", rs.joints.Joint("floating"))]
+    )
     eye = rs.MountedCamera("eye", rs.Camera(np.eye(3)))
     scene = rs.Scene(fly, rs.Object("square", marks=SQUARE, on="fly.body"), eye)
     goal, start = rs.Pose.at(0, 0, 1), rs.Pose.at(0, 0, 1.3)
@@ -315,7 +317,7 @@ def test_ctrl_c_keeps_the_ends_that_were_reached(batch, monkeypatch):
         if share > 0.75:
             raise KeyboardInterrupt
 
-    with pytest.raises(rs.Interrupted) as stopped:
+    with pytest.raises(rs.errors.Interrupted) as stopped:
         rs.compare(scene, tasks, starts, record="summary", progress=stop, duration=3)
     found = stopped.value.run
     assert found.names == ("image", "pose") and found.data.sizes["run"] == 7
@@ -438,9 +440,9 @@ def test_what_cannot_be_compared_is_told_by_name(free_scene):
         "scheme 'b': the shown goal puts mark 0 of 'dots' behind": {"a": rs.IBVS(GOAL), "b": bad},
     }  # fmt: skip
     for message, tasks in cases.items():
-        with pytest.raises(rs.InputError, match=message):
+        with pytest.raises(rs.errors.InputError, match=message):
             rs.compare(scene, tasks, GOAL)
-    with pytest.raises(rs.GoalError, match="scheme 'b'"):
+    with pytest.raises(rs.errors.GoalError, match="scheme 'b'"):
         rs.compare(scene, {"a": rs.IBVS(GOAL), "b": bad}, GOAL)
     task = {"a": rs.IBVS(GOAL)}
     for message, more in {
@@ -452,23 +454,23 @@ def test_what_cannot_be_compared_is_told_by_name(free_scene):
         "progress: expected a function of the share done, got 3": {"progress": 3},
         "0.05 s, must be a multiple": {"sensing": rs.Sensing(period=0.05)},
     }.items():
-        with pytest.raises(rs.InputError, match=message):
+        with pytest.raises(rs.errors.InputError, match=message):
             rs.compare(scene, task, GOAL, **more)
-    with pytest.raises(rs.InputError, match=r"^q0: expected shape"):
+    with pytest.raises(rs.errors.InputError, match=r"^q0: expected shape"):
         rs.compare(scene, task, [1.0])
-    with pytest.raises(rs.InputError, match="expected a Scene, got 3"):
+    with pytest.raises(rs.errors.InputError, match="expected a Scene, got 3"):
         rs.compare(3, task)
     one = rs.Experiment(scene, rs.IBVS(GOAL), GOAL)
-    with pytest.raises(rs.InputError, match="expected experiments by name"):
+    with pytest.raises(rs.errors.InputError, match="expected experiments by name"):
         rs.compare({})
-    with pytest.raises(rs.InputError, match="scheme 'a': expected an Experiment, got IBVS"):
+    with pytest.raises(rs.errors.InputError, match="scheme 'a': expected an Experiment, got IBVS"):
         rs.compare({"a": rs.IBVS()})
-    with pytest.raises(rs.InputError, match="experiments have their own tasks"):
+    with pytest.raises(rs.errors.InputError, match="experiments have their own tasks"):
         rs.compare({"a": one}, duration=2.0)
-    with pytest.raises(rs.InputError, match="as many starts"):
+    with pytest.raises(rs.errors.InputError, match="as many starts"):
         rs.compare({"a": one, "b": one.with_(start=np.stack([GOAL.q, GOAL.q]))})
     mission = one.with_(task=rs.Mission([rs.Phase("there", rs.IBVS(GOAL))]))
-    with pytest.raises(rs.InputError, match="scheme 'a': a mission has no single error"):
+    with pytest.raises(rs.errors.InputError, match="scheme 'a': a mission has no single error"):
         rs.compare({"a": mission})
 
 
@@ -493,7 +495,7 @@ def test_what_one_scheme_refuses_is_told_before_another_runs(free_scene):
     scene, told = free_scene(SQUARE), []
     rare = {"sensing": rs.Sensing(period=0.05), "dt": 0.04}
     good = rs.Experiment(scene, rs.IBVS(GOAL), GOAL)
-    with pytest.raises(rs.InputError, match="scheme 'b': sensing: the period of the camera"):
+    with pytest.raises(rs.errors.InputError, match="scheme 'b': sensing: the period of the camera"):
         rs.compare({"a": good, "b": good.with_(**rare)}, progress=told.append)
     assert not told
 
@@ -502,7 +504,7 @@ def test_what_one_scheme_refuses_is_told_before_another_runs(free_scene):
 def test_a_quantile_that_is_no_share_is_refused(free_scene, share):
     for start in (GOAL, np.stack([GOAL.q] * 2)):
         found = rs.compare(free_scene(SQUARE), {"a": rs.IBVS(GOAL)}, start, duration=0.1)
-        with pytest.raises(rs.InputError, match="share of a quantile"):
+        with pytest.raises(rs.errors.InputError, match="share of a quantile"):
             found.quantile(share)
 
 
@@ -517,7 +519,7 @@ def test_ctrl_c_gives_the_comparison_of_what_was_simulated(free_scene):
     tasks = {"a": rs.IBVS(GOAL), "b": rs.IBVS(GOAL, gain=1e-3), "c": rs.IBVS(GOAL)}
     start = GOAL @ rs.Pose.at(0.1, 0, 0)
     settings = {"duration": 3000, "dt": 1e-3, "record": 1000}
-    with pytest.raises(rs.Interrupted, match="stopped by the user") as stopped:
+    with pytest.raises(rs.errors.Interrupted, match="stopped by the user") as stopped:
         rs.compare(free_scene(SQUARE), tasks, start, progress=stop, **settings)
     found = stopped.value.run
     assert found.names == ("a", "b")

@@ -26,7 +26,7 @@ def seen(x, depth=None):
     """What is observed of normalised points (N, 2) in one run."""
     depth = np.ones(len(x)) if depth is None else depth
     camera = rs.Camera(np.eye(3))
-    return rs.Observation.of(x, depth, camera)
+    return rs.features.Observation.of(x, depth, camera)
 
 
 def seen_from(T_c_o, marks):

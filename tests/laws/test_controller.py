@@ -65,7 +65,7 @@ def test_a_mark_that_is_not_seen_now_is_left_out():
     hidden = command.velocities
     assert command.health.lost == ("square[2]",) and command.phase == "moving"
     assert np.isfinite(hidden).all() and not np.array_equal(hidden, run.qd.values[1])
-    three = rs.FeatureBlock("points", marks=[0, 1, 3])
+    three = rs.features.FeatureBlock("points", marks=[0, 1, 3])
     other = rs.Controller(made.at("task.features", three))
     np.testing.assert_allclose(
         hidden, other.step(run.pixels.values[1], run.q.values[1], 0.0).velocities, atol=1e-12
@@ -87,17 +87,17 @@ def test_what_does_not_fit_at_the_start_is_refused(pixels, q, t, words):
     made = experiment("visp_tutorial")
     pixels = np.zeros((4, 2)) if pixels is None else pixels
     q = made.scene.home if q is None else q
-    with pytest.raises(rs.InputError, match=words):
+    with pytest.raises(rs.errors.InputError, match=words):
         rs.Controller(made).step(pixels, q, t)
 
 
 def test_a_mission_has_no_one_controller_and_no_one_run():
     mission = experiment("inspection_a")
-    with pytest.raises(rs.InputError, match="mission"):
+    with pytest.raises(rs.errors.InputError, match="mission"):
         rs.Controller(mission)
-    with pytest.raises(rs.InputError, match="mission"):
+    with pytest.raises(rs.errors.InputError, match="mission"):
         mission.steps()
-    with pytest.raises(rs.InputError, match="expected an Experiment"):
+    with pytest.raises(rs.errors.InputError, match="expected an Experiment"):
         rs.Controller(mission.scene)
 
 
@@ -115,7 +115,7 @@ def test_instants_are_those_of_the_run_to_the_bit():
 
 def test_steps_are_of_one_start():
     made = experiment("visp_tutorial")
-    with pytest.raises(rs.InputError, match="one start"):
+    with pytest.raises(rs.errors.InputError, match="one start"):
         made.with_(start=np.repeat(made.start[None], 2, axis=0)).steps()
 
 

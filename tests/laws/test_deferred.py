@@ -244,9 +244,11 @@ def test_a_task_of_ours_is_bound_once_to_a_scene_and_anew_to_another():
 
 
 def test_a_kept_controller_warns_each_time():
-    task = rs.IBVS(goal=TUTORIAL.task.goal, features=rs.FeatureBlock("points", marks=[0, 1]))
+    task = rs.IBVS(
+        goal=TUTORIAL.task.goal, features=rs.features.FeatureBlock("points", marks=[0, 1])
+    )
     for _ in range(2):
-        with pytest.warns(rs.RankWarning, match="fix only 4 of the 6"):
+        with pytest.warns(rs.errors.RankWarning, match="fix only 4 of the 6"):
             task.bind(TUTORIAL.scene)
 
 

@@ -7,7 +7,7 @@ import pytest
 
 import robsim as rs
 
-ROW = rs.DHRow(0.3, 0.1, 0.5, -1.2)
+ROW = rs.joints.DHRow(0.3, 0.1, 0.5, -1.2)
 K = [[800, 0, 320], [0, 800, 240], [0, 0, 1]]
 TEXT = """
 schema = 1
@@ -33,7 +33,7 @@ goal = { q = ["0 deg", "0 deg", "0 deg", "0 deg", "0 deg", "0 deg"] }
 @pytest.mark.parametrize("convention", ["standard", "modified"])
 def test_the_constants_of_a_joint_are_those_of_its_row(kind, convention):
     row = replace(ROW, convention=convention)
-    joint = rs.Joint(kind, dh=row)
+    joint = rs.joints.Joint(kind, dh=row)
     place, tail = row.constants(kind == "revolute")
     assert joint.dh == row
     assert joint.place.matrix.tobytes() == place.matrix.tobytes()
@@ -43,16 +43,19 @@ def test_the_constants_of_a_joint_are_those_of_its_row(kind, convention):
 
 
 def test_a_row_and_the_poses_that_it_gives_are_two_joints():
-    rowed = rs.Joint("revolute", dh=ROW)
-    posed = rs.Joint("revolute", rowed.place, rowed.tail)
+    rowed = rs.joints.Joint("revolute", dh=ROW)
+    posed = rs.joints.Joint("revolute", rowed.place, rowed.tail)
     assert rowed != posed and posed == rowed.with_constants(rowed.place, rowed.tail)
-    arms = [rs.Robot("arm", [rs.Link("base"), rs.Link("tip", "base", j)]) for j in (rowed, posed)]
+    arms = [
+        rs.Robot("arm", [rs.joints.Link("base"), rs.joints.Link("tip", "base", j)])
+        for j in (rowed, posed)
+    ]
     assert arms[0] != arms[1]
     np.testing.assert_array_equal(*[arm.fk([0.4]) for arm in arms])
 
 
 def test_a_row_is_replaced_with_the_constants():
-    joint = rs.Joint("revolute", dh=ROW, limits=(-1.0, 1.0))
+    joint = rs.joints.Joint("revolute", dh=ROW, limits=(-1.0, 1.0))
     longer = joint.with_constants(dh=replace(ROW, a=0.6))
     assert longer.tail != joint.tail and longer.limits == joint.limits and longer.dh.a == 0.6
     moved = joint.with_constants(rs.Pose.at(1, 0, 0))
@@ -65,28 +68,28 @@ def test_a_row_is_replaced_with_the_constants():
         ({"dh": [0, 0, 1, 0]}, "joint dh: expected a DHRow, got [0, 0, 1, 0]"),
         ({"kind": "floating", "dh": ROW}, "a floating joint has place and tail, not dh"),
         ({"dh": ROW, "tail": rs.Pose.at(1, 0, 0)}, "dh and place or tail: give one of the two"),
-        ({"dh": ROW, "place": rs.Joint(dh=ROW).place}, "dh and place or tail: give one"),
+        ({"dh": ROW, "place": rs.joints.Joint(dh=ROW).place}, "dh and place or tail: give one"),
     ],
 )
 def test_what_is_no_row_is_refused(given, words):
-    with pytest.raises(rs.InputError) as caught:
-        rs.Joint(**{"kind": "revolute", **given})
+    with pytest.raises(rs.errors.InputError) as caught:
+        rs.joints.Joint(**{"kind": "revolute", **given})
     assert words in str(caught.value)
 
 
 def test_a_row_holds_four_numbers_and_a_convention():
-    with pytest.raises(rs.InputError, match=r"DHRow\.a: expected a number"):
-        rs.DHRow(0, 0, "1", 0)
-    with pytest.raises(rs.InputError, match=r"no convention 'craig'; .*standard, modified"):
-        rs.DHRow(0, 0, 1, 0, "craig")
+    with pytest.raises(rs.errors.InputError, match=r"DHRow\.a: expected a number"):
+        rs.joints.DHRow(0, 0, "1", 0)
+    with pytest.raises(rs.errors.InputError, match=r"no convention 'craig'; .*standard, modified"):
+        rs.joints.DHRow(0, 0, 1, 0, "craig")
 
 
 def test_robots_from_tables_keep_their_rows():
     arm = rs.Robot.from_dh([[0, 0, 1, 0], [0.1, 0.2, 0.3, 0.4]], "modified")
     assert [link.joint.dh for link in arm.links] == [
         None,
-        rs.DHRow(0, 0, 1, 0, "modified"),
-        rs.DHRow(0.1, 0.2, 0.3, 0.4, "modified"),
+        rs.joints.DHRow(0, 0, 1, 0, "modified"),
+        rs.joints.DHRow(0.1, 0.2, 0.3, 0.4, "modified"),
     ]
     assert rs.robots.panda().links[1].joint.dh.convention == "modified"
 

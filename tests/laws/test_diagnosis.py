@@ -96,7 +96,10 @@ BELT = {
     "motions": [rs.Motion("conveyor", [0.05])],
     "on": "conveyor.belt",
 }
-TWO = [rs.FeatureBlock("points", weight=2.0), rs.FeatureBlock("log_depth", marks=[0])]
+TWO = [
+    rs.features.FeatureBlock("points", weight=2.0),
+    rs.features.FeatureBlock("log_depth", marks=[0]),
+]
 WRONG = flying(pose=rs.Pose.at(0.02, 0, 0.01, rotvec=(0.1, 0, 0.2)), focal=1.2)
 ALONG = {
     "exact": ({}, {}, {}),
@@ -184,7 +187,7 @@ def test_a_run_of_a_batch_is_diagnosed_with_its_own_noise():
     runs = rs.simulate(flying(), rs.IBVS(), starts, duration=0.4, sensing=sensing)
     one, two = (rs.diagnose(runs.isel(run=i)) for i in (1, 2))
     assert not np.array_equal(one.lyapunov, two.lyapunov)
-    with pytest.raises(rs.InputError, match="expected one run, got 3"):
+    with pytest.raises(rs.errors.InputError, match="expected one run, got 3"):
         rs.diagnose(runs)
 
 
@@ -192,7 +195,7 @@ def test_a_run_of_a_batch_is_diagnosed_with_its_own_noise():
     "task",
     [
         rs.Priorities([rs.IBVS(), rs.PBVS()]),
-        rs.Switch(rs.PBVS(), rs.IBVS(), rs.ErrorBelow(0.1)),
+        rs.Switch(rs.PBVS(), rs.IBVS(), rs.tasks.ErrorBelow(0.1)),
         rs.Partitioned(),
     ],
 )
@@ -207,9 +210,9 @@ def test_of_several_tasks_and_other_laws_what_is_meaningful_is_given(task):
 
 def test_a_run_that_is_not_repeated_is_told():
     run = rs.simulate(flying(), rs.IBVS(), START, duration=1)
-    with pytest.raises(rs.InputError, match="does not repeat: q_end"):
+    with pytest.raises(rs.errors.InputError, match="does not repeat: q_end"):
         rs.diagnose(run.assign(q_end=run.q_end + 1e-15))
-    with pytest.raises(rs.InputError, match="expected a run"):
+    with pytest.raises(rs.errors.InputError, match="expected a run"):
         rs.diagnose(3)
 
 

@@ -91,7 +91,7 @@ def test_on_the_spot_the_unicycle_turns_and_stays(arrange):
 def test_no_smooth_law_of_the_image_docks_a_unicycle(arrange, cone):
     """Brockett 1983: IBVS warns, and comes to rest beside the goal; few find it by chance."""
     scene = arrange("unicycle")
-    with pytest.warns(rs.RankWarning, match="Brockett"):
+    with pytest.warns(rs.errors.RankWarning, match="Brockett"):
         run = rs.simulate(scene, rs.IBVS(), cone, duration=40, record="summary")
     stalled = run.outcome.values == rs.Outcome.LOCAL_MINIMUM
     assert stalled.sum() >= RUNS - 2

@@ -46,9 +46,9 @@ FORMS = {
     "both": lambda p: {("camera", "square"): p},
     "camera and target": lambda p: {"camera": {"square": p}},
     "camera, target and numbers": lambda p: {"camera": {"square": dict(enumerate(p))}},
-    "marks": lambda p: rs.Marks(p, 0.0),
-    "marks by name": lambda p: rs.Marks({"square": p}, 0.0),
-    "marks of a camera": lambda p: {"camera": rs.Marks({"square": p}, 0.0)},
+    "marks": lambda p: rs.control.Marks(p, 0.0),
+    "marks by name": lambda p: rs.control.Marks({"square": p}, 0.0),
+    "marks of a camera": lambda p: {"camera": rs.control.Marks({"square": p}, 0.0)},
 }
 
 
@@ -84,7 +84,7 @@ def test_others_and_doubtful_targets_are_told_and_not_used(controller, run):
     pixels, q = at(run, 0)
     first = controller.step({"square": pixels, "tag36h11:7": pixels + 9}, q, 0.0)
     assert first.health.unused == ("tag36h11:7",) and first.phase == "moving"
-    wrong = rs.Marks({"square": pixels + 300}, DT, doubtful=["square"])
+    wrong = rs.control.Marks({"square": pixels + 300}, DT, doubtful=["square"])
     second = controller.step(wrong, q, DT)
     np.testing.assert_array_equal(second.velocities, first.velocities)
     assert second.health.unused == ("doubtful square",) and len(second.health.lost) == 4
@@ -112,12 +112,12 @@ def test_it_waits_until_every_mark_has_been_seen_once(controller, run):
 
 def test_an_image_that_is_older_than_the_last_is_not_used(controller, run):
     (new, q), (old, _) = at(run, 10), at(run, 0)
-    first = controller.step(rs.Marks(new, 0.30), q, 0.30)
-    second = controller.step(rs.Marks(old, 0.25), q, 0.34)
+    first = controller.step(rs.control.Marks(new, 0.30), q, 0.30)
+    second = controller.step(rs.control.Marks(old, 0.25), q, 0.34)
     np.testing.assert_array_equal(second.velocities, first.velocities)
     assert second.health.unused == ("late image of camera",)
     assert second.health.age == pytest.approx(0.04)
-    third = controller.step(rs.Marks(new, 0.30), q, 0.38)  # once more the same
+    third = controller.step(rs.control.Marks(new, 0.30), q, 0.38)  # once more the same
     assert third.health.unused == () and third.health.age == pytest.approx(0.08)
 
 
@@ -128,7 +128,7 @@ def test_depths_are_those_of_when_the_image_was_taken(one, run):
     for t in range(6):
         pixels, q = at(run, t)
         new = controller.step(pixels, q, t * DT)
-        image = rs.Marks(*at(run, t - 3)[:1], (t - 3) * DT) if t > 2 else None
+        image = rs.control.Marks(*at(run, t - 3)[:1], (t - 3) * DT) if t > 2 else None
         if t > 2:
             old = late.step(image, q, t * DT)
             (sight,) = late.sights
@@ -145,7 +145,7 @@ def test_several_cameras_each_with_times_of_its_own():
     left, right = controller.cameras
     N = len(run.mark) // 2
     both, q = run.pixels.values[0], run.q.values[0]
-    first = controller.step({left: both[:N], right: rs.Marks(both[N:], -0.02)}, q, 0.0)
+    first = controller.step({left: both[:N], right: rs.control.Marks(both[N:], -0.02)}, q, 0.0)
     np.testing.assert_array_equal(first.velocities, run.qd.values[0])
     assert first.health.age == pytest.approx(0.02)
     one = controller.step({left: both[:N]}, q, made.dt)
@@ -249,7 +249,7 @@ AT_THE_START = [each for each in ODD if each[2] != "clock goes backwards"]
 @pytest.mark.parametrize(("name", "value", "words"), AT_THE_START, ids=range(len(AT_THE_START)))
 def test_what_is_odd_at_the_start_is_an_error(one, run, name, value, words):
     given = {"pixels": run.pixels.values[0], "q": run.q.values[0], "t": 0.0, "run": None}
-    with pytest.raises(rs.InputError, match=words):
+    with pytest.raises(rs.errors.InputError, match=words):
         rs.Controller(one).step(**{**given, name: value})
 
 
@@ -298,25 +298,25 @@ def test_rows_of_a_drive_are_a_run_that_is_explained(one):
     for t in range(last):
         controller.step(*at(run, t), t * DT)
         rows.append(controller.row())
-    again = rs.read_log(pandas.DataFrame(rows), one)
+    again = rs.logs.read_log(pandas.DataFrame(rows), one)
     for name in ("q", "qd", "pixels", "error"):
         np.testing.assert_array_equal(again[name].values[:last], run[name].values[:last])
     assert rs.replay(again).identical(again)
 
     slow, rows = rs.Controller(one.at("task.gain", one.task.gain * 2 / 3)), []
-    with pytest.raises(rs.InputError, match="no step"):
+    with pytest.raises(rs.errors.InputError, match="no step"):
         slow.row()
     for t in range(last):
         slow.step(None if t % 2 else run.pixels.values[t], run.q.values[t], t * DT)
         rows.append(slow.row())
     assert np.isnan(rows[1]["pixels[0,row]"]) and not np.isnan(rows[2]["pixels[0,row]"])
-    told = rs.explain(rs.read_log(pandas.DataFrame(rows), one))
+    told = rs.explain(rs.logs.read_log(pandas.DataFrame(rows), one))
     assert "are 0.667 times those of this controller" in str(told)
 
 
 def test_a_drive_with_holds_is_explained_as_its_own(one):
     """Released by hand, and held by the watchdog while no image came: the log says as much."""
-    safety = rs.Safety(watchdog=rs.Watchdog(0.1), hold_to_run=True, ramp=0.2)
+    safety = rs.Safety(watchdog=rs.control.Watchdog(0.1), hold_to_run=True, ramp=0.2)
     made = one.with_(safety=safety)
     controller, q, rows, held = rs.Controller(made), made.start.copy(), [], 0
     for t in range(100):
@@ -326,7 +326,7 @@ def test_a_drive_with_holds_is_explained_as_its_own(one):
         held += command.phase == "holding"
         q = q + 0 * q if command.phase == "waiting" else moved(one.scene, q, command.velocities)
     assert held > 10
-    told = str(rs.explain(rs.read_log(pandas.DataFrame(rows), made)))
+    told = str(rs.explain(rs.logs.read_log(pandas.DataFrame(rows), made)))
     assert "are those of this controller" in told or "are 1 times those" in told, told
 
 
@@ -335,5 +335,5 @@ def test_a_controller_of_a_file(one):
     assert rs.Controller.from_file(path).experiment == one
     changed = rs.Controller.from_file(path, ["task.gain=2", "run.dt=20 ms"])
     assert (changed.dt, changed.experiment.task.gain) == (0.02, 2.0)
-    with pytest.raises(rs.FileError, match="no such file"):
+    with pytest.raises(rs.errors.FileError, match="no such file"):
         rs.Controller.from_file("nothing.toml")

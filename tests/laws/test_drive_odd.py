@@ -12,7 +12,7 @@ REMEMBERS = {
     "broyden": {"task.interaction": "broyden"},
     "estimated": {"task.feed_forward": "estimated"},
     "smooth": {"task.smooth_start": 2.0},
-    "depth filter": {"task.depth": rs.DepthFilter(0.9)},
+    "depth filter": {"task.depth": rs.laws.DepthFilter(0.9)},
 }
 
 
@@ -93,9 +93,9 @@ def test_a_missed_call_is_no_leap_along_a_path():
 
 
 def test_images_from_the_future_are_not_used(one, run):
-    controller = rs.Controller(one.with_(safety=rs.Safety(watchdog=rs.Watchdog(0.1))))
+    controller = rs.Controller(one.with_(safety=rs.Safety(watchdog=rs.control.Watchdog(0.1))))
     driven(controller, run, 5)
-    odd = controller.step(rs.Marks(run.pixels.values[9], 1000.0), run.q.values[5], 5 * DT)
+    odd = controller.step(rs.control.Marks(run.pixels.values[9], 1000.0), run.q.values[5], 5 * DT)
     assert odd.health.unused == ("image of camera taken in the future",)
     assert odd.health.age == pytest.approx(DT)
     again = controller.step(*at(run, 6), 6 * DT)
@@ -106,10 +106,10 @@ def test_images_from_the_future_are_not_used(one, run):
 
 
 def test_stamps_of_another_clock_never_count_as_new(one, run):
-    controller = rs.Controller(one.with_(safety=rs.Safety(watchdog=rs.Watchdog(0.1))))
+    controller = rs.Controller(one.with_(safety=rs.Safety(watchdog=rs.control.Watchdog(0.1))))
     for t in range(10):
         pixels, q = at(run, t)
-        command = controller.step(rs.Marks(pixels, 1.7e9 + t * DT), q, t * DT)
+        command = controller.step(rs.control.Marks(pixels, 1.7e9 + t * DT), q, t * DT)
     assert command.phase == "waiting" and command.health.unused
 
 
@@ -140,7 +140,7 @@ def test_a_wrong_time_is_soon_forgotten(one, run, wrong):
 
 def test_a_clock_that_was_set_goes_on(one, run):
     """After a leap to and fro it brakes, begins anew, and images count again."""
-    controller = rs.Controller(one.with_(safety=rs.Safety(watchdog=rs.Watchdog(0.2))))
+    controller = rs.Controller(one.with_(safety=rs.Safety(watchdog=rs.control.Watchdog(0.2))))
     driven(controller, run, 10)
     for start in (1e6, 0.0):
         phases = [each.phase for each in driven(controller, run, 5, first=10, start=start)]
@@ -148,7 +148,9 @@ def test_a_clock_that_was_set_goes_on(one, run):
 
 
 def test_a_pose_is_not_followed_from_marks_that_are_frozen(one, run):
-    made = one.at("task", rs.PBVS(one.task.goal)).with_(safety=rs.Safety(watchdog=rs.Watchdog(0.1)))
+    made = one.at("task", rs.PBVS(one.task.goal)).with_(
+        safety=rs.Safety(watchdog=rs.control.Watchdog(0.1))
+    )
     controller = rs.Controller(made)
     driven(controller, run, 10)
     pixels = run.pixels.values[10].copy()
@@ -156,7 +158,7 @@ def test_a_pose_is_not_followed_from_marks_that_are_frozen(one, run):
     told = [controller.step(pixels, run.q.values[10], t * DT) for t in range(10, 16)]
     assert [each.phase for each in told] == ["moving"] * 2 + ["holding"] * 4
     assert told[-1].health.lost == ("square[3]",)
-    points = rs.Controller(one.with_(safety=rs.Safety(watchdog=rs.Watchdog(0.1))))
+    points = rs.Controller(one.with_(safety=rs.Safety(watchdog=rs.control.Watchdog(0.1))))
     driven(points, run, 10)
     told = [points.step(pixels, run.q.values[10], t * DT) for t in range(10, 16)]
     assert {each.phase for each in told} == {"moving"}  # of points three are enough
@@ -187,9 +189,11 @@ def test_of_several_cameras_one_that_finds_nothing_has_lost_its_marks():
 @pytest.mark.parametrize(
     "given",
     [
-        lambda p: rs.Marks(rs.Marks(p, 0.05), 0.05, doubtful=["square"]),
-        lambda p: rs.Marks({"square": rs.Marks(p, 0.05)}, 0.05, doubtful=["square"]),
-        lambda p: rs.Marks({"camera": {"square": p}}, 0.05, doubtful={"square"}),
+        lambda p: rs.control.Marks(rs.control.Marks(p, 0.05), 0.05, doubtful=["square"]),
+        lambda p: rs.control.Marks(
+            {"square": rs.control.Marks(p, 0.05)}, 0.05, doubtful=["square"]
+        ),
+        lambda p: rs.control.Marks({"camera": {"square": p}}, 0.05, doubtful={"square"}),
     ],
 )
 def test_what_is_doubtful_is_so_however_deep(one, run, given):
@@ -201,7 +205,7 @@ def test_what_is_doubtful_is_so_however_deep(one, run, given):
 
 def test_a_doubtful_name_that_is_none_of_the_targets_is_told(one, run):
     controller = rs.Controller(one)
-    odd = rs.Marks(run.pixels.values[0], 0.0, doubtful=["sqare"])
+    odd = rs.control.Marks(run.pixels.values[0], 0.0, doubtful=["sqare"])
     assert controller.step(odd, run.q.values[0], 0.0).health.unused == ("doubtful sqare",)
 
 
@@ -211,7 +215,7 @@ def test_joints_in_another_unit_are_a_fault():
     assert controller.step(pixels, arm.start, 0.0).phase == "moving"
     fault = controller.step(pixels, np.degrees(arm.start), 0.04).health.fault
     assert "joint 'link1' is -13 rad, far outside its limits [-2.8973, 2.8973]" in fault
-    with pytest.raises(rs.InputError, match="far outside its limits"):
+    with pytest.raises(rs.errors.InputError, match="far outside its limits"):
         rs.Controller(arm).step(pixels, np.degrees(arm.start), 0.0)
 
 
@@ -290,7 +294,16 @@ def test_a_wish_that_was_not_finite_once_is_braked_and_forgotten(one, run):
 
 LOOP = {}
 LOOP["camera"] = LOOP
-ODDER = [LOOP, {"square": rs.Marks(rs.Marks(rs.Marks(rs.Marks(None, 0), 0), 0), 0)}, {1.5: 2}, b"x"]
+ODDER = [
+    LOOP,
+    {
+        "square": rs.control.Marks(
+            rs.control.Marks(rs.control.Marks(rs.control.Marks(None, 0), 0), 0), 0
+        )
+    },
+    {1.5: 2},
+    b"x",
+]
 
 
 @pytest.mark.parametrize("given", ODDER, ids=range(len(ODDER)))
@@ -300,7 +313,7 @@ def test_odd_containers_are_told_in_a_line(one, run, given):
     command = controller.step(given, run.q.values[3], 3 * DT)
     assert command.phase == "holding" and 0 < len(command.health.fault) < 300
     assert driven(controller, run, 1, first=4)[0].phase == "moving"
-    with pytest.raises(rs.InputError):
+    with pytest.raises(rs.errors.InputError):
         rs.Controller(one).step(given, run.q.values[0], 0.0)
 
 
@@ -321,7 +334,7 @@ def test_why_it_holds_is_told(one, run):
 @pytest.mark.parametrize("start", [0.0, 123.456, 1.7e9])
 def test_a_watchdog_of_whole_periods_is_that_of_the_simulation(one, k, start):
     made = one.with_(
-        sensing=rs.Sensing(period=5 * DT), safety=rs.Safety(watchdog=rs.Watchdog(k * DT))
+        sensing=rs.Sensing(period=5 * DT), safety=rs.Safety(watchdog=rs.control.Watchdog(k * DT))
     ).with_(duration=1.6)
     run, controller = made.run(), rs.Controller(made)
     (sight,) = controller.sights
@@ -337,11 +350,14 @@ def test_a_watchdog_of_whole_periods_is_that_of_the_simulation(one, k, start):
     ("safety", "words"),
     [
         (lambda: rs.Safety(margin=2.0), "margin: 2 leaves no room to"),
-        (lambda: rs.Safety(fence=rs.Fence("plate", (0, 0, 0), (1, 1, 1))), "no joint moves"),
-        (lambda: rs.Safety(fence=rs.Fence("nix", (0, 0, 0), (1, 1, 1))), "no frame 'nix'"),
+        (
+            lambda: rs.Safety(fence=rs.control.Fence("plate", (0, 0, 0), (1, 1, 1))),
+            "no joint moves",
+        ),
+        (lambda: rs.Safety(fence=rs.control.Fence("nix", (0, 0, 0), (1, 1, 1))), "no frame 'nix'"),
     ],
 )
 def test_a_safety_that_cannot_be_is_refused(safety, words):
     arm = rs.load_scenario(examples.path("eye_in_hand"))
-    with pytest.raises(rs.InputError, match=words):
+    with pytest.raises(rs.errors.InputError, match=words):
         arm.with_(safety=safety())

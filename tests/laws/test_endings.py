@@ -15,7 +15,7 @@ def experiment():
 
 
 def box(frame="camera", low=LOW, high=HIGH, **more):
-    return rs.Region(frame, low, high, **more)
+    return rs.endings.Region(frame, low, high, **more)
 
 
 def within(position):
@@ -42,7 +42,7 @@ def test_or_at_the_first_outside_of_it(experiment):
 
 def test_frames_that_come_too_close(experiment):
     target = experiment.scene.object().name
-    run = experiment.run(endings=[rs.TooClose("camera", target, 0.9)])
+    run = experiment.run(endings=[rs.endings.TooClose("camera", target, 0.9)])
     apart = np.linalg.norm(run.camera_pose.values[:, :3, 3], axis=1)
     steps = round(float(run.end_time) / experiment.dt)
     there = experiment.scene.pose("camera", run.q_end.values).position
@@ -83,7 +83,7 @@ def test_what_always_ends_a_run_comes_first(experiment):
 
 
 def test_a_text_holds_endings_and_a_run_is_explained_by_them(experiment):
-    made = experiment.with_(endings=[box(), rs.TooClose("camera", "world", 0.2)])
+    made = experiment.with_(endings=[box(), rs.endings.TooClose("camera", "world", 0.2)])
     assert rs.Experiment.from_text(made.to_toml()) == made
     run = made.run()
     assert rs.Experiment.of(run) == made
@@ -113,8 +113,8 @@ class Kind:
 @pytest.mark.parametrize(
     ("endings", "message"),
     [
-        ([rs.Region("hand", LOW, HIGH)], "Region: no frame 'hand'"),
-        ([rs.TooClose("camera", "hand", 0.1)], "TooClose: no frame 'hand'"),
+        ([rs.endings.Region("hand", LOW, HIGH)], "Region: no frame 'hand'"),
+        ([rs.endings.TooClose("camera", "hand", 0.1)], "TooClose: no frame 'hand'"),
         (["region"], "endings"),
         (3, "endings"),
         (Kind(), r"Kind.holds: expected truth values of shape \(1,\)"),
@@ -122,12 +122,12 @@ class Kind:
     ],
 )
 def test_what_is_no_ending_is_refused(experiment, endings, message):
-    with pytest.raises(rs.InputError, match=message):
+    with pytest.raises(rs.errors.InputError, match=message):
         experiment.run(endings=endings)
 
 
 def test_a_region_without_room_is_refused():
-    with pytest.raises(rs.InputError, match="low must be below high"):
-        rs.Region("camera", (0, 0, 0), (1, 0, 1))
-    with pytest.raises(rs.InputError, match="distance"):
-        rs.TooClose("camera", "world", 0.0)
+    with pytest.raises(rs.errors.InputError, match="low must be below high"):
+        rs.endings.Region("camera", (0, 0, 0), (1, 0, 1))
+    with pytest.raises(rs.errors.InputError, match="distance"):
+        rs.endings.TooClose("camera", "world", 0.0)

@@ -51,7 +51,9 @@ def test_what_is_given_as_numbers_has_no_pose(free_scene):
 
 
 def test_where_the_camera_stands_still_it_is_the_target_that_has_a_goal():
-    fly = rs.Robot("fly", [rs.Link("base"), rs.Link("body", "base", rs.Joint("floating"))])
+    fly = rs.Robot(
+        "fly", [rs.joints.Link("base"), rs.joints.Link("body", "base", rs.joints.Joint("floating"))]
+    )
     eye = rs.MountedCamera("eye", rs.Camera(np.eye(3)))
     scene = rs.Scene(fly, rs.Object("square", marks=SQUARE, on="fly.body"), eye)
     goal, start = rs.Pose.at(0, 0, 1), rs.Pose.at(0, 0.3, 1.4, rotvec=(0.2, 0, 0))
@@ -82,7 +84,7 @@ def test_tools_have_goals_too():
 def test_two_marks_leave_motions_free_and_explain_says_so(free_scene):
     task = rs.IBVS(GOAL)
     start = GOAL @ rs.Pose.at(0.1, 0.05, 0, rotvec=(0.1, 0.1, 0))
-    with pytest.warns(rs.RankWarning):
+    with pytest.warns(rs.errors.RankWarning):
         run = rs.simulate(free_scene(SQUARE[:2]), task, start, duration=15)
     assert int(run.outcome) == rs.Outcome.CONVERGED and run.goal_pose.attrs["free_motions"] == 2
     assert float(run.distance_to_goal) > 0.01

@@ -206,7 +206,7 @@ def test_the_goal_is_known_where_it_is_computed_too(free_scene):
 
 def test_two_points_leave_a_set_of_goals(free_scene):
     """Four motions of six decay with the gain; the other two eigenvalues are zero."""
-    with pytest.warns(rs.RankWarning, match="fix only 4 of the 6"):
+    with pytest.warns(rs.errors.RankWarning, match="fix only 4 of the 6"):
         equilibria = rs.equilibria(free_scene(SQUARE[:2]), rs.IBVS(goal=FACING))
     assert kinds(equilibria) == ["goal"]
     one = equilibria.goal
@@ -273,7 +273,7 @@ def test_a_unicycle_stands_still_askew_and_docking_has_no_derivative_at_its_goal
     assert kinds(docked) == ["goal"] and np.isnan(docked.goal.eigenvalues).all()
     assert not docked.goal.stable and "no derivative" in str(docked)
     askew = rs.load_scenario(rs.examples.path("unicycle_docking"), ["task.kind=ibvs"])
-    with pytest.warns(rs.RankWarning, match="cannot move sideways"):
+    with pytest.warns(rs.errors.RankWarning, match="cannot move sideways"):
         set_of = rs.equilibria(askew.scene, askew.task, count=20)
     assert set(kinds(set_of)) == {"goal", "degenerate"}
     assert all(each.free == 1 and each.eigenvalues.size == 3 for each in set_of)
@@ -301,9 +301,11 @@ def test_the_camera_law_has_a_trap_on_the_rhino_and_the_joint_law_none():
         rs.IBVS(goal=FACING, features="polar"),
         rs.IBVS(goal=FACING, inverse="damped"),
         rs.IBVS(goal=rs.GoalPose(rs.Pose.at(0, 0, 0.5))),
-        rs.IBVS(goal=FACING, gain=rs.AdaptiveGain(4.0, 0.4, 30.0)),
+        rs.IBVS(goal=FACING, gain=rs.laws.AdaptiveGain(4.0, 0.4, 30.0)),
         rs.Priorities([rs.IBVS(goal=FACING), rs.PBVS(goal=FACING)]),
-        rs.Switch(rs.PBVS(goal=FACING), rs.IBVS(goal=FACING), rs.ErrorBelow(0.1), latch=False),
+        rs.Switch(
+            rs.PBVS(goal=FACING), rs.IBVS(goal=FACING), rs.tasks.ErrorBelow(0.1), latch=False
+        ),
     ],
     ids=lambda task: type(task).__name__,
 )

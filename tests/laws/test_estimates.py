@@ -9,7 +9,7 @@ from robsim.kernels.control.broyden_update import learn_jacobian
 from robsim.kernels.estimation.inverse_depth_filter import filter_depths
 from robsim.servo.single_step import SingleStepController
 
-quiet = pytest.mark.filterwarnings("ignore::robsim.RankWarning")
+quiet = pytest.mark.filterwarnings("ignore::robsim.errors.RankWarning")
 STARTS = 10
 
 
@@ -53,7 +53,7 @@ def test_a_filtered_depth_serves_under_a_pixel_of_noise(arrange, around, wrong, 
     """From ten starts, with a first depth that is far off, all come to within 3 px."""
     scene = arrange(name)
     Z = scene.view(points="plate").depth.mean()
-    task = rs.IBVS(features="pixels", tolerance=3.0, depth=rs.DepthFilter(wrong * float(Z)))
+    task = rs.IBVS(features="pixels", tolerance=3.0, depth=rs.laws.DepthFilter(wrong * float(Z)))
     q0 = around(scene, STARTS, spread=0.15, seed=1)
     run = rs.simulate(scene, task, q0, duration=20, sensing=rs.Sensing(noise=1.0), seed=2)
     assert (run.outcome == rs.Outcome.CONVERGED).all()
@@ -67,7 +67,7 @@ def test_a_filtered_depth_is_right_at_the_end(arrange, around, wrong, name):
     there the filter says so itself: its error is within four of its own standard deviations."""
     scene = arrange(name)
     Z = scene.view(points="plate").depth.mean()
-    task = rs.IBVS(features="pixels", depth=rs.DepthFilter(wrong * float(Z)))
+    task = rs.IBVS(features="pixels", depth=rs.laws.DepthFilter(wrong * float(Z)))
     q0 = around(scene, STARTS, spread=0.2, seed=1)
     run = rs.simulate(scene, task, q0, duration=5, sensing=rs.Sensing(noise=1.0), seed=2, hold=True)
     assert (run.outcome == rs.Outcome.TIME_LIMIT).all()
@@ -84,7 +84,7 @@ def test_broyden_arrives_from_a_jacobian_that_is_wrong_by_a_third(arrange, aroun
     q0 = around(scene, STARTS, spread=0.05, seed=3)
     true = decide(scene, rs.IBVS(camera=eye), scene.home).command.task_jacobian[..., 0]
     wrong = true * np.random.default_rng(4).uniform(0.7, 1.3, true.shape)
-    task = rs.IBVS(camera=eye, interaction=rs.Broyden(wrong))
+    task = rs.IBVS(camera=eye, interaction=rs.laws.Broyden(wrong))
     run = rs.simulate(scene, task, q0, duration=60, record="summary")
     assert (run.outcome == rs.Outcome.CONVERGED).all()
 
@@ -103,9 +103,13 @@ def test_broyden_explains_every_step_that_it_saw(arrange, around):
 
 LEARNING = rs.IBVS(features="pixels", interaction="broyden")
 SEVERAL = {
-    "ordered": rs.Priorities([rs.IBVS(features=[rs.FeatureBlock("pixels", marks=[0])]), LEARNING]),
-    "switched": rs.Switch(rs.IBVS(features="pixels", gain=2.0), LEARNING, rs.ErrorBelow(15.0)),
-    "latent": rs.Switch(LEARNING, rs.IBVS(features="pixels"), rs.ErrorBelow(15.0)),
+    "ordered": rs.Priorities(
+        [rs.IBVS(features=[rs.features.FeatureBlock("pixels", marks=[0])]), LEARNING]
+    ),
+    "switched": rs.Switch(
+        rs.IBVS(features="pixels", gain=2.0), LEARNING, rs.tasks.ErrorBelow(15.0)
+    ),
+    "latent": rs.Switch(LEARNING, rs.IBVS(features="pixels"), rs.tasks.ErrorBelow(15.0)),
 }
 
 

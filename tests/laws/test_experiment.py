@@ -38,7 +38,7 @@ BAD = {
 
 @pytest.mark.parametrize("message", BAD)
 def test_what_cannot_be_is_refused_before_it_runs(visp, message):
-    with pytest.raises(rs.InputError) as caught:
+    with pytest.raises(rs.errors.InputError) as caught:
         visp.with_(**BAD[message])
     assert str(caught.value).startswith(message)
 
@@ -76,17 +76,17 @@ def test_a_number_of_a_run_is_said_in_its_text(visp):
 
 def test_what_is_no_run_has_no_experiment(visp):
     for value in (3, visp, None, rs.simulate):
-        with pytest.raises(rs.InputError, match="expected a run, a Dataset of simulate"):
+        with pytest.raises(rs.errors.InputError, match="expected a run, a Dataset of simulate"):
             rs.Experiment.of(value)
-    with pytest.raises(rs.InputError, match="do not follow one another"):
+    with pytest.raises(rs.errors.InputError, match="do not follow one another"):
         rs.Experiment.of(batch(visp).isel(run=[0, 2]))
 
 
 def test_errors_name_the_file_where_there_is_one(visp):
     far = visp.with_(task=rs.IBVS(rs.Pose.at(0, 0, 1)))
-    with pytest.raises(rs.GoalError, match=r"visp_tutorial.toml: task.goal: the shown goal"):
+    with pytest.raises(rs.errors.GoalError, match=r"visp_tutorial.toml: task.goal: the shown goal"):
         far.run()
-    with pytest.raises(rs.GoalError, match=r"^the shown goal"):
+    with pytest.raises(rs.errors.GoalError, match=r"^the shown goal"):
         rs.Experiment(far.scene, far.task, far.start).run()
 
 
@@ -111,13 +111,13 @@ def test_none_is_what_holds_if_nothing_is_said(visp):
     slow = visp.with_(sensing=rs.Sensing(period=0.08, noise=1.0), duration=1.0)
     assert slow.at({"sensing.period": None, "sensing.noise": None}).sensing == rs.Sensing()
     assert slow.at("run.duration", None).duration == 10.0
-    with pytest.raises(rs.FileError, match=r"task\.kind: missing, and it must be given"):
+    with pytest.raises(rs.errors.FileError, match=r"task\.kind: missing, and it must be given"):
         slow.at("task.kind", None)
 
 
 def test_an_error_of_an_experiment_without_a_file_begins_with_the_name(visp):
     own = rs.Experiment(visp.scene, visp.task, visp.start)
-    with pytest.raises(rs.FileError) as caught:
+    with pytest.raises(rs.errors.FileError) as caught:
         own.at({"task.gain": -1, "run.dt": "40 m"})
     lines = str(caught.value).splitlines()
     assert lines[0] == "task.gain: must be greater than 0, got -1" and len(lines) == 2

@@ -12,7 +12,7 @@ import robsim as rs
 from robsim import examples
 from robsim.world.imperfections.latency import delay_limit
 
-pytestmark = pytest.mark.filterwarnings("ignore::robsim.RankWarning")
+pytestmark = pytest.mark.filterwarnings("ignore::robsim.errors.RankWarning")
 SQUARE = np.array([[-0.1, -0.1, 0], [0.1, -0.1, 0], [0.1, 0.1, 0], [-0.1, 0.1, 0]])
 
 
@@ -207,7 +207,7 @@ def transposed():
 
 
 def adaptive():
-    return fly(rs.IBVS(gain=rs.AdaptiveGain(60.0, 1.0, 30.0)), at(0.05))
+    return fly(rs.IBVS(gain=rs.laws.AdaptiveGain(60.0, 1.0, 30.0)), at(0.05))
 
 
 def hardly_any_gain():
@@ -228,11 +228,11 @@ def wheels():
 
 
 def hindered():
-    return fly(rs.IBVS(gain=3.0, limit=rs.SpeedLimit(linear=0.01, angular=0.02)))
+    return fly(rs.IBVS(gain=3.0, limit=rs.laws.SpeedLimit(linear=0.01, angular=0.02)))
 
 
 def damped():
-    return fly(rs.IBVS(inverse=rs.DampedInverse(1.0)), at(0.05))
+    return fly(rs.IBVS(inverse=rs.laws.DampedInverse(1.0)), at(0.05))
 
 
 def wrong_links():
@@ -453,7 +453,10 @@ def test_what_of_the_intrinsics_is_wrong_is_told_and_no_more():
 
 def test_a_camera_for_which_nothing_is_wrong_may_stand_elsewhere():
     """Three marks have four solutions, and a coarse tolerance leaves a way to go."""
-    far, three = at(0.5, 0.3, -0.2, (0.4, -0.5, 0.5)), rs.FeatureBlock("points", marks=[0, 1, 2])
+    far, three = (
+        at(0.5, 0.3, -0.2, (0.4, -0.5, 0.5)),
+        rs.features.FeatureBlock("points", marks=[0, 1, 2]),
+    )
     told = rs.explain(fly(rs.IBVS(features=three), far, flying(camera=eye(size=None)), duration=20))
     assert [cause.about for cause in told.causes] == ["final pose", "ambiguous features"]
     for belief in (None, AS_BELIEVED):
@@ -553,7 +556,7 @@ def test_a_camera_that_believes_it_has_arrived_is_told_where_it_stands():
 
 
 def test_hidden_marks_and_a_wrong_model_leave_a_camera_elsewhere():
-    hidden = rs.Sensing(occlusions=rs.Occlusion((0, 1), 0.5), noise=1e-7)
+    hidden = rs.Sensing(occlusions=rs.imperfections.Occlusion((0, 1), 0.5), noise=1e-7)
     told = rs.explain(fly(rs.IBVS(), sensing=hidden))
     assert [cause.about for cause in told.causes] == ["final pose", "occlusions"]
     larger, goal = flying(1.3 * SQUARE), rs.GoalPose(rs.Pose.at(0, 0, 1))
@@ -594,7 +597,7 @@ def test_a_run_that_was_stopped_is_told_how_it_would_have_ended():
     whole = fly(rs.IBVS(gain=2.0))
     task, sensing = rs.IBVS(gain=2.0), rs.Sensing(effects=[Interrupting()])
     stopped = rs.Experiment(flying(), task, START, sensing=sensing)
-    with pytest.raises(rs.Interrupted) as stop:
+    with pytest.raises(rs.errors.Interrupted) as stop:
         stopped.run()
     told = rs.explain(stop.value.run, stopped)
     assert told.outcome is rs.Outcome.RUNNING and "stopped by the user" in told.what
@@ -605,21 +608,21 @@ def test_a_run_that_was_stopped_is_told_how_it_would_have_ended():
 # ---- users' code, summaries, batches, and what cannot be explained ----
 
 
-class Half(rs.JointLaw):
+class Half(rs.laws.JointLaw):
     """A user's law."""
 
     def command(self, state):
         return 0.5 * super().command(state)
 
 
-class Idle(rs.JointLaw):
+class Idle(rs.laws.JointLaw):
     """A law that commands nothing."""
 
     def command(self, state):
         return 0.0 * super().command(state)
 
 
-class Broken(rs.JointLaw):
+class Broken(rs.laws.JointLaw):
     """A law that is not finite near the goal."""
 
     def command(self, state):
@@ -627,7 +630,7 @@ class Broken(rs.JointLaw):
         return np.where(small, np.nan, super().command(state))
 
 
-class Blind(rs.Points):
+class Blind(rs.features.Points):
     """A feature that is not finite in the middle of the way."""
 
     def measure(self, seen):
@@ -647,7 +650,7 @@ class Blind(rs.Points):
 def test_a_task_of_python_code_is_given_with_its_scene(task, outcome, about):
     scene = flying()
     run = fly(task, scene=scene)
-    with pytest.raises(rs.InputError, match="Python code; give the experiment that made"):
+    with pytest.raises(rs.errors.InputError, match="Python code; give the experiment that made"):
         rs.explain(run)
     told = rs.explain(run, rs.Experiment(scene, task))
     assert told.outcome.name == outcome and told.causes[0].about == about
@@ -656,12 +659,14 @@ def test_a_task_of_python_code_is_given_with_its_scene(task, outcome, about):
 def test_what_is_given_must_be_what_made_the_run():
     task, scene = rs.IBVS(law=Half()), flying()
     run = fly(task, scene=scene, sensing=rs.Sensing(noise=0.1))
-    with pytest.raises(rs.InputError, match=r"made with sensing=Sensing\(noise=0.1"):
+    with pytest.raises(rs.errors.InputError, match=r"made with sensing=Sensing\(noise=0.1"):
         rs.explain(run, rs.Experiment(scene, task))
     noisy = rs.Experiment(scene, task, sensing=rs.Sensing(noise=0.1))
-    with pytest.raises(rs.InputError, match=r"this run does not repeat: q\["):
+    with pytest.raises(rs.errors.InputError, match=r"this run does not repeat: q\["):
         rs.explain(run, noisy.with_(task=rs.IBVS()))
-    with pytest.raises(rs.InputError, match="experiment: expected an Experiment, got <Scene"):
+    with pytest.raises(
+        rs.errors.InputError, match="experiment: expected an Experiment, got <Scene"
+    ):
         rs.explain(run, scene)
     assert rs.explain(run, noisy).causes
 
@@ -669,7 +674,9 @@ def test_what_is_given_must_be_what_made_the_run():
 def test_a_run_of_a_batch_is_explained_as_it_was_there():
     starts = np.stack([START, at(0.05), START])
     runs = fly(rs.IBVS(), starts, sensing=rs.Sensing(noise=0.3), record="summary")
-    with pytest.raises(rs.InputError, match=r"expected one run, got 3: pick one, as in run.isel"):
+    with pytest.raises(
+        rs.errors.InputError, match=r"expected one run, got 3: pick one, as in run.isel"
+    ):
         rs.explain(runs)
     told = rs.explain(runs.isel(run=2))
     assert told.causes[0].about == "noise"
@@ -679,7 +686,7 @@ def test_a_run_of_a_batch_is_explained_as_it_was_there():
 
 @pytest.mark.parametrize("given", [None, 3, "run.nc"])
 def test_what_is_no_run_is_refused(given):
-    with pytest.raises(rs.InputError, match="expected a run"):
+    with pytest.raises(rs.errors.InputError, match="expected a run"):
         rs.explain(given)
 
 
@@ -700,15 +707,15 @@ def test_what_is_no_run_is_refused(given):
     ],
 )
 def test_a_part_of_a_run_or_a_changed_one_is_refused(change, message):
-    with pytest.raises(rs.InputError, match=message):
+    with pytest.raises(rs.errors.InputError, match=message):
         rs.explain(change(run_of(slow)))
 
 
 def test_what_is_told_beside_a_run_is_checked():
     run = run_of(slow)
-    with pytest.raises(rs.InputError, match="experiment: expected an Experiment, got 3"):
+    with pytest.raises(rs.errors.InputError, match="experiment: expected an Experiment, got 3"):
         rs.explain(run, 3)
-    with pytest.raises(rs.InputError, match="trials must be True or False, got 'no'"):
+    with pytest.raises(rs.errors.InputError, match="trials must be True or False, got 'no'"):
         rs.explain(run, trials="no")
 
 
@@ -751,13 +758,13 @@ def test_a_task_whose_gain_nobody_knows_has_no_gain_in_its_explanation():
 
 
 TASKS = {
-    "switch": rs.Switch(rs.PBVS(gain=0.3), rs.IBVS(gain=0.3), rs.ErrorBelow(0.1)),
+    "switch": rs.Switch(rs.PBVS(gain=0.3), rs.IBVS(gain=0.3), rs.tasks.ErrorBelow(0.1)),
     "priorities": rs.Priorities([rs.IBVS(gain=0.3), rs.PBVS(gain=0.3)]),
     "hybrid": rs.Hybrid(gain=0.3),
     "partitioned": rs.Partitioned(gain=0.3, roll=0.3, advance=0.3),
-    "adaptive": rs.IBVS(gain=rs.AdaptiveGain(0.4, 0.2, 1.0)),
-    "broyden": rs.IBVS(gain=0.3, interaction=rs.Broyden()),
-    "filter": rs.IBVS(gain=0.3, depth=rs.DepthFilter(1.0)),
+    "adaptive": rs.IBVS(gain=rs.laws.AdaptiveGain(0.4, 0.2, 1.0)),
+    "broyden": rs.IBVS(gain=0.3, interaction=rs.laws.Broyden()),
+    "filter": rs.IBVS(gain=0.3, depth=rs.laws.DepthFilter(1.0)),
     "transpose": rs.IBVS(gain=0.3, inverse="transpose"),
 }
 

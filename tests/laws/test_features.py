@@ -14,7 +14,7 @@ K = np.array([[800.0, 12.0, 320.0], [0.0, 760.0, 240.0], [0.0, 0.0, 1.0]])
 PINHOLE = rs.Camera(K)
 BENT = rs.Camera(K, distortion=(-0.2, 0.05, 1e-3, -5e-4))
 FEATURES = pytest.mark.parametrize(
-    "feature", [rs.Points(), rs.PixelPoints()], ids=lambda f: type(f).__name__
+    "feature", [rs.features.Points(), rs.features.PixelPoints()], ids=lambda f: type(f).__name__
 )
 HERE = rs.Pose.at(0.3, -0.2, 0.1, rpy=(0.2, -0.1, 0.4))
 
@@ -33,7 +33,7 @@ def observed(camera, points, T_w_c):
     """What the camera at T_w_c makes of world points (runs, marks, 3): through the projection."""
     pixels = camera.project(points, T_w_c)
     depth = (rs.Pose(T_w_c).inv() @ points)[..., 2]
-    return rs.Observation.of(pixels, depth, camera)
+    return rs.features.Observation.of(pixels, depth, camera)
 
 
 def seen_from_here(camera, X):
@@ -82,7 +82,7 @@ def test_the_interaction_matrix_is_equation_14_of_the_chapter(f):
     Eq. (14) is right although eq. (11), from which it is derived, lost its f.
     """
     X = scattered(marks=1)
-    L = rs.Points().interaction(seen_from_here(PINHOLE, X))
+    L = rs.features.Points().interaction(seen_from_here(PINHOLE, X))
     for run in range(3):
         x, y, Z = X[run, 0]
         close(f * L[run], chapter_equation_14(f * x / Z, f * y / Z, Z, f), 1e-13)
@@ -91,7 +91,7 @@ def test_the_interaction_matrix_is_equation_14_of_the_chapter(f):
 def test_pixels_have_equation_14_with_the_focal_length_in_pixels():
     square = rs.Camera([[800, 0, 320], [0, 800, 240], [0, 0, 1]])
     X = scattered(marks=1)
-    L = rs.PixelPoints().interaction(seen_from_here(square, X))
+    L = rs.features.PixelPoints().interaction(seen_from_here(square, X))
     for run in range(3):
         x, y, Z = X[run, 0]
         close(L[run], chapter_equation_14(800 * x / Z, 800 * y / Z, Z, 800), 1e-9)
@@ -108,7 +108,7 @@ def test_pixels_have_equation_14_with_the_focal_length_in_pixels():
 )
 def test_signs_are_those_of_a_camera_that_moves(twist, rate):
     seen = seen_from_here(PINHOLE, np.array([[[0.2, 0.4, 2.0]]]))  # (0.1, 0.2) at unit depth
-    close(rs.Points().interaction(seen)[0] @ twist, rate, 1e-14)
+    close(rs.features.Points().interaction(seen)[0] @ twist, rate, 1e-14)
 
 
 # scales and symmetries
@@ -153,7 +153,8 @@ def test_turning_the_camera_about_its_axis_turns_points_and_columns_alike(seed):
     X, quarter = scattered(seed), rs.Pose.at(rpy=(0, 0, np.pi / 2))
     Q, zero = quarter.rotation, np.zeros((3, 3))
     L, turned = (
-        rs.Points().interaction(observed(PINHOLE, HERE @ X, T)) for T in (HERE, HERE @ quarter)
+        rs.features.Points().interaction(observed(PINHOLE, HERE @ X, T))
+        for T in (HERE, HERE @ quarter)
     )
     image = np.kron(np.eye(4), Q[:2, :2].T)
     close(turned, image @ L @ np.block([[Q, zero], [zero, Q]]), 1e-12)
@@ -164,7 +165,11 @@ def test_turning_the_camera_about_its_axis_turns_points_and_columns_alike(seed):
 def test_a_rotation_of_the_camera_moves_the_image_the_same_at_any_depth(seed):
     X = scattered(seed)
     near, far = (seen_from_here(PINHOLE, Y) for Y in (X, 7 * X))
-    close(rs.Points().interaction(near)[..., 3:], rs.Points().interaction(far)[..., 3:], 1e-13)
+    close(
+        rs.features.Points().interaction(near)[..., 3:],
+        rs.features.Points().interaction(far)[..., 3:],
+        1e-13,
+    )
 
 
 # pixels and normalised points
@@ -176,15 +181,15 @@ def test_one_twist_moves_pixels_and_normalised_points_consistently(seed):
     """The rate of a pixel is K times the rate of its point at unit depth."""
     seen = seen_from_here(PINHOLE, scattered(seed))
     twist = np.random.default_rng(seed).normal(size=6)
-    points = (rs.Points().interaction(seen) @ twist).reshape(-1, 2)
-    pixels = (rs.PixelPoints().interaction(seen) @ twist).reshape(-1, 2)
+    points = (rs.features.Points().interaction(seen) @ twist).reshape(-1, 2)
+    pixels = (rs.features.PixelPoints().interaction(seen) @ twist).reshape(-1, 2)
     np.testing.assert_allclose(pixels, points @ K[:2, :2].T, rtol=1e-12, atol=1e-10)
 
 
 @pytest.mark.parametrize("camera", [PINHOLE, BENT], ids=["pinhole", "lens"])
 def test_normalised_points_are_the_points_at_unit_depth(camera):
     X = scattered()
-    s = rs.Points().measure(seen_from_here(camera, X))
+    s = rs.features.Points().measure(seen_from_here(camera, X))
     close(s.reshape(3, 4, 2), X[..., :2] / X[..., 2:], 1e-13)
 
 
@@ -192,17 +197,17 @@ def test_pixel_points_of_a_distorted_camera_are_the_pixels_without_the_lens():
     X = scattered()
     bent, straight = (seen_from_here(camera, X) for camera in (BENT, PINHOLE))
     assert np.abs(bent.pixels - straight.pixels).max() > 5  # the lens matters
-    for feature in (rs.Points(), rs.PixelPoints()):
+    for feature in (rs.features.Points(), rs.features.PixelPoints()):
         close(feature.measure(bent), feature.measure(straight), 1e-10)
         close(feature.interaction(bent), feature.interaction(straight), 1e-9)
-    close(rs.PixelPoints().measure(bent).reshape(3, 4, 2), straight.pixels, 1e-10)
+    close(rs.features.PixelPoints().measure(bent).reshape(3, 4, 2), straight.pixels, 1e-10)
 
 
 @steady
 @given(seed=seeds)
 def test_pixel_points_of_a_pinhole_are_its_pixels(seed):
     seen = seen_from_here(PINHOLE, scattered(seed))
-    close(rs.PixelPoints().measure(seen).reshape(3, 4, 2), seen.pixels, 1e-10)
+    close(rs.features.PixelPoints().measure(seen).reshape(3, 4, 2), seen.pixels, 1e-10)
 
 
 # what an observation is
@@ -228,7 +233,7 @@ def test_each_run_of_a_batch_has_the_bits_that_it_has_alone(feature):
     pixels, depth = camera.project(HERE @ X, HERE), X[..., 2]
 
     def of(runs):
-        seen = rs.Observation.of(pixels[runs], depth[runs], camera)
+        seen = rs.features.Observation.of(pixels[runs], depth[runs], camera)
         return feature.measure(seen), feature.interaction(seen)
 
     s, L = of(slice(None))
@@ -240,8 +245,8 @@ def test_each_run_of_a_batch_has_the_bits_that_it_has_alone(feature):
 
 
 def test_units_and_tolerances():
-    assert (rs.Points().unit, rs.Points().tolerance) == ("1", 1e-5)
-    assert (rs.PixelPoints().unit, rs.PixelPoints().tolerance) == ("px", 0.01)
+    assert (rs.features.Points().unit, rs.features.Points().tolerance) == ("1", 1e-5)
+    assert (rs.features.PixelPoints().unit, rs.features.PixelPoints().tolerance) == ("px", 0.01)
 
 
 # rank
@@ -249,12 +254,12 @@ def test_units_and_tolerances():
 
 @pytest.mark.parametrize(("marks", "rank"), [(1, 2), (2, 4), (3, 6), (4, 6), (8, 6)])
 def test_each_mark_fixes_two_motions_up_to_all_six(marks, rank):
-    L = rs.Points().interaction(seen_from_here(PINHOLE, scattered(1, marks, 1)))[0]
+    L = rs.features.Points().interaction(seen_from_here(PINHOLE, scattered(1, marks, 1)))[0]
     assert np.linalg.matrix_rank(L) == rank
 
 
 def test_marks_on_one_line_fix_five_motions_at_most():
     X = np.array([[[-0.3, 0.1, 1.5], [0.0, 0.2, 1.7], [0.3, 0.3, 1.9], [0.6, 0.4, 2.1]]])
-    sigma = np.linalg.svd(rs.Points().interaction(seen_from_here(PINHOLE, X))[0])[1]
+    sigma = np.linalg.svd(rs.features.Points().interaction(seen_from_here(PINHOLE, X))[0])[1]
     assert sigma[4] > 1e-3
     assert sigma[5] < 1e-14

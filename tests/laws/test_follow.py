@@ -168,8 +168,11 @@ def test_the_motion_of_the_tip_is_recorded(arm):
 
 
 def test_a_prismatic_joint_goes_in_metres():
-    links = [rs.Link("base"), rs.Link("lift", "base", rs.Joint("prismatic", limits=(0.0, 0.5)))]
-    links += [rs.Link("turn", "lift", rs.Joint("revolute"))]
+    links = [
+        rs.joints.Link("base"),
+        rs.joints.Link("lift", "base", rs.joints.Joint("prismatic", limits=(0.0, 0.5))),
+    ]
+    links += [rs.joints.Link("turn", "lift", rs.joints.Joint("revolute"))]
     scene = rs.Scene([rs.Robot("pole", links)])
     run = rs.simulate(scene, rs.FollowJoints({"lift": 0.3, "turn": 1.0}, duration=1.0))
     assert run.feature_unit.values.tolist() == ["m", "rad"]
@@ -310,7 +313,7 @@ def test_a_redundant_arm_keeps_near_a_posture():
     home = scene.home
     goal = rs.Pose.at(0.05, 0.1, -0.05) @ rs.Pose(scene.pose(f"panda.{scene.robots[0].tip}").matrix)
     ends = {}
-    for name, secondary in (("free", None), ("kept", rs.Posture(home, gain=2.0))):
+    for name, secondary in (("free", None), ("kept", rs.laws.Posture(home, gain=2.0))):
         task = rs.FollowPath(goal, duration=2.0, secondary=secondary)
         run = rs.simulate(scene, task)
         assert outcome(run) == "CONVERGED"
@@ -367,10 +370,12 @@ def test_from_a_trajectory_on_to_servoing(puma_scene, puma_goal):
     """A switch: first near the goal by a trajectory, then by the image."""
     near = rs.FollowJoints(puma_goal, duration=1.0)
     servo = rs.IBVS(goal=puma_goal)
-    task = rs.Switch(near, servo, rs.ErrorBelow(0.01))
+    task = rs.Switch(near, servo, rs.tasks.ErrorBelow(0.01))
     run = rs.simulate(puma_scene, task, puma_goal + 0.02, duration=30)
     assert outcome(run) == "CONVERGED" and float(run.end_time) > 1.0
-    border = rs.Switch(near, servo, rs.NearBorder(5, (640, 480)))  # what sees nothing sees none
+    border = rs.Switch(
+        near, servo, rs.tasks.NearBorder(5, (640, 480))
+    )  # what sees nothing sees none
     assert outcome(rs.simulate(puma_scene, border, puma_goal + 0.02, duration=30)) == "CONVERGED"
 
 
@@ -390,7 +395,7 @@ def test_runs_without_a_camera_are_compared_and_drawn(arm):
     run = found.runs["quick"]
     assert rs.plot.velocity(run).axes[0].get_ylabel().startswith("v of puma560.flange")
     assert len(rs.plot.run(run, arm).axes) == 4
-    with pytest.raises(rs.InputError, match="no camera has a part in this run"):
+    with pytest.raises(rs.errors.InputError, match="no camera has a part in this run"):
         rs.plot.image(run)
 
 
@@ -398,10 +403,10 @@ def test_what_looks_into_servoing_says_that_there_is_none(arm):
     task = rs.FollowJoints({"shoulder": 0.5}, duration=1.0)
     run = followed(arm, task)
     for look in (rs.explain, rs.diagnose):
-        with pytest.raises(rs.InputError, match="no camera has a part in this run"):
+        with pytest.raises(rs.errors.InputError, match="no camera has a part in this run"):
             look(run)
     for moving in (task, rs.FollowPath(reached(arm, START), duration=1.0)):
-        with pytest.raises(rs.InputError, match="goes by the time"):
+        with pytest.raises(rs.errors.InputError, match="goes by the time"):
             rs.equilibria(arm, moving)
 
 
@@ -444,7 +449,7 @@ class Endless:
     ],
 )
 def test_bad_tasks_for_joints_are_one_clear_error(told, message):
-    with pytest.raises(rs.InputError, match=message):
+    with pytest.raises(rs.errors.InputError, match=message):
         rs.FollowJoints(**told)
 
 
@@ -471,32 +476,34 @@ def test_bad_tasks_for_joints_are_one_clear_error(told, message):
     ],
 )
 def test_joints_that_the_scene_does_not_have_are_one_clear_error(arm, task, message):
-    with pytest.raises(rs.InputError, match=message):
+    with pytest.raises(rs.errors.InputError, match=message):
         followed(arm, task)
 
 
 def test_a_joint_of_two_robots_needs_the_name_of_one():
     arms = [rs.robots.puma560(), rs.robots.puma560().named("other").at(rs.Pose.at(2, 0, 0))]
     scene = rs.Scene(arms)
-    with pytest.raises(rs.InputError, match=r"There are puma560\.shoulder, other\.shoulder"):
+    with pytest.raises(rs.errors.InputError, match=r"There are puma560\.shoulder, other\.shoulder"):
         rs.simulate(scene, rs.FollowJoints({"shoulder": 0.1}, duration=1.0))
     run = rs.simulate(scene, rs.FollowJoints({"other.shoulder": 0.1}, duration=1.0))
     assert (
         abs(float(run.q_end[6]) - 0.1) < 1e-12 and run.frame_pose.attrs["frame"] == "other.flange"
     )
-    with pytest.raises(rs.InputError, match=r"frame: which one is to move\? Tips: puma560.fl"):
+    with pytest.raises(
+        rs.errors.InputError, match=r"frame: which one is to move\? Tips: puma560.fl"
+    ):
         rs.simulate(scene, rs.FollowPath(np.eye(4), duration=1.0))
 
 
 def test_what_has_no_coordinate_of_its_own_or_moves_alone_cannot_be_named():
     base = rs.Scene([rs.robots.unicycle()])
-    with pytest.raises(rs.InputError, match="with a coordinate and a velocity of its own"):
+    with pytest.raises(rs.errors.InputError, match="with a coordinate and a velocity of its own"):
         rs.simulate(base, rs.FollowJoints([0.0, 0.0], duration=1.0))
     belt = rs.Scene([rs.robots.turntable()], motions=[rs.Motion("turntable", [0.1])])
     name = belt.coordinate_names[0]
-    with pytest.raises(rs.InputError, match="moves on its own"):
+    with pytest.raises(rs.errors.InputError, match="moves on its own"):
         rs.simulate(belt, rs.FollowJoints({name: 0.1}, duration=1.0))
-    with pytest.raises(rs.InputError, match="no joint that a task can command moves"):
+    with pytest.raises(rs.errors.InputError, match="no joint that a task can command moves"):
         rs.simulate(belt, rs.FollowPath(np.eye(4), duration=1.0))
 
 
@@ -535,13 +542,15 @@ PACE = {"speed": 1.0, "acceleration": 1.0}
     ],
 )
 def test_bad_tasks_for_paths_are_one_clear_error(told, message):
-    with pytest.raises(rs.InputError, match=message):
+    with pytest.raises(rs.errors.InputError, match=message):
         rs.FollowPath(**told)
 
 
 def test_a_frame_that_does_not_exist_is_one_clear_error(arm):
     task = rs.FollowPath(HERE, frame="puma560.flang", duration=1.0)
-    with pytest.raises(rs.FrameError, match=r"did you mean 'puma560\.flange'"):
+    with pytest.raises(rs.errors.FrameError, match=r"did you mean 'puma560\.flange'"):
         followed(arm, task)
-    with pytest.raises(rs.InputError, match="no joint that a task can command moves 'world'"):
+    with pytest.raises(
+        rs.errors.InputError, match="no joint that a task can command moves 'world'"
+    ):
         followed(arm, rs.FollowPath(HERE, frame="world", duration=1.0))

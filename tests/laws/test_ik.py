@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 import robsim as rs
 
 HALF = np.pi / 2
-REASON = rs.IKReason
+REASON = rs.kinematics.IKReason
 
 
 ARMS = {
@@ -21,18 +21,20 @@ ARMS = {
 
 def crane():
     """A boom whose second part follows its first, on a rail, and a telescope at its end."""
-    rail = rs.Joint("rail", curve=rs.curves.Arc(2.0, 2.0))
-    arm = rs.Joint("revolute", rs.Pose.at(rpy=(HALF, 0, 0)), rs.Pose.at(1, 0, 0))
-    forearm = rs.Joint("revolute", tail=rs.Pose.at(1, 0, 0), follows=rs.Mimic("arm", -2.0, 0.3))
-    telescope = rs.Joint("prismatic", rs.Pose.at(rpy=(0, 1, 0)), limits=(0.0, 0.5))
+    rail = rs.joints.Joint("rail", curve=rs.shapes.curves.Arc(2.0, 2.0))
+    arm = rs.joints.Joint("revolute", rs.Pose.at(rpy=(HALF, 0, 0)), rs.Pose.at(1, 0, 0))
+    forearm = rs.joints.Joint(
+        "revolute", tail=rs.Pose.at(1, 0, 0), follows=rs.joints.Mimic("arm", -2.0, 0.3)
+    )
+    telescope = rs.joints.Joint("prismatic", rs.Pose.at(rpy=(0, 1, 0)), limits=(0.0, 0.5))
     return rs.Robot(
         "crane",
         [
-            rs.Link("base"),
-            rs.Link("car", "base", rail),
-            rs.Link("arm", "car", arm),
-            rs.Link("forearm", "arm", forearm),
-            rs.Link("hook", "forearm", telescope),
+            rs.joints.Link("base"),
+            rs.joints.Link("car", "base", rail),
+            rs.joints.Link("arm", "car", arm),
+            rs.joints.Link("forearm", "arm", forearm),
+            rs.joints.Link("hook", "forearm", telescope),
         ],
     )
 
@@ -240,12 +242,14 @@ def test_weights_count_against_each_other_alone():
 
 
 def test_what_overflows_is_given_back_as_it_was():
-    slide = rs.Joint("prismatic")
-    arm = rs.Robot("arm", [rs.Link("base"), rs.Link("tip", "base", slide)])
+    slide = rs.joints.Joint("prismatic")
+    arm = rs.Robot("arm", [rs.joints.Link("base"), rs.joints.Link("tip", "base", slide)])
     found = arm.ik(rs.Pose.at(), [1e200], restarts=0)
     assert found.q == 1e200 and found.error == np.inf and found.reason is REASON.ITERATIONS
-    wide = rs.Joint("prismatic", limits=(-1e308, 1e308))  # searched where others are without limits
-    arm = rs.Robot("arm", [rs.Link("base"), rs.Link("tip", "base", wide)])
+    wide = rs.joints.Joint(
+        "prismatic", limits=(-1e308, 1e308)
+    )  # searched where others are without limits
+    arm = rs.Robot("arm", [rs.joints.Link("base"), rs.joints.Link("tip", "base", wide)])
     assert arm.ik(rs.Pose.at(z=0.4)).success
 
 

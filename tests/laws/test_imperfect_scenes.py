@@ -6,7 +6,7 @@ import pytest
 import robsim as rs
 
 DT = 0.04
-quiet = pytest.mark.filterwarnings("ignore::robsim.RankWarning")
+quiet = pytest.mark.filterwarnings("ignore::robsim.errors.RankWarning")
 
 
 @quiet
@@ -40,9 +40,9 @@ def _mean(command, start, seconds, lag=0.08, rate=4.0, steps=1000):
 
 def test_a_mark_hidden_from_one_camera_is_seen_by_the_other(arrange):
     scene = arrange("stereo_in_hand")
-    features = [rs.FeatureBlock("points", camera=name) for name in ("left", "right")]
+    features = [rs.features.FeatureBlock("points", camera=name) for name in ("left", "right")]
     task = rs.IBVS(features=features)
-    hidden = rs.Occlusion([0, 1], 0.2, 0.5, camera="left")
+    hidden = rs.imperfections.Occlusion([0, 1], 0.2, 0.5, camera="left")
     q0 = scene.home + 0.02
     run = rs.simulate(scene, task, q0, duration=1.0, sensing=rs.Sensing(occlusions=hidden))
     count = run.s.shape[1] // 2
@@ -69,7 +69,7 @@ def test_a_mark_hidden_from_one_camera_is_seen_by_the_other(arrange):
 def test_schemes_with_laws_of_their_own_live_with_everything(arrange, around, name, task):
     """Alone and in a batch the same bits, all finite until the end."""
     scene = arrange(name)
-    occlusion = rs.Occlusion([1], 0.2, 0.4)
+    occlusion = rs.imperfections.Occlusion([1], 0.2, 0.4)
     told = {
         "sensing": rs.Sensing(0.2, 0.1, 0.0, 0.0, [occlusion], 0.2, 0.055, 0.08),
         "actuation": rs.Actuation(0.05, 2.0, 9.0, 1e-4),

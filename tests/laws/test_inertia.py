@@ -7,18 +7,9 @@ import numpy as np
 import pytest
 
 import robsim as rs
-from robsim import (
-    Ball,
-    Block,
-    CameraBody,
-    Capsule,
-    Inertia,
-    Link,
-    Mesh,
-    Pose,
-    TaperedCylinder,
-    Wheel,
-)
+from robsim import Block, CameraBody, Pose, Wheel
+from robsim.joints import Link
+from robsim.shapes import Ball, Capsule, Inertia, Mesh, TaperedCylinder
 
 SOMEWHERE = Pose.at(0.3, -2.0, 1.0, rpy=(0.4, -1.0, 2.0))
 SOLIDS = (
@@ -162,7 +153,7 @@ def test_an_inertia_is_a_value():
     ],
 )
 def test_what_no_body_can_have_is_refused(mass, centre, tensor, message):
-    with pytest.raises(rs.InputError, match=message):
+    with pytest.raises(rs.errors.InputError, match=message):
         Inertia(mass, centre, tensor)
 
 
@@ -189,7 +180,7 @@ def test_what_no_body_can_have_is_refused(mass, centre, tensor, message):
     ],
 )
 def test_bad_shapes_are_refused(make, message):
-    with pytest.raises(rs.InputError, match=message):
+    with pytest.raises(rs.errors.InputError, match=message):
         make()
 
 
@@ -218,9 +209,9 @@ def test_a_robot_of_meshes_is_drawn_as_lines():
 
 def test_a_thin_rod_and_a_point_are_bodies_too():
     """m l^2/12 across a rod, nothing about it; two points make a rod of their own."""
-    rod = rs.Inertia(3.0, tensor=np.diag([0.0, 1.0, 1.0])).at(
+    rod = rs.shapes.Inertia(3.0, tensor=np.diag([0.0, 1.0, 1.0])).at(
         rs.Pose.at(1, 2, 3, rpy=(0.1, 0.2, 0.3))
     )
     np.testing.assert_allclose(np.linalg.eigvalsh(rod.tensor), [0, 1, 1], atol=1e-15)
-    points = [rs.Inertia(2.0, (x, 0, 0), np.zeros((3, 3))) for x in (-1.0, 1.0)]
+    points = [rs.shapes.Inertia(2.0, (x, 0, 0), np.zeros((3, 3))) for x in (-1.0, 1.0)]
     np.testing.assert_allclose((points[0] + points[1]).tensor, np.diag([0.0, 4.0, 4.0]))

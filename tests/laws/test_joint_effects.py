@@ -115,5 +115,5 @@ class No:
     ],
 )
 def test_what_is_no_effect_is_refused(experiment, effect, message):
-    with pytest.raises(rs.InputError, match=message):
+    with pytest.raises(rs.errors.InputError, match=message):
         with_effects(experiment, effect).run()

@@ -8,7 +8,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import robsim as rs
-from robsim import Chord, InputError, Joint, Link, Mimic, Pose, Robot, Rolling, Steering, curves
+from robsim import Pose, Robot
+from robsim.errors import InputError
+from robsim.joints import Chord, Joint, Link, Mimic, Rolling, Steering
+from robsim.shapes import curves
 
 steady = settings(derandomize=True, max_examples=20, deadline=None)
 seeds = st.integers(0, 2**32)
@@ -97,7 +100,9 @@ def car(wheelbase=0.5, track=0.4, radius=0.1):
                 f"knuckle_{name}",
                 "body",
                 Joint(
-                    "revolute", Pose.at(wheelbase, y, radius), follows=rs.Ackermann("body.steering")
+                    "revolute",
+                    Pose.at(wheelbase, y, radius),
+                    follows=rs.joints.Ackermann("body.steering"),
                 ),
             ),
             Link(
@@ -233,7 +238,7 @@ def test_a_link_may_be_called_steering():
     np.testing.assert_array_equal(J, robot.jacobian([0.3], "b"))
     assert J[5, 0] == -2.0
     with pytest.raises(InputError, match="must follow the steering angle of a car"):
-        knuckle = Link("k", "b", Joint("revolute", follows=rs.Ackermann("steering")))
+        knuckle = Link("k", "b", Joint("revolute", follows=rs.joints.Ackermann("steering")))
         rs.Scene([Robot("column", [*links, knuckle])])
 
 
@@ -280,7 +285,7 @@ def test_no_wheel_of_a_vehicle_slips_along_or_aside(seed):
 
 @pytest.mark.parametrize("x", [-0.3, 0.2, 0.5, 0.9])
 def test_a_steered_wheel_may_be_anywhere_on_its_car(x):
-    steered = rs.Ackermann("body.steering")
+    steered = rs.joints.Ackermann("body.steering")
     links = [
         Link("floor"),
         Link("body", "floor", Joint("car", steering=Steering(0.5, 0.6, 2.0))),

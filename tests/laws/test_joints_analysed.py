@@ -4,9 +4,11 @@ import numpy as np
 import pytest
 
 import robsim as rs
-from robsim import InputError, Joint, Link, Mimic, Pose, Robot
+from robsim import Pose, Robot
+from robsim.errors import InputError
+from robsim.joints import Joint, Link, Mimic
 
-TWO = [rs.FeatureBlock("decoupled_moments", components=[0, 2])]
+TWO = [rs.features.FeatureBlock("decoupled_moments", components=[0, 2])]
 CAMERA = rs.Camera([[400, 0, 319.5], [0, 400, 239.5], [0, 0, 1]], (640, 480))
 MARKS = [[-0.1, -0.1, 0], [0.1, -0.1, 0], [0.1, 0.08, 0], [-0.1, 0.1, 0]]
 
@@ -21,9 +23,9 @@ def before(robot, link, away):
 
 def crawler():
     """On a cable by two wheels; on its body a camera that pans."""
-    cable = rs.curves.Catenary((0, 0), (5, 0.5), 5.2)
+    cable = rs.shapes.curves.Catenary((0, 0), (5, 0.5), 5.2)
     up, hub = Pose.at(rpy=(np.pi / 2, 0, 0)), Pose.at(0, 0.05, 0)
-    chord = rs.Chord("rear", 0.4, 0.05, gives="angle")
+    chord = rs.joints.Chord("rear", 0.4, 0.05, gives="angle")
     pan = Joint("revolute", Pose.at(0.2, -0.1, 0, rpy=(np.pi / 2, 0, 0)), limits=(-2.0, 2.0))
     links = [
         Link("base"),
@@ -84,12 +86,12 @@ def test_it_is_explained_compared_diagnosed_and_drawn(case):
 def test_secondary_motions_limits_and_chosen_joints(case):
     scene, task, q0, _ = case
     first, n = scene.velocity_names[0], task.bind(scene).columns.size
-    one = [rs.FeatureBlock("points", marks=[0], components=[0])]
+    one = [rs.features.FeatureBlock("points", marks=[0], components=[0])]
     for made in (
-        rs.IBVS(features=one, secondary=rs.AvoidLimits()),
-        rs.IBVS(features=one, secondary=rs.Posture(np.zeros(n))),
+        rs.IBVS(features=one, secondary=rs.laws.AvoidLimits()),
+        rs.IBVS(features=one, secondary=rs.laws.Posture(np.zeros(n))),
         rs.IBVS(features=one, joints=first),
-        rs.IBVS(features=task.features, limit=rs.SpeedLimit(joint=0.02)),
+        rs.IBVS(features=task.features, limit=rs.laws.SpeedLimit(joint=0.02)),
     ):
         qd = rs.simulate(scene, made, q0, duration=0.4).qd.dropna("time").values
         assert qd.size
@@ -136,7 +138,7 @@ def test_a_car_that_cannot_turn_enough_is_told_so():
 
 def test_a_car_that_is_only_to_turn_stands_and_is_told_so():
     scenario = rs.load_scenario(rs.examples.path("car"))
-    one = [rs.FeatureBlock("points", marks=[0], components=[0])]
+    one = [rs.features.FeatureBlock("points", marks=[0], components=[0])]
     task = rs.IBVS(features=one, joints="body.omega")
     run = rs.simulate(scenario.scene, task, scenario.start, duration=1.0)
     assert (run.qd_actual == 0).all() and (run.q == run.q[0]).all()

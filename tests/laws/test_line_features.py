@@ -33,7 +33,7 @@ def close(a, b, tolerance):
 def seen(X):
     """What a camera with K = I makes of points (runs, marks, 3) in its axes."""
     X = np.asarray(X, float)
-    return rs.Observation.of(X[..., :2] / X[..., 2:], X[..., 2], PINHOLE)
+    return rs.features.Observation.of(X[..., :2] / X[..., 2:], X[..., 2], PINHOLE)
 
 
 def in_image(*points, Z=1.0):
@@ -120,7 +120,7 @@ def test_lines_move_as_their_two_marks_do(seed):
     _, theta = Lines().measure(seen(X))[0]
     x = X[0, :, :2] / X[0, :, 2:]
     c, s = np.cos(theta), np.sin(theta)
-    points = rs.Points().interaction(seen(X))[0].reshape(2, 2, 6)
+    points = rs.features.Points().interaction(seen(X))[0].reshape(2, 2, 6)
     known = points[:, 0] * c + points[:, 1] * s
     system = np.stack([np.ones(2), x[:, 0] * s - x[:, 1] * c], axis=1)
     size = np.linalg.cond(system)
@@ -179,7 +179,11 @@ def test_a_segment_moves_so_that_its_ends_move_as_points_do(seed):
         [1, 0, c / 2, -length * s / 2],
         [0, 1, s / 2, length * c / 2],
     ]
-    close(ends @ Segments().interaction(seen(X))[0], rs.Points().interaction(seen(X))[0], 1e-14)
+    close(
+        ends @ Segments().interaction(seen(X))[0],
+        rs.features.Points().interaction(seen(X))[0],
+        1e-14,
+    )
 
 
 def test_a_frontal_segment_has_the_simple_matrix():
@@ -295,7 +299,7 @@ def test_lines_that_are_parallel_in_the_image_vanish_at_infinity():
 def test_marks_that_do_not_fill_the_groups_are_refused(feature, marks, size):
     words = f"{type(feature).__name__}: .* multiple of {size}; the target has {marks}"
     for act in (feature.measure, feature.interaction):
-        with pytest.raises(rs.InputError, match=words):
+        with pytest.raises(rs.errors.InputError, match=words):
             act(seen(scattered(0, marks=marks)))
 
 

@@ -22,7 +22,7 @@ def rhino():
 
 @pytest.fixture(scope="module")
 def rows(rhino):
-    return rs.to_table(rhino.run(duration=1.0))
+    return rs.logs.to_table(rhino.run(duration=1.0))
 
 
 def same(run, other, names):
@@ -40,8 +40,8 @@ def same(run, other, names):
 def test_a_table_is_the_run_again_to_the_bit(name, tmp_path):
     made = experiment(name, duration=1.2)
     run = made.run()
-    rs.to_table(run).to_csv(tmp_path / "log.csv", index=False)
-    again = rs.read_log(tmp_path / "log.csv", made)
+    rs.logs.to_table(run).to_csv(tmp_path / "log.csv", index=False)
+    again = rs.logs.read_log(tmp_path / "log.csv", made)
     assert set(run.data_vars) - set(again.data_vars) == set()
     same(run, again, ["time", "q", "qd", "pixels", "s", "error", "camera_pose", "camera_velocity"])
     same(run, again, ("q_end", "pixels_end", "pixel_error", "goal_pose", "q0"))
@@ -50,14 +50,16 @@ def test_a_table_is_the_run_again_to_the_bit(name, tmp_path):
 
 
 def test_rows_are_their_table(rhino, rows):
-    again = rs.read_log(rows.to_dict("records"), rhino)
+    again = rs.logs.read_log(rows.to_dict("records"), rhino)
     assert again.attrs["recorded"] == "rows"
-    assert again.drop_attrs(deep=False).identical(rs.read_log(rows, rhino).drop_attrs(deep=False))
+    assert again.drop_attrs(deep=False).identical(
+        rs.logs.read_log(rows, rhino).drop_attrs(deep=False)
+    )
 
 
 def test_it_ends_as_the_run_did(rhino):
     run = rhino.run()
-    again = rs.read_log(rs.to_table(run), rhino)
+    again = rs.logs.read_log(rs.logs.to_table(run), rhino)
     same(run, again, ENDS)
     assert again.attrs["hold"] == 0 and again.attrs["recorded"] == "table"
 
@@ -65,21 +67,24 @@ def test_it_ends_as_the_run_did(rhino):
 def test_a_log_that_goes_on_says_from_when_on_its_error_stayed_small(rhino):
     """Held for a second at its goal, with one period in between in which the marks are off."""
     run = rhino.run(hold=True, duration=13.0)
-    log, small = rs.to_table(run), (np.abs(run.error.values) < run.attrs["tolerance"]).all(axis=1)
+    log, small = (
+        rs.logs.to_table(run),
+        (np.abs(run.error.values) < run.attrs["tolerance"]).all(axis=1),
+    )
     first = int(np.argmax(small))
     log.loc[first + 4, "pixels[0,column]"] += 5.0
-    again = rs.read_log(log, rhino)
+    again = rs.logs.read_log(log, rhino)
     assert again.attrs["converged_at"] == pytest.approx((first + 5) * rhino.dt, abs=1e-12)
     figure = rs.plot.joints(again)
     told = f"converged after {(first + 5) * rhino.dt:.3g} s; the log ends at 13 s"
     assert small[first:].all() and figure.get_suptitle() == told
-    short = rs.read_log(log[: first - 1], rhino)
+    short = rs.logs.read_log(log[: first - 1], rhino)
     assert "converged_at" not in short.attrs
     assert rs.plot.joints(short).get_suptitle().startswith("not converged; the log ends at ")
 
 
 def test_a_recorded_run_is_saved_opened_and_drawn(rhino, rows, tmp_path):
-    run = rs.read_log(rows, rhino)
+    run = rs.logs.read_log(rows, rhino)
     assert rs.open_run(rs.save_run(run, tmp_path / "log.nc")).identical(run)
     assert len(rs.plot.run(run, rhino.scene).axes) == 5
     page = load_recording(rs.export_html(run, tmp_path / "log.html"))
@@ -95,7 +100,7 @@ def test_every_period_has_the_last_values_until_then(rhino, rows):
     joints = [name for name in log if name.startswith(("q[", "qd["))]
     log.loc[rng.random(len(log)) < 0.4, images] = np.nan
     log.loc[log.index % 3 == 1, joints] = np.nan
-    run = rs.read_log(log, rhino)
+    run = rs.logs.read_log(log, rhino)
     begin = int(run.attrs["recorded_from"]) / 1e9
     for row, seconds in enumerate(begin + run.time.values):
         until = log[log.time <= seconds + 1e-9]
@@ -110,7 +115,7 @@ def test_every_period_has_the_last_values_until_then(rhino, rows):
 
 def test_ages_are_known_to_the_nanosecond_also_of_times_since_1970(rhino, rows):
     """As float64 the times themselves are known to 256 ns."""
-    run, since = rs.read_log(rows, rhino), 1_700_000_000_000_000_007
+    run, since = rs.logs.read_log(rows, rhino), 1_700_000_000_000_000_007
     times = since + np.round(run.time.values * NANO).astype(np.int64)
     images = Stream("images", times[::2] - 9, run.pixels.values[::2])
     (sight,) = rs.Controller(rhino).sights
@@ -122,7 +127,7 @@ def test_ages_are_known_to_the_nanosecond_also_of_times_since_1970(rhino, rows):
 def test_a_mark_that_is_not_seen_is_nan_and_held_for_the_controller(rhino, rows):
     log = rows.copy()
     log.loc[5:8, ["pixels[2,column]", "pixels[2,row]"]] = np.nan
-    run = rs.read_log(log, rhino)
+    run = rs.logs.read_log(log, rhino)
     np.testing.assert_array_equal(
         np.isnan(run.pixels.values[:, 2, 0]), (log.index > 4) & (log.index < 9)
     )
@@ -130,7 +135,7 @@ def test_a_mark_that_is_not_seen_is_nan_and_held_for_the_controller(rhino, rows)
     for t in range(12):
         qd = controller.step(run.pixels.values[t], run.q.values[t], t * rhino.dt).velocities
         assert np.isfinite(qd).all()
-    with pytest.warns(rs.ReplayWarning, match="not those of the controller"):
+    with pytest.warns(rs.errors.ReplayWarning, match="not those of the controller"):
         again = rs.replay(run)
     np.testing.assert_array_equal(again.qd.values[11], qd)
     assert [each.about for each in rs.explain(run, trials=False).causes][-1] == "unseen marks"
@@ -142,7 +147,7 @@ def test_marks_that_are_seen_in_turn_begin_where_each_was_last(rhino, rows):
     for row in range(6):
         for mark in set(range(4)) - {row % 4}:
             log.loc[row, pairs[mark]] = np.nan
-    run = rs.read_log(log, rhino)
+    run = rs.logs.read_log(log, rhino)
     assert run.attrs["recorded_from"] == str(round(3 * 0.04 * 1e9))
     begin = [rows.loc[mark, pairs[mark]] for mark in range(4)]
     np.testing.assert_array_equal(run.pixels[0], begin)
@@ -152,7 +157,7 @@ def test_marks_that_are_seen_in_turn_begin_where_each_was_last(rhino, rows):
 
 def test_replay_commands_the_same_to_the_bit(rhino, rows):
     """Any other command would be a ReplayWarning, which is an error here."""
-    run = rs.read_log(rows, rhino)
+    run = rs.logs.read_log(rows, rhino)
     assert rs.replay(run).identical(run)
     found = rs.explain(run)
     assert found.causes == () and "those of this controller" in found.remarks[0]
@@ -161,7 +166,7 @@ def test_replay_commands_the_same_to_the_bit(rhino, rows):
 def test_a_robot_with_another_gain_and_late_images_is_found_out(rhino):
     """Gain times 0.8, images two periods late: the factor and the delay of the commands."""
     real = rhino.at("task.gain", 0.8 * rhino.task.gain).with_(sensing=rs.Sensing(latency=0.08))
-    found = rs.explain(rs.read_log(rs.to_table(real.run()), rhino), trials=False)
+    found = rs.explain(rs.logs.read_log(rs.logs.to_table(real.run()), rhino), trials=False)
     (commands,) = [each for each in found.causes if each.about == "commands"]
     assert commands.evidence["periods"] == 2
     assert commands.evidence["scale"] == pytest.approx(0.8, abs=0.01)
@@ -170,7 +175,7 @@ def test_a_robot_with_another_gain_and_late_images_is_found_out(rhino):
 
 def test_joints_that_follow_late_are_found_out(rhino):
     real = rhino.with_(actuation=rs.Actuation(lag=0.12))
-    found = rs.explain(rs.read_log(rs.to_table(real.run()), rhino), trials=False)
+    found = rs.explain(rs.logs.read_log(rs.logs.to_table(real.run()), rhino), trials=False)
     (motion,) = [each for each in found.causes if each.about == "motion"]
     assert motion.evidence == {**motion.evidence, "periods": 0, "lag": 3.0}
     assert motion.evidence["scale"] == pytest.approx(1.0, abs=1e-9)
@@ -192,7 +197,7 @@ def test_a_clock_that_trembles_does_not_hide_how_joints_follow(rhino, changes, s
     """Rows up to 20 % of a period early or late, of joints that do exactly as told otherwise."""
     rng, dt = np.random.default_rng(6), rhino.dt
     run = rhino.run(duration=6.0)
-    log = rs.to_table(run)
+    log = rs.logs.to_table(run)
     told = log[[f"qd[{name}]" for name in rhino.scene.velocity_names]].to_numpy()
     log["time"] += rng.uniform(-0.2, 0.2, len(log)) * dt * (log.index > 0)
     late, steps = changes.get("late", 0), np.diff(log["time"])
@@ -204,7 +209,7 @@ def test_a_clock_that_trembles_does_not_hide_how_joints_follow(rhino, changes, s
         rates[i + 1] = now * step
     joints = [f"q[{name}]" for name in rhino.scene.coordinate_names]
     log[joints] = run.q.values[0] + np.cumsum(rates, axis=0)
-    explained = rs.explain(rs.read_log(log, rhino), trials=False)
+    explained = rs.explain(rs.logs.read_log(log, rhino), trials=False)
     motion = [each for each in explained.causes if each.about == "motion"]
     assert len(motion) == bool(changes)
     assert any("move as commanded" in each for each in explained.remarks) == (not changes)
@@ -217,7 +222,7 @@ def test_a_clock_that_trembles_does_not_hide_how_joints_follow(rhino, changes, s
 
 def test_a_target_elsewhere_is_found_out_in_the_images(rhino):
     moved = rhino.scene.believe(place=rs.Pose.at(0.005))
-    run = rs.read_log(rs.to_table(rhino.run(duration=1.0)), rhino.with_(scene=moved))
+    run = rs.logs.read_log(rs.logs.to_table(rhino.run(duration=1.0)), rhino.with_(scene=moved))
     found = rs.explain(run, trials=False)
     (places,) = [each for each in found.causes if each.about == "places"]
     q = rhino.run(duration=1.0).q.values
@@ -227,7 +232,7 @@ def test_a_target_elsewhere_is_found_out_in_the_images(rhino):
 
 def test_it_is_measured_beside_its_simulation(rhino):
     real = rhino.with_(sensing=rs.Sensing(latency=0.08))
-    run = rs.read_log(rs.to_table(real.run()), rhino)
+    run = rs.logs.read_log(rs.logs.to_table(real.run()), rhino)
     both = rs.compare({"real": run, "simulated": rhino}).data
     alone = rs.compare({"simulated": real}).data
     for name in ("image_detour", "path_ratio", "rotation", "effort_angular", "limit_margin"):
@@ -240,15 +245,15 @@ def test_units_and_names_of_other_programs(rhino, rows):
     for name in [name for name in log if name.startswith("q[")] + ["joint_1"]:
         log[name] = np.degrees(log[name])
     log["time"] *= 1000
-    run = rs.read_log(
+    run = rs.logs.read_log(
         log, rhino, columns={"q[shoulder]": "joint_1"}, units={"q": "deg", "time": "ms"}
     )
-    np.testing.assert_allclose(run.q, rs.read_log(rows, rhino).q, rtol=1e-15)
+    np.testing.assert_allclose(run.q, rs.logs.read_log(rows, rhino).q, rtol=1e-15)
 
 
 def test_without_commands_velocities_are_differences(rhino, rows):
     log = rows[[name for name in rows if not name.startswith("qd")]]
-    run = rs.read_log(log, rhino)
+    run = rs.logs.read_log(log, rhino)
     expected = np.diff(log[[f"q[{name}]" for name in run.coordinate.values]], axis=0) / rhino.dt
     np.testing.assert_array_equal(run.qd[:-1], expected)
     assert "Commands were not recorded" in str(rs.explain(run, trials=False))
@@ -259,6 +264,6 @@ def test_a_task_without_a_camera_is_read_from_its_joints():
     task = rs.FollowJoints(arm.home + 0.1, duration=1.0)
     made = rs.Experiment(rs.Scene(arm), task, duration=1.0)
     run = made.run()
-    again = rs.read_log(rs.to_table(run), made)
+    again = rs.logs.read_log(rs.logs.to_table(run), made)
     same(run, again, ["q", "qd", "s", "frame_pose"])
     assert again.sizes["mark"] == 0

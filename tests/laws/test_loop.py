@@ -14,7 +14,9 @@ def outcome(run):
     return rs.Outcome(int(run.outcome))
 
 
-@pytest.mark.parametrize("features", [rs.Points(), rs.PixelPoints()], ids=lambda f: f.unit)
+@pytest.mark.parametrize(
+    "features", [rs.features.Points(), rs.features.PixelPoints()], ids=lambda f: f.unit
+)
 def test_the_error_decays_exponentially_for_small_periods(free_scene, features):
     """Chapter, eqs. 7 and 8: with exact L mean-free of error, edot = -gain e near the goal."""
     scene = free_scene(SQUARE, K=[[800, 0, 320], [0, 820, 240], [0, 0, 1]])
@@ -49,7 +51,10 @@ def test_moving_the_whole_world_changes_neither_features_nor_camera_twist(free_s
 def test_moving_the_target_instead_of_the_camera_is_the_same_loop(free_scene):
     """Eye-to-hand is the same relation sdot = L (J_c - J_o) qdot with J_c = 0."""
     camera_moves = rs.simulate(free_scene(SQUARE), rs.IBVS(goal=GOAL), START, duration=2)
-    hand = rs.Robot("hand", [rs.Link("base"), rs.Link("palm", "base", rs.Joint("floating"))])
+    hand = rs.Robot(
+        "hand",
+        [rs.joints.Link("base"), rs.joints.Link("palm", "base", rs.joints.Joint("floating"))],
+    )
     eye = rs.MountedCamera("eye", rs.Camera(np.eye(3)))
     scene = rs.Scene([hand], [rs.Object("dots", marks=SQUARE, on="hand.palm")], [eye])
     task = rs.IBVS(goal=GOAL.inv())
@@ -66,7 +71,10 @@ def test_moving_the_target_instead_of_the_camera_is_the_same_loop(free_scene):
 
 def test_a_body_that_carries_camera_and_target_moves_neither_against_the_other(puma_scene):
     """A joint that carries both is no column of the task, and stays where it is."""
-    slide = rs.Robot("slide", [rs.Link("base"), rs.Link("deck", "base", rs.Joint("prismatic"))])
+    slide = rs.Robot(
+        "slide",
+        [rs.joints.Link("base"), rs.joints.Link("deck", "base", rs.joints.Joint("prismatic"))],
+    )
     arm = puma_scene.robot().at(rs.Pose.at(), on="slide.deck")
     square = puma_scene.object()
     table = rs.Object("square", marks=square.marks, pose=square.pose, on="slide.deck")
@@ -90,7 +98,7 @@ def test_with_k_equal_to_the_joints_both_laws_and_inverses_agree(free_scene):
     scene = free_scene(SQUARE[:3])
     runs = [
         rs.simulate(scene, rs.IBVS(goal=GOAL, law=law), START, duration=2)
-        for law in ("joint", "camera", rs.CameraLaw(0.01))
+        for law in ("joint", "camera", rs.laws.CameraLaw(0.01))
     ]
     for run in runs[1:]:
         np.testing.assert_allclose(run.q, runs[0].q, atol=1e-9)
@@ -154,7 +162,7 @@ def test_constant_depth_equals_scaled_goal_depth_where_all_depths_are_equal(free
 
 def test_noise_has_the_deviation_asked_for_and_does_not_enter_the_true_pixels(free_scene):
     scene = free_scene(SQUARE, K=[[800, 0, 320], [0, 800, 240], [0, 0, 1]])
-    task = rs.IBVS(goal=GOAL, features=rs.PixelPoints())
+    task = rs.IBVS(goal=GOAL, features=rs.features.PixelPoints())
     run = rs.simulate(scene, task, GOAL, sensing=rs.Sensing(noise=0.4), duration=100, seed=3)
     noise = run.s.values - run.pixels.values.reshape(-1, 8)
     assert noise.std() == pytest.approx(0.4, rel=0.03)
@@ -169,7 +177,7 @@ def test_a_users_feature_gives_the_same_run_as_the_built_in_one(free_scene):
             return seen.points.reshape(len(seen.points), -1)
 
         def interaction(self, seen):
-            return rs.Points().interaction(seen)
+            return rs.features.Points().interaction(seen)
 
     scene = free_scene(SQUARE)
     a = rs.simulate(scene, rs.IBVS(goal=GOAL, features=Mine()), START, duration=2)

@@ -13,10 +13,10 @@ import robsim as rs
 
 def leaving(scene=SCENE, task=None, **how):
     """A run in which the poster is pulled away, along its x at 0.2 m/s, and hardly followed."""
-    task = task or rs.IBVS(rs.TaughtGoal([*POSTER.goal, 0.0]), gain=1e-3, **how)
+    task = task or rs.IBVS(rs.tasks.TaughtGoal([*POSTER.goal, 0.0]), gain=1e-3, **how)
     along = rs.Pose.at(0, 0, 0, rpy=(0, np.pi / 2, 0))
-    joint = rs.Joint("prismatic", place=along)
-    rail = rs.Robot("rail", [rs.Link("base"), rs.Link("cart", "base", joint)])
+    joint = rs.joints.Joint("prismatic", place=along)
+    rail = rs.Robot("rail", [rs.joints.Link("base"), rs.joints.Link("cart", "base", joint)])
     marks = scene.object().marks @ along.rotation  # in axes of the cart
     poster = rs.Object("square", marks=marks, on="rail.cart")
     moving = rs.Scene((*scene.robots, rail), poster, scene.cameras, [rs.Motion("rail", [0.2])])
@@ -26,7 +26,7 @@ def leaving(scene=SCENE, task=None, **how):
 def test_a_run_ends_out_of_image_where_too_few_marks_are_left():
     ends = {}
     for least in (1, 12, 40):
-        run = leaving(weighting=rs.Border(least=least))
+        run = leaving(weighting=rs.weights.Border(least=least))
         marks = (run.weight.values[:, ::2] > 0).sum(axis=1)
         last = round(float(run.end_time) / 0.04)
         assert rs.Outcome(int(run.outcome)) is rs.Outcome.OUT_OF_IMAGE
@@ -36,7 +36,7 @@ def test_a_run_ends_out_of_image_where_too_few_marks_are_left():
 
 
 def test_without_the_weighting_the_same_run_ends_with_the_first_mark():
-    plain, every = leaving(), leaving(weighting=rs.Border(least=40))
+    plain, every = leaving(), leaving(weighting=rs.weights.Border(least=40))
     assert float(plain.end_time) == float(every.end_time) > 0
 
 
@@ -61,7 +61,7 @@ def test_the_end_and_the_marks_are_told():
 def test_a_start_that_sees_too_little_is_told_before_the_run():
     away = rs.Pose.at(3.0, 0, 0.61, rpy=(np.pi, 0, 0)).q
     task = rs.IBVS(GOAL, weighting="border")
-    with pytest.raises(rs.InputError, match="sees too few marks to command by"):
+    with pytest.raises(rs.errors.InputError, match="sees too few marks to command by"):
         rs.Experiment(SCENE, task, away).check()
     run = rs.simulate(SCENE, task, away)
     assert rs.Outcome(int(run.outcome)) is rs.Outcome.OUT_OF_IMAGE and run.end_time == 0
@@ -81,12 +81,12 @@ def test_a_singular_arm_is_not_taken_for_an_image_without_marks():
 
 def test_a_switch_goes_on_while_the_scheme_whose_turn_it_is_can():
     """One needs six marks at a side of the poster, and the other all that are there."""
-    goal = rs.TaughtGoal([*POSTER.goal, 0.0])
-    row = rs.FeatureBlock("points", marks=[7, 15, 23, 31, 39, 6])  # these leave first
+    goal = rs.tasks.TaughtGoal([*POSTER.goal, 0.0])
+    row = rs.features.FeatureBlock("points", marks=[7, 15, 23, 31, 39, 6])  # these leave first
     narrow = rs.IBVS(goal, gain=1e-3, features=[row], weighting="border")
     wide = rs.IBVS(goal, gain=1e-3, weighting="border")
     ends = [
-        float(leaving(task=rs.Switch(*pair, when=rs.ErrorBelow(value, of="first"))).end_time)
+        float(leaving(task=rs.Switch(*pair, when=rs.tasks.ErrorBelow(value, of="first"))).end_time)
         for pair in ((narrow, wide), (wide, narrow))
         for value in (10.0, 1e-9)
     ]
@@ -100,7 +100,7 @@ def test_a_switch_goes_on_while_the_scheme_whose_turn_it_is_can():
 def test_a_batch_has_the_bits_of_single_runs_in_any_chunks_and_threads():
     starts = POSTER.starts[LESS[:9]]
     for scheme in (rs.IBVS, rs.PBVS):
-        task = scheme(GOAL, weighting=["border", rs.Fade(time=0.3)])
+        task = scheme(GOAL, weighting=["border", rs.weights.Fade(time=0.3)])
         how = {"dt": 0.04, "duration": 2, "sensing": HIDDEN}
         whole = rs.simulate(SCENE, task, starts, **how)
         parts = rs.simulate(SCENE, task, starts, **how, chunk=2, threads=2)
@@ -151,17 +151,17 @@ def test_a_log_of_marks_that_come_and_go_is_the_run_again():
     task = rs.IBVS(GOAL, weighting="border")
     made = rs.Experiment(SCENE, task, BESIDE, dt=0.04, duration=0.4)
     run = made.run()
-    rows = rs.to_table(run)
+    rows = rs.logs.to_table(run)
     hidden = [f"pixels[{i},{axis}]" for i in (3, 17) for axis in ("column", "row")]
     rows.loc[4:, hidden] = np.nan
-    again = rs.read_log(rows, made)
+    again = rs.logs.read_log(rows, made)
     weights = run.weight.values.copy()
     weights[4:, [6, 7, 34, 35]] = 0
     np.testing.assert_array_equal(again.weight, weights)
     np.testing.assert_array_equal(np.isnan(again.error), weights == 0)
     assert rs.Outcome(int(again.outcome)) is rs.Outcome.RUNNING
     every = made.with_(task=rs.IBVS(GOAL))
-    assert rs.Outcome(int(rs.read_log(rows, every).outcome)) is rs.Outcome.OUT_OF_IMAGE
+    assert rs.Outcome(int(rs.logs.read_log(rows, every).outcome)) is rs.Outcome.OUT_OF_IMAGE
 
 
 # files

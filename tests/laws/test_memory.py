@@ -7,8 +7,8 @@ import pytest
 
 import robsim as rs
 
-P = rs.FeatureBlock
-quiet = pytest.mark.filterwarnings("ignore::robsim.RankWarning")
+P = rs.features.FeatureBlock
+quiet = pytest.mark.filterwarnings("ignore::robsim.errors.RankWarning")
 RUNS = 7
 
 
@@ -20,7 +20,7 @@ class Eager:
 
     def command(self, state):
         kept = state.memory
-        plain = rs.JointLaw().command(state)
+        plain = rs.laws.JointLaw().command(state)
         past = kept.get("past", np.zeros(plain.shape))
         kept["past"] = past + state.dt * plain
         kept.setdefault("calls", np.zeros(len(plain), dtype=np.int64))
@@ -32,30 +32,30 @@ class Eager:
 TASKS = {
     "plain": rs.IBVS(),
     "broyden": rs.IBVS(interaction="broyden"),
-    "depth filter": rs.IBVS(depth=rs.DepthFilter(0.6)),
+    "depth filter": rs.IBVS(depth=rs.laws.DepthFilter(0.6)),
     "smooth start": rs.PBVS(smooth_start=3.0),
-    "secondary": rs.PBVS(secondary=rs.AvoidLimits(margin=0.45), projection="large"),
+    "secondary": rs.PBVS(secondary=rs.laws.AvoidLimits(margin=0.45), projection="large"),
     "own law": rs.IBVS(law=Eager()),
-    "latch": rs.Switch(rs.PBVS(), rs.IBVS(law=Eager()), rs.ErrorBelow(0.05)),
+    "latch": rs.Switch(rs.PBVS(), rs.IBVS(law=Eager()), rs.tasks.ErrorBelow(0.05)),
     "ordered": rs.Priorities(
         [
-            rs.IBVS(features=[P("points", marks=[0])], depth=rs.DepthFilter(0.6)),
+            rs.IBVS(features=[P("points", marks=[0])], depth=rs.laws.DepthFilter(0.6)),
             rs.IBVS(interaction="broyden"),
         ],
         smooth_start=5.0,
     ),
     "nested": rs.Switch(
-        rs.IBVS(depth=rs.DepthFilter(0.5), smooth_start=2.0),
+        rs.IBVS(depth=rs.laws.DepthFilter(0.5), smooth_start=2.0),
         rs.Priorities([rs.IBVS(interaction="broyden"), rs.PBVS()]),
-        rs.ErrorBelow(0.08),
+        rs.tasks.ErrorBelow(0.08),
     ),
 }
 TRACKING = {
     "estimated": rs.IBVS(feed_forward="estimated", gain=2.0),
     "estimated and filtered": rs.IBVS(
-        feed_forward=rs.EstimatedMotion(0.1),
-        depth=rs.DepthFilter(1.3),
-        limit=rs.SpeedLimit(joint=0.5),
+        feed_forward=rs.laws.EstimatedMotion(0.1),
+        depth=rs.laws.DepthFilter(1.3),
+        limit=rs.laws.SpeedLimit(joint=0.5),
     ),
 }
 
@@ -83,7 +83,7 @@ SPOILT = {
     "noise": {"sensing": rs.Sensing(noise=1.0)},
     "everything": {
         "sensing": rs.Sensing(
-            0.5, 0.25, 0.05, 5.0, [rs.Occlusion([1], 0.3, 0.6)], 0.2, 0.055, 0.08
+            0.5, 0.25, 0.05, 5.0, [rs.imperfections.Occlusion([1], 0.3, 0.6)], 0.2, 0.055, 0.08
         ),
         "actuation": rs.Actuation(0.05, 0.5, 3.0, 1e-4),
     },
@@ -119,7 +119,9 @@ def test_runs_that_end_leave_the_memory_of_the_others_alone(arrange, around):
     scene = arrange("eye_in_hand")
     q0 = around(scene, RUNS, spread=0.2)
     q0[[1, 2, 5]] = scene.home
-    task = rs.IBVS(law=Eager(), depth=rs.DepthFilter(0.6), interaction="broyden", tolerance=1e-2)
+    task = rs.IBVS(
+        law=Eager(), depth=rs.laws.DepthFilter(0.6), interaction="broyden", tolerance=1e-2
+    )
     whole = closed(scene, task, q0, sensing=None)
     assert len(np.unique(whole.end_time)) > 3
     check(scene, task, q0, sensing=None)
@@ -153,13 +155,13 @@ class Thrifty:
         self.arrays = {}
 
     def measure(self, seen):
-        return self._again(rs.Points().measure(seen))
+        return self._again(rs.features.Points().measure(seen))
 
     def interaction(self, seen):
-        return self._again(rs.Points().interaction(seen))
+        return self._again(rs.features.Points().interaction(seen))
 
     def command(self, state):
-        return self._again(rs.JointLaw().command(state))
+        return self._again(rs.laws.JointLaw().command(state))
 
     def _again(self, value):
         array = self.arrays.setdefault(value.shape, np.empty(value.shape))
@@ -183,11 +185,13 @@ def test_what_has_no_row_for_each_run_cannot_be_remembered(arrange, around):
     class Forgetful:
         def command(self, state):
             state.memory["once"] = 3.0
-            return rs.JointLaw().command(state)
+            return rs.laws.JointLaw().command(state)
 
     scene = arrange("eye_in_hand")
     q0 = np.stack([scene.home, around(scene)[0]])
-    with pytest.raises(rs.InputError, match=r"memory 'once': .* a row for each of 2 runs, got 3.0"):
+    with pytest.raises(
+        rs.errors.InputError, match=r"memory 'once': .* a row for each of 2 runs, got 3.0"
+    ):
         rs.simulate(scene, rs.IBVS(law=Forgetful()), q0, threads=1)
 
 
@@ -195,9 +199,9 @@ def test_rows_of_unequal_lengths_cannot_be_remembered_either(arrange, around):
     class Ragged:
         def command(self, state):
             state.memory["rows"] = [[1.0], [1.0, 2.0]]
-            return rs.JointLaw().command(state)
+            return rs.laws.JointLaw().command(state)
 
     scene = arrange("eye_in_hand")
     q0 = np.stack([scene.home, around(scene)[0]])
-    with pytest.raises(rs.InputError, match=r"memory 'rows': .* a row for each of 2 runs"):
+    with pytest.raises(rs.errors.InputError, match=r"memory 'rows': .* a row for each of 2 runs"):
         rs.simulate(scene, rs.IBVS(law=Ragged()), q0, threads=1)

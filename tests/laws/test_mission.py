@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 import robsim as rs
-from robsim import Experiment, FollowJoints, InputError, Mission, Outcome, Phase
+from robsim import Experiment, FollowJoints, Mission, Outcome, Phase
+from robsim.errors import InputError
 
 ARM = rs.robots.planar_2r()
 CUP = rs.Object("cup", rs.Block(0.1, 0.1, 0.1), marks=[[0, 0, 0.05]], pose=rs.Pose.at(1.2, 0.9, 0))

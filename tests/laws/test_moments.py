@@ -33,7 +33,7 @@ def flat(shape):
 def seen(points, depth=1.0):
     """What is observed of normalised points (N, 2) at a depth or at depths (N,), in one run."""
     depths = np.broadcast_to(np.asarray(depth, float), (len(points),))
-    return rs.Observation.of(points, depths, rs.Camera(np.eye(3)))
+    return rs.features.Observation.of(points, depths, rs.Camera(np.eye(3)))
 
 
 def seen_from(T_c_o, shape):

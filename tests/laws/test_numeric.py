@@ -100,7 +100,7 @@ def test_pixels_through_a_lens_get_the_derivative_of_the_lens():
     straight = rs.Camera([[800, 0, 320], [0, 800, 240], [0, 0, 1]])
     bent = rs.Camera(straight.K, distortion=(-0.2, 0.05, 1e-3, -5e-4))
     X = np.array([[[0.1, -0.2, 1.0], [0.3, 0.2, 1.4]]])
-    seen = rs.Observation.of(bent.project(X, rs.Pose.at()), X[..., 2], bent)
+    seen = rs.features.Observation.of(bent.project(X, rs.Pose.at()), X[..., 2], bent)
     L, h = compute_interaction(MeasuredPixels(), seen)[0], 1e-4
     for axis, along in enumerate(np.eye(6)):
         ahead, behind = (bent.project(X, rs.Pose.exp(s * along)) for s in (h, -h))

@@ -174,7 +174,7 @@ def test_a_file_says_it_and_a_path_changes_it(own, experiment):
     changed = made.at({"sensing.effects.0.amplitude": 0.7, "actuation.effects.0.below": 0.03})
     assert changed.sensing == rs.Sensing(effects=Shake(0.7))
     assert changed.actuation == rs.Actuation(effects=DeadZone(0.03))
-    with pytest.raises(rs.FileError, match=r"effects.*amplitude.*must be.*, got -1"):
+    with pytest.raises(rs.errors.FileError, match=r"effects.*amplitude.*must be.*, got -1"):
         made.at("sensing.effects.0.amplitude", -1.0)
 
 
@@ -228,5 +228,5 @@ def test_kinds_of_the_short_form_are_effects_too(experiment):
     text = experiment.at("sensing.effects", [{"kind": "noise", "noise": 0.5}, {"kind": "dropped"}])
     assert text.sensing.timing(0.04) == rs.Sensing(dropped=0.1).timing(0.04)
     assert rs.Experiment.from_text(text.to_toml()) == text
-    with pytest.raises(rs.InputError, match="two lags of the joints; give one"):
+    with pytest.raises(rs.errors.InputError, match="two lags of the joints; give one"):
         experiment.with_(actuation=rs.Actuation(lag=0.1, effects=["lag"])).run()

@@ -12,7 +12,7 @@ from robsim.testing import check_joint
 
 
 @dataclass(frozen=True)
-class Helical(rs.JointKind):
+class Helical(rs.joints.JointKind):
     """A screw: one turn about z for `pitch` metres along it."""
 
     name: ClassVar[str] = "helical"
@@ -32,7 +32,7 @@ class Helical(rs.JointKind):
 
 
 @dataclass(frozen=True)
-class Universal(rs.JointKind):
+class Universal(rs.joints.JointKind):
     """Two axes that meet at right angles: about x, and then about the new y; each within 1 rad."""
 
     name: ClassVar[str] = "universal"
@@ -59,7 +59,7 @@ class Universal(rs.JointKind):
 
 
 @dataclass(frozen=True)
-class Spherical(rs.JointKind):
+class Spherical(rs.joints.JointKind):
     """A ball: a unit quaternion, and the angular velocity in the axes of what it carries."""
 
     name: ClassVar[str] = "spherical"
@@ -93,13 +93,15 @@ BESIDE = rs.Pose.at(0.1, -0.2, 0.3, rpy=(0.4, -0.2, 0.9))
 
 def arm(kind, limits=None):
     """A joint of a kind between a revolute and a prismatic one, all askew."""
-    own = rs.Joint(kind, BESIDE, rs.Pose.at(0.2, 0.1, 0.05, rpy=(-0.3, 0.5, 0.1)), limits)
-    slide = rs.Joint("prismatic", rs.Pose.at(0.3, 0, 0, rpy=(0.2, 1.0, 0)), limits=(-0.5, 0.5))
+    own = rs.joints.Joint(kind, BESIDE, rs.Pose.at(0.2, 0.1, 0.05, rpy=(-0.3, 0.5, 0.1)), limits)
+    slide = rs.joints.Joint(
+        "prismatic", rs.Pose.at(0.3, 0, 0, rpy=(0.2, 1.0, 0)), limits=(-0.5, 0.5)
+    )
     links = [
-        rs.Link("base"),
-        rs.Link("turn", "base", rs.Joint("revolute", limits=(-2.0, 2.0))),
-        rs.Link("own", "turn", own),
-        rs.Link("slide", "own", slide),
+        rs.joints.Link("base"),
+        rs.joints.Link("turn", "base", rs.joints.Joint("revolute", limits=(-2.0, 2.0))),
+        rs.joints.Link("own", "turn", own),
+        rs.joints.Link("slide", "own", slide),
     ]
     return rs.Robot("arm", links)
 
@@ -161,7 +163,10 @@ def test_jacobians_are_derivatives_of_second_order(kind, link):
 
 
 def test_a_screw_rises_by_its_pitch_in_a_turn():
-    robot = rs.Robot("jack", [rs.Link("base"), rs.Link("top", "base", rs.Joint(Helical(0.02)))])
+    robot = rs.Robot(
+        "jack",
+        [rs.joints.Link("base"), rs.joints.Link("top", "base", rs.joints.Joint(Helical(0.02)))],
+    )
     lifted = robot.fk(robot.integrate([0.0], [np.pi], 2.0))
     np.testing.assert_allclose(lifted, rs.Pose.at(0, 0, 0.02).matrix, atol=1e-15)
     rise = [0, 0, 0.02 / (2 * np.pi), 0, 0, 1]
@@ -176,10 +181,12 @@ def test_names_units_home_and_limits_are_those_of_the_kind():
     np.testing.assert_array_equal(ball.home, [0, 0, 0, 0, 1, 0])
     np.testing.assert_array_equal(universal.limits[1:3], [[-1, 1], [-1, 1]])
     np.testing.assert_array_equal(screw.limits[1], [-7, 7])
-    with pytest.raises(rs.InputError, match=r"joint 'own.sway' of 'arm' is 1.2 rad, outside"):
+    with pytest.raises(
+        rs.errors.InputError, match=r"joint 'own.sway' of 'arm' is 1.2 rad, outside"
+    ):
         universal.coordinates([0, 0, 1.2, 0])
-    with pytest.raises(rs.InputError, match="a universal joint has no limits"):
-        rs.Joint(Universal(), limits=(-1, 1))
+    with pytest.raises(rs.errors.InputError, match="a universal joint has no limits"):
+        rs.joints.Joint(Universal(), limits=(-1, 1))
 
 
 @each_kind
@@ -245,35 +252,47 @@ def body_twist(made, run):
 
 
 def test_it_is_analysed_and_drawn():
-    made, task = scene(Helical(0.1)), rs.IBVS(features=[rs.FeatureBlock("points", marks=[0, 1])])
-    task = rs.IBVS(features=[rs.FeatureBlock("decoupled_moments", components=[0, 1, 2])])
+    made, task = (
+        scene(Helical(0.1)),
+        rs.IBVS(features=[rs.features.FeatureBlock("points", marks=[0, 1])]),
+    )
+    task = rs.IBVS(features=[rs.features.FeatureBlock("decoupled_moments", components=[0, 1, 2])])
     found = rs.equilibria(made, task, count=10, duration=8.0)
     assert found[0].kind == "goal"
     run = rs.simulate(made, task, made.home + 0.05, duration=2.0)
     assert rs.explain(run, rs.Experiment(made, task), trials=False).what
     assert rs.plot.scene(made, run=run).axes and rs.plot.run(run, made).axes
-    work = rs.sample_workspace(arm(Universal()), count=50, link="own")
+    work = rs.kinematics.sample_workspace(arm(Universal()), count=50, link="own")
     assert (np.abs(work.q[:, 1:3]) <= 1).all()
 
 
 def test_nothing_follows_it_but_its_coordinate_may_be_followed():
     ratio, offset = -2.0, 0.1
     links = [
-        rs.Link("base"),
-        rs.Link("screw", "base", rs.Joint(Helical(0.1))),
-        rs.Link("gear", "base", rs.Joint("revolute", follows=rs.Mimic("screw", ratio, offset))),
+        rs.joints.Link("base"),
+        rs.joints.Link("screw", "base", rs.joints.Joint(Helical(0.1))),
+        rs.joints.Link(
+            "gear",
+            "base",
+            rs.joints.Joint("revolute", follows=rs.joints.Mimic("screw", ratio, offset)),
+        ),
     ]
     robot = rs.Robot("gears", links)
     np.testing.assert_allclose(robot.fk([0.3]), rs.Pose.at(rpy=(0, 0, -0.5)).matrix, atol=1e-15)
     np.testing.assert_array_equal(robot.jacobian([0.3])[:, 0], [0, 0, 0, 0, 0, ratio])
     with pytest.raises(
-        rs.InputError, match="a helical joint cannot follow others; prismatic, rail, revolute can"
+        rs.errors.InputError,
+        match="a helical joint cannot follow others; prismatic, rail, revolute can",
     ):
-        rs.Joint(Helical(0.1), follows=rs.Mimic("screw"))
-    several = rs.Link("u", "base", rs.Joint(Universal()))
-    gear = rs.Link("gear", "base", rs.Joint("revolute", follows=rs.Mimic("u.bend")))
-    with pytest.raises(rs.InputError, match=r"'gear' must follow one coordinate of one joint"):
-        rs.Robot("gears", [rs.Link("base"), several, gear])
+        rs.joints.Joint(Helical(0.1), follows=rs.joints.Mimic("screw"))
+    several = rs.joints.Link("u", "base", rs.joints.Joint(Universal()))
+    gear = rs.joints.Link(
+        "gear", "base", rs.joints.Joint("revolute", follows=rs.joints.Mimic("u.bend"))
+    )
+    with pytest.raises(
+        rs.errors.InputError, match=r"'gear' must follow one coordinate of one joint"
+    ):
+        rs.Robot("gears", [rs.joints.Link("base"), several, gear])
 
 
 def test_robots_with_it_are_values():
@@ -285,14 +304,18 @@ def test_robots_with_it_are_values():
 def test_a_registered_kind_goes_by_its_name():
     register("joint kind")(Universal)
     register("joint kind")(Helical)
-    assert rs.Joint("universal").model == Universal()
+    assert rs.joints.Joint("universal").model == Universal()
     assert arm("universal").fk([0.1, 0.2, 0.3, 0.0]).tolist() == (
         arm(Universal()).fk([0.1, 0.2, 0.3, 0.0]).tolist()
     )
-    with pytest.raises(rs.InputError, match="'helical' has parameters: give the joint Helical"):
-        rs.Joint("helical")
-    with pytest.raises(rs.InputError, match="no joint kind 'helicl'; did you mean 'helical'"):
-        rs.Joint("helicl")
+    with pytest.raises(
+        rs.errors.InputError, match="'helical' has parameters: give the joint Helical"
+    ):
+        rs.joints.Joint("helical")
+    with pytest.raises(
+        rs.errors.InputError, match="no joint kind 'helicl'; did you mean 'helical'"
+    ):
+        rs.joints.Joint("helicl")
 
 
 def test_what_is_no_kind_is_refused():
@@ -304,21 +327,23 @@ def test_what_is_no_kind_is_refused():
         ),
         (3, "no joint kind 3; joint kinds: car, fixed"),
     ):
-        with pytest.raises(rs.InputError, match=words):
-            rs.Joint(given)
-    with pytest.raises(rs.InputError, match="joint kind: expected a class, got 3"):
+        with pytest.raises(rs.errors.InputError, match=words):
+            rs.joints.Joint(given)
+    with pytest.raises(rs.errors.InputError, match="joint kind: expected a class, got 3"):
         register("joint kind")(3)
-    with pytest.raises(rs.InputError, match="there is a joint kind 'revolute' already: Revolute"):
+    with pytest.raises(
+        rs.errors.InputError, match="there is a joint kind 'revolute' already: Revolute"
+    ):
         register("joint kind")(type("Mine", (Universal,), {"name": "revolute"}))
 
 
 LACKING = {
     "no name": ({"name": ""}, "Mine.name: expected a word"),
     "a shipped stage": (
-        {"fused": rs.Joint("revolute").model.fused},
+        {"fused": rs.joints.Joint("revolute").model.fused},
         "Mine derives from a kind that is compiled; derive from JointKind",
     ),
-    "no motion": ({"motion": rs.JointKind.motion}, "Mine.motion is missing"),
+    "no motion": ({"motion": rs.joints.JointKind.motion}, "Mine.motion is missing"),
     "no coordinates": ({"coordinates": ()}, "expected coordinates and their units, velocities"),
     "a unit too few": ({"units": ("rad",)}, "expected coordinates and their units"),
     "degrees": ({"units": ("deg", "deg")}, "Mine.units: expected rad, m, 1, got 'deg'"),
@@ -333,13 +358,15 @@ LACKING = {
 @pytest.mark.parametrize("changes", LACKING)
 def test_a_kind_that_lacks_something_is_refused(changes):
     made, words = LACKING[changes]
-    with pytest.raises(rs.InputError, match=words):
-        rs.Joint(type("Mine", (Universal,), made)())
+    with pytest.raises(rs.errors.InputError, match=words):
+        rs.joints.Joint(type("Mine", (Universal,), made)())
 
 
 def test_what_a_method_returns_in_another_shape_is_told():
     kind = type("Mine", (Universal,), {"twists": lambda self, q: np.zeros((len(q), 6))})()
-    with pytest.raises(rs.InputError, match=r"Mine.twists: expected shape \(1, 2, 6\), got shape"):
+    with pytest.raises(
+        rs.errors.InputError, match=r"Mine.twists: expected shape \(1, 2, 6\), got shape"
+    ):
         arm(kind).jacobian([0, 0, 0, 0])
 
 

@@ -154,7 +154,7 @@ class Geared(JointKind, Declared):
 
 
 @dataclass(frozen=True)
-class GearedInPython(rs.JointKind):
+class GearedInPython(rs.joints.JointKind):
     name: ClassVar[str] = "geared_in_python"
     coordinates: ClassVar[tuple[str, ...]] = ("",)
     units: ClassVar[tuple[str, ...]] = ("rad",)
@@ -187,7 +187,7 @@ class SmoothInPython:
         self.most = most
 
     def command(self, state):
-        wish = rs.JointLaw().command(state)
+        wish = rs.laws.JointLaw().command(state)
         return wish / (1.0 + np.abs(wish) / self.most)
 
 
@@ -264,7 +264,7 @@ def test_a_law(own, experiment):
     made = runs_of(experiment, law=kind(0.2)).of_run(0)
     read_again(made, 'kind = "smooth"', "most = 0.2")
     assert made.at("task.law.most", 0.3).task.law == kind(0.3)
-    with pytest.raises(rs.FileError, match=r"task.law.most.*positive|must be"):
+    with pytest.raises(rs.errors.FileError, match=r"task.law.most.*positive|must be"):
         made.at("task.law.most", -1.0)
 
 
@@ -273,7 +273,7 @@ def on_a_screw(experiment, kind):
     (robot,) = experiment.scene.robots
     at = max(i for i, link in enumerate(robot.links) if link.joint.kind == "revolute")
     old = robot.links[at]
-    own = replace(old, joint=rs.Joint(kind, old.joint.place, old.joint.tail))
+    own = replace(old, joint=rs.joints.Joint(kind, old.joint.place, old.joint.tail))
     links = [own if link is old else link for link in robot.links]
     scene = replace(experiment.scene, robots=[replace(robot, links=links)])
     return experiment.with_(scene=scene)
@@ -302,8 +302,8 @@ def test_a_compiled_joint_that_cannot_move_is_refused(own):
         straight: ClassVar[bool] = False
         moving: ClassVar = None
 
-    with pytest.raises(rs.InputError, match=r"Stuck.moving: expected the stage that moves"):
-        rs.Joint(Stuck())
+    with pytest.raises(rs.errors.InputError, match=r"Stuck.moving: expected the stage that moves"):
+        rs.joints.Joint(Stuck())
 
 
 SWAY = '''

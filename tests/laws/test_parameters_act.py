@@ -81,7 +81,7 @@ def effects(label):
     return found, dead
 
 
-@pytest.mark.filterwarnings("ignore::robsim.RankWarning")
+@pytest.mark.filterwarnings("ignore::robsim.errors.RankWarning")
 @pytest.mark.parametrize("label", EACH)
 def test_each_field_of_a_kind_acts_or_is_refused(label):
     _, dead = effects(label)
@@ -101,7 +101,7 @@ def test_only_labels_are_excused(capsys):
         print(f"\n{len(excused)} labels of {sum(len(fields_of(k)) for k in KINDS.values())} fields")
 
 
-@pytest.mark.filterwarnings("ignore::robsim.RankWarning")
+@pytest.mark.filterwarnings("ignore::robsim.errors.RankWarning")
 @pytest.mark.parametrize("name", DEEP)
 def test_a_depth_acts_on_the_features_that_are_made_with_it_and_others_refuse_it(name):
     (case, *_) = recipes(f"feature {name}")
@@ -110,5 +110,5 @@ def test_a_depth_acts_on_the_features_that_are_made_with_it_and_others_refuse_it
     if getattr(families()["feature"].find(name), "uses_depth", True):
         assert not same(results(tables), results(case.tables))
     else:
-        with pytest.raises(rs.InputError, match=r"no depth enters .*: leave depth"):
+        with pytest.raises(rs.errors.InputError, match=r"no depth enters .*: leave depth"):
             results(tables)

@@ -15,7 +15,10 @@ turns = st.one_of(st.just(0.0), st.floats(-20, 20), st.floats(-1e-6, 1e-6))
 def moving(kind, rng=None):
     """A robot of one joint; at a random place and with a random tail if there is a generator."""
     poses = () if rng is None else [rs.Pose.exp(rng.normal(size=6)) for _ in range(2)]
-    return rs.Robot("cart", [rs.Link("base"), rs.Link("body", "base", rs.Joint(kind, *poses))])
+    return rs.Robot(
+        "cart",
+        [rs.joints.Link("base"), rs.joints.Link("body", "base", rs.joints.Joint(kind, *poses))],
+    )
 
 
 PLANAR, UNICYCLE = moving("planar"), moving("unicycle")
@@ -136,10 +139,10 @@ def differences(robot, q, link, step):
 def rover(rng):
     """A unicycle on a planar joint, with an arm in between: nothing commutes."""
     plan = [("deck", "planar"), ("arm", "revolute"), ("rover", "unicycle"), ("mast", "revolute")]
-    links = [rs.Link("base")]
+    links = [rs.joints.Link("base")]
     for name, kind in plan:
         place, tail = (rs.Pose.exp(rng.normal(size=6)) for _ in range(2))
-        links.append(rs.Link(name, links[-1].name, rs.Joint(kind, place, tail)))
+        links.append(rs.joints.Link(name, links[-1].name, rs.joints.Joint(kind, place, tail)))
     return rs.Robot("rover", links)
 
 
@@ -203,23 +206,25 @@ def test_each_step_is_the_arc_of_its_command(name):
 @pytest.mark.parametrize("kind", ["planar", "unicycle"])
 def test_wrong_numbers_are_told(kind):
     robot = moving(kind)
-    with pytest.raises(rs.InputError, match=f"a {kind} joint has no limits, got \\(0, 1\\)"):
-        rs.Joint(kind, limits=(0, 1))
+    with pytest.raises(rs.errors.InputError, match=f"a {kind} joint has no limits, got \\(0, 1\\)"):
+        rs.joints.Joint(kind, limits=(0, 1))
     for wrong in ([0, 0], [0, 0, 0, 0]):
-        with pytest.raises(rs.InputError, match=r"q: expected shape \(..., 3\), got"):
+        with pytest.raises(rs.errors.InputError, match=r"q: expected shape \(..., 3\), got"):
             robot.fk(wrong)
-    with pytest.raises(rs.InputError, match=rf"v: expected shape \(..., {robot.nv}\), got \(4,\)"):
+    with pytest.raises(
+        rs.errors.InputError, match=rf"v: expected shape \(..., {robot.nv}\), got \(4,\)"
+    ):
         robot.integrate([0, 0, 0], [0, 0, 0, 0], 0.1)
-    with pytest.raises(rs.InputError, match=r"q: nan at index \(2,\)"):
+    with pytest.raises(rs.errors.InputError, match=r"q: nan at index \(2,\)"):
         robot.fk([0, 0, np.nan])
 
 
 def test_a_pose_is_not_taken_where_seven_coordinates_are_none():
     """A unicycle with four revolute joints has the 7 coordinates and 6 velocities of a flight."""
     arm = rs.Robot.from_dh([[0, 0, 1, 0]] * 4).links
-    robot = rs.Robot("rover", [*UNICYCLE.links, rs.Link("deck", "body"), *(
-        rs.Link(k.name, "deck" if k.parent == "base" else k.parent, k.joint) for k in arm[1:]
+    robot = rs.Robot("rover", [*UNICYCLE.links, rs.joints.Link("deck", "body"), *(
+        rs.joints.Link(k.name, "deck" if k.parent == "base" else k.parent, k.joint) for k in arm[1:]
     )])  # fmt: skip
     assert (robot.nq, robot.nv) == (7, 6)
-    with pytest.raises(rs.InputError, match=r"q: expected"):
+    with pytest.raises(rs.errors.InputError, match=r"q: expected"):
         robot.fk(rs.Pose.at(0, 0, 0))

@@ -33,7 +33,7 @@ def close(a, b, tolerance):
 def seen(X):
     """What a camera with K = I makes of points (runs, marks, 3) in its axes."""
     X = np.asarray(X, float)
-    return rs.Observation.of(X[..., :2] / X[..., 2:], X[..., 2], PINHOLE)
+    return rs.features.Observation.of(X[..., :2] / X[..., 2:], X[..., 2], PINHOLE)
 
 
 def at_angle(*theta, rho=0.4, Z=1.5):
@@ -202,13 +202,13 @@ def test_a_mark_at_the_principal_point_has_no_finite_polar_interaction_matrix():
 
 
 def test_a_depth_of_zero_or_less_has_no_finite_logarithm():
-    behind = rs.Observation.of(np.zeros((2, 2)), [0.0, -1.0], PINHOLE)
+    behind = rs.features.Observation.of(np.zeros((2, 2)), [0.0, -1.0], PINHOLE)
     assert not np.isfinite(LogDepth().measure(behind)).any()
 
 
 @EACH
 def test_marks_without_an_image_are_not_finite(feature):
-    lost = rs.Observation.of(np.full((2, 2), np.nan), np.full(2, np.nan), PINHOLE)
+    lost = rs.features.Observation.of(np.full((2, 2), np.nan), np.full(2, np.nan), PINHOLE)
     assert not np.isfinite(feature.measure(lost)).any()
 
 

@@ -60,7 +60,7 @@ def seen_at(T, guess=None):
     pixels = CAMERA.project(CLOUD, T.inv())
     depth = (T @ np.broadcast_to(CLOUD, (len(T.matrix), *CLOUD.shape)))[..., 2]
     guess = T if guess is None else guess
-    return rs.Observation.of(pixels, depth, CAMERA, model=CLOUD, guess=guess)
+    return rs.features.Observation.of(pixels, depth, CAMERA, model=CLOUD, guess=guess)
 
 
 # the fit
@@ -92,8 +92,8 @@ def test_the_fit_of_a_noisy_image_is_stationary(seed):
     assert np.isfinite(found).all()
     X = np.einsum("rcb,nc->bnr", found[:, :3], CLOUD) + np.moveaxis(found[:, 3], -1, 0)[:, None]
     error = (X[..., :2] / X[..., 2:]).reshape(20, -1) - np.moveaxis(x, -1, 0).reshape(20, -1)
-    seen = rs.Observation.of(X[..., :2] / X[..., 2:], X[..., 2], rs.Camera(np.eye(3)))
-    close(np.einsum("bkc,bk->bc", rs.Points().interaction(seen), error), 0, 1e-10)
+    seen = rs.features.Observation.of(X[..., :2] / X[..., 2:], X[..., 2], rs.Camera(np.eye(3)))
+    close(np.einsum("bkc,bk->bc", rs.features.Points().interaction(seen), error), 0, 1e-10)
 
 
 def test_a_fit_does_not_depend_on_the_other_runs():
@@ -183,7 +183,7 @@ def second_derivatives(T, x):
 def error_and_interaction(T, x):
     points = image(T)
     seen = replace(seen_at(T), points_last=points)
-    return (points - x)[..., 0].ravel(), rs.Points().interaction(seen)[0]
+    return (points - x)[..., 0].ravel(), rs.features.Points().interaction(seen)[0]
 
 
 # theta u and translation
@@ -241,7 +241,7 @@ def test_theta_u_goes_with_the_turn_of_the_camera(angle):
 
     def s(step):
         T = (start @ rs.Pose.exp([0, 0, 0, *(step * along)])).inv()
-        seen = rs.Observation.of(np.ones((3, 2)), np.ones(3), CAMERA, pose=T)
+        seen = rs.features.Observation.of(np.ones((3, 2)), np.ones(3), CAMERA, pose=T)
         return ThetaU().measure(seen)[0], ThetaU().interaction(seen)[0, :, 3:]
 
     (s0, L0), (s1, L1), (s2, _) = s(0), s(h), s(2 * h)

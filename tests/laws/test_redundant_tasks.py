@@ -5,8 +5,8 @@ import pytest
 
 import robsim as rs
 
-P = rs.FeatureBlock
-quiet = pytest.mark.filterwarnings("ignore::robsim.RankWarning")
+P = rs.features.FeatureBlock
+quiet = pytest.mark.filterwarnings("ignore::robsim.errors.RankWarning")
 
 
 def times(A, x):
@@ -77,7 +77,7 @@ def test_one_task_of_two_levels_that_agree_is_that_task(arrange, around, decide)
 def test_a_switch_is_the_first_scheme_before_and_the_second_after(arrange, around):
     scene, timing = arrange("eye_in_hand"), {"dt": 0.04, "duration": 6.0, "hold": True}
     q0 = around(scene, 5, spread=0.1)
-    task = rs.Switch(rs.PBVS(), rs.IBVS(), rs.ErrorBelow(0.03))
+    task = rs.Switch(rs.PBVS(), rs.IBVS(), rs.tasks.ErrorBelow(0.03))
     both, first = (rs.simulate(scene, each, q0, **timing) for each in (task, rs.PBVS()))
     largest = np.abs(both.error.values[..., :6]).max(2)
     for b in range(5):
@@ -121,7 +121,7 @@ def test_near_the_border_means_in_pixels_of_the_image(arrange, around, decide):
     pixels = scene.view(q, points="plate").pixels
     near = ((pixels < margin) | (pixels > np.array(size) - margin)).any((1, 2))
     assert 5 < near.sum() < 35
-    switch = rs.Switch(rs.PBVS(), rs.IBVS(), rs.NearBorder(margin, size))
+    switch = rs.Switch(rs.PBVS(), rs.IBVS(), rs.tasks.NearBorder(margin, size))
     qd, one, other = (decide(scene, t, q).command.qd for t in (switch, rs.PBVS(), rs.IBVS()))
     np.testing.assert_array_equal(qd, np.where(near, other, one))
 
@@ -163,7 +163,7 @@ def test_two_arms_share_the_work_side_by_side(arrange, around):
 def test_each_scheme_of_a_switch_moves_its_own_joints(arrange, around):
     """First the worker comes to the watcher, then the watcher to the worker."""
     scene, q0 = arrange("face_to_face"), around(arrange("face_to_face"), 4)
-    task = rs.Switch(rs.PBVS(joints="worker"), rs.IBVS(joints="watcher"), rs.ErrorBelow(0.01))
+    task = rs.Switch(rs.PBVS(joints="worker"), rs.IBVS(joints="watcher"), rs.tasks.ErrorBelow(0.01))
     run = rs.simulate(scene, task, q0, duration=40)
     assert (run.outcome == rs.Outcome.CONVERGED).all()
     for b in range(4):
@@ -206,28 +206,30 @@ def test_a_switch_may_hold_tasks_side_by_side(arrange, around):
     ],
 )
 def test_what_is_done_to_the_whole_command_is_no_business_of_one_level(task, message):
-    with pytest.raises(rs.InputError, match=message):
+    with pytest.raises(rs.errors.InputError, match=message):
         rs.Priorities([task, rs.PBVS()])
 
 
 @pytest.mark.parametrize("kind", [rs.Placing, rs.Docking, rs.Partitioned])
 def test_a_level_has_no_law_of_its_own(kind):
     with pytest.raises(
-        rs.InputError, match=f"priorities are for tasks such as.*got {kind.__name__}"
+        rs.errors.InputError, match=f"priorities are for tasks such as.*got {kind.__name__}"
     ):
         rs.Priorities([kind(), rs.IBVS()])
 
 
 def test_a_level_has_no_inverse_of_its_own():
     """What is left to each is inverted by `rcond` of the whole."""
-    with pytest.raises(rs.InputError, match="inverse: priorities invert what each task has left"):
+    with pytest.raises(
+        rs.errors.InputError, match="inverse: priorities invert what each task has left"
+    ):
         rs.Priorities([rs.IBVS(inverse="damped"), rs.PBVS()])
 
 
 @pytest.mark.parametrize("size", [None, 3, (1, 2, 3), [640]])
 def test_an_image_has_two_sides(size):
-    with pytest.raises(rs.InputError, match=r"expected \(width, height\) in whole pixels"):
-        rs.NearBorder(10, size)
+    with pytest.raises(rs.errors.InputError, match=r"expected \(width, height\) in whole pixels"):
+        rs.tasks.NearBorder(10, size)
 
 
 @pytest.mark.parametrize("value", [None, np.ones(3), np.ones((1, 3)), np.full((1, 7), np.nan)])
@@ -237,5 +239,5 @@ def test_a_secondary_motion_of_the_wrong_shape_is_refused(arrange, around, value
             return value
 
     scene = arrange("eye_in_hand")
-    with pytest.raises(rs.InputError, match=r"Odd\.velocity"):
+    with pytest.raises(rs.errors.InputError, match=r"Odd\.velocity"):
         rs.simulate(scene, rs.IBVS(secondary=Odd()), around(scene)[0])

@@ -78,8 +78,8 @@ def test_the_pose_that_a_users_feature_sees_has_the_weights_too():
         rs.simulate(SCENE, task, starts(8), duration=0.04, sensing=lying, seed=3).s
         for task in (
             rs.IBVS(GOAL, features=Place(), weighting="tukey"),
-            rs.IBVS(GOAL, features=rs.Translation("camera"), weighting="tukey"),
-            rs.IBVS(GOAL, features=rs.Translation("camera")),
+            rs.IBVS(GOAL, features=rs.features.Translation("camera"), weighting="tukey"),
+            rs.IBVS(GOAL, features=rs.features.Translation("camera")),
         )
     )
     np.testing.assert_allclose(own[:, 0], ours[:, 0], atol=1e-12)
@@ -149,8 +149,8 @@ def test_exact_images_with_marks_that_lie_give_the_exact_pose_and_say_which(kind
     T, pixels = views(20, 1)
     pixels[:, 2] += [40, -25]
     pixels[:, 7] += [-10, 60]
-    plain = rs.estimate_pose(CLOUD, pixels, CAMERA)
-    found = rs.estimate_pose(CLOUD, pixels, CAMERA, robust=kind)
+    plain = rs.vision.estimate_pose(CLOUD, pixels, CAMERA)
+    found = rs.vision.estimate_pose(CLOUD, pixels, CAMERA, robust=kind)
     assert np.abs(plain.T_c_o - T).max(axis=(1, 2)).min() > 1e-3
     np.testing.assert_allclose(found.T_c_o, T, atol=1e-5 if kind == "huber" else 1e-9)
     honest = np.delete(found.weights, [2, 7], axis=1)
@@ -162,8 +162,8 @@ def test_exact_images_with_marks_that_lie_give_the_exact_pose_and_say_which(kind
 def test_without_marks_that_lie_the_weights_of_huber_are_those_of_least_squares():
     """With a scale far above the noise all weights are 1."""
     _, pixels = views(10, 2, noise=0.1)
-    plain = rs.estimate_pose(CLOUD, pixels, CAMERA, noise=10.0)
-    found = rs.estimate_pose(CLOUD, pixels, CAMERA, noise=10.0, robust="huber")
+    plain = rs.vision.estimate_pose(CLOUD, pixels, CAMERA, noise=10.0)
+    found = rs.vision.estimate_pose(CLOUD, pixels, CAMERA, noise=10.0, robust="huber")
     assert (found.weights == 1.0).all()
     np.testing.assert_allclose(found.T_c_o, plain.T_c_o, atol=1e-10)
     np.testing.assert_allclose(found.covariance, plain.covariance, rtol=1e-6, atol=1e-14)
@@ -181,7 +181,7 @@ def test_a_third_of_marks_that_lie_costs_less_than_twice_the_error_of_none():
         ("squares", lying, None),
         ("tukey", lying, "tukey"),
     ):
-        found = rs.estimate_pose(CLOUD, image, CAMERA, robust=robust, noise=1.0)
+        found = rs.vision.estimate_pose(CLOUD, image, CAMERA, robust=robust, noise=1.0)
         away = found.T_c_o[:, :3, 3] - T[:, :3, 3]
         off[name] = np.median(np.linalg.norm(away, axis=1))
     assert off["squares"] > 8 * off["none lies"]
@@ -192,9 +192,9 @@ def test_a_pose_has_the_same_bits_alone_and_among_others():
     _, pixels = views(50, 5, noise=1.0)
     pixels[::3, 4] += 30
     pixels[7, 0] = np.nan
-    whole = rs.estimate_pose(CLOUD, pixels, CAMERA, robust="tukey")
+    whole = rs.vision.estimate_pose(CLOUD, pixels, CAMERA, robust="tukey")
     for i in (0, 7, 30, 49):
-        one = rs.estimate_pose(CLOUD, pixels[i], CAMERA, robust="tukey")
+        one = rs.vision.estimate_pose(CLOUD, pixels[i], CAMERA, robust="tukey")
         for name in ("candidates", "errors", "weights", "covariance", "ambiguous"):
             np.testing.assert_array_equal(getattr(one, name), getattr(whole, name)[i])
     assert np.isnan(whole.T_c_o[7]).all() and np.isnan(whole.weights[7]).all()

@@ -86,7 +86,7 @@ def test_whatever_a_law_wishes_joints_stay_within_all_limits(arm, seed):
 def test_a_frame_stays_behind_its_fence(arm, a):
     """It does where the way on which it brakes does not bulge, else to half a millimetre."""
     at = arm.scene.pose("camera", arm.start).position
-    fence = rs.Fence("camera", at - 0.05, at + 0.05)
+    fence = rs.control.Fence("camera", at - 0.05, at + 0.05)
     safety = rs.Safety(speed=SPEED, acceleration=a, margin=0.0, fence=fence)
     wild = arm.with_(safety=safety).at("task.law", Wild(3)).at("task.secondary", None)
     q, commands = driven(wild, 1000)
@@ -102,7 +102,7 @@ def test_a_frame_stays_behind_its_fence(arm, a):
 
 def test_a_frame_outside_its_fence_may_go_back(arm):
     at = arm.scene.pose("camera", arm.start).position
-    fence = rs.Fence("camera", at - np.array([1.0, 1.0, -0.05]), at + 1.0)
+    fence = rs.control.Fence("camera", at - np.array([1.0, 1.0, -0.05]), at + 1.0)
     safety = rs.Safety(acceleration=1.0, fence=fence)
     q, _ = driven(arm.with_(safety=safety), 200)  # the goal is above
     height = np.array([arm.scene.pose("camera", each).position[2] for each in q]) - at[2]
@@ -134,7 +134,7 @@ def test_a_start_with_an_acceleration_has_none_either(arm):
 
 
 def test_the_watchdog_holds_until_an_image_comes(arm):
-    safety = rs.Safety(acceleration=2.0, watchdog=rs.Watchdog(0.1))
+    safety = rs.Safety(acceleration=2.0, watchdog=rs.control.Watchdog(0.1))
     controller = rs.Controller(arm.with_(safety=safety))
     pixels, q = arm.scene.view(arm.start, points="plate").pixels, arm.start
     for step in range(20):
@@ -155,7 +155,7 @@ def test_the_watchdog_holds_until_an_image_comes(arm):
 
 
 def test_a_watchdog_may_stop_the_robot_for_good(arm):
-    safety = rs.Safety(watchdog=rs.Watchdog(0.1, "stop"))
+    safety = rs.Safety(watchdog=rs.control.Watchdog(0.1, "stop"))
     controller = rs.Controller(arm.with_(safety=safety))
     pixels, q = arm.scene.view(arm.start, points="plate").pixels, arm.start
     assert controller.step(pixels, q, 0.0).velocities.any()
@@ -168,7 +168,7 @@ def test_a_watchdog_may_stop_the_robot_for_good(arm):
 
 
 def test_an_image_without_a_mark_is_none_for_the_watchdog(arm):
-    controller = rs.Controller(arm.with_(safety=rs.Safety(watchdog=rs.Watchdog(0.1))))
+    controller = rs.Controller(arm.with_(safety=rs.Safety(watchdog=rs.control.Watchdog(0.1))))
     pixels = arm.scene.view(arm.start, points="plate").pixels
     controller.step(pixels, arm.start, 0.0)
     for step in range(1, 10):
@@ -207,7 +207,9 @@ def test_a_wish_that_is_not_finite_is_not_commanded():
     assert command.phase == "holding" and command.health.limits == ("not finite",)
 
 
-SAFE = rs.Safety(speed=0.3, acceleration=1.5, margin=0.02, ramp=0.2, watchdog=rs.Watchdog(0.5))
+SAFE = rs.Safety(
+    speed=0.3, acceleration=1.5, margin=0.02, ramp=0.2, watchdog=rs.control.Watchdog(0.5)
+)
 
 
 def test_a_simulated_run_is_kept_within_the_same_limits_to_the_bit(arm):
@@ -223,7 +225,7 @@ def test_late_and_rare_images_are_those_of_the_simulation_to_the_bit(arm):
     """Every third period an image, two periods late: depths are those of when it was taken, and
     the watchdog counts from then."""
     sensing = rs.Sensing(latency=2 * DT, period=3 * DT)
-    dog = rs.Safety(acceleration=1.5, watchdog=rs.Watchdog(3.5 * DT))
+    dog = rs.Safety(acceleration=1.5, watchdog=rs.control.Watchdog(3.5 * DT))
     made = arm.with_(sensing=sensing, safety=dog, duration=1.2).at("task.interaction", "current")
     run, controller, held = made.run(), rs.Controller(made), 0
     (sight,) = controller.sights
@@ -231,7 +233,7 @@ def test_late_and_rare_images_are_those_of_the_simulation_to_the_bit(arm):
         image = None
         if t % 3 == 0:  # at the start that of the start, as old
             q = run.q.values[max(t - 2, 0), :, None]
-            image = rs.Marks(sight.project(q).pixels[..., 0], (t - 2) * DT)
+            image = rs.control.Marks(sight.project(q).pixels[..., 0], (t - 2) * DT)
         command = controller.step(image, run.q.values[t], t * DT)
         np.testing.assert_array_equal(command.velocities, run.qd.values[t])
         held += command.phase == "holding"
@@ -248,15 +250,15 @@ def test_runs_of_a_batch_are_each_as_alone(arm):
 
 def test_a_run_that_is_held_back_does_not_count_as_arrived_or_stuck(arm):
     """A slow start and rare images delay the end; they do not make it another."""
-    slow = rs.Safety(ramp=0.1, acceleration=0.5, watchdog=rs.Watchdog(0.15))
+    slow = rs.Safety(ramp=0.1, acceleration=0.5, watchdog=rs.control.Watchdog(0.15))
     run = arm.run(safety=slow, sensing=rs.Sensing(period=0.2), duration=60.0)
     assert rs.Outcome(int(run.outcome)) is rs.Outcome.CONVERGED
     assert float(run.distance_to_goal) < 1e-4
 
 
 def test_a_safety_is_written_and_read_to_the_bit(arm):
-    fence = rs.Fence("camera", (-1, -1, 0), (1, 1, 1 / 3))
-    every = rs.Safety(0.5, 1.0, [0.1] * 7, fence, rs.Watchdog(0.2, "stop"), 0.3, True)
+    fence = rs.control.Fence("camera", (-1, -1, 0), (1, 1, 1 / 3))
+    every = rs.Safety(0.5, 1.0, [0.1] * 7, fence, rs.control.Watchdog(0.2, "stop"), 0.3, True)
     made = arm.with_(safety=every)
     again = rs.Experiment.from_text(made.to_toml(), "text")
     assert again == made and again.safety == every and again.hash == made.hash
@@ -270,14 +272,14 @@ def test_a_safety_is_written_and_read_to_the_bit(arm):
         ({"speed": 1e-3}, "safety.speed"),
         ({"acceleration": 1e-3}, "safety.acceleration"),
         ({"fence": "above"}, "safety.fence"),
-        ({"watchdog": rs.Watchdog(0.05, "stop")}, "safety.watchdog"),
+        ({"watchdog": rs.control.Watchdog(0.05, "stop")}, "safety.watchdog"),
         ({"ramp": 30.0}, "safety.ramp"),
     ],
 )
 def test_a_safety_that_keeps_a_run_from_its_goal_is_named(arm, safety, about):
     at = arm.scene.pose("camera", arm.start).position
     if safety.get("fence") == "above":
-        safety = {"fence": rs.Fence("camera", at - 0.5, at + 0.1)}
+        safety = {"fence": rs.control.Fence("camera", at - 0.5, at + 0.1)}
     made = arm.with_(dt=0.04, duration=12.0, safety=rs.Safety(**safety))
     run = made.run(sensing=rs.Sensing(period=0.12))
     assert rs.Outcome(int(run.outcome)) is not rs.Outcome.CONVERGED
@@ -288,7 +290,9 @@ def test_a_safety_that_keeps_a_run_from_its_goal_is_named(arm, safety, about):
 def test_a_fence_that_one_is_outside_of_holds_on_its_other_sides(arm, a):
     """Out by 10 cm along x, the camera may come back, and still not go through the ceiling."""
     at = arm.scene.pose("camera", arm.start).position
-    fence = rs.Fence("camera", at + np.array([0.1, -1.0, -1.0]), at + np.array([1, 1, 0.03]))
+    fence = rs.control.Fence(
+        "camera", at + np.array([0.1, -1.0, -1.0]), at + np.array([1, 1, 0.03])
+    )
     safety = rs.Safety(acceleration=a, fence=fence, margin=0.0)
     wild = arm.with_(safety=safety).at("task.law", Wild(1, 0.5)).at("task.secondary", None)
     q, commands = driven(wild, 600)
@@ -317,7 +321,7 @@ def test_a_margin_that_stops_a_joint_is_told_in_degrees(arm):
 
 def test_limits_that_do_no_harm_are_in_the_way_and_those_that_never_act_are_not(arm):
     at = arm.scene.pose("camera", arm.start).position
-    safety = rs.Safety(100.0, 1e6, fence=rs.Fence("camera", at - 0.5, at + 0.1), ramp=0.1)
+    safety = rs.Safety(100.0, 1e6, fence=rs.control.Fence("camera", at - 0.5, at + 0.1), ramp=0.1)
     made = arm.with_(dt=0.04, duration=12.0, safety=safety)
     told = rs.explain(made.run())
     assert [cause.about for cause in told.causes] == ["safety.fence"]

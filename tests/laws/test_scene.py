@@ -22,7 +22,10 @@ def arm(name="arm", **base):
 
 
 def slide():
-    return rs.Robot("slide", [rs.Link("rail"), rs.Link("deck", "rail", rs.Joint("prismatic"))])
+    return rs.Robot(
+        "slide",
+        [rs.joints.Link("rail"), rs.joints.Link("deck", "rail", rs.joints.Joint("prismatic"))],
+    )
 
 
 @pytest.fixture
@@ -49,19 +52,21 @@ def two_arms():
     ],
 )
 def test_names_are_unique_among_everything(parts):
-    with pytest.raises(rs.InputError, match="two things in the scene are called 'a'; rename one"):
+    with pytest.raises(
+        rs.errors.InputError, match="two things in the scene are called 'a'; rename one"
+    ):
         rs.Scene(*parts)
 
 
 def test_nothing_else_is_called_world():
-    with pytest.raises(rs.InputError, match="two things in the scene are called 'world'"):
+    with pytest.raises(rs.errors.InputError, match="two things in the scene are called 'world'"):
         rs.Scene([], [rs.Object("world")])
 
 
 @pytest.mark.parametrize("name", ["a.b", "", "9", "a b", None])
 def test_names_of_objects_and_cameras_are_safe(name):
     for make in (rs.Object, lambda n: rs.MountedCamera(n, CAMERA)):
-        with pytest.raises(rs.InputError, match="a name starts with a letter"):
+        with pytest.raises(rs.errors.InputError, match="a name starts with a letter"):
             make(name)
 
 
@@ -86,7 +91,7 @@ def test_names_of_objects_and_cameras_are_safe(name):
     ],
 )
 def test_an_unknown_name_is_told_with_those_that_exist(two_arms, call, message):
-    with pytest.raises(rs.InputError) as caught:
+    with pytest.raises(rs.errors.InputError) as caught:
         call(two_arms)
     assert message in str(caught.value)
 
@@ -104,7 +109,7 @@ def test_a_frame_that_does_not_exist_is_an_error_when_the_scene_is_made(part):
     robots = [arm(), part] if isinstance(part, rs.Robot) else [arm()]
     objects = [part] if isinstance(part, rs.Object) else []
     cameras = [part] if isinstance(part, rs.MountedCamera) else []
-    with pytest.raises(rs.FrameError) as caught:
+    with pytest.raises(rs.errors.FrameError) as caught:
         rs.Scene(robots, objects, cameras)
     assert f"stands on '{part.on}', and there is no such frame" in str(caught.value)
     assert "did you mean 'arm." in str(caught.value)
@@ -112,7 +117,7 @@ def test_a_frame_that_does_not_exist_is_an_error_when_the_scene_is_made(part):
 
 def test_what_hangs_in_a_circle_hangs_from_itself():
     a, b = rs.Object("a", on="b"), rs.Object("b", on="a")
-    with pytest.raises(rs.FrameError, match="'a' hangs from itself, through 'b'"):
+    with pytest.raises(rs.errors.FrameError, match="'a' hangs from itself, through 'b'"):
         rs.Scene([], [a, b])
 
 
@@ -125,7 +130,7 @@ def test_what_hangs_in_a_circle_hangs_from_itself():
     ],
 )
 def test_parts_come_in_their_own_lists(parts, words):
-    with pytest.raises(rs.InputError, match=words):
+    with pytest.raises(rs.errors.InputError, match=words):
         rs.Scene(*parts)
 
 
@@ -156,7 +161,7 @@ def test_without_q_the_robots_are_at_home(two_arms):
 def test_poses_join_by_their_names(two_arms):
     T_eye_dots = two_arms.pose("eye").inv() @ two_arms.pose("dots")
     assert T_eye_dots.frames == ("eye", "dots")
-    with pytest.raises(rs.FrameError, match="cannot join world<-eye with world<-dots"):
+    with pytest.raises(rs.errors.FrameError, match="cannot join world<-eye with world<-dots"):
         two_arms.pose("eye") @ two_arms.pose("dots")
 
 
@@ -206,7 +211,10 @@ def test_a_batch_for_one_robot_is_a_batch_for_all(two_arms):
 
 
 def test_a_floating_robot_among_others_takes_a_pose():
-    free = rs.Robot("free", [rs.Link("base"), rs.Link("body", "base", rs.Joint("floating"))])
+    free = rs.Robot(
+        "free",
+        [rs.joints.Link("base"), rs.joints.Link("body", "base", rs.joints.Joint("floating"))],
+    )
     scene, T = rs.Scene([arm(), free]), rs.Pose.at(1, 2, 3, rpy=(0.1, 0.2, 0.3))
     close(scene.pose("free.body", {"free": T}), T, 1e-15)
     assert (scene.nq, scene.nv) == (9, 8)
@@ -223,7 +231,7 @@ def test_a_floating_robot_among_others_takes_a_pose():
     ],
 )
 def test_coordinates_are_checked_robot_by_robot(two_arms, q, words):
-    with pytest.raises(rs.InputError) as caught:
+    with pytest.raises(rs.errors.InputError) as caught:
         two_arms.coordinates(q)
     assert str(caught.value) == words
 
@@ -288,7 +296,9 @@ def test_the_only_object_with_marks_is_what_is_looked_at(two_arms):
     np.testing.assert_array_equal(scene.view().pixels, scene.view(points="dots").pixels)
     other = rs.Object("other", marks=DOTS)
     more = rs.Scene(two_arms.robots, [*two_arms.objects, other], two_arms.cameras)
-    with pytest.raises(rs.InputError, match=r"name the object: the scene has 2 \(dots, other\)"):
+    with pytest.raises(
+        rs.errors.InputError, match=r"name the object: the scene has 2 \(dots, other\)"
+    ):
         more.view()
 
 
@@ -314,7 +324,7 @@ def test_without_marks_the_vertices_of_the_shapes_are_the_marks():
     ],
 )
 def test_objects_and_cameras_are_checked_by_name(make, words):
-    with pytest.raises(rs.InputError, match=words):
+    with pytest.raises(rs.errors.InputError, match=words):
         make()
 
 
@@ -340,7 +350,7 @@ def test_replacing_nothing_changes_nothing(two_arms):
 
 
 def test_a_replaced_part_must_stand_on_something_too(two_arms):
-    with pytest.raises(rs.FrameError, match="'eye' stands on 'middle"):
+    with pytest.raises(rs.errors.FrameError, match="'eye' stands on 'middle"):
         two_arms.replacing(rs.MountedCamera("eye", CAMERA, on="middle.link2"))
 
 

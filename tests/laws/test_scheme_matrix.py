@@ -12,7 +12,7 @@ import pytest
 
 import robsim as rs
 
-FeatureBlock, Outcome = rs.FeatureBlock, rs.Outcome
+FeatureBlock, Outcome = rs.features.FeatureBlock, rs.Outcome
 
 
 @dataclass(frozen=True)
@@ -73,7 +73,7 @@ def starts_of(name):
         good = within(away, where.metres) & within(angle, where.degrees)
         for eye in scene.cameras:
             seen = scene.view(q, camera=eye.name, points=target).visibility
-            good &= (seen == rs.Visibility.IN_IMAGE).all(axis=1)
+            good &= (seen == rs.vision.Visibility.IN_IMAGE).all(axis=1)
         if where.behind:
             good &= np.abs(q[:, 1]) < -0.5 * q[:, 0]
         found.extend(q[good])
@@ -116,7 +116,7 @@ def of_pair(told, kind, **more):
 
 
 def switched(**k):
-    return rs.Switch(rs.PBVS(**k), rs.IBVS(**k), rs.ErrorBelow(0.1))
+    return rs.Switch(rs.PBVS(**k), rs.IBVS(**k), rs.tasks.ErrorBelow(0.1))
 
 
 def ordered(**k):
@@ -143,23 +143,23 @@ LAWS = {
     "pixels": lambda **k: rs.IBVS(features="pixels", **k),
     "camera law": lambda **k: rs.IBVS(law="camera", interaction="mean", **k),
     "transpose": lambda **k: rs.PBVS(law="camera", inverse="transpose", **k),
-    "damped": lambda **k: rs.IBVS(inverse=rs.DampedInverse(0.01), **k),
+    "damped": lambda **k: rs.IBVS(inverse=rs.laws.DampedInverse(0.01), **k),
     "Broyden": lambda **k: rs.IBVS(interaction="broyden", **k),
     "depth at the goal": lambda **k: rs.IBVS(depth="goal", interaction="mean", **k),
     "depth constant": constant_depth,
-    "depth filtered": lambda **k: rs.IBVS(depth=rs.DepthFilter(0.6), **k),
+    "depth filtered": lambda **k: rs.IBVS(depth=rs.laws.DepthFilter(0.6), **k),
     "PBVS goal": rs.PBVS,
     "PBVS camera": lambda **k: rs.PBVS(form="camera", law="camera", **k),
     "2 1/2 D": rs.Hybrid,
     "partitioned": lambda **k: rs.Partitioned(advance=0.5, **k),
     "switch": switched,
-    "adaptive gain": lambda **k: rs.IBVS(gain=rs.AdaptiveGain(4, 0.5, 10), **k),
+    "adaptive gain": lambda **k: rs.IBVS(gain=rs.laws.AdaptiveGain(4, 0.5, 10), **k),
     "smooth start": lambda **k: rs.IBVS(smooth_start=3.0, **k),
-    "speed limit": lambda **k: rs.IBVS(limit=rs.SpeedLimit(joint=0.2), **k),
+    "speed limit": lambda **k: rs.IBVS(limit=rs.laws.SpeedLimit(joint=0.2), **k),
     "feed-forward": lambda **k: rs.IBVS(feed_forward="estimated", **k),
-    "away from limits": lambda **k: rs.PBVS(secondary=rs.AvoidLimits(), **k),
+    "away from limits": lambda **k: rs.PBVS(secondary=rs.laws.AvoidLimits(), **k),
     "large projection": lambda **k: rs.IBVS(
-        secondary=rs.AvoidLimits(), projection="large", interaction="mean", **k
+        secondary=rs.laws.AvoidLimits(), projection="large", interaction="mean", **k
     ),
     "priorities": ordered,
     "two features": lambda **k: rs.IBVS(
@@ -205,7 +205,7 @@ def task_of(arrangement, law):
 
 @pytest.mark.covering(1)
 @pytest.mark.parametrize(("arrangement", "law"), MATRIX, ids=lambda x: x.replace(" ", "_"))
-@pytest.mark.filterwarnings("ignore::robsim.RankWarning")
+@pytest.mark.filterwarnings("ignore::robsim.errors.RankWarning")
 def test_ten_starts_converge(arrangement, law):
     scene, starts = scene_of(arrangement), starts_of(arrangement)
     run = rs.simulate(scene, task_of(arrangement, law), starts, duration=120, record="summary")
@@ -229,7 +229,7 @@ REFUSED = [
 
 @pytest.mark.parametrize(("arrangement", "law", "reason"), REFUSED)
 def test_what_makes_no_sense_is_refused_with_a_reason(arrangement, law, reason):
-    with pytest.raises(rs.InputError, match=reason):
+    with pytest.raises(rs.errors.InputError, match=reason):
         rs.simulate(scene_of(arrangement), task_of(arrangement, law), duration=1)
 
 
@@ -237,6 +237,6 @@ def test_what_makes_no_sense_is_refused_with_a_reason(arrangement, law, reason):
 def test_a_unicycle_is_warned_of_laws_that_want_to_move_it_sideways(law):
     """They stand still askew, as Brockett's theorem says."""
     scene, starts = scene_of("unicycle_docking"), starts_of("unicycle_docking")
-    with pytest.warns(rs.RankWarning, match="cannot move sideways"):
+    with pytest.warns(rs.errors.RankWarning, match="cannot move sideways"):
         run = rs.simulate(scene, task_of("unicycle_docking", law), starts, duration=60)
     assert (run.outcome == Outcome.LOCAL_MINIMUM).all()

@@ -5,8 +5,8 @@ import pytest
 
 import robsim as rs
 
-P = rs.FeatureBlock
-quiet = pytest.mark.filterwarnings("ignore::robsim.RankWarning")
+P = rs.features.FeatureBlock
+quiet = pytest.mark.filterwarnings("ignore::robsim.errors.RankWarning")
 FEATURES = [
     *("points", "pixels", "polar", "spherical", "log_depth", "points_3d", "segments", "lines"),
     *("region_moments", "point_moments", "decoupled_moments", "sphere", "theta_u", "translation"),
@@ -39,7 +39,7 @@ def test_the_error_never_grows_on_any_arm(arrange, around, task, name):
 
 
 @quiet
-@pytest.mark.parametrize("law", ["joint", "camera", rs.CameraLaw(0.01)])
+@pytest.mark.parametrize("law", ["joint", "camera", rs.laws.CameraLaw(0.01)])
 @pytest.mark.parametrize("task", ["points", "pixels", "polar", "spherical", "points_3d", "pbvs"])
 def test_the_error_never_grows_with_six_free_motions_and_any_law(arrange, around, task, law):
     what = {"law": law}
@@ -65,7 +65,7 @@ def test_the_error_never_grows_where_it_cannot_vanish(arrange, around, task, nam
 @pytest.mark.parametrize("name", ["stereo_in_hand", "stereo_beside"])
 def test_the_error_of_two_cameras_never_grows(arrange, around, name):
     scene = arrange(name)
-    both = [rs.FeatureBlock("points", camera=eye) for eye in ("left", "right")]
+    both = [rs.features.FeatureBlock("points", camera=eye) for eye in ("left", "right")]
     for features in (both, [P("stereo_points", camera=("left", "right"))]):
         q0 = around(scene, 8, spread=0.06, seed=1)
         run = rs.simulate(scene, rs.IBVS(features=features), q0, dt=5e-3, duration=0.3, hold=True)

@@ -20,34 +20,37 @@ FEATURES = [
     *("vanishing_point", "region_moments", "point_moments", "decoupled_moments", "ellipse"),
     *("sphere", "theta_u", "translation"),
 ]
-quiet = pytest.mark.filterwarnings("ignore::robsim.RankWarning")
+quiet = pytest.mark.filterwarnings("ignore::robsim.errors.RankWarning")
 
 
-THREE = [rs.IBVS(features=[rs.FeatureBlock("points", marks=[i])]) for i in range(3)]
+THREE = [rs.IBVS(features=[rs.features.FeatureBlock("points", marks=[i])]) for i in range(3)]
 SCHEMES = {
     "desired": rs.IBVS(interaction="desired"),
     "mean": rs.IBVS(interaction="mean"),
     "camera": rs.IBVS(law="camera", interaction="mean"),
-    "centimetre": rs.IBVS(law=rs.CameraLaw(0.01)),
+    "centimetre": rs.IBVS(law=rs.laws.CameraLaw(0.01)),
     "damped": rs.IBVS(inverse="damped"),
     "transpose": rs.PBVS(inverse="transpose"),
     "broyden": rs.IBVS(interaction="broyden"),
     "depth of the goal": rs.IBVS(depth="goal", depth_scale=1.2),
-    "depth filter": rs.IBVS(depth=rs.DepthFilter(0.6)),
+    "depth filter": rs.IBVS(depth=rs.laws.DepthFilter(0.6)),
     "pbvs": rs.PBVS(),
     "pbvs of the camera": rs.PBVS(form="camera"),
     "hybrid": rs.Hybrid(mark=1),
     "partitioned": rs.Partitioned(),
     "stacked": rs.IBVS(
-        features=[rs.FeatureBlock("points"), rs.FeatureBlock("theta_u", weight=0.5)]
+        features=[
+            rs.features.FeatureBlock("points"),
+            rs.features.FeatureBlock("theta_u", weight=0.5),
+        ]
     ),
-    "adaptive": rs.IBVS(gain=rs.AdaptiveGain(4, 0.5, 10)),
+    "adaptive": rs.IBVS(gain=rs.laws.AdaptiveGain(4, 0.5, 10)),
     "smooth start": rs.IBVS(smooth_start=3.0),
-    "limited": rs.IBVS(limit=rs.SpeedLimit(joint=0.02, linear=0.01)),
-    "avoid": rs.PBVS(secondary=rs.AvoidLimits(margin=0.45)),
-    "large": rs.PBVS(secondary=rs.AvoidLimits(margin=0.45), projection="large"),
+    "limited": rs.IBVS(limit=rs.laws.SpeedLimit(joint=0.02, linear=0.01)),
+    "avoid": rs.PBVS(secondary=rs.laws.AvoidLimits(margin=0.45)),
+    "large": rs.PBVS(secondary=rs.laws.AvoidLimits(margin=0.45), projection="large"),
     "priorities": rs.Priorities(THREE),
-    "switch": rs.Switch(rs.PBVS(), rs.IBVS(), rs.ErrorBelow(0.02)),
+    "switch": rs.Switch(rs.PBVS(), rs.IBVS(), rs.tasks.ErrorBelow(0.02)),
 }
 SINGLE = ["eye_in_hand", "eye_to_hand", "face_to_face", "mobile_arm"]
 STEREO = ["stereo_in_hand", "stereo_apart", "stereo_beside"]
@@ -114,8 +117,10 @@ def test_moving_the_world_changes_no_docking(arrange, moved):
 
 def stereo_task(feature):
     if feature == "stereo_points":
-        return rs.IBVS(features=[rs.FeatureBlock(feature, camera=["left", "right"])])
-    return rs.IBVS(features=[rs.FeatureBlock(feature, camera=name) for name in ("left", "right")])
+        return rs.IBVS(features=[rs.features.FeatureBlock(feature, camera=["left", "right"])])
+    return rs.IBVS(
+        features=[rs.features.FeatureBlock(feature, camera=name) for name in ("left", "right")]
+    )
 
 
 def renamed(scene):
@@ -209,7 +214,7 @@ def test_a_scheme_of_chosen_marks_follows_them_through_another_order(arrange, ar
     tasks = {
         "hybrid": lambda n: rs.Hybrid(mark=n[1]),
         "priorities": lambda n: rs.Priorities(
-            [rs.IBVS(features=[rs.FeatureBlock("points", marks=[n[i]])]) for i in range(3)]
+            [rs.IBVS(features=[rs.features.FeatureBlock("points", marks=[n[i]])]) for i in range(3)]
         ),
     }
     scene, place = arrange("eye_in_hand"), np.argsort(ORDER)

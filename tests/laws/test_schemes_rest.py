@@ -5,8 +5,8 @@ import pytest
 
 import robsim as rs
 
-P = rs.FeatureBlock
-quiet = pytest.mark.filterwarnings("ignore::robsim.RankWarning")
+P = rs.features.FeatureBlock
+quiet = pytest.mark.filterwarnings("ignore::robsim.errors.RankWarning")
 SINGLE = {
     **{
         name: rs.IBVS(features=name)
@@ -17,20 +17,20 @@ SINGLE = {
     },
     "desired": rs.IBVS(interaction="desired"),
     "mean": rs.IBVS(interaction="mean", law="camera"),
-    "centimetre": rs.IBVS(law=rs.CameraLaw(0.01)),
+    "centimetre": rs.IBVS(law=rs.laws.CameraLaw(0.01)),
     "damped": rs.IBVS(inverse="damped"),
     "transpose": rs.IBVS(inverse="transpose"),
     "broyden": rs.IBVS(interaction="broyden"),
-    "depth filter": rs.IBVS(depth=rs.DepthFilter(0.6)),
-    "adaptive": rs.IBVS(gain=rs.AdaptiveGain(4, 0.5, 10)),
-    "limited": rs.IBVS(limit=rs.SpeedLimit(joint=0.1)),
+    "depth filter": rs.IBVS(depth=rs.laws.DepthFilter(0.6)),
+    "adaptive": rs.IBVS(gain=rs.laws.AdaptiveGain(4, 0.5, 10)),
+    "limited": rs.IBVS(limit=rs.laws.SpeedLimit(joint=0.1)),
     "pbvs": rs.PBVS(),
     "pbvs of the camera": rs.PBVS(form="camera", law="camera"),
     "hybrid": rs.Hybrid(),
     "partitioned": rs.Partitioned(),
     "stacked": rs.IBVS(features=[P("points"), P("theta_u", weight=0.5)]),
     "priorities": rs.Priorities([rs.IBVS(features=[P("points", marks=[0])]), rs.PBVS()]),
-    "switch": rs.Switch(rs.PBVS(), rs.IBVS(), rs.ErrorBelow(0.1)),
+    "switch": rs.Switch(rs.PBVS(), rs.IBVS(), rs.tasks.ErrorBelow(0.1)),
 }
 STEREO = {
     "both": rs.IBVS(features=[P("points", camera=name) for name in ("left", "right")]),
@@ -153,7 +153,7 @@ def test_a_secondary_motion_leaves_the_image_alone_for_good(arrange, name):
 def test_the_large_projection_keeps_the_rate_of_the_norm(arrange, around, decide, name):
     """d||e||^2/dt = 2 e' L J qd, far from the goal; the components of e are disturbed."""
     scene, q = arrange(name), around(arrange(name), 5, spread=0.1)
-    kinds = {"secondary": Wander(), "projection": rs.LargeProjection(low=1e-3, high=0.03)}
+    kinds = {"secondary": Wander(), "projection": rs.laws.LargeProjection(low=1e-3, high=0.03)}
     one, other = (decide(scene, rs.IBVS(**what), q).command for what in (kinds, {}))
     assert (np.linalg.norm(one.error, axis=0) > 0.03).all()
     moved = times(one.task_jacobian, one.qd - other.qd)

@@ -7,8 +7,8 @@ import pytest
 
 import robsim as rs
 
-P = rs.FeatureBlock
-quiet = pytest.mark.filterwarnings("ignore::robsim.RankWarning")
+P = rs.features.FeatureBlock
+quiet = pytest.mark.filterwarnings("ignore::robsim.errors.RankWarning")
 RAILS = [[-0.05, -0.06, 0], [-0.05, -0.06, 0.08], [0.06, 0.05, 0], [0.06, 0.05, 0.1]]
 ANGLES = np.arange(7) * 2 * np.pi / 7
 CIRCLE = 0.06 * np.stack([np.cos(ANGLES), 0.8 * np.sin(ANGLES), 0 * ANGLES], axis=1)

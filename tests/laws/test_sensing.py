@@ -59,7 +59,7 @@ def test_a_belief_that_is_the_truth_changes_no_bit(believed):
     "nothing",
     [
         {"period": DT},  # an image in every period
-        {"occlusions": [rs.Occlusion([0], 100.0)]},  # after the end
+        {"occlusions": [rs.imperfections.Occlusion([0], 100.0)]},  # after the end
         {"dropped": 1e-300},  # never
         {"outliers": 1e-300},
     ],
@@ -123,7 +123,9 @@ def test_a_pixel_too_large_to_count_is_not_taken_for_another():
 
 
 def test_many_occlusions_can_be_repeated_from_the_text_of_the_run():
-    many = [rs.Occlusion([i % 4], 0.1 + 0.001 * i, 0.2 + 0.001 * i) for i in range(300)]
+    many = [
+        rs.imperfections.Occlusion([i % 4], 0.1 + 0.001 * i, 0.2 + 0.001 * i) for i in range(300)
+    ]
     run = closed(duration=0.4, occlusions=many)
     assert rs.replay(run).identical(run)
 
@@ -136,7 +138,7 @@ def test_what_never_comes_within_a_run_is_the_first_image():
 
 
 def test_occlusions_may_come_from_a_generator():
-    hidden = rs.Occlusion([0], 1.0)
+    hidden = rs.imperfections.Occlusion([0], 1.0)
     assert rs.Sensing(occlusions=(each for each in [hidden])).occlusions == (hidden,)
 
 
@@ -169,7 +171,9 @@ def test_each_run_may_have_a_latency_of_its_own(task):
     """The stages read it from rows: there, and alone, the bits are the same."""
     own = np.array([0.0, 0.055, 0.08, 0.13, 9.9])
     told = {"dt": DT, "duration": 1.0, "hold": True}
-    sensing = rs.Sensing(latency=0.13, noise=0.3, occlusions=[rs.Occlusion([1], 0.2, 0.4)])
+    sensing = rs.Sensing(
+        latency=0.13, noise=0.3, occlusions=[rs.imperfections.Occlusion([1], 0.2, 0.4)]
+    )
     starts = np.repeat(Q0[None], len(own), axis=0)
     loop = rs.Experiment(SCENE, task, starts, sensing=sensing, **told).loop()
     program, images = loop.sequence.program, loop.sequence.images
@@ -187,7 +191,9 @@ def test_each_run_may_have_a_latency_of_its_own(task):
 
 def test_too_many_images_on_their_way_are_refused_before_anything_runs(monkeypatch):
     monkeypatch.setattr("robsim.engine.image_stream.room", lambda: 4e9)
-    with pytest.raises(rs.InputError, match=r"latency: 9000000 images .* 6.9 GB, and 4.0 GB are"):
+    with pytest.raises(
+        rs.errors.InputError, match=r"latency: 9000000 images .* 6.9 GB, and 4.0 GB are"
+    ):
         closed(latency=9.0, duration=10.0, dt=1e-6)
 
 
@@ -235,10 +241,10 @@ def test_a_slow_camera_repeats_its_image():
 
 def test_hidden_marks_are_left_out_and_keep_their_last_place():
     """While mark 1 is hidden, the command is that of a task of the other three."""
-    hidden = rs.Occlusion([1], 0.5, 1.0)
+    hidden = rs.imperfections.Occlusion([1], 0.5, 1.0)
     run = closed(in_pixels(), occlusions=hidden)
     steps = np.flatnonzero(np.isin(run.time.values.round(6), np.arange(0.52, 1.0, 0.04).round(6)))
-    three = rs.IBVS(GOAL, features=[rs.FeatureBlock("pixels", marks=[0, 2, 3])], gain=0.5)
+    three = rs.IBVS(GOAL, features=[rs.features.FeatureBlock("pixels", marks=[0, 2, 3])], gain=0.5)
     assert len(steps) == 12
     for k in steps:
         np.testing.assert_array_equal(run.s.values[k, 2:4], flat(run.pixels)[steps[0] - 1, 2:4])
@@ -250,7 +256,7 @@ def test_hidden_marks_are_left_out_and_keep_their_last_place():
 
 @pytest.mark.parametrize("task", [TASK, rs.PBVS(GOAL)])
 def test_where_nothing_is_left_the_last_place_counts_until_marks_are_seen_again(task):
-    all_marks = rs.Occlusion(range(4), 0.4, 0.8)
+    all_marks = rs.imperfections.Occlusion(range(4), 0.4, 0.8)
     run = closed(task, occlusions=all_marks)
     s = run.s.values
     still = np.broadcast_to(s[9], s[10:20].shape)
@@ -262,7 +268,7 @@ def test_where_nothing_is_left_the_last_place_counts_until_marks_are_seen_again(
 @pytest.mark.parametrize("late", [0, 1, 2])
 def test_marks_are_hidden_in_the_images_of_that_time_however_late_these_are(late):
     """0.12 s - 0.04 s is a rounding below the 0.08 s at which the third image is taken."""
-    hidden = rs.Occlusion([1], 2 * DT, 5 * DT)
+    hidden = rs.imperfections.Occlusion([1], 2 * DT, 5 * DT)
     run = closed(in_pixels(), latency=late * DT, occlusions=hidden, duration=0.5)
     s, last = run.s.values[:, 2:4], flat(run.pixels)[1, 2:4]
     kept = np.flatnonzero((s == last).all(axis=1))
@@ -274,7 +280,7 @@ def test_three_marks_are_enough_to_arrive():
     which three marks are seen at the same places.
     """
     for start, there in ((4.0, True), (0.5, False)):
-        sensing = rs.Sensing(occlusions=[rs.Occlusion([3], start)])
+        sensing = rs.Sensing(occlusions=[rs.imperfections.Occlusion([3], start)])
         run = rs.simulate(SCENE, TASK, Q0, duration=30, sensing=sensing)
         assert run.outcome == rs.Outcome.CONVERGED
         away = SCENE.view(run.q_end.values).pixels - SCENE.view(GOAL).pixels
@@ -283,7 +289,7 @@ def test_three_marks_are_enough_to_arrive():
 
 
 def test_a_feature_of_all_marks_keeps_the_last_place_of_a_hidden_one():
-    run = closed(rs.PBVS(GOAL), occlusions=rs.Occlusion([1], 0.5, 1.0))
+    run = closed(rs.PBVS(GOAL), occlusions=rs.imperfections.Occlusion([1], 0.5, 1.0))
     assert np.isfinite(run.s.values).all()
     assert closed(rs.PBVS(GOAL)).s.values[:12] == pytest.approx(run.s.values[:12], abs=0)
 
@@ -299,8 +305,10 @@ class Spread:
 
 
 def test_so_does_a_feature_of_the_user():
-    task = rs.IBVS(GOAL, features=[rs.FeatureBlock(Spread()), rs.FeatureBlock("points")])
-    run = closed(task, occlusions=rs.Occlusion([1], 0.5, 1.0))
+    task = rs.IBVS(
+        GOAL, features=[rs.features.FeatureBlock(Spread()), rs.features.FeatureBlock("points")]
+    )
+    run = closed(task, occlusions=rs.imperfections.Occlusion([1], 0.5, 1.0))
     free = closed(task)
     assert np.isfinite(run.s.values).all() and not free.s.equals(run.s)
     kept = run.s.values[13:24, 4:6]  # of mark 1, from the last image in which it was seen
@@ -308,7 +316,9 @@ def test_so_does_a_feature_of_the_user():
     np.testing.assert_array_equal(free.s.values[:13], run.s.values[:13])
 
 
-EVERYTHING = rs.Sensing(0.5, 0.25, 0.05, 20.0, [rs.Occlusion([2], 0.3, 0.7)], 0.2, 0.055, 0.08)
+EVERYTHING = rs.Sensing(
+    0.5, 0.25, 0.05, 20.0, [rs.imperfections.Occlusion([2], 0.3, 0.7)], 0.2, 0.055, 0.08
+)
 JOINTS = rs.Actuation(lag=0.05, velocity=0.4, acceleration=2.0)
 
 
@@ -337,17 +347,32 @@ def test_all_at_once_gives_the_same_bits_alone_in_a_batch_in_chunks_and_threads(
         (lambda: rs.Sensing(occlusions=[0]), "Sensing.occlusions: expected a"),
         (lambda: rs.Sensing(occlusions=""), "Occlusion, got ''"),
         (lambda: rs.Sensing(occlusions={}), "Occlusion, got {}"),
-        (lambda: rs.Occlusion([0], 0.0), "Occlusion.start must be a positive number (s), got 0"),
-        (lambda: rs.Occlusion([0], 2.0, 1.0), "an occlusion from 2 s must end later, not 1"),
         (
-            lambda: rs.Occlusion([], 1.0),
+            lambda: rs.imperfections.Occlusion([0], 0.0),
+            "Occlusion.start must be a positive number (s), got 0",
+        ),
+        (
+            lambda: rs.imperfections.Occlusion([0], 2.0, 1.0),
+            "an occlusion from 2 s must end later, not 1",
+        ),
+        (
+            lambda: rs.imperfections.Occlusion([], 1.0),
             "Occlusion.marks: expected a list, each a whole number from 0 to",
         ),
-        (lambda: rs.Occlusion([0.5], 1.0), "Occlusion.marks must be a whole number from 0 to"),
-        (lambda: rs.Occlusion([0], 1.0, target=3), "Occlusion.target must be a text, of"),
-        (lambda: closed(occlusions=rs.Occlusion([9], 1.0)), "has 4 marks, numbered from 0; there"),
         (
-            lambda: closed(occlusions=rs.Occlusion([0], 1.0, camera="camra")),
+            lambda: rs.imperfections.Occlusion([0.5], 1.0),
+            "Occlusion.marks must be a whole number from 0 to",
+        ),
+        (
+            lambda: rs.imperfections.Occlusion([0], 1.0, target=3),
+            "Occlusion.target must be a text, of",
+        ),
+        (
+            lambda: closed(occlusions=rs.imperfections.Occlusion([9], 1.0)),
+            "has 4 marks, numbered from 0; there",
+        ),
+        (
+            lambda: closed(occlusions=rs.imperfections.Occlusion([0], 1.0, camera="camra")),
             "the task has no camera 'camra'; did you mean 'camera'?",
         ),
         (lambda: closed(period=0.05), "0.05 s, must be a multiple of the control period, 0.04 s"),
@@ -355,13 +380,13 @@ def test_all_at_once_gives_the_same_bits_alone_in_a_batch_in_chunks_and_threads(
     ],
 )
 def test_what_makes_no_sense_is_refused(made, words):
-    with pytest.raises(rs.InputError) as error:
+    with pytest.raises(rs.errors.InputError) as error:
         made()
     assert words in str(error.value)
 
 
 def test_marks_are_hidden_from_runs_that_differ_as_from_single_ones():
-    hidden = rs.Sensing(occlusions=rs.Occlusion([1], 0.4, 1.0))
+    hidden = rs.Sensing(occlusions=rs.imperfections.Occlusion([1], 0.4, 1.0))
     one = VISP.with_(sensing=hidden, duration=1.6, record="all")
     several = one.vary({"cameras.camera.focal": [800.0, 840.0, 880.0]})
     run = several.run()

@@ -8,7 +8,7 @@ import pytest
 import robsim as rs
 
 PLACES = ["free", "eye_in_hand", "eye_to_hand", "face_to_face", "mobile_arm"]
-GAIN = rs.AdaptiveGain(at_zero=4.0, at_infinity=0.4, slope=30.0)
+GAIN = rs.laws.AdaptiveGain(at_zero=4.0, at_infinity=0.4, slope=30.0)
 
 
 def closed(scene, task, q0, **more):
@@ -38,7 +38,7 @@ def test_an_adaptive_gain_may_be_that_of_the_largest_joint_velocity(
     arrange, around, decide, law, name
 ):
     """max |qd| of the same law at a gain of one, at every state."""
-    scene, gain = arrange(name), rs.AdaptiveGain(4.0, 0.4, 30.0, of="command")
+    scene, gain = arrange(name), rs.laws.AdaptiveGain(4.0, 0.4, 30.0, of="command")
     run = closed(scene, rs.IBVS(gain=gain, law=law), around(scene, 1, spread=0.06)[0])
     unit = decide(scene, rs.IBVS(law=law), run.q.values).command.qd
     expected = gain.at(np.abs(unit).max(axis=0)) * unit
@@ -49,7 +49,7 @@ def test_the_size_of_a_command_is_that_without_feed_forward(arrange, around, dec
     """Two laws that differ in their feed-forward only have the same gain at the same state."""
     scene = arrange("eye_in_hand")
     q = around(scene, 3, spread=0.06)
-    gain = rs.AdaptiveGain(4.0, 0.4, 30.0, of="command")
+    gain = rs.laws.AdaptiveGain(4.0, 0.4, 30.0, of="command")
     gains = []
     for feed_forward in (None, "known"):
         decision = decide(scene, rs.IBVS(gain=gain, feed_forward=feed_forward), q)
@@ -64,11 +64,11 @@ class Counting:
         count = state.memory.setdefault("asked", np.zeros((len(state.error), 1)))
         count += 1
         state.memory["largest"] = np.abs(state.error).max(axis=1)
-        return rs.JointLaw().command(state)
+        return rs.laws.JointLaw().command(state)
 
 
 def test_a_law_that_remembers_is_asked_for_its_size_without_a_trace(arrange, around):
-    scene, gain = arrange("eye_in_hand"), rs.AdaptiveGain(4.0, 0.4, 30.0, of="command")
+    scene, gain = arrange("eye_in_hand"), rs.laws.AdaptiveGain(4.0, 0.4, 30.0, of="command")
     q0 = around(scene, 2, spread=0.06)
     a, b = (closed(scene, rs.IBVS(gain=gain, law=law), q0) for law in (Counting(), "joint"))
     np.testing.assert_array_equal(a.q, b.q)
@@ -79,9 +79,9 @@ def test_a_law_that_remembers_is_asked_for_its_size_without_a_trace(arrange, aro
 # and one for that with mu = 4 of Mansard and Chaumette
 BOOSTED = {
     "constant": (rs.IBVS(gain=0.5), 191),
-    "adaptive": (rs.IBVS(gain=rs.AdaptiveGain(4, 0.4, 30, of="command")), 91),
-    "smooth": (rs.IBVS(gain=rs.AdaptiveGain(4, 0.4, 30, of="command"), smooth_start=4), 98),
-    "of the error": (rs.IBVS(gain=rs.AdaptiveGain(4, 0.4, 30)), 62),  # not ViSP's
+    "adaptive": (rs.IBVS(gain=rs.laws.AdaptiveGain(4, 0.4, 30, of="command")), 91),
+    "smooth": (rs.IBVS(gain=rs.laws.AdaptiveGain(4, 0.4, 30, of="command"), smooth_start=4), 98),
+    "of the error": (rs.IBVS(gain=rs.laws.AdaptiveGain(4, 0.4, 30)), 62),  # not ViSP's
 }
 
 
@@ -94,7 +94,7 @@ def test_the_counts_of_visp_s_tutorial_come_out(name):
 
 
 def test_a_gain_of_the_command_has_the_same_bits_alone_and_in_any_batch(arrange, around):
-    scene, gain = arrange("eye_in_hand"), rs.AdaptiveGain(4.0, 0.4, 30.0, of="command")
+    scene, gain = arrange("eye_in_hand"), rs.laws.AdaptiveGain(4.0, 0.4, 30.0, of="command")
     q0 = around(scene, 5, spread=0.06)
     together = closed(scene, rs.IBVS(gain=gain), q0)
     for i in (0, 3):
@@ -145,7 +145,7 @@ def test_a_limited_command_is_the_law_in_its_direction_and_within_the_limits(
     arrange, around, decide, kind, name
 ):
     scene, limits = arrange(name), LIMITS[kind]
-    task = rs.IBVS(limit=rs.SpeedLimit(**limits))
+    task = rs.IBVS(limit=rs.laws.SpeedLimit(**limits))
     run = closed(scene, task, around(scene, 1, spread=0.06)[0], duration=1.0)
     free = decide(scene, rs.IBVS(), run.q.values)
     qd, law = run.qd.values[:, task.columns(scene)].T, free.command.qd
@@ -164,13 +164,15 @@ def test_a_limited_command_is_the_law_in_its_direction_and_within_the_limits(
 
 def test_each_joint_may_have_its_own_limit(arrange, around):
     scene, limit = arrange("eye_in_hand"), 0.01 * np.arange(1, 8)
-    run = closed(scene, rs.IBVS(limit=rs.SpeedLimit(joint=limit)), around(scene, 3, spread=0.06))
+    run = closed(
+        scene, rs.IBVS(limit=rs.laws.SpeedLimit(joint=limit)), around(scene, 3, spread=0.06)
+    )
     assert (np.abs(run.qd) <= limit * (1 + 1e-12)).all()
     assert np.abs(np.abs(run.qd) / limit).max() == pytest.approx(1.0, rel=1e-12)
 
 
 def test_a_limit_that_is_never_met_changes_nothing(arrange, around):
     scene, q0 = arrange("eye_in_hand"), around(arrange("eye_in_hand"), 3)
-    far = rs.SpeedLimit(joint=100.0, linear=100.0, angular=100.0)
+    far = rs.laws.SpeedLimit(joint=100.0, linear=100.0, angular=100.0)
     a, b = (closed(scene, rs.IBVS(limit=limit), q0) for limit in (far, None))
     np.testing.assert_array_equal(a.q, b.q)

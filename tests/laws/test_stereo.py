@@ -101,8 +101,8 @@ def test_a_static_point_moves_against_the_camera():
     """Xdot = -v - omega x X."""
     X, x, other, B = pair(4)
     camera = rs.Camera(np.eye(3))
-    second = rs.Observation.of(other, X[..., 2], camera)
-    seen = rs.Observation.of(x, X[..., 2], camera, other=second, between=B)
+    second = rs.features.Observation.of(other, X[..., 2], camera)
+    seen = rs.features.Observation.of(x, X[..., 2], camera, other=second, between=B)
     close(StereoPoints().measure(seen), X.reshape(len(X), -1), 3e-14)
     v, omega = np.array([0.1, -0.2, 0.3]), np.array([0.3, 0.2, -0.5])
     rate = StereoPoints().interaction(seen) @ [*v, *omega]

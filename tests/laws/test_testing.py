@@ -5,7 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from robsim import CameraLaw, JointLaw, PixelPoints, Points
+from robsim.features import PixelPoints, Points
+from robsim.laws import CameraLaw, JointLaw
 from robsim.testing import check_feature, check_law
 
 

@@ -8,7 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import robsim as rs
-from robsim import FrameError, InputError, Joint, Link, Mimic, Pose, Robot
+from robsim import Pose, Robot
+from robsim.errors import FrameError, InputError
+from robsim.joints import Joint, Link, Mimic
 
 steady = settings(derandomize=True, max_examples=20, deadline=None)
 seeds = st.integers(0, 2**32)
@@ -125,7 +127,9 @@ def test_the_tip_is_the_last_link_or_the_one_that_is_named():
     assert arm.tip == arm.links[-1].name and held != arm == replace(held, tip="")
     np.testing.assert_array_equal(held.fk(arm.home), arm.fk(arm.home, "forearm"))
     assert held.at(Pose.at(1), on="desk").named("b").tip == "forearm"
-    with pytest.raises(rs.FrameError, match="no frame 'forarm' in robot 'puma560'; did you mean"):
+    with pytest.raises(
+        rs.errors.FrameError, match="no frame 'forarm' in robot 'puma560'; did you mean"
+    ):
         replace(arm, tip="forarm")
 
 
@@ -142,7 +146,7 @@ def test_names_that_clash_get_that_of_the_tool_in_front(rhino):
 
 
 def test_a_tool_weighs_what_it_weighed():
-    weight = rs.Inertia(2.0, (0.0, 0.0, 0.1), np.eye(3))
+    weight = rs.shapes.Inertia(2.0, (0.0, 0.0, 0.1), np.eye(3))
     links = [Link("palm", inertia=weight), Link("jaw", "palm", Joint("revolute"), inertia=weight)]
     plain = Robot("arm", [Link("base"), Link("hand", "base", Joint("revolute"), inertia=weight)])
     carried = plain.with_tool(Robot("tool", links), bare=True)

@@ -12,7 +12,7 @@ from robsim.servo.single_step import SingleStepController
 
 RATE = 0.1  # rad/s
 ASIDE = {"pan_tilt": [0.1, 0.05]}  # a start from which a lag is not taken for divergence
-quiet = pytest.mark.filterwarnings("ignore::robsim.RankWarning")
+quiet = pytest.mark.filterwarnings("ignore::robsim.errors.RankWarning")
 
 
 @pytest.fixture
@@ -74,7 +74,7 @@ def test_known_motion_takes_an_error_away_as_if_nothing_moved(carousel):
 @pytest.mark.parametrize("lag", [0.05, 0.2])
 def test_estimated_motion_leaves_no_lag_once_it_is_known(carousel, lag):
     """The drift of one point at rest in the image is constant: a filter of it comes to it."""
-    task = rs.IBVS(feed_forward=rs.EstimatedMotion(lag), gain=2.0)
+    task = rs.IBVS(feed_forward=rs.laws.EstimatedMotion(lag), gain=2.0)
     assert steady(carousel, task) < 1e-6 * RATE
 
 
@@ -159,7 +159,7 @@ def passing(arrange, around):
 
 def test_a_depth_filter_is_told_of_the_motion_that_is_known(passing):
     """Else it takes the motion of the target for parallax."""
-    scene, task, run = passing(depth=rs.DepthFilter(0.35))
+    scene, task, run = passing(depth=rs.laws.DepthFilter(0.35))
     plain = passing()[2]
     assert (run.outcome >= rs.Outcome.CONVERGED).all()
     np.testing.assert_allclose(run.error_norm[:, -1], plain.error_norm[:, -1], atol=1e-3)
@@ -182,7 +182,9 @@ def test_broyden_learns_what_the_joints_do_and_not_the_known_motion(passing):
 def test_rates_are_as_many_as_velocities_at_every_time(arrange, around):
     rates = rs.Motion("conveyor", lambda seconds: [0.0] if seconds < 0.1 else [0.0, 0.0])
     scene = arrange("conveyor").replacing(rates)
-    with pytest.raises(rs.InputError, match=r"rates of 'conveyor': expected \(1,\), got \(2,\)"):
+    with pytest.raises(
+        rs.errors.InputError, match=r"rates of 'conveyor': expected \(1,\), got \(2,\)"
+    ):
         rs.simulate(scene, rs.IBVS(), around(scene)[0])
 
 

@@ -378,5 +378,5 @@ GOOD = {"speed": 1.0, "acceleration": 1.0}
     ],
 )
 def test_bad_input_is_one_clear_error(made, message):
-    with pytest.raises(rs.InputError, match=message):
+    with pytest.raises(rs.errors.InputError, match=message):
         made()

@@ -69,10 +69,10 @@ def branching(seed=0):
         ("h", "a", "fixed"),
     ]
     links = [
-        rs.Link(name, parent, rs.Joint(kind, some_pose(rng), some_pose(rng)))
+        rs.joints.Link(name, parent, rs.joints.Joint(kind, some_pose(rng), some_pose(rng)))
         for name, parent, kind in plan
     ]
-    return rs.Robot("tree", [rs.Link("a"), *links])
+    return rs.Robot("tree", [rs.joints.Link("a"), *links])
 
 
 def some_q(robot, seed=0, lead=()):
@@ -146,8 +146,8 @@ def test_a_tree_of_every_kind_of_joint_is_a_product_along_each_branch(seed):
 
 
 def test_a_floating_joint_is_the_pose_of_its_coordinates():
-    body = rs.Link("body", "base", rs.Joint("floating"))
-    robot = rs.Robot("free", [rs.Link("base"), body])
+    body = rs.joints.Link("body", "base", rs.joints.Joint("floating"))
+    robot = rs.Robot("free", [rs.joints.Link("base"), body])
     T = rs.Pose.at(1, 2, 3, rotvec=(0.3, -1.0, 0.5))
     close(robot.fk(T.q), T, 1e-15)
     close(robot.fk(T), T, 1e-15)  # a pose is taken for its coordinates
@@ -251,8 +251,8 @@ def test_only_the_joints_on_the_way_to_a_link_move_it():
 
 
 def test_the_velocity_of_a_floating_body_is_its_twist_in_its_own_axes():
-    body = rs.Link("body", "base", rs.Joint("floating"))
-    robot = rs.Robot("free", [rs.Link("base"), body])
+    body = rs.joints.Link("body", "base", rs.joints.Joint("floating"))
+    robot = rs.Robot("free", [rs.joints.Link("base"), body])
     T = rs.Pose.at(1, 2, 3, rotvec=(0.3, -1.0, 0.5))
     R, zero = T.rotation, np.zeros((3, 3))
     close(robot.jacobian(T), np.block([[R, zero], [zero, R]]), 1e-15)
@@ -323,7 +323,7 @@ def test_the_order_of_the_links_only_orders_the_coordinates(order):
 
 
 def robot_of(*links):
-    return rs.Robot("odd", [rs.Link("base"), *links])
+    return rs.Robot("odd", [rs.joints.Link("base"), *links])
 
 
 @pytest.mark.parametrize(
@@ -340,15 +340,15 @@ def robot_of(*links):
     ],
 )
 def test_what_is_no_tree_is_told_with_what_there_is(links, words):
-    with pytest.raises(rs.FrameError) as caught:
-        robot_of(*(rs.Link(name, parent) for name, parent in links)).fk([])
+    with pytest.raises(rs.errors.FrameError) as caught:
+        robot_of(*(rs.joints.Link(name, parent) for name, parent in links)).fk([])
     assert words in str(caught.value)
 
 
 @pytest.mark.parametrize("ask", ["fk", "jacobian"])
 def test_an_unknown_link_is_told_with_those_that_exist(ask):
     arm = rs.robots.rhino_xr4()
-    with pytest.raises(rs.FrameError) as caught:
+    with pytest.raises(rs.errors.FrameError) as caught:
         getattr(arm, ask)(arm.home, "tol")
     assert str(caught.value) == (
         "no frame 'tol' in robot 'rhino_xr4'; did you mean 'tool'? "
@@ -357,30 +357,34 @@ def test_an_unknown_link_is_told_with_those_that_exist(ask):
 
 
 def test_only_the_base_has_no_parent():
-    with pytest.raises(rs.InputError, match="link 'a' has no parent; only the base has none"):
-        robot_of(rs.Link("a"))
+    with pytest.raises(
+        rs.errors.InputError, match="link 'a' has no parent; only the base has none"
+    ):
+        robot_of(rs.joints.Link("a"))
 
 
 @pytest.mark.parametrize(
     "base",
-    [rs.Link("base", joint=rs.Joint("prismatic")), rs.Link("base", "other")],
+    [rs.joints.Link("base", joint=rs.joints.Joint("prismatic")), rs.joints.Link("base", "other")],
     ids=["moves", "hangs"],
 )
 def test_the_base_neither_moves_nor_hangs_from_anything(base):
-    with pytest.raises(rs.InputError, match="it hangs from nothing and does not move"):
-        rs.Robot("odd", [base, rs.Link("a", "base", rs.Joint("revolute"))])
+    with pytest.raises(rs.errors.InputError, match="it hangs from nothing and does not move"):
+        rs.Robot("odd", [base, rs.joints.Link("a", "base", rs.joints.Joint("revolute"))])
 
 
 def test_a_robot_has_links():
     for nothing in ([], ["base"]):
-        with pytest.raises(rs.InputError, match="robot 'odd' needs"):
+        with pytest.raises(rs.errors.InputError, match="robot 'odd' needs"):
             rs.Robot("odd", nothing)
 
 
 @pytest.mark.parametrize("name", ["", "1st", "a b", "a.b", "a/b", "$x$", "é", "a" * 65, 7, None])
 def test_names_are_safe_in_files_and_figures(name):
-    for make in (rs.Link, lambda n: rs.Robot(n, [rs.Link("base")])):
-        with pytest.raises(rs.InputError, match="a name starts with a letter and has up to 64"):
+    for make in (rs.joints.Link, lambda n: rs.Robot(n, [rs.joints.Link("base")])):
+        with pytest.raises(
+            rs.errors.InputError, match="a name starts with a letter and has up to 64"
+        ):
             make(name)
 
 
@@ -409,7 +413,7 @@ ARM = rs.Robot.from_dh(
 )
 @pytest.mark.parametrize("ask", ["fk", "frames", "jacobian", "coordinates"])
 def test_coordinates_are_checked(ask, q, words):
-    with pytest.raises(rs.InputError) as caught:
+    with pytest.raises(rs.errors.InputError) as caught:
         getattr(ARM, ask)(q)
     assert words in str(caught.value)
 
@@ -426,7 +430,7 @@ def test_coordinates_are_checked(ask, q, words):
     ],
 )
 def test_a_coordinate_outside_its_limits_is_named_with_them(q, words):
-    with pytest.raises(rs.InputError) as caught:
+    with pytest.raises(rs.errors.InputError) as caught:
         ARM.coordinates(q)
     assert str(caught.value) == words
 
@@ -446,7 +450,9 @@ def test_without_limits_there_are_none():
 
 
 def test_home_is_checked_too_and_read_only():
-    with pytest.raises(rs.InputError, match=r"arm.home: joint 'link1' of 'arm' is 3 rad, outside"):
+    with pytest.raises(
+        rs.errors.InputError, match=r"arm.home: joint 'link1' of 'arm' is 3 rad, outside"
+    ):
         rs.Robot.from_dh([[0, 0, 1, 0]], limits=[[-1, 2]], home=[3], name="arm")
     with pytest.raises(ValueError, match="read-only"):
         ARM.home[0] = 1.0
@@ -456,23 +462,23 @@ def test_a_quaternion_has_length_one():
     robot = branching()
     q = some_q(robot)
     q[4:8] *= 1.01
-    with pytest.raises(rs.InputError, match="q: the quaternion of 'c' must have length 1"):
+    with pytest.raises(rs.errors.InputError, match="q: the quaternion of 'c' must have length 1"):
         robot.fk(q)
 
 
 @pytest.mark.parametrize(
     ("make", "words"),
     [
-        (lambda: rs.Joint("revolut"), "no joint kind 'revolut'; did you mean 'revolute'?"),
-        (lambda: rs.Joint("floating", limits=(0, 1)), "a floating joint has no limits"),
-        (lambda: rs.Joint("fixed", limits=(0, 1)), "a fixed joint has no limits"),
-        (lambda: rs.Joint("revolute", limits=(1, -1)), "limits must be (lowest, highest)"),
-        (lambda: rs.Joint("revolute", limits=(1, 1)), "limits must be (lowest, highest)"),
-        (lambda: rs.Joint("revolute", limits=(np.nan, 1)), "joint limits: nan at index"),
+        (lambda: rs.joints.Joint("revolut"), "no joint kind 'revolut'; did you mean 'revolute'?"),
+        (lambda: rs.joints.Joint("floating", limits=(0, 1)), "a floating joint has no limits"),
+        (lambda: rs.joints.Joint("fixed", limits=(0, 1)), "a fixed joint has no limits"),
+        (lambda: rs.joints.Joint("revolute", limits=(1, -1)), "limits must be (lowest, highest)"),
+        (lambda: rs.joints.Joint("revolute", limits=(1, 1)), "limits must be (lowest, highest)"),
+        (lambda: rs.joints.Joint("revolute", limits=(np.nan, 1)), "joint limits: nan at index"),
     ],
 )
 def test_joints_are_checked(make, words):
-    with pytest.raises(rs.InputError) as caught:
+    with pytest.raises(rs.errors.InputError) as caught:
         make()
     assert words in str(caught.value)
 
@@ -497,6 +503,6 @@ def test_joints_are_checked(make, words):
     ],
 )
 def test_a_dh_table_is_checked(change, words):
-    with pytest.raises(rs.InputError) as caught:
+    with pytest.raises(rs.errors.InputError) as caught:
         rs.Robot.from_dh(**{"rows": [[0, 0, 1, 0], [0, 0, 1, 0]], **change})
     assert words in str(caught.value)

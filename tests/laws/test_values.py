@@ -58,7 +58,7 @@ def test_a_batch_of_poses_is_indexed_by_its_own_shape():
     poses = rs.Pose.exp(np.arange(12.0).reshape(2, 1, 6) / 10)
     np.testing.assert_array_equal(poses[1, 0].matrix, poses.matrix[1, 0])
     np.testing.assert_array_equal(poses[:, 0].matrix, poses.matrix[:, 0])
-    with pytest.raises(rs.InputError, match=r"batch of poses of shape \(2, 1\)"):
+    with pytest.raises(rs.errors.InputError, match=r"batch of poses of shape \(2, 1\)"):
         poses[0, 0, 0]
 
 
@@ -70,7 +70,7 @@ def test_an_empty_batch_is_a_batch():
     "make",
     [
         lambda: rs.Block(1, 1, 1, pose=BATCH),
-        lambda: rs.Joint("revolute", place=BATCH),
+        lambda: rs.joints.Joint("revolute", place=BATCH),
         lambda: rs.Object("o", pose=BATCH),
         lambda: rs.MountedCamera("c", rs.Camera(np.eye(3)), pose=BATCH),
         lambda: rs.robots.rhino_xr4().at(BATCH),
@@ -79,40 +79,46 @@ def test_an_empty_batch_is_a_batch():
     ],
 )
 def test_one_pose_is_not_a_batch(make):
-    with pytest.raises(rs.InputError, match=r"expected one pose, got a batch \(2,\)"):
+    with pytest.raises(rs.errors.InputError, match=r"expected one pose, got a batch \(2,\)"):
         make()
 
 
 def test_a_matrix_is_taken_where_a_pose_is():
     assert rs.Block(1, 1, 1, pose=np.eye(4)) == rs.Block(1, 1, 1)
-    assert rs.Joint(place=np.eye(4)) == rs.Joint()
+    assert rs.joints.Joint(place=np.eye(4)) == rs.joints.Joint()
 
 
 @pytest.mark.parametrize(
     ("make", "message"),
     [
-        (lambda: rs.Joint("revolute", limits=(1, 2, 3)), "joint limits: expected shape"),
-        (lambda: rs.Joint("revolute", limits="ab"), "joint limits: expected numbers"),
-        (lambda: rs.Link("a", "b", joint="revolute"), "link 'a': expected a Joint"),
-        (lambda: rs.Link("a", "b", shapes=[1]), "link 'a': shapes are Block"),
+        (lambda: rs.joints.Joint("revolute", limits=(1, 2, 3)), "joint limits: expected shape"),
+        (lambda: rs.joints.Joint("revolute", limits="ab"), "joint limits: expected numbers"),
+        (lambda: rs.joints.Link("a", "b", joint="revolute"), "link 'a': expected a Joint"),
+        (lambda: rs.joints.Link("a", "b", shapes=[1]), "link 'a': shapes are Block"),
         (lambda: rs.Object("o", shapes=3), "object 'o': shapes are Block"),
         (lambda: rs.Camera(np.eye(3), body="x"), "body: expected a CameraBody"),
         (lambda: rs.Scene(None), "robots must be a list"),
         (lambda: rs.Pose.at(rpy=np.zeros((3, 2))), r"rpy: expected shape \(..., 3\)"),
         (lambda: rs.Pose.at([0, 1], [0, 1, 2]), r"unequal shapes \(2,\), \(3,\), \(\)"),
         (lambda: rs.Pose.at(frames="ab"), "frames are two names"),
-        (lambda: rs.Robot("r", [rs.Link("base"), rs.Link("a", "nope")]), "no such frame"),
-        (lambda: rs.Robot("r", [rs.Link("a", joint=rs.Joint("revolute"))]), "is the base"),
+        (
+            lambda: rs.Robot("r", [rs.joints.Link("base"), rs.joints.Link("a", "nope")]),
+            "no such frame",
+        ),
+        (
+            lambda: rs.Robot("r", [rs.joints.Link("a", joint=rs.joints.Joint("revolute"))]),
+            "is the base",
+        ),
     ],
 )
 def test_what_does_not_fit_is_refused_at_once(make, message):
-    with pytest.raises(rs.InputError, match=message):
+    with pytest.raises(rs.errors.InputError, match=message):
         make()
 
 
 def test_a_link_takes_one_shape_as_well_as_several():
     block = rs.Block(1, 1, 1)
-    assert rs.Link("a", "b", shapes=block) == rs.Link("a", "b", shapes=[block])
+    assert rs.joints.Link("a", "b", shapes=block) == rs.joints.Link("a", "b", shapes=[block])
 
 
 def test_beyond_the_reach_of_the_lens_there_is_no_point():
@@ -154,15 +160,15 @@ def test_integrating_a_robot_is_exact():
 
 def test_the_base_frame_is_where_the_robot_stands():
     place = rs.Pose.at(0, 0, 1, rpy=(0.3, 0, 0))
-    base = rs.Link("base", joint=rs.Joint(place=place))
-    arm = rs.Robot("arm", [base, rs.Link("a", "base", rs.Joint("prismatic"))])
+    base = rs.joints.Link("base", joint=rs.joints.Joint(place=place))
+    arm = rs.Robot("arm", [base, rs.joints.Link("a", "base", rs.joints.Joint("prismatic"))])
     np.testing.assert_array_equal(arm.fk([0.5], "base"), np.eye(4))
     np.testing.assert_allclose(arm.fk([0.5])[:3, 3], [0, 0, 0.5])
     np.testing.assert_array_equal(rs.Scene([arm]).pose("arm.base").matrix, place.matrix)
 
 
 def test_a_copy_of_a_goal_by_robot_cannot_be_changed_either():
-    goal = rs.TaughtGoal({"arm": [0.1, 0.2]})
+    goal = rs.tasks.TaughtGoal({"arm": [0.1, 0.2]})
     for copied in (copy.deepcopy(goal), pickle.loads(pickle.dumps(goal))):
         assert copied == goal
         with pytest.raises(ValueError, match="read-only"):

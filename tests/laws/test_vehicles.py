@@ -4,7 +4,9 @@ import numpy as np
 import pytest
 
 import robsim as rs
-from robsim import InputError, Motion, Pose, Steering
+from robsim import Motion, Pose
+from robsim.errors import InputError
+from robsim.joints import Steering
 
 WHEELS = {
     "car": ("rear_left", "rear_right", "front_left", "front_right"),
@@ -211,7 +213,9 @@ def test_base_and_arm_servo_as_one_robot(base):
 
 def test_a_car_is_warned_of_as_a_car():
     scene = rs.load_scenario(rs.examples.path("car")).scene
-    with pytest.warns(rs.RankWarning, match="a car cannot move sideways.*use no more features"):
+    with pytest.warns(
+        rs.errors.RankWarning, match="a car cannot move sideways.*use no more features"
+    ):
         rs.IBVS().bind(scene)
     with pytest.raises(InputError, match="docking is for a camera that rides on a unicycle"):
         rs.Docking().bind(scene)

@@ -53,7 +53,7 @@ def twist(T):
 )
 def test_an_exact_image_gives_the_pose(seed, marks, thick, camera):
     p, T = views(seed, marks, thick=thick)
-    found = rs.estimate_pose(p, seen(camera, p, T), camera)
+    found = rs.vision.estimate_pose(p, seen(camera, p, T), camera)
     close(found.T_c_o, T.matrix, 1e-9)  # targets that are nearly a line are among them
     assert found.rms.max() < 1e-10
 
@@ -62,7 +62,7 @@ def test_an_exact_image_gives_the_pose(seed, marks, thick, camera):
 @given(seed=seeds)
 def test_the_pose_is_one_of_those_that_three_marks_have(seed):
     p, T = views(seed, 3)
-    found = rs.estimate_pose(p, seen(PLAIN, p, T), PLAIN)
+    found = rs.vision.estimate_pose(p, seen(PLAIN, p, T), PLAIN)
     apart = np.abs(found.candidates - T.matrix[:, None]).max((-1, -2))
     assert (np.nanmin(apart, axis=1) < 1e-5).all() and found.ambiguous.all()
     poses = found.candidates[np.isfinite(found.candidates).all((-1, -2))]
@@ -77,11 +77,11 @@ def test_it_does_not_matter_where_the_axes_of_the_target_are(seed, marks, thick)
     p, T = views(seed, marks, thick=thick)
     pixels = seen(PLAIN, p, T) + np.random.default_rng(seed).normal(size=(20, marks, 2)) * 0.1
     T_n_o = rs.Pose.at(0.3, -0.2, 0.5, rotvec=(0.4, -2.0, 0.7))
-    here, there = (rs.estimate_pose(m, pixels, PLAIN) for m in (p, T_n_o @ p))
+    here, there = (rs.vision.estimate_pose(m, pixels, PLAIN) for m in (p, T_n_o @ p))
     sure = ~here.ambiguous & (here.rms < 0.99 * np.nan_to_num(here.other_rms, nan=np.inf))
     close(here.rms[sure], there.rms[sure], 1e-7)
     close(there.T_c_o[sure], (rs.Pose(here.T_c_o[sure]) @ T_n_o.inv()).matrix, 1e-6)
-    double = rs.estimate_pose(2 * p, pixels, PLAIN)
+    double = rs.vision.estimate_pose(2 * p, pixels, PLAIN)
     close(double.T_c_o[sure, :3, 3], 2 * here.T_c_o[sure, :3, 3], 1e-6)
 
 
@@ -90,14 +90,14 @@ def test_a_pose_has_the_same_bits_alone_and_in_any_batch(marks, thick):
     p, T = views(3, marks, 300, thick)
     pixels = seen(BENT, p, T) + np.random.default_rng(1).normal(size=(300, marks, 2))
     pixels[7, 1] = np.nan
-    batch = rs.estimate_pose(p, pixels, BENT)
-    shaped = rs.estimate_pose(p, pixels.reshape(3, 100, marks, 2), BENT)
+    batch = rs.vision.estimate_pose(p, pixels, BENT)
+    shaped = rs.vision.estimate_pose(p, pixels.reshape(3, 100, marks, 2), BENT)
     fields = ("T_c_o", "rms", "ambiguous", "other", "other_rms", "covariance", "candidates")
     for name in fields:
         whole = getattr(batch, name)
         np.testing.assert_array_equal(getattr(shaped, name).reshape(whole.shape), whole)
     for i in (0, 7, 150, 299):
-        alone = rs.estimate_pose(p, pixels[i], BENT)
+        alone = rs.vision.estimate_pose(p, pixels[i], BENT)
         for name in fields:
             np.testing.assert_array_equal(getattr(alone, name), getattr(batch, name)[i])
 
@@ -107,7 +107,7 @@ def test_a_mark_that_is_not_seen_costs_its_own_run_only():
     pixels = seen(PLAIN, p, T)
     gap = pixels.copy()
     gap[3, 2, 0] = np.nan
-    found, whole = rs.estimate_pose(p, gap, PLAIN), rs.estimate_pose(p, pixels, PLAIN)
+    found, whole = rs.vision.estimate_pose(p, gap, PLAIN), rs.vision.estimate_pose(p, pixels, PLAIN)
     rest = np.arange(20) != 3
     np.testing.assert_array_equal(found.T_c_o[rest], whole.T_c_o[rest])
     assert np.isnan(found.T_c_o[3]).all() and np.isnan(found.covariance[3]).all()
@@ -120,7 +120,7 @@ def test_the_unit_of_length_changes_no_digit(scale):
     p, T = views(3)
     x = seen(PLAIN, p, T) + np.random.default_rng(4).normal(0, 0.5, (20, 6, 2))
     for noise in (None, 0.5):
-        one, other = (rs.estimate_pose(m, x, PLAIN, noise=noise) for m in (p, scale * p))
+        one, other = (rs.vision.estimate_pose(m, x, PLAIN, noise=noise) for m in (p, scale * p))
         np.testing.assert_array_equal(other.T_c_o[..., :3, 3], scale * one.T_c_o[..., :3, 3])
         np.testing.assert_array_equal(other.T_c_o[..., :3, :3], one.T_c_o[..., :3, :3])
         units = np.repeat([scale, 1.0], 3)
@@ -130,13 +130,13 @@ def test_the_unit_of_length_changes_no_digit(scale):
 
 
 def test_an_image_that_is_one_point_has_no_pose():
-    found = rs.estimate_pose(SQUARE, np.full((4, 2), 100.0), PLAIN)
+    found = rs.vision.estimate_pose(SQUARE, np.full((4, 2), 100.0), PLAIN)
     assert np.isnan(found.T_c_o).all() and found.ambiguous
 
 
 def test_of_a_target_in_the_far_distance_the_depth_is_flagged():
     near, far = (
-        rs.estimate_pose(SQUARE, seen(PLAIN, SQUARE, rs.Pose.at(0, 0, Z)), PLAIN, noise=0.5)
+        rs.vision.estimate_pose(SQUARE, seen(PLAIN, SQUARE, rs.Pose.at(0, 0, Z)), PLAIN, noise=0.5)
         for Z in (1, 300)
     )
     assert far.ambiguous and not near.ambiguous
@@ -146,7 +146,7 @@ def test_of_a_target_in_the_far_distance_the_depth_is_flagged():
 @pytest.mark.parametrize("tilt", [0.0, 0.5, np.pi / 2])
 def test_symmetric_views_and_views_along_the_plane_are_no_trouble(tilt):
     T = rs.Pose.at(0, 0, 1, rpy=(tilt, 0, 0))
-    found = rs.estimate_pose(SQUARE, seen(PLAIN, SQUARE, T), PLAIN)
+    found = rs.vision.estimate_pose(SQUARE, seen(PLAIN, SQUARE, T), PLAIN)
     close(found.T_c_o, T.matrix, 1e-12)
     assert not found.ambiguous
 
@@ -154,9 +154,9 @@ def test_symmetric_views_and_views_along_the_plane_are_no_trouble(tilt):
 def test_three_of_four_marks_may_be_on_a_line_or_two_in_one_place():
     T = rs.Pose.at(0.05, 0, 0.8, rpy=(0.5, 0.2, 1))
     p = np.array([[0, 0, 0], [0.1, 0, 0], [0.2, 0, 0], [0, 0.15, 0]])
-    close(rs.estimate_pose(p, seen(PLAIN, p, T), PLAIN).T_c_o, T.matrix, 1e-12)
+    close(rs.vision.estimate_pose(p, seen(PLAIN, p, T), PLAIN).T_c_o, T.matrix, 1e-12)
     p[2] = p[1]
-    found = rs.estimate_pose(p, seen(PLAIN, p, T), PLAIN)
+    found = rs.vision.estimate_pose(p, seen(PLAIN, p, T), PLAIN)
     close(np.nanmin(np.abs(found.candidates - T.matrix).max((-1, -2))), 0, 1e-12)
     assert found.ambiguous  # as it is of three
 
@@ -165,13 +165,15 @@ def test_the_second_pose_of_a_plane_is_a_minimum_too():
     """A small far plane is tilted to one side or to the other; noise hides to which."""
     T = rs.Pose.at(0, 0, 2, rpy=(0.6, 0, 0))
     exact = seen(PLAIN, 0.3 * SQUARE, T)
-    found = rs.estimate_pose(0.3 * SQUARE, exact, PLAIN)
+    found = rs.vision.estimate_pose(0.3 * SQUARE, exact, PLAIN)
     assert not found.ambiguous and found.rms < 1e-10 and 0.01 < found.other_rms < 0.2
     close(found.other[:3, 2] * (-1, -1, 1), T.rotation[:, 2], 0.02)
-    noisy = rs.estimate_pose(0.3 * SQUARE, exact, PLAIN, noise=0.5)
+    noisy = rs.vision.estimate_pose(0.3 * SQUARE, exact, PLAIN, noise=0.5)
     assert noisy.ambiguous
     close(noisy.T_c_o, T.matrix, 1e-12)
-    again = rs.estimate_pose(0.3 * SQUARE, seen(PLAIN, 0.3 * SQUARE, rs.Pose(found.other)), PLAIN)
+    again = rs.vision.estimate_pose(
+        0.3 * SQUARE, seen(PLAIN, 0.3 * SQUARE, rs.Pose(found.other)), PLAIN
+    )
     close(again.T_c_o, found.other, 1e-12)
 
 
@@ -181,9 +183,9 @@ def test_the_covariance_is_that_of_many_noisy_images(camera):
     p, T = views(11, 7, 1)
     sigma, exact = 0.2, seen(camera, p, T)
     noise = sigma * np.random.default_rng(2).normal(size=(4000, 7, 2))
-    found = rs.estimate_pose(p, exact + noise, camera)
+    found = rs.vision.estimate_pose(p, exact + noise, camera)
     V = twist(T.matrix @ rs.Pose(found.T_c_o).inv().matrix)
-    C = rs.estimate_pose(p, exact, camera, noise=sigma).covariance[0]
+    C = rs.vision.estimate_pose(p, exact, camera, noise=sigma).covariance[0]
     deviations = np.sqrt(np.diag(C))
     scale = np.outer(deviations, deviations)
     close(np.cov(V.T) / scale, C / scale, 0.06)
@@ -206,7 +208,7 @@ def chi_squares(tilt, distance, runs=2000, spread=False):
     T[:, :3, 3] = 0.03, -0.02, distance
     pixels = PLAIN.project(SQUARE @ np.swapaxes(T[:, :3, :3], 1, 2) + T[:, None, :3, 3], np.eye(4))
     noisy = pixels + rng.normal(size=pixels.shape)
-    found = rs.estimate_pose(SQUARE, noisy, PLAIN, noise=1.0)
+    found = rs.vision.estimate_pose(SQUARE, noisy, PLAIN, noise=1.0)
     off = rs.Pose(T) @ rs.Pose(found.T_c_o).inv()
     v = off.position - np.cross(off.rotvec, off.position) / 2
     V = np.concatenate([v, off.rotvec], axis=1)[~found.ambiguous]
@@ -245,7 +247,7 @@ def test_no_pose_fits_the_image_better():
     p, T = views(5, 5)
     rng = np.random.default_rng(5)
     pixels = seen(PLAIN, p, T) + rng.normal(size=(20, 5, 2))
-    found = rs.estimate_pose(p, pixels, PLAIN)
+    found = rs.vision.estimate_pose(p, pixels, PLAIN)
     both = np.isfinite(found.other_rms)
     assert both.sum() > 5 and (found.other_rms[both] > found.rms[both]).all()
     for T, least, u in (
@@ -264,7 +266,7 @@ def test_of_a_thick_target_far_away_there_is_no_other_pose():
     far = T.matrix.copy()
     far[:, :3, 3] *= 5
     pixels = seen(PLAIN, p, rs.Pose(far)) + np.random.default_rng(3).normal(size=(40, 12, 2))
-    found = rs.estimate_pose(p, pixels, PLAIN)
+    found = rs.vision.estimate_pose(p, pixels, PLAIN)
     assert np.isnan(found.other_rms).all() and not found.ambiguous.any()
 
 
@@ -288,8 +290,8 @@ def in_both(X, T, left=PLAIN, right=BENT):
 def test_exact_images_give_the_points(seed):
     X, T = rig(seed)
     a, b = in_both(X, T)
-    close(rs.triangulate(a, b, PLAIN, BENT, T).points, X, 1e-12)
-    back = rs.triangulate(b, a, BENT, PLAIN, T.inv())
+    close(rs.vision.triangulate(a, b, PLAIN, BENT, T).points, X, 1e-12)
+    back = rs.vision.triangulate(b, a, BENT, PLAIN, T.inv())
     close(T @ back.points, X, 1e-12)
 
 
@@ -299,7 +301,7 @@ def test_no_point_fits_both_images_better(seed):
     X, T = rig(seed)
     rng = np.random.default_rng(seed)
     a, b = (p + rng.normal(size=p.shape) for p in in_both(X, T, right=PLAIN))
-    found = rs.triangulate(a, b, PLAIN, PLAIN, T).points
+    found = rs.vision.triangulate(a, b, PLAIN, PLAIN, T).points
 
     def miss(points):
         one, two = in_both(points, T, right=PLAIN)
@@ -314,8 +316,8 @@ def test_the_covariance_of_points_is_that_of_many_noisy_images():
     a, b = in_both(X[0], T[0])
     rng, sigma = np.random.default_rng(4), 0.2
     noisy = [p + sigma * rng.normal(size=(8000, *p.shape)) for p in (a, b)]
-    found = rs.triangulate(*noisy, PLAIN, BENT, T[0], noise=sigma)
-    C = rs.triangulate(a, b, PLAIN, BENT, T[0], noise=sigma).covariance
+    found = rs.vision.triangulate(*noisy, PLAIN, BENT, T[0], noise=sigma)
+    C = rs.vision.triangulate(a, b, PLAIN, BENT, T[0], noise=sigma).covariance
     deviations = np.sqrt(np.diagonal(C, axis1=1, axis2=2))
     for n in range(len(C)):
         scale = np.outer(deviations[n], deviations[n])
@@ -329,7 +331,7 @@ def test_a_parallel_rig_has_the_depth_error_of_the_textbook():
     X = np.stack([np.full(4, base / 2), np.zeros(4), Z], axis=-1)
     T = rs.Pose.at(base, 0, 0)
     a, b = in_both(X, T, right=PLAIN)
-    C = rs.triangulate(a, b, PLAIN, PLAIN, T, noise=sigma).covariance
+    C = rs.vision.triangulate(a, b, PLAIN, PLAIN, T, noise=sigma).covariance
     expected = Z**2 * sigma * np.sqrt(2) / (800 * base)
     np.testing.assert_allclose(np.sqrt(C[:, 2, 2]), expected, rtol=1e-12)
 
@@ -338,9 +340,9 @@ def test_what_is_off_the_epipolar_line_is_a_miss_and_what_is_along_it_is_not():
     """In a parallel rig of equal cameras an offset d of a row is shared: d/2 in each image."""
     T, X = rs.Pose.at(0.12, 0, 0), np.array([[0.1, 0.05, 1.5]])
     a, b = in_both(X, T, right=PLAIN)
-    across = rs.triangulate(a, b + np.array([0, 30]), PLAIN, PLAIN, T)
+    across = rs.vision.triangulate(a, b + np.array([0, 30]), PLAIN, PLAIN, T)
     np.testing.assert_allclose(across.miss, 30 / np.sqrt(2), rtol=1e-9)
-    along = rs.triangulate(a, b + np.array([30, 0]), PLAIN, PLAIN, T)
+    along = rs.vision.triangulate(a, b + np.array([30, 0]), PLAIN, PLAIN, T)
     assert along.miss < 1e-9
     assert np.linalg.norm(along.points - X) > 0.5
 
@@ -349,7 +351,7 @@ def test_the_miss_of_noise_is_as_large_as_that_of_a_coordinate():
     X, T = rig(9, 1, 2000)
     rng = np.random.default_rng(9)
     a, b = (p + 0.3 * rng.normal(size=p.shape) for p in in_both(X, T))
-    found = rs.triangulate(a, b, PLAIN, BENT, T)
+    found = rs.vision.triangulate(a, b, PLAIN, BENT, T)
     np.testing.assert_allclose(np.sqrt(np.square(found.miss).mean()), 0.3, rtol=0.05)
 
 
@@ -357,7 +359,7 @@ def test_points_at_infinity_or_beyond_are_nan_and_the_others_are_not():
     T = rs.Pose.at(0.1, 0, 0)
     a = np.array([[340.0, 240], [340, 240], [340, 240], [np.nan, 240]])
     b = np.array([[300.0, 240], [340, 240], [342, 240], [300, 240]])
-    found = rs.triangulate(a, b, PLAIN, PLAIN, T)
+    found = rs.vision.triangulate(a, b, PLAIN, PLAIN, T)
     close(found.points[0], [0.05, 0, 2], 1e-14)
     for each in (found.points, found.covariance, found.miss):
         assert np.isnan(each[1:]).all()
@@ -368,10 +370,10 @@ def test_points_have_the_same_bits_alone_and_in_a_batch():
     rng = np.random.default_rng(6)
     a, b = (p + rng.normal(size=p.shape) for p in in_both(X, T))
     a[5, 2] = np.nan
-    batch = rs.triangulate(a, b, PLAIN, BENT, T)
+    batch = rs.vision.triangulate(a, b, PLAIN, BENT, T)
     for i in (0, 5, 39):
-        alone = rs.triangulate(a[i], b[i], PLAIN, BENT, T[i])
-        one = rs.triangulate(a[i, :1], b[i, :1], PLAIN, BENT, T[i])
+        alone = rs.vision.triangulate(a[i], b[i], PLAIN, BENT, T[i])
+        one = rs.vision.triangulate(a[i, :1], b[i, :1], PLAIN, BENT, T[i])
         for name in ("points", "covariance", "miss"):
             np.testing.assert_array_equal(getattr(alone, name), getattr(batch, name)[i])
             np.testing.assert_array_equal(getattr(one, name), getattr(batch, name)[i, :1])
@@ -400,9 +402,9 @@ def planes(seed, runs=20, points=6):
 def test_a_homography_is_that_of_the_motion_itself(seed, points):
     R, t, n, a, b = planes(seed, points=points)
     expected = R + t[:, :, None] * n[:, None]
-    H = rs.estimate_homography(a, b)
+    H = rs.vision.estimate_homography(a, b)
     close(H, expected, 1e-9)  # four points that are nearly three are among them
-    H = rs.estimate_homography(800 * a + 3, 700 * b - 5)  # pixels: up to scale
+    H = rs.vision.estimate_homography(800 * a + 3, 700 * b - 5)  # pixels: up to scale
     K, M = np.diag([700.0, 700, 1]), np.diag([800.0, 800, 1])
     K[:2, 2], M[:2, 2] = -5, 3
     mapped = np.linalg.inv(K) @ H @ M
@@ -413,20 +415,20 @@ def test_a_homography_is_that_of_the_motion_itself(seed, points):
 @given(seed=seeds)
 def test_the_motion_is_among_those_of_its_homography(seed):
     R, t, n, a, b = planes(seed)
-    found = rs.decompose_homography(3.0 * rs.estimate_homography(a, b), a)
+    found = rs.vision.decompose_homography(3.0 * rs.vision.estimate_homography(a, b), a)
     whole = np.concatenate([R.reshape(-1, 9), t, n], axis=1)
     mine = [found.rotations.reshape(-1, 4, 9), found.translations, found.normals]
     apart = np.abs(np.concatenate(mine, axis=-1) - whole[:, None]).max(-1)
     assert (np.where(found.in_front, apart, np.inf).min(1) < 1e-6).all()
     assert (found.in_front.sum(1) <= 2).all()
     rebuilt = found.rotations + found.translations[..., None] * found.normals[..., None, :]
-    close(rebuilt, np.repeat(rs.estimate_homography(a, b)[:, None], 4, axis=1), 1e-12)
+    close(rebuilt, np.repeat(rs.vision.estimate_homography(a, b)[:, None], 4, axis=1), 1e-12)
     close(found.rotations @ np.swapaxes(found.rotations, -1, -2), np.eye(3) + 0 * rebuilt, 1e-13)
 
 
 def test_a_rotation_alone_is_one_motion_without_translation():
     R = rs.Pose.at(rotvec=(0.3, -0.2, 0.5)).rotation
-    found = rs.decompose_homography([2 * R, R + np.outer([0.2, 0.1, 0], [0, 0, 1])])
+    found = rs.vision.decompose_homography([2 * R, R + np.outer([0.2, 0.1, 0], [0, 0, 1])])
     close(found.rotations[0, 0], R, 1e-14)
     close(found.translations[0, 0], np.zeros(3), 0)
     assert found.in_front[0].tolist() == [True, False, False, False]
@@ -436,7 +438,7 @@ def test_a_rotation_alone_is_one_motion_without_translation():
 def test_a_translation_along_the_normal_is_found():
     """Twice: a double root, which rounding moves by the root of itself."""
     n = np.array([0.6, 0, 0.8])
-    found = rs.decompose_homography(np.eye(3) + np.outer(-0.3 * n, n))
+    found = rs.vision.decompose_homography(np.eye(3) + np.outer(-0.3 * n, n))
     ahead = found.in_front
     close(found.translations[ahead], np.tile(-0.3 * n, (2, 1)), 1e-7)
     close(found.normals[ahead], np.tile(n, (2, 1)), 1e-7)
@@ -444,11 +446,11 @@ def test_a_translation_along_the_normal_is_found():
 
 def test_a_homography_has_the_same_bits_alone_and_in_a_batch():
     _, _, _, a, b = planes(9, 50)
-    H = rs.estimate_homography(a, b)
-    found = rs.decompose_homography(H, a)
+    H = rs.vision.estimate_homography(a, b)
+    found = rs.vision.decompose_homography(H, a)
     for i in (0, 17, 49):
-        np.testing.assert_array_equal(rs.estimate_homography(a[i], b[i]), H[i])
-        alone = rs.decompose_homography(H[i], a[i])
+        np.testing.assert_array_equal(rs.vision.estimate_homography(a[i], b[i]), H[i])
+        alone = rs.vision.decompose_homography(H[i], a[i])
         for name in ("rotations", "translations", "normals", "in_front"):
             np.testing.assert_array_equal(getattr(alone, name), getattr(found, name)[i])
 
@@ -456,18 +458,18 @@ def test_a_homography_has_the_same_bits_alone_and_in_a_batch():
 def test_three_of_four_points_on_a_line_leave_the_homography_open():
     a = np.array([[0.0, 0], [0.1, 0], [0.2, 0], [0, 0.1]])
     _, _, _, good, other = planes(1, 1, 4)
-    H = rs.estimate_homography([a, good[0]], [a, other[0]])
+    H = rs.vision.estimate_homography([a, good[0]], [a, other[0]])
     assert np.isnan(H[0]).all() and np.isfinite(H[1]).all()
     assert np.isnan(
-        rs.estimate_homography([good[0], a], [a, good[0]])
+        rs.vision.estimate_homography([good[0], a], [a, good[0]])
     ).all()  # there is none at all
     square = np.array([[-1.0, -1], [1, -1], [1, 1], [-1, 1]])
     for one, twice in ((square, square[[0, 0, 2, 3]]), (square, a)):
-        assert np.isnan(rs.estimate_homography(one, twice)).all()
-        assert np.isnan(rs.estimate_homography(twice, one)).all()
+        assert np.isnan(rs.vision.estimate_homography(one, twice)).all()
+        assert np.isnan(rs.vision.estimate_homography(twice, one)).all()
     for close_by in (1e-300, 1e-320, 0.0):
-        assert np.isnan(rs.estimate_homography(square, close_by * square)).all()
+        assert np.isnan(rs.vision.estimate_homography(square, close_by * square)).all()
     gap = np.array([good[0], good[0]])
     gap[0, 1] = np.nan
-    H = rs.estimate_homography(gap, other[0])
+    H = rs.vision.estimate_homography(gap, other[0])
     assert np.isnan(H[0]).all() and np.isfinite(H[1]).all()

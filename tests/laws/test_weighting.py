@@ -90,7 +90,7 @@ def interaction(points, depths):
 @pytest.mark.parametrize("start", LESS[:6])
 def test_the_command_is_that_of_numpys_weighted_least_squares_of_the_marks_that_are_seen(start):
     q = POSTER.starts[start]
-    run = step(rs.IBVS(GOAL, gain=0.7, weighting=rs.Border(width=60)), q)
+    run = step(rs.IBVS(GOAL, gain=0.7, weighting=rs.weights.Border(width=60)), q)
     points, depths = points_by_hand(q)
     pixels = points * FOCAL + [319.5, 239.5]
     w = np.where(depths > 0, border_weights(pixels, 60.0), 0.0)
@@ -110,11 +110,11 @@ def test_weights_of_zero_and_one_are_marks_that_are_not_there_and_those_that_are
     """With a border of hardly any width: the command of the marks in the image alone."""
     q = POSTER.starts[LESS[0]]
     seen = np.flatnonzero(SCENE.view(q).visibility == 0)
-    some = rs.FeatureBlock("points", marks=seen.tolist())
-    whole = step(rs.IBVS(GOAL, weighting=rs.Border(width=1e-9)), q)
+    some = rs.features.FeatureBlock("points", marks=seen.tolist())
+    whole = step(rs.IBVS(GOAL, weighting=rs.weights.Border(width=1e-9)), q)
     scene = make_flying_scene(FOCAL, SCENE.object().marks[seen])
     alone = step(rs.IBVS(GOAL), q, scene)
-    picked = step(rs.IBVS(GOAL, features=[some], weighting=rs.Border(width=1e-9)), q)
+    picked = step(rs.IBVS(GOAL, features=[some], weighting=rs.weights.Border(width=1e-9)), q)
     for run in (whole, picked):
         np.testing.assert_allclose(run.qd, alone.qd, rtol=1e-10, atol=1e-13)
 
@@ -122,8 +122,8 @@ def test_weights_of_zero_and_one_are_marks_that_are_not_there_and_those_that_are
 def test_where_every_mark_counts_in_full_nothing_changes_but_rounding():
     q = BESIDE
     plain = rs.simulate(SCENE, rs.IBVS(GOAL), q, duration=1)
-    inside = rs.Border(width=5)
-    for weighting in (inside, [inside, rs.Fade()]):
+    inside = rs.weights.Border(width=5)
+    for weighting in (inside, [inside, rs.weights.Fade()]):
         run = rs.simulate(SCENE, rs.IBVS(GOAL, weighting=weighting), q, duration=1)
         assert (run.weight == 1.0).all()
         np.testing.assert_allclose(run.qd, plain.qd, rtol=0, atol=1e-15)
@@ -146,7 +146,7 @@ def test_the_command_is_continuous_where_marks_cross_the_border(scheme):
     used = (first.weight.values > 0).sum(axis=1)
     assert used[-1] > used[0] + 10
     faded = np.array([jump(scheme(GOAL, weighting="border"), q, dt, 2) for dt in periods])
-    sudden = rs.Border(width=1e-9)
+    sudden = rs.weights.Border(width=1e-9)
     abrupt = np.array([jump(scheme(GOAL, weighting=sudden), q, dt, 2) for dt in periods])
     np.testing.assert_allclose(faded[:-1] / faded[1:], 2.0, atol=0.25)
     assert abrupt[-1] > 0.9 * abrupt[-2] and abrupt[-1] > 2.5 * faded[-1]
@@ -155,9 +155,9 @@ def test_the_command_is_continuous_where_marks_cross_the_border(scheme):
 def test_the_command_is_continuous_where_marks_are_hidden_and_seen_again():
     q, periods = POSTER.starts[LESS[4]], 0.04 / 2.0 ** np.arange(4)
     seen = np.flatnonzero(border_weights(SCENE.view(q).pixels) == 1)
-    hidden = rs.Occlusion(seen[::2], start=0.4, end=1.2)
+    hidden = rs.imperfections.Occlusion(seen[::2], start=0.4, end=1.2)
     how = {"seconds": 2, "sensing": rs.Sensing(occlusions=hidden)}
-    both = rs.IBVS(GOAL, weighting=["border", rs.Fade(time=0.3)])
+    both = rs.IBVS(GOAL, weighting=["border", rs.weights.Fade(time=0.3)])
     border = rs.IBVS(GOAL, weighting="border")
     faded, abrupt = (np.array([jump(t, q, dt, **how) for dt in periods]) for t in (both, border))
     np.testing.assert_allclose(faded[:-1] / faded[1:], 2.0, atol=0.25)
@@ -166,7 +166,7 @@ def test_the_command_is_continuous_where_marks_are_hidden_and_seen_again():
 
 def test_a_hidden_mark_counts_less_and_less_from_its_last_place_and_comes_back_so():
     q = BESIDE
-    fade = rs.IBVS(GOAL, weighting=rs.Fade(time=0.4))
+    fade = rs.IBVS(GOAL, weighting=rs.weights.Fade(time=0.4))
     run = rs.simulate(SCENE, fade, q, dt=0.04, duration=2, sensing=HIDDEN)
     t = run.time.values
     down = smooth(1 - (t - 0.36) / 0.4)  # hidden in the image of 0.4 s, seen in that of 1.2 s

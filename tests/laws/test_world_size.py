@@ -34,12 +34,14 @@ def run(task, s):
     q, there = np.array(SCENARIO.start), np.array(SCENARIO.task.goal.q)
     q[:3] *= s
     there[:3] *= s
-    task = replace(task, goal=rs.TaughtGoal(there))
+    task = replace(task, goal=rs.tasks.TaughtGoal(there))
     same = scene.replacing(thing, replace(eye, pose=scaled(eye.pose, s)))
     return rs.simulate(same, task, q, dt=SCENARIO.dt, duration=14.0, record="summary")
 
 
-@pytest.mark.filterwarnings("ignore::robsim.RankWarning")  # of a region, which fixes four motions
+@pytest.mark.filterwarnings(
+    "ignore::robsim.errors.RankWarning"
+)  # of a region, which fixes four motions
 @pytest.mark.parametrize("name", TASKS)
 def test_a_world_of_any_size_converges_after_the_same_time(name):
     one = run(TASKS[name], 1.0)

@@ -23,7 +23,7 @@ def pose(rows):
 @pytest.mark.parametrize("method", ["tsai_lenz", "park_martin", "daniilidis"])
 def test_a_mount_is_that_of_opencv(case, method):
     """Also with noise to the last digits; of Tsai and Lenz it leaves out small motions."""
-    ours = rs.solve_hand_eye(pose(case["T_m_f"]), pose(case["T_c_o"]), method)
+    ours = rs.calibration.solve_hand_eye(pose(case["T_m_f"]), pose(case["T_c_o"]), method)
     near = ROUNDING + (0.1 * case["noise"] if method == "tsai_lenz" else 0.0)
     np.testing.assert_allclose(ours.matrix[:3], case["mounts"][method], atol=near)
 
@@ -31,7 +31,7 @@ def test_a_mount_is_that_of_opencv(case, method):
 @pytest.mark.parametrize("case", CASES, ids=lambda case: f"noise {case['noise']}")
 def test_mount_and_place_are_those_of_opencv(case):
     """The rotations to the last digits; its positions are the best in the axes of the camera."""
-    found = rs.solve_robot_world(pose(case["T_m_f"]), pose(case["T_c_o"]))
+    found = rs.calibration.solve_robot_world(pose(case["T_m_f"]), pose(case["T_c_o"]))
     for ours, theirs in zip(found, (case["mount"], case["place"]), strict=True):
         np.testing.assert_allclose(ours.rotation, pose(theirs).rotation, atol=ROUNDING)
         near = ROUNDING + case["noise"]

@@ -10,9 +10,9 @@ import robsim as rs
 
 STORED = json.loads((Path(__file__).parent / "inertia_mpmath.json").read_text())
 CASES = [
-    *((rs.Capsule, ("radius", "length"), case) for case in STORED["capsules"]),
+    *((rs.shapes.Capsule, ("radius", "length"), case) for case in STORED["capsules"]),
     *(
-        (rs.TaperedCylinder, ("radius", "end_radius", "length"), case)
+        (rs.shapes.TaperedCylinder, ("radius", "end_radius", "length"), case)
         for case in STORED["tapered_cylinders"]
     ),
 ]

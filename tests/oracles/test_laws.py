@@ -150,9 +150,9 @@ def test_weights_are_on_the_rows_of_the_least_squares():
     """V = -gain (W L)^+ W e, W = 3 for the first two marks and 1/2 for the angle of the camera."""
     goal, start = rigid([0, 0, 0.1], [0.1, 0, 0]), rigid([0.1, 0.05, -0.1], [0.1, -0.1, 0.4])
     parts = [
-        rs.FeatureBlock("points", marks=(0, 1), weight=3.0),
-        rs.FeatureBlock("theta_u", components=(2,), weight=0.5),
-        rs.FeatureBlock("points", marks=(2, 3)),
+        rs.features.FeatureBlock("points", marks=(0, 1), weight=3.0),
+        rs.features.FeatureBlock("theta_u", components=(2,), weight=0.5),
+        rs.features.FeatureBlock("points", marks=(2, 3)),
     ]
     task = rs.IBVS(goal=rs.Pose(goal), features=parts, gain=0.8)
     run = rs.simulate(flying(MARKS), task, rs.Pose(start), duration=0.04, hold=True)
@@ -411,7 +411,7 @@ def rigid_exponential(V):
 def test_the_depth_filter_is_the_extended_kalman_filter_of_the_textbook():
     """Fifty steps with a pixel of noise and twists that change; state and covariance."""
     rng = np.random.default_rng(4)
-    depth, K, dt = rs.DepthFilter(0.7, 0.4, 1.5), np.diag([500.0, 500.0, 1.0]), 0.04
+    depth, K, dt = rs.laws.DepthFilter(0.7, 0.4, 1.5), np.diag([500.0, 500.0, 1.0]), 0.04
     for _ in range(RUNS):
         X, images, V = rng.uniform([-0.2, -0.2, 0.9], [0.2, 0.2, 1.4]), [], []
         for k in range(51):

@@ -16,7 +16,7 @@ STORED = json.loads((Path(__file__).parent / "mark_features_mpmath.json").read_t
 def test_features_and_their_derivatives_agree_with_40_digits(name):
     feature = FEATURES.find(name)()
     for case in (c for c in STORED if c["feature"] == name):
-        seen = rs.Observation.of(case["x"], case["Z"], rs.Camera(np.eye(3)))
+        seen = rs.features.Observation.of(case["x"], case["Z"], rs.Camera(np.eye(3)))
         L = np.array(case["L"])
         np.testing.assert_allclose(feature.measure(seen)[0], case["s"], rtol=1e-14, atol=1e-15)
         error = np.abs(feature.interaction(seen)[0] - L) / np.abs(L).max(axis=1, keepdims=True)

@@ -6,7 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from robsim import Joint, Link, Pose, robots
+from robsim import Pose, robots
+from robsim.joints import Joint, Link
 from robsim.robot.robot import Robot
 
 HERE = Path(__file__).parent

@@ -143,7 +143,7 @@ def test_levels_are_served_in_nested_null_spaces():
     first, second = hybrid(START, GOAL, 1), pbvs_goal(START, GOAL)
     e1, A1, e2, A2 = first[0][:2], first[1][:2], *second
     goal = rs.Pose(GOAL)
-    points = rs.IBVS(goal=goal, features=[rs.FeatureBlock("points", marks=(1,))], gain=2.0)
+    points = rs.IBVS(goal=goal, features=[rs.features.FeatureBlock("points", marks=(1,))], gain=2.0)
     task = rs.Priorities([points, rs.PBVS(goal=goal, gain=0.7)])
     run = rs.simulate(flying(), task, rs.Pose(START), duration=0.04, hold=True)
     V1, N = -2.0 * np.linalg.pinv(A1) @ e1, np.linalg.svd(A1)[2][2:].T
@@ -254,7 +254,7 @@ def test_the_mark_of_the_hybrid_scheme_goes_straight_in_the_image():
 def test_an_adaptive_gain_arrives_as_its_scalar_equation_says():
     """Where nothing turns, x' = (1 - gain(x) dt) x for x = ||e||, and it ends before gain(x0)."""
     start, dt = GOAL @ pose([0.3, -0.2, -0.4], [0.0, 0.0, 0.0]), 0.02
-    adaptive, ends = rs.AdaptiveGain(at_zero=4.0, at_infinity=0.5, slope=10.0), {}
+    adaptive, ends = rs.laws.AdaptiveGain(at_zero=4.0, at_infinity=0.5, slope=10.0), {}
     x = [np.linalg.norm([0.3, -0.2, -0.4])]
     slow = 3.5 * np.exp(-10.0 * x[0] / 3.5) + 0.5
     for gain in (adaptive, float(slow)):
@@ -312,7 +312,7 @@ def filtered(state, P, x, V, dt, sigma):
 def test_a_loop_with_filtered_depths_is_that_of_a_plain_loop():
     """The filter is told of the twist that was commanded, and its depths go into L."""
     dt, steps, sigma = 0.04, 100, 2.0 / FOCAL
-    task = rs.IBVS(goal=rs.Pose(GOAL), gain=GAIN, depth=rs.DepthFilter(0.8, 0.6, noise=2.0))
+    task = rs.IBVS(goal=rs.Pose(GOAL), gain=GAIN, depth=rs.laws.DepthFilter(0.8, 0.6, noise=2.0))
     run = rs.simulate(flying(), task, rs.Pose(START), dt=dt, duration=dt * steps, hold=True)
     T, (x_goal, _), V, marks = START, image(GOAL), None, None
     for k in range(steps + 1):
@@ -334,7 +334,7 @@ def test_a_loop_with_a_learnt_jacobian_is_that_of_a_plain_loop():
     """Broyden's rule from a start that is wrong by a third, in the camera's own axes."""
     dt, steps, (x, X), (x_goal, _) = 0.04, 100, image(START), image(GOAL)
     A = point_rows(x, X[:, 2]) * np.random.default_rng(0).uniform(0.7, 1.3, (8, 6))
-    task = rs.IBVS(goal=rs.Pose(GOAL), gain=GAIN, interaction=rs.Broyden(A))
+    task = rs.IBVS(goal=rs.Pose(GOAL), gain=GAIN, interaction=rs.laws.Broyden(A))
     run = rs.simulate(flying(), task, rs.Pose(START), dt=dt, duration=dt * steps, hold=True)
     T, before, V = START, None, np.zeros(6)
     for k in range(steps + 1):
@@ -357,7 +357,7 @@ def test_a_loop_with_estimated_motion_is_that_of_a_plain_loop():
     motions = [rs.Motion("target", rates)]
     scene = rs.Scene([rs.robots.free_camera(), target], [dots], [eye], motions)
     goal, q0 = (np.r_[q_of(T), home] for T in (GOAL, START))
-    task = rs.IBVS(goal=goal, gain=GAIN, feed_forward=rs.EstimatedMotion(lag))
+    task = rs.IBVS(goal=goal, gain=GAIN, feed_forward=rs.laws.EstimatedMotion(lag))
     run = rs.simulate(scene, task, q0, dt=dt, duration=4.0, hold=True)
     T, O, (x_goal, _), e, d, explained = START, np.eye(4), image(GOAL), None, np.zeros(8), 0.0
     for k in range(len(run.time)):
@@ -389,7 +389,7 @@ def test_a_computed_goal_is_what_each_camera_on_the_hand_expects():
     ]
     scene = rs.Scene([rs.robots.free_camera()], [rs.Object("dots", marks=MARKS)], eyes)
     T_left_o = pose([0.05, -0.03, 1.2], [0.2, -0.1, 0.4])
-    parts = [rs.FeatureBlock("points", camera=n) for n in hand]
+    parts = [rs.features.FeatureBlock("points", camera=n) for n in hand]
     servo = rs.IBVS(goal=rs.GoalPose(rs.Pose(T_left_o)), features=parts).bind(scene)
     T_right_o = np.linalg.inv(hand["right"]) @ hand["left"] @ T_left_o
     expected = [image(np.linalg.inv(T))[0].ravel() for T in (T_left_o, T_right_o)]

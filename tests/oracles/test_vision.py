@@ -23,7 +23,7 @@ def ours(kind, noise):
     """Errors (2, views) of rotation and translation, whether flagged, and the sum of pixels."""
     each, flagged, total = [], [], 0.0
     for marks, R, t, pixels in CASES["targets"](kind, noise):
-        found = rs.estimate_pose(marks, pixels, rs.Camera(CASES["K"]))
+        found = rs.vision.estimate_pose(marks, pixels, rs.Camera(CASES["K"]))
         T = found.T_c_o
         each.append(np.stack(CASES["errors"](T[:, :3, :3], T[:, :3, 3], R, t)))
         flagged.append(found.ambiguous)
@@ -72,7 +72,7 @@ def test_poses_that_fail_are_flagged_as_ambiguous(kind):
 @pytest.mark.parametrize("case", MOTIONS, ids=lambda case: f"{case['H'][0][0]:.3f}")
 def test_motions_of_a_homography_are_those_of_opencv(case):
     """As sets: each of theirs is one of ours, and each of ours one of theirs."""
-    found = rs.decompose_homography(case["H"])
+    found = rs.vision.decompose_homography(case["H"])
     mine = np.concatenate(
         [found.rotations.reshape(4, 9), found.translations, found.normals], axis=1
     )

@@ -39,7 +39,12 @@ def test_the_arm_stands_where_the_run_has_it(opened, demo_page):
 
 def test_round_parts_are_smooth_and_have_lines_where_they_have_edges(opened, tmp_path):
     """Normals at the corners of triangles are those of the true surface; a capsule has no line."""
-    shapes = rs.Capsule(0.1, 0.3), rs.Wheel(0.1, 0.2, n=32), rs.Block(1, 1, 1), rs.Wheel(1, 1, n=6)
+    shapes = (
+        rs.shapes.Capsule(0.1, 0.3),
+        rs.Wheel(0.1, 0.2, n=32),
+        rs.Block(1, 1, 1),
+        rs.Wheel(1, 1, n=6),
+    )
     things = [rs.Object(name, shape) for name, shape in zip("abcd", shapes, strict=True)]
     page = opened(export_html(rs.Scene(objects=things), tmp_path / "round.html").as_uri())
     found = {}

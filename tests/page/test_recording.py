@@ -104,14 +104,14 @@ def test_no_text_can_leave_its_place(tmp_path):
 
 @pytest.mark.parametrize("shown", [None, 3, "run.nc", np.zeros(3)])
 def test_what_cannot_be_shown_is_told(shown, tmp_path):
-    with pytest.raises(rs.InputError, match=r"expected a run, .*, a robot or a study, got"):
+    with pytest.raises(rs.errors.InputError, match=r"expected a run, .*, a robot or a study, got"):
         export_html(shown, tmp_path / "run.html")
 
 
 def test_several_runs_are_told_to_be_several(tmp_path):
     experiment = rs.load_scenario(rs.examples.path("visp_tutorial"))
     several = experiment.vary({"task.gain": [1.0, 2.0]}).run(duration=0.2)
-    with pytest.raises(rs.InputError, match="pick one"):
+    with pytest.raises(rs.errors.InputError, match="pick one"):
         export_html(several, tmp_path / "run.html")
 
 
@@ -121,7 +121,7 @@ def test_damaged_pages_are_refused(demo, tmp_path):
     start = whole.index('id="recording"')
     for at in rng.integers(start, whole.index("</script>", start), 20):
         path.write_text(f"{whole[:at]}!!{whole[at + 1 :]}")
-        with pytest.raises(rs.FileError, match=r"run\.html"):
+        with pytest.raises(rs.errors.FileError, match=r"run\.html"):
             load_recording(path)
 
 
@@ -137,7 +137,7 @@ def test_forged_recordings_are_refused_whatever_their_checksum(demo, tmp_path, c
     header["arrays"][0].update(change)
     forged = base64.b64encode(gzip.compress(pack_container(header, arrays).getvalue())).decode()
     path.write_text(whole.replace(text, forged))
-    with pytest.raises(rs.FileError, match=r"run\.html: not a page of RobSim"):
+    with pytest.raises(rs.errors.FileError, match=r"run\.html: not a page of RobSim"):
         load_recording(path)
 
 

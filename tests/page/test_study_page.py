@@ -23,8 +23,8 @@ COLOR = """((i) => {
 def study():
     """Two interaction matrices from 40 starts, some of which see too little."""
     one = rs.load_scenario(rs.examples.path("local_minimum")).with_(duration=20)
-    look = rs.LookAt(distance=(0.4, 1.2), visible=False, aside=0.4)
-    vary = {"task.interaction": ["current", "mean"], "task.gain": rs.Uniform(0.5, 2)}
+    look = rs.starts.LookAt(distance=(0.4, 1.2), visible=False, aside=0.4)
+    vary = {"task.interaction": ["current", "mean"], "task.gain": rs.samplers.Uniform(0.5, 2)}
     return rs.study(one, 40, seed=2, start=look, vary=vary)
 
 
@@ -237,7 +237,7 @@ def test_words_of_a_study_are_no_elements(opened, tmp_path):
     one = rs.load_scenario(rs.examples.path("visp_tutorial")).with_(duration=0.4)
     one = one.with_(title="</script><img src=x>")
     gains = {"<b>slow</b>": 1.0, "</script><img src=x>": 2.0}
-    start = rs.LookAt(distance=(0.5, 1))
+    start = rs.starts.LookAt(distance=(0.5, 1))
     study = rs.study(one, 5, start=start, vary={"task.gain": gains})
     page = opened(rs.export_html(study, tmp_path / "map.html").as_uri())
     assert page.locator("img").count() == page.locator("b", has_text="slow").count() == 0

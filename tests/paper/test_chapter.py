@@ -160,7 +160,7 @@ def test_erratum_2_what_is_minimal_is_the_distance_from_exponential_decay(free_s
         assert np.linalg.norm(L @ (V + change) + 0.7 * e) > least
 
 
-@pytest.mark.filterwarnings("ignore::robsim.RankWarning")  # two marks fix four motions
+@pytest.mark.filterwarnings("ignore::robsim.errors.RankWarning")  # two marks fix four motions
 def test_erratum_2_and_then_the_twist_is_the_shortest(free_scene):
     marks = SQUARE[:2]
     run = rs.simulate(free_scene(marks), rs.IBVS(goal=GOAL, gain=0.7), START, duration=0.04)
@@ -351,7 +351,7 @@ def test_erratum_7_the_camera_law_can_raise_the_error_and_the_joint_law_does_not
 
 def test_erratum_7_the_camera_law_depends_on_the_unit_of_length(guided):
     """J^+ of a 6 x 5 matrix weighs |dv|^2 / length^2 against |domega|^2."""
-    metre, centimetre = guided(rs.CameraLaw(1.0)), guided(rs.CameraLaw(0.01))
+    metre, centimetre = guided(rs.laws.CameraLaw(1.0)), guided(rs.laws.CameraLaw(0.01))
     assert float(metre.path_length) > 2 * float(centimetre.path_length)
     np.testing.assert_array_equal(metre.q, guided("camera").q)  # a metre unless told
 
@@ -386,7 +386,7 @@ def path_by_hand(law, unit, steps, dt=0.04, gain=1.0):
 def test_erratum_7_the_length_is_the_unit_in_which_all_is_computed_by_hand(guided, unit):
     """`CameraLaw(0.01)` is the chapter, which computes in centimetres."""
     by_hand = path_by_hand("camera", unit, 100)
-    close(guided(rs.CameraLaw(unit)).q[:101], by_hand, 1e-9)
+    close(guided(rs.laws.CameraLaw(unit)).q[:101], by_hand, 1e-9)
 
 
 @pytest.mark.parametrize("unit", [1.0, 0.01])

@@ -73,7 +73,7 @@ def test_one_arm_can_do_what_two_do():
 
 
 def test_a_unicycle_stands_still_askew_without_docking():
-    with pytest.warns(rs.RankWarning, match="cannot move sideways"):
+    with pytest.warns(rs.errors.RankWarning, match="cannot move sideways"):
         askew = run_of("unicycle_docking", "task.kind=ibvs")
     docked = run_of("unicycle_docking")
     assert outcome(askew) == "LOCAL_MINIMUM" and abs(askew.q_end[1]) > 0.01

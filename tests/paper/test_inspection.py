@@ -88,7 +88,7 @@ def test_a_wheel_that_holds_rolls_without_slip(done):
 
 
 def test_nothing_of_it_touches_the_obstacle(done):
-    gaps = rs.clearance(done.scene, done.q, done.robot.name, THINGS[done.robot.name])
+    gaps = rs.kinematics.clearance(done.scene, done.q, done.robot.name, THINGS[done.robot.name])
     assert gaps.min() > 0.05
 
 
@@ -96,7 +96,7 @@ def test_a_wheel_swings_aside_only_when_it_is_clear_of_the_cable(done):
     for arm, swing in zip(done.arms, done.swing.T, strict=True):
         aside = swing > CLOSED
         parts = [f"{done.robot.name}.{arm}_{part}" for part in ("swing", "lift", "wheel")]
-        assert rs.clearance(done.scene, done.q[aside], parts, "cable").min() > 0.02
+        assert rs.kinematics.clearance(done.scene, done.q[aside], parts, "cable").min() > 0.02
 
 
 def test_an_arm_touches_neither_the_body_nor_another_arm(done):
@@ -106,7 +106,7 @@ def test_an_arm_touches_neither_the_body_nor_another_arm(done):
     for i, arm in enumerate(done.arms):
         others = [part for other in done.arms[i + 1 :] for part in parts[other]]
         others += [f"{name}.{part}" for part in rest]
-        assert rs.clearance(done.scene, done.q, parts[arm], others).min() > 0.005
+        assert rs.kinematics.clearance(done.scene, done.q, parts[arm], others).min() > 0.005
 
 
 def test_the_motion_is_continuous_through_all_phases(done):
@@ -145,7 +145,7 @@ def test_to_roll_on_with_the_arms_closed_is_caught(done):
     on = rs.FollowJoints(by={"rear": 0.4}, speed=0.4, acceleration=0.8)
     blind = rs.simulate(done.scene, on, approach.q_end)
     assert rs.Outcome(int(blind.outcome)) is rs.Outcome.CONVERGED  # it knows of no obstacle
-    gaps = rs.clearance(
+    gaps = rs.kinematics.clearance(
         done.scene, blind.q.dropna("time").values, done.robot.name, THINGS[done.robot.name]
     )
     assert gaps[0] > 0.05 and gaps.min() < -0.02

@@ -127,16 +127,22 @@ def some_coordinates():
 
 def gripper():
     """What no robot of the library has: a coordinate that follows one that follows another."""
-    turn = rs.Joint("revolute", rs.Pose.at(0, 0, 0.1, rpy=(0.1, 0.2, 0.3)), rs.Pose.at(0.1, 0.2))
-    slide = rs.Joint("prismatic", rs.Pose.at(rpy=(0, 1, 0)), limits=(0.0, 0.04), name="grip")
-    other = rs.Joint("prismatic", rs.Pose.at(rpy=(0, -1, 0)), follows=rs.Mimic("grip", -0.5, 0.1))
-    nail = rs.Joint("revolute", tail=rs.Pose.at(0.1), follows=rs.Mimic("right", 3.0, 0.2))
+    turn = rs.joints.Joint(
+        "revolute", rs.Pose.at(0, 0, 0.1, rpy=(0.1, 0.2, 0.3)), rs.Pose.at(0.1, 0.2)
+    )
+    slide = rs.joints.Joint("prismatic", rs.Pose.at(rpy=(0, 1, 0)), limits=(0.0, 0.04), name="grip")
+    other = rs.joints.Joint(
+        "prismatic", rs.Pose.at(rpy=(0, -1, 0)), follows=rs.joints.Mimic("grip", -0.5, 0.1)
+    )
+    nail = rs.joints.Joint(
+        "revolute", tail=rs.Pose.at(0.1), follows=rs.joints.Mimic("right", 3.0, 0.2)
+    )
     links = [
-        rs.Link("base"),
-        rs.Link("palm", "base", turn, (rs.Ball(0.1, mass=1),)),
-        rs.Link("left", "palm", slide, (rs.Block(0.1, 0.02, 0.03, "r"),)),
-        rs.Link("right", "palm", other),
-        rs.Link("nail", "right", nail),
+        rs.joints.Link("base"),
+        rs.joints.Link("palm", "base", turn, (rs.shapes.Ball(0.1, mass=1),)),
+        rs.joints.Link("left", "palm", slide, (rs.Block(0.1, 0.02, 0.03, "r"),)),
+        rs.joints.Link("right", "palm", other),
+        rs.joints.Link("nail", "right", nail),
     ]
     return rs.Robot("gripper", links)
 
@@ -147,17 +153,19 @@ def mixture():
 
     def joint(kind, **more):
         place, tail = (rs.Pose.at(*rng.normal(size=3), rpy=rng.normal(size=3)) for _ in range(2))
-        return rs.Joint(kind, place, tail, **more)
+        return rs.joints.Joint(kind, place, tail, **more)
 
     brick = rs.Block(0.1, 0.2, 0.3, mass=2).at(rs.Pose.at(0.1, rpy=(1, 2, 3)))
     links = [
-        rs.Link("base"),
-        rs.Link("deck", "base", joint("planar"), (brick,)),
-        rs.Link("plate", "deck", joint("fixed"), (rs.Wheel(0.1, 0.2, mass=1), rs.Ball(0.1))),
-        rs.Link("arm", "plate", joint("revolute", effort=3.0)),
-        rs.Link("shelf", "base", joint("fixed")),
-        rs.Link("drone", "shelf", joint("floating"), (rs.CameraBody(0.1, 0.2, 0.3),)),
-        rs.Link("slide", "drone", joint("prismatic", name="lift", limits=(-1.0, 3.0))),
+        rs.joints.Link("base"),
+        rs.joints.Link("deck", "base", joint("planar"), (brick,)),
+        rs.joints.Link(
+            "plate", "deck", joint("fixed"), (rs.Wheel(0.1, 0.2, mass=1), rs.shapes.Ball(0.1))
+        ),
+        rs.joints.Link("arm", "plate", joint("revolute", effort=3.0)),
+        rs.joints.Link("shelf", "base", joint("fixed")),
+        rs.joints.Link("drone", "shelf", joint("floating"), (rs.CameraBody(0.1, 0.2, 0.3),)),
+        rs.joints.Link("slide", "drone", joint("prismatic", name="lift", limits=(-1.0, 3.0))),
     ]
     return rs.Robot("mixture", links)
 
@@ -165,7 +173,7 @@ def mixture():
 def expressible(robot):
     kinds = {"fixed", "revolute", "prismatic", "floating", "planar"}
     joints = [link.joint for link in robot.links]
-    return all(j.kind in kinds and isinstance(j.follows, rs.Mimic | None) for j in joints)
+    return all(j.kind in kinds and isinstance(j.follows, rs.joints.Mimic | None) for j in joints)
 
 
 # packages of URDF files: those of the extra `oracles`, and more that are looked at where they are
@@ -243,7 +251,7 @@ def run(rhino):
 @pytest.fixture(scope="session")
 def bag(run, tmp_path_factory):
     """A bag of `run`, which `rhino` describes, as a file."""
-    return rs.write_bag(run, tmp_path_factory.mktemp("bags") / "run.mcap")
+    return rs.logs.write_bag(run, tmp_path_factory.mktemp("bags") / "run.mcap")
 
 
 @pytest.fixture

@@ -31,7 +31,7 @@ def every(path, topic):
 
 @pytest.mark.parametrize("storage", ["mcap", "sqlite3"])
 def test_rosbags_reads_every_value(run, rhino, storage, tmp_path):
-    path = rs.write_bag(run, tmp_path / "bag", storage=storage, start=1.7e9)
+    path = rs.logs.write_bag(run, tmp_path / "bag", storage=storage, start=1.7e9)
     assert sorted(p.suffix for p in path.iterdir()) == [
         {"mcap": ".mcap", "sqlite3": ".db3"}[storage],
         ".yaml",
@@ -114,7 +114,7 @@ def test_the_reader_of_mcap_finds_the_same_bytes(bag, run):
 @pytest.mark.parametrize("where", ["bag", "bag.mcap", "bag.db3"])
 def test_there_and_back_is_the_same_to_the_bit(name, where, tmp_path):
     run = rs.load_scenario(rs.examples.path(name)).run(duration=1.2)
-    again = rs.read_bag(rs.write_bag(run, tmp_path / where, start=1.7e9))
+    again = rs.logs.read_bag(rs.logs.write_bag(run, tmp_path / where, start=1.7e9))
     for each in set(run.data_vars) - {"path_length", "qd_actual", "outcome"}:
         mine = (
             run[each].isel(time=slice(0, again.sizes["time"]))
@@ -129,7 +129,7 @@ def test_there_and_back_is_the_same_to_the_bit(name, where, tmp_path):
 def test_hidden_marks_are_left_out_and_come_back_as_nan(run, rhino, tmp_path):
     hidden = run.copy(deep=True)
     hidden.pixels.values[3:6, 1] = np.nan
-    again = rs.read_bag(rs.write_bag(hidden, tmp_path / "bag"))
+    again = rs.logs.read_bag(rs.logs.write_bag(hidden, tmp_path / "bag"))
     np.testing.assert_array_equal(again.pixels, hidden.pixels)
 
 
@@ -155,8 +155,10 @@ def test_topics_joints_and_marks_of_others(content, rhino, run, tmp_path):
     path = written(tmp_path / "other", other())
     names = {name: f"arm_{name}" for name in rhino.scene.coordinate_names}
     ids = {"cube": [f"tag{i}" for i in range(run.sizes["mark"])]}
-    with pytest.warns(rs.FileWarning, match=r"the scene has no such thing: joint gripper"):
-        found = rs.read_bag(path, rhino, topics={"commands": "/speeds"}, names=names, marks=ids)
+    with pytest.warns(rs.errors.FileWarning, match=r"the scene has no such thing: joint gripper"):
+        found = rs.logs.read_bag(
+            path, rhino, topics={"commands": "/speeds"}, names=names, marks=ids
+        )
     for name in ("q", "qd", "pixels", "s"):
         np.testing.assert_array_equal(found[name], run[name])
 
@@ -170,16 +172,16 @@ def test_images_are_bytes_with_times(tmp_path):
             data = np.arange(i, dtype=np.uint8)
             yield "/eye/image", kind, i, make_message(kind, header=header, format="jpeg", data=data)
 
-    found = list(rs.read_bag_images(written(tmp_path / "bag", images()), "/eye/image"))
+    found = list(rs.logs.read_bag_images(written(tmp_path / "bag", images()), "/eye/image"))
     assert [each.time for each in found] == [0.0, 0.25, 0.5]
     assert [each.data for each in found] == [b"", b"\0", b"\0\1"]
-    with pytest.raises(rs.FileError, match="no topic /eye; did you mean '/eye/image"):
-        list(rs.read_bag_images(tmp_path / "bag", "/eye"))
+    with pytest.raises(rs.errors.FileError, match="no topic /eye; did you mean '/eye/image"):
+        list(rs.logs.read_bag_images(tmp_path / "bag", "/eye"))
 
 
 def test_other_intrinsics_are_found_out(content, tmp_path):
     zoomed = changed(content, "/camera/camera_info", lambda i, t, m: (t, remake(m, k=1.1 * m.k)))
-    found = rs.explain(rs.read_bag(written(tmp_path / "bag", zoomed)), trials=False)
+    found = rs.explain(rs.logs.read_bag(written(tmp_path / "bag", zoomed)), trials=False)
     assert [each.about for each in found.causes] == ["intrinsics"]
 
 
@@ -189,18 +191,20 @@ def test_nan_marks_are_not_seen(content, tmp_path):
             each.detections[0].bbox.center.position.x = np.nan
         return time, each
 
-    again = rs.read_bag(written(tmp_path / "bag", changed(content, "/camera/detections", lost)))
+    again = rs.logs.read_bag(
+        written(tmp_path / "bag", changed(content, "/camera/detections", lost))
+    )
     assert np.argwhere(np.isnan(again.pixels.values[:, :, 0])).tolist() == [[4, 0]]
 
 
 def test_a_bag_is_written_whole_or_not_at_all(run, tmp_path, monkeypatch):
-    with pytest.raises(rs.FileError, match="exists already"):
-        rs.write_bag(run, rs.write_bag(run, tmp_path / "bag"))
-    before = rs.write_bag(run, tmp_path / "run.mcap").read_bytes()
+    with pytest.raises(rs.errors.FileError, match="exists already"):
+        rs.logs.write_bag(run, rs.logs.write_bag(run, tmp_path / "bag"))
+    before = rs.logs.write_bag(run, tmp_path / "run.mcap").read_bytes()
     monkeypatch.setattr(Writer, "write", lambda *_: (_ for _ in ()).throw(OSError(28, "disk full")))
     for name in ("new", "run.mcap"):
-        with pytest.raises(rs.FileError, match="cannot write"):
-            rs.write_bag(run, tmp_path / name)
+        with pytest.raises(rs.errors.FileError, match="cannot write"):
+            rs.logs.write_bag(run, tmp_path / name)
     assert (tmp_path / "run.mcap").read_bytes() == before
     assert sorted(p.name for p in tmp_path.iterdir()) == ["bag", "run.mcap"]
 
@@ -210,11 +214,11 @@ def test_runs_that_no_bag_can_be_of(run, rhino, tmp_path):
         (rhino.run(record="summary"), "only the end of this run was recorded"),
         (rhino.run(start=np.stack([rhino.scene.home] * 2)), "a bag is of one run, and these are 2"),
     ):
-        with pytest.raises(rs.InputError, match=words):
-            rs.write_bag(what, tmp_path / "bag")
+        with pytest.raises(rs.errors.InputError, match=words):
+            rs.logs.write_bag(what, tmp_path / "bag")
     for how, words in (({"storage": "bag"}, "no storage 'bag'"), ({"start": -1.0}, "start: ")):
-        with pytest.raises(rs.InputError, match=words):
-            rs.write_bag(run, tmp_path / "bag", **how)
+        with pytest.raises(rs.errors.InputError, match=words):
+            rs.logs.write_bag(run, tmp_path / "bag", **how)
 
 
 def test_parts_of_a_bag_are_read_in_their_order(content, run, tmp_path):
@@ -224,7 +228,7 @@ def test_parts_of_a_bag_are_read_in_their_order(content, run, tmp_path):
         some = [each for each in content if each[2] * 11 // (NANO + 1) == part]
         folder = written(tmp_path / f"part{part}", some)
         shutil.move(folder / f"{folder.name}.mcap", tmp_path / "bag" / f"bag_{part}.mcap")
-    np.testing.assert_array_equal(rs.read_bag(tmp_path / "bag").q, run.q)
+    np.testing.assert_array_equal(rs.logs.read_bag(tmp_path / "bag").q, run.q)
 
 
 def test_the_guide_runs_with_bags(tmp_path, monkeypatch):

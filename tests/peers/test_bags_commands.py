@@ -101,22 +101,22 @@ REFUSED = {
 @pytest.mark.parametrize("case", REFUSED)
 def test_what_is_no_command_is_told_in_a_line(case):
     name, kind, made, words = REFUSED[case]
-    with pytest.raises(rs.InputError, match=words) as raised:
+    with pytest.raises(rs.errors.InputError, match=words) as raised:
         read(name, kind, made())
     assert "\n" not in str(raised.value)
 
 
 def test_the_parts_of_twists():
     assert twist_components(["a.vx", "a.wz"]) == (("linear", "x", 0), ("angular", "z", 1))
-    with pytest.raises(rs.InputError, match="here are a, b"):
+    with pytest.raises(rs.errors.InputError, match="here are a, b"):
         twist_components(["a.v", "b.omega"])
 
 
 def test_a_bag_of_what_the_scene_has_no_commands_for_is_named(tmp_path):
     made = rs.load_scenario(rs.examples.path("chapter_6_1"))
-    rs.write_bag(made.run(duration=0.2), tmp_path / "run.mcap")
+    rs.logs.write_bag(made.run(duration=0.2), tmp_path / "run.mcap")
     told = [("/cmd_vel", message_types.TWIST, 0, twisted(linear_x=1.0))]
     path = written(tmp_path / "bag", told)
     (tmp_path / "run.mcap").rename(path / "run_1.mcap")
-    with pytest.raises(rs.InputError, match=f"{path}: a Twist commands one body"):
-        rs.read_bag(path, topics={"commands": "/cmd_vel"})
+    with pytest.raises(rs.errors.InputError, match=f"{path}: a Twist commands one body"):
+        rs.logs.read_bag(path, topics={"commands": "/cmd_vel"})

@@ -20,7 +20,7 @@ def without_joints(run, tmp_path, change=lambda each: each):
     """The bag of a run in which no JointState says where its bodies are."""
 
     def kept():
-        for topic, kind, time, each in said(rs.write_bag(run, tmp_path / "whole")):
+        for topic, kind, time, each in said(rs.logs.write_bag(run, tmp_path / "whole")):
             if topic == "/joint_states":
                 own = [i for i, name in enumerate(each.name) if name not in PLACE]
                 each.name = [each.name[i] for i in own]
@@ -38,7 +38,7 @@ def without_joints(run, tmp_path, change=lambda each: each):
 def test_the_frames_that_we_write_say_where_bodies_are(name, tmp_path):
     """Also of a car, whose steering and wheels are joints."""
     run = experiment(name).run(duration=0.4)
-    again = rs.read_bag(without_joints(run, tmp_path))
+    again = rs.logs.read_bag(without_joints(run, tmp_path))
     np.testing.assert_allclose(again.q, run.q, atol=1e-14)
     np.testing.assert_array_equal(again.qd, run.qd)
     np.testing.assert_array_equal(again.pixels, run.pixels)
@@ -48,7 +48,7 @@ def test_a_heading_goes_on_beyond_half_a_turn(tmp_path):
     run = experiment("unicycle_docking").run(duration=0.4)
     turned = run.copy(deep=True)
     turned.q.values[:, 2] = np.linspace(3.0, 3.6, len(run.time))
-    again = rs.read_bag(without_joints(turned, tmp_path))
+    again = rs.logs.read_bag(without_joints(turned, tmp_path))
     np.testing.assert_allclose(again.q, turned.q, atol=1e-14)
 
 
@@ -70,7 +70,7 @@ def chained(run, tmp_path, backwards=False):
             message_types.FRAMES, transforms=[transform("base_link", "cam", mount.q)]
         )
         yield "/tf_static", message_types.FRAMES, 0, still
-        for topic, kind, time, each in said(rs.write_bag(run, tmp_path / "whole")):
+        for topic, kind, time, each in said(rs.logs.write_bag(run, tmp_path / "whole")):
             if topic == "/tf":
                 i = round(time / NANO / run.attrs["dt"])
                 each.transforms = list(frames(time / NANO, i))
@@ -83,7 +83,7 @@ def chained(run, tmp_path, backwards=False):
 def test_frames_are_chained_and_have_names_of_their_own(tmp_path):
     run = experiment("visp_tutorial").run(duration=0.8)
     path = chained(run, tmp_path)
-    again = rs.read_bag(path, frames={"world": "map", "free_camera.body": "/cam"})
+    again = rs.logs.read_bag(path, frames={"world": "map", "free_camera.body": "/cam"})
     signs = np.sign((again.q.values * run.q.values)[:, 3:].sum(axis=1))[:, None]
     np.testing.assert_allclose(again.q.values[:, :3], run.q.values[:, :3], atol=1e-13)
     np.testing.assert_allclose(again.q.values[:, 3:] * signs, run.q.values[:, 3:], atol=1e-13)
@@ -98,15 +98,15 @@ def test_frames_that_are_not_there(tmp_path):
         ({"world": 3}, "frames: expected"),
         (3, "frames: expected"),
     ):
-        with pytest.raises(rs.InputError, match=words):
-            rs.read_bag(path, frames=frames)
+        with pytest.raises(rs.errors.InputError, match=words):
+            rs.logs.read_bag(path, frames=frames)
 
 
 def test_a_clock_of_frames_that_goes_backwards(tmp_path):
     path = chained(experiment("visp_tutorial").run(duration=0.8), tmp_path, backwards=True)
     named = {"frames": {"world": "map", "free_camera.body": "cam"}}
     refused(path, "/tf: the clock goes backwards, to 0.18 s after 0.24 s", **named)
-    assert rs.read_bag(path, clock="log", **named).sizes["time"] == 21
+    assert rs.logs.read_bag(path, clock="log", **named).sizes["time"] == 21
 
 
 ODD = {

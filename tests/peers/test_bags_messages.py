@@ -18,7 +18,7 @@ def experiment(name="chapter_6_1"):
 
 @pytest.fixture
 def ros():
-    return rs.RosMessages(rs.Controller(experiment()))
+    return rs.control.RosMessages(rs.Controller(experiment()))
 
 
 def test_joints_are_known_by_name(ros):
@@ -27,7 +27,7 @@ def test_joints_are_known_by_name(ros):
     q = np.arange(5) / 7
     np.testing.assert_array_equal(ros.joints(state(q[::-1], names[::-1])), q)
     np.testing.assert_array_equal(ros.joints(state([9, *q], ["gripper", *names])), q)
-    some = rs.RosMessages(ros.controller, names={names[0]: "arm_0"})
+    some = rs.control.RosMessages(ros.controller, names={names[0]: "arm_0"})
     assert some.joints(state(q[1:], names[1:])) is None
     np.testing.assert_array_equal(some.joints(state(q[:1], ["arm_0"])), q)
 
@@ -44,7 +44,7 @@ def test_marks_are_known_by_name(ros):
     expected = [[3, 4], [np.nan] * 2, [1.5, 2.5], [np.nan] * 2]
     np.testing.assert_array_equal(found[sight.key], expected)
     assert found["other"] is None
-    ids = rs.RosMessages(ros.controller, marks={"cube": ["a", "b", "c", "d"]})
+    ids = rs.control.RosMessages(ros.controller, marks={"cube": ["a", "b", "c", "d"]})
     seen = ids.marks(detections({"d": (5, 6)}, 1.0)).pixels[sight.key]
     np.testing.assert_array_equal(seen, [*[[np.nan] * 2] * 3, [5, 6]])
 
@@ -61,7 +61,7 @@ def test_what_is_not_looked_for_is_told_by_the_controller(ros):
 
 def test_corners_of_april_tags_are_in_our_order_and_pixels():
     """pyapriltags gives the same corners as apriltag_ros; `TagDetector` reads them likewise."""
-    tag = rs.Tag("tag36h11", 7, size=0.1)
+    tag = rs.vision.Tag("tag36h11", 7, size=0.1)
     scene = rs.Scene(
         [rs.robots.free_camera()],
         [rs.Object(tag.name, marks=tag.marks)],
@@ -75,7 +75,7 @@ def test_corners_of_april_tags_are_in_our_order_and_pixels():
         header=make_header(make_message, NANO),
         detections=[april_tag("tag36h11", 7, theirs), april_tag("tag36h11", 8, theirs)],
     )
-    found = rs.RosMessages(controller).marks(sent(array)).pixels
+    found = rs.control.RosMessages(controller).marks(sent(array)).pixels
     np.testing.assert_array_equal(found[("eye", tag.name)], ours)
     assert [name for name in found if name != ("eye", tag.name)] == [
         f"tag36h11_8.{i}" for i in range(4)
@@ -97,7 +97,7 @@ def test_commands_come_back_from_a_bag(name, kind, tmp_path):
     """Those of a run, said by a node and recorded, are those of the run that is read."""
     made = experiment(name)
     run = made.run(duration=0.4)
-    ros = rs.RosMessages(rs.Controller(made))
+    ros = rs.control.RosMessages(rs.Controller(made))
     columns = [run.velocity.values.tolist().index(n) for n in ros.controller.velocity_names]
     eye, target = run.mark_camera.values[0], run.mark_target.values
     names = [f"{each}.{j}" for j, each in enumerate(target)]
@@ -113,14 +113,14 @@ def test_commands_come_back_from_a_bag(name, kind, tmp_path):
             yield "/commands", kind, t, command
 
     path = written(tmp_path / "bag", told())
-    again = rs.read_bag(path, made, topics={"commands": "/commands"}, clock="log")
+    again = rs.logs.read_bag(path, made, topics={"commands": "/commands"}, clock="log")
     np.testing.assert_array_equal(again.qd, run.qd)
     assert again.attrs["commands"] == "topic /commands"
 
 
 def test_a_trajectory_leads_to_where_joints_will_be(ros):
     names = ros.controller.scene.coordinate_names
-    other = rs.RosMessages(ros.controller, order=[*names[::-1], "gripper"])
+    other = rs.control.RosMessages(ros.controller, order=[*names[::-1], "gripper"])
     ros.joints(state([1, 2, 3, 4, 5], names))
     each = sent(ros.command([10, 20, 30, 40, 50], message_types.TRAJECTORY, ahead=0.25))
     (point,) = each.points
@@ -129,16 +129,16 @@ def test_a_trajectory_leads_to_where_joints_will_be(ros):
     np.testing.assert_array_equal(point.velocities, [10, 20, 30, 40, 50])
     numbers = sent(other.command([10, 20, 30, 40, 50]))
     np.testing.assert_array_equal(numbers.data, [50, 40, 30, 20, 10, 0])
-    with pytest.raises(rs.InputError, match="needs the position of joint tool"):
+    with pytest.raises(rs.errors.InputError, match="needs the position of joint tool"):
         other.command([1] * 5, message_types.TRAJECTORY)
 
 
 def test_a_twist_is_that_of_the_body():
-    ros = rs.RosMessages(rs.Controller(experiment("visp_tutorial")))
+    ros = rs.control.RosMessages(rs.Controller(experiment("visp_tutorial")))
     each = sent(ros.command([1, 2, 3, 4, 5, 6], message_types.STAMPED)).twist
     assert [getattr(each.linear, a) for a in "xyz"] == [1, 2, 3]
     assert [getattr(each.angular, a) for a in "xyz"] == [4, 5, 6]
-    drive = rs.RosMessages(rs.Controller(experiment("unicycle_docking")))
+    drive = rs.control.RosMessages(rs.Controller(experiment("unicycle_docking")))
     each = sent(drive.command([0.5, -0.25], message_types.TWIST))
     assert (each.linear.x, each.angular.z, each.linear.y, each.angular.x) == (0.5, -0.25, 0, 0)
 
@@ -160,40 +160,52 @@ def test_what_does_not_fit_is_told_in_a_line(ros):
         (lambda: ros.command([0] * 5, None), "no command of type None"),
         (lambda: ros.command([0] * 5, message_types.TWIST), "commands one body .*; here are none"),
         (lambda: ros.command([0] * 5, message_types.TRAJECTORY, ahead=0), "ahead"),
-        (lambda: rs.RosMessages(3), "expected a Controller, got 3"),
-        (lambda: rs.RosMessages(ros.controller, order=["a"]), "expected joint shoulder once"),
-        (lambda: rs.RosMessages(ros.controller, order=3), "order: expected names of joints"),
-        (lambda: rs.RosMessages(ros.controller, names={"rist": "a"}), "did you mean 'wrist'"),
-        (lambda: rs.RosMessages(ros.controller, marks={"cube": "abcd"}), "'cube' has 4 marks"),
+        (lambda: rs.control.RosMessages(3), "expected a Controller, got 3"),
+        (
+            lambda: rs.control.RosMessages(ros.controller, order=["a"]),
+            "expected joint shoulder once",
+        ),
+        (
+            lambda: rs.control.RosMessages(ros.controller, order=3),
+            "order: expected names of joints",
+        ),
+        (
+            lambda: rs.control.RosMessages(ros.controller, names={"rist": "a"}),
+            "did you mean 'wrist'",
+        ),
+        (
+            lambda: rs.control.RosMessages(ros.controller, marks={"cube": "abcd"}),
+            "'cube' has 4 marks",
+        ),
     ):
-        with pytest.raises(rs.InputError, match=words) as raised:
+        with pytest.raises(rs.errors.InputError, match=words) as raised:
             call()
         assert "\n" not in str(raised.value)
     seen = detections({"cube.0": (0, 0)}, 2.0)
     seen.detections.append(seen.detections[0])
-    with pytest.raises(rs.InputError, match=r"mark 'cube.0' is there twice, at 2 s"):
+    with pytest.raises(rs.errors.InputError, match=r"mark 'cube.0' is there twice, at 2 s"):
         ros.marks(seen)
 
 
 def test_frames_are_left_out_where_joints_say_where_a_body_is():
-    ros = rs.RosMessages(rs.Controller(experiment("unicycle_docking")))
+    ros = rs.control.RosMessages(rs.Controller(experiment("unicycle_docking")))
     moved = frames(("world", "unicycle.body", rs.Pose.at(3, 4, 0, rpy=(0, 0, 1))), t=1.5)
     assert ros.roams and ros.time(moved) == 1.5
     np.testing.assert_allclose(ros.frames(moved), [3, 4, 1], atol=1e-15)
     names = ros.controller.scene.coordinate_names
     np.testing.assert_array_equal(ros.joints(state([1, 2, 3], names)), [1, 2, 3])
     assert ros.frames(moved) is None and not ros.roams
-    with pytest.raises(rs.InputError, match="expected a message TFMessage, got 3"):
+    with pytest.raises(rs.errors.InputError, match="expected a message TFMessage, got 3"):
         ros.frames(3)
-    assert not rs.RosMessages(rs.Controller(experiment())).roams
+    assert not rs.control.RosMessages(rs.Controller(experiment())).roams
 
 
 def test_an_april_tag_that_is_there_twice_is_told():
     scene = rs.load_scenario(rs.examples.path("visp_tutorial"))
-    ros = rs.RosMessages(rs.Controller(scene))
+    ros = rs.control.RosMessages(rs.Controller(scene))
     tag = april_tag("tag36h11", 3, np.arange(8).reshape(4, 2))
     twice = make_message(
         message_types.APRILTAGS, header=make_header(make_message, NANO), detections=[tag, tag]
     )
-    with pytest.raises(rs.InputError, match=r"mark 'tag36h11_3.0' is there twice, at 1 s"):
+    with pytest.raises(rs.errors.InputError, match=r"mark 'tag36h11_3.0' is there twice, at 1 s"):
         ros.marks(sent(twice))

@@ -18,12 +18,12 @@ def test_compressed_bags_are_read(storage, packed, content, run, tmp_path):
     of_files = packed is CompressionMode.FILE
     assert any(file.suffix == ".zstd" for file in path.iterdir()) == of_files
     for where in (path, *(file for file in path.iterdir() if file.suffix != ".yaml")):
-        np.testing.assert_array_equal(rs.read_bag(where).q, run.q)
+        np.testing.assert_array_equal(rs.logs.read_bag(where).q, run.q)
 
 
 def test_chunks_of_mcap_that_are_compressed_are_read(content, run, tmp_path):
     path = written(tmp_path / "bag", content, packed=CompressionMode.STORAGE)
-    np.testing.assert_array_equal(rs.read_bag(path).pixels, run.pixels)
+    np.testing.assert_array_equal(rs.logs.read_bag(path).pixels, run.pixels)
 
 
 @pytest.mark.parametrize("packed", [CompressionMode.FILE, CompressionMode.MESSAGE])
@@ -44,7 +44,7 @@ def test_nothing_is_left_of_what_was_unpacked(content, tmp_path, monkeypatch):
     path = written(tmp_path / "bag", content, packed=CompressionMode.FILE)
     (tmp_path / "scratch").mkdir()
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path / "scratch"))
-    rs.read_bag(path)
+    rs.logs.read_bag(path)
     assert list((tmp_path / "scratch").iterdir()) == []
 
 
@@ -52,4 +52,4 @@ def test_a_file_that_was_unpacked_beside_itself_is_read_once(content, run, tmp_p
     path = written(tmp_path / "bag", content)
     packed = written(tmp_path / "packed", content, packed=CompressionMode.FILE)
     shutil.copy(packed / "packed.mcap.zstd", path / "bag.mcap.zstd")
-    np.testing.assert_array_equal(rs.read_bag(path).q, run.q)
+    np.testing.assert_array_equal(rs.logs.read_bag(path).q, run.q)

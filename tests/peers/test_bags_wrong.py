@@ -60,7 +60,7 @@ def test_what_does_not_fit_is_told_in_a_line(case, content, tmp_path):
 def test_the_clock_of_the_recorder_serves_where_headers_go_backwards(content, run, tmp_path):
     topic, change, _ = CHANGES["backwards"]
     path = written(tmp_path / "bag", changed(content, topic, change))
-    np.testing.assert_array_equal(rs.read_bag(path, clock="log").pixels, run.pixels)
+    np.testing.assert_array_equal(rs.logs.read_bag(path, clock="log").pixels, run.pixels)
 
 
 def test_messages_without_stamps_have_the_times_of_the_recorder(content, run, tmp_path):
@@ -69,13 +69,13 @@ def test_messages_without_stamps_have_the_times_of_the_recorder(content, run, tm
             empty = hasattr(each, "header")
             yield topic, kind, time, later(each, -1e6) if empty else each
 
-    again = rs.read_bag(written(tmp_path / "bag", unstamped()))
+    again = rs.logs.read_bag(written(tmp_path / "bag", unstamped()))
     np.testing.assert_array_equal(again.q, run.q)
 
 
 def test_no_topic_serves_two_cameras(tmp_path):
     stereo = rs.load_scenario(rs.examples.path("stereo_in_hand")).run(duration=0.4)
-    path = rs.write_bag(stereo, tmp_path / "both")
+    path = rs.logs.write_bag(stereo, tmp_path / "both")
     gone = "/right/detections"
     every = list(said(path))
     assert gone in {topic for topic, *_ in every}
@@ -94,21 +94,21 @@ def test_topics_and_types_that_are_wrong(bag, content, rhino, tmp_path):
         r"topic /tf holds tf2_msgs/msg/TFMessage; expected sensor_msgs",
         topics={"joints": "/tf"},
     )
-    with pytest.raises(rs.InputError, match="topics: no 'joint'; did you mean 'joints'"):
-        rs.read_bag(bag, topics={"joint": "/tf"})
-    with pytest.raises(rs.InputError, match="no clock 'wall'"):
-        rs.read_bag(bag, clock="wall")
-    with pytest.raises(rs.InputError, match="'cube' has 4 marks; expected as many ids"):
-        rs.read_bag(bag, marks={"cube": ["1"]})
-    with pytest.raises(rs.InputError, match="marks: no target 'cub'; did you mean 'cube'"):
-        rs.read_bag(bag, marks={"cub": ["1"]})
-    with pytest.raises(rs.InputError, match="names: no joint 'elbow'"):
-        rs.read_bag(bag, names={"elbow": "a"})
-    with pytest.raises(rs.InputError, match="names: two joints are one in the bag"):
-        rs.read_bag(bag, names={"shoulder": "a", "wrist": "a"})
+    with pytest.raises(rs.errors.InputError, match="topics: no 'joint'; did you mean 'joints'"):
+        rs.logs.read_bag(bag, topics={"joint": "/tf"})
+    with pytest.raises(rs.errors.InputError, match="no clock 'wall'"):
+        rs.logs.read_bag(bag, clock="wall")
+    with pytest.raises(rs.errors.InputError, match="'cube' has 4 marks; expected as many ids"):
+        rs.logs.read_bag(bag, marks={"cube": ["1"]})
+    with pytest.raises(rs.errors.InputError, match="marks: no target 'cub'; did you mean 'cube'"):
+        rs.logs.read_bag(bag, marks={"cub": ["1"]})
+    with pytest.raises(rs.errors.InputError, match="names: no joint 'elbow'"):
+        rs.logs.read_bag(bag, names={"elbow": "a"})
+    with pytest.raises(rs.errors.InputError, match="names: two joints are one in the bag"):
+        rs.logs.read_bag(bag, names={"shoulder": "a", "wrist": "a"})
     none = written(tmp_path / "none", (each for each in content if each[0] != "/robsim/experiment"))
     refused(none, "it has no /robsim/experiment: give the experiment")
-    assert rs.read_bag(none, rhino).sizes["time"] == 26
+    assert rs.logs.read_bag(none, rhino).sizes["time"] == 26
     still = written(tmp_path / "still", (each for each in content if each[0] != "/joint_states"))
     refused(still, r"no topic /joint_states \(sensor_msgs.*topics={'joints': ...}")
 
@@ -131,7 +131,7 @@ def test_files_that_are_none(bag, tmp_path):
 @pytest.mark.filterwarnings("ignore::robsim.base.errors.FileWarning")
 def test_damaged_bags_are_read_or_refused(run, suffix, tmp_path):
     """Bytes that are lost, changed or cut off: a run, or one line that names the file."""
-    whole = rs.write_bag(run, tmp_path / f"run{suffix}").read_bytes()
+    whole = rs.logs.write_bag(run, tmp_path / f"run{suffix}").read_bytes()
     path, rng, told = tmp_path / f"odd{suffix}", np.random.default_rng(2), 0
     for i in range(30):
         data, at = bytearray(whole), int(rng.integers(len(whole) - 8))
@@ -141,15 +141,15 @@ def test_damaged_bags_are_read_or_refused(run, suffix, tmp_path):
             data[at : at + 8] = [b"\xff" * 8, rng.bytes(8)][i % 3 - 1]
         path.write_bytes(data)
         try:
-            rs.read_bag(path)
-        except rs.InputError as error:
+            rs.logs.read_bag(path)
+        except rs.errors.InputError as error:
             told += 1
             assert str(error).startswith(str(path)) and "\n" not in str(error)
     assert told > 10
 
 
 def test_a_truncated_database_is_told(run, tmp_path):
-    whole = rs.write_bag(run, tmp_path / "run.db3").read_bytes()
+    whole = rs.logs.write_bag(run, tmp_path / "run.db3").read_bytes()
     (tmp_path / "cut.db3").write_bytes(whole[: len(whole) // 2])
     refused(tmp_path / "cut.db3", "cut off or damaged")
 

@@ -136,12 +136,16 @@ def test_a_wrong_file_is_refused_by_its_name_and_simpler_shapes_are_drawn(tmp_pa
     robot = urdf(tmp_path, f"../meshes/{name}", more=BOX)
     if content is not None:
         (tmp_path / "arm/meshes" / name).write_bytes(content)
-    with pytest.warns(rs.FileWarning, match=told) as caught:
+    with pytest.warns(rs.errors.FileWarning, match=told) as caught:
         figure = rs.plot.robot(robot)
     assert len(caught) == 1 and name in str(caught[0].message) and figure is not None
     assert [type(each) for each in drawn(robot)] == [rs.Block]
-    with pytest.raises(rs.InputError, match="no hull of a Mesh"):  # no result depends on files
-        rs.clearance(rs.Scene([robot], [rs.Object("b", rs.Block(1, 1, 1))]), [], "arm", "b")
+    with pytest.raises(
+        rs.errors.InputError, match="no hull of a Mesh"
+    ):  # no result depends on files
+        rs.kinematics.clearance(
+            rs.Scene([robot], [rs.Object("b", rs.Block(1, 1, 1))]), [], "arm", "b"
+        )
 
 
 def test_files_and_surfaces_that_are_too_large_are_refused(tmp_path, monkeypatch):
@@ -162,7 +166,7 @@ def test_without_the_extra_it_is_said_once_for_all_meshes(tmp_path, monkeypatch)
     mesh_files._parse_mesh_file.cache_clear()
     monkeypatch.setitem(__import__("sys").modules, "trimesh", None)
     with pytest.warns(
-        rs.FileWarning, match=r"1 of 1 meshes .*pip install 'robsim\[mesh\]'"
+        rs.errors.FileWarning, match=r"1 of 1 meshes .*pip install 'robsim\[mesh\]'"
     ) as caught:
         rs.export_html(robot, tmp_path / "arm.html")
     assert len(caught) == 1
@@ -172,7 +176,9 @@ def test_without_the_extra_it_is_said_once_for_all_meshes(tmp_path, monkeypatch)
 def test_a_mesh_is_the_same_value_with_its_file_and_without(tmp_path):
     robot = urdf(tmp_path, "../meshes/ball.stl")
     (mesh,) = robot.links[0].shapes
-    assert mesh == rs.Mesh("../meshes/ball.stl") and hash(mesh) == hash(rs.Mesh(mesh.filename))
+    assert mesh == rs.shapes.Mesh("../meshes/ball.stl") and hash(mesh) == hash(
+        rs.shapes.Mesh(mesh.filename)
+    )
     robot.to_urdf(tmp_path / "arm/urdf/again.urdf")
     BALL.export(tmp_path / "arm/meshes/ball.stl")
     again = rs.Robot.from_urdf(tmp_path / "arm/urdf/again.urdf")

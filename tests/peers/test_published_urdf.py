@@ -86,7 +86,7 @@ THOROUGHLY = ("panda", "ur5_robot", "lbr_iiwa_14_r820")
 
 def read(path):
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", rs.FileWarning)
+        warnings.simplefilter("ignore", rs.errors.FileWarning)
         return rs.Robot.from_urdf(path)
 
 
@@ -131,7 +131,7 @@ def test_it_is_read_and_has_the_poses_of_pinocchio_or_it_is_refused(
     published, name, pinocchio_reads, some_coordinates
 ):
     if name in REFUSED:
-        with pytest.raises(rs.FileError) as caught:
+        with pytest.raises(rs.errors.FileError) as caught:
             read(published)
         assert REFUSED[name] in str(caught.value)
         return

@@ -5,7 +5,7 @@ import pytest
 
 import robsim as rs
 
-BOARD = rs.Board("DICT_4X4_50", columns=8, rows=6, square=0.03, tag=0.022)
+BOARD = rs.vision.Board("DICT_4X4_50", columns=8, rows=6, square=0.03, tag=0.022)
 
 
 @pytest.fixture(scope="module")
@@ -15,26 +15,28 @@ def bench():
 
 @pytest.fixture(scope="module")
 def views(bench):
-    look = rs.LookAt("board", distance=(0.3, 0.8), cone=0.8, aside=0.1)
-    return rs.simulate_views(
-        bench.at("belief", None), rs.sample_viewpoints(bench, 15, look, seed=3)
+    look = rs.starts.LookAt("board", distance=(0.3, 0.8), cone=0.8, aside=0.1)
+    return rs.calibration.simulate_views(
+        bench.at("belief", None), rs.calibration.sample_viewpoints(bench, 15, look, seed=3)
     )
 
 
 @pytest.mark.parametrize("coefficients", [4, 5])
 def test_a_lens_is_found_to_its_deviations(bench, views, coefficients):
-    found = rs.calibrate_lens(BOARD, views.pixels, (1280, 960), coefficients=coefficients)
+    found = rs.calibration.calibrate_lens(
+        BOARD, views.pixels, (1280, 960), coefficients=coefficients
+    )
     true = bench.scene.camera().camera
     K = [*true.K[[0, 1, 0, 1], [0, 1, 2, 2]], *true.distortion, 0.0][: 4 + coefficients]
     own = found.camera
     values = [*own.K[[0, 1, 0, 1], [0, 1, 2, 2]], *own.distortion]
     off = np.subtract(values, K) / list(found.deviations.values())
     assert (np.abs(off) < 4).all() and list(found.deviations)[-1] == ("p2", "k3")[coefficients - 4]
-    residuals = rs.estimate_pose(BOARD.marks, views.pixels, own).rms
+    residuals = rs.vision.estimate_pose(BOARD.marks, views.pixels, own).rms
     np.testing.assert_allclose(found.errors, residuals * np.sqrt(2), rtol=1e-3)
     assert abs(found.rms - np.sqrt(np.square(found.errors).mean())) < 1e-6
     np.testing.assert_allclose(
-        rs.estimate_pose(BOARD.marks, views.pixels, own).T_c_o[:, :3, 3],
+        rs.vision.estimate_pose(BOARD.marks, views.pixels, own).T_c_o[:, :3, 3],
         found.poses.position,
         atol=2e-4,
     )
@@ -43,18 +45,18 @@ def test_a_lens_is_found_to_its_deviations(bench, views, coefficients):
 def test_a_lens_is_found_of_marks_that_are_partly_seen(views):
     pixels = np.array(views.pixels)
     pixels[::2, :12] = np.nan
-    part = rs.calibrate_lens(BOARD, pixels, (1280, 960), coefficients=4)
-    K = rs.calibrate_lens(BOARD, views.pixels, (1280, 960), coefficients=4).camera.K
+    part = rs.calibration.calibrate_lens(BOARD, pixels, (1280, 960), coefficients=4)
+    K = rs.calibration.calibrate_lens(BOARD, views.pixels, (1280, 960), coefficients=4).camera.K
     assert np.abs(part.camera.K - K).max() < 5 * max(part.deviations[n] for n in ("fx", "cx", "cy"))
 
 
 def test_a_tag_tells_a_lens_too():
     """By four exact corners in each of eight views."""
-    tag, lens = rs.Tag("tag36h11", 7, size=0.2), [[800, 0, 330], [0, 810, 230], [0, 0, 1]]
+    tag, lens = rs.vision.Tag("tag36h11", 7, size=0.2), [[800, 0, 330], [0, 810, 230], [0, 0, 1]]
     turns = np.random.default_rng(5).uniform(-0.6, 0.6, (8, 3))
     poses = rs.Pose.at(0, 0, np.linspace(0.4, 0.8, 8), rotvec=turns)
     pixels = rs.Camera(lens).project(tag.marks, poses.inv())
-    found = rs.calibrate_lens(tag, pixels, (640, 480), coefficients=0)
+    found = rs.calibration.calibrate_lens(tag, pixels, (640, 480), coefficients=0)
     np.testing.assert_allclose(found.camera.K, lens, atol=0.01)
 
 
@@ -66,21 +68,21 @@ def test_marks_in_space_take_a_guess():
     poses = rs.Pose.at(0, 0, [0.7, 0.8, 0.9, 1.0, 0.6, 0.8], rotvec=turns)
     pixels = camera.project(marks, poses.inv())
     guess = rs.Camera([[720, 0, 320], [0, 720, 240], [0, 0, 1]], (640, 480))
-    found = rs.calibrate_lens(marks, pixels, (640, 480), coefficients=0, guess=guess)
+    found = rs.calibration.calibrate_lens(marks, pixels, (640, 480), coefficients=0, guess=guess)
     np.testing.assert_allclose(found.camera.K, camera.K, atol=0.01)
     np.testing.assert_allclose(found.poses.matrix, poses.matrix, atol=1e-4)
 
 
 def test_boards_that_are_drawn_and_found_calibrate_the_hand(bench, views):
     """From images to the mount: rendered, detected, calibrated."""
-    detector, scene = rs.TagDetector([BOARD]), bench.scene
+    detector, scene = rs.vision.TagDetector([BOARD]), bench.scene
     lens, q = scene.camera().camera, views.q[:5]
     T_c_o = [rs.Pose(scene.pose("camera", each).matrix).inv() for each in q]
     board = rs.Pose(scene.pose("board").matrix)
-    images = [rs.render_targets(lens, {BOARD: T @ board}) for T in T_c_o]
+    images = [rs.vision.render_targets(lens, {BOARD: T @ board}) for T in T_c_o]
     pixels = np.stack([detector(image).pixels([BOARD]) for image in images])
     known = views.scene.replacing(bench.task.belief.camera())
-    sharp = rs.CalibrationViews(known, q, pixels)
+    sharp = rs.calibration.CalibrationViews(known, q, pixels)
     found = rs.calibrate(sharp, ["focal", "center"])
     assert found.sigma < 0.1
     errors = found.errors(scene)

@@ -149,7 +149,7 @@ BAD = {
 
 @pytest.mark.parametrize("text", BAD)
 def test_a_wrong_file_is_refused_in_one_line(text, tmp_path):
-    with pytest.raises(rs.FileError, match=re.escape(BAD[text])) as caught:
+    with pytest.raises(rs.errors.FileError, match=re.escape(BAD[text])) as caught:
         rs.Camera.from_file(written(tmp_path, text), "cam0")
     assert "\n" not in str(caught.value)
 
@@ -163,16 +163,16 @@ def test_a_wrong_file_is_refused_in_one_line(text, tmp_path):
     ],
 )
 def test_what_is_no_rig_is_refused(text, reason, tmp_path):
-    with pytest.raises(rs.FileError, match=re.escape(reason)):
+    with pytest.raises(rs.errors.FileError, match=re.escape(reason)):
         rs.MountedCamera.rig_from_file(written(tmp_path, text))
 
 
 def test_a_bomb_of_aliases_and_a_long_list_end_at_once(tmp_path):
     lines = [f"{b}: &{b} [*{a}, *{a}]\n" for a, b in pairwise("abcdefg")]
     bomb = "a: &a [x]\n" + "".join(lines)
-    with pytest.raises(rs.FileError, match="alias"):
+    with pytest.raises(rs.errors.FileError, match="alias"):
         rs.Camera.from_file(written(tmp_path, bomb))
-    with pytest.raises(rs.FileError, match="no camera matrix"):
+    with pytest.raises(rs.errors.FileError, match="no camera matrix"):
         rs.Camera.from_file(written(tmp_path, f"points: [{'1.5, ' * 50_000}]\n"))
 
 

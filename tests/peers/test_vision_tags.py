@@ -12,7 +12,7 @@ CAMERA = rs.Camera(
     [[300, 0, 160.3], [0, 302, 119.8], [0, 0, 1]], (320, 240), distortion=(-0.2, 0.05, 1e-3, 2e-4)
 )
 KINDS = ["tag16h5", "tag25h9", "tag36h11", "DICT_4X4_50", "DICT_6X6_250", "DICT_ARUCO_ORIGINAL"]
-BOARD = rs.Board("DICT_4X4_100", columns=5, rows=4, square=0.03, tag=0.022)
+BOARD = rs.vision.Board("DICT_4X4_100", columns=5, rows=4, square=0.03, tag=0.022)
 
 
 def tilted(rng, depth):
@@ -35,10 +35,10 @@ def test_a_family_is_that_of_opencv(name):
 @pytest.mark.parametrize("family", KINDS)
 def test_the_corners_of_an_upright_picture_are_where_its_edges_are(family):
     """From the upper left clockwise; an edge lies between two pixels, at a half."""
-    tag = rs.Tag(family, 7, size=0.1)
+    tag = rs.vision.Tag(family, 7, size=0.1)
     picture = np.pad(tag.picture(10), 20, constant_values=255)
     low, high = 29.5, 29.5 + 10 * len(tag.cells)
-    seen = rs.TagDetector([tag])(picture)
+    seen = rs.vision.TagDetector([tag])(picture)
     wanted = [[low, low], [high, low], [high, high], [low, high]]
     np.testing.assert_allclose(seen[tag.name], wanted, rtol=0, atol=1e-9)
     assert seen.doubtful == {}
@@ -49,7 +49,7 @@ def test_apriltag_counts_pixels_from_the_corner_of_the_image(family):
     """Half a pixel more than we do, which our finder takes off; else upright as it prints it."""
     from pyapriltags import Detector
 
-    tag = rs.Tag(family, 5, size=0.1)
+    tag = rs.vision.Tag(family, 5, size=0.1)
     picture = np.pad(tag.picture(10), 20, constant_values=255)
     (theirs,) = Detector(family, quad_decimate=1.0).detect(picture)
     low, high = 30, 30 + 10 * len(tag.cells)
@@ -64,12 +64,12 @@ def test_apriltag_counts_pixels_from_the_corner_of_the_image(family):
 def test_rendered_tags_are_found_to_a_twentieth_of_a_pixel(family):
     """Through a lens; of sides from 35 to 130 pixels; at most 0.05 px rms with blur and noise."""
     rng = np.random.default_rng(3)
-    tag = rs.Tag(family, 9, size=0.1)
-    detector = rs.TagDetector([tag])
+    tag = rs.vision.Tag(family, 9, size=0.1)
+    detector = rs.vision.TagDetector([tag])
     clean, rough = [], []
     for depth in (0.3, 0.4, 0.5, 0.6, 0.75):
         T_c_o = tilted(rng, depth)
-        image = rs.render_targets(CAMERA, {tag: T_c_o}, samples=6)
+        image = rs.vision.render_targets(CAMERA, {tag: T_c_o}, samples=6)
         wanted = CAMERA.project(T_c_o @ tag.marks, rs.Pose.at())
         clean.append(detector(image)[tag.name] - wanted)
         rough.append(detector(noisy(image, rng))[tag.name] - wanted)
@@ -79,17 +79,17 @@ def test_rendered_tags_are_found_to_a_twentieth_of_a_pixel(family):
 
 
 def test_the_pose_of_a_rendered_tag_is_found():
-    tag = rs.Tag("tag36h11", 3, size=0.1)
+    tag = rs.vision.Tag("tag36h11", 3, size=0.1)
     T_c_o = rs.Pose.at(0.02, -0.03, 0.4, rotvec=(0.5, -0.3, 0.4))
-    seen = rs.TagDetector([tag])(rs.render_targets(CAMERA, {tag: T_c_o}))
-    found = rs.estimate_pose(tag.marks, seen[tag.name], CAMERA).T_c_o
+    seen = rs.vision.TagDetector([tag])(rs.vision.render_targets(CAMERA, {tag: T_c_o}))
+    found = rs.vision.estimate_pose(tag.marks, seen[tag.name], CAMERA).T_c_o
     error = (rs.Pose(found).inv() @ T_c_o).matrix - np.eye(4)
     assert np.abs(error[:3, 3]).max() < 5e-4 and np.abs(error[:3, :3]).max() < 5e-3
 
 
 @pytest.mark.parametrize("rows", [4, 5])
 def test_a_board_is_drawn_as_opencv_draws_it(rows):
-    board = rs.Board("DICT_4X4_100", columns=5, rows=rows, square=0.03, tag=0.018)
+    board = rs.vision.Board("DICT_4X4_100", columns=5, rows=rows, square=0.03, tag=0.018)
     theirs = board.as_opencv().generateImage((500, 100 * rows), marginSize=0, borderBits=1)
     ours = board.picture(100)[50:-50, 50:-50]
     assert theirs.shape == ours.shape and np.mean(theirs != ours) < 1e-3
@@ -100,12 +100,12 @@ def test_a_board_is_drawn_as_opencv_draws_it(rows):
 
 def test_the_corners_of_a_rendered_board_are_found():
     rng = np.random.default_rng(1)
-    detector = rs.TagDetector([BOARD])
+    detector = rs.vision.TagDetector([BOARD])
     middle = rs.Pose.at(-0.075, -0.06)
     errors = []
     for depth in (0.2, 0.25, 0.3):
         T_c_o = tilted(rng, depth) @ middle
-        seen = detector(rs.render_targets(CAMERA, {BOARD: T_c_o}))
+        seen = detector(rs.vision.render_targets(CAMERA, {BOARD: T_c_o}))
         errors.append(seen[BOARD.name] - CAMERA.project(T_c_o @ BOARD.marks, rs.Pose.at()))
     assert np.isfinite(errors).mean() > 0.8
     assert np.sqrt(np.nanmean(np.square(errors))) < 0.05
@@ -113,25 +113,25 @@ def test_the_corners_of_a_rendered_board_are_found():
 
 def test_a_covered_board_has_gaps_that_a_pose_estimate_takes():
     T_c_o = rs.Pose.at(-0.075, -0.06, 0.25, rotvec=(0.2, 0.3, 0.1))
-    image = rs.render_targets(CAMERA, {BOARD: T_c_o})
+    image = rs.vision.render_targets(CAMERA, {BOARD: T_c_o})
     image[:, :115] = 128
-    pixels = rs.TagDetector([BOARD])(image)[BOARD.name]
+    pixels = rs.vision.TagDetector([BOARD])(image)[BOARD.name]
     gone = np.isnan(pixels[:, 0])
     assert 0 < gone.sum() < len(pixels) and gone.reshape(3, 4)[:, 0].all()
-    found = rs.estimate_pose(BOARD.marks[~gone], pixels[~gone], CAMERA).T_c_o
+    found = rs.vision.estimate_pose(BOARD.marks[~gone], pixels[~gone], CAMERA).T_c_o
     np.testing.assert_allclose(found[:3, 3], T_c_o.position, rtol=0, atol=2e-3)
 
 
 def two_tags():
-    pair = rs.Tag("tag36h11", 1, size=0.04), rs.Tag("DICT_5X5_100", 2, size=0.04)
+    pair = rs.vision.Tag("tag36h11", 1, size=0.04), rs.vision.Tag("DICT_5X5_100", 2, size=0.04)
     places = [rs.Pose.at(x, 0, 0.25) for x in (-0.05, 0.05)]
     return pair, dict(zip(pair, places, strict=True))
 
 
 def test_what_is_not_seen_is_absent_and_its_pixels_are_gaps():
     (april, aruco), placed = two_tags()
-    away = rs.Tag("tag36h11", 2, size=0.04)
-    seen = rs.TagDetector([april, away, aruco])(rs.render_targets(CAMERA, placed))
+    away = rs.vision.Tag("tag36h11", 2, size=0.04)
+    seen = rs.vision.TagDetector([april, away, aruco])(rs.vision.render_targets(CAMERA, placed))
     assert sorted(seen) == sorted([april.name, aruco.name]) and seen.doubtful == {}
     pixels = seen.pixels([aruco, away, april])
     assert pixels.shape == (12, 2) and np.isnan(pixels[4:8]).all()
@@ -140,59 +140,61 @@ def test_what_is_not_seen_is_absent_and_its_pixels_are_gaps():
 
 @pytest.mark.parametrize("family", ["tag36h11", "DICT_5X5_100"])
 def test_a_tag_that_is_seen_twice_is_told_and_not_delivered(family):
-    tag = rs.Tag(family, 4, size=0.04)
-    image = rs.render_targets(CAMERA, {tag: rs.Pose.at(-0.05, 0, 0.25)})
+    tag = rs.vision.Tag(family, 4, size=0.04)
+    image = rs.vision.render_targets(CAMERA, {tag: rs.Pose.at(-0.05, 0, 0.25)})
     both = np.hstack([image[:, :160], image[:, :160]])
-    seen = rs.TagDetector([tag])(both)
+    seen = rs.vision.TagDetector([tag])(both)
     assert dict(seen) == {} and seen.doubtful == {tag.name: "seen 2 times"}
 
 
 def test_doubtful_tags_are_flagged():
-    tag = rs.Tag("tag36h11", 4, size=0.04)
-    detector = rs.TagDetector([tag])
+    tag = rs.vision.Tag("tag36h11", 4, size=0.04)
+    detector = rs.vision.TagDetector([tag])
 
     def told(image):
         seen = detector(image)
         assert tag.name in seen
         return seen.doubtful.get(tag.name)
 
-    near = rs.render_targets(CAMERA, {tag: rs.Pose.at(0, 0, 0.25)})
+    near = rs.vision.render_targets(CAMERA, {tag: rs.Pose.at(0, 0, 0.25)})
     assert told(near) is None
     spot = near.copy()
     u, v = CAMERA.project([[0, 0, 0.25]], rs.Pose.at())[0].astype(int)
     spot[v - 7 : v - 1, u - 7 : u - 1] = np.where(near[v - 4, u - 4] > 128, 30, 225)
     assert told(spot) == "1 of 64 cells look otherwise"
     assert told((110 + near / 15).astype(np.uint8)) == "a contrast of 13 grey values"
-    assert told(rs.render_targets(CAMERA, {tag: rs.Pose.at(0, 0, 0.6)})).startswith("cells of 2.")
-    edge = rs.render_targets(CAMERA, {tag: rs.Pose.at(0, 0, 0.25)})[: v + 26]
+    assert told(rs.vision.render_targets(CAMERA, {tag: rs.Pose.at(0, 0, 0.6)})).startswith(
+        "cells of 2."
+    )
+    edge = rs.vision.render_targets(CAMERA, {tag: rs.Pose.at(0, 0, 0.25)})[: v + 26]
     assert told(edge).endswith("at the border of the image")
 
 
 def test_the_nearer_of_two_targets_is_in_front():
     (april, aruco), _ = two_tags()
     placed = {april: rs.Pose.at(0, 0, 0.25), aruco: rs.Pose.at(0.01, 0, 0.24)}
-    image = rs.render_targets(CAMERA, placed)
-    assert list(rs.TagDetector([april, aruco])(image)) == [aruco.name]
-    assert np.array_equal(image, rs.render_targets(CAMERA, dict(reversed(placed.items()))))
+    image = rs.vision.render_targets(CAMERA, placed)
+    assert list(rs.vision.TagDetector([april, aruco])(image)) == [aruco.name]
+    assert np.array_equal(image, rs.vision.render_targets(CAMERA, dict(reversed(placed.items()))))
 
 
 def test_the_grey_of_a_pixel_is_the_share_of_paper_in_it():
     """An edge of the paper that is known exactly, in front of a plain camera."""
     camera = rs.Camera([[100, 0, 0], [0, 100, 0], [0, 0, 1]], (32, 32))
-    tag = rs.Tag("tag36h11", 0, size=0.16)  # its left edge is at column 100 (x - 0.08) / 1
-    image = rs.render_targets(camera, {tag: rs.Pose.at(0.233, 0.18, 1.0)})
+    tag = rs.vision.Tag("tag36h11", 0, size=0.16)  # its left edge is at column 100 (x - 0.08) / 1
+    image = rs.vision.render_targets(camera, {tag: rs.Pose.at(0.233, 0.18, 1.0)})
     row = image[16].astype(float)  # within the black border, from paper to ink
     share = (row - 30) / (225 - 30)
     np.testing.assert_allclose(share[14:17], [1, 0.8, 0], rtol=0, atol=1 / 16 + 1 / 255)
 
 
 def test_what_is_behind_the_camera_is_not_rendered():
-    tag = rs.Tag("tag36h11", 0, size=0.1)
-    assert (rs.render_targets(CAMERA, {tag: rs.Pose.at(0, 0, -0.3)}) == 128).all()
+    tag = rs.vision.Tag("tag36h11", 0, size=0.1)
+    assert (rs.vision.render_targets(CAMERA, {tag: rs.Pose.at(0, 0, -0.3)}) == 128).all()
 
 
 def test_the_plates_of_a_tag_cover_its_black_cells():
-    tag = rs.Tag("tag25h9", 11, size=0.1)
+    tag = rs.vision.Tag("tag25h9", 11, size=0.1)
     paper, *plates = tag.shapes
     assert all(plate.vertices[:, 2].max() <= paper.vertices[:, 2].min() + 1e-12 for plate in plates)
     n = len(tag.cells)
@@ -222,13 +224,13 @@ def test_the_plates_of_a_tag_cover_its_black_cells():
     ],
 )
 def test_a_wrong_image_is_refused(image, reason):
-    with pytest.raises(rs.InputError, match=reason):
-        rs.TagDetector([rs.Tag("tag36h11", 0, size=0.1)])(image)
+    with pytest.raises(rs.errors.InputError, match=reason):
+        rs.vision.TagDetector([rs.vision.Tag("tag36h11", 0, size=0.1)])(image)
 
 
 @pytest.mark.parametrize("seed", range(5))
 @pytest.mark.parametrize("shape", [(16, 16), (16, 300), (240, 320)])
 def test_noise_and_odd_strides_are_no_tags(seed, shape):
     noise = np.random.default_rng(seed).integers(0, 256, (shape[0], 2 * shape[1]), dtype=np.uint8)
-    tags = [rs.Tag(family, 3, size=0.1) for family in ("tag36h11", "DICT_6X6_250")]
-    assert dict(rs.TagDetector([*tags, BOARD])(noise[::-1, ::2])) == {}
+    tags = [rs.vision.Tag(family, 3, size=0.1) for family in ("tag36h11", "DICT_6X6_250")]
+    assert dict(rs.vision.TagDetector([*tags, BOARD])(noise[::-1, ::2])) == {}

@@ -103,14 +103,14 @@ def test_mujoco_has_as_many_geoms_as_there_are_shapes(written, model):
     """The body of a camera is two, and a tapered cylinder four cylinders."""
     shapes = [shape for link in written.links for shape in link.shapes]
     kinds = [type(shape) for shape in shapes]
-    more = kinds.count(rs.CameraBody) + 3 * kinds.count(rs.TaperedCylinder)
+    more = kinds.count(rs.CameraBody) + 3 * kinds.count(rs.shapes.TaperedCylinder)
     assert model.ngeom == len(shapes) + more
 
 
 @pytest.mark.parametrize("density", [1.0, 700.0])
 def test_mujoco_weighs_a_capsule_as_we_do(density):
     """By its own formulas, in a body that takes its inertia from its geom."""
-    capsule = rs.Capsule(0.07, 0.3, density=density)
+    capsule = rs.shapes.Capsule(0.07, 0.3, density=density)
     geom = f'<geom type="capsule" size="0.07 0.15" density="{density}"/>'
     body = f"<mujoco><worldbody><body>{geom}</body></worldbody></mujoco>"
     read = mujoco.MjModel.from_xml_string(body)

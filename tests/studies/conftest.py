@@ -6,7 +6,7 @@ from flying import TEXT
 import robsim as rs
 from robsim.units import cm, deg
 
-START = rs.LookAt("square", distance=(60 * cm, 1.5), roll=(-120, 120) * deg)
+START = rs.starts.LookAt("square", distance=(60 * cm, 1.5), roll=(-120, 120) * deg)
 TASKS = [rs.IBVS(), rs.PBVS(), rs.Hybrid()]
 
 
@@ -20,8 +20,8 @@ def flying():
 def how():
     """What differs from run to run: a start, a choice, a believed number, and the task in turn."""
     vary = {
-        "task.gain": rs.Choice([0.5, 1.0, 2.0]),
-        "belief.cameras.eye.focal": rs.Normal(1.0, 0.05),
+        "task.gain": rs.samplers.Choice([0.5, 1.0, 2.0]),
+        "belief.cameras.eye.focal": rs.samplers.Normal(1.0, 0.05),
         "task": TASKS,
     }
     return {"start": START, "vary": vary, "seed": 7}

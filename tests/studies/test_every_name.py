@@ -8,33 +8,39 @@ from robsim.studies.study_text import format_plan, read_plan
 
 RUNS = 4
 EYE, SQUARE = "cameras.eye", "objects.square"
-TURN = rs.Normal(0.0, [0.0, 0.0, 0.02])
+TURN = rs.samplers.Normal(0.0, [0.0, 0.0, 0.02])
 CASES = {
-    "gain": {"task.gain": rs.LogUniform(0.5, 2.0)},
-    "depth_scale": {"task.depth_scale": rs.Uniform(0.8, 1.2)},
-    "focal": {f"{EYE}.focal": rs.Uniform(450, 550)},
-    "factor": {f"{EYE}.focal": rs.Normal(1.0, 0.05)},
+    "gain": {"task.gain": rs.samplers.LogUniform(0.5, 2.0)},
+    "depth_scale": {"task.depth_scale": rs.samplers.Uniform(0.8, 1.2)},
+    "focal": {f"{EYE}.focal": rs.samplers.Uniform(450, 550)},
+    "factor": {f"{EYE}.focal": rs.samplers.Normal(1.0, 0.05)},
     "factors": {f"{EYE}.focal": [0.9, 1.0, 1.1]},
-    "believed factor": {f"belief.{EYE}.focal": rs.Grid(0.9, 1.1, 3)},
-    "even": {f"{EYE}.focal": rs.Sobol(450, 550), "task.gain": rs.Sobol(1.0, 2.0)},
-    "center": {f"{EYE}.center": rs.Sum(rs.Normal(0.0, 3.0))},
-    "distortion": {f"{EYE}.distortion": rs.Normal([0.0, 0.0, 0.0, 0.0], 0.005)},
-    "place": {f"{EYE}.position": rs.Sum(rs.Normal(0.0, 0.01))},
+    "believed factor": {f"belief.{EYE}.focal": rs.samplers.Grid(0.9, 1.1, 3)},
+    "even": {f"{EYE}.focal": rs.samplers.Sobol(450, 550), "task.gain": rs.samplers.Sobol(1.0, 2.0)},
+    "center": {f"{EYE}.center": rs.samplers.Sum(rs.samplers.Normal(0.0, 3.0))},
+    "distortion": {f"{EYE}.distortion": rs.samplers.Normal([0.0, 0.0, 0.0, 0.0], 0.005)},
+    "place": {f"{EYE}.position": rs.samplers.Sum(rs.samplers.Normal(0.0, 0.01))},
     "turn": {f"belief.{EYE}.rpy": TURN},
-    "both": {f"{EYE}.rpy": TURN, f"belief.{EYE}.focal": rs.Uniform(480, 520)},
-    "marks": {f"{SQUARE}.marks": rs.Product(rs.Uniform(0.9, 1.1))},
-    "target": {f"belief.{SQUARE}.position": rs.Sum(rs.Uniform(-0.02, 0.02))},
-    "noise": {"sensing.noise": rs.Uniform(0.0, 1.0), "sensing.latency": rs.Uniform(0.0, 0.1)},
-    "lag": {"actuation.lag": rs.Uniform(0.0, 0.1)},
-    "period": {"run.dt": ["20 ms", "40 ms"], "task.gain": rs.Uniform(0.5, 1.0)},
-    "words": {"task.interaction": ["current", "mean"], "task.gain": rs.Choice([0.5, 1.0])},
-    "laws": {"task.law": [rs.CameraLaw(length=0.1), "joint"]},
-    "inverses": {"task.inverse": rs.Choice([rs.DampedInverse(0.3), "transpose"])},
-    "gains": {"task.gain": [rs.AdaptiveGain(2.0, 0.5, 30.0), 0.1]},
-    "tasks": {"task": {"b": rs.PBVS(), "a": rs.IBVS()}, "task.gain": rs.Uniform(0.5, 1.0)},
+    "both": {f"{EYE}.rpy": TURN, f"belief.{EYE}.focal": rs.samplers.Uniform(480, 520)},
+    "marks": {f"{SQUARE}.marks": rs.samplers.Product(rs.samplers.Uniform(0.9, 1.1))},
+    "target": {f"belief.{SQUARE}.position": rs.samplers.Sum(rs.samplers.Uniform(-0.02, 0.02))},
+    "noise": {
+        "sensing.noise": rs.samplers.Uniform(0.0, 1.0),
+        "sensing.latency": rs.samplers.Uniform(0.0, 0.1),
+    },
+    "lag": {"actuation.lag": rs.samplers.Uniform(0.0, 0.1)},
+    "period": {"run.dt": ["20 ms", "40 ms"], "task.gain": rs.samplers.Uniform(0.5, 1.0)},
+    "words": {"task.interaction": ["current", "mean"], "task.gain": rs.samplers.Choice([0.5, 1.0])},
+    "laws": {"task.law": [rs.laws.CameraLaw(length=0.1), "joint"]},
+    "inverses": {"task.inverse": rs.samplers.Choice([rs.laws.DampedInverse(0.3), "transpose"])},
+    "gains": {"task.gain": [rs.laws.AdaptiveGain(2.0, 0.5, 30.0), 0.1]},
+    "tasks": {"task": {"b": rs.PBVS(), "a": rs.IBVS()}, "task.gain": rs.samplers.Uniform(0.5, 1.0)},
     "named": {"task.gain": {"slow": 0.5, "fast": 2.0}},
     "imperfections": {"sensing": [rs.Sensing(noise=1.0), rs.Sensing()]},
-    "two in turn": {"task.gain": rs.Grid(0.5, 1.0, 2), "task.interaction": ["mean", "desired"]},
+    "two in turn": {
+        "task.gain": rs.samplers.Grid(0.5, 1.0, 2),
+        "task.interaction": ["mean", "desired"],
+    },
 }
 BELIEFS = {
     "true": {},
@@ -54,7 +60,7 @@ def pairs():
 
 def study_of(flying, case, belief, **how):
     one = flying.at(BELIEFS[belief]) if BELIEFS[belief] else flying
-    start = rs.Shell(distance=(0.05, 0.15), angle=(0.0, 0.3))
+    start = rs.starts.Shell(distance=(0.05, 0.15), angle=(0.0, 0.3))
     return rs.study(one.with_(duration=0.6), RUNS, seed=3, start=start, vary=CASES[case], **how)
 
 
@@ -119,8 +125,8 @@ def test_the_links_of_an_arm_come_back_from_a_store(tmp_path):
     arm = rs.load_scenario(rs.examples.path("wrong_dh")).with_(duration=0.4)
     name = "belief.robots.puma560.links.forearm.dh"
     vary = {
-        f"{name}.a": rs.Sum(rs.Normal(0.0, 0.002)),
-        f"{name}.alpha": rs.Product(rs.Uniform(1, 1.1)),
+        f"{name}.a": rs.samplers.Sum(rs.samplers.Normal(0.0, 0.002)),
+        f"{name}.alpha": rs.samplers.Product(rs.samplers.Uniform(1, 1.1)),
     }
     found = rs.study(arm, RUNS, vary=vary, store=tmp_path)
     assert rs.open_study(tmp_path).table.equals(found.table)

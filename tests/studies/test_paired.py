@@ -8,7 +8,7 @@ import pandas as pd
 import pytest
 from scipy import stats
 
-from robsim import InputError
+from robsim.errors import InputError
 from robsim.statistics.paired_tests import (
     half_binomial,
     mcnemar,

@@ -18,15 +18,15 @@ def drawn(sampler, count=MANY, shape=()):
 @pytest.mark.parametrize(
     ("sampler", "mean", "std"),
     [
-        (rs.Uniform(2.0, 5.0), 3.5, 3.0 / np.sqrt(12)),
-        (rs.Normal(1.0, 0.2), 1.0, 0.2),
+        (rs.samplers.Uniform(2.0, 5.0), 3.5, 3.0 / np.sqrt(12)),
+        (rs.samplers.Normal(1.0, 0.2), 1.0, 0.2),
         # of log-uniform numbers from a to b: (b - a) / l and (b^2 - a^2) / 2 l, l = log(b / a)
         (
-            rs.LogUniform(0.1, 10.0),
+            rs.samplers.LogUniform(0.1, 10.0),
             9.9 / np.log(100),
             np.sqrt(99.99 / (2 * np.log(100)) - (9.9 / np.log(100)) ** 2),
         ),
-        (rs.Sobol(-1.0, 1.0), 0.0, 2.0 / np.sqrt(12)),
+        (rs.samplers.Sobol(-1.0, 1.0), 0.0, 2.0 / np.sqrt(12)),
     ],
 )
 def test_numbers_have_the_mean_and_spread_of_their_distribution(sampler, mean, std):
@@ -37,19 +37,21 @@ def test_numbers_have_the_mean_and_spread_of_their_distribution(sampler, mean, s
 
 
 def test_evenly_drawn_numbers_miss_no_cell():
-    points = rs.Sobol([0, 0], [1, 1]).drawn(
+    points = rs.samplers.Sobol([0, 0], [1, 1]).drawn(
         RandomNumbers(1, "x", np.arange(256), evenly=(2, 0)), (2,)
     )
     cells = np.floor(points * 16).astype(int)
     assert len({tuple(each) for each in cells}) == 256  # a net: one point in each of 16 x 16
-    two = rs.Sobol(0, 1).drawn(RandomNumbers(1, "y", np.array([5, 200]), evenly=(2, 1)), ())
+    two = rs.samplers.Sobol(0, 1).drawn(
+        RandomNumbers(1, "y", np.array([5, 200]), evenly=(2, 1)), ()
+    )
     np.testing.assert_array_equal(two, points[[5, 200], 1])
 
 
 def test_what_is_drawn_depends_on_seed_name_and_draw_alone():
     some = np.array([7, 3, 40])
-    whole = drawn(rs.Normal(0, [1.0, 2.0]), shape=(2,))
-    np.testing.assert_array_equal(drawn(rs.Normal(0, [1.0, 2.0]), some, (2,)), whole[some])
+    whole = drawn(rs.samplers.Normal(0, [1.0, 2.0]), shape=(2,))
+    np.testing.assert_array_equal(drawn(rs.samplers.Normal(0, [1.0, 2.0]), some, (2,)), whole[some])
     for other in (
         RandomNumbers(4, "x", MANY),
         RandomNumbers(3, "y", MANY),
@@ -60,12 +62,12 @@ def test_what_is_drawn_depends_on_seed_name_and_draw_alone():
 
 
 def test_choices_are_drawn_as_often():
-    found = np.bincount(rs.Choice(["a", "b", "c"]).picked(RandomNumbers(3, "x", MANY)))
+    found = np.bincount(rs.samplers.Choice(["a", "b", "c"]).picked(RandomNumbers(3, "x", MANY)))
     assert (abs(found - MANY.size / 3) < 4 * np.sqrt(MANY.size * 2 / 9)).all()
 
 
 def test_a_grid_is_taken_in_turn():
-    assert rs.Grid(1.0, 100.0, 3, log=True).values == pytest.approx((1.0, 10.0, 100.0))
+    assert rs.samplers.Grid(1.0, 100.0, 3, log=True).values == pytest.approx((1.0, 10.0, 100.0))
 
 
 @pytest.fixture(scope="module")
@@ -87,7 +89,7 @@ def test_the_goal_is_where_the_frame_would_be(reach):
 
 
 def test_look_at_looks_at_the_middle_of_the_marks(reach):
-    start = rs.LookAt("square", distance=(0.3, 0.8), roll=(-30, 60) * deg, cone=40 * deg)
+    start = rs.starts.LookAt("square", distance=(0.3, 0.8), roll=(-30, 60) * deg, cone=40 * deg)
     T = places(start, reach)
     to = np.array([0, 0, 1.0]) - T.position
     far = np.linalg.norm(to, axis=1)
@@ -100,13 +102,13 @@ def test_look_at_looks_at_the_middle_of_the_marks(reach):
 
 
 def test_aside_looks_past_the_middle_by_no_more(reach):
-    T = places(rs.LookAt("square", distance=(1, 1), cone=0.0, aside=0.1), reach)
+    T = places(rs.starts.LookAt("square", distance=(1, 1), cone=0.0, aside=0.1), reach)
     off = np.linalg.norm(np.cross([0, 0, 1.0] - T.position, T.rotation[:, :, 2]), axis=1)
     assert 0.09 < off.max() <= 0.1 + 1e-12
 
 
 def test_a_shell_is_even_in_volume_and_in_all_directions(reach):
-    T = places(rs.Shell(distance=(0.1, 0.2), angle=(0.2, 0.4)), reach, 20_000)
+    T = places(rs.starts.Shell(distance=(0.1, 0.2), angle=(0.2, 0.4)), reach, 20_000)
     off = T.position - [0, 0, 0.5]
     far = np.linalg.norm(off, axis=1)
     inner = (far < 0.15).mean()
@@ -117,9 +119,9 @@ def test_a_shell_is_even_in_volume_and_in_all_directions(reach):
 
 
 def test_about_and_within_stay_within(reach):
-    T = places(rs.Within(0.3, 0.5, about=rs.Pose.at(1, 2, 3)), reach)
+    T = places(rs.starts.Within(0.3, 0.5, about=rs.Pose.at(1, 2, 3)), reach)
     assert np.linalg.norm(T.position - [1, 2, 3], axis=1).max() <= 0.3
-    box = places(rs.About(position=[0.1, 0.2, 0.0], rpy=[0, 0, 0.5]), reach)
+    box = places(rs.starts.About(position=[0.1, 0.2, 0.0], rpy=[0, 0, 0.5]), reach)
     np.testing.assert_allclose(box.position[:, 2], 0.5, atol=1e-12)
     assert 0.19 < np.abs(box.position[:, 1]).max() <= 0.2
     assert 0.49 < np.linalg.norm(box.rotvec, axis=1).max() <= 0.5 + 1e-12
@@ -129,7 +131,7 @@ def test_starts_of_an_arm_are_reached_by_its_joints():
     arm = rs.load_scenario(rs.examples.path("eye_in_hand"))
     at = StartKinematics(arm.loop().controller)
     draws = RandomNumbers(1, "start", np.arange(40))
-    wanted = rs.Shell(distance=(0.02, 0.05), angle=(0.0, 0.2))
+    wanted = rs.starts.Shell(distance=(0.02, 0.05), angle=(0.0, 0.2))
     q, ok = wanted.coordinates(at, draws)
     assert ok.sum() > 30
     eye = at.scene.camera().name
@@ -142,7 +144,7 @@ def test_starts_of_an_arm_are_reached_by_its_joints():
 def test_anywhere_is_within_the_limits():
     arm = rs.load_scenario(rs.examples.path("eye_in_hand"))
     at = StartKinematics(arm.loop().controller)
-    q, _ = rs.Anywhere().coordinates(at, RandomNumbers(1, "start", np.arange(1000)))
+    q, _ = rs.starts.Anywhere().coordinates(at, RandomNumbers(1, "start", np.arange(1000)))
     low, high = arm.scene.limits.T
     assert (q >= low).all() and (q <= high).all()
     assert (np.ptp(q, axis=0) > 0.98 * (high - low)).all()
@@ -152,12 +154,12 @@ def test_what_is_given_comes_in_turn_and_together():
     """Rows of two names belong together, whichever runs are looked at, and from a text too."""
     rows = np.arange(6.0).reshape(3, 2)
     np.testing.assert_array_equal(
-        drawn(rs.TabulatedValues(rows), np.array([2, 0]), (2,)), rows[[2, 0]]
+        drawn(rs.samplers.TabulatedValues(rows), np.array([2, 0]), (2,)), rows[[2, 0]]
     )
     experiment = rs.load_scenario(rs.examples.path("visp_tutorial")).with_(duration=0.04)
     vary = {
-        "task.gain": rs.TabulatedValues([1, 2, 3]),
-        "sensing.noise": rs.Product(rs.TabulatedValues([5, 6, 7])),
+        "task.gain": rs.samplers.TabulatedValues([1, 2, 3]),
+        "sensing.noise": rs.samplers.Product(rs.samplers.TabulatedValues([5, 6, 7])),
     }
     study = rs.study(experiment.at("sensing.noise", 0.5), 3, vary=vary)
     assert study.table["task.gain"].tolist() == [1, 2, 3]

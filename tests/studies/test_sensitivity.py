@@ -5,7 +5,7 @@ import pandas as pd
 import pytest
 from scipy import stats
 
-from robsim import InputError
+from robsim.errors import InputError
 from robsim.statistics.association import correlation_ratio, ranks, spearman
 from robsim.studies.sensitivity import compute_sensitivity
 

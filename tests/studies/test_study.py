@@ -56,9 +56,9 @@ def test_runs_of_a_draw_share_all_but_what_is_in_turn(found):
 
 def test_starts_are_those_that_see_their_target(found, flying):
     assert found.table["began"].all()
-    wide = rs.LookAt("square", distance=(0.2, 0.5), cone=np.pi / 2, roll=(-180, 180) * deg)
+    wide = rs.starts.LookAt("square", distance=(0.2, 0.5), cone=np.pi / 2, roll=(-180, 180) * deg)
     some = rs.study(flying.with_(duration=0.04), 200, start=wide, seed=1)
-    every = rs.LookAt(**{**vars(wide), "visible": False})
+    every = rs.starts.LookAt(**{**vars(wide), "visible": False})
     blind = rs.study(flying.with_(duration=0.04), 400, start=every, seed=1)
     told, counted = some.visible, blind.table["began"].mean()
     assert some.table["began"].all() and 0.02 < told.value < 0.9
@@ -92,12 +92,14 @@ def test_noise_is_that_of_the_draw(flying):
 def test_what_no_batch_can_differ_in_is_simulated_run_by_run(flying):
     """The period, a limit and a word, which are of an experiment as a whole."""
     vary = {
-        "run.dt": rs.Choice(["20 ms", 0.04]),
+        "run.dt": rs.samplers.Choice(["20 ms", 0.04]),
         "task.interaction": ["current", "desired"],
-        "task.law": [rs.CameraLaw(length=0.1), "joint"],
-        "actuation.lag": rs.Uniform(0.0, 0.05),
+        "task.law": [rs.laws.CameraLaw(length=0.1), "joint"],
+        "actuation.lag": rs.samplers.Uniform(0.0, 0.05),
     }
-    some = rs.study(flying.with_(duration=1.0), 5, start=rs.Shell(distance=(0.1, 0.2)), vary=vary)
+    some = rs.study(
+        flying.with_(duration=1.0), 5, start=rs.starts.Shell(distance=(0.1, 0.2)), vary=vary
+    )
     assert some.plan.runs == 20
     assert set(some.table["run.dt"]) <= {"20 ms", "0.04"}
     for number in (0, 7, 19):
@@ -109,8 +111,8 @@ def test_what_no_batch_can_differ_in_is_simulated_run_by_run(flying):
 
 def test_plus_and_times_change_the_nominal_value(flying):
     vary = {
-        "cameras.eye.position": rs.Sum(rs.Normal(0.0, [0.0, 0.0, 0.01])),
-        "belief.objects.square.marks": rs.Product(rs.Uniform(0.9, 1.1)),
+        "cameras.eye.position": rs.samplers.Sum(rs.samplers.Normal(0.0, [0.0, 0.0, 0.01])),
+        "belief.objects.square.marks": rs.samplers.Product(rs.samplers.Uniform(0.9, 1.1)),
     }
     some = rs.study(flying.with_(duration=0.2), 50, vary=vary, seed=1).table
     assert (some["cameras.eye.position[0]"] == 0).all()
@@ -139,8 +141,8 @@ def test_the_worst_are_named(found):
 def test_a_changed_run_is_told(found, monkeypatch):
     runs, facts = found._facts
     other = {**facts, "path_length": facts["path_length"] + 1.0}
-    doctored = rs.StudyResult(found.plan, lambda: (runs, other))
-    with pytest.warns(rs.ReplayWarning, match="run 4 has another path_length now"):
+    doctored = rs.studies.StudyResult(found.plan, lambda: (runs, other))
+    with pytest.warns(rs.errors.ReplayWarning, match="run 4 has another path_length now"):
         doctored.replay(4)
 
 

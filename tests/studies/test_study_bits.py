@@ -55,11 +55,11 @@ def test_a_study_that_was_stopped_goes_on_to_the_same_bits(noisy, how, wanted, t
         if share > 0.4:
             signal.raise_signal(signal.SIGINT)
 
-    with pytest.raises(rs.Interrupted) as error:
+    with pytest.raises(rs.errors.Interrupted) as error:
         rs.study(noisy, 12, store=tmp_path, chunk=10, threads=1, progress=stop, **how)
     so_far = error.value.run
     assert not so_far.complete and so_far.runs.tolist() == list(range(20))
-    with pytest.raises(rs.FileError, match="holds this study already; resume it"):
+    with pytest.raises(rs.errors.FileError, match="holds this study already; resume it"):
         rs.study(noisy, 12, store=tmp_path, **how)
     files = {path.name: path.stat().st_mtime_ns for path in tmp_path.glob("rows-*")}
     assert rs.study(noisy, 12, store=tmp_path, resume=True, chunk=64, **how).hash == wanted
@@ -98,7 +98,7 @@ def test_a_full_disk_keeps_what_is_done(noisy, how, wanted, tmp_path, monkeypatc
         write(path, content)
 
     monkeypatch.setattr(atomic_files, "_write", full)
-    with pytest.raises(rs.FileError, match=r"cannot write .*rows-.*No space left on device"):
+    with pytest.raises(rs.errors.FileError, match=r"cannot write .*rows-.*No space left on device"):
         rs.study(noisy, 12, store=tmp_path, chunk=10, **how)
     monkeypatch.undo()
     assert rs.open_study(tmp_path).runs.tolist() == list(range(20))
@@ -142,7 +142,7 @@ def test_a_worker_is_told_all_it_needs(noisy, how):
     )
     for name, values in here.facts.items():
         np.testing.assert_array_equal(there.facts[name], values)
-    with pytest.raises(rs.InputError, match=r"this worker has RobSim .* install the same"):
+    with pytest.raises(rs.errors.InputError, match=r"this worker has RobSim .* install the same"):
         dask_cluster.simulate_chunk(work, {"robsim": "0.0", "kernels": "x"}, 5, 20)
 
 

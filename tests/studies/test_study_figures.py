@@ -247,5 +247,5 @@ def test_a_figure_is_drawn_into_the_axes_of_the_user(draw):
     ],
 )
 def test_what_cannot_be_drawn_is_told(draw, message):
-    with pytest.raises(rs.InputError, match=message):
+    with pytest.raises(rs.errors.InputError, match=message):
         draw(TABLE)

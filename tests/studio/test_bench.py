@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from robsim import InputError, Outcome, Pose, examples, load_scenario
+from robsim import Outcome, Pose, examples, load_scenario
+from robsim.errors import InputError
 from robsim.studio.downloads import format_python_code
 from robsim.studio.workbench import Workbench, explain_live_run
 

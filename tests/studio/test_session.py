@@ -10,7 +10,8 @@ import tomllib
 import numpy as np
 import pytest
 
-from robsim import examples, load_recording, load_scenario, open_run
+from robsim import examples, load_scenario, open_run
+from robsim.page import load_recording
 from robsim.page.recording_codec import unpack_recording
 from robsim.studio.scenario_shelf import ScenarioShelf
 from robsim.studio.session import Session

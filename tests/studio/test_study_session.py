@@ -20,8 +20,8 @@ from robsim.studio.web.app import UnavailableDownload
 def study():
     """Sixteen runs, of which ten could not begin."""
     one = rs.load_scenario(rs.examples.path("local_minimum")).with_(duration=6)
-    look = rs.LookAt(distance=(0.4, 1.2), visible=False, aside=0.6)
-    vary = {"task.interaction": ["current", "mean"], "task.gain": rs.Choice([1.0, 2.0])}
+    look = rs.starts.LookAt(distance=(0.4, 1.2), visible=False, aside=0.6)
+    vary = {"task.interaction": ["current", "mean"], "task.gain": rs.samplers.Choice([1.0, 2.0])}
     return rs.study(one, 8, seed=2, start=look, vary=vary)
 
 

@@ -49,7 +49,7 @@ def mission():
 def written(run, path, **how):
     """The pictures (H, W, 3) of a GIF as any reader shows them, and their milliseconds."""
     pictures, spans = [], []
-    with Image.open(rs.save_film(run, path, **SMALL | how)) as film:
+    with Image.open(rs.plot.save_film(run, path, **SMALL | how)) as film:
         assert film.info["loop"] == 0  # for ever
         for k in range(film.n_frames):
             film.seek(k)
@@ -258,14 +258,14 @@ def test_a_gif_has_the_frames_that_were_drawn(arm, tmp_path):
 
 @pytest.mark.full
 def test_the_same_run_gives_the_same_bytes(arm, tmp_path):
-    one, other = (rs.save_film(arm, tmp_path / name, fps=5) for name in ("a.gif", "b.gif"))
+    one, other = (rs.plot.save_film(arm, tmp_path / name, fps=5) for name in ("a.gif", "b.gif"))
     assert one.read_bytes() == other.read_bytes()
 
 
 @pytest.mark.full
 def test_a_film_of_the_demo_is_small(tmp_path):
     run = example("chapter_6_1").run()
-    assert rs.save_film(run, tmp_path / "run.gif").stat().st_size < 3e6
+    assert rs.plot.save_film(run, tmp_path / "run.gif").stat().st_size < 3e6
 
 
 @pytest.mark.browser
@@ -273,7 +273,7 @@ def test_an_mp4_has_the_frames_that_were_drawn(arm, tmp_path):
     import av
 
     screen = screen_of(arm, fps=5.0)
-    with av.open(rs.save_film(arm, tmp_path / "run.mp4", fps=5, dpi=50)) as film:
+    with av.open(rs.plot.save_film(arm, tmp_path / "run.mp4", fps=5, dpi=50)) as film:
         stream = film.streams.video[0]
         assert stream.average_rate == 5 and stream.codec_context.name == "h264"
         pictures = [frame.to_ndarray(format="rgb24").astype(int) for frame in film.decode(stream)]
@@ -284,7 +284,9 @@ def test_an_mp4_has_the_frames_that_were_drawn(arm, tmp_path):
 
 def test_folders_are_made_and_shares_told(short, tmp_path):
     shares = []
-    path = rs.save_film(short, tmp_path / "a" / "run.GIF", **SMALL, fps=10, progress=shares.append)
+    path = rs.plot.save_film(
+        short, tmp_path / "a" / "run.GIF", **SMALL, fps=10, progress=shares.append
+    )
     assert path.stat().st_size > 1000 and shares == [0.2, 0.4, 0.6, 0.8, 1.0]
 
 
@@ -296,7 +298,7 @@ def test_a_stop_leaves_what_was_there(short, tmp_path):
     path = tmp_path / "run.gif"
     path.write_text("old")
     with pytest.raises(KeyboardInterrupt):
-        rs.save_film(short, path, **SMALL, progress=stop)
+        rs.plot.save_film(short, path, **SMALL, progress=stop)
     assert [each.read_text() for each in tmp_path.iterdir()] == ["old"]
 
 
@@ -321,34 +323,36 @@ BAD = {
 
 @pytest.mark.parametrize(("how", "message"), BAD.values(), ids=BAD)
 def test_what_cannot_be_filmed_so_is_refused_at_once(short, tmp_path, how, message):
-    with pytest.raises(rs.InputError, match=message):
-        rs.save_film(short, tmp_path / "run.gif", **how)
+    with pytest.raises(rs.errors.InputError, match=message):
+        rs.plot.save_film(short, tmp_path / "run.gif", **how)
     assert not list(tmp_path.iterdir())
 
 
 def test_paths_of_no_film_are_refused(short, tmp_path):
     for path in (tmp_path / "run.avi", "run", ".gif"):
-        with pytest.raises(rs.InputError, match=r"a film ends in \.gif or \.mp4"):
-            rs.save_film(short, path)
+        with pytest.raises(rs.errors.InputError, match=r"a film ends in \.gif or \.mp4"):
+            rs.plot.save_film(short, path)
     (tmp_path / "folder.gif").mkdir()
-    with pytest.raises(rs.FileError, match="it is a folder"):
-        rs.save_film(short, tmp_path / "folder.gif")
-    with pytest.raises(rs.FileError, match="cannot write"):
-        rs.save_film(short, "a\0b.gif")
+    with pytest.raises(rs.errors.FileError, match="it is a folder"):
+        rs.plot.save_film(short, tmp_path / "folder.gif")
+    with pytest.raises(rs.errors.FileError, match="cannot write"):
+        rs.plot.save_film(short, "a\0b.gif")
 
 
 def test_batches_summaries_and_other_things_are_refused(tmp_path):
     experiment = example("visp_tutorial", duration=0.4)
     several = experiment.with_(start=np.tile(experiment.start, (3, 1))).run()
-    with pytest.raises(rs.InputError, match=r"these are 3: pick one, as in run\.isel\(run=0\)"):
-        rs.save_film(several, tmp_path / "run.gif")
-    assert rs.save_film(several.isel(run=1), tmp_path / "run.gif", **SMALL).exists()
-    with pytest.raises(rs.InputError, match="only the end of this run was recorded"):
-        rs.save_film(experiment.run(record="summary"), tmp_path / "a.gif")
-    with pytest.raises(rs.InputError, match="expected a run"):
-        rs.save_film(experiment.scene, tmp_path / "a.gif")
-    with pytest.raises(rs.InputError, match="not one of this scene"):
-        rs.save_film(several.isel(run=0), tmp_path / "a.gif", example("chapter_6_1"))
+    with pytest.raises(
+        rs.errors.InputError, match=r"these are 3: pick one, as in run\.isel\(run=0\)"
+    ):
+        rs.plot.save_film(several, tmp_path / "run.gif")
+    assert rs.plot.save_film(several.isel(run=1), tmp_path / "run.gif", **SMALL).exists()
+    with pytest.raises(rs.errors.InputError, match="only the end of this run was recorded"):
+        rs.plot.save_film(experiment.run(record="summary"), tmp_path / "a.gif")
+    with pytest.raises(rs.errors.InputError, match="expected a run"):
+        rs.plot.save_film(experiment.scene, tmp_path / "a.gif")
+    with pytest.raises(rs.errors.InputError, match="not one of this scene"):
+        rs.plot.save_film(several.isel(run=0), tmp_path / "a.gif", example("chapter_6_1"))
 
 
 # ---- commands ----
@@ -364,8 +368,10 @@ def without_av(monkeypatch):
 def test_an_mp4_without_pyav_is_refused_before_anything_runs(called, monkeypatch, tmp_path, short):
     without_av(monkeypatch)
     monkeypatch.chdir(tmp_path)
-    with pytest.raises(rs.InputError, match=r"pip install 'robsim\[film\]'.* needs nothing more"):
-        rs.save_film(short, "run.mp4")
+    with pytest.raises(
+        rs.errors.InputError, match=r"pip install 'robsim\[film\]'.* needs nothing more"
+    ):
+        rs.plot.save_film(short, "run.mp4")
     status, out, err = called("run", str(rs.examples.path("visp_tutorial")), "--mp4")
     assert status == 2 and not out and "an MP4 needs PyAV, which is not installed" in err
     assert not list(tmp_path.iterdir())
@@ -381,7 +387,7 @@ def test_run_writes_a_page_and_a_film_beside_the_rest(called, monkeypatch, tmp_p
     assert sorted(path.name for path in Path("out").iterdir()) == names
     run = rs.open_run("out/run.nc")
     assert Path("out/run.html").read_bytes() == rs.export_html(run, "again.html").read_bytes()
-    assert Path("out/run.gif").read_bytes() == rs.save_film(run, "again.gif").read_bytes()
+    assert Path("out/run.gif").read_bytes() == rs.plot.save_film(run, "again.gif").read_bytes()
     assert called(*command, *short, "--force")[0] == 0  # films of another run go
     assert sorted(path.name for path in Path("out").iterdir()) == ["run.nc", "scenario.toml"]
 
@@ -393,7 +399,7 @@ def test_what_cannot_be_shown_in_motion_is_refused_before_it_is_simulated(called
     assert status == 2 and "run.gif shows all of a run" in err and not where.exists()
     several = example("visp_tutorial")
     several = several.with_(start=np.tile(several.start, (3, 1)))
-    with pytest.raises(rs.InputError, match=r"run\.html shows one run, and .* has 3 starts"):
+    with pytest.raises(rs.errors.InputError, match=r"run\.html shows one run, and .* has 3 starts"):
         check_views(several, ("run.html",))
 
 
@@ -412,4 +418,4 @@ def test_the_demo_is_live_where_a_person_sees_it(called, monkeypatch, tmp_path, 
         assert served == [((example("chapter_6_1"),), {"once": True})] and line not in out
     else:
         assert not served and out.endswith(line)
-    assert rs.load_recording("robsim-demo/run.html").header["outcome"] == "CONVERGED"
+    assert rs.page.load_recording("robsim-demo/run.html").header["outcome"] == "CONVERGED"

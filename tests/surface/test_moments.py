@@ -113,5 +113,5 @@ def test_it_shows_the_frame_of_the_figures():
     ],
 )
 def test_what_cannot_be_shown_is_refused(settings, told):
-    with pytest.raises(rs.InputError, match=told):
+    with pytest.raises(rs.errors.InputError, match=told):
         plot.moments(**{"scene": SCENE, "q": [[0.0]], **settings})

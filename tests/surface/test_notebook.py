@@ -32,7 +32,7 @@ def test_a_robot_is_a_line_and_a_table_of_its_coordinates():
 def test_a_robot_of_many_joints_is_a_line_too():
     text = repr(rs.Robot.from_dh([[0, 0, 1, 0]] * 30, name="snake"))
     assert text.endswith("link7, link8, ... (30 in all)>") and "\n" not in text
-    post = rs.Robot("post", [rs.Link("base")])
+    post = rs.Robot("post", [rs.joints.Link("base")])
     assert repr(post) == "<Robot 'post': one link to 'base', coordinates: none>"
 
 
@@ -53,7 +53,7 @@ def test_a_scene_is_a_line_for_each_thing():
 
 def test_an_explanation_is_a_table_of_reasons_and_advice():
     cause, advice = Finding("noise", "a < b & c"), Finding("gain", "Try gain=0.5.")
-    found = rs.Explanation(
+    found = rs.analysis.Explanation(
         rs.Outcome.LOCAL_MINIMUM, "It stopped.", 1.0, (cause,), (advice,), ("so",)
     )
     assert cells(found._repr_html_()) == [

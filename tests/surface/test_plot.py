@@ -89,7 +89,9 @@ SQUARE = [[0, 0, 1], [0.1, 0, 1], [0.1, 0.1, 1], [0, 0.1, 1]]
 @pytest.fixture(scope="module")
 def pair_scene():
     """Two cameras of unequal images on one body, and two objects with marks."""
-    fly = rs.Robot("fly", [rs.Link("base"), rs.Link("body", "base", rs.Joint("floating"))])
+    fly = rs.Robot(
+        "fly", [rs.joints.Link("base"), rs.joints.Link("body", "base", rs.joints.Joint("floating"))]
+    )
     things = [rs.Object("triangle", marks=TRIANGLE), rs.Object("square", marks=SQUARE)]
     wide = rs.Camera([[400, 0, 400], [0, 400, 300], [0, 0, 1]], (800, 600))
     eyes = [
@@ -103,9 +105,9 @@ def pair_scene():
 def pair(pair_scene):
     """Left sees the square, right both objects; errors without unit, and in pixels."""
     parts = [
-        rs.FeatureBlock("points", "left", "square"),
-        rs.FeatureBlock("pixels", "right", "triangle"),
-        rs.FeatureBlock("points", "right", "square"),
+        rs.features.FeatureBlock("points", "left", "square"),
+        rs.features.FeatureBlock("pixels", "right", "triangle"),
+        rs.features.FeatureBlock("points", "right", "square"),
     ]
     start = rs.Pose.at(0.05, 0.02, -0.2, rpy=(0, 0, 0.2))
     return rs.simulate(pair_scene, rs.IBVS(features=parts), start, duration=1.0)
@@ -350,7 +352,7 @@ def test_two_cameras_a_held_cube_and_its_goal_have_their_colours():
     eyes = [
         rs.MountedCamera(n, body, pose=rs.Pose.at(1, y, 0.5)) for n, y in (("a", 0), ("b", 0.3))
     ]
-    arm = rs.Robot("arm", [rs.Link("base")])
+    arm = rs.Robot("arm", [rs.joints.Link("base")])
     scene = rs.Scene(arm, [replace(held, on="arm.base"), goal], eyes)
     figure = plot.scene(scene)
     for eye in eyes:
@@ -389,7 +391,13 @@ def test_the_goal_is_the_outline_of_the_camera_where_the_task_wants_it(scene, ru
     q = scene.home
     T = DISPLAY.matrix @ scene.pose("eye", q).matrix
     expected = wires(plot.scene(scene, q))["eye"][0]
-    goals = [q, rs.IBVS(goal=q), rs.IBVS(), rs.TaughtGoal(q), rs.Pose(scene.pose("eye", q).matrix)]
+    goals = [
+        q,
+        rs.IBVS(goal=q),
+        rs.IBVS(),
+        rs.tasks.TaughtGoal(q),
+        rs.Pose(scene.pose("eye", q).matrix),
+    ]
     for goal in goals:
         figure = plot.scene(scene, q + OFFSET, goal=goal)
         drawn = ghost(figure, "eye")
@@ -442,11 +450,11 @@ def test_a_goal_without_a_pose_is_not_drawn(goal, scene):
 
 
 def test_a_goal_that_is_none_is_refused(scene):
-    with pytest.raises(rs.InputError, match=r"goal q: expected shape \(5,\)|goal q"):
+    with pytest.raises(rs.errors.InputError, match=r"goal q: expected shape \(5,\)|goal q"):
         plot.scene(scene, goal=[0, 1])
-    with pytest.raises(rs.InputError, match="goal q"):
+    with pytest.raises(rs.errors.InputError, match="goal q"):
         plot.scene(scene, goal=[scene.home, scene.home])
-    with pytest.raises(rs.InputError, match="nothing in the scene that could go"):
+    with pytest.raises(rs.errors.InputError, match="nothing in the scene that could go"):
         plot.scene(rs.Scene(), goal=rs.Pose.at(0, 0, 1))
 
 
@@ -509,14 +517,16 @@ def test_two_robots_are_told_apart_by_name():
 
 
 def test_a_camera_that_flies_is_drawn_without_lines_to_its_base():
-    fly = rs.Robot("fly", [rs.Link("base"), rs.Link("body", "base", rs.Joint("floating"))])
+    fly = rs.Robot(
+        "fly", [rs.joints.Link("base"), rs.joints.Link("body", "base", rs.joints.Joint("floating"))]
+    )
     scene = rs.Scene(fly, cameras=rs.MountedCamera("eye", rs.Camera(np.eye(3)), "fly.body"))
     assert list(wires(plot.scene(scene, rs.Pose.at(0, 0, -1)))) == ["eye"]
 
 
 def test_an_unknown_colour_is_refused_by_name():
     scene = rs.Scene(RHINO, rs.Object("thing", rs.Block(1, 1, 1, color="blurple")))
-    with pytest.raises(rs.InputError, match="no colour 'blurple'"):
+    with pytest.raises(rs.errors.InputError, match="no colour 'blurple'"):
         plot.scene(scene)
 
 
@@ -660,7 +670,7 @@ def test_marks_of_two_targets_differ_and_keep_their_colours_in_all_windows(pair,
 def test_a_batch_shows_one_camera_too(pair_scene, pair):
     starts = np.stack([pair["q0"].values] * 2)
     task = rs.IBVS(
-        features=[rs.FeatureBlock("points", name, "square") for name in ("left", "right")]
+        features=[rs.features.FeatureBlock("points", name, "square") for name in ("left", "right")]
     )
     runs = rs.simulate(pair_scene, task, starts, duration=0.2)
     axes = plot.image(runs, "right").axes[0]
@@ -671,9 +681,11 @@ def test_a_batch_shows_one_camera_too(pair_scene, pair):
 
 @pytest.mark.parametrize("name", ["rihgt", "", 3, ["right"]])
 def test_a_camera_that_is_not_in_the_run_is_refused_with_those_that_are(name, pair, pair_scene):
-    with pytest.raises(rs.InputError, match=r"no camera .* in the run;.* cameras: left, right"):
+    with pytest.raises(
+        rs.errors.InputError, match=r"no camera .* in the run;.* cameras: left, right"
+    ):
         plot.image(pair, name)
-    with pytest.raises(rs.InputError, match="cameras: left, right"):
+    with pytest.raises(rs.errors.InputError, match="cameras: left, right"):
         plot.run(pair, pair_scene, name)
 
 
@@ -705,7 +717,7 @@ def test_time_ends_with_the_run(scene):
 def test_velocity_labels_carry_units_also_those_of_the_features(run, scene):
     labels = [axes.get_ylabel() for axes in plot.velocity(run).axes]
     assert labels == ["v (m/s)", "ω (rad/s)", "error (–)"]
-    task = {"features": rs.PixelPoints()}
+    task = {"features": rs.features.PixelPoints()}
     in_pixels = simulated(scene, scene.home + OFFSET, task=task, duration=0.2)
     axes = plot.velocity(in_pixels).axes[2]
     assert (axes.get_ylabel(), axes.get_xlabel()) == ("error (px)", "time (s)")
@@ -742,13 +754,15 @@ def test_the_velocity_of_a_frame_is_that_of_its_origin_in_world_axes(frame, scen
 
 
 def test_a_frame_needs_its_scene_and_must_be_in_it(scene, run, pair_scene):
-    with pytest.raises(rs.InputError, match=r"frame 'rhino\.tool' needs the scene"):
+    with pytest.raises(rs.errors.InputError, match=r"frame 'rhino\.tool' needs the scene"):
         plot.velocity(run, frame="rhino.tool")
-    with pytest.raises(rs.InputError, match=r"no frame 'rhino\.tol'; did you mean 'rhino\.tool'"):
+    with pytest.raises(
+        rs.errors.InputError, match=r"no frame 'rhino\.tol'; did you mean 'rhino\.tool'"
+    ):
         plot.velocity(run, scene, "rhino.tol")
-    with pytest.raises(rs.InputError, match="not one of this scene: it moves shoulder"):
+    with pytest.raises(rs.errors.InputError, match="not one of this scene: it moves shoulder"):
         plot.velocity(run, pair_scene, "fly.body")
-    with pytest.raises(rs.InputError, match=r"expected a Scene, got 'rhino\.tool'"):
+    with pytest.raises(rs.errors.InputError, match=r"expected a Scene, got 'rhino\.tool'"):
         plot.velocity(run, "rhino.tool", "rhino.tool")
 
 
@@ -817,19 +831,25 @@ def test_figures_are_drawn_into_the_axes_that_are_given(scene, run, examined):
     plot.moments(scene, [scene.home, scene.home + OFFSET], axes=pictures)
     assert all(axes.get_aspect() == 1 for axes in pictures)
     sides = Figure().subplots(1, 2)
-    plot.workspace(rs.sample_workspace(RHINO, 50), axes=sides)
+    plot.workspace(rs.kinematics.sample_workspace(RHINO, 50), axes=sides)
     assert sides[0].get_title() == "from the side"
 
 
 def test_axes_that_do_not_fit_are_refused(scene, run):
     flat = Figure().subplots(1, 2)
-    with pytest.raises(rs.InputError, match=r"ax: expected 3-D axes, as plt.subplots\(subplot_kw="):
+    with pytest.raises(
+        rs.errors.InputError, match=r"ax: expected 3-D axes, as plt.subplots\(subplot_kw="
+    ):
         plot.scene(scene, ax=flat[0])
-    with pytest.raises(rs.InputError, match="expected 3 Axes of Matplotlib to draw into, got"):
+    with pytest.raises(
+        rs.errors.InputError, match="expected 3 Axes of Matplotlib to draw into, got"
+    ):
         plot.velocity(run, axes=flat)
-    with pytest.raises(rs.InputError, match="expected one Axes of Matplotlib to draw into, got"):
+    with pytest.raises(
+        rs.errors.InputError, match="expected one Axes of Matplotlib to draw into, got"
+    ):
         plot.image(run, ax=3)
-    with pytest.raises(rs.InputError, match="size is that of a new figure"):
+    with pytest.raises(rs.errors.InputError, match="size is that of a new figure"):
         plot.image(run, ax=flat[0], size=(3, 3))
 
 
@@ -845,7 +865,7 @@ def test_axes_that_do_not_fit_are_refused(scene, run):
     ],
 )
 def test_sizes_views_and_bounds_that_are_none_are_refused(settings, told, scene):
-    with pytest.raises(rs.InputError, match=told):
+    with pytest.raises(rs.errors.InputError, match=told):
         plot.scene(scene, **settings)
 
 
@@ -857,7 +877,7 @@ def test_sizes_and_titles_are_the_users(scene, run, compared, examined):
         plot.run: (run, scene),
         plot.comparison: (compared,),
         plot.diagnosis: (examined,),
-        plot.workspace: (rs.sample_workspace(RHINO, 50),),
+        plot.workspace: (rs.kinematics.sample_workspace(RHINO, 50),),
         plot.moments: (scene, [scene.home]),
     }
     for draw, given in draws.items():
@@ -893,30 +913,34 @@ def test_the_summary_shows_the_camera_and_the_frame_that_are_asked_for(pair, pai
 @pytest.mark.parametrize("draw", [plot.velocity, plot.run, plot.scene])
 def test_a_batch_is_refused_where_one_run_is_shown(draw, batch, scene):
     given = {plot.velocity: (batch,), plot.run: (batch, scene), plot.scene: (scene, None, batch)}
-    with pytest.raises(rs.InputError, match=r"these are 60: pick one, as in run.isel\(run=0\)"):
+    with pytest.raises(
+        rs.errors.InputError, match=r"these are 60: pick one, as in run.isel\(run=0\)"
+    ):
         draw(*given[draw])
 
 
 @pytest.mark.parametrize("draw", [plot.velocity, plot.image])
 def test_what_needs_time_refuses_a_summary(draw, scene):
     summary = simulated(scene, scene.home + OFFSET, record="summary")
-    with pytest.raises(rs.InputError, match="record='all'"):
+    with pytest.raises(rs.errors.InputError, match="record='all'"):
         draw(summary)
 
 
 @pytest.mark.parametrize("draw", [plot.velocity, plot.image])
 def test_what_is_no_run_is_refused(draw):
-    with pytest.raises(rs.InputError, match="expected a run as simulate returns it, got list"):
+    with pytest.raises(
+        rs.errors.InputError, match="expected a run as simulate returns it, got list"
+    ):
         draw([1, 2, 3])
 
 
 def test_a_scene_is_drawn_at_one_configuration_or_over_a_run_of_its_own(scene, run):
-    with pytest.raises(rs.InputError, match="q or run, not both"):
+    with pytest.raises(rs.errors.InputError, match="q or run, not both"):
         plot.scene(scene, scene.home, run)
-    with pytest.raises(rs.InputError, match=r"one configuration \(5,\), got \(2, 5\)"):
+    with pytest.raises(rs.errors.InputError, match=r"one configuration \(5,\), got \(2, 5\)"):
         plot.scene(scene, [scene.home, scene.home])
     other = rs.Scene(rs.Robot.from_dh([[0, 0, 1, 0]], name="arm"))
-    with pytest.raises(rs.InputError, match="not one of this scene: it moves shoulder"):
+    with pytest.raises(rs.errors.InputError, match="not one of this scene: it moves shoulder"):
         plot.scene(other, run=run)
 
 
@@ -1069,7 +1093,7 @@ def test_of_batches_the_boxes_are_the_quartiles_of_what_converged(scene):
 
 
 def test_what_is_no_comparison_is_refused(run):
-    with pytest.raises(rs.InputError, match="expected a Comparison as compare returns it"):
+    with pytest.raises(rs.errors.InputError, match="expected a Comparison as compare returns it"):
         plot.comparison(run)
 
 
@@ -1141,7 +1165,7 @@ def test_joint_limits_have_an_axis_of_their_own():
     ],
 )
 def test_a_diagnosis_that_is_not_whole_is_refused(examined, change, message):
-    with pytest.raises(rs.InputError, match=message):
+    with pytest.raises(rs.errors.InputError, match=message):
         plot.diagnosis(change(examined))
 
 
@@ -1161,13 +1185,15 @@ def test_a_diagnosis_of_one_moment_and_of_nothing_known_is_drawn(scene, still):
 
 @pytest.mark.parametrize("given", [3, [1]])
 def test_what_is_no_diagnosis_is_refused(given, run):
-    with pytest.raises(rs.InputError, match="expected a diagnosis as diagnose returns it, got"):
+    with pytest.raises(
+        rs.errors.InputError, match="expected a diagnosis as diagnose returns it, got"
+    ):
         plot.diagnosis(given)
-    with pytest.raises(rs.InputError, match="got Run"):
+    with pytest.raises(rs.errors.InputError, match="got Run"):
         plot.diagnosis(run)
 
 
 def test_a_scene_beyond_all_measure_is_told():
     far = rs.Object("far", rs.Block(1, 1, 1), pose=rs.Pose.at(1e31, 0, 0))
-    with pytest.raises(rs.InputError, match=r"1e\+31 m wide cannot be drawn"):
+    with pytest.raises(rs.errors.InputError, match=r"1e\+31 m wide cannot be drawn"):
         rs.plot.scene(rs.Scene(objects=[rs.Object("near", rs.Block(1, 1, 1)), far]))

@@ -92,7 +92,7 @@ def test_the_drawing_goes_here_or_where_it_is_told_and_never_over_a_file(robsim)
     assert Path("scara.png").read_bytes()[:8] == b"\x89PNG\r\n\x1a\n"
     Path("scara.png").write_text("mine", encoding="utf-8")
     for target in ([], ["-o", "."], ["-o", "scara.png"]):
-        with pytest.raises(rs.FileError, match=r"scara\.png exists; --force writes over it"):
+        with pytest.raises(rs.errors.FileError, match=r"scara\.png exists; --force writes over it"):
             robsim("robots", "scara", *target)
     assert Path("scara.png").read_text(encoding="utf-8") == "mine"
     robsim("robots", "scara", "--force")
@@ -102,13 +102,17 @@ def test_the_drawing_goes_here_or_where_it_is_told_and_never_over_a_file(robsim)
 
 
 def test_what_cannot_be_is_said(robsim):
-    with pytest.raises(rs.InputError, match="no robot 'ur5' in the library; did you mean 'ur5e'"):
+    with pytest.raises(
+        rs.errors.InputError, match="no robot 'ur5' in the library; did you mean 'ur5e'"
+    ):
         robsim("robots", "ur5")
     for target in ("picture", "picture.txt"):
-        with pytest.raises(rs.FileError, match=r"the name of a figure ends in one of \..*\.png"):
+        with pytest.raises(
+            rs.errors.FileError, match=r"the name of a figure ends in one of \..*\.png"
+        ):
             robsim("robots", "ur5e", "-o", target)
     Path("file").touch()
-    with pytest.raises(rs.FileError, match="cannot write"):
+    with pytest.raises(rs.errors.FileError, match="cannot write"):
         robsim("robots", "ur5e", "-o", "file/below.png")
     assert not Path("picture").exists() and not Path("ur5e.png").exists()
 
@@ -146,7 +150,7 @@ def test_a_robot_without_shapes_is_lines_or_the_axes_of_its_tip():
 
 
 def test_only_a_robot_can_be_drawn_alone():
-    with pytest.raises(rs.InputError, match="expected a Robot, got 'ur5e'"):
+    with pytest.raises(rs.errors.InputError, match="expected a Robot, got 'ur5e'"):
         plot.robot("ur5e")
-    with pytest.raises(rs.InputError, match="q: a figure shows one configuration"):
+    with pytest.raises(rs.errors.InputError, match="q: a figure shows one configuration"):
         plot.robot(robots.ur5e(), np.zeros((2, 6)))

@@ -62,7 +62,7 @@ def test_the_robots_are_these():
 
 
 def test_a_robot_that_does_not_exist_names_the_nearest():
-    with pytest.raises(rs.InputError, match="did you mean 'puma560'"):
+    with pytest.raises(rs.errors.InputError, match="did you mean 'puma560'"):
         robots.load("puma56")
     with pytest.raises(AttributeError, match="robots: car, conveyor"):
         _ = robots.puma56
@@ -196,7 +196,12 @@ def test_the_parts_of_a_robot_on_a_cable_hold_together(name):
         while not above.shapes and above.parent is not None:
             above = links[above.parent]
         if above.shapes:
-            assert rs.clearance(scene, q, f"{name}.{link.name}", f"{name}.{above.name}").max() < 0
+            assert (
+                rs.kinematics.clearance(
+                    scene, q, f"{name}.{link.name}", f"{name}.{above.name}"
+                ).max()
+                < 0
+            )
     assert len(drawn) == {"inspection_a": 8, "inspection_b": 13}[name]
 
 
@@ -292,7 +297,7 @@ def test_links_hang_together_however_the_arm_stands(name):
     low, high = np.clip(robot.limits, -np.pi, np.pi).T
     q = np.vstack([robot.home, rng.uniform(low, high, (60, robot.nq))])
     for link, above in carriers(robot):
-        assert rs.clearance(rs.Scene(robot), q, link, above).max() < 1e-9, (link, above)
+        assert rs.kinematics.clearance(rs.Scene(robot), q, link, above).max() < 1e-9, (link, above)
 
 
 @pytest.mark.parametrize("name", DRAWN)
@@ -302,7 +307,7 @@ def test_at_home_no_link_stands_in_another_than_those_it_is_joined_to(name):
     drawn = [f"{name}.{link.name}" for link in robot.links if link.shapes]
     for one, other in combinations(drawn, 2):
         if (other, one) not in joined:
-            assert rs.clearance(scene, robot.home, one, other) > -1e-9, (one, other)
+            assert rs.kinematics.clearance(scene, robot.home, one, other) > -1e-9, (one, other)
 
 
 def test_no_camera_of_an_example_is_hidden_in_the_robot_that_carries_it():
@@ -314,7 +319,9 @@ def test_no_camera_of_an_example_is_hidden_in_the_robot_that_carries_it():
             robot = eye.on.split(".")[0]
             shown = [r for r in scene.robots if r.name == robot and any(k.shapes for k in r.links)]
             if eye.camera.body is not None and shown:
-                away = rs.clearance(scene, scene.coordinates(q, limits=False), eye.name, robot)
+                away = rs.kinematics.clearance(
+                    scene, scene.coordinates(q, limits=False), eye.name, robot
+                )
                 assert away > -1e-9, (name, eye.name)
 
 
@@ -392,7 +399,7 @@ assert not slow & sys.modules.keys(), slow & sys.modules.keys()
 def test_the_car_is_that_of_the_f1tenth_gym():
     """Wheelbase lf + lr, steering and its rate, and the size that its shapes fill."""
     car = robots.car()
-    assert car.links[1].joint.steering == rs.Steering(0.15875 + 0.17145, 0.4189, 3.2)
+    assert car.links[1].joint.steering == rs.joints.Steering(0.15875 + 0.17145, 0.4189, 3.2)
     front = car.fk(car.home, "front_left")[:3, 3]
     np.testing.assert_allclose(front, [0.3302, 0.1325, 0.055], rtol=0, atol=1e-15)
     np.testing.assert_allclose(np.ptp(corners_of(car), axis=0)[:2], [0.58, 0.31], atol=1e-12)
@@ -402,7 +409,7 @@ def test_the_differential_drive_has_the_wheels_of_a_burger():
     robot = robots.differential_drive()
     left, right = (robot.fk(robot.home, f"wheel_{side}") for side in ("left", "right"))
     np.testing.assert_allclose(left[:3, 3] - right[:3, 3], [0, 0.16, 0], rtol=0, atol=1e-15)
-    assert left[2, 3] == 0.033 and robot.links[2].joint.follows == rs.Rolling(0.033)
+    assert left[2, 3] == 0.033 and robot.links[2].joint.follows == rs.joints.Rolling(0.033)
     np.testing.assert_allclose(np.ptp(corners_of(robot), axis=0)[1:], [0.178, 0.192], atol=1e-12)
 
 

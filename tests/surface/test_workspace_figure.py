@@ -8,7 +8,8 @@ import pytest
 from matplotlib.collections import LineCollection, PathCollection
 
 import robsim as rs
-from robsim import plot, robots, sample_workspace
+from robsim import plot, robots
+from robsim.kinematics import sample_workspace
 
 matplotlib.use("agg")
 
@@ -64,7 +65,7 @@ def test_the_robot_stands_at_home_in_the_axes_of_its_base(puma):
 def test_what_lies_in_a_plane_is_seen_from_one_side(place, view):
     first, *others = robots.planar_2r().links[1:]
     joint = first.joint.with_constants(rs.Pose.at(0, 0, 0, **place), first.joint.tail)
-    arm = rs.Robot("arm", [rs.Link("base"), replace(first, joint=joint), *others])
+    arm = rs.Robot("arm", [rs.joints.Link("base"), replace(first, joint=joint), *others])
     figure = plot.workspace(sample_workspace(arm, 50))
     assert [axes.get_title() for axes in figure.axes] == [view, ""]
     assert figure.axes[1].get_ylabel() == "linear manipulability of fore"
@@ -80,5 +81,5 @@ def test_a_line_and_a_point_can_be_seen_too():
 
 
 def test_only_a_workspace_is_drawn():
-    with pytest.raises(rs.InputError, match="expected a Workspace as workspace returns it"):
+    with pytest.raises(rs.errors.InputError, match="expected a Workspace as workspace returns it"):
         plot.workspace(robots.puma560())

@@ -37,7 +37,8 @@ class Calibration(CalibrationFit):
     freedom     its degrees of freedom; infinite where it was given
     residuals   (V, N, 2) reprojected less measured pixels, NaN for marks that were not seen
 
-    >>> from robsim import calibrate, examples, load_scenario, simulate_views
+    >>> from robsim import calibrate, examples, load_scenario
+    >>> from robsim.calibration import simulate_views
     >>> bench = load_scenario(examples.path("calibration_bench"))
     >>> turns = np.radians([[0, 0, 0, 0, 0, 0], [9, 9, 9, 9, 9, 0], [0, 9, -9, 9, -9, 30]])
     >>> q = bench.start + turns

@@ -50,7 +50,8 @@ def select_next_poses(found: CalibrationFit, candidates: Any, count: int) -> Nex
     (D_s, Atkinson, Donev and Tobias 2007), of which no choice of units is a part. Each choice is
     the best after those before. InputError: fewer candidates than `count` will do.
 
-    >>> from robsim import calibrate, examples, load_scenario, simulate_views
+    >>> from robsim import calibrate, examples, load_scenario
+    >>> from robsim.calibration import simulate_views
     >>> bench = load_scenario(examples.path("calibration_bench"))
     >>> turns = np.radians([[0, 0, 0, 0, 0, 0], [9, 9, 9, 9, 9, 0], [0, 9, -9, 9, -9, 30]])
     >>> q = bench.start + turns

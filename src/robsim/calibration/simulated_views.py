@@ -95,7 +95,8 @@ def sample_viewpoints(
     They are within the limits of the joints. What none of a thousand tries finds is left out.
     InputError: none of them sees the target.
 
-    >>> from robsim import LookAt, examples, load_scenario
+    >>> from robsim.starts import LookAt
+    >>> from robsim import examples, load_scenario
     >>> bench = load_scenario(examples.path("calibration_bench"))
     >>> sample_viewpoints(bench, 4, LookAt("board", distance=(0.4, 0.6))).shape
     (4, 6)

@@ -37,7 +37,7 @@ def described(kind: K) -> K:
     A section "Parameters" in the manner of NumPy stands before the first example. As a decorator
     it comes before `@dataclass`; `register` does the same.
 
-    >>> from robsim import NearBorder
+    >>> from robsim.tasks import NearBorder
     >>> "margin : a positive number (px)" in NearBorder.__doc__
     True
     """

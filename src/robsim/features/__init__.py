@@ -1,5 +1,5 @@
-"""The visual features that a controller regulates, each imported when it is first used."""
+"""Visual features that a servo task drives to their goal."""
 
-from robsim.declare.kind_families import make_kind_getattr
+from robsim.base.lazy_names import attach_names
 
-__getattr__ = make_kind_getattr("feature")
+__getattr__, __dir__ = attach_names(__name__, __file__)

@@ -20,7 +20,8 @@ class StereoPoints(MarkFeature):
     L = [-I, [X]x] for each mark, as Xdot = -v - omega x X (Chaumette and Hutchinson 2006). NaN
     where the rays of both cameras to a mark are parallel.
 
-    >>> from robsim import Camera, Observation, Pose
+    >>> from robsim import Camera, Pose
+    >>> from robsim.features import Observation
     >>> camera = Camera(np.eye(3))
     >>> right = Observation.of([[0.0, 0.0]], [2.0], camera)
     >>> pair = {"other": right, "between": Pose.at(0.2, 0, 0)}

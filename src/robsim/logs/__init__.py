@@ -1,1 +1,5 @@
-"""Logs of other programs: ROS 2 bags and tables, written from runs and read as runs."""
+"""Logs of runs and robots: ROS 2 bags, CSV and Parquet tables, data frames."""
+
+from robsim.base.lazy_names import attach_names
+
+__getattr__, __dir__ = attach_names(__name__, __file__)

@@ -63,7 +63,8 @@ def read_log(
     FileError: a file that cannot be read, or a column that lacks; InputError: units or names that
     do not exist.
 
-    >>> from robsim import examples, load_scenario, to_table
+    >>> from robsim import examples, load_scenario
+    >>> from robsim.logs import to_table
     >>> experiment = load_scenario(examples.path("visp_tutorial"))
     >>> run = experiment.run(duration=0.4)
     >>> to_table(run).to_csv("log.csv", index=False)

@@ -1,1 +1,5 @@
 """The page that shows runs, scenes and robots in a browser."""
+
+from robsim.base.lazy_names import attach_names
+
+__getattr__, __dir__ = attach_names(__name__, __file__)

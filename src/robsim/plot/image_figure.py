@@ -62,7 +62,8 @@ def image(
 
     InputError: no camera of that name; the message lists the cameras.
 
-    >>> from robsim import IBVS, Camera, Joint, Link, MountedCamera, Object, Pose, Robot, Scene
+    >>> from robsim import IBVS, Camera, MountedCamera, Object, Pose, Robot, Scene
+    >>> from robsim.joints import Joint, Link
     >>> from robsim.run.simulate import simulate
     >>> fly = Robot("fly", [Link("base"), Link("body", "base", Joint("floating"))])
     >>> square = Object("square", marks=[[0, 0, 1], [0.1, 0, 1], [0.1, 0.1, 1], [0, 0.1, 1]])

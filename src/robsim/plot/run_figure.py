@@ -39,7 +39,8 @@ def run(
     and `view` are as in `scene`, and `size` is (width, height) in inches. Without a camera there is
     no image.
 
-    >>> from robsim import IBVS, Camera, Joint, Link, MountedCamera, Object, Pose, Robot, Scene
+    >>> from robsim import IBVS, Camera, MountedCamera, Object, Pose, Robot, Scene
+    >>> from robsim.joints import Joint, Link
     >>> from robsim.run.simulate import simulate
     >>> fly = Robot("fly", [Link("base"), Link("body", "base", Joint("floating"))])
     >>> square = Object("square", marks=[[0, 0, 1], [0.1, 0, 1], [0.1, 0.1, 1], [0, 0.1, 1]])

@@ -40,7 +40,8 @@ def velocity(
 
     InputError: a frame without a scene, or one that the scene does not have; another scene's run.
 
-    >>> from robsim import IBVS, Camera, Joint, Link, MountedCamera, Object, Pose, Robot, Scene
+    >>> from robsim import IBVS, Camera, MountedCamera, Object, Pose, Robot, Scene
+    >>> from robsim.joints import Joint, Link
     >>> from robsim.run.simulate import simulate
     >>> fly = Robot("fly", [Link("base"), Link("body", "base", Joint("floating"))])
     >>> square = Object("square", marks=[[0, 0, 1], [0.1, 0, 1], [0.1, 0.1, 1], [0, 0.1, 1]])

@@ -35,7 +35,7 @@ def workspace(
     (width, height) inches.
 
     >>> import robsim
-    >>> figure = workspace(robsim.sample_workspace(robsim.files.robots.panda(), count=500))
+    >>> figure = workspace(robsim.kinematics.sample_workspace(robsim.files.robots.panda(), count=500))
     >>> [axes.get_title() for axes in figure.axes[:2]]
     ['from the side', 'from above']
     """

@@ -1,1 +1,5 @@
-"""Starts of runs: samplers of poses and coordinates, and the coordinates that reach a pose."""
+"""Samplers of start configurations for the runs of a study."""
+
+from robsim.base.lazy_names import attach_names
+
+__getattr__, __dir__ = attach_names(__name__, __file__)

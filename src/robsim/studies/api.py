@@ -67,7 +67,9 @@ def study(
 
     InputError before anything runs; Interrupted after a stop, whose `run` is the study so far.
 
-    >>> from robsim import Choice, LookAt, examples, load_scenario
+    >>> from robsim.samplers import Choice
+    >>> from robsim.starts import LookAt
+    >>> from robsim import examples, load_scenario
     >>> one = load_scenario(examples.path("visp_tutorial")).with_(duration=8)
     >>> found = study(one, 20, start=LookAt(distance=(0.5, 1)), vary={"task.gain": Choice([1, 2])})
     >>> len(found.table), found.visible.value

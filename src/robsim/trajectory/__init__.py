@@ -1,7 +1,5 @@
 """Trajectories of joints, or of a frame, over time, from rest to rest."""
 
-from robsim.trajectory.blends import Blends as Blends
-from robsim.trajectory.path import Path as Path
-from robsim.trajectory.quintic import Quintic as Quintic
-from robsim.trajectory.straight import Straight as Straight
-from robsim.trajectory.trapezoid import Trapezoid as Trapezoid
+from robsim.base.lazy_names import attach_names
+
+__getattr__, __dir__ = attach_names(__name__, __file__)

@@ -44,7 +44,7 @@ def turned():
 
 @cache
 def views():
-    return rs.simulate_views(bench(), turned())
+    return rs.calibration.simulate_views(bench(), turned())
 
 
 def hands():
@@ -64,15 +64,18 @@ def observed(N=4, B=1, pair=False):
     x, Z = rng.uniform(-0.3, 0.3, (B, N, 2)), rng.uniform(1, 2, (B, N))
     camera, marks = rs.Camera(np.eye(3)), rng.uniform(-0.2, 0.2, (N, 3))
     if (
-        not hasattr(rs.Observation, "of_last")
-        and "model" not in rs.Observation.of.__code__.co_varnames
+        not hasattr(rs.features.Observation, "of_last")
+        and "model" not in rs.features.Observation.of.__code__.co_varnames
     ):
         last = np.ascontiguousarray(np.moveaxis(x, 0, -1)), np.ascontiguousarray(Z.T)
-        return rs.Observation.of(*last, camera)  # of a RobSim of before
+        return rs.features.Observation.of(*last, camera)  # of a RobSim of before
     more = {"model": marks, "guess": POSE}
     if pair:
-        more |= {"other": rs.Observation.of(x - 0.1, Z, camera), "between": rs.Pose.at(0.2)}
-    return rs.Observation.of(x, Z, camera, **more)
+        more |= {
+            "other": rs.features.Observation.of(x - 0.1, Z, camera),
+            "between": rs.Pose.at(0.2),
+        }
+    return rs.features.Observation.of(x, Z, camera, **more)
 
 
 def state(k=8, n=6, B=1):
@@ -81,7 +84,7 @@ def state(k=8, n=6, B=1):
     e, L, J = (rng.normal(size=(*shape, B)) for shape in ((k,), (k, 6), (6, n)))
     A = np.einsum("kcb,cnb->knb", L, J)
     q = rng.normal(size=(n, B))
-    return rs.ControlState(e, L, J, A, 1.0, rs.PseudoInverse(), s_last=e + 1.0, q_last=q)
+    return rs.laws.ControlState(e, L, J, A, 1.0, rs.laws.PseudoInverse(), s_last=e + 1.0, q_last=q)
 
 
 def limits(n=6):
@@ -95,11 +98,11 @@ RIGHT = {
     "components": (0, 1), "cone": 0.5, "corner": 0.01, "count": 3, "damping": 0.01,
     "dimension": "length", "distance": 0.2, "distortion": (-0.1, 0.01, 0, 0), "dt": 0.04,
     "duration": 0.2, "end": lambda: np.ones(3), "error": lambda: np.ones(8), "f": 0.008,
-    "feature": rs.Points, "features": "points", "filename": "none.stl", "frame": "wrist",
+    "feature": rs.features.Points, "features": "points", "filename": "none.stl", "frame": "wrist",
     "frames": None, "gain": 1.0, "goal": observed, "H": lambda: np.eye(3),
     "height": 0.1, "high": 0.3, "interaction": "current", "inverse": "pseudo_inverse",
     "jacobian": lambda: np.eye(6), "joints": None, "K": lambda: CAMERA.K,
-    "kind": lambda: rs.JointKind, "lag": 0.1, "law": "joint", "length": 1.0,
+    "kind": lambda: rs.joints.JointKind, "lag": 0.1, "law": "joint", "length": 1.0,
     "limits": limits, "link": None, "links": lambda: arm().links,
     "low": 0.1, "margin": 0.1, "marks": lambda: MARKS, "mass": 1.0, "matrix": lambda: np.eye(4),
     "name": "puma560", "n": 16, "noise": 0.5, "now": None, "of": "points", "on": None,
@@ -124,7 +127,7 @@ RIGHT = {
     "pixels_right": lambda: CAMERA.project(MARKS, (POSE.inv() @ rs.Pose.at(0.2))),
     "depth": lambda: np.ones(len(MARKS)), "size": (640, 480), "to": None, "rotvec": (0, 0, 1.0),
     "rpy": (0, 0, 0.1), "first": rs.IBVS, "second": rs.PBVS, "restarts": 1,
-    "when": lambda: rs.ErrorBelow(0.1), "iterations": 20, "roll": 1.0, "advance": 1.0,
+    "when": lambda: rs.tasks.ErrorBelow(0.1), "iterations": 20, "roll": 1.0, "advance": 1.0,
     "share": 0.5, "tensor": lambda: np.eye(3) * 0.01, "R": lambda: np.eye(3), "W": 0.1, "L": 0.1,
 }  # fmt: skip
 OWN = {  # where a name has another meaning
@@ -135,7 +138,7 @@ OWN = {  # where a name has another meaning
     "ControlState.of.s": None, "ControlState.of.q": None, "Robot.jacobian.q": lambda: arm().home,
     "Robot.fk.q": lambda: arm().home, "Robot.frames.q": lambda: arm().home, "Posture.q": (0.0,) * 6,
     "Robot.integrate.q": lambda: arm().home, "Robot.ik.q0": lambda: arm().home,
-    "check_law.law": rs.JointLaw, "check_law.features": 8, "check_law.joints": 6,
+    "check_law.law": rs.laws.JointLaw, "check_law.features": 8, "check_law.joints": 6,
     "check_feature.marks": 4, "MountedCamera.on": "free_camera.body", "IBVS.goal": None,
     "manipulability.q": lambda: arm().home, "condition_number.q": lambda: arm().home,
     "singularity_distance.q": lambda: arm().home, "AvoidLimits.velocity.q": lambda: np.ones((1, 6)),
@@ -143,7 +146,7 @@ OWN = {  # where a name has another meaning
     "Robot.at.pose": lambda: POSE, "FeatureBlock.marks": (0, 1), "Occlusion.marks": (0,),
     "Occlusion.start": 0.1, "Mission.phases": (), "Arc.radius": 1.0, "Path.parts": (),
     "Catenary.start": (0, 0, 0), "Catenary.end": (1, 0, 0), "Catenary.length": 1.5,
-    "check_joint.kind": lambda: rs.JointKind, "Robot.coordinates.q": lambda: arm().home,
+    "check_joint.kind": lambda: rs.joints.JointKind, "Robot.coordinates.q": lambda: arm().home,
     "Scene.believe.base": None, "Scene.believe.robot": None, "load.name": "ur5e",
     "bench.suites": "gallery", "bench.schemes": lambda: {"mine": rs.IBVS()},
     "Suite.version": 1, "Suite.title": "ours", "Suite.source": "ours", "Suite.criterion": "ours",
@@ -168,13 +171,13 @@ OWN = {  # where a name has another meaning
     "Calibration.holds.truth": lambda: bench().scene, "Calibration.holds.part": "mount",
     "Calibration.holds.level": 0.9, "observe.experiment": bench, "observe.q": turned,
     "observe.camera": "camera", "observe.target": "board", "viewpoints.experiment": bench,
-    "viewpoints.start": lambda: rs.About(rpy=[0.1] * 3), "hand_eye.T_m_f": hands,
+    "viewpoints.start": lambda: rs.starts.About(rpy=[0.1] * 3), "hand_eye.T_m_f": hands,
     "hand_eye.T_c_o": lambda: POSE.inv() @ hands() @ POSE, "hand_eye.method": "tsai_lenz",
     "robot_world.T_m_f": hands, "robot_world.T_c_o": lambda: POSE.inv() @ hands() @ POSE,
     "calibrate_lens.target": lambda: GRID, "calibrate_lens.pixels": tilted,
     "calibrate_lens.coefficients": 4, "calibrate_lens.guess": lambda: CAMERA,
     "Given.values": lambda: np.ones(5),
-    "check_feature.feature": rs.Points, "table.of": None, "examples.path.name": "eye_in_hand",
+    "check_feature.feature": rs.features.Points, "table.of": None, "examples.path.name": "eye_in_hand",
 }  # fmt: skip
 
 
@@ -187,14 +190,14 @@ OBJECTS = {
     "Pose": lambda: POSE, "Camera": lambda: CAMERA, "Robot": arm,
     "Scene": lambda: scenario().scene, "Experiment": scenario,
     "Controller": lambda: rs.Controller(scenario()),
-    "RosMessages": lambda: rs.RosMessages(rs.Controller(scenario())), "AvoidLimits": rs.AvoidLimits,
-    "AdaptiveGain": lambda: rs.AdaptiveGain(2, 0.5, 10), "Inertia": lambda: rs.Inertia(1.0),
-    "Ball": lambda: rs.Ball(0.1), "Block": lambda: rs.Block(1, 1, 1),
+    "RosMessages": lambda: rs.control.RosMessages(rs.Controller(scenario())), "AvoidLimits": rs.laws.AvoidLimits,
+    "AdaptiveGain": lambda: rs.laws.AdaptiveGain(2, 0.5, 10), "Inertia": lambda: rs.shapes.Inertia(1.0),
+    "Ball": lambda: rs.shapes.Ball(0.1), "Block": lambda: rs.Block(1, 1, 1),
     "Wheel": lambda: rs.Wheel(1, 1), "CameraBody": lambda: rs.CameraBody(1, 1, 1),
-    "Capsule": lambda: rs.Capsule(1, 1), "TaperedCylinder": lambda: rs.TaperedCylinder(2, 1, 1),
+    "Capsule": lambda: rs.shapes.Capsule(1, 1), "TaperedCylinder": lambda: rs.shapes.TaperedCylinder(2, 1, 1),
     "Calibration": lambda: rs.calibrate(views(), ["focal"]),
-    "Motion": lambda: rs.Motion("free_camera", np.zeros(6)), "JointLaw": rs.JointLaw,
-    "CameraLaw": rs.CameraLaw, "PartitionedLaw": rs.PartitionedLaw,
-    "Posture": lambda: rs.Posture((0.0,) * 6), "Sensing": rs.Sensing,
+    "Motion": lambda: rs.Motion("free_camera", np.zeros(6)), "JointLaw": rs.laws.JointLaw,
+    "CameraLaw": rs.laws.CameraLaw, "PartitionedLaw": rs.laws.PartitionedLaw,
+    "Posture": lambda: rs.laws.Posture((0.0,) * 6), "Sensing": rs.Sensing,
     **{name: (lambda name=name: getattr(rs, name)()) for name in FEATURES},
 }  # fmt: skip

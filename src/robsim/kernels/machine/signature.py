@@ -106,7 +106,8 @@ class DeclaredFields:
         self.kinds = {name: _parse_declaration(text) for name, text in texts.items()}
         found = {count for kind in self.kinds.values() for count in kind.found}
         self.given = [name for name, text in texts.items() if text != "count" or name not in found]
-        self.known = {each.__name__: each for each in (BlockRows, Address, is_whole)}
+        named: tuple[Any, ...] = (BlockRows, Address, is_whole)
+        self.known = {each.__name__: each for each in named}
         self.known |= {f"_{name}": kind for name, kind in self.kinds.items()}
 
     def counted(self) -> list[str]:

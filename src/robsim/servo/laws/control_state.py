@@ -66,7 +66,7 @@ class ControlState:
 
         InputError: unequal numbers of runs, features or joints, or a number that is not finite.
 
-        >>> from robsim import JointLaw
+        >>> from robsim.laws import JointLaw
         >>> state = ControlState.of([1.0, 2.0], np.eye(2, 6), np.eye(6, 2), gain=0.5)
         >>> JointLaw().command(state)
         array([[-0.5, -1. ]])

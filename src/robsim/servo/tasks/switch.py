@@ -51,7 +51,8 @@ class Switch(CompositeTask):
     A mark of either scheme that leaves its image ends a run, and so does an error of either that is
     not finite.
 
-    >>> from robsim import IBVS, PBVS, ErrorBelow
+    >>> from robsim import IBVS, PBVS
+    >>> from robsim.tasks import ErrorBelow
     >>> Switch(PBVS(), IBVS(), ErrorBelow(0.1)).latch
     True
     """

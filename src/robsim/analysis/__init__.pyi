@@ -1,0 +1,10 @@
+from robsim.analysis.advice import Advice as Advice
+from robsim.analysis.advice import advise as advise
+from robsim.analysis.comparison import Comparison as Comparison
+from robsim.analysis.diagnosis import diagnose as diagnose
+from robsim.analysis.equilibrium import Equilibrium as Equilibrium
+from robsim.analysis.equilibrium import EquilibriumSet as EquilibriumSet
+from robsim.analysis.equilibrium_search import equilibria as equilibria
+from robsim.analysis.explanation.explanation import Explanation as Explanation
+from robsim.analysis.explanation.explanation import explain as explain
+from robsim.analysis.scheme_comparison import compare as compare

@@ -1,0 +1,11 @@
+from robsim.calibration.calibration_result import Calibration as Calibration
+from robsim.calibration.calibration_solver import calibrate as calibrate
+from robsim.calibration.calibration_views import CalibrationViews as CalibrationViews
+from robsim.calibration.hand_eye import solve_hand_eye as solve_hand_eye
+from robsim.calibration.lens_calibration import LensCalibration as LensCalibration
+from robsim.calibration.lens_calibration import calibrate_lens as calibrate_lens
+from robsim.calibration.next_poses import NextPoses as NextPoses
+from robsim.calibration.robot_world import solve_robot_world as solve_robot_world
+from robsim.calibration.servo_cost import CalibrationCost as CalibrationCost
+from robsim.calibration.simulated_views import sample_viewpoints as sample_viewpoints
+from robsim.calibration.simulated_views import simulate_views as simulate_views

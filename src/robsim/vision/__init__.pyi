@@ -1,0 +1,13 @@
+from robsim.vision.camera import Camera as Camera
+from robsim.vision.camera import Visibility as Visibility
+from robsim.vision.plane import HomographyMotions as HomographyMotions
+from robsim.vision.plane import decompose_homography as decompose_homography
+from robsim.vision.plane import estimate_homography as estimate_homography
+from robsim.vision.pose_estimation import PoseEstimate as PoseEstimate
+from robsim.vision.pose_estimation import estimate_pose as estimate_pose
+from robsim.vision.stereo import Triangulation as Triangulation
+from robsim.vision.stereo import triangulate as triangulate
+from robsim.vision.tags.board import Board as Board
+from robsim.vision.tags.detector import TagDetector as TagDetector
+from robsim.vision.tags.tag import Tag as Tag
+from robsim.vision.tags.target_renderer import render_targets as render_targets
