@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import ast
 import dataclasses
 import inspect
+import re
 from collections.abc import Iterator
 from textwrap import indent, wrap
-from typing import Any, TypeVar
+from types import NoneType, UnionType
+from typing import Any, TypeVar, Union, get_args, get_origin, get_type_hints
 
 from robsim.declare.fields import DeclaredField, fields_of
 from robsim.declare.spec import MISSING
@@ -31,6 +34,58 @@ def _list_arguments(kind: type[Any]) -> tuple[DeclaredField, ...]:
     return tuple(sorted(fields_of(kind), key=lambda each: keyword[each.name]))
 
 
+class _LazySignature:
+    """The signature of a class with plain types, which is made when it is read."""
+
+    def __get__(self, value: object, kind: type[Any]) -> inspect.Signature | None:
+        return get_plain_signature(kind)
+
+
+class _TypeText(str):
+    """The text of a type, which a signature shows without quotes."""
+
+    def __repr__(self) -> str:
+        return str(self)
+
+
+def get_plain_signature(kind: type[Any]) -> inspect.Signature | None:
+    """Return the signature of a dataclass with the names of its types, without specs and meanings.
+
+    None if the class has an `__init__` of its own, which Python then inspects as usual.
+    """
+    own = list(inspect.signature(kind.__init__).parameters.values())[1:]
+    if {each.name for each in own} != {each.name for each in dataclasses.fields(kind) if each.init}:
+        return None
+    hints = get_type_hints(kind)
+    plain = [each.replace(annotation=_format_annotation(each, hints[each.name])) for each in own]
+    return inspect.Signature(plain)
+
+
+def _format_annotation(parameter: inspect.Parameter, hint: Any) -> _TypeText:
+    """Return the type of a parameter as text: by its alias, and without None if that is default."""
+    written = ast.parse(str(parameter.annotation), mode="eval").body
+    if isinstance(written, ast.Subscript) and ast.unparse(written.value) == "Annotated":
+        text = ast.unparse(written.slice.elts[0])  # type: ignore[attr-defined]
+    else:
+        text = format_type(hint)
+    return _TypeText(text.removesuffix(" | None") if parameter.default is None else text)
+
+
+def format_type(hint: Any) -> str:
+    """Return a type as text, without the modules of its classes.
+
+    >>> from robsim import Pose
+    >>> format_type(Pose | float | None)
+    'Pose | float | None'
+    """
+    if get_origin(hint) in (Union, UnionType):
+        return " | ".join(format_type(each) for each in get_args(hint))
+    return "None" if hint is NoneType else _MODULES.sub("", inspect.formatannotation(hint))
+
+
+_MODULES = re.compile(r"\b(?:[A-Za-z_]\w*\.)+(?=[A-Za-z_])")
+
+
 def described(kind: K) -> K:
     """Return a dataclass whose docstring lists its declared fields as parameters.
 
@@ -45,6 +100,7 @@ def described(kind: K) -> K:
     if isinstance(text, str) and dataclasses.is_dataclass(kind):
         docstring: Any = _Docstring(text)
         kind.__doc__ = docstring
+        setattr(kind, "__signature__", _LazySignature())  # noqa: B010  # which mypy does not know
     return kind
 
 
