@@ -1,4 +1,5 @@
-"""Write what follows from the code: docs/reference.md, docs/kinds.md, lists in docs/scenario.md.
+"""Write the pages that follow from the code: the reference, commands.md, kinds.md, and the lists in
+scenario.md.
 
 python docs/build.py            writes them
 python docs/build.py --check    exit status 1 if they are not up to date
@@ -8,6 +9,8 @@ import inspect
 import re
 import sys
 from pathlib import Path
+
+from reference_pages import write_pages
 
 import robsim as rs
 from robsim.declare.document import format_markdown_table
@@ -19,48 +22,6 @@ from robsim.run.start_table import StartTable
 from robsim.world.mounted_camera import CameraTable
 
 HERE = Path(__file__).parent
-# the public names, by what a user looks for
-GROUPS = {
-    "Experiments and runs": "Experiment load_scenario simulate replay save_run open_run "
-    "table Outcome Interrupted Region TooClose Ending Moment Mission "
-    "Phase MissionRun examples",
-    "Driving a robot": "Controller DriveCommand Health Marks Safety Fence Watchdog RosMessages",
-    "Logs": "save_bag open_bag bag_images BagImage read_log",
-    "Robots": "Robot robots Link DHRow Joint JointKind Mimic Chord Ackermann Rolling Steering "
-    "IKResult IKReason ClosedIK manipulability condition_number singularity_distance workspace "
-    "Workspace",
-    "Shapes, poses, curves": "Pose Block Wheel Ball Capsule TaperedCylinder CameraBody "
-    "Mesh Inertia curves units clearance",
-    "Scenes and cameras": "Scene Object MountedCamera Camera Visibility Motion",
-    "Tags and boards": "Tag Board Detector render",
-    "Calibration": "calibrate Calibration CalibrationViews observe viewpoints NextPoses "
-    "CalibrationCost hand_eye robot_world calibrate_lens LensCalibration",
-    "Imperfection": "Sensing Occlusion Actuation",
-    "Servo tasks": "IBVS PBVS Hybrid Partitioned Placing Docking ServoTask Priorities Switch "
-    "Parallel ErrorBelow NearBorder",
-    "Goals": "TaughtGoal GoalPose GoalFeatures",
-    "Features": "FeatureBlock Points PixelPoints Polar Spherical LogDepth Points3D StereoPoints "
-    "Segments Lines VanishingPoint Ellipse Sphere RegionMoments PointMoments DecoupledMoments "
-    "ThetaU Translation Observation",
-    "Laws and what they are made of": "JointLaw CameraLaw PartitionedLaw ControlState "
-    "PseudoInverse DampedInverse JacobianTranspose AdaptiveGain Broyden DepthFilter "
-    "EstimatedMotion",
-    "What makes a mark count less": "Border Fade Huber Tukey Cauchy",
-    "What is done to a command": "SpeedLimit AvoidLimits Posture LargeProjection",
-    "Trajectories": "FollowJoints FollowPath trajectory",
-    "Estimation from images": "estimate_pose PoseEstimate triangulate Triangulation homography "
-    "decompose_homography HomographyMotions",
-    "Studies": "study open_study Study Counts Uniform Normal LogUniform Sobol Choice Grid Plus "
-    "Times Given Sampler LookAt Shell Within About Anywhere",
-    "Analysis": "advise Advice compare Comparison bench Benchmark Suite diagnose explain "
-    "Explanation equilibria Equilibria Equilibrium",
-    "Pages and films": "export_html show open_recording Recording animate",
-    "Figures": "plot",
-    "Your own parts": "declare testing",
-    "The chapter": "classic",
-    "Errors and warnings": "RobSimError InputError UnitError FrameError GoalError FileError "
-    "RankWarning UnitWarning FileWarning FitWarning ReplayWarning",
-}
 TABLES = {
     "A whole file": ExperimentTable,
     "`[start]`": StartTable,
@@ -77,26 +38,6 @@ TABLES = {
     "`[[cameras]]`": CameraTable,
     "`[[motions]]`": rs.Motion,
 }
-
-
-def first_sentence(name: str) -> str:
-    """Return the first line of a docstring."""
-    text = inspect.getdoc(getattr(rs, name)) or ""
-    return text.split("\n", 1)[0]
-
-
-def reference() -> str:
-    """Return the page of all public names."""
-    lines = [
-        "# Reference",
-        "",
-        "Every public name of `robsim`, by what it is for. `help(robsim.NAME)` says all of it.",
-        "This page is written by `docs/build.py`.",
-    ]
-    for title, names in GROUPS.items():
-        lines += ["", f"## {title}", "", "| name | |", "| --- | --- |"]
-        lines += [f"| `{name}` | {first_sentence(name)} |" for name in names.split()]
-    return "\n".join(lines) + "\n"
 
 
 def kinds() -> str:
@@ -138,12 +79,14 @@ def scenario() -> str:
 
 def main() -> int:
     """Write or check the pages."""
-    pages = {"reference.md": reference(), "kinds.md": kinds(), "scenario.md": scenario()}
+    pages = {name: write() for name, write in write_pages().items()}
+    pages |= {"kinds.md": kinds(), "scenario.md": scenario()}
     stale = [name for name, text in pages.items() if _read(HERE / name) != text]
     if "--check" in sys.argv:
         print(*[f"docs/{name} is not up to date: python docs/build.py" for name in stale], sep="\n")
         return int(bool(stale))
     for name in stale:
+        (HERE / name).parent.mkdir(exist_ok=True)
         (HERE / name).write_text(pages[name], encoding="utf-8")
     return 0
 

@@ -31,7 +31,7 @@ RATES = {
     "of which": r"\b(?:of|in|from|by|with|at|to|on|for) (?:which|whom)\b|\bwhose\b",
 }
 PARTICIPLE = r"(\w+_)?\w+(ed|en|ing|own|aid|eld|old|oken|ought)"
-GENERATED = {"kinds.md", "reference.md"}
+GENERATED = {"commands.md", "kinds.md", "reference.md"}
 
 
 @cache

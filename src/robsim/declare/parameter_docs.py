@@ -56,18 +56,21 @@ def get_plain_signature(kind: type[Any]) -> inspect.Signature | None:
     own = list(inspect.signature(kind.__init__).parameters.values())[1:]
     if {each.name for each in own} != {each.name for each in dataclasses.fields(kind) if each.init}:
         return None
-    hints = get_type_hints(kind)
-    plain = [each.replace(annotation=_format_annotation(each, hints[each.name])) for each in own]
+    try:
+        hints = get_type_hints(kind)
+    except NameError:  # a type that only type checkers import
+        hints = {}
+    plain = [each.replace(annotation=_format_annotation(each, hints)) for each in own]
     return inspect.Signature(plain)
 
 
-def _format_annotation(parameter: inspect.Parameter, hint: Any) -> _TypeText:
+def _format_annotation(parameter: inspect.Parameter, hints: dict[str, Any]) -> _TypeText:
     """Return the type of a parameter as text: by its alias, and without None if that is default."""
     written = ast.parse(str(parameter.annotation), mode="eval").body
     if isinstance(written, ast.Subscript) and ast.unparse(written.value) == "Annotated":
         text = ast.unparse(written.slice.elts[0])  # type: ignore[attr-defined]
     else:
-        text = format_type(hint)
+        text = format_type(hints.get(parameter.name, _TypeText(ast.unparse(written))))
     return _TypeText(text.removesuffix(" | None") if parameter.default is None else text)
 
 
