@@ -1,5 +1,4 @@
-"""Write the pages that follow from the code: the reference, commands.md, kinds.md, and the lists in
-scenario.md.
+"""Write the generated pages: the reference, the commands, the kinds, and lists in scenario.md.
 
 python docs/build.py            writes them
 python docs/build.py --check    exit status 1 if they are not up to date
@@ -68,7 +67,7 @@ def kinds() -> str:
 
 
 def scenario() -> str:
-    """Return the page on scenario files with the kinds of some families, where it marks them."""
+    """Return the page on scenario files with its marked lists of kinds filled in."""
 
     def listed(mark: re.Match[str]) -> str:
         names = ", ".join(f'"{name}"' for name in families()[mark[1]].names)

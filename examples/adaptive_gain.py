@@ -1,4 +1,4 @@
-"""Kermorgant and Chaumette 2014: a gain that grows as the error sinks, against a constant one."""
+"""Kermorgant and Chaumette 2014: a gain that grows as the error decreases, and a constant gain."""
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -9,7 +9,7 @@ from robsim.plot import palette
 scenario = rs.load_scenario(rs.examples.path("adaptive_gain"))
 adaptive, goal = scenario.task.gain, scenario.task.goal
 first = scenario.run(duration=0.01).error_norm.values[0]
-constant = float(adaptive.at(np.array([first]))[0])  # as fast at the start
+constant = float(adaptive.at(np.array([first]))[0])  # the same speed at the start
 tasks = {"adaptive": scenario.task, f"constant {constant:.3f}/s": rs.PBVS(goal, gain=constant)}
 found = rs.compare(scenario.scene, tasks, scenario.start, dt=0.01, duration=40)
 print(found)

@@ -1,4 +1,4 @@
-"""Schemes of your own on a published suite, beside those of the textbooks.
+"""Your own schemes on a published suite, beside the schemes of the textbooks.
 
 As a command: robsim bench vit_500 --task bench_my_scheme.py:Damped
                                    --task bench_my_scheme.py:switching
@@ -24,14 +24,14 @@ class DampedLaw:
 
 @dataclass(frozen=True, eq=False)
 class Damped(rs.IBVS):
-    """Image-based servoing with a law of its own; called as Damped(goal, gain=1.0)."""
+    """Image-based servoing with its own law; called as Damped(goal, gain=1.0)."""
 
     law: Any = field(default_factory=DampedLaw)
     interaction: Any = "mean"
 
 
 def switching(goal, gain):
-    """Position-based, but image-based where a mark is near the border."""
+    """Position-based servoing, and image-based servoing while a mark is near the border."""
     inside, near = rs.PBVS(goal, gain=gain), rs.IBVS(goal, gain=gain, interaction="mean")
     return rs.Switch(inside, near, when=rs.tasks.NearBorder(40.0, (640, 480)))
 

@@ -1,4 +1,4 @@
-"""A camera on a hand is calibrated: three views by chance, then those that tell most."""
+"""Calibrate a camera on a hand: three random views, then the most informative views."""
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -15,12 +15,12 @@ truth = bench.scene
 
 
 def calibrated(q, seed):
-    """What views from some coordinates tell."""
+    """Return the calibration from views at some coordinates."""
     return rs.calibrate(rs.calibration.simulate_views(bench, q, seed=seed), ALSO)
 
 
 def spread(found):
-    """The standard deviation of the mount's position, mm, and of its orientation, degrees."""
+    """Return the standard deviations of the mount's position, mm, and orientation, degrees."""
     C = found.covariance.diagonal() * (bench.sensing.noise / found.sigma) ** 2
     return 1e3 * np.sqrt(C[:3].sum()), np.degrees(np.sqrt(C[3:6].sum()))
 

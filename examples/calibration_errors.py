@@ -1,4 +1,4 @@
-"""A goal that was shown forgives a wrong camera; one that was computed does not."""
+"""A wrong camera does not move the end for a shown goal, but does for a computed goal."""
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -11,7 +11,7 @@ GOALS = {"shown": 'task.goal={position="0, 0, -1 m"}', "computed": "task.gain=1"
 
 
 def stops(*changes):
-    """The run, and the distance at which the camera ends."""
+    """Return the run, and the final distance of the camera."""
     run = rs.load_scenario(rs.examples.path("calibration_errors"), changes).run().dropna("time")
     return run, float(-run.q_end[2])
 

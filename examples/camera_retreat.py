@@ -6,7 +6,7 @@ import numpy as np
 import robsim as rs
 from robsim.plot import palette
 
-CLOSED_FORM = {  # depth over its goal, at the roll that is left of the roll at the start
+CLOSED_FORM = {  # depth / depth at the goal, for the remaining roll and the roll at the start
     "current": lambda left, start: np.cos(left - start / 2) / np.cos(start / 2),
     "desired": lambda left, start: 1 - (start - left) * np.tan(left / 2),
     "mean": lambda left, start: np.ones_like(left),

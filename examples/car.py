@@ -1,4 +1,4 @@
-"""A car drives up to a sign, and what its steering has to say: one gain for all, or two."""
+"""A car drives up to a sign, limited by its steering: one gain for both errors, or two."""
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -9,7 +9,7 @@ from robsim.units import cm, deg
 
 
 def run_of(*changes):
-    """The scenario, its run, and what the run came to."""
+    """Run the changed scenario, print its remaining errors, and return scene and run."""
     scenario = rs.load_scenario(rs.examples.path("car"), changes)
     run = scenario.run()
     aside, ahead = run.error.dropna("time").values[-1] / cm
@@ -19,7 +19,7 @@ def run_of(*changes):
 
 
 def draw_from_above(axes, car, q, **look):
-    """All shapes of the car, where they are at q."""
+    """Draw all shapes of the car at q, seen from above."""
     for link, T in zip(car.links, car.frames(q), strict=True):
         for shape in link.shapes:
             corners = shape.at(T).vertices[shape.edges] / cm

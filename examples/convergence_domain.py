@@ -1,4 +1,4 @@
-"""From where image-based servoing is trapped: the convergence domain of the four points."""
+"""The convergence domain of four points: starts from which image-based servoing is trapped."""
 
 import matplotlib.pyplot as plt
 
@@ -12,12 +12,12 @@ study = rs.study(experiment, 4000, seed=1, start=start, vary={"task.interaction"
 print(study)
 print(study.paired("task.interaction"))
 
-one = {"axis": (0, 0, -1), "distance": (1.0, 1.0), "cone": 60 * deg}  # as far as the goal
+one = {"axis": (0, 0, -1), "distance": (1.0, 1.0), "cone": 60 * deg}  # at the distance of the goal
 for cone in (15, 30, 45, 60, 75):
     some = rs.starts.LookAt(**{**one, "cone": cone * deg})
     trapped = rs.study(experiment, 2000, seed=1, start=some).counts().rows["all"][2]
     print(f"within {cone} degrees of the axis: {trapped['LOCAL_MINIMUM']} trapped")
-upright = rs.starts.LookAt(**one, roll=(0, 0))  # a slice: as the image stands at the goal
+upright = rs.starts.LookAt(**one, roll=(0, 0))  # a slice: with the roll of the goal image
 at_once = rs.study(experiment, 6000, seed=2, start=upright, vary={"task.interaction": laws})
 figure = rs.plot.study_basin(at_once, "start_x", "start_y", by="task.interaction")
 figure.savefig("convergence_domain.png", dpi=160)

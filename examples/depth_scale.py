@@ -8,7 +8,7 @@ from robsim.plot import palette
 
 
 def run_with(scale, dt, **changes):
-    """A run whose depths are all too large by `scale`; the gain is 10 per second."""
+    """Run with all depths too large by the factor `scale`; the gain is 10 per second."""
     scenario = rs.load_scenario(rs.examples.path("depth_scale"), [f"task.depth_scale={scale}"])
     return scenario.run(dt=dt, **changes).dropna("time")
 

@@ -1,4 +1,4 @@
-"""Under L desired the camera turns back before the target, or does not: 147.3 degrees decide."""
+"""Under L desired the camera turns back before the target only for rolls below 147.3 degrees."""
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -14,7 +14,7 @@ scenario = rs.load_scenario(rs.examples.path("desired_through_the_target"))
 
 
 def depths(degrees, dt):
-    """(start, time) depth of the camera on its way from rolls about the optical axis."""
+    """Return the depths (start, time) of the camera from some rolls about the optical axis."""
     turns = [rs.Pose.at(0, 0, -1, rpy=(0, 0, angle)) for angle in np.radians(degrees)]
     starts = np.array([turn.q for turn in turns])
     run = rs.simulate(scenario.scene, scenario.task, starts, dt=dt, duration=3, hold=True)
@@ -32,7 +32,7 @@ ways.set_title("the way to a goal at 1 m")
 ways.text(2.95, -0.03, "plane of the target", ha="right", va="top")
 ways.legend(frameon=False, title="roll at the start", loc="lower right", bbox_to_anchor=(1, 0.1))
 
-middle = np.radians(np.linspace(0, 90, 91))  # theta_m, where the camera turns back
+middle = np.radians(np.linspace(0, 90, 91))  # theta_m, at which the camera turns back
 nearest.plot(np.degrees(middle + np.sin(middle)), np.cos(middle), "k--", label="closed form")
 starts = np.array([30, 60, 90, 120, 130, 140, 144, 146])
 smallest = depths(starts, 2.5e-4).min("time")

@@ -1,8 +1,8 @@
-"""A controller drives a robot that is another process, over UDP on this machine.
+"""A controller drives a robot in another process, over UDP on this machine.
 
-The robot says its joints at 500 Hz, and its camera 30 times a second what it saw 20 ms ago, give or
-take 10, or nothing at all (one image in twenty). Each state is answered with a command. The very
-experiment that drives is simulated beside it.
+The robot sends its joints at 500 Hz, and its camera sends images at 30 Hz that are 20 ms old, plus
+or minus 10 ms; one image in twenty is lost. The controller answers each state with a command. The
+same experiment is also simulated, for comparison.
 """
 
 import select
@@ -19,13 +19,13 @@ import robsim as rs
 
 HERE = Path(__file__).parent
 MARKS = [f"plate.{i}" for i in range(4)]
-SILENCE = 5.0  # seconds without a state, after which the robot is given up
+SILENCE = 5.0  # seconds without a state until the driver gives up
 REST = (0.0,) * packets.JOINTS
-FIRST = 1  # the number of the command that opens the talk, and answers no state
+FIRST = 1  # number of the first command, which answers no state
 
 
 class Driver:
-    """A controller that answers packets, and what became of it, state by state."""
+    """A controller that answers packets, and a record of its commands, state by state."""
 
     def __init__(self, controller):
         self.controller, self.image, self.state, self.last = controller, None, None, None
@@ -33,7 +33,7 @@ class Driver:
         self.times, self.errors, self.phases, self.took, self.trips = [], [], [], [], []
 
     def hear(self, data):
-        """Take a packet: a state, an image, or what is refused."""
+        """Store a packet: a state or an image; count it if it is invalid."""
         packet = packets.parse(data)
         if isinstance(packet, packets.State):
             if packet.sequence > max(self.answered, FIRST):
@@ -60,7 +60,7 @@ class Driver:
         return packets.pack(packets.Command(self.sequence, 0.0, REST))
 
     def _marks(self):
-        """What is new in the images, with the time when it was taken."""
+        """Return the marks of a new image with the time of the image, or None."""
         image, self.image = self.image, None
         if image is None:
             return None
@@ -76,7 +76,7 @@ class Driver:
 
 
 def drive(link, driver, duration):
-    """Answer until the controller has converged, or the robot's clock is at the end."""
+    """Answer states until the controller has converged or the duration is over."""
     link.send(packets.pack(packets.Command(FIRST, 0.0, REST)))
     try:
         while select.select([link], [], [], SILENCE)[0]:
@@ -94,7 +94,7 @@ def drive(link, driver, duration):
 
 
 def driven(experiment):
-    """Start a robot, drive it, and end it whatever happens."""
+    """Start a robot, drive it, and end its process in any case."""
     driver = Driver(rs.Controller(experiment))
     robot = subprocess.Popen(
         [sys.executable, "-m", "udp_robot.robot"], cwd=HERE, stdout=subprocess.PIPE, text=True
@@ -111,24 +111,24 @@ def driven(experiment):
 
 
 def off(experiment, q):
-    """How far in pixels the worst mark truly is from its goal."""
+    """Return the true distance in pixels of the worst mark from its goal."""
     look = experiment.scene.view
     away = look(np.array(q)).pixels - look(experiment.scene.home).pixels
     return np.abs(away).max()
 
 
 def beside(what, form, *numbers):
-    """Print a line of a table: what is simulated, and what is driven."""
+    """Print a line of a table: a simulated and a driven value."""
     print(f"{what:18}" + "".join(f"{number:>12{form}}" for number in numbers))
 
 
 def percentiles(what, seconds):
-    """Print a line of a table in microseconds."""
+    """Print a line of a table: percentiles of times in microseconds."""
     beside(what, ".0f", *np.percentile(1e6 * np.array(seconds), [50, 90, 99, 100]))
 
 
 def main():
-    """Simulate, drive, and print both."""
+    """Simulate, drive, and print a comparison."""
     experiment = rs.load_scenario(HERE / "udp_robot" / "arm.toml")
     run = experiment.run()
     rs.Controller(experiment).step(run.pixels.values[0], experiment.start, 0.0)  # compiles

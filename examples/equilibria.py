@@ -1,4 +1,4 @@
-"""Where image-based servoing comes to rest, and which starts end in its trap (L current)."""
+"""The equilibria of image-based servoing, and the starts that end in its trap (L current)."""
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -11,7 +11,7 @@ SIGNS = {"goal": "o", "minimum": "X", "saddle": "D"}
 
 
 def around(goal, middle):
-    """The goal's view, swung about the middle of the marks by the shortest way: a half sphere."""
+    """Return starts on a half sphere: the goal's view rotated about the middle of the marks."""
     x, y = (part.ravel() for part in np.meshgrid(*2 * [np.linspace(-0.9, 0.9, 45)]))
     to = np.column_stack([x, y, -np.sqrt(np.maximum(1 - x**2 - y**2, 0))])[np.hypot(x, y) < 0.9]
     way = goal.position - middle
@@ -38,7 +38,7 @@ for ax, (name, title) in zip(axes, cases.items(), strict=True):
             colour, marker = ENDS[each.kind]
             x, y = found.starts[found.ends == i, :2].T
             ax.plot(x, y, marker, color=colour, ms=3, alpha=0.8, label=f"ends at the {each.kind}")
-        x, y, _ = rs.Pose(each.T_c_o).inv().position  # the target stands at the origin
+        x, y, _ = rs.Pose(each.T_c_o).inv().position  # the target is at the origin
         ax.plot(x, y, SIGNS[each.kind], color=BLACK, ms=8, mec="w", label=each.kind, zorder=3)
     ax.fill(*marks[:, :2].T, color=GREY, zorder=2)
     ax.set(title=title, xlabel="camera x (m)", ylabel="camera y (m)", aspect="equal")

@@ -7,7 +7,7 @@ from robsim.plot import palette
 
 
 def strip(mission, shown, extent):
-    """Moments at the ends of some phases; in the first, what the camera looks at."""
+    """Draw the ends of some phases; the first drawing includes the rays of the camera."""
     ends = {leg.name: leg.q_end for leg in mission.legs}
     scene = mission.legs[0].scene
     figure = rs.plot.moments(

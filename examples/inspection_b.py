@@ -1,4 +1,4 @@
-"""An inspection robot with three arms and a body that shifts passes a clamp (fig. 12)."""
+"""An inspection robot with three arms and a shifting body passes a clamp (fig. 12)."""
 
 from inspection_a import strip
 

@@ -1,4 +1,4 @@
-"""Joints that lag behind their command make the error swing past its goal."""
+"""Joints that lag behind their command make the error overshoot."""
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -10,14 +10,14 @@ GAIN = 2.0  # per second, as in the scenario
 
 
 def way_left(gain_lag):
-    """The error as a share of that of the start, over time, under a lag of the joints."""
+    """Return times, and the errors divided by the error at the start, for a lag of the joints."""
     changes = [f"actuation.lag={gain_lag / GAIN} s", "run.hold=true"]
     run = rs.load_scenario(rs.examples.path("joint_lag"), changes).run()
     return run.time, run.error @ run.error[0] / (run.error[0] @ run.error[0])
 
 
 def overshoot(gain_lag):
-    """That of lag e'' + e' + gain e = 0, which starts at rest."""
+    """Return the overshoot of lag e'' + e' + gain e = 0, which starts at rest."""
     damping = 0.5 / np.sqrt(gain_lag)
     return np.exp(-np.pi * damping / np.sqrt(1 - damping**2))
 

@@ -7,7 +7,7 @@ from robsim.plot import palette
 
 
 class Unprojected:
-    """The joint law, plus the way back from the limits without regard to the task."""
+    """The joint law plus a motion away from the limits, without a projection."""
 
     name, in_camera = "unprojected", False
 

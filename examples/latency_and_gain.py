@@ -1,4 +1,4 @@
-"""How much gain an image that is late leaves: the stability limit against its closed form."""
+"""The largest stable gain with delayed images, compared with its closed form."""
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -10,13 +10,13 @@ DT = 0.04  # seconds, as in the scenario
 
 
 def looking_late(periods, gain_dt, *changes):
-    """The run with an image that is some periods old, and gain times dt."""
+    """Run with images that are some periods old, at a value of gain times dt."""
     changes = [f"sensing.latency={1000 * DT * periods} ms", f"task.gain={gain_dt / DT}", *changes]
     return rs.load_scenario(rs.examples.path("latency_and_gain"), changes).run()
 
 
 def limit(periods):
-    """Where a root of z^(d+1) - z^d + gain dt ((1 - f) z + f) leaves the unit circle."""
+    """Return the gain dt at which a root of z^(d+1) - z^d + gain dt ((1 - f) z + f) has norm 1."""
     d = max(int(np.ceil(periods)), 1)
     f = periods - d + 1
     low, high = 0.0, 5.0

@@ -1,4 +1,4 @@
-"""A local minimum of image-based servoing: two views a pixel apart, from half a metre apart."""
+"""A local minimum of image-based servoing: two views differ by a pixel, from half a metre apart."""
 
 import matplotlib.pyplot as plt
 import numpy as np

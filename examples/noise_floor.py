@@ -1,4 +1,4 @@
-"""What a loop makes of a pixel of noise: the error that stays, over the gain."""
+"""The error that a pixel of noise leaves at rest, as a function of the gain."""
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -10,14 +10,14 @@ DT, RUNS, GOAL = 0.04, 1000, rs.Pose.at(0, 0, -0.5)
 
 
 def at_rest(gain_dt):
-    """The end of many runs from the goal, when they have forgotten where they started."""
+    """Return the final errors of many runs, which are long enough to forget their starts."""
     scenario = rs.load_scenario(rs.examples.path("noise_floor"), [f"task.gain={gain_dt / DT}"])
     starts, long = np.tile(GOAL.q, (RUNS, 1)), 4 / scenario.task.gain + 10 * DT
     return scenario.run(start=starts, duration=long, record="summary")
 
 
 def interaction():
-    """L (8, 6) of the pixels of the marks at the goal."""
+    """Return L (8, 6) of the pixels of the marks at the goal."""
     scene = rs.load_scenario(rs.examples.path("noise_floor")).scene
     view = scene.view(GOAL.q, points="plate")
     seen = rs.features.Observation.of(view.pixels, view.depth, scene.camera().camera)
@@ -25,11 +25,11 @@ def interaction():
 
 
 gains, grid = np.array([0.05, 0.1, 0.2, 0.4, 0.7, 1, 1.3, 1.6]), np.geomspace(0.04, 1.8, 100)
-floor = grid / (2 - grid)  # variance of the loop over that of the noise
+floor = grid / (2 - grid)  # variance in the loop / variance of the noise
 pose = np.sqrt(np.diag(np.linalg.inv(interaction().T @ interaction())))  # for one pixel
 plt.rcParams["font.size"] = 9
 figure, (left, right) = plt.subplots(1, 2, figsize=(7, 3.2), layout="constrained")
-left.loglog(grid, np.sqrt(0.75 * floor), color=palette.GREY)  # six motions move eight numbers
+left.loglog(grid, np.sqrt(0.75 * floor), color=palette.GREY)  # six motions for eight numbers
 right.loglog(grid, 1000 * pose[0] * np.sqrt(floor), color=palette.GREY)
 right.loglog(grid, 1000 * pose[2] * np.sqrt(floor), color=palette.GREY)
 print("gain times dt   marks (px)   predicted   x (mm)   predicted   z (mm)   predicted")

@@ -1,4 +1,4 @@
-"""A camera on a pan-tilt head lags behind what moves, unless its motion is fed forward."""
+"""A camera on a pan-tilt head lags behind a moving target without feed-forward."""
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -10,7 +10,7 @@ GAIN = 2.0  # per second, as in the scenario
 
 
 def lag(*changes):
-    """Time, and the bearing of the target from the optical axis in degrees."""
+    """Return times, and the bearings of the target from the optical axis in degrees."""
     run = rs.load_scenario(rs.examples.path("pan_tilt_tracking"), changes).run()
     return run.time, -np.degrees(np.arctan(run.s[:, 0]))
 
@@ -33,7 +33,7 @@ left.legend(frameon=False, title="feed-forward", ncols=2, loc="upper center")
 angle = np.linspace(0, np.radians(45), 100)
 right.plot(np.sin(2 * angle) / 2, np.degrees(angle), color=palette.BLUE)
 right.plot(np.tan(angle), np.degrees(angle), "--", color=palette.VERMILLION)
-apart = "start.q=['-165 deg', '0 deg', '-145 deg']"  # so as to settle before pan meets its limit
+apart = "start.q=['-165 deg', '0 deg', '-145 deg']"  # settles before pan reaches its limit
 for rate, name in [(r, n) for r in (10, 20, 30, 40, 50) for n in ("current", "desired")]:
     changes = [f"motions.carousel.rates=['{rate} deg/s']", apart, "run.duration=6 s"]
     angle = lag(*changes, *CASES[f"none, L {name}"])[1][-1]

@@ -1,4 +1,4 @@
-"""PBVS loses the target; IBVS keeps it on a detour; 2 1/2 D keeps it and goes nearly straight."""
+"""PBVS loses the target, IBVS keeps it on a detour, 2 1/2 D keeps it on a nearly straight path."""
 
 import matplotlib.pyplot as plt
 import numpy as np

@@ -1,4 +1,4 @@
-"""Two forms of PBVS: the camera goes straight in space, or the target's origin in the image."""
+"""Two forms of PBVS: a straight path of the camera in space, or of the target in the image."""
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -10,7 +10,7 @@ FORMS = {"goal": (palette.BLUE, "-"), "camera": (palette.VERMILLION, "--")}
 
 
 def ways(form, dt):
-    """The camera in the world, the target's origin in camera axes, and in the image (pixels)."""
+    """Return paths: camera in the world, target in camera axes, target in the image (pixels)."""
     changes = [f"task.form={form}", f"run.dt={dt} ms"]
     run = rs.load_scenario(rs.examples.path("pbvs_straight"), changes).run()
     T = run.camera_pose.dropna("time").values
@@ -20,7 +20,7 @@ def ways(form, dt):
 
 
 def bend(way):
-    """Largest distance from the chord over the length of the chord."""
+    """Return the largest distance from the chord divided by the length of the chord."""
     chord = way[-1] - way[0]
     gone, length = way - way[0], np.linalg.norm(chord)
     along = gone @ chord / length**2

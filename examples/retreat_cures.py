@@ -1,4 +1,4 @@
-"""Five ways to turn the camera about its axis without a retreat, and what each of them costs."""
+"""Five methods that turn the camera about its axis without a retreat, and their costs."""
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -14,7 +14,7 @@ WAYS = {
     "polar": [],
     "PBVS": ["task.kind=pbvs"],
 }
-STYLES = [  # those that coincide lie on one another, the later the thinner
+STYLES = [  # coinciding curves are drawn on one another, later curves thinner
     {"color": palette.VERMILLION, "linewidth": 4, "alpha": 0.6},
     {"color": palette.PURPLE, "linestyle": ":", "linewidth": 1.8},
     {"color": palette.GREEN, "linestyle": "--", "linewidth": 1.6},

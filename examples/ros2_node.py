@@ -1,21 +1,21 @@
-"""A ROS 2 node that lets an experiment drive a robot: `python ros2_node.py --ros-args -p ...`.
+"""A ROS 2 node that drives a robot by an experiment: `python ros2_node.py --ros-args -p ...`.
 
-It listens to joints and marks, and answers each state of the joints with a command. Parameters:
+It subscribes to joints and marks, and answers each joint state with a command. Parameters:
 
 scenario    path of the experiment
 joints      topic of sensor_msgs/JointState
-marks       topic of the marks; with several cameras, CAMERA in it stands for the name of each
+marks       topic of the marks; with several cameras, CAMERA in it is replaced by each name
 seen        type of the marks: also apriltag_msgs/msg/AprilTagDetectionArray
-commands    topic of what the robot is told
-kind        its type: also trajectory_msgs/msg/JointTrajectory, geometry_msgs/msg/Twist, ...
-names       "JOINT=NAME" for joints that the messages call otherwise
-ids         "TARGET=ID,ID,..." for marks that they call otherwise than TARGET.NUMBER
-frames      "LINK=FRAME" and "world=FRAME" of a base or camera of which only /tf says where it is
-order       joints in a command as the robot's controller has them, by their names in messages
-run         topic of std_msgs/Bool, which must be true and new where safety has hold_to_run
-patience    seconds without joints after which the robot is told to stop
+commands    topic of the commands
+kind        their type: also trajectory_msgs/msg/JointTrajectory, geometry_msgs/msg/Twist, ...
+names       "JOINT=NAME" for joints with other names in the messages
+ids         "TARGET=ID,ID,..." for marks with other names than TARGET.NUMBER
+frames      "LINK=FRAME" and "world=FRAME" for a base or camera with a pose in /tf only
+order       joints of a command in the order of the robot's controller, by their message names
+run         topic of std_msgs/Bool, which must be true and recent if safety has hold_to_run
+patience    seconds without joints until the node stops the robot
 
-Limits, and what is done without images, are those of [safety] in the scenario.
+Limits, and the reaction to missing images, are in [safety] of the scenario.
 """
 
 import sys
@@ -37,18 +37,18 @@ PARAMETERS = {
     "run": "/robsim/run",
     "patience": 0.1,
 }
-HOLDS = 0.2  # seconds, for which the word to run holds
-FRAMES = 100  # messages of /tf, each of which may say something else
-QUEUE = 1  # of what is published: an older command is worth nothing
+HOLDS = 0.2  # seconds for which a permission to run is valid
+FRAMES = 100  # queue length of /tf: each message may contain other frames
+QUEUE = 1  # queue length of commands: only the latest command is useful
 
 
 def pairs(texts):
-    """The keys and values of some "KEY=VALUE"."""
+    """Return the keys and values of texts "KEY=VALUE"."""
     return dict(text.split("=", 1) for text in texts if text)
 
 
 def maker(type_of):
-    """What makes a message of a type and its fields, which for rclpy are no arrays of NumPy."""
+    """Return a function that makes a message of a type; rclpy accepts no NumPy arrays as fields."""
 
     def make(kind, **fields):
         plain = {k: v.tolist() if hasattr(v, "tolist") else v for k, v in fields.items()}
@@ -60,8 +60,8 @@ def maker(type_of):
 class Servo:
     """A controller between the topics of a node.
 
-    `type_of` returns the type of messages of a name, `queue` is what subscriptions are made with,
-    `latched` that of what was said before.
+    `type_of` returns the message type of a name, `queue` is the QoS of subscriptions, and
+    `latched` the QoS of messages that were published before.
     """
 
     def __init__(self, node, type_of, queue, latched):
@@ -97,26 +97,26 @@ class Servo:
         node.create_timer(told["patience"] / 2, self.watch)
 
     def on_marks(self, message, camera):
-        """Keep what a camera saw until the next command."""
+        """Store the marks of a camera until the next command."""
         try:
             self.images[camera] = self.ros.marks(message, camera, t=self._now())
         except rs.errors.InputError as error:
             self.node.get_logger().warning(str(error))
 
     def on_run(self, message):
-        """Note that the robot may move, or may not."""
+        """Store the permission to move, or its withdrawal."""
         self.released = time.monotonic() if message.data else -HOLDS
 
     def on_joints(self, message):
-        """Answer a state of the joints with a command."""
+        """Answer a joint state with a command."""
         self._on(self.ros.joints, message)
 
     def on_frames(self, message):
-        """Answer where a base or a camera is with a command."""
+        """Answer the pose of a base or a camera with a command."""
         self._on(self.ros.frames, message)
 
     def on_still(self, message):
-        """Note frames that do not move."""
+        """Store static frames."""
         self._on(lambda each: self.ros.frames(each, still=True), message)
 
     def _on(self, read, message):
@@ -124,7 +124,7 @@ class Servo:
             q = read(message)
             if q is not None:
                 self._answer(q, self.ros.time(message) or self._now())
-        except rs.errors.InputError as error:  # what does not fit the scene, or is no number
+        except rs.errors.InputError as error:  # does not fit the scene, or is not finite
             self.node.get_logger().error(str(error))
 
     def _answer(self, q, t):
@@ -144,12 +144,12 @@ class Servo:
         return self.node.get_clock().now().nanoseconds * 1e-9
 
     def watch(self):
-        """Stop the robot where joints have not come for a while."""
+        """Stop the robot if no joints have arrived for `patience`."""
         if self.heard is not None and time.monotonic() - self.heard > self.told["patience"]:
             self.stop()
 
     def stop(self):
-        """Tell the robot to stand still."""
+        """Command zero velocities."""
         self.heard = None
         self._tell([0.0] * len(self.controller.velocity_names))
 
@@ -163,7 +163,7 @@ def main():
         from rosidl_runtime_py.utilities import get_message
     except ImportError:
         sys.exit("needs ROS 2: source /opt/ros/DISTRO/setup.bash")
-    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)  # the last word is a stop
+    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)  # main sends a stop at the end
     latched = QoSProfile(depth=FRAMES, durability=DurabilityPolicy.TRANSIENT_LOCAL)
     node = rclpy.create_node("robsim")
     servo = Servo(node, get_message, qos_profile_sensor_data, latched)

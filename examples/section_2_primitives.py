@@ -24,7 +24,7 @@ camera = move_cam(init_cam(8, 5, 4, 0.8, 1e-3, 1e-3, 0, 240, 320, "k"), down, [0
 plot_block(block), plot_circ(wheel), plot_cam(camera)
 plt.gcf().savefig("primitives.png", dpi=240)
 
-T_c = camera.pose.matrix  # where the camera stands in the base frame
+T_c = camera.pose.matrix  # pose of the camera in the base frame
 for corner in block.vertices[4:]:
     row, column = point_view(corner, camera.Ki, T_c)
     print(f"corner {corner} cm is at row {row:.1f}, column {column:.1f}")

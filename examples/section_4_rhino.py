@@ -14,7 +14,7 @@ rows = [  # theta, d, a, alpha
 ]
 home = np.array([0, -90, 90, 0, -90]) * deg
 by_hand = rs.Robot.from_dh(rows, "standard", "RRRRR", home=home, name="by_hand")
-rhino = rs.robots.rhino_xr4()  # the same, with limits and blocks to draw
+rhino = rs.robots.rhino_xr4()  # the library robot, with limits and blocks to draw
 
 for name, q in [("home", home), ("moved", home + np.array([40, 10, -20, 10, 30]) * deg)]:
     T = by_hand.fk(q)

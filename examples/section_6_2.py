@@ -17,12 +17,12 @@ T_tool_cube = rs.Pose.at(-2.5 * cm, 2.5 * cm, 5 * cm, rpy=(np.pi, 0, 0))  # belo
 
 
 def placed(x, y, z, yaw):
-    """The pose of the cube, whose origin is its corner a."""
+    """Return the pose of the cube; its origin is corner a."""
     return rs.Pose.at(x, y, z, rpy=(0, 0, yaw))
 
 
 def holding(cube):
-    """Joints of the Rhino that hold the cube there, with a tool that points straight down."""
+    """Return joints of the Rhino that hold the cube there, with the tool pointing straight down."""
     T_w_tool = placed(*cube) @ T_tool_cube.inv()
     x, y, z = T_w_tool.position
     wrist = np.hypot(x, y) - 0.95 * cm, z + 16.83 * cm - 26.04 * cm  # out and up from the shoulder
@@ -34,7 +34,7 @@ def holding(cube):
 
 
 def looking(name, eye, target=(0.27, -0.04, 0.14)):
-    """A camera that stands at `eye` and looks at a point, the rows of its image level."""
+    """Return a camera at `eye` that looks at a point, with horizontal image rows."""
     z = np.subtract(target, eye)
     x = np.cross(z, (0, 0, 1))
     axes = [axis / np.linalg.norm(axis) for axis in (x, np.cross(z, x), z)]
@@ -45,12 +45,12 @@ def looking(name, eye, target=(0.27, -0.04, 0.14)):
 
 
 def block(color):
-    """A cube of 5 cm from the corner a."""
+    """Return a cube of 5 cm, with corner a at the origin."""
     return rs.Block(5 * cm, 5 * cm, 5 * cm, color).at(rs.Pose.at(2.5 * cm, 2.5 * cm, 2.5 * cm))
 
 
 def grey(robot):
-    """The robot in one colour: green and cyan are for the cube and its goal."""
+    """Return the robot in one colour; green and cyan are for the cube and its goal."""
     links = []
     for link in robot.links:
         shapes = [replace(shape, color="dimgray") for shape in link.shapes]
@@ -59,7 +59,7 @@ def grey(robot):
 
 
 def workstation(marks):
-    """The Rhino with the green cube, its cyan goal, and two cameras that see both its sides."""
+    """Return the Rhino with the green cube, its cyan goal, and two cameras that see both sides."""
     cube = rs.Object("cube", block("g"), marks, T_tool_cube, on=TOOL)
     goal = rs.Object("goal", block("c"), np.empty((0, 3)), placed(*GOAL))
     eyes = [looking("left", (0.85, -0.45, 0.45)), looking("right", (0.95, -0.25, 0.45))]
@@ -67,13 +67,13 @@ def workstation(marks):
 
 
 def place(scene, variant):
-    """A run of the chapter's law: corrected, as printed, or completed."""
+    """Run the chapter's law: corrected, as printed, or completed."""
     task = rs.Placing(goal=holding(GOAL), target="cube", camera=("left", "right"), variant=variant)
     return rs.simulate(scene, task, q0=holding(START), dt=0.04, duration=20)
 
 
 def report(scene, variant, run):
-    """One line of the table: how the run ended, how far mark a went, how the tool turned."""
+    """Print a line of the table: outcome, path length of mark a, remaining angle, tool rotation."""
     lived = run.dropna("time")
     twist = scene.robot().jacobian(lived.q.values) @ lived.qd.values[..., None]
     at_end = rs.Pose(scene.pose("cube", run.q_end.values).matrix)
@@ -86,13 +86,13 @@ def report(scene, variant, run):
 
 
 def edges(cube):
-    """(12, 2, 3) ends of its edges in the world."""
+    """Return the ends (12, 2, 3) of the edges of a cube in the world."""
     shape = block("k").at(placed(*cube))
     return shape.vertices[shape.edges]
 
 
 def draw_start(scene):
-    """Figure 15: the initial configuration, and what the left camera sees of it."""
+    """Draw figure 15: the initial configuration, and the image of the left camera."""
     q0 = holding(START)
     figure = rs.plot.scene(scene, q0)
     figure.savefig("placing_start.png", dpi=240)
@@ -116,7 +116,7 @@ LINES = {
 
 
 def draw_paths(scene, runs):
-    """The ways of mark a under the three laws, from above and from the side, in centimetres."""
+    """Draw the paths of mark a under the three laws, from above and from the side."""
     figure, panels = plt.subplots(1, 2, sharex=True, figsize=(7.2, 5.2), layout="constrained")
     for axes, (title, j) in zip(panels, (("from above", 1), ("from the side", 2)), strict=True):
         for variant, look in LINES.items():

@@ -37,7 +37,7 @@ shapes = [
     [head.at(rs.Pose.at(0, 0, -4 * cm)), camera_body.at(rs.Pose.at(0, 0, -2 * cm))],
 ]
 
-# 4. and 5. One value that holds them all, and where everything is, from the base
+# 4. and 5. The robot as one value, and its link frames from the base
 home = np.array([0, 80 * deg, 10 * cm, 0])
 crane = rs.Robot.from_dh(rows, "standard", joints, home, limits, "crane", names, shapes)
 for link, T in zip(crane.links, crane.frames(home), strict=True):
@@ -47,7 +47,7 @@ for link, T in zip(crane.links, crane.frames(home), strict=True):
 for name, q in [("home", home), ("raised", [50 * deg, 50 * deg, 35 * cm, 45 * deg])]:
     rs.plot.robot(crane, q).savefig(f"crane_{name}.png", dpi=270)
 
-# 7. Trajectories, and a task that its camera guides
+# 7. Trajectories, and a task guided by the camera
 poster = rs.Object(
     "poster",
     rs.Block(40 * cm, 30 * cm, 1 * cm, color="g"),
@@ -58,7 +58,7 @@ eye = rs.MountedCamera(
     "camera",
     rs.Camera([[600, 0, 319.5], [0, 600, 239.5], [0, 0, 1]], size=(640, 480)),
     on="crane.head",
-    pose=rs.Pose.at(rpy=(0, 0, -90 * deg)),  # its x to the right when the boom is level
+    pose=rs.Pose.at(rpy=(0, 0, -90 * deg)),  # x points right when the boom is level
 )
 scene = rs.Scene(crane, poster, eye)
 turned = {"column": 15 * deg, "boom": 90 * deg}

@@ -1,4 +1,4 @@
-"""A camera slower than the controller, and images that are lost: how much gain they leave."""
+"""The largest stable gain with a slow camera, and with images that are lost at random."""
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -10,13 +10,13 @@ DT = 0.04  # seconds, as in the scenario
 
 
 def servo(periods, gain_dt, *changes):
-    """The scenario with a camera of some periods, and gain times dt."""
+    """Return the scenario with a camera of some periods, at a value of gain times dt."""
     changes = [f"sensing.period={1000 * DT * periods} ms", f"task.gain={gain_dt / DT}", *changes]
     return rs.load_scenario(rs.examples.path("slow_camera"), changes)
 
 
 def root_mean_square(gain_dt, lost, steps):
-    """Of the error over many runs, one at the start: from the mean of (e, e seen)(e, e seen)'."""
+    """Return the rms error of many runs, 1 at the start, by the mean of (e, e seen)(e, e seen)'."""
     arrived = np.array([[1 - gain_dt, 0], [1, 0]])
     kept = np.array([[1, -gain_dt], [0, 1]])
     squares, values = np.ones((2, 2)), [1.0]

@@ -1,4 +1,4 @@
-"""Mansard and Chaumette 2007: a command that grows from zero, and what that costs in time."""
+"""Mansard and Chaumette 2007: a command that grows from zero, and its cost in time."""
 
 import matplotlib.pyplot as plt
 import numpy as np

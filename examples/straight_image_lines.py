@@ -1,4 +1,4 @@
-"""Under L current the marks go straight in the image: three exactly, four nearly."""
+"""Under L current the marks move straight in the image: three exactly, four nearly."""
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -8,7 +8,7 @@ from robsim.plot import palette
 
 
 def off_the_chord(run):
-    """(time, mark, axis) ways in the image, and their distance from the chord over its length."""
+    """Return paths (time, mark, axis) in the image, and distances from the chord / its length."""
     way = run.pixels.dropna("time", how="all").values
     chord = way[-1] - way[0]
     x, y = np.moveaxis(way - way[0], -1, 0)
@@ -31,7 +31,7 @@ for dt, color in ((40, palette.VERMILLION), (10, palette.BLUE), (2.5, palette.GR
         away.plot(time, 100 * distance.max(axis=1), **look)
     print("{:4} ms  {:11.3f}  {:11.3f}".format(dt, *largest))
 
-image.plot(way[:, :, 0], way[:, :, 1], color=palette.GREEN)  # four marks, the smallest dt
+image.plot(way[:, :, 0], way[:, :, 1], color=palette.GREEN)  # four marks, smallest dt
 for j in range(way.shape[1]):
     image.plot(*way[[0, -1], j].T, "k--", linewidth=0.9, label=None if j else "chord")
 image.plot(*way[0].T, "ko", markerfacecolor="w", label="start")

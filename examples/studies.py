@@ -1,4 +1,4 @@
-"""Two studies: which scheme converges from how large a rotation, and which wrong number matters."""
+"""Two studies: schemes compared over the rotation at the start, and the effect of wrong numbers."""
 
 from dataclasses import replace
 

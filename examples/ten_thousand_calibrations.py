@@ -1,4 +1,4 @@
-"""How far from its goal a camera ends whose calibration is not exact: ten thousand calibrations."""
+"""The final distance from the goal of a camera with a wrong calibration, ten thousand times."""
 
 import time
 
@@ -11,7 +11,7 @@ from robsim.plot import palette
 RUNS = 10_000
 rng = np.random.default_rng(7)
 experiment = rs.load_scenario(rs.examples.path("calibration_errors"), ["task.gain=3"])
-focal = rng.normal(500, 10, RUNS)  # 2 percent of what is true
+focal = rng.normal(500, 10, RUNS)  # 2 percent of the true value
 off_centre = rng.normal(0, 8, (RUNS, 2))  # pixels
 tilt = np.radians(rng.normal(0, 1, (RUNS, 3)))  # of the mount, about each axis
 camera = "belief.cameras.camera"

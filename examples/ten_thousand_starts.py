@@ -1,4 +1,4 @@
-"""How the path of the camera depends on the law, over ten thousand starts around the goal."""
+"""The path length of the camera under three laws, for ten thousand starts around the goal."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""A square that the goal looks at from the side: L current is trapped at the mirror image."""
+"""A square seen from the side at the goal: L current is trapped at the mirror image."""
 
 import matplotlib.pyplot as plt
 
@@ -15,7 +15,7 @@ for (interaction, colour), line in zip(COLOURS.items(), LINES, strict=False):
     scenario = rs.load_scenario(
         rs.examples.path("tilted_square"), [f"task.interaction={interaction}", "run.duration=15 s"]
     )
-    run = scenario.run(hold=True)  # to the end of the duration, also after the stop
+    run = scenario.run(hold=True)  # continues to the end of the duration
     x, _, z = run.camera_pose.values[:, :3, 3].T
     side.plot(x, -z, line, color=colour, label=f"L {interaction}")
     error.semilogy(run.time, run.error_norm, line, color=colour, label=f"L {interaction}")

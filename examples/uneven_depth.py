@@ -1,4 +1,4 @@
-"""Depths that are wrong by a few percent, each differently, make the goal unstable."""
+"""Depth errors of a few percent that differ between marks make the goal unstable."""
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -7,13 +7,13 @@ import robsim as rs
 from robsim.features.feature import Observation
 from robsim.plot import palette
 
-SQUARE = 0.25 * np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])  # parallel, seen from a metre
-PATTERN = np.array([1, -1, 1, -1])  # by turns too large and too small
+SQUARE = 0.25 * np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])  # parallel to the image, at a metre
+PATTERN = np.array([1, -1, 1, -1])  # alternately too large and too small
 LIMIT = 0.25**2 / (0.25**2 + 1)
 
 
 def eigenvalues(error):
-    """(6,) of L^+ L at the goal, with wrong depths in the first L: negative is unstable."""
+    """Return the eigenvalues (6,) of Lhat^+ L at the goal, with wrong depths in Lhat."""
     depths = 1 + error * PATTERN, np.ones(4)
     views = [Observation.of(SQUARE, Z, rs.Camera(np.eye(3))) for Z in depths]
     wrong, true = (rs.features.Points().interaction(view)[0] for view in views)

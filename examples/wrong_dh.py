@@ -1,4 +1,4 @@
-"""Wrong link lengths, joint offsets and hand-eye pose: the same end, mostly by a longer way."""
+"""Wrong link lengths, joint offsets and hand-eye pose: the same end, mostly on a longer path."""
 
 from dataclasses import replace
 
@@ -18,7 +18,7 @@ scenario = rs.load_scenario(rs.examples.path("wrong_dh"))
 
 
 def servo(scale, starts):
-    """Runs with the errors of the scenario times `scale`; 0 is the truth."""
+    """Run with the errors of the scenario times `scale`; 0 is the truth."""
     dh = {link: {key: scale * by for key, by in row.items()} for link, row in ERRORS.items()}
     turn = 0, 10 * scale * deg, 20 * scale * deg
     hand_eye = rs.Pose.at(3 * scale * cm, 0, -3 * scale * cm, rpy=turn)

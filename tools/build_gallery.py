@@ -1,4 +1,4 @@
-"""Build the gallery: a page for every experiment that is shipped, and an index of all of them.
+"""Build the gallery: a page for every shipped experiment, and an index.
 
 python tools/build_gallery.py [FOLDER]          docs/gallery by default, which git ignores
 
@@ -28,14 +28,14 @@ DEFAULT = HERE.parent / "docs" / "gallery"
 
 @dataclass(frozen=True)
 class Card:
-    """What the index says of an experiment, in HTML, and the group in which it stands."""
+    """The card of an experiment in the index, as HTML, and its group."""
 
     group: str
     html: str
 
 
 def main() -> None:
-    """Build the pages and the index, and say where they are."""
+    """Build the pages and the index, and print their location."""
     folder = Path(sys.argv[1]) if len(sys.argv) > 1 else DEFAULT
     shelf = ScenarioShelf.shipped()
     cards = []
@@ -51,7 +51,7 @@ def build(folder: Path, experiment: rs.Experiment, name: str, title: str, about:
     with warnings.catch_warnings():
         warnings.simplefilter(
             "ignore", rs.errors.RankWarning
-        )  # some experiments show what it warns of
+        )  # some experiments demonstrate its subject
         run = experiment.run()
     page = rs.page.load_recording(rs.export_html(run, folder / f"{name}.html")).header
     ending, arrived = page["events"][-1]["text"], page["outcome"] == rs.Outcome.CONVERGED.name

@@ -1,4 +1,4 @@
-"""Count the lines of the machinery of declarations: what reads, writes and finds values by name.
+"""Count the lines of the machinery of declarations: it reads, writes and finds values by name.
 
 These are the files of `declare`, those of the text and the paths of an experiment and a study, and
 every class elsewhere that declares how a value stands in a text.
@@ -49,7 +49,7 @@ def classes(tree: ast.Module) -> list[ast.ClassDef]:
 
 
 def base_names(kind: ast.ClassDef) -> set[str]:
-    """Return the names of the classes from which one derives."""
+    """Return the names of the base classes of a class."""
     return {ast.unparse(base).rpartition(".")[2] for base in kind.bases}
 
 

@@ -1,4 +1,4 @@
-"""Groups of experiments, which follow from what an experiment is and how it ended."""
+"""Groups of experiments, chosen by the content and the outcome of an experiment."""
 
 from collections.abc import Iterator
 from typing import Any
@@ -6,14 +6,14 @@ from typing import Any
 import robsim as rs
 
 ROLLING = {"planar", "unicycle", "car"}
-# the first one that holds counts
+# the first group that matches counts
 GROUPS = {
     "Missions": lambda it, run: isinstance(it.task, rs.Mission),
     "Mobile robots": lambda it, run: bool(ROLLING & set(_kinds(it.scene))),
-    "Targets that move": lambda it, run: len(it.scene.motions) > 0,
+    "Moving targets": lambda it, run: len(it.scene.motions) > 0,
     "Imperfect images, joints, depths and beliefs": lambda it, run: _is_imperfect(it),
-    "Runs that do not arrive": lambda it, run: int(run.outcome) != rs.Outcome.CONVERGED,
-    "Cameras that fly free": lambda it, run: "floating" in _kinds(it.scene),
+    "Runs that do not converge": lambda it, run: int(run.outcome) != rs.Outcome.CONVERGED,
+    "Free cameras": lambda it, run: "floating" in _kinds(it.scene),
     "Robot arms": lambda it, run: True,
 }
 

@@ -1,4 +1,4 @@
-"""Small pictures of a run, as addresses that hold the PNG itself."""
+"""Small pictures of a run, as data URLs that contain the PNG."""
 
 import base64
 from io import BytesIO
@@ -10,10 +10,10 @@ from PIL import Image, ImageChops
 
 import robsim as rs
 
-SIZE = (320, 240)  # pixels, twice those of the page
+SIZE = (320, 240)  # pixels, twice the size on the page
 DPI = 120  # of the drawing, before it is made smaller
 COLORS = 32  # enough for the solids of an arm, and few enough for some kB
-AROUND = 0.2  # metres around the frames of a robot that is far smaller than its scene
+AROUND = 0.2  # metres around the frames of a robot far smaller than its scene
 
 
 def pictures(experiment: rs.Experiment, run: Any) -> list[str]:
@@ -34,12 +34,12 @@ def _of_mission(run: rs.tasks.MissionRun) -> str:
 
 
 def _small(figure: Figure) -> str:
-    """Return the drawing alone, without what cannot be read at this size."""
+    """Return the drawing without texts, which are unreadable at this size."""
     for axes in figure.axes:
         axes.set_axis_off()
         axes.set_title("")
         for artist in axes.get_children():
-            artist.set_clip_on(False)  # what stands out of the box of the axes is wanted as well
+            artist.set_clip_on(False)  # parts outside the box of the axes are drawn, too
     for legend in [*figure.legends, *(axes.get_legend() for axes in figure.axes)]:
         if legend is not None:
             legend.remove()
@@ -50,7 +50,7 @@ def _small(figure: Figure) -> str:
 
 
 def _fitted(image: Image.Image) -> Image.Image:
-    """Return what is not white, in the middle of a picture of SIZE."""
+    """Return the part that is not white, centred in a picture of SIZE."""
     paper = Image.new("RGB", image.size, "white")
     drawn = image.crop(ImageChops.difference(image, paper).getbbox())
     drawn.thumbnail((SIZE[0] - 8, SIZE[1] - 8))

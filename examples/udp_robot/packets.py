@@ -1,7 +1,7 @@
-"""Packets between a controller and a robot, made like those of RTDE: big-endian, header first.
+"""Packets between a controller and a robot, in the style of RTDE: big-endian, header first.
 
-A header is the size of the whole packet in bytes (uint16) and its kind (uint8). What has another
-size or kind, or a number that is not finite, is no packet: `parse` returns None.
+A header is the size of the whole packet in bytes (uint16) and its kind (uint8). `parse` returns
+None for data with another size or kind, or with a number that is not finite.
 """
 
 import struct
@@ -10,18 +10,18 @@ from typing import NamedTuple
 
 HEADER = struct.Struct(">HB")
 JOINTS = 6
-LARGEST = 1500  # bytes, which a network passes on whole
+LARGEST = 1500  # bytes; networks transmit packets of this size unfragmented
 
 
 class State(NamedTuple):
-    """The robot at a time: joints, and what it has heard.
+    """The robot at a time: joints, and statistics of the received packets.
 
     timestamp   seconds on the robot's clock
     q, qd       (6,) in rad and rad/s
-    sequence    number of the last command that came, 0 before the first
-    round_trip  seconds from the state that this command answers until it came
-    refused     how many packets were none
-    stops       how often the robot stopped since no command came
+    sequence    number of the last received command, 0 before the first
+    round_trip  seconds from the state that this command answers to its arrival
+    refused     number of invalid packets
+    stops       number of stops due to missing commands
     """
 
     timestamp: float
@@ -42,7 +42,7 @@ class Command(NamedTuple):
 
 
 class Image(NamedTuple):
-    """Marks that a camera has seen: when it looked, and {name: (column, row)} in pixels."""
+    """Marks seen by a camera: time of the image, and {name: (column, row)} in pixels."""
 
     timestamp: float
     marks: dict[str, tuple[float, float]]
@@ -65,7 +65,7 @@ def pack(packet: State | Command | Image) -> bytes:
 
 
 def parse(data: bytes) -> State | Command | Image | None:
-    """Return the packet of some bytes, or None if they are none.
+    """Return the packet of some bytes, or None if they are not a packet.
 
     >>> command = Command(7, 0.25, (0.1, 0.0, 0.0, 0.0, 0.0, -0.1))
     >>> parse(pack(command)) == command, parse(pack(command)[:-1]), parse(b"garbage")

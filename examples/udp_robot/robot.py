@@ -1,7 +1,7 @@
-"""A robot in a process of its own: `python -m udp_robot.robot` prints the port that it listens at.
+"""A robot in its own process: `python -m udp_robot.robot` prints the port of its socket.
 
-It integrates velocities at 500 Hz, says its state each time, and stops where no command has come
-for 0.1 s. Its camera looks as the experiment says, but images come up to 10 ms earlier or later.
+It integrates velocities at 500 Hz, sends its state each time, and stops if no command has arrived
+for 0.1 s. Its camera follows the experiment, but images arrive up to 10 ms earlier or later.
 """
 
 import heapq
@@ -17,13 +17,13 @@ from udp_robot import packets
 import robsim as rs
 
 SCENARIO = Path(__file__).with_name("arm.toml")
-PATIENCE = 0.1  # seconds without a command, after which the robot stops
-JITTER = 0.01  # seconds, by which images come earlier or later
-LIFE = 30.0  # seconds, after which the robot ends whatever happens
+PATIENCE = 0.1  # seconds without a command until the robot stops
+JITTER = 0.01  # seconds by which images arrive earlier or later
+LIFE = 30.0  # seconds until the robot ends in any case
 
 
 class Robot:
-    """The robot and its camera, at the times in seconds that it is told."""
+    """The robot and its camera, advanced to given times in seconds."""
 
     def __init__(self, experiment: rs.Experiment, seed: int = 0) -> None:
         self.scene, self.sensing, self.dt = experiment.scene, experiment.sensing, experiment.dt
@@ -36,7 +36,7 @@ class Robot:
         self.images = 0
 
     def hear(self, data: bytes, now: float) -> None:
-        """Take a packet; one that is no command, or an older one, is counted and left out."""
+        """Store a command; count and ignore invalid packets and older commands."""
         command = packets.parse(data)
         if not isinstance(command, packets.Command) or command.sequence <= self.command.sequence:
             self.refused += 1
@@ -46,7 +46,7 @@ class Robot:
         self.qd = np.array(command.qd)
 
     def advance(self, now: float) -> None:
-        """Move until a time, and look whenever the camera does."""
+        """Move until a time, and take the images that are due."""
         while self.now + self.dt <= now + 1e-9:
             if self.now - self.heard > PATIENCE and self.qd.any():
                 self.qd, self.stops = np.zeros(packets.JOINTS), self.stops + 1
@@ -56,7 +56,7 @@ class Robot:
             self.q, self.now = self.q + self.dt * self.qd, self.now + self.dt
 
     def _look(self) -> None:
-        """Take an image, which comes later or never."""
+        """Take an image, which arrives later or is lost."""
         self.images += 1
         if self.rng.random() < self.sensing.dropped:
             return
@@ -67,7 +67,7 @@ class Robot:
         heapq.heappush(self.under_way, (due, self.images, packets.Image(self.now, marks)))
 
     def says(self) -> list[bytes]:
-        """Return what the robot says now: the images that have come, and its state."""
+        """Return the packets to send now: the images that are due, and the state."""
         said = []
         while self.under_way and self.under_way[0][0] <= self.now:
             said.append(packets.pack(heapq.heappop(self.under_way)[-1]))
@@ -77,8 +77,8 @@ class Robot:
 
 
 def serve(link: socket.socket, robot: Robot) -> None:
-    """Let a robot live on the clock of the machine, until its controller is gone."""
-    first, sender = link.recvfrom(packets.LARGEST)  # whoever speaks first is the controller
+    """Run a robot in real time until its controller is gone."""
+    first, sender = link.recvfrom(packets.LARGEST)  # the first sender is the controller
     link.connect(sender)
     link.setblocking(False)
     start = time.perf_counter()
@@ -95,14 +95,14 @@ def serve(link: socket.socket, robot: Robot) -> None:
 
 
 def _received(link: socket.socket) -> bytes | None:
-    """Return the next packet that waits, None without any."""
+    """Return the next waiting packet, or None."""
     with suppress(BlockingIOError):
         return link.recv(packets.LARGEST)
     return None
 
 
 def main() -> None:
-    """Wait for a controller at a port of the loopback, and serve it."""
+    """Wait for a controller at a loopback port, and serve it."""
     robot = Robot(rs.load_scenario(SCENARIO))
     robot.scene.view(robot.q)  # compiles, before any clock runs
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as link:
