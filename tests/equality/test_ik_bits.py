@@ -57,7 +57,7 @@ def test_the_other_rows_of_a_batch_do_not_matter(whole, some):
 @pytest.mark.parametrize("threads", [1, 2, 3])
 def test_chunks_and_threads_do_not_matter(whole, chunk, threads, monkeypatch):
     robot, T, found = whole
-    monkeypatch.setattr(ik_search, "CHUNK", chunk)
+    monkeypatch.setattr(ik_search, "LARGEST_CHUNK", chunk)
     same(robot.ik(T, threads=threads), found)
 
 

@@ -107,7 +107,7 @@ def test_least_squares_that_fail_say_what_to_look_at(views, monkeypatch):
     def fails(*_):
         raise np.linalg.LinAlgError("SVD did not converge")
 
-    monkeypatch.setattr(calibrating, "minimised", fails)
+    monkeypatch.setattr(calibrating, "minimise", fails)
     told = (
         r"views: no least squares \('SVD did not converge'\): do joints \(rad, m\) and views belong"
     )

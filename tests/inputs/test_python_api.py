@@ -1210,7 +1210,7 @@ def test_ctrl_c_while_the_result_is_made_loses_nothing(monkeypatch):
         return made[0]
 
     made, original = [], results.make_dataset
-    monkeypatch.setattr(results, "dataset", disturbed)
+    monkeypatch.setattr(results, "make_dataset", disturbed)
     with pytest.raises(rs.errors.Interrupted) as error:
         simulate(duration=0.2)
     assert error.value.run is made[0] and np.isfinite(made[0].q).all()

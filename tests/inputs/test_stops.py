@@ -95,7 +95,7 @@ def test_a_comparison_that_is_stopped_while_it_measures_has_what_was_simulated(m
     for record in ("all", "summary"):
         alike = {name: each.with_(record=record) for name, each in pair.items()}
         with monkeypatch.context() as patched, pytest.raises(rs.errors.Interrupted) as error:
-            patched.setattr(compared_scheme, "measured", stop)
+            patched.setattr(compared_scheme, "measure_run", stop)
             rs.compare(alike)
         found = error.value.run
         assert found.names == ("a",)
@@ -113,7 +113,7 @@ def test_a_summary_that_is_stopped_between_its_parts_has_those_that_were_done(mo
     monkeypatch.setattr("robsim.analysis.run_arrays.BLOCK", 250)  # of 101 moments: two runs
     starts = np.repeat(LONG.start[None], 5, axis=0)
     case = LONG.with_(duration=4.0, record="summary", start=starts)
-    monkeypatch.setattr(compared_scheme, "measured", stop)
+    monkeypatch.setattr(compared_scheme, "measure_run", stop)
     with pytest.raises(rs.errors.Interrupted) as error:
         rs.compare({"a": case})
     outcome = error.value.run.data.outcome.values[0]

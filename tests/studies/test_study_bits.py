@@ -97,7 +97,7 @@ def test_a_full_disk_keeps_what_is_done(noisy, how, wanted, tmp_path, monkeypatc
             raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
         write(path, content)
 
-    monkeypatch.setattr(atomic_files, "_write", full)
+    monkeypatch.setattr(atomic_files, "_write_synced", full)
     with pytest.raises(rs.errors.FileError, match=r"cannot write .*rows-.*No space left on device"):
         rs.study(noisy, 12, store=tmp_path, chunk=10, **how)
     monkeypatch.undo()

@@ -409,7 +409,7 @@ def test_the_demo_is_live_where_a_person_sees_it(called, monkeypatch, tmp_path, 
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr("robsim.page.export.has_browser", lambda: seen)
     monkeypatch.setattr(
-        "robsim.cli.demo_command.serve", lambda *given, **how: served.append((given, how))
+        "robsim.cli.demo_command.serve_studio", lambda *given, **how: served.append((given, how))
     )
     status, out, _ = called("demo", *options)
     assert status == 0

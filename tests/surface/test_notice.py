@@ -43,8 +43,8 @@ def wait(teller):
 @pytest.fixture
 def teller(monkeypatch):
     """A listener of its own, which is not silent in tests, and for which a second is nothing."""
-    monkeypatch.setattr(stderr_messages, "quiet", lambda: False)
-    monkeypatch.setattr(stderr_messages, "_said", False)
+    monkeypatch.setattr(stderr_messages, "is_quiet", lambda: False)
+    monkeypatch.setattr(stderr_messages, "_has_reported", False)
     monkeypatch.setattr(compile_notice, "PATIENCE", 0.0)
     return compile_notice.CompileNotice()
 
@@ -126,7 +126,7 @@ def test_what_cannot_be_kept_is_told_once_and_by_its_reason(teller, capsys, monk
     data(1.0)
     (made,) = data.overloads.values()
     monkeypatch.setattr(cache_files, "CACHE", tmp_path)
-    monkeypatch.setattr(cache_files, "save", full)
+    monkeypatch.setattr(cache_files, "save_code", full)
     for _ in range(2):
         interaction.points_interaction._cache.save_overload(made.signature.args, made)
     assert capsys.readouterr().err == (

@@ -60,11 +60,13 @@ def called(monkeypatch, capsys):
 
 
 def test_it_says_what_it_compiled_and_where_and_that_there_is_nothing_left(monkeypatch, called):
-    monkeypatch.setattr(warm_command, "_done", lambda jobs: ({"a", "b"}, ["example car: it broke"]))
+    monkeypatch.setattr(
+        warm_command, "_run_workload", lambda jobs: ({"a", "b"}, ["example car: it broke"])
+    )
     out, err = called()
     assert out.startswith("compiled 2 kernels in 0 s; kept: ") and str(cache_files.CACHE) in out
     assert err == "warning: example car: it broke\n"
-    monkeypatch.setattr(warm_command, "_done", lambda jobs: (set(), []))
+    monkeypatch.setattr(warm_command, "_run_workload", lambda jobs: (set(), []))
     assert called().out.startswith("nothing to do: ")
     monkeypatch.setattr(prebuilt, "LEVEL", "x86-64-v3")
     assert "what came with the package serves here (x86-64-v3)" in called().out
@@ -73,7 +75,7 @@ def test_it_says_what_it_compiled_and_where_and_that_there_is_nothing_left(monke
 @pytest.mark.full  # as a process of its own is started
 def test_a_process_of_its_own_does_the_work(monkeypatch, called):
     monkeypatch.setattr(
-        warm_workload, "uses", lambda: [("change", "sensing.noise=1"), ("example", "none")]
+        warm_workload, "list_workload", lambda: [("change", "sensing.noise=1"), ("example", "none")]
     )
     first, second = called(), called()
     assert first.err.count("warning: example none: InputError") == 1
