@@ -87,7 +87,7 @@ def on_the_hand(scene):
         (lambda v: rs.calibrate(v, noise=0), "noise must be a positive number, got 0"),
         (
             lambda v: rs.calibrate(v, ["shoulder"]),
-            "views: they do not tell target.x, shoulder apart; turn the arm about more axes, or",
+            "views: they do not determine target.x, shoulder separately; turn the arm about",
         ),
         (
             lambda v: rs.calibrate(alike(v)),
@@ -100,7 +100,7 @@ def on_the_hand(scene):
         ),
         (
             lambda v: rs.calibrate(seeing(v, [0, 6, 28, 34]), ["focal", *LENS_KEYS, *JOINTS]),
-            "views: 24 pixel coordinates do not tell 24 numbers: take more",
+            "views: 24 pixel coordinates do not determine 24 numbers: take more",
         ),
         (
             lambda v: rs.calibrate(seeing(v, [0, 1, 2, 3])),
@@ -257,8 +257,8 @@ TILTED = seen_from((0, 0, 0), (0.1, 0, 0), (0, 0.1, 0.2))
             BOARD,
             seen_from((0, 0, 0), (0, 0, 0.3), (0.01, 0, -0.5)),
             {},
-            "views: the planes of all 3 are parallel within 5 degrees, which does not tell the "
-            "focal length: tilt the target by 20 degrees or more",
+            "views: the planes of all 3 are parallel within 5 degrees, which leaves the "
+            "focal length open: tilt the target by 20 degrees or more",
         ),
         (BOARD, gaps(TILTED, np.s_[2, 4:]), {}, "pixels: the marks of view 2 are on a line"),
     ],

@@ -69,7 +69,7 @@ def test_an_estimate_is_a_value_that_says_what_it_is():
         ({"right": None}, "pixels_right: expected a Camera"),
         ({"pixels_right": PIXELS[:3]}, "the same points in both images, got 4 and 3"),
         ({"pixels_left": PIXELS[:, :1]}, r"pixels_left: expected shape \(..., N, 2\)"),
-        ({"T_left_right": rs.Pose.at(0, 0, 0, rpy=(0, 1, 0))}, "both cameras are in one place"),
+        ({"T_left_right": rs.Pose.at(0, 0, 0, rpy=(0, 1, 0))}, "cameras are at the same place"),
         ({"T_left_right": np.eye(3)}, r"T_left_right: pose: expected shape \(..., 4, 4\)"),
         ({"noise": -1}, "noise must be a positive number, got -1"),
         ({"noise": 1e300}, r"noise: expected pixels, at most 1e\+100, got 1e\+300"),

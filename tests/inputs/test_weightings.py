@@ -72,8 +72,8 @@ def test_of_three_marks_none_can_be_left_out():
 @pytest.mark.parametrize(
     ("marks", "robust", "words"),
     [
-        (np.eye(3), "tukey", "3 marks do not tell which of them lies"),
-        (np.eye(4, 3), "tukey", "4 marks do not tell"),
+        (np.eye(3), "tukey", "3 marks do not determine the outlier"),
+        (np.eye(4, 3), "tukey", "4 marks do not determine the outlier"),
         (np.eye(5, 3), "tuckey", "no weights 'tuckey'; did you mean 'tukey'?"),
         (np.eye(5, 3), 1, "no weights 1"),
     ],

@@ -137,7 +137,7 @@ def test_offsets_of_encoders_are_found(bench, exact, q):
     found = rs.calibrate(told, joints)
     np.testing.assert_allclose(found.offsets, offsets, atol=1e-10)
     assert np.abs(found.errors(exact.scene)[:12]).max() < 1e-10
-    with pytest.raises(rs.errors.InputError, match=r"do not tell .* apart"):
+    with pytest.raises(rs.errors.InputError, match=r"do not determine .* separately"):
         rs.calibrate(told, exact.scene.coordinate_names)
 
 
@@ -164,7 +164,9 @@ def test_rates_of_pixels_are_those_of_finite_differences(exact, q):
             [
                 np.subtract(
                     *(
-                        predict_pixels(at.moved(s * h * e, free), thing.marks, views.chain, views.q)
+                        predict_pixels(
+                            at.add_step(s * h * e, free), thing.marks, views.chain, views.q
+                        )
                         for s in (1, -1)
                     )
                 )

@@ -118,7 +118,7 @@ def test_one_of_several_cameras_is_chosen_by_its_name(tmp_path):
     path = tmp_path / "cameras.txt"
     path.write_text("1 PINHOLE 640 480 500 500 320 240\n2 PINHOLE 800 600 600 600 400 300\n")
     assert rs.Camera.from_file(path, "2").size == (800, 600)
-    with pytest.raises(rs.errors.FileError, match="2 cameras, 1, 2: say which, name="):
+    with pytest.raises(rs.errors.FileError, match="2 cameras, 1, 2: choose one, name="):
         rs.Camera.from_file(path)
     with pytest.raises(rs.errors.FileError, match="no camera '3'; "):
         rs.Camera.from_file(path, "3")

@@ -288,7 +288,7 @@ def test_q_may_name_robots_and_is_home_by_default(rhino):
         (
             lambda s: s.released("cup", [s.home] * 2),
             InputError,
-            r"'cup' changes hands at one state \(7,\), got \(2, 7\)",
+            r"q: 'cup' needs one state \(7,\) of the scene, got \(2, 7\)",
         ),
         (lambda s: s.released("rhino_xr4"), InputError, "no object 'rhino_xr4' in the scene"),
     ],

@@ -91,10 +91,10 @@ def test_frames_are_chained_and_have_names_of_their_own(tmp_path):
 
 def test_frames_that_are_not_there(tmp_path):
     path = chained(experiment("visp_tutorial").run(duration=0.4), tmp_path)
-    refused(path, r"no position of joint body.x; say .* frames={'free_camera.body': ..., 'world'")
+    refused(path, r"no position of joint body.x; give .* frames={'free_camera.body': ..., 'world'")
     refused(path, "frames: cam, odom, base_link", frames={"world": "earth"})
     for frames, words in (
-        ({"free_camera.bod": "cam"}, "no 'free_camera.bod' that roams; did you mean"),
+        ({"free_camera.bod": "cam"}, "no 'free_camera.bod' that drives or flies; did you mean"),
         ({"world": 3}, "frames: expected"),
         (3, "frames: expected"),
     ):

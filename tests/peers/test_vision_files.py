@@ -158,7 +158,7 @@ def test_a_wrong_file_is_refused_in_one_line(text, tmp_path):
     "text, reason",
     [
         (ROS, "no poses of cameras, as in Kalibr's camchain.yaml"),
-        (CAMCHAIN.replace("T_cn_cnm1", "T_cn"), "cam1: T_cn_cnm1: is missing, so where this"),
+        (CAMCHAIN.replace("T_cn_cnm1", "T_cn"), "cam1: T_cn_cnm1: is missing: the transform"),
         (CAMCHAIN.replace("1.0, 0.0, -0.11", "2.0, 0.0, -0.11"), "cam1: T_cn_cnm1: "),
     ],
 )

@@ -161,7 +161,7 @@ def test_doubtful_tags_are_flagged():
     spot = near.copy()
     u, v = CAMERA.project([[0, 0, 0.25]], rs.Pose.at())[0].astype(int)
     spot[v - 7 : v - 1, u - 7 : u - 1] = np.where(near[v - 4, u - 4] > 128, 30, 225)
-    assert told(spot) == "1 of 64 cells look otherwise"
+    assert told(spot) == "1 of 64 cells do not match"
     assert told((110 + near / 15).astype(np.uint8)) == "a contrast of 13 grey values"
     assert told(rs.vision.render_targets(CAMERA, {tag: rs.Pose.at(0, 0, 0.6)})).startswith(
         "cells of 2."

@@ -1,4 +1,4 @@
-"""Calibration of a camera on a robot: lens, mount, and pose of the calibration target."""
+"""Calibration of a camera on a robot: its lens, its mount, and the pose of its target."""
 
 from robsim.base.lazy_names import attach_names
 

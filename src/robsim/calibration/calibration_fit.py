@@ -1,4 +1,4 @@
-"""The numbers that a calibration estimated, with their covariance."""
+"""The parameters estimated by a calibration, with their covariance."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from robsim.world.scene import Scene
 
 @dataclass(frozen=True, eq=False, repr=False)
 class CalibrationFit(Value):
-    """The model that fits some views best, and the covariance of its numbers."""
+    """The model that fits some views best, and the covariance of its parameters."""
 
     views: CalibrationViews
     model: CalibrationModel
@@ -37,24 +37,24 @@ class CalibrationFit(Value):
 
     @property
     def camera(self) -> Camera:
-        """The lens, with the numbers that were estimated."""
+        """The camera with the estimated parameters of its lens."""
         return self.model.camera
 
     @property
     def offsets(self) -> Array:
-        """What is added (nq,) to the coordinates that the encoders tell; zero if not estimated."""
+        """The offsets (nq,) added to encoder coordinates, zero if they are not estimated."""
         return make_read_only(self.model.offsets.copy())
 
     @property
     def names(self) -> tuple[str, ...]:
-        """The names of the numbers that were estimated, in the order of `covariance`."""
+        """The names of the estimated parameters, in the order of `covariance`."""
         return self.free.names
 
     @property
     def scene(self) -> Scene:
-        """The scene of the views with this camera and this place of the target.
+        """The scene of the views with the estimated camera and the estimated pose of the target.
 
-        It is what a controller may believe: `experiment.with_(task=replace(task, belief=...))`.
+        A controller may believe it: `experiment.with_(task=replace(task, belief=...))`.
         """
         eye = replace(self.views.eye, pose=Pose(self.mount.matrix), camera=self.camera)
         return self.views.scene.replacing(

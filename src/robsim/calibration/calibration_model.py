@@ -1,4 +1,4 @@
-"""What a calibration estimates, and the pixels that follow from it with their rates."""
+"""The parameters of a calibration, and the predicted pixels with their derivatives."""
 
 from __future__ import annotations
 
@@ -27,27 +27,27 @@ LENS_NAMES = ("fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3", "k4", "k5", 
 
 @dataclass(frozen=True, eq=False)
 class Unknowns(Value):
-    """The numbers that are estimated, in the order of all vectors and matrices of a calibration.
+    """The estimated parameters, in the order of all vectors and matrices of a calibration.
 
-    The first six are the twist (v, omega) by which the mount is moved, in camera axes, the next six
-    that by which the target is, in its own; then come numbers of the lens, and offsets of joints.
+    The first six parameters are the twist (v, omega) of the mount in camera axes, the next six the
+    twist of the target in its own axes. Parameters of the lens and offsets of joints follow.
     """
 
     names: tuple[str, ...]
     units: tuple[str, ...]
-    lens: NDArray[np.int64]  # which of fx, fy, cx, cy, k1, k2, p1, p2, ...
-    joints: NDArray[np.int64]  # coordinates whose offsets are estimated
+    lens: NDArray[np.int64]  # indices into LENS_NAMES: fx, fy, cx, cy, k1, k2, p1, p2, ...
+    joints: NDArray[np.int64]  # indices of coordinates with an estimated offset
 
     @property
     def parts(self) -> dict[str, slice]:
-        """Which numbers are of the mount, of the target, of the lens and of the joints."""
+        """The slices of the parameters of the mount, the target, the lens and the joints."""
         lens, end = 12 + len(self.lens), len(self.names)
         ends = {"mount": (0, 6), "target": (6, 12), "lens": (12, lens), "joints": (lens, end)}
         return {name: slice(*pair) for name, pair in ends.items()}
 
 
 def select_unknowns(views: CalibrationViews, also: Iterable[str]) -> Unknowns:
-    """Return what is estimated of some views; InputError: a name of which there is nothing."""
+    """Return the parameters to estimate from some views; raise InputError for an unknown name."""
     joints = dict(_single_joints(views))
     if not has_items(also):
         raise InputError(f"also: expected a list of names, got {format_value(also)}")
@@ -70,34 +70,34 @@ def select_unknowns(views: CalibrationViews, also: Iterable[str]) -> Unknowns:
 
 
 def _single_joints(views: CalibrationViews) -> Iterable[tuple[str, int]]:
-    """Yield the name and the number of each coordinate of a joint with a single one."""
+    """Yield the name and the index of each coordinate of a joint with a single coordinate."""
     alone = set(views.scene.tree.alone(np.arange(views.scene.nv)).tolist())
     return ((n, i) for i, n in enumerate(views.scene.coordinate_names) if i in alone)
 
 
 def _select_lens_numbers(camera: Camera, chosen: tuple[str, ...]) -> list[int]:
-    """Return which numbers of a lens are estimated."""
+    """Return the indices of the parameters of the lens to estimate."""
     count = len(camera.distortion)
     if "distortion" in chosen and not count:
         raise InputError(
             "also: distortion: the camera has no coefficients; give it those to begin with, as in "
             "distortion=(0, 0, 0, 0)"
         )
-    of = {"focal": range(2), "center": range(2, 4), "distortion": range(4, 4 + count)}
-    return [i for name in LENS if name in chosen for i in of[name]]
+    indices = {"focal": range(2), "center": range(2, 4), "distortion": range(4, 4 + count)}
+    return [i for name in LENS if name in chosen for i in indices[name]]
 
 
 @dataclass(frozen=True, eq=False)
 class CalibrationModel(Value):
-    """The numbers of a calibration: the mount X = T_m_c, the place Z = T_f_o, lens and offsets."""
+    """The values of a calibration: the mount X = T_m_c, the place Z = T_f_o, camera and offsets."""
 
     mount: Pose
     place: Pose
     camera: Camera
     offsets: Array  # (nq,)
 
-    def moved(self, step: Array, free: Unknowns) -> CalibrationModel:
-        """Return the model after a step (P,); InputError where there is no such lens."""
+    def add_step(self, step: Array, free: Unknowns) -> CalibrationModel:
+        """Return the model after a step (P,); raise InputError if its lens is invalid."""
         part = {name: step[where] for name, where in free.parts.items()}
         offsets = self.offsets.copy()
         offsets[free.joints] += part["joints"]
@@ -109,12 +109,12 @@ class CalibrationModel(Value):
         )
 
     def numbers(self, free: Unknowns) -> list[float]:
-        """Return the numbers of the lens and the offsets that are estimated."""
+        """Return the estimated parameters of the lens and offsets."""
         lens = _lens_numbers(self.camera, free.lens).tolist()
         return [*lens, *self.offsets[free.joints].tolist()]
 
     def step_to(self, other: CalibrationModel, free: Unknowns) -> Array:
-        """Return the step (P,) that leads from this model to another one."""
+        """Return the step (P,) from this model to another model."""
         lens = _lens_numbers(other.camera, free.lens) - _lens_numbers(self.camera, free.lens)
         return np.concatenate(
             [
@@ -127,7 +127,7 @@ class CalibrationModel(Value):
 
 
 def twist_from_pose(T: Pose) -> Array:
-    """Return the twist (v, omega) whose motion is T: the logarithm.
+    """Return the twist (v, w) with the motion T: the logarithm of the pose.
 
     v = t - w x t / 2 + c w x (w x t), see `robsim.kernels.formulas.se3.log_coefficient`.
 
@@ -141,13 +141,13 @@ def twist_from_pose(T: Pose) -> Array:
 
 
 def _lens_numbers(camera: Camera, which: NDArray[np.int64]) -> Array:
-    """Return some of fx, fy, cx, cy and the coefficients of a lens."""
+    """Return some of fx, fy, cx, cy and the distortion coefficients of a camera."""
     K = camera.K
     return np.concatenate([K[[0, 1, 0, 1], [0, 1, 2, 2]], camera.distortion])[which]
 
 
 def _add_lens_step(camera: Camera, step: Array, which: NDArray[np.int64]) -> Camera:
-    """Return a camera with steps added to some numbers of its lens."""
+    """Return a camera with a step added to some parameters of its lens."""
     if not len(which):
         return camera
     change = np.zeros(4 + len(camera.distortion))
@@ -158,11 +158,12 @@ def _add_lens_step(camera: Camera, step: Array, which: NDArray[np.int64]) -> Cam
 
 
 def predict_pixels(model: CalibrationModel, marks: Array, chain: JointChain, q: Array) -> Array:
-    """Return the pixels (V, N, 2) of marks (N, 3) at coordinates q (V, nq); NaN behind."""
+    """Return pixels (V, N, 2) of marks (N, 3) at coordinates q (V, nq); NaN behind the camera."""
     return _project_points(_points_in_camera(model, marks, chain, q)[1], model.camera)
 
 
 def _project_points(X: Array, camera: Camera) -> Array:
+    """Return the pixels (V, N, 2) of points X (V, N, 3) in camera axes."""
     pixels, _ = camera.image_of(move_runs_last(X, 2))
     return move_runs_first(pixels)
 
@@ -170,7 +171,7 @@ def _project_points(X: Array, camera: Camera) -> Array:
 def _points_in_camera(
     model: CalibrationModel, marks: Array, chain: JointChain, q: Array
 ) -> tuple[Array, Array]:
-    """Return the rotations R_c_o (V, 3, 3), and marks (V, N, 3) in camera axes."""
+    """Return the rotations R_c_o (V, 3, 3), and the marks (V, N, 3) in camera axes."""
     T = (model.mount.inv() @ chain.poses(q + model.offsets) @ model.place).matrix
     return T[:, :3, :3], marks @ T[:, :3, :3].swapaxes(1, 2) + T[:, None, :3, 3]
 
@@ -178,10 +179,10 @@ def _points_in_camera(
 def predict_rates(
     model: CalibrationModel, marks: Array, chain: JointChain, q: Array, free: Unknowns
 ) -> Any:
-    """Return the rates (V, N, 2, P) of the pixels with the numbers that are estimated.
+    """Return the derivatives (V, N, 2, P) of the pixels by the estimated parameters.
 
-    A point X = T_c_m A T_f_o p in camera axes moves by [-1, [X]x] with the mount's twist, by
-    R_c_o [1, -[p]x] with the target's.
+    A point X = T_c_m A T_f_o p in camera axes moves by [-1, [X]x] with the twist of the mount, and
+    by R_c_o [1, -[p]x] with the twist of the target.
     """
     R_c_o, X = _points_in_camera(model, marks, chain, q)
     x, depth = X[..., :2] / X[..., 2:], X[..., 2, None, None]
@@ -201,7 +202,7 @@ def predict_rates(
 def _joint_rates(
     model: CalibrationModel, X: Array, chain: JointChain, q: Array, joints: NDArray[np.int64]
 ) -> Array:
-    """Return the rates (V, N, 3, n) of points X in camera axes with offsets of joints."""
+    """Return the derivatives (V, N, 3, n) of points X in camera axes by offsets of joints."""
     tree = chain.scene.tree
     alone = tree.alone(np.arange(tree.nv)).tolist()
     columns = np.array([alone.index(joint) for joint in joints.tolist()])
@@ -211,10 +212,10 @@ def _joint_rates(
 
 
 def lens_rates(x: Array, pixels: Array, camera: Camera, coefficients: int) -> Array:
-    """Return the rates (..., 2, 4 + n) of pixels with fx, fy, cx, cy and n coefficients.
+    """Return the derivatives (..., 2, 4 + n) of pixels by fx, fy, cx, cy and n coefficients.
 
-    Of normalised points x (..., 2) with their pixels (..., 2); the coefficients are in the order of
-    OpenCV, k1 k2 p1 p2 k3 k4 k5 k6 (`robsim.kernels.formulas.perspective.distort`).
+    The arguments are normalised points x (..., 2) and their pixels (..., 2). The coefficients are
+    in the order of OpenCV, k1 k2 p1 p2 k3 k4 k5 k6 (`robsim.kernels.formulas.perspective.distort`).
     """
     (fx, skew, cx), (_, fy, cy), _ = camera.K
     y_bent = (pixels[..., 1] - cy) / fy
@@ -229,7 +230,7 @@ def lens_rates(x: Array, pixels: Array, camera: Camera, coefficients: int) -> Ar
 
 
 def _distortion_rates(x: Array, lens: Array) -> list[tuple[Array, Array]]:
-    """Return the rates of both coordinates of the distorted point with each coefficient."""
+    """Return the derivatives of both distorted coordinates by each coefficient."""
     k1, k2, _, _, k3, k4, k5, k6 = lens
     x, y = x[..., 0], x[..., 1]
     r2 = x * x + y * y

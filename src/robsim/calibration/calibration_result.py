@@ -1,4 +1,4 @@
-"""The result of a calibration: mount, target and lens, with what is not known of them."""
+"""The result of a calibration: mount, target and lens, with their uncertainty."""
 
 from __future__ import annotations
 
@@ -23,28 +23,40 @@ if TYPE_CHECKING:
     from robsim.calibration.servo_cost import CalibrationCost
 
 SHOWN = {"m": (1e3, "mm"), "rad": (180 / math.pi, "deg"), "px": (1.0, "px"), "1": (1.0, "")}
-FAR = 3.0  # pixels, or times the noise: detectors are wrong by tenths, views mixed up by tens
+FAR = 3.0  # pixels, or times the noise: detectors err by tenths of a pixel, mixed-up views by tens
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Calibration(CalibrationFit):
-    """What `calibrate` found: the mount of a camera, the place of its target, and its lens.
+    """The result of `calibrate`: the mount of a camera, the pose of its target, and its lens.
 
-    covariance  (P, P) of the numbers `names`, in m, rad and px: the twist (v, omega) in camera axes
-                that leads from `mount` to the true mount, X exp(twist); that in axes of the target
-                that leads from `place` to its true place; what was named in `also`
-    sigma       standard deviation of a pixel coordinate, estimated or given
-    freedom     its degrees of freedom; infinite where it was given
-    residuals   (V, N, 2) reprojected less measured pixels, NaN for marks that were not seen
+    Attributes
+    ----------
+    views : CalibrationViews
+        Views of the target.
+    covariance : ndarray of shape (P, P)
+        Covariance of the parameters `names` in m, rad and px: the twist (v, omega) in camera axes
+        from `mount` to the true mount, X exp(twist); the twist in axes of the target from `place`
+        to its true pose; and the parameters named in `also`.
+    sigma : float
+        Standard deviation of a pixel coordinate, estimated or given.
+    freedom : float
+        Degrees of freedom of sigma, infinite if it was given.
+    residuals : ndarray of shape (V, N, 2)
+        Reprojected minus measured pixels, NaN for marks that were not seen.
 
+    Examples
+    --------
     >>> from robsim import calibrate, examples, load_scenario
     >>> from robsim.calibration import simulate_views
     >>> bench = load_scenario(examples.path("calibration_bench"))
     >>> turns = np.radians([[0, 0, 0, 0, 0, 0], [9, 9, 9, 9, 9, 0], [0, 9, -9, 9, -9, 30]])
     >>> q = bench.start + turns
-    >>> found = calibrate(simulate_views(bench, q), ["focal", "center"])
-    >>> found.covariance.shape, found.names[12:], found.holds(bench.scene, "lens")
-    ((16, 16), ('fx', 'fy', 'cx', 'cy'), True)
+    >>> calibration = calibrate(simulate_views(bench, q), ["focal", "center"])
+    >>> calibration.covariance.shape, calibration.names[12:]
+    ((16, 16), ('fx', 'fy', 'cx', 'cy'))
+    >>> calibration.holds(bench.scene, "lens")
+    True
     """
 
     @property
@@ -54,55 +66,93 @@ class Calibration(CalibrationFit):
 
     @property
     def misfit(self) -> str:
-        """A sentence where `rms` is more than noise can be, with the worst view; else empty."""
+        """A sentence with the worst view if `rms` is too large for noise, otherwise empty."""
         return describe_misfit(self.residuals, self.sigma if math.isinf(self.freedom) else 0.0)
 
     @property
     def deviations(self) -> dict[str, float]:
-        """The standard deviation of each number by its name, in m, rad and px."""
+        """The standard deviation of each parameter by its name, in m, rad and px."""
         return dict(zip(self.names, np.sqrt(np.diag(self.covariance)).tolist(), strict=True))
 
     def errors(self, truth: Scene) -> Array:
-        """Return what leads from the estimate to the truth (P,), in the order of `names`.
+        """Return the step (P,) from the estimate to the truth, in the order of `names`.
 
-        The true offsets of joints are zero in it. InputError: the scene lacks camera or target.
+        The true offsets of joints are zero. InputError is raised if the scene lacks the camera or
+        target.
         """
         check_instance(truth, Scene, "truth")
         eye, thing = truth.camera(self.views.camera), truth.object(self.views.target)
-        there = CalibrationModel(
+        true_model = CalibrationModel(
             eye.pose, thing.pose, eye.camera, np.zeros_like(self.model.offsets)
         )
-        return self.model.step_to(there, self.free)
+        return self.model.step_to(true_model, self.free)
 
     def holds(self, truth: Scene, part: str = "mount", level: float = 0.95) -> bool:
-        """Return whether the ellipsoid of a level holds the truth.
+        """Return whether the confidence ellipsoid contains the true parameters.
 
-        `part` is "mount", "target", "lens" or "joints". With n numbers, their errors d and their
-        covariance C it holds what has d' C^-1 d <= n F, F the quantile of Fisher's distribution
-        with n and `freedom` degrees (chi-square over n where the noise was given).
+        For n parameters with errors d and covariance C, the ellipsoid is d' C^-1 d <= n F, with the
+        quantile F of Fisher's distribution with n and `freedom` degrees of freedom (chi-square over
+        n if the noise was given).
+
+        Parameters
+        ----------
+        truth : Scene
+            Scene with the true camera and target.
+        part : {"mount", "target", "lens", "joints"}, default "mount"
+            Parameters to compare.
+        level : float, default 0.95
+            Confidence level.
         """
         known = [name for name, where in self.free.parts.items() if where.start < where.stop]
         if not is_known_name(part, known):
             raise InputError(
                 f"part: no {format_value(part)}; {suggest_names(part, known, 'parts')}"
             )
-        some = self.free.parts[part]
-        d, C = self.errors(truth)[some], self.covariance[some, some]
+        selection = self.free.parts[part]
+        d, C = self.errors(truth)[selection], self.covariance[selection, selection]
         bound = len(d) * fisher_quantile(level, len(d), self.freedom)
         return bool(d @ np.linalg.solve(C, d) <= bound)
 
     def next_poses(self, candidates: Any, count: int) -> NextPoses:
-        """Return which of some coordinates (n, nq) to look from next; see `NextPoses`."""
+        """Return the most informative candidates for the next views.
+
+        Parameters
+        ----------
+        candidates : array_like of shape (n, nq)
+            Coordinates to choose from, for example from `viewpoints`.
+        count : int
+            Number of views to choose.
+
+        Returns
+        -------
+        NextPoses
+            Coordinates, and standard deviations of the mount after each view.
+        """
         return select_next_poses(self, candidates, count)
 
     def cost(self, experiment: Any, runs: int = 200, **how: Any) -> CalibrationCost:
-        """Return what the remaining error costs an experiment; see `CalibrationCost`."""
+        """Return the effect of the remaining calibration error on an experiment.
+
+        Parameters
+        ----------
+        experiment : Experiment
+            Experiment to run.
+        runs : int, default 200
+            Number of samples of the errors.
+        **how
+            `seed` of the samples, and further arguments of `study`.
+
+        Returns
+        -------
+        CalibrationCost
+            Runs with sampled errors of the mount and the lens, and exact runs.
+        """
         from robsim.calibration.servo_cost import estimate_servo_cost
 
         return estimate_servo_cost(self, experiment, runs, **how)
 
     def __str__(self) -> str:
-        """Return a table: numbers and standard deviations, in mm, degrees and pixels."""
+        """Return a table of parameters and standard deviations, in mm, degrees and pixels."""
         rows = align_columns([list(c) for c in zip(*self._rows, strict=True)])
         return "\n".join([self._title, *filter(None, [self.misfit]), *rows])
 
@@ -117,27 +167,28 @@ class Calibration(CalibrationFit):
 
     @property
     def _title(self) -> str:
-        found = "given" if math.isinf(self.freedom) else "estimated"
+        """The camera, the number of views, the rms error and the noise, as a line of text."""
+        source = "given" if math.isinf(self.freedom) else "estimated"
         return (
             f"'{self.views.camera}' on {self.views.eye.on}, from {len(self.views)} views: "
-            f"rms {self.rms:.3g} px, noise {self.sigma:.3g} px ({found})"
+            f"rms {self.rms:.3g} px, noise {self.sigma:.3g} px ({source})"
         )
 
     @property
     def _rows(self) -> list[tuple[str, ...]]:
-        """The head and the rows of the table; of poses, position and rotation vector."""
+        """The head and the rows of the table; a pose has its position and rotation vector."""
         poses = [[*T.position.tolist(), *T.rotvec.tolist()] for T in (self.mount, self.place)]
         values = [*poses[0], *poses[1], *self.model.numbers(self.free)]
-        made: list[tuple[str, ...]] = [("number", "unit", "value", "std")]
+        rows: list[tuple[str, ...]] = [("number", "unit", "value", "std")]
         each = zip(self.deviations.items(), self.free.units, values, strict=True)
         for (name, std), unit, value in each:
             factor, shown = SHOWN[unit]
-            made.append((name, shown, f"{factor * value:z.6g}", f"{factor * std:.2g}"))
-        return made
+            rows.append((name, shown, f"{factor * value:z.6g}", f"{factor * std:.2g}"))
+        return rows
 
 
 def root_mean_square(residuals: Array) -> float:
-    """Return the root mean square of residuals of any shape, NaN apart.
+    """Return the root mean square of residuals of any shape, without NaN.
 
     >>> root_mean_square(np.array([3.0, np.nan, -3.0]))
     3.0
@@ -146,10 +197,10 @@ def root_mean_square(residuals: Array) -> float:
 
 
 def describe_misfit(residuals: Array, noise: float) -> str:
-    """Return a sentence on residuals (V, N, 2) in pixels that are too large; empty for others.
+    """Return a sentence on residuals (V, N, 2) in pixels that are too large, otherwise "".
 
-    Too large is a root mean square above 3 pixels, and above three times the noise, pixels, where
-    that is known (0: it is not). NaN stands for marks that are not seen.
+    The limits of the root mean square are 3 pixels, and three times the noise in pixels if it is
+    known (0: unknown). NaN stands for marks that are not seen.
 
     >>> describe_misfit(np.full((3, 4, 2), 0.3), 0.0)
     ''

@@ -1,4 +1,4 @@
-"""`calibrate`: the mount of a camera, the place of its target, and its lens, from views."""
+"""`calibrate`: estimate the mount of a camera, the pose of its target, and its lens from views."""
 
 from __future__ import annotations
 
@@ -38,9 +38,9 @@ from robsim.vision.pixel_measurement import check_noise
 from robsim.vision.pose_estimation import estimate_pose
 
 SHAH = "shah"
-RANK = 1e-9  # relative: smaller singular values of the scaled rates count as zero
+RANK = 1e-9  # relative: smaller singular values of the scaled Jacobian count as zero
 CHECK = "do joints (rad, m) and views belong together, and are the marks of this size and order?"
-DIRECTION = 0.3  # share of a number in a direction that the views leave open, to be told
+DIRECTION = 0.3  # component of an undetermined direction above which an error names the parameter
 
 
 def calibrate(
@@ -50,29 +50,51 @@ def calibrate(
     start: str = SHAH,
     noise: float | None = None,
 ) -> Calibration:
-    """Return the mount of a camera and the place of its target from views, with their covariance.
+    """Return the mount of a camera and the pose of its target from views, with their covariance.
 
-    views  see `CalibrationViews`
-    also   what else is estimated: "focal", "center", "distortion" (as many coefficients as the
-           camera has), or names of coordinates such as "joint2", whose encoders have an offset
-    start  closed form from which it begins: "shah", "tsai_lenz", "park_martin" or "daniilidis"
-    noise  standard deviation of a pixel coordinate; None: estimated from what remains
+    The estimate minimises the squared pixel errors sum |u - project(X^-1 A(q) Z p)|^2 over X =
+    T_m_c, Z = T_f_o and the parameters named in `also`, by the method of Levenberg and Marquardt
+    (Strobl and Hirzinger 2006, but with errors of pixels only: joints are exact). To first order
+    the covariance is sigma^2 (J'J)^-1 with sigma^2 = r'r / (M - P), for M residuals and P
+    parameters.
 
-    The least squares of all pixels, sum |u - project(X^-1 A(q) Z p)|^2 over X = T_m_c, Z = T_f_o
-    and what is named in `also`, by the method of Levenberg and Marquardt (Strobl and Hirzinger 2006
-    weigh it so; here pixels alone have errors, and the joints none). To first order the covariance
-    is sigma^2 (J'J)^-1, with sigma^2 = r'r / (M - P) of M residuals and P numbers.
+    Parameters
+    ----------
+    views : CalibrationViews
+        Coordinates of the robot and pixels of the target.
+    also : iterable of str, default ()
+        Additional parameters: "focal", "center", "distortion" (as many coefficients as the camera
+        has), or names of coordinates such as "joint2", for the offset of their encoders.
+    start : {"shah", "tsai_lenz", "park_martin", "daniilidis"}, default "shah"
+        Closed-form method for the first estimate.
+    noise : float, optional
+        Standard deviation of a pixel coordinate. Default: estimated from the residuals.
 
-    InputError: turns about one axis only; numbers that these views do not tell, and which; poses
-    that put marks behind the camera. FitWarning: the marks are farther off than 3 pixels (rms) and
-    three times the noise that is given; it names the worst view.
+    Returns
+    -------
+    Calibration
+        Estimated mount, target and lens.
 
+    Raises
+    ------
+    InputError
+        If the robot turns about one axis only, the views do not determine all parameters (the error
+        names them), or a pose puts marks behind the camera.
+
+    Warns
+    -----
+    FitWarning
+        If the rms error is larger than 3 pixels and than three times the given noise. The warning
+        names the worst view.
+
+    Examples
+    --------
     >>> from robsim import examples, load_scenario
     >>> from robsim.calibration.simulated_views import simulate_views
     >>> bench = load_scenario(examples.path("calibration_bench"))
     >>> turns = np.radians([[0, 0, 0, 0, 0, 0], [9, 9, 9, 9, 9, 0], [0, 9, -9, 9, -9, 30]])
-    >>> found = calibrate(simulate_views(bench, bench.start + turns), ["focal", "center"])
-    >>> found.holds(bench.scene), round(found.rms, 1)
+    >>> calibration = calibrate(simulate_views(bench, bench.start + turns), ["focal", "center"])
+    >>> calibration.holds(bench.scene), round(calibration.rms, 1)
     (True, 0.2)
     """
     check_instance(views, CalibrationViews, "views")
@@ -81,21 +103,22 @@ def calibrate(
     count = 2 * int(views.seen.sum())
     if count <= len(free.names):
         raise InputError(
-            f"views: {count} pixel coordinates do not tell {len(free.names)} numbers: take more"
+            f"views: {count} pixel coordinates do not determine {len(free.names)} numbers: take "
+            "more"
         )
     try:
-        found = _fit_calibration(views, free, start, sigma)
+        calibration = _fit_calibration(views, free, start, sigma)
     except np.linalg.LinAlgError as error:
         raise InputError(f"views: no least squares ({format_value(str(error))}): {CHECK}") from None
-    if found.misfit:
-        warnings.warn(found.misfit, FitWarning, stacklevel=find_user_stacklevel())
-    return found
+    if calibration.misfit:
+        warnings.warn(calibration.misfit, FitWarning, stacklevel=find_user_stacklevel())
+    return calibration
 
 
 def _fit_calibration(
     views: CalibrationViews, free: Unknowns, start: str, sigma: float | None
 ) -> Calibration:
-    """Return the calibration; InputError where the closed form puts marks behind the camera."""
+    """Return the calibration; raise InputError if the closed form puts marks behind the camera."""
     problem, first = _build_problem(views, free), _start_model(views, start)
     if not np.isfinite(problem.residuals(first)).all():
         seen = np.isfinite(predict_pixels(first, views.thing.marks, views.chain, views.q)).all(
@@ -112,7 +135,7 @@ def _fit_calibration(
 def _build_problem(
     views: CalibrationViews, free: Unknowns
 ) -> LeastSquaresProblem[CalibrationModel]:
-    """Return the residuals of the marks that are seen."""
+    """Return the least-squares problem of the visible marks."""
     seen, marks, chain, q = views.seen, views.thing.marks, views.chain, views.q
 
     def residuals(model: CalibrationModel) -> Array:
@@ -122,42 +145,45 @@ def _build_problem(
         J = predict_rates(model, marks, chain, q, free)
         return np.asarray(J[seen].reshape(-1, len(free.names)))
 
-    return LeastSquaresProblem(residuals, rates, lambda model, step: model.moved(step, free))
+    return LeastSquaresProblem(residuals, rates, lambda model, step: model.add_step(step, free))
 
 
 def _start_model(views: CalibrationViews, start: str) -> CalibrationModel:
-    """Return the mount and the place in closed form, from the pose of the target in each view."""
+    """Return the first estimate in closed form, from the pose of the target in each view."""
     known = [SHAH, *METHODS]
     if not is_known_name(start, known):
         raise InputError(
             f"start: no method {format_value(start)}; {suggest_names(start, known, 'methods')}"
         )
-    A, B, sure = Pose(views.poses()), *_estimate_target_poses(views)
-    some = np.flatnonzero(sure)
+    A, B, certain = Pose(views.poses()), *_estimate_target_poses(views)
+    used = np.flatnonzero(certain)
     if start == SHAH:
-        X, Z = solve_robot_world(A[some], B[some])
+        X, Z = solve_robot_world(A[used], B[used])
     else:
-        X = solve_hand_eye(A[some], B[some], start)
-        Z = mean_pose(A[some].inv() @ X @ B[some])
+        X = solve_hand_eye(A[used], B[used], start)
+        Z = mean_pose(A[used].inv() @ X @ B[used])
     return CalibrationModel(X, Z, views.lens, np.zeros(views.scene.nq))
 
 
 def _estimate_target_poses(views: CalibrationViews) -> tuple[Pose, Any]:
-    """Return the poses T_c_o (V, 4, 4) of the target, and which are not ambiguous.
+    """Return the poses T_c_o (V, 4, 4) of the target, and which of them are not ambiguous.
 
-    All count as sure where fewer than three are. InputError: a view that shows no pose.
+    If fewer than three poses are unambiguous, all of them are used. InputError is raised for a view
+    without a pose.
     """
-    T, sure = np.empty((len(views), 4, 4)), np.zeros(len(views), dtype=bool)
+    T, certain = np.empty((len(views), 4, 4)), np.zeros(len(views), dtype=bool)
     patterns, group = np.unique(views.seen, axis=0, return_inverse=True)
     for number, seen in enumerate(patterns):
-        some = np.flatnonzero(group.reshape(-1) == number)
-        with prefix_errors(f"pixels: marks seen in view {some[0]}"):
-            found = estimate_pose(views.thing.marks[seen], views.pixels[some][:, seen], views.lens)
-        T[some], sure[some] = found.T_c_o, ~found.ambiguous
+        group_views = np.flatnonzero(group.reshape(-1) == number)
+        with prefix_errors(f"pixels: marks seen in view {group_views[0]}"):
+            estimate = estimate_pose(
+                views.thing.marks[seen], views.pixels[group_views][:, seen], views.lens
+            )
+        T[group_views], certain[group_views] = estimate.T_c_o, ~estimate.ambiguous
     lost = np.flatnonzero(~np.isfinite(T).all((1, 2)))
     if lost.size:
         raise InputError(f"pixels: view {lost[0]} shows no pose of the target: leave it out")
-    return Pose(T), sure if sure.sum() >= 3 else np.ones_like(sure)
+    return Pose(T), certain if certain.sum() >= 3 else np.ones_like(certain)
 
 
 def _build_calibration(
@@ -167,7 +193,7 @@ def _build_calibration(
     problem: LeastSquaresProblem[CalibrationModel],
     sigma: float | None,
 ) -> Calibration:
-    """Return the calibration at the least squares, once all numbers are told by the views."""
+    """Return the calibration at the minimum; raise InputError if a parameter is undetermined."""
     r, J = problem.residuals(model), problem.rates(model)
     inverse = _invert_normal_matrix(J, free)
     freedom = len(r) - len(free.names)
@@ -186,17 +212,17 @@ def _build_calibration(
 
 
 def _invert_normal_matrix(J: Array, free: Unknowns) -> Array:
-    """Return (J'J)^-1 (P, P); InputError names numbers that the views do not tell."""
+    """Return (J'J)^-1 (P, P); raise InputError with the names of undetermined parameters."""
     scale = np.sqrt(np.square(J).sum(axis=0))
-    dark = [name for name, size in zip(free.names, scale, strict=True) if not size > 0.0]
-    if dark:
-        raise InputError(f"views: nothing in them depends on {', '.join(dark)}")
+    unobserved = [name for name, size in zip(free.names, scale, strict=True) if not size > 0.0]
+    if unobserved:
+        raise InputError(f"views: nothing in them depends on {', '.join(unobserved)}")
     _, s, Vt = np.linalg.svd(triangular_factor(J / scale))
     if s[-1] <= RANK * s[0]:
-        open_ = [n for n, x in zip(free.names, np.abs(Vt[-1]), strict=True) if x > DIRECTION]
+        undetermined = [n for n, x in zip(free.names, np.abs(Vt[-1]), strict=True) if x > DIRECTION]
         raise InputError(
-            f"views: they do not tell {', '.join(open_)} apart; turn the arm about more axes, or "
-            "leave something out of also="
+            f"views: they do not determine {', '.join(undetermined)} separately; turn the arm "
+            "about more axes, or leave something out of also="
         )
     half = Vt.T / s / scale[:, None]
     inverse: Array = half @ half.T

@@ -1,4 +1,4 @@
-"""The views of a target from which a camera is calibrated."""
+"""The views of a target for the calibration of a camera."""
 
 from __future__ import annotations
 
@@ -19,27 +19,41 @@ from robsim.world.mounted_camera import MountedCamera
 from robsim.world.object import Object
 from robsim.world.scene import Scene
 
-FEWEST_MARKS = 4  # in a view, which a pose takes
-MARGIN = 3.0  # pixels by which detectors, and noise, may place a mark outside the image
-SLACK = 0.1  # rad, m: encoders with an offset may tell a little more than the limits
+FEWEST_MARKS = 4  # in a view, for a pose
+MARGIN = 3.0  # pixels: detectors and noise may place a mark outside the image by this distance
+SLACK = 0.1  # rad, m: encoders with an offset may exceed the limits by this amount
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class CalibrationViews(Value):
-    """Images of a target from a robot that stood still: coordinates of its joints, and pixels.
+    """Images of a target from a robot at rest: coordinates of its joints, and pixels.
 
-    scene   what is known: the robot, the lens of the camera as a first guess, and the marks of the
-            target; where the camera is mounted and where the target stands need not be right
-    q       (V, nq) coordinates of the scene, one row for each view
-    pixels  (V, N, 2) of the marks, NaN for those that are not seen, as `Detections.pixels` has it
-    camera  its name; None: the only one
-    target  the name of an object; None: the only one with marks
+    The camera may be on the robot and the target in the world, or the camera in the world and the
+    target on the robot.
 
-    Either may be on the robot: the camera on its hand and the target on the table, or the camera on
-    a tripod and the target in the hand. InputError: fewer than three views, a view with fewer than
-    four marks, a mark more than 3 pixels outside the image, a joint more than 0.1 (rad, m) outside
-    its limits, other shapes, or no joint between camera and target.
+    Parameters
+    ----------
+    scene : Scene
+        Known scene: the robot, the camera with a first estimate of its lens, and the marks of the
+        target. The poses of camera and target need not be right.
+    q : array_like of shape (V, nq)
+        Coordinates of the scene, one row for each view.
+    pixels : array_like of shape (V, N, 2)
+        Pixels of the marks, NaN for marks that are not seen, as `Detections.pixels` returns them.
+    camera : str, optional
+        Name of the camera. Default: the only camera.
+    target : str, optional
+        Name of an object. Default: the only object with marks.
 
+    Raises
+    ------
+    InputError
+        If there are fewer than three views, a view has fewer than four marks, a mark is more than 3
+        pixels outside the image, a joint is more than 0.1 (rad, m) outside its limits, a shape is
+        wrong, or no joint moves the camera relative to the target.
+
+    Examples
+    --------
     >>> from robsim import examples, load_scenario
     >>> bench = load_scenario(examples.path("calibration_bench"))
     >>> turns = np.radians([[0, 0, 0, 0, 0, 0], [3, 3, 3, 3, 3, 0], [0, 3, -3, 3, -3, 30]])
@@ -64,8 +78,8 @@ class CalibrationViews(Value):
         _check_visible_marks(np.isnan(pixels))
         check_pixel_range(pixels, eye.camera)
         check_joint_range(q, self.scene)
-        named = {"camera": eye.name, "target": thing.name, "q": make_read_only(q)}
-        for name, value in {**named, "pixels": make_read_only(pixels)}.items():
+        values = {"camera": eye.name, "target": thing.name, "q": make_read_only(q)}
+        for name, value in {**values, "pixels": make_read_only(pixels)}.items():
             object.__setattr__(self, name, value)
         if not self.chain.moves:
             raise InputError(
@@ -85,17 +99,17 @@ class CalibrationViews(Value):
 
     @property
     def eye(self) -> MountedCamera:
-        """The camera as it is known."""
+        """The camera of the known scene, with its mount."""
         return self.scene.camera(self.camera)
 
     @property
     def lens(self) -> Camera:
-        """The lens of the camera as it is known."""
+        """The camera of the known scene, without its mount."""
         return self.eye.camera
 
     @property
     def thing(self) -> Object:
-        """The target as it is known."""
+        """The target in the known scene."""
         return self.scene.object(self.target)
 
     @property
@@ -115,7 +129,7 @@ class CalibrationViews(Value):
 
 
 def _check_view_shapes(q: Array, pixels: Array) -> None:
-    """Raise InputError unless there is a row of coordinates for each image, and enough of them."""
+    """Raise InputError unless there are enough views, with a row of coordinates for each."""
     if q.ndim != 2 or pixels.ndim != 3 or len(q) != len(pixels):
         raise InputError(
             "q and pixels: expected a row for each view, (V, nq) and (V, N, 2), got "
@@ -126,7 +140,7 @@ def _check_view_shapes(q: Array, pixels: Array) -> None:
 
 
 def _check_visible_marks(missing: NDArray[np.bool_]) -> None:
-    """Raise InputError for a mark with one coordinate, and for a view of fewer than four marks."""
+    """Raise InputError for a mark with one coordinate, or a view with fewer than four marks."""
     half = np.argwhere(missing[..., 0] != missing[..., 1])
     if half.size:
         view, mark = half[0].tolist()
@@ -146,9 +160,10 @@ def _check_visible_marks(missing: NDArray[np.bool_]) -> None:
 def is_off_image(pixels: Array, camera: Camera) -> NDArray[np.bool_]:
     """Return which pixels (..., 2) are farther outside the image than a detector may place them.
 
-    Those that are NaN are not, and none is of a camera whose image has no size.
+    The result is false for NaN, and for a camera without a size.
 
-    >>> is_off_image(np.array([[640.0, 2], [642, -2], [2, 640]]), Camera(np.eye(3), size=(640, 480)))
+    >>> camera = Camera(np.eye(3), size=(640, 480))
+    >>> is_off_image(np.array([[640.0, 2], [642, -2], [2, 640]]), camera)
     array([False, False,  True])
     """
     if camera.size is None:
@@ -158,7 +173,7 @@ def is_off_image(pixels: Array, camera: Camera) -> NDArray[np.bool_]:
 
 
 def check_pixel_range(pixels: Array, camera: Camera) -> None:
-    """Raise InputError for the first mark of pixels (V, N, 2) that is outside the image."""
+    """Raise InputError for the first mark of pixels (V, N, 2) outside the image."""
     outside = np.argwhere(is_off_image(pixels, camera))
     if outside.size:
         view, mark = outside[0].tolist()
@@ -170,7 +185,7 @@ def check_pixel_range(pixels: Array, camera: Camera) -> None:
 
 
 def check_joint_range(q: Array, scene: Scene) -> None:
-    """Raise InputError for the first of coordinates q (V, nq) that is far outside its limits."""
+    """Raise InputError for the first coordinate of q (V, nq) far outside its limits."""
     low, high = scene.limits.T
     outside = np.argwhere((q < low - SLACK) | (q > high + SLACK))
     if outside.size:

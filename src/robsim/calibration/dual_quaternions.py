@@ -13,8 +13,8 @@ def daniilidis(motions: RelativeMotions) -> Pose:
     """Return the mount by the method of Daniilidis 1999.
 
     A motion is a dual quaternion q + eps q' with q' = t q / 2. The vector parts of A and B give six
-    equations S (q, q') = 0 for each motion; all together have two null vectors, of which the
-    combination with |q| = 1 and q q' = 0 is the mount.
+    equations S (q, q') = 0 for each motion. The equations of all motions have two null vectors; the
+    mount is their combination with |q| = 1 and q q' = 0.
     """
     (a, a_dual), (b, b_dual) = _vector_parts(motions.A), _vector_parts(motions.B)
     real, dual = _quaternion_rows(a, b), _quaternion_rows(a_dual, b_dual)
@@ -38,7 +38,7 @@ def _quaternion_rows(a: Array, b: Array) -> Array:
 def _combine_null_vectors(u: Array, v: Array) -> tuple[Array, Array]:
     """Return q and q' of l u + m v with |q| = 1 and q q' = 0.
 
-    Of the two ratios l / m that make q q' = 0 that with the larger |q| is the mount.
+    Two ratios l / m satisfy q q' = 0; the ratio with the larger |q| is the mount.
     """
     a, b, c = (
         float(each) for each in (u[:4] @ u[4:], u[:4] @ v[4:] + u[4:] @ v[:4], v[:4] @ v[4:])
@@ -52,7 +52,7 @@ def _combine_null_vectors(u: Array, v: Array) -> tuple[Array, Array]:
 
 
 def _quadratic_ratios(a: float, b: float, c: float) -> list[tuple[float, float]]:
-    """Return unit vectors (l, m) with a l^2 + b l m + c m^2 = 0, or nearly so where none is."""
+    """Return unit vectors (l, m) with a l^2 + b l m + c m^2 = 0, approximately if there is none."""
     root = np.sqrt(max(b * b - 4 * a * c, 0.0))
     far = -0.5 * (b + np.copysign(root, b))
     pairs = [(far, a), (c, far)]  # without cancellation

@@ -20,15 +20,17 @@ from robsim.calibration.relative_motions import (
 )
 from robsim.geometry.pose import Pose
 
-SWAPS = np.array([[1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]])  # half turns about an axis
+SWAPS = np.array(
+    [[1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]]
+)  # rotations by half a turn about an axis
 
 
 def tsai_lenz(motions: RelativeMotions) -> Pose:
     """Return the mount by the method of Tsai and Lenz 1989, rotation first.
 
-    With P = 2 sin(theta/2) n of a motion, [P_A + P_B]x p = P_B - P_A, and p = tan(theta/2) n of
-    the mount, which is infinite at a half turn. So the camera is turned by half a turn about each
-    of its axes, too, and the equations that are conditioned best are taken.
+    With P = 2 sin(theta/2) n of a motion, [P_A + P_B]x p = P_B - P_A holds for p = tan(theta/2) n
+    of the mount, which is infinite at a half turn. The camera is therefore also turned by half a
+    turn about each of its axes, and the best conditioned equations are solved.
     """
     P_A = _half_sines(motions.A.rotvec)
     P_B = _half_sines(motions.B.rotvec)
@@ -53,7 +55,7 @@ def _half_sines(w: Array) -> Array:
 
 
 def _rotation_from_tangents(p: Array) -> Array:
-    """Return the rotation vector of tan(theta/2) n."""
+    """Return the rotation vector of p = tan(theta/2) n."""
     size = np.sqrt(p @ p)
     return np.asarray(p * (2 * np.arctan(size) / size if size > 0 else 2.0))
 
@@ -61,7 +63,7 @@ def _rotation_from_tangents(p: Array) -> Array:
 def park_martin(motions: RelativeMotions) -> Pose:
     """Return the mount by the method of Park and Martin 1994, rotation first.
 
-    The rotation takes the rotation vectors of B nearest to those of A, by least squares.
+    The rotation takes the rotation vectors of B to the rotation vectors of A, by least squares.
     """
     R = nearest_rotation(motions.A.rotvec.T @ motions.B.rotvec)
     return build_pose(R, _solve_translation(motions, R))
@@ -82,19 +84,36 @@ METHODS: dict[str, Callable[[RelativeMotions], Pose]] = {
 
 
 def solve_hand_eye(T_m_f: Any, T_c_o: Any, method: str = "park_martin") -> Pose:
-    """Return the mount X = T_m_c of a camera from poses of views, in closed form.
+    """Return the mount X = T_m_c of a camera in closed form, from poses of several views.
 
-    T_m_f   poses (V, 4, 4) of the frame f that carries the target, in the frame m that carries the
-            camera, as the joints tell them. Eye-in-hand, with a target that stands in the world:
-            the inverse of the pose of the hand. Eye-to-hand: the pose of the hand in the world
-    T_c_o   poses (V, 4, 4) of the target in camera axes, as from `estimate_pose`
-    method  "tsai_lenz" (1989), "park_martin" (1994) or "daniilidis" (1999: dual quaternions,
-            rotation and translation at once)
+    The motion from view i to view j is A = T_m_f,j T_m_f,i^-1 of the mount and B = T_c_o,j
+    T_c_o,i^-1 of the camera, with A X = X B. All methods are exact for exact poses; for noisy
+    pixels the least squares of `calibrate` are more accurate.
 
-    From one view to another A = T_m_f,j T_m_f,i^-1 and B = T_c_o,j T_c_o,i^-1 are the same motion,
-    A X = X B. All methods are exact for exact poses; with noise the least squares of `calibrate`
-    are better. InputError: fewer than three views, turns about one axis only.
+    Parameters
+    ----------
+    T_m_f : pose_like of shape (V, 4, 4)
+        Poses of the frame f that carries the target, in the frame m that carries the camera, from
+        the joints. Eye-in-hand with a target in the world: the inverse of the pose of the hand.
+        Eye-to-hand: the pose of the hand in the world.
+    T_c_o : pose_like of shape (V, 4, 4)
+        Poses of the target in camera axes, for example from `estimate_pose`.
+    method : {"park_martin", "tsai_lenz", "daniilidis"}, default "park_martin"
+        Park and Martin 1994, Tsai and Lenz 1989, or Daniilidis 1999 (dual quaternions, rotation and
+        translation at once).
 
+    Returns
+    -------
+    Pose
+        Pose of the camera in the frame m.
+
+    Raises
+    ------
+    InputError
+        If there are fewer than three views, or the robot turns about one axis only.
+
+    Examples
+    --------
     >>> X, Z = Pose.at(0.1, 0, 0.05, rpy=(0, 0, 1)), Pose.at(1, 0, 0)
     >>> A = Pose.at(0, 0.1, [0.3, 0.4, 0.5], rpy=[[0.2, 0, 0], [0, 0.3, 0], [0, 0, 0.4]])
     >>> solve_hand_eye(A, X.inv() @ A @ Z)

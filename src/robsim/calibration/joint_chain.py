@@ -1,4 +1,4 @@
-"""The joints between a camera and its target: where one frame is from the other, and its rates."""
+"""The joints between a camera and its target: relative poses of their frames, and rates."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from robsim.world.scene import Scene
 
 @dataclass(frozen=True)
 class JointChain:
-    """A robot between the frame `on` that carries a camera and the frame `under` of its target."""
+    """The joints between the frame `on` of a camera and the frame `under` of its target."""
 
     scene: Scene
     on: str
@@ -21,7 +21,7 @@ class JointChain:
 
     @property
     def moves(self) -> bool:
-        """Whether any joint moves one frame against the other."""
+        """Whether any joint moves one frame relative to the other."""
         tree = self.scene.tree
         return bool((tree.carried(self.on) != tree.carried(self.under)).any())
 
@@ -30,25 +30,26 @@ class JointChain:
         return (self.scene.pose(self.on, q).inv() @ self.scene.pose(self.under, q)).matrix
 
     def rates(self, q: Array, X: Array, columns: NDArray[np.int64]) -> Array:
-        """Return the rates (V, N, 3, n) of points X (V, N, 3) of the target with velocities.
+        """Return the derivatives (V, N, 3, n) of points X (V, N, 3) by velocities of joints.
 
-        Points and rates are in axes of the camera's frame `on`.
+        The points belong to the target. Points and rates are in axes of the frame `on` of the
+        camera.
         """
         tree, bodies = self.scene.tree, self.scene.tree.bodies(move_runs_last(q, 1))
         T_w_m, T_w_f = (self.scene.pose(name, q).matrix for name in (self.on, self.under))
         P = X @ T_w_m[:, :3, :3].swapaxes(1, 2) + T_w_m[:, None, :3, 3]
-        moved = [
-            self._carried(J[:, :, columns], P - T[:, None, :3, 3])
+        carried = [
+            self._rigid_rates(J[:, :, columns], P - T[:, None, :3, 3])
             for J, T in (
                 (move_runs_first(tree.jacobian(bodies, self.under)), T_w_f),
                 (move_runs_first(tree.jacobian(bodies, self.on)), T_w_m),
             )
         ]
-        rates = moved[0] - moved[1]
+        rates = carried[0] - carried[1]
         return np.asarray(T_w_m[:, None, :3, :3].swapaxes(2, 3) @ rates)
 
     @staticmethod
-    def _carried(J: Array, arm: Array) -> Array:
-        """Return the rates (V, N, 3, n) of points at `arm` (V, N, 3) from an origin of rates J."""
+    def _rigid_rates(J: Array, arm: Array) -> Array:
+        """Return rates (V, N, 3, n) of points at `arm` (V, N, 3) from an origin with Jacobian J."""
         turned = np.cross(J[:, None, 3:], arm[..., None], axisa=2, axisb=2, axisc=2)
         return np.asarray(J[:, None, :3] + turned)

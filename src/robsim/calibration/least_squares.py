@@ -13,25 +13,25 @@ from robsim.base.errors import InputError
 S = TypeVar("S")
 ROUNDS = 100
 FIRST_DAMPING, MOST_DAMPING = 1e-4, 1e8
-BLOCK = 128  # rows that are factorised together
-ROUNDING = 1e-12  # relative: a sum of squares that is larger by less counts as the same
-ARRIVED = 1e-9  # pixels, by which all marks together move: a shorter step ends the search
+BLOCK = 128  # rows factorised together
+ROUNDING = 1e-12  # relative: a sum of squares that is larger by less counts as equal
+ARRIVED = 1e-9  # pixels: a step that moves all marks together by less ends the search
 
 
 class LeastSquaresProblem(NamedTuple, Generic[S]):
-    """Residuals (M,) of a state, their rates (M, P), and the state after a step (P,)."""
+    """Residuals (M,) of a state, their Jacobian (M, P), and the state after a step (P,)."""
 
     residuals: Callable[[S], Array]
     rates: Callable[[S], Array]
-    moved: Callable[[S, Array], S]
+    add_step: Callable[[S, Array], S]
 
 
 def minimise(problem: LeastSquaresProblem[S], state: S) -> S:
-    """Return the state of least squares near a first one.
+    """Return the state with the least sum of squared residuals near a first state.
 
-    Each step solves (J'J + damping D) dp = -J'r with D the diagonal of J'J (Marquardt 1963), by
-    orthogonal factorisation. The damping falls tenfold after a step that helps and rises tenfold
-    before another try.
+    Each step solves (J'J + damping D) dp = -J'r with the diagonal D of J'J (Marquardt 1963), by
+    orthogonal factorisation. The damping falls tenfold after a successful step and rises tenfold
+    after a failed step.
     """
     damping, r = FIRST_DAMPING, problem.residuals(state)
     for _ in range(ROUNDS):
@@ -43,13 +43,13 @@ def minimise(problem: LeastSquaresProblem[S], state: S) -> S:
         )
         while damping <= MOST_DAMPING:
             step = _solve_damped_step(R, c[:, 0], damping)
-            tried, r_tried = _try_step(problem, state, step / scale)
-            if r_tried @ r_tried <= (1.0 + ROUNDING) * (r @ r):
+            candidate, r_candidate = _try_step(problem, state, step / scale)
+            if r_candidate @ r_candidate <= (1.0 + ROUNDING) * (r @ r):
                 break
             damping *= 10.0
         else:
             return state
-        state, r, damping = tried, r_tried, damping / 10.0
+        state, r, damping = candidate, r_candidate, damping / 10.0
         if step @ step <= ARRIVED**2:
             return state
     return state
@@ -58,8 +58,8 @@ def minimise(problem: LeastSquaresProblem[S], state: S) -> S:
 def triangular_factor(M: Array) -> Array:
     """Return the upper triangle R (n, n) of M = Q R, M (rows, n), by blocks of rows.
 
-    They are so small that LAPACK takes one thread for each, whose bits do not depend on how many
-    there are.
+    The blocks are so small that LAPACK uses one thread for each, so that the result does not depend
+    on the number of threads.
 
     >>> np.abs(triangular_factor(np.ones((1000, 1)))) ** 2
     array([[1000.]])
@@ -76,7 +76,7 @@ def triangular_factor(M: Array) -> Array:
 
 
 def _solve_damped_step(R: Array, c: Array, damping: float) -> Array:
-    """Return the damped step (P,) of rates Q R whose columns have length one, with c = Q'r."""
+    """Return the damped step (P,) for a Jacobian Q R with columns of length one, and c = Q'r."""
     count = len(c)
     M = np.concatenate([R, np.sqrt(damping) * np.eye(count)])
     step: Array = np.linalg.lstsq(M, np.concatenate([-c, np.zeros(count)]), rcond=None)[0]
@@ -84,10 +84,10 @@ def _solve_damped_step(R: Array, c: Array, damping: float) -> Array:
 
 
 def _try_step(problem: LeastSquaresProblem[S], state: S, step: Array) -> tuple[S, Array]:
-    """Return the state after a step and its residuals; infinite where there is none."""
+    """Return the state after a step and its residuals; infinite residuals if it is invalid."""
     try:
-        there = problem.moved(state, step)
-    except InputError:  # such as a focal length below zero
+        candidate = problem.add_step(state, step)
+    except InputError:  # for example a focal length below zero
         return state, np.array([np.inf])
-    r = problem.residuals(there)
-    return there, r if np.isfinite(r).all() else np.array([np.inf])
+    r = problem.residuals(candidate)
+    return candidate, r if np.isfinite(r).all() else np.array([np.inf])

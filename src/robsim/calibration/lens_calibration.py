@@ -22,20 +22,34 @@ from robsim.vision.tags.tag import Tag
 from robsim.vision.tags.tag_families import import_opencv
 
 FEWEST_VIEWS, FEWEST_MARKS = 3, 4
-FLAT = 1e-9  # of the size of the target, by which its marks may leave a plane
-PARALLEL = np.radians(5)  # between planes of views that do not count as parallel
+FLAT = 1e-9  # relative to the size of the target: distance of marks from their plane
+PARALLEL = np.radians(5)  # smallest angle between the planes of two views
 COUNTS = (0, 4, 5, 8)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class LensCalibration(Value):
-    """The lens that `calibrate_lens` found.
+    """The result of `calibrate_lens`.
 
-    camera      the camera, with its size
-    rms         root mean square of the distances in the image, pixels
-    deviations  standard deviation of each number by its name, pixels; of the coefficients 1
-    poses       T_c_o (V, 4, 4) of the target in each view
-    errors      (V,) the rms of each view, pixels
+    Attributes
+    ----------
+    camera : Camera
+        Camera with its size.
+    rms : float
+        Root mean square of the distances in the image, in pixels.
+    deviations : dict of str to float
+        Standard deviation of each parameter by its name, in pixels, or without unit for
+        coefficients.
+    poses : Pose of shape (V, 4, 4)
+        Poses T_c_o of the target in each view.
+    errors : ndarray of shape (V,)
+        Rms error of each view in pixels.
+
+    Examples
+    --------
+    >>> camera = Camera([[800, 0, 320], [0, 800, 240], [0, 0, 1]], (640, 480))
+    >>> LensCalibration(camera, 0.2, {}, Pose.at(0, 0, [1, 1, 1]), np.full(3, 0.2))
+    <LensCalibration from 3 views: rms 0.2 px>
     """
 
     camera: Camera
@@ -45,7 +59,7 @@ class LensCalibration(Value):
     errors: Array
 
     def __str__(self) -> str:
-        """Return a table of the numbers with their standard deviations."""
+        """Return a table of the parameters with their standard deviations."""
         K = self.camera.K
         values = [*K[[0, 1, 0, 1], [0, 1, 2, 2]].tolist(), *self.camera.distortion]
         pairs = zip(LENS_NAMES, values, self.deviations.values(), strict=False)
@@ -63,16 +77,35 @@ def calibrate_lens(
 ) -> LensCalibration:
     """Return the lens of a camera from views of a target, by `cv2.calibrateCamera`.
 
-    target        a `Board` or a `Tag`, or its marks (N, 3) in metres in any frame
-    pixels        (V, N, 2), NaN for marks that are not seen
-    size          (width, height) of the image in pixels
-    coefficients  of the distortion: 0, 4 (k1 k2 p1 p2), 5 (with k3) or 8 (with k4 k5 k6)
-    guess         a camera to begin with, which marks that are not in a plane take
+    The method is Zhang 2000, with the standard deviations of OpenCV's last step. It needs the extra
+    `vision`.
 
-    Zhang 2000, with the standard deviations of OpenCV's last step. It needs the extra `vision`.
-    InputError: fewer than three views, a view of fewer than four marks, and views of a plane that
-    are all parallel to each other within 5 degrees, which do not tell the focal length.
+    Parameters
+    ----------
+    target : Board, Tag or array_like of shape (N, 3)
+        Target, or its marks in metres in any frame.
+    pixels : array_like of shape (V, N, 2)
+        Pixels of the marks, NaN for marks that are not seen.
+    size : (int, int)
+        Width and height of the image in pixels.
+    coefficients : {5, 0, 4, 8}, default 5
+        Number of distortion coefficients: 4 (k1 k2 p1 p2), 5 (with k3) or 8 (with k4 k5 k6).
+    guess : Camera, optional
+        First estimate, needed for marks that are not in a plane.
 
+    Returns
+    -------
+    LensCalibration
+        Camera, standard deviations, and poses of the target.
+
+    Raises
+    ------
+    InputError
+        If there are fewer than three views, a view has fewer than four marks, or the planes of all
+        views are parallel within 5 degrees, which leaves the focal length undetermined.
+
+    Examples
+    --------
     >>> board = [[x, y, 0] for x in (0, 0.1, 0.2) for y in (0, 0.1)]
     >>> calibrate_lens(board, np.zeros((2, 6, 2)), (640, 480))
     Traceback (most recent call last):
@@ -103,7 +136,7 @@ def _run_opencv(
     count: int,
     guess: Camera | None,
 ) -> LensCalibration:
-    """Return what OpenCV finds."""
+    """Return the result of OpenCV."""
     cv2 = import_opencv("a lens needs")
     flags = _opencv_flags(cv2, count)
     objects = [marks[each].astype(np.float32) for each in seen]
@@ -113,18 +146,20 @@ def _run_opencv(
         K, lens = np.array(guess.K), np.array(guess.lens)
         flags |= cv2.CALIB_USE_INTRINSIC_GUESS
     try:
-        found = cv2.calibrateCameraExtended(objects, images, size, K, lens, flags=flags)
+        result = cv2.calibrateCameraExtended(objects, images, size, K, lens, flags=flags)
     except cv2.error as error:
         text = " ".join(str(error).split())
         raise InputError(
             f"pixels: OpenCV finds no lens in these views: {format_value(text)}"
         ) from None
-    rms, K, lens, turns, shifts, deviations, _, errors = found
+    rms, K, lens, turns, shifts, deviations, _, errors = result
     camera = Camera(K, size, distortion=tuple(np.ravel(lens)[:count].tolist()))
     poses = Pose.at(*np.reshape(shifts, (-1, 3)).T, rotvec=np.reshape(turns, (-1, 3)))
     std = np.ravel(deviations)[: 4 + count].tolist()
-    own = dict(zip(LENS_NAMES[: 4 + count], std, strict=True))
-    return LensCalibration(camera, float(rms), own, poses, make_read_only(np.ravel(errors)))
+    named_deviations = dict(zip(LENS_NAMES[: 4 + count], std, strict=True))
+    return LensCalibration(
+        camera, float(rms), named_deviations, poses, make_read_only(np.ravel(errors))
+    )
 
 
 def _target_marks(target: Any) -> Array:
@@ -138,7 +173,7 @@ def _target_marks(target: Any) -> Array:
 
 
 def _find_visible_marks(u: Array) -> NDArray[np.bool_]:
-    """Return which marks (V, N) are seen; InputError: too few views, or marks in one."""
+    """Return which marks (V, N) are seen; raise InputError for too few views or marks."""
     if u.ndim != 3 or len(u) < FEWEST_VIEWS:
         views = len(u) if u.ndim == 3 else 1
         raise InputError(f"pixels: expected {FEWEST_VIEWS} views or more, (V, N, 2), got {views}")
@@ -153,7 +188,7 @@ def _find_visible_marks(u: Array) -> NDArray[np.bool_]:
 
 
 def _opencv_flags(cv2: Any, coefficients: int) -> int:
-    """Return the flags of OpenCV for so many coefficients."""
+    """Return the flags of OpenCV for a number of coefficients."""
     none = cv2.CALIB_ZERO_TANGENT_DIST | cv2.CALIB_FIX_K1 | cv2.CALIB_FIX_K2 | cv2.CALIB_FIX_K3
     known = {0: none, 4: cv2.CALIB_FIX_K3, 5: 0, 8: cv2.CALIB_RATIONAL_MODEL}
     return int(known[coefficients])
@@ -166,10 +201,10 @@ def _is_flat(marks: Array) -> bool:
 
 
 def _check_tilts(marks: Array, u: Array, seen: NDArray[np.bool_], size: tuple[int, int]) -> None:
-    """Raise InputError where the planes of all views are parallel.
+    """Raise InputError if the planes of all views are parallel.
 
-    With a focal length as long as the image is wide, the normal of a plane is along K' l, l its
-    vanishing line (Hartley and Zisserman 2004, section 8.6).
+    The focal length is taken as the width of the image. The normal of a plane is then along K' l
+    with its vanishing line l (Hartley and Zisserman 2004, section 8.6).
     """
     axes = np.linalg.svd(marks - marks.mean(axis=0))[2][:2]
     flat = (marks - marks.mean(axis=0)) @ axes.T
@@ -183,6 +218,6 @@ def _check_tilts(marks: Array, u: Array, seen: NDArray[np.bool_], size: tuple[in
     cosine = np.abs(n @ n.T).min()
     if np.arccos(min(cosine, 1.0)) < PARALLEL:
         raise InputError(
-            f"views: the planes of all {len(u)} are parallel within 5 degrees, which does not tell "
-            "the focal length: tilt the target by 20 degrees or more, to either side"
+            f"views: the planes of all {len(u)} are parallel within 5 degrees, which leaves "
+            "the focal length open: tilt the target by 20 degrees or more, to either side"
         )

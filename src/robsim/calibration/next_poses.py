@@ -1,4 +1,4 @@
-"""The views to take next: those that tell most of the mount."""
+"""The next views of a calibration: coordinates with the most information on the mount."""
 
 from __future__ import annotations
 
@@ -18,12 +18,24 @@ from robsim.vision.camera import Visibility
 
 @dataclass(frozen=True, eq=False, repr=False)
 class NextPoses(Value):
-    """Coordinates from which to look next, the most telling first.
+    """Coordinates of the next views, the most informative first.
 
-    q         (n, nq) coordinates
-    number    (n,) which of the candidates they are
-    position  (n,) standard deviation of the mount's position that is left after each, metres
-    angle     (n,) likewise of its orientation, radians; both are roots of the sum over three axes
+    Attributes
+    ----------
+    q : ndarray of shape (n, nq)
+        Coordinates.
+    number : ndarray of int, shape (n,)
+        Indices of the chosen candidates.
+    position : ndarray of shape (n,)
+        Standard deviation of the mount's position in metres after each view: the root of the sum of
+        the variances along three axes.
+    angle : ndarray of shape (n,)
+        Standard deviation of the mount's orientation in radians after each view.
+
+    Examples
+    --------
+    >>> NextPoses(np.zeros((2, 6)), np.array([4, 1]), np.array([2e-3, 1e-3]), np.radians([1, 0.5]))
+    <NextPoses [4, 1]: to 1 mm, 0.5 deg>
     """
 
     q: Array
@@ -38,42 +50,57 @@ class NextPoses(Value):
         )
 
 
-def select_next_poses(found: CalibrationFit, candidates: Any, count: int) -> NextPoses:
-    """Return coordinates from which to look next, one after the other the most telling.
+def select_next_poses(calibration: CalibrationFit, candidates: Any, count: int) -> NextPoses:
+    """Return the coordinates of the next views, chosen one after another by their information.
 
-    candidates  (n, nq) coordinates, as from `viewpoints`; those beyond the limits of the joints,
-                or from which not the whole target is seen, are left out
-    count       how many to choose; no candidate is chosen twice
+    The gain of a view with Jacobian J is the increase of log det of the information on the mount,
+    with the other parameters marginalised over all views so far: D-optimal design for the mount
+    alone (D_s, Atkinson, Donev and Tobias 2007), which does not depend on units. Each choice is the
+    best choice after the previous ones.
 
-    The gain of a view with rates J is that in log det of the mount's information, what all views so
-    far tell of the other numbers being taken into account: D-optimal design for the mount alone
-    (D_s, Atkinson, Donev and Tobias 2007), of which no choice of units is a part. Each choice is
-    the best after those before. InputError: fewer candidates than `count` will do.
+    Parameters
+    ----------
+    calibration : CalibrationFit
+        Calibration so far.
+    candidates : array_like of shape (n, nq)
+        Coordinates to choose from, for example from `viewpoints`. Candidates beyond the limits of
+        the joints, or without a view of the whole target, are left out.
+    count : int
+        Number of views to choose. No candidate is chosen twice.
 
+    Raises
+    ------
+    InputError
+        If fewer than `count` candidates are usable.
+
+    Examples
+    --------
     >>> from robsim import calibrate, examples, load_scenario
     >>> from robsim.calibration import simulate_views
     >>> bench = load_scenario(examples.path("calibration_bench"))
     >>> turns = np.radians([[0, 0, 0, 0, 0, 0], [9, 9, 9, 9, 9, 0], [0, 9, -9, 9, -9, 30]])
     >>> q = bench.start + turns
-    >>> found = calibrate(simulate_views(bench, q), ["focal", "center"])
-    >>> select_next_poses(found, q, 2).number  # which of the same views to take once more
+    >>> calibration = calibrate(simulate_views(bench, q), ["focal", "center"])
+    >>> select_next_poses(calibration, q, 2).number  # the same views as candidates
     array([2, 0])
     """
-    views = found.views
+    views = calibration.views
     q = views.scene.coordinates(candidates, "candidates", limits=False)
     if q.ndim != 2:
         raise InputError(f"candidates: expected (n, {views.scene.nq}), got {q.shape}")
-    fit = np.flatnonzero(_is_usable_view(found, q))
+    usable = np.flatnonzero(_is_usable_view(calibration, q))
     wanted = as_integer(count, "count", 1)
-    if len(fit) < wanted:
+    if len(usable) < wanted:
         raise InputError(
-            f"candidates: {len(fit)} of {len(q)} see the whole target within the limits of the "
+            f"candidates: {len(usable)} of {len(q)} see the whole target within the limits of the "
             f"joints, and {wanted} are wanted"
         )
-    told = _view_information(found, q[fit])
-    chosen, left = _select_greedily(np.asarray(np.linalg.inv(found.covariance)), told, wanted)
-    spread = np.sqrt([[C[:3].sum(), C[3:].sum()] for C in left]).T
-    number = fit[chosen]
+    information = _view_information(calibration, q[usable])
+    chosen, variances = _select_greedily(
+        np.asarray(np.linalg.inv(calibration.covariance)), information, wanted
+    )
+    spread = np.sqrt([[C[:3].sum(), C[3:].sum()] for C in variances]).T
+    number = usable[chosen]
     return NextPoses(
         make_read_only(q[number]),
         make_read_only(number),
@@ -82,38 +109,44 @@ def select_next_poses(found: CalibrationFit, candidates: Any, count: int) -> Nex
     )
 
 
-def _is_usable_view(found: CalibrationFit, q: Array) -> NDArray[np.bool_]:
+def _is_usable_view(calibration: CalibrationFit, q: Array) -> NDArray[np.bool_]:
     """Return which coordinates are within limits and see the whole target."""
-    low, high = found.views.scene.limits.T
-    view = found.scene.view(q, found.views.camera, found.views.target)
+    low, high = calibration.views.scene.limits.T
+    view = calibration.scene.view(q, calibration.views.camera, calibration.views.target)
     within = ((q >= low) & (q <= high)).all(axis=1)
     return np.asarray(within & (view.visibility == Visibility.IN_IMAGE).all(axis=1))
 
 
-def _view_information(found: CalibrationFit, q: Array) -> Array:
-    """Return what a view from each of some coordinates tells, J'J / sigma^2 (n, P, P)."""
-    views = found.views
-    J = predict_rates(found.model, views.thing.marks, views.chain, q, found.free)
-    J = J.reshape(len(q), -1, J.shape[-1]) / found.sigma
+def _view_information(calibration: CalibrationFit, q: Array) -> Array:
+    """Return the information J'J / sigma^2 (n, P, P) of a view from each of some coordinates."""
+    views = calibration.views
+    J = predict_rates(calibration.model, views.thing.marks, views.chain, q, calibration.free)
+    J = J.reshape(len(q), -1, J.shape[-1]) / calibration.sigma
     return np.asarray(J.swapaxes(1, 2) @ J)
 
 
-def _select_greedily(known: Array, told: Array, count: int) -> tuple[list[int], list[Array]]:
-    """Return which views tell most, and the variances (6,) of the mount after each."""
+def _select_greedily(known: Array, information: Array, count: int) -> tuple[list[int], list[Array]]:
+    """Return the indices of the most informative views, and the variances (6,) of the mount.
+
+    There is one vector of variances after each view.
+    """
     chosen: list[int] = []
-    left = []
+    variances = []
     for _ in range(count):
-        gain = _mount_log_det(known + told)
+        gain = _mount_log_det(known + information)
         gain[chosen] = -np.inf
         chosen.append(int(gain.argmax()))
-        known = known + told[chosen[-1]]
-        left.append(np.diag(np.linalg.inv(known))[:6])
-    return chosen, left
+        known = known + information[chosen[-1]]
+        variances.append(np.diag(np.linalg.inv(known))[:6])
+    return chosen, variances
 
 
 def _mount_log_det(M: Array) -> Array:
-    """Return log det (n,) of the mount's information, without what the other numbers leave open."""
+    """Return log det (n,) of the information on the mount, with other parameters marginalised."""
     size = np.sqrt(np.einsum("nii->ni", M))
     scaled = M / size[:, :, None] / size[:, None, :]
-    whole_, rest = np.linalg.slogdet(scaled)[1], np.linalg.slogdet(scaled[:, 6:, 6:])[1]
-    return np.asarray(whole_ - rest + 2 * np.log(size[:, :6]).sum(axis=1))
+    all_numbers, other_numbers = (
+        np.linalg.slogdet(scaled)[1],
+        np.linalg.slogdet(scaled[:, 6:, 6:])[1],
+    )
+    return np.asarray(all_numbers - other_numbers + 2 * np.log(size[:, :6]).sum(axis=1))

@@ -1,4 +1,4 @@
-"""Motions between the poses of views, from which hand-eye calibration begins."""
+"""Motions between the poses of views, for closed-form hand-eye calibration."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from robsim.geometry.pose import Pose, as_pose
 
 FEWEST = 3  # views; two motions are needed
 MOST_PAIRS = 5000
-HALF_TURN = np.radians(170)  # beyond it the axis of a motion may as well point the other way
-LEAST_TURN = np.radians(0.2)  # about a second axis
+HALF_TURN = np.radians(170)  # above this angle the direction of the axis of a motion is uncertain
+LEAST_TURN = np.radians(0.2)  # smallest rms rotation about each of two axes
 
 
 class RelativeMotions(NamedTuple):
-    """Motions A (n, 4, 4) of the mount and B (n, 4, 4) of the camera, each in own axes: A X = X B.
+    """Motions A (n, 4, 4) of the mount and B (n, 4, 4) of the camera, in own axes, with A X = X B.
 
-    With the poses of the views A = A_j A_i^-1 and B = B_j B_i^-1, i before j.
+    With the poses of views i < j, A = A_j A_i^-1 and B = B_j B_i^-1.
     """
 
     A: Pose
@@ -28,9 +28,10 @@ class RelativeMotions(NamedTuple):
 
 
 def find_relative_motions(T_m_f: Pose, T_c_o: Pose) -> RelativeMotions:
-    """Return the motions between views, as far as they do without those near a half turn.
+    """Return the motions between views, without motions near a half turn if enough others remain.
 
-    InputError: they turn about a single axis, so that they do not tell the mount.
+    InputError is raised if all motions turn about a single axis, which leaves the mount
+    undetermined.
     """
     i, j = _view_pairs(len(T_m_f.matrix))
     A, B = T_m_f[j] @ T_m_f[i].inv(), T_c_o[j] @ T_c_o[i].inv()
@@ -47,8 +48,8 @@ def find_relative_motions(T_m_f: Pose, T_c_o: Pose) -> RelativeMotions:
             "turn it about a second one, too"
         )
     short = np.sqrt(np.square(axes).sum(-1)) < HALF_TURN
-    some = short if _rotation_spread(axes[short])[1] >= LEAST_TURN else np.ones_like(short)
-    return RelativeMotions(A[some], B[some])
+    used = short if _rotation_spread(axes[short])[1] >= LEAST_TURN else np.ones_like(short)
+    return RelativeMotions(A[used], B[used])
 
 
 def _rotation_spread(axes: Array) -> tuple[float, float]:
@@ -60,7 +61,7 @@ def _rotation_spread(axes: Array) -> tuple[float, float]:
 
 
 def _view_pairs(count: int) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Return the numbers of two views for each motion: every pair, or those of near numbers."""
+    """Return the indices of two views for each motion: all pairs, or pairs of near views."""
     i, j = np.triu_indices(count, 1)
     if len(i) > MOST_PAIRS:
         near = j - i <= max(MOST_PAIRS // count, 1)
@@ -69,7 +70,7 @@ def _view_pairs(count: int) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
 
 
 def check_view_poses(mount: object, camera: object) -> tuple[Pose, Pose]:
-    """Return the poses T_m_f and T_c_o (V, 4, 4) of views; InputError: other shapes, too few."""
+    """Return the poses T_m_f and T_c_o (V, 4, 4) of views; raise InputError for other shapes."""
     first, second = as_pose(mount), as_pose(camera)
     shapes = first.matrix.shape, second.matrix.shape
     if shapes[0] != shapes[1] or first.matrix.ndim != 3:
@@ -95,9 +96,9 @@ def cross_matrix(w: Array) -> Array:
 
 
 def nearest_rotation(M: Array) -> Array:
-    """Return the rotation R (3, 3) that is nearest to a matrix, with the largest trace of R' M.
+    """Return the rotation R (3, 3) nearest to a matrix M, with the largest trace of R' M.
 
-    By its singular values (Schoenemann 1966; Umeyama 1991 for the sign).
+    It follows from the singular values of M (Schoenemann 1966; Umeyama 1991 for the sign).
 
     >>> nearest_rotation(np.diag([2.0, 3.0, 0.5]))
     array([[1., 0., 0.],

@@ -16,33 +16,48 @@ from robsim.calibration.relative_motions import (
 )
 from robsim.geometry.pose import Pose
 
-TIE = 1e-6  # relative: closer singular values count as the same
+TIE = 1e-6  # relative: closer singular values count as equal
 
 
 def solve_robot_world(T_m_f: Any, T_c_o: Any) -> tuple[Pose, Pose]:
-    """Return the mount X = T_m_c of a camera and the place Z = T_f_o of its target.
+    """Return the mount X = T_m_c of a camera and the pose Z = T_f_o of its target.
 
-    T_m_f  poses (V, 4, 4) of the frame f that carries the target, in the frame m that carries the
-           camera, as the joints tell them; see `solve_hand_eye`
-    T_c_o  poses (V, 4, 4) of the target in camera axes
-
-    X T_c_o = T_m_f Z in every view. By the method of Shah 2013 ("Solving the robot-world/hand-eye
+    In every view X T_c_o = T_m_f Z. The method is Shah 2013 ("Solving the robot-world/hand-eye
     calibration problem using the Kronecker product"): with K = sum of R_c_o' (x) R_m_f' over the
-    views the rotations are the singular vectors of the largest singular value of K, and the
-    positions follow by linear least squares. InputError: fewer than three views, turns about one
-    axis only.
+    views, the rotations are the singular vectors of the largest singular value of K, and the
+    positions follow by linear least squares.
 
+    Parameters
+    ----------
+    T_m_f : pose_like of shape (V, 4, 4)
+        Poses of the frame f that carries the target, in the frame m that carries the camera, from
+        the joints; see `solve_hand_eye`.
+    T_c_o : pose_like of shape (V, 4, 4)
+        Poses of the target in camera axes.
+
+    Returns
+    -------
+    X, Z : Pose
+        Pose of the camera in the frame m, and of the target in the frame f.
+
+    Raises
+    ------
+    InputError
+        If there are fewer than three views, or the robot turns about one axis only.
+
+    Examples
+    --------
     >>> X, Z = Pose.at(0.1, 0, 0.05, rpy=(0, 0, 1)), Pose.at(1, 0, 0)
     >>> A = Pose.at(0, 0.1, [0.3, 0.4, 0.5], rpy=[[0.2, 0, 0], [0, 0.3, 0], [0, 0, 0.4]])
     >>> solve_robot_world(A, X.inv() @ A @ Z)[1]
     <Pose position [1.0, 0.0, 0.0] rotvec [0.0, 0.0, 0.0]>
     """
     A, B = check_view_poses(T_m_f, T_c_o)
-    find_relative_motions(A, B)  # checks that they turn about two axes
+    find_relative_motions(A, B)  # raises InputError unless they turn about two axes
     R_X, R_Z = _solve_rotations(A.rotation, B.rotation)
-    left = np.concatenate([np.broadcast_to(-np.eye(3), A.rotation.shape), A.rotation], axis=2)
+    equations = np.concatenate([np.broadcast_to(-np.eye(3), A.rotation.shape), A.rotation], axis=2)
     right = B.position @ R_X.T - A.position
-    t = np.linalg.lstsq(left.reshape(-1, 6), right.ravel(), rcond=None)[0]
+    t = np.linalg.lstsq(equations.reshape(-1, 6), right.ravel(), rcond=None)[0]
     return build_pose(R_X, t[:3]), build_pose(R_Z, t[3:])
 
 

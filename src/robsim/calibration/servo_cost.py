@@ -1,4 +1,4 @@
-"""What the remaining error of a calibration costs a servo loop."""
+"""The effect of the remaining calibration error on a servo loop."""
 
 from __future__ import annotations
 
@@ -25,17 +25,34 @@ from robsim.studies.study_plan import MOST_RUNS
 from robsim.studies.study_result import StudyResult
 from robsim.world.mounted_camera import MountedCamera
 
-ERROR_STREAM = "calibration"  # the name of the random numbers of errors
-PARTS = ("mount", "lens")  # of a calibration, which a belief has
+ERROR_STREAM = "calibration"  # name of the stream of random errors
+PARTS = ("mount", "lens")  # parts of a calibration that a belief contains
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class CalibrationCost(Value):
-    """How an experiment ends whose controller believes the camera as the calibration leaves it.
+    """The result of an experiment with a controller that believes an inexact calibration.
 
-    study   one run for each draw of the errors of mount and lens
-    exact   the same runs, with the same noise, of a controller that believes the truth
-    errors  (runs, n) those errors, in the order of `names`, m, rad and px
+    Attributes
+    ----------
+    study : Study
+        One run for each sample of the errors of mount and lens.
+    exact : Study
+        The same runs with the same noise, with a controller that believes the truth.
+    errors : ndarray of shape (runs, n)
+        Sampled errors in m, rad and px, in the order of `names`.
+    names : tuple of str
+        Names of the calibrated parameters.
+
+    Examples
+    --------
+    >>> from robsim import calibrate, examples, load_scenario
+    >>> from robsim.calibration import simulate_views
+    >>> bench = load_scenario(examples.path("calibration_bench"))
+    >>> turns = np.radians([[0, 0, 0, 0, 0, 0], [9, 9, 9, 9, 9, 0], [0, 9, -9, 9, -9, 30]])
+    >>> calibration = calibrate(simulate_views(bench, bench.start + turns))
+    >>> calibration.cost(bench, 2).errors.shape
+    (2, 6)
     """
 
     study: StudyResult
@@ -45,31 +62,31 @@ class CalibrationCost(Value):
 
     @property
     def converged(self) -> Estimate:
-        """The share of the runs that converged, with its interval."""
+        """The share of the runs that converged, with its confidence interval."""
         return self.study.converged()
 
     @property
     def metres(self) -> tuple[float, float]:
-        """The median distance from the goal of the runs that converged, and of the exact ones."""
+        """The median distances from the goal in metres of converged runs, with errors and exact."""
         return _median_of_converged(self.study, "distance_to_goal"), _median_of_converged(
             self.exact, "distance_to_goal"
         )
 
     @property
     def radians(self) -> tuple[float, float]:
-        """The median angle from the goal of the runs that converged, and of the exact ones."""
+        """The median angles from the goal in radians of converged runs, with errors and exact."""
         return _median_of_converged(self.study, "angle_to_goal"), _median_of_converged(
             self.exact, "angle_to_goal"
         )
 
     def sensitivity(self, of: str = "distance_to_goal") -> Sensitivity:
-        """Return which number of the calibration matters most for a column of the study."""
+        """Return the sensitivity of a column of the study to each calibrated parameter."""
         table = self.study.table
         columns = dict(zip(self.names, self.errors[table["draw"]].T, strict=True))
         return compute_sensitivity(table.assign(**columns), of, list(self.names))
 
     def __str__(self) -> str:
-        """Return the share that converged, and how far from the goal, with the exact ones."""
+        """Return the share of converged runs and their median errors, with the exact runs."""
         (far, least), (turned, least_turned) = self.metres, np.degrees(self.radians)
         return (
             f"{self.converged} converged, median {1e3 * far:.3g} mm and {turned:.3g} deg off the "
@@ -82,25 +99,45 @@ class CalibrationCost(Value):
 
 
 def _median_of_converged(of: StudyResult, column: str) -> float:
-    """Return the median of a column over the runs that converged; NaN of none."""
+    """Return the median of a column over the converged runs, NaN if no run converged."""
     ended = of.table[of.table["outcome"] == "CONVERGED"][column]
     return float(np.median(ended)) if len(ended) else math.nan
 
 
 def estimate_servo_cost(
-    found: CalibrationFit, experiment: Any, runs: int = 200, *, seed: int = 0, **how: Any
+    calibration: CalibrationFit, experiment: Any, runs: int = 200, *, seed: int = 0, **how: Any
 ) -> CalibrationCost:
-    """Return how an experiment ends if its controller believes what a calibration may have found.
+    """Return the result of an experiment with a controller that believes an inexact calibration.
 
-    runs  draws of the errors of mount and lens, from their covariance as a normal distribution
-    seed  of these draws
-    how   more for `study`: start, threads ...
+    The true scene is the scene of the experiment. The controller believes its camera with sampled
+    errors. Errors of the mount bend the path; a goal that is an image or a camera pose is reached
+    nevertheless. Errors of the lens shift the final pose of a goal that is computed.
 
-    The true scene is that of the experiment, and the controller believes its camera with the errors
-    of a draw. Errors of the mount bend the way; an image or pose of the camera that is the goal is
-    reached all the same, while errors of the lens move the end of a goal that is computed.
-    InputError: no such camera in the experiment, or a lens of another kind.
+    Parameters
+    ----------
+    calibration : CalibrationFit
+        Calibration; errors are sampled from a normal distribution with its covariance.
+    experiment : Experiment
+        Experiment to run.
+    runs : int, default 200
+        Number of samples of the errors.
+    seed : int, default 0
+        Seed of the samples.
+    **how
+        Further arguments of `study`, such as `start` and `threads`.
 
+    Returns
+    -------
+    CalibrationCost
+        Runs with the sampled errors, and exact runs.
+
+    Raises
+    ------
+    InputError
+        If the experiment lacks the camera, or its lens has another number of coefficients.
+
+    Examples
+    --------
     >>> from robsim import examples, load_scenario
     >>> from robsim.calibration.calibration_solver import calibrate
     >>> from robsim.calibration.simulated_views import simulate_views
@@ -111,49 +148,53 @@ def estimate_servo_cost(
     """
     check_instance(experiment, Experiment, "experiment")
     count = as_integer(runs, "runs", 1, MOST_RUNS)
-    chosen = np.r_[*(found.free.parts[name] for name in PARTS)]
-    errors = _sample_errors(found.covariance[np.ix_(chosen, chosen)], count, seed)
-    steps = np.zeros((count, len(found.names)))
+    chosen = np.r_[*(calibration.free.parts[name] for name in PARTS)]
+    errors = _sample_errors(calibration.covariance[np.ix_(chosen, chosen)], count, seed)
+    steps = np.zeros((count, len(calibration.names)))
     steps[:, chosen] = errors
-    sure, wrong = _camera_beliefs(found, experiment.scene.camera(found.views.camera), steps)
+    sure, wrong = _camera_beliefs(
+        calibration, experiment.scene.camera(calibration.views.camera), steps
+    )
     exact = experiment.at(sure)
-    made = study(exact, count, vary=wrong, **how), study(exact, count, **how)
-    return CalibrationCost(*made, make_read_only(errors), tuple(found.names[i] for i in chosen))
+    studies = study(exact, count, vary=wrong, **how), study(exact, count, **how)
+    return CalibrationCost(
+        *studies, make_read_only(errors), tuple(calibration.names[i] for i in chosen)
+    )
 
 
 def _camera_beliefs(
-    found: CalibrationFit, eye: MountedCamera, steps: Array
+    calibration: CalibrationFit, eye: MountedCamera, steps: Array
 ) -> tuple[dict[str, Array], dict[str, TabulatedValues]]:
-    """Return the true numbers of a camera by their names as a belief, and those with errors."""
-    if len(eye.camera.distortion) != len(found.camera.distortion):
+    """Return the true parameters of a camera by their names in a belief, and the wrong ones."""
+    if len(eye.camera.distortion) != len(calibration.camera.distortion):
         raise InputError(
             f"camera '{eye.name}': its lens has {len(eye.camera.distortion)} coefficients, and "
-            f"{len(found.camera.distortion)} were calibrated"
+            f"{len(calibration.camera.distortion)} were calibrated"
         )
-    true = CalibrationModel(eye.pose, found.place, eye.camera, found.offsets)
-    believed = _camera_arrays([true.moved(step, found.free) for step in steps], true)
+    true = CalibrationModel(eye.pose, calibration.place, eye.camera, calibration.offsets)
+    believed = _camera_arrays([true.add_step(step, calibration.free) for step in steps], true)
     names = {key: f"belief.cameras.{eye.name}.{key}" for key in believed}
-    sure = {names[key]: values[0] for key, values in _camera_arrays([true], true).items()}
-    differ = {names[key]: x for key, x in believed.items() if (x != sure[names[key]]).any()}
-    return sure, {name: TabulatedValues(values) for name, values in differ.items()}
+    exact = {names[key]: values[0] for key, values in _camera_arrays([true], true).items()}
+    different = {names[key]: x for key, x in believed.items() if (x != exact[names[key]]).any()}
+    return exact, {name: TabulatedValues(values) for name, values in different.items()}
 
 
 def _sample_errors(C: Array, count: int, seed: int) -> Array:
-    """Return (count, n) draws of a normal distribution of mean 0 and covariance C (n, n)."""
+    """Return samples (count, n) of a normal distribution with mean 0 and covariance C (n, n)."""
     scale = np.sqrt(np.diag(C))
     half = np.linalg.cholesky(C / np.outer(scale, scale)) * scale[:, None]
-    draws = RandomNumbers(as_integer(seed, "seed", 0, 2**64), ERROR_STREAM, np.arange(count))
-    return np.asarray(draws.normal(len(C)) @ half.T)
+    stream = RandomNumbers(as_integer(seed, "seed", 0, 2**64), ERROR_STREAM, np.arange(count))
+    return np.asarray(stream.normal(len(C)) @ half.T)
 
 
 def _camera_arrays(models: list[CalibrationModel], true: CalibrationModel) -> dict[str, Array]:
-    """Return the numbers (n, ...) of cameras by their keys in the table of a camera."""
+    """Return the parameters (n, ...) of cameras by their keys in the table of a camera."""
     K = np.array([model.camera.K for model in models])
     rpy = np.array([rotation_to_rpy(model.mount.rotation) for model in models])
     turns = np.round((rpy - rotation_to_rpy(true.mount.rotation)) / (2 * np.pi))
     return {
         "position": np.array([model.mount.position for model in models]),
-        "rpy": rpy - 2 * np.pi * turns,  # so that no number leaps by a turn
+        "rpy": rpy - 2 * np.pi * turns,  # no angle jumps by a full turn
         "focal": K[:, [0, 1], [0, 1]],
         "center": K[:, :2, 2],
         "skew": K[:, 0, 1],

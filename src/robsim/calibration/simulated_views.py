@@ -1,4 +1,4 @@
-"""Views of a target by a simulated camera, and coordinates from which it sees all of it."""
+"""Views of a target by a simulated camera, and coordinates with a view of the whole target."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from robsim.vision.camera import Visibility
 from robsim.world.scene import Scene
 from robsim.world.sensing import Sensing
 
-NOISE_STREAM = "calibration"  # the name of the random numbers of noise
+NOISE_STREAM = "calibration"  # name of the stream of random noise
 
 
 def simulate_views(
@@ -32,17 +32,37 @@ def simulate_views(
     target: str | None = None,
     seed: int | None = None,
 ) -> CalibrationViews:
-    """Return what a camera of an experiment truly sees of a target, with its noise.
+    """Return simulated views of a target by a camera of an experiment, with noise.
 
-    q       (V, nq) coordinates, one row for each view; the robot stands still in each
-    camera  its name; None: the only one
-    target  the name of an object; None: the only one with marks
-    seed    of the noise; None: that of the experiment
+    The pixels are projected in the true scene, with `sensing.noise` and `sensing.quantisation`, and
+    are NaN outside the image. The views contain the scene that the experiment believes. The noise
+    of a view depends on the seed and the number of the view only.
 
-    The pixels come from the true scene with `sensing.noise` and `sensing.quantisation`, NaN outside
-    the image; what the views say is known is what the experiment believes. The noise of a view
-    depends on the seed and its number alone. InputError: other errors of images, too few marks.
+    Parameters
+    ----------
+    experiment : Experiment
+        Experiment with the true scene, the belief and the errors of images.
+    q : array_like of shape (V, nq)
+        Coordinates, one row for each view. The robot is at rest in each view.
+    camera : str, optional
+        Name of the camera. Default: the only camera.
+    target : str, optional
+        Name of an object. Default: the only object with marks.
+    seed : int, optional
+        Seed of the noise. Default: the seed of the experiment.
 
+    Returns
+    -------
+    CalibrationViews
+        Coordinates and pixels for `calibrate`.
+
+    Raises
+    ------
+    InputError
+        If `sensing` contains other errors of images, or a view has too few marks.
+
+    Examples
+    --------
     >>> from robsim import examples, load_scenario
     >>> bench = load_scenario(examples.path("calibration_bench"))
     >>> simulate_views(bench, bench.start + np.zeros((3, 6)))
@@ -56,7 +76,7 @@ def simulate_views(
     view = _visible_pixels(scene, values, camera, target)
     seed = experiment.seed if seed is None else as_integer(seed, "seed", 0, 2**64)
     pixels = _add_image_errors(view, experiment.sensing, seed)
-    pixels[is_off_image(pixels, scene.camera(camera).camera)] = np.nan  # which no image shows
+    pixels[is_off_image(pixels, scene.camera(camera).camera)] = np.nan  # outside the image
     believed = find_common_belief(experiment.task) or scene
     return CalibrationViews(believed, values, pixels, camera, target)
 
@@ -69,7 +89,7 @@ def _visible_pixels(scene: Scene, q: Array, camera: str | None, target: str | No
 
 
 def _add_image_errors(pixels: Array, sensing: Sensing, seed: int) -> Array:
-    """Return pixels as the images have them; InputError for what views are not given."""
+    """Return pixels with the image errors; raise InputError for errors that views do not have."""
     for each in sorted(sensing.acting(), key=lambda one: one.effect.place):
         with prefix_errors(f"sensing.{each.field}"):
             name = f"{NOISE_STREAM}{each.stream or ''}"
@@ -87,14 +107,29 @@ def _sample_normal(seed: int, name: str, shape: tuple[int, ...]) -> Array:
 def sample_viewpoints(
     experiment: Experiment, count: int, start: Any, *, seed: int | None = None
 ) -> Array:
-    """Return coordinates (n, nq), n at most `count`, from which the camera sees its whole target.
+    """Return coordinates (n, nq) with a view of the whole target, with n at most `count`.
 
-    start  a sampler of a study: `LookAt`, `About`, `Anywhere` ...
-    seed   of what is drawn; None: that of the experiment
+    The coordinates are within the limits of the joints. A sample that fails in a thousand attempts
+    is left out.
 
-    They are within the limits of the joints. What none of a thousand tries finds is left out.
-    InputError: none of them sees the target.
+    Parameters
+    ----------
+    experiment : Experiment
+        Experiment with the scene.
+    count : int
+        Number of samples.
+    start : Sampler
+        Sampler of start configurations: `LookAt`, `About`, `Anywhere` ...
+    seed : int, optional
+        Seed of the samples. Default: the seed of the experiment.
 
+    Raises
+    ------
+    InputError
+        If no sample sees the whole target.
+
+    Examples
+    --------
     >>> from robsim.starts import LookAt
     >>> from robsim import examples, load_scenario
     >>> bench = load_scenario(examples.path("calibration_bench"))
@@ -106,9 +141,9 @@ def sample_viewpoints(
         raise InputError(
             f"{START_NAME}: expected a sampler such as rs.LookAt(...), which draws them"
         )
-    q, _, fits = RowSimulator(plan).starts(np.arange(plan.draws))
-    if not fits.any():
+    q, _, usable = RowSimulator(plan).starts(np.arange(plan.draws))
+    if not usable.any():
         raise InputError(
             f"viewpoints: none of {plan.draws} sees the whole target: widen {START_NAME}"
         )
-    return make_read_only(np.ascontiguousarray(q[fits]))
+    return make_read_only(np.ascontiguousarray(q[usable]))

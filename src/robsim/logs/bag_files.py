@@ -1,4 +1,4 @@
-"""Bags as files: what is in them, message by message, and what cannot be read of them."""
+"""Files of ROS 2 bags: their topics and messages, and errors of damaged files."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ from robsim.run.log import NANO
 Clock = Literal["header", "log"]
 SUFFIXES = (".mcap", ".db3")
 MOST = 20_000_000  # messages
-LARGEST = 1 << 30  # bytes of a chunk of MCAP, once it is unpacked
+LARGEST = 1 << 30  # bytes of a decompressed chunk of MCAP
 
 
 class RecordedMessage(NamedTuple):
-    """A message, the time in nanoseconds at which it was recorded, and that in its header."""
+    """A message, its recording time in nanoseconds, and the time in its header."""
 
     logged: int
     stamped: int | None
@@ -29,19 +29,19 @@ class RecordedMessage(NamedTuple):
 
 
 class TimedMessage(NamedTuple):
-    """A message at a time in nanoseconds."""
+    """A message and its time in nanoseconds."""
 
     time: int
     message: Any
 
     @property
-    def said(self) -> str:
-        """The time, for messages of errors."""
+    def when(self) -> str:
+        """The time as text, for error messages."""
         return f"at {self.time / NANO:.9g} s"
 
 
 def assign_times(messages: Sequence[RecordedMessage], clock: Clock) -> Iterator[TimedMessage]:
-    """Yield messages with their times: those of the headers, where these have any."""
+    """Yield messages with their times, from the headers if any header has a time."""
     stamped = clock == "header" and any(each.stamped for each in messages)
     for each in messages:
         time = each.stamped if stamped else None
@@ -49,15 +49,16 @@ def assign_times(messages: Sequence[RecordedMessage], clock: Clock) -> Iterator[
 
 
 class Bag:
-    """An open bag: a folder of MCAP or SQLite files, or one of them.
+    """An open bag: a folder of MCAP or SQLite files, or one such file.
 
-    `topics` are {name: type}. FileError: it cannot be read; once it is open, without its path.
+    `topics` are {name: type}. FileError is raised for files that cannot be read; within the context
+    its message does not contain the path.
     """
 
     def __init__(self, path: str | os.PathLike[str]) -> None:
         self.path, self._files = path, list(_list_bag_files(path))
         self._store = message_types.load_typestore()
-        self._open, self._places = ExitStack(), [str(path)]
+        self._stack, self._private_paths = ExitStack(), [str(path)]
         self._readers: list[Any] = []
         self.topics: dict[str, str] = {}
 
@@ -65,43 +66,43 @@ class Bag:
         from rosbags.rosbag2 import Reader
 
         with ExitStack() as stack:
-            self._places.append(stack.enter_context(TemporaryDirectory(prefix="robsim-")))
+            self._private_paths.append(stack.enter_context(TemporaryDirectory(prefix="robsim-")))
             for file in self._files:
-                with prefix_errors(str(self.path)), self._readable():
+                with prefix_errors(str(self.path)), self._convert_errors():
                     reader = stack.enter_context(
-                        Reader(zstd.decompress_file(file, self._places[-1]))
+                        Reader(zstd.decompress_file(file, self._private_paths[-1]))
                     )
                     _check_chunk_size(reader)
                     self._readers.append(reader)
             with prefix_errors(str(self.path)):
-                self._note_topics()
-            self._open = stack.pop_all()
+                self._store_topics()
+            self._stack = stack.pop_all()
         return self
 
     def __exit__(self, *_: object) -> None:
-        self._open.close()
+        self._stack.close()
 
     def messages(self, *topics: str) -> Iterator[tuple[str, RecordedMessage]]:
-        """Yield the messages of some topics, with these, in the order in which they came."""
+        """Yield messages with their topics, for some topics, in the order of recording."""
         for reader in self._readers:
-            with self._readable():
-                some = [each for each in reader.connections if each.topic in topics]
-                for each in some:
+            with self._convert_errors():
+                connections = [each for each in reader.connections if each.topic in topics]
+                for each in connections:
                     definition = _message_definition(each)
                     message_types.check_message_definition(
                         each.msgtype, definition, f"topic {each.topic}"
                     )
-                for connection, logged, data in reader.messages(some) if some else ():
-                    with self._readable(connection.topic):
-                        plain = zstd.decompress_message(data)
-                        found = self._store.deserialize_cdr(plain, connection.msgtype)
+                for connection, logged, data in reader.messages(connections) if connections else ():
+                    with self._convert_errors(connection.topic):
+                        payload = zstd.decompress_message(data)
+                        message = self._store.deserialize_cdr(payload, connection.msgtype)
                         timed = RecordedMessage(
-                            int(logged), message_types.header_time(found), found
+                            int(logged), message_types.header_time(message), message
                         )
                     yield connection.topic, timed
 
-    def _note_topics(self) -> None:
-        """Note the topics; FileError if there is nothing, too much, or a topic of two types."""
+    def _store_topics(self) -> None:
+        """Store the topics; raise FileError for too few or too many messages, or unclear types."""
         for each in (each for reader in self._readers for each in reader.connections):
             if self.topics.setdefault(each.topic, each.msgtype) != each.msgtype:
                 raise FileError(
@@ -114,16 +115,16 @@ class Bag:
             raise FileError(f"{count} messages; at most {MOST} are read")
 
     @contextmanager
-    def _readable(self, topic: str = "") -> Iterator[None]:
-        """Raise FileError for whatever the readers of bags raise."""
+    def _convert_errors(self, topic: str = "") -> Iterator[None]:
+        """Convert any exception of a bag reader to a FileError."""
         where = f"topic {topic}: " if topic else ""
         try:
             yield
         except RobSimError as error:
             raise FileError(f"{where}{error}") from None
-        except Exception as error:  # noqa: BLE001  of a damaged file there are many kinds
+        except Exception as error:  # noqa: BLE001  damaged files raise many kinds of errors
             words = str(error)
-            for place in self._places:
+            for place in self._private_paths:
                 words = words.replace(place, "it")
             reason = " ".join(words.split()) or type(error).__name__
             raise FileError(
@@ -132,29 +133,31 @@ class Bag:
 
 
 def _list_bag_files(path: str | os.PathLike[str]) -> list[Path]:
-    """Return the files of a bag, in the order in which they were written."""
+    """Return the files of a bag, in the order of recording."""
     with convert_os_errors(path, "read"):
-        there = Path(path)
-        if not there.exists():
+        location = Path(path)
+        if not location.exists():
             raise FileError(f"no file {path}")
-        if there.is_file():
-            if _strip_compression(there).suffix not in SUFFIXES:
+        if location.is_file():
+            if _strip_compression(location).suffix not in SUFFIXES:
                 raise FileError(f"{path}: expected a folder, or a .mcap or .db3 file")
-            return [there]
-        found = {_strip_compression(file): file for file in sorted(there.iterdir(), reverse=True)}
-    files = [file for plain, file in found.items() if plain.suffix in SUFFIXES]
+            return [location]
+        by_name = {
+            _strip_compression(file): file for file in sorted(location.iterdir(), reverse=True)
+        }
+    files = [file for name, file in by_name.items() if name.suffix in SUFFIXES]
     if not files:
         raise FileError(f"{path}: no .mcap or .db3 file in this folder")
     return sorted(files, key=lambda file: _part_number(_strip_compression(file)))
 
 
 def _strip_compression(file: Path) -> Path:
-    """Return the name of a file without that of its compression."""
+    """Return the name of a file without the suffix of its compression."""
     return file.with_suffix("") if file.suffix == zstd.SUFFIX else file
 
 
 def _part_number(file: Path) -> tuple[int, str]:
-    """Return the number behind the name of a part of a bag."""
+    """Return the number at the end of the name of a part of a bag, and the name."""
     last = file.stem.rsplit("_", maxsplit=1)[-1]
     return (int(last) if last.isascii() and last.isdigit() and len(last) < 10 else 0), file.name
 
@@ -167,8 +170,8 @@ def _check_chunk_size(reader: Any) -> None:
 
 
 def _message_definition(connection: Any) -> str:
-    """Return how a bag defines the messages of a connection; empty unless it is in .msg form."""
+    """Return the definition of a connection's messages, empty unless it is in .msg form."""
     from rosbags.interfaces import MessageDefinitionFormat
 
-    own = connection.msgdef
-    return str(own.data) if own.format is MessageDefinitionFormat.MSG else ""
+    content = connection.msgdef
+    return str(content.data) if content.format is MessageDefinitionFormat.MSG else ""

@@ -33,7 +33,13 @@ SHOWN = 5  # names in a warning
 
 
 class BagImage(NamedTuple):
-    """A compressed image of a bag: seconds, the format as the bag names it, and the bytes."""
+    """A compressed image of a bag: seconds, the format as named in the bag, and the bytes.
+
+    Examples
+    --------
+    >>> BagImage(1.5, "jpeg", bytes([255, 216, 255])).format
+    'jpeg'
+    """
 
     time: float
     format: str
@@ -50,28 +56,55 @@ def read_bag(
     frames: Mapping[str, str] | None = None,
     clock: Literal["header", "log"] = "header",
 ) -> xr.Dataset:
-    """Read a ROS 2 bag, a folder or a .mcap or .db3 file, as a run.
+    """Read a ROS 2 bag as a run.
 
-    Every period of the experiment has the last joints, marks and commands until then (zero-order
-    hold), and `image_age` the seconds since the images; marks that are not seen are NaN. The run
-    begins when all joints and all marks have been seen once, and ends with the joints.
+    Every period of the experiment has the last joints, marks and commands before it (zero-order
+    hold); `image_age` is the time in seconds since the images. Marks that are not seen are NaN. The
+    run begins when all joints and all marks have been measured once, and ends with the joints.
 
-    experiment  what was done: scene, task and period; None: the bag says it, if RobSim wrote it
-    topics      {"joints", "commands", "marks.CAMERA" or "lens.CAMERA": topic}, where they are not
-                those of `write_bag` nor the only ones of their type; commands are JointState or
-                JointTrajectory of one point (their velocities), Float64MultiArray in the order of
-                the commanded velocities, or Twist or TwistStamped of a body in its own axes; marks
-                are Detection2DArray, or AprilTagDetectionArray, whose corners are tag36h11_7.0 ...
-    names       {joint of the scene: joint in the bag}, where they differ
-    marks       {target: the ids of its marks, in their order}; by default TARGET.NUMBER
-    frames      {"world" or "ROBOT.LINK" of a body that drives or flies: frame in /tf}, where they
-                are called otherwise; they say where it is if no JointState does
-    clock       "header": times are the stamps of the messages, where they have any; "log": when
-                they were recorded
+    Commands are JointState, JointTrajectory with one point (its velocities), Float64MultiArray in
+    the order of the commanded velocities, or Twist or TwistStamped of a body in its own axes. Marks
+    are Detection2DArray, or AprilTagDetectionArray with the corners tag36h11_7.0 and so on. Poses
+    in /tf replace missing JointState messages of bodies that drive or fly.
 
-    FileError: what cannot be read, lacks or does not fit; InputError: an argument, or rosbags
-    lacks. A FileWarning names what of the topics is left out.
+    Parameters
+    ----------
+    path : path_like
+        Folder, .mcap file or .db3 file.
+    experiment : Experiment, optional
+        Experiment with the scene, the task and the period. Default: the experiment in the bag, if
+        RobSim wrote the bag.
+    topics : mapping, optional
+        Topics {"joints", "commands", "marks.CAMERA" or "lens.CAMERA": topic}. Default: the topics
+        of `write_bag`, or the only topic of a type.
+    names : mapping, optional
+        Names {joint of the scene: joint in the bag}, if they differ.
+    marks : mapping, optional
+        Ids {target: ids of its marks, in their order}. Default: TARGET.NUMBER.
+    frames : mapping, optional
+        Frames {"world" or "ROBOT.LINK": frame in /tf} of bodies that drive or fly, if they differ.
+    clock : {"header", "log"}, default "header"
+        Times of the messages: stamps of their headers, if they have any, or recording times.
 
+    Returns
+    -------
+    xarray.Dataset
+        Run with the recorded values.
+
+    Raises
+    ------
+    FileError
+        If the bag cannot be read, lacks a topic, or does not fit the experiment.
+    InputError
+        If an argument is invalid, or rosbags is not installed.
+
+    Warns
+    -----
+    FileWarning
+        If the topics contain joints or marks that the scene does not have.
+
+    Examples
+    --------
     >>> read_bag("nothing.mcap")
     Traceback (most recent call last):
     ...
@@ -79,21 +112,39 @@ def read_bag(
     """
     check_known(clock, CLOCKS, "no clock {}", "clocks")
     with Bag(path) as bag, prefix_errors(str(path)):
-        made = (
+        recorded_experiment = (
             _load_bag_experiment(bag)
             if experiment is None
             else check_instance(experiment, Experiment, "experiment")
         )
         return make_run_from_log(
-            _BagReader(bag, made, clock).log(topics, names, marks, frames), made
+            _BagReader(bag, recorded_experiment, clock).log(topics, names, marks, frames),
+            recorded_experiment,
         )
 
 
 def read_bag_images(path: str | os.PathLike[str], topic: str) -> Iterator[BagImage]:
-    """Yield the compressed images of a topic of a bag, as bytes, with their times in seconds.
+    """Yield the compressed images of a topic of a bag, with their times in seconds.
 
-    FileError: there is no such topic, or it holds something else.
+    Parameters
+    ----------
+    path : path_like
+        Folder, .mcap file or .db3 file.
+    topic : str
+        Topic of type CompressedImage.
 
+    Yields
+    ------
+    BagImage
+        Time, format and bytes of an image.
+
+    Raises
+    ------
+    FileError
+        If there is no such topic, or it has another type.
+
+    Examples
+    --------
     >>> next(read_bag_images("nothing.mcap", "/camera/image/compressed"))
     Traceback (most recent call last):
     ...
@@ -101,14 +152,14 @@ def read_bag_images(path: str | os.PathLike[str], topic: str) -> Iterator[BagIma
     """
     with Bag(path) as bag, prefix_errors(str(path)):
         check_topic(bag.topics, topic, TYPES["images"])
-        for _, each in bag.messages(topic):  # one by one: all of them are too many
+        for _, each in bag.messages(topic):  # one at a time, to save memory
             image = each.message
             time = each.stamped or each.logged
             yield BagImage(time / NANO, str(image.format), bytes(image.data))
 
 
 def _load_bag_experiment(bag: Bag) -> Experiment:
-    """Return the experiment that a bag says. FileError: it says none."""
+    """Return the experiment in a bag; raise FileError if there is none."""
     if bag.topics.get(EXPERIMENT) not in TYPES["experiment"]:
         raise FileError(f"it has no {EXPERIMENT}: give the experiment, open_bag(path, experiment)")
     text = next((each.message.data for _, each in bag.messages(EXPERIMENT)), "")
@@ -116,7 +167,7 @@ def _load_bag_experiment(bag: Bag) -> Experiment:
 
 
 class _BagReader:
-    """The topics of a bag as the streams of a log."""
+    """The topics of a bag, converted to the streams of a log."""
 
     def __init__(self, bag: Bag, experiment: Experiment, clock: Clock) -> None:
         self.bag, self.scene, self.clock = bag, experiment.scene, clock
@@ -125,41 +176,43 @@ class _BagReader:
         self.others: dict[str, None] = {}
         self.messages: dict[str, list[RecordedMessage]] = {}
 
-    def log(self, given: Any, names: Any, marks: Any, frames: Any) -> Log:
-        """Return the streams of the bag, as a log of the experiment."""
+    def log(self, topics: Any, names: Any, marks: Any, frames: Any) -> Log:
+        """Return the streams of the bag as a log of the experiment."""
         called = map_joint_names(names, self.scene)
         places = BodyPoses(self.scene, called, frames)
-        self.roles = choose_topics(self.bag.topics, self.controller.cameras, given, bool(places))
+        self.roles = choose_topics(self.bag.topics, self.controller.cameras, topics, bool(places))
         self.messages = {topic: [] for role, topic in self.roles.items() if role not in FRAME_ROLES}
         for topic, each in self.bag.messages(*self.messages):
             self.messages[topic].append(each)
         joints, rates = self._joints(called, places)
         commands = self._commands(called)
-        seen: dict[PairKey, Stream] = {}
+        pixels: dict[PairKey, Stream] = {}
         for camera in self.controller.cameras:
-            seen |= self._images(camera, marks)
-        log = Log(str(self.bag.path), joints, seen, commands, rates, self._lenses())
-        self._tell_others()
+            pixels |= self._images(camera, marks)
+        log = Log(str(self.bag.path), joints, pixels, commands, rates, self._lenses())
+        self._warn_of_others()
         return log
 
     def _joints(self, called: Mapping[str, str], places: BodyPoses) -> tuple[Stream, Stream | None]:
-        """Return the coordinates, and the velocities as measured where there are such."""
+        """Return the coordinates, and the measured velocities if there are any."""
         scene, topic = self.scene, f"topic {self.roles.get('joints', self.roles.get('frames'))}"
-        found = list(self._found("joints")) if "joints" in self.roles else []
-        states = (each.message for each in found if len(each.message.position))
+        messages = list(self._timed_messages("joints")) if "joints" in self.roles else []
+        states = (each.message for each in messages if len(each.message.position))
         places.leave_out({name for state in states for name in state.name})
         if places and "frames" in self.roles:
-            found = list(merge(found, self._moved(places), key=lambda each: each.time))
+            messages = list(
+                merge(messages, self._mobile_bodies(places), key=lambda each: each.time)
+            )
         q = JointValues([called.get(name, name) for name in scene.coordinate_names], "position")
-        joints = read_joint_stream(topic, found, q)
+        joints = read_joint_stream(topic, messages, q)
         self.others |= dict.fromkeys(f"joint {name}" for name in q.others)
         if joints is None:
             raise FileError(f"{topic}: {_describe_missing_joint(q, places)}")
         qd = JointValues([called.get(name, name) for name in scene.velocity_names], "velocity")
-        return joints, read_joint_stream(topic, found, qd)
+        return joints, read_joint_stream(topic, messages, qd)
 
-    def _moved(self, places: BodyPoses) -> Iterator[TimedMessage]:
-        """Yield where bodies are of which no JointState says it."""
+    def _mobile_bodies(self, places: BodyPoses) -> Iterator[TimedMessage]:
+        """Yield the poses of bodies that no JointState message covers."""
         moving, still = self.roles["frames"], self.roles.get("still")
         for _, each in self.bag.messages(still) if still else ():
             places.still(f"topic {still}", each.message.transforms)
@@ -168,12 +221,12 @@ class _BagReader:
                 yield TimedMessage((self.clock == "header" and time) or each.logged, joints)
 
     def _commands(self, called: Mapping[str, str]) -> Stream | None:
-        """Return the velocities that were commanded, zero for those that never were."""
+        """Return the commanded velocities; velocities without a command are zero."""
         if "commands" not in self.roles:
             return None
         topic = self.roles["commands"]
         commands = CommandReader(self.controller, self.bag.topics[topic], called)
-        stream = commands.stream(f"topic {topic}", self._found("commands"))
+        stream = commands.stream(f"topic {topic}", self._timed_messages("commands"))
         self.others |= commands.others
         return stream
 
@@ -182,29 +235,29 @@ class _BagReader:
         ids, sizes = map_mark_ids(self.controller, camera, marks)
         others: dict[str, None] = {}
         role = f"marks.{camera}"
-        found = read_mark_streams(
-            f"topic {self.roles[role]}", self._found(role), ids, sizes, others
+        streams = read_mark_streams(
+            f"topic {self.roles[role]}", self._timed_messages(role), ids, sizes, others
         )
         self.others |= dict.fromkeys(f"mark {name}" for name in others)
-        return found
+        return streams
 
     def _lenses(self) -> dict[str, Any]:
-        """Return the intrinsics that the bag has, as attributes, by camera."""
-        notes = {}
+        """Return the intrinsics in the bag by camera, as attributes of the run."""
+        attributes = {}
         for camera in self.controller.cameras:
             role = f"lens.{camera}"
             if role in self.roles:
                 what, lens = f"topic {self.roles[role]}", self.scene.camera(camera).camera
-                K = check_camera_info(what, self._found(role), camera, lens)
+                K = check_camera_info(what, self._timed_messages(role), camera, lens)
                 if K is not None:
-                    notes[f"{LOG_INTRINSICS}{camera}"] = K.ravel()
-        return notes
+                    attributes[f"{LOG_INTRINSICS}{camera}"] = K.ravel()
+        return attributes
 
-    def _found(self, role: str) -> Iterator[TimedMessage]:
+    def _timed_messages(self, role: str) -> Iterator[TimedMessage]:
         return assign_times(self.messages[self.roles[role]], self.clock)
 
-    def _tell_others(self) -> None:
-        """Warn of what is left out, since the scene does not have it."""
+    def _warn_of_others(self) -> None:
+        """Warn of joints and marks that are left out, as the scene does not have them."""
         if self.others:
             shown = ", ".join(list(self.others)[:SHOWN])
             more = f" and {len(self.others) - SHOWN} more" if len(self.others) > SHOWN else ""
@@ -213,11 +266,11 @@ class _BagReader:
 
 
 def _describe_missing_joint(q: JointValues, places: BodyPoses) -> str:
-    """Return in words which coordinate lacks, and how to say what it is called."""
+    """Return an error text on the first coordinate without values, with a hint on its name."""
     name = q.lacking[0]
     link, frames = places.of(name), places.transforms.frames
-    text = f"no position of joint {name}; say what it is called there, as names={{'{name}': ...}}"
+    text = f"no position of joint {name}; give its name in the bag as names={{'{name}': ...}}"
     if link is None or not frames:
         return f"{text}; {suggest_names(name, q.others, 'other joints')}"
-    how = f"or which frame it moves, as frames={{'{link}': ..., 'world': ...}}"
+    how = f"or the frame that it moves, as frames={{'{link}': ..., 'world': ...}}"
     return f"{text}, {how}; {suggest_names(link, frames, 'frames')}"

@@ -1,4 +1,4 @@
-"""Runs as ROS 2 bags."""
+"""Runs written as ROS 2 bags."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ from robsim.run.provenance import check_run
 from robsim.run.run_checks import check_instance
 
 PLUGINS = {"mcap": ".mcap", "sqlite3": ".db3"}
-LATCHED = (topics.STATIC_FRAMES, topics.EXPERIMENT)  # what a late listener is given, too
-LATEST = 2**31  # seconds that a stamp can hold
-VERSION: Final = 8  # of the format of bags
+LATCHED = (topics.STATIC_FRAMES, topics.EXPERIMENT)  # topics kept for late subscribers
+LATEST = 2**31  # seconds: upper limit of a stamp
+VERSION: Final = 8  # version of the format of bags
 
 
 def write_bag(
@@ -37,53 +37,72 @@ def write_bag(
     storage: Literal["mcap", "sqlite3"] = "mcap",
     start: float = 0.0,
 ) -> Path:
-    """Write a single run as a ROS 2 bag; it appears only once it is complete.
+    """Write a single run as a ROS 2 bag, and return its path.
 
-    A path that ends with .mcap or .db3 is one file; any other is a folder as `ros2 bag` has it,
-    which must not exist. Stamps are those of the run, from `start` on (seconds). Topics:
+    A path that ends with .mcap or .db3 is one file. Any other path is a new folder in the format of
+    `ros2 bag`. The bag appears when it is complete. The function needs the extra `ros` (rosbags).
+    The topics are
 
-    /joint_states        JointState: coordinates; velocities where they have the same names
-    /joint_commands      JointState: the velocities that were commanded
-    /CAMERA/detections   Detection2DArray: marks in pixels, called TARGET.NUMBER
-    /CAMERA/camera_info  CameraInfo
-    /tf, /tf_static      all frames of the scene, in "world"
-    /robsim/experiment   String: the experiment as TOML, so that `read_bag` needs no other
+    - /joint_states, JointState: coordinates, with velocities if they have the same names,
+    - /joint_commands, JointState: commanded velocities,
+    - /CAMERA/detections, Detection2DArray: marks in pixels, with the ids TARGET.NUMBER,
+    - /CAMERA/camera_info, CameraInfo: intrinsics,
+    - /tf and /tf_static, TFMessage: all frames of the scene, in "world",
+    - /robsim/experiment, String: the experiment as TOML, which `read_bag` reads.
 
-    `experiment` is needed where the run cannot say it. `pip install 'robsim[ros]'`.
+    Parameters
+    ----------
+    run : xarray.Dataset
+        Run with all its instants.
+    path : path_like
+        File or folder to write.
+    experiment : Experiment, optional
+        Experiment of the run, needed if the run does not contain it.
+    storage : {"mcap", "sqlite3"}, default "mcap"
+        Storage format of a folder.
+    start : float, default 0
+        Time of the first instant in seconds since 1970.
 
-    InputError: no single run with its instants, or rosbags lacks; FileError: it cannot be written.
+    Raises
+    ------
+    InputError
+        If `run` is not a single run with its instants, or rosbags is not installed.
+    FileError
+        If the bag cannot be written.
 
+    Examples
+    --------
     >>> write_bag(3, "run.mcap")
     Traceback (most recent call last):
     ...
     robsim.base.errors.InputError: expected a run, a Dataset of simulate or open_run, got 3
     """
     one = _select_single_run(run)
-    made = Experiment.of(one) if experiment is None else experiment
-    check_instance(made, Experiment, "experiment")
+    source = Experiment.of(one) if experiment is None else experiment
+    check_instance(source, Experiment, "experiment")
     check_known(storage, PLUGINS, "no storage {}", "storages")
     first = as_float(start, "start (seconds)")
     if not 0.0 <= first < LATEST - float(one["time"].values[-1]):
         raise InputError(f"start: expected seconds since 1970, got {format_value(start)}")
     message_types.load_typestore()
     with convert_os_errors(path):
-        return _write_bag(Path(path), storage, generate_messages(one, made, round(first * NANO)))
+        return _write_bag(Path(path), storage, generate_messages(one, source, round(first * NANO)))
 
 
 def _select_single_run(run: Any) -> xr.Dataset:
-    """Return one run up to its end. InputError: several, a mission, or a summary."""
+    """Return a single run up to its end; raise InputError for several runs or a summary."""
     check_run(run)
     if run.sizes.get("run", 1) != 1:
         raise InputError(f"a bag is of one run, and these are {run.sizes['run']}: run.isel(run=0)")
     one: xr.Dataset = run.squeeze("run") if "run" in run.dims else run
     if "time" not in one.dims or "q" not in one:
         raise InputError("only the end of this run was recorded: simulate it with record='all'")
-    lived = np.isfinite(one["q"].values).all(axis=1)
-    return one.isel(time=slice(0, int(lived.sum())))
+    before_end = np.isfinite(one["q"].values).all(axis=1)
+    return one.isel(time=slice(0, int(before_end.sum())))
 
 
-def _write_bag(path: Path, storage: str, words: Iterator[TopicMessage]) -> Path:
-    """Write a bag beside its place, and put it there."""
+def _write_bag(path: Path, storage: str, outbound: Iterator[TopicMessage]) -> Path:
+    """Write a bag to a temporary folder and move it to its path."""
     alone = path.suffix in PLUGINS.values()
     if alone:
         storage = next(name for name, suffix in PLUGINS.items() if suffix == path.suffix)
@@ -93,7 +112,7 @@ def _write_bag(path: Path, storage: str, words: Iterator[TopicMessage]) -> Path:
     draft = Path(tempfile.mkdtemp(prefix=".robsim-", dir=path.parent))
     try:
         folder = draft / path.name
-        _write_messages(folder, storage, words)
+        _write_messages(folder, storage, outbound)
         if alone:
             return write_whole(path, (folder / f"{folder.name}{path.suffix}").read_bytes())
         folder.rename(path)
@@ -103,24 +122,25 @@ def _write_bag(path: Path, storage: str, words: Iterator[TopicMessage]) -> Path:
     return path
 
 
-def _write_messages(folder: Path, storage: str, words: Iterator[TopicMessage]) -> None:
+def _write_messages(folder: Path, storage: str, outbound: Iterator[TopicMessage]) -> None:
+    """Write messages into a new folder."""
     from rosbags.rosbag2 import StoragePlugin, Writer
 
     store = message_types.load_typestore()
     plugin = StoragePlugin[storage.upper()]
     with Writer(folder, version=VERSION, storage_plugin=plugin) as writer:
         connections: dict[str, Any] = {}
-        for topic, kind, time, message in words:
+        for topic, kind, time, message in outbound:
             if topic not in connections:
-                how = [_latched_qos()] if topic in LATCHED else []
+                profiles = [_latched_qos()] if topic in LATCHED else []
                 connections[topic] = writer.add_connection(
-                    topic, kind, typestore=store, offered_qos_profiles=how
+                    topic, kind, typestore=store, offered_qos_profiles=profiles
                 )
             writer.write(connections[topic], time, store.serialize_cdr(message, kind))
 
 
 def _latched_qos() -> Any:
-    """Return the quality of service of what is said once and kept for late listeners."""
+    """Return the quality of service of a message that is kept for late subscribers."""
     from rosbags import interfaces as of
 
     never = of.QosTime(2147483647, 4294967295)

@@ -1,4 +1,4 @@
-"""Messages that command velocities, for whoever makes messages of fields."""
+"""Messages that command velocities, made by a function from the fields of a message."""
 
 from __future__ import annotations
 
@@ -12,7 +12,9 @@ from robsim.logs import message_types
 from robsim.logs.twists import TwistComponent
 from robsim.run.log import NANO
 
-MakeMessage = Callable[..., Any]  # of a type and its fields, as `message_types.message`
+MakeMessage = Callable[
+    ..., Any
+]  # returns a message of a type with its fields, as `message_types.message`
 
 
 def make_header(make: MakeMessage, time: int, frame: str = "") -> Any:
@@ -38,9 +40,9 @@ def make_number_array(make: MakeMessage, velocity: Array) -> Any:
 def make_trajectory(
     make: MakeMessage, names: Sequence[str], position: Array, velocity: Array, ahead: int
 ) -> Any:
-    """Return a JointTrajectory that begins at once, to where joints are so many nanoseconds ahead.
+    """Return a JointTrajectory with one point, the positions of the joints after `ahead` ns.
 
-    Positions are where the joints are now.
+    It begins at once from the present positions, with constant velocities.
     """
     after = make("builtin_interfaces/msg/Duration", sec=ahead // NANO, nanosec=ahead % NANO)
     point = make(
@@ -56,7 +58,7 @@ def make_trajectory(
 
 
 def make_twist(make: MakeMessage, velocity: Array, parts: Sequence[TwistComponent]) -> Any:
-    """Return velocities as Twist, of which these are its parts."""
+    """Return velocities as Twist, given the components of their twist."""
     values = {of: dict.fromkeys("xyz", 0.0) for of in ("linear", "angular")}
     for each in parts:
         values[each.of][each.axis] = float(velocity[each.column])

@@ -1,4 +1,4 @@
-"""The velocities that messages command."""
+"""Velocities from the messages that command them."""
 
 from __future__ import annotations
 
@@ -16,9 +16,10 @@ from robsim.run.log import Stream
 
 
 class CommandReader:
-    """Commanded velocities (nv,) of a scene, from messages of one type; zero for the others.
+    """Commanded velocities (nv,) of a scene from messages of one type, zero without a command.
 
-    `others` collects what the scene does not have. InputError: the scene has no such commands.
+    `others` collects names that the scene does not have. InputError is raised if the scene has no
+    commands of this type.
     """
 
     def __init__(self, controller: Controller, kind: str, called: Mapping[str, str]) -> None:
@@ -32,66 +33,71 @@ class CommandReader:
         self._twist = twists.twist_components(names) if kind in message_types.TWISTS else ()
         self._row = {
             message_types.JOINTS: self._joints.take,
-            message_types.NUMBERS: self._numbered,
-            message_types.TRAJECTORY: self._point,
-            message_types.TWIST: self._of_twist,
-            message_types.STAMPED: self._stamped,
+            message_types.NUMBERS: self._read_array,
+            message_types.TRAJECTORY: self._read_point,
+            message_types.TWIST: self._read_twist,
+            message_types.STAMPED: self._read_stamped,
         }[kind]
 
-    def stream(self, what: str, found: Iterable[TimedMessage]) -> Stream | None:
-        """Return the commands (n, nv) of messages; None without any. FileError: as `row`."""
-        rows = [(each.time, self._row(what, each)) for each in found]
+    def stream(self, what: str, timed: Iterable[TimedMessage]) -> Stream | None:
+        """Return the commands (n, nv) of messages, or None without any.
+
+        FileError is raised for a message that is no command.
+        """
+        rows = [(each.time, self._row(what, each)) for each in timed]
         self.others |= dict.fromkeys(f"joint {name}" for name in self._joints.others)
         return stack_stream(what, rows)
 
-    def _numbered(self, what: str, each: TimedMessage) -> Array:
-        """Return as many numbers as are commanded, or as there are velocities."""
+    def _read_array(self, what: str, each: TimedMessage) -> Array:
+        """Return the velocities of an array of all commanded velocities, or of all velocities."""
         row = np.asarray(each.message.data, dtype=np.float64)
         if len(row) not in (len(self._columns), self._nv):
             raise FileError(
-                f"{what}: {len(row)} numbers, {each.said}; {len(self._columns)} are commanded"
+                f"{what}: {len(row)} numbers, {each.when}; {len(self._columns)} are commanded"
             )
         if not np.isfinite(row).all():
-            raise FileError(f"{what}: {row[~np.isfinite(row)][0]}, {each.said}")
-        found = np.zeros(self._nv)
-        found[slice(None) if len(row) == self._nv else self._columns] = row
-        return found
+            raise FileError(f"{what}: {row[~np.isfinite(row)][0]}, {each.when}")
+        velocities = np.zeros(self._nv)
+        velocities[slice(None) if len(row) == self._nv else self._columns] = row
+        return velocities
 
-    def _point(self, what: str, each: TimedMessage) -> Array | None:
-        """Return the velocities of a trajectory of one point, as they are streamed; none: a stop.
+    def _read_point(self, what: str, each: TimedMessage) -> Array | None:
+        """Return the velocities of a trajectory of one point, as streamed.
 
-        FileError: several points, which are a plan and no command, or one without velocities.
+        A trajectory without points is a stop. FileError is raised for several points, which are a
+        plan instead of a command, and for a point without velocities.
         """
         points = each.message.points
         if len(points) > 1:
             raise FileError(
-                f"{what}: a trajectory of {len(points)} points, {each.said}; commands have one"
+                f"{what}: a trajectory of {len(points)} points, {each.when}; commands have one"
             )
         names = list(each.message.joint_names)
         velocity = list(points[0].velocities) if points else [0.0] * len(names)
         if len(velocity) != len(names):
             raise FileError(
-                f"{what}: {len(names)} names and {len(velocity)} of velocities, {each.said}"
+                f"{what}: {len(names)} names and {len(velocity)} of velocities, {each.when}"
             )
         return self._joints.take(
             what, each._replace(message=JointStateFields(names, velocity=velocity))
         )
 
-    def _stamped(self, what: str, each: TimedMessage) -> Array:
-        """Return the velocities of a stamped twist. FileError: it is in axes of the world."""
+    def _read_stamped(self, what: str, each: TimedMessage) -> Array:
+        """Return the velocities of a stamped twist; raise FileError if its axes are the world's."""
         frame = each.message.header.frame_id
         if frame in twists.WORLD_FRAMES:
             raise FileError(
-                f"{what}: a twist in '{frame}', {each.said}; it is read in axes of the body"
+                f"{what}: a twist in '{frame}', {each.when}; it is read in axes of the body"
             )
-        return self._of_twist(what, each._replace(message=each.message.twist))
+        return self._read_twist(what, each._replace(message=each.message.twist))
 
-    def _of_twist(self, what: str, each: TimedMessage) -> Array:
-        found = np.zeros(self._nv)
+    def _read_twist(self, what: str, each: TimedMessage) -> Array:
+        """Return the velocities of a twist, and note its components that the body does not have."""
+        velocities = np.zeros(self._nv)
         for index, value in twists.read_twist(each.message, self._twist).items():
             if not np.isfinite(value):
-                raise FileError(f"{what}: {value}, {each.said}")
-            found[index] = value
-        left = twists.list_unused_components(each.message, self._twist)
-        self.others |= dict.fromkeys(f"{part} of {what}" for part in left)
-        return found
+                raise FileError(f"{what}: {value}, {each.when}")
+            velocities[index] = value
+        unused = twists.list_unused_components(each.message, self._twist)
+        self.others |= dict.fromkeys(f"{part} of {what}" for part in unused)
+        return velocities

@@ -1,4 +1,4 @@
-"""The marks that messages of detections hold."""
+"""The marks in messages of detections."""
 
 from __future__ import annotations
 
@@ -21,20 +21,20 @@ PixelPosition = tuple[float, float]  # column and row in pixels
 
 def read_mark_streams(
     what: str,
-    found: Iterable[TimedMessage],
+    detections: Iterable[TimedMessage],
     ids: Ids,
     sizes: Mapping[PairKey, int],
     others: dict[str, None],
 ) -> dict[PairKey, Stream]:
-    """Return the pixels (n, N, 2) of the targets of a camera, NaN for a mark that is not seen.
+    """Return the pixels (n, N, 2) of the targets of a camera, NaN for marks that are not seen.
 
-    `others` collects marks of which nothing is known. FileError: a mark is there twice.
+    `others` collects unknown ids of marks. FileError is raised if a mark occurs twice in a message.
     """
-    every = list(found)
-    values = [read_marks(what, each, ids, sizes, others) for each in every]
-    times = np.array([each.time for each in every], dtype=np.int64)
+    messages = list(detections)
+    values = [read_marks(what, each, ids, sizes, others) for each in messages]
+    times = np.array([each.time for each in messages], dtype=np.int64)
     return {
-        key: Stream(what, times, np.array([one[key] for one in values]).reshape(-1, count, 2))
+        key: Stream(what, times, np.array([pixels[key] for pixels in values]).reshape(-1, count, 2))
         for key, count in sizes.items()
     }
 
@@ -44,28 +44,28 @@ def read_marks(
 ) -> dict[PairKey, Array]:
     """Return the pixels (N, 2) of each target in a message."""
     values = {key: np.full((count, 2), np.nan) for key, count in sizes.items()}
-    before: set[str] = set()
-    for name, place in _list_detections(each.message):
-        if name in before:
-            raise FileError(f"{what}: mark '{name}' is there twice, {each.said}")
-        before.add(name)
+    seen_ids: set[str] = set()
+    for name, pixel in _list_detections(each.message):
+        if name in seen_ids:
+            raise FileError(f"{what}: mark '{name}' is there twice, {each.when}")
+        seen_ids.add(name)
         if name not in ids:
             others[name] = None
-        elif np.isfinite(place).all():
+        elif np.isfinite(pixel).all():
             key, number = ids[name]
-            values[key][number] = place
+            values[key][number] = pixel
     return values
 
 
 def _list_detections(message: Any) -> Iterator[tuple[str, PixelPosition]]:
-    """Yield the name and the place of each mark: of boxes the middle, of AprilTags the corners."""
-    for found in message.detections:
-        if hasattr(found, "corners"):
+    """Yield id and pixel of each mark: the middle of a box, or the corners of an AprilTag."""
+    for detection in message.detections:
+        if hasattr(detection, "corners"):
             corners = convert_apriltag_corners(
-                np.array([[each.x, each.y] for each in found.corners])
+                np.array([[each.x, each.y] for each in detection.corners])
             )
-            name = tag_name(found.family, found.id)
-            yield from ((f"{name}.{i}", tuple(place)) for i, place in enumerate(corners.tolist()))
+            name = tag_name(detection.family, detection.id)
+            yield from ((f"{name}.{i}", tuple(pixel)) for i, pixel in enumerate(corners.tolist()))
         else:
-            name = found.id or next((one.hypothesis.class_id for one in found.results), "")
-            yield name, (found.bbox.center.position.x, found.bbox.center.position.y)
+            name = detection.id or next((one.hypothesis.class_id for one in detection.results), "")
+            yield name, (detection.bbox.center.position.x, detection.bbox.center.position.y)

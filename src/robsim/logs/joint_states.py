@@ -1,4 +1,4 @@
-"""The numbers of JointState messages, by the names of the joints."""
+"""The values of JointState messages, by the names of the joints."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ Part = Literal["position", "velocity"]
 
 
 class JointStateFields(NamedTuple):
-    """Numbers by name, as a JointState has them."""
+    """Values by name, with the fields of a JointState."""
 
     name: Sequence[str]
     position: Sequence[float] = ()
@@ -24,67 +24,80 @@ class JointStateFields(NamedTuple):
 
 
 class JointValues:
-    """Positions or velocities by name, of messages each of which may hold some.
+    """Positions or velocities by name, from messages that may each contain some of them.
 
-    called  the names in the messages, in the order of the values
-    every   whether all of them must be known before there are any; else what is not named is zero
-    others  names of which nothing is known
+    Parameters
+    ----------
+    called : sequence of str
+        Names in the messages, in the order of the values.
+    part : {"position", "velocity"}
+        Field of the messages.
+    every : bool, default True
+        Whether all values must be known before any are returned. Otherwise values that are not
+        known are zero.
+
+    Attributes
+    ----------
+    others : dict
+        Names in the messages that are not in `called`.
     """
 
     def __init__(self, called: Sequence[str], part: Part, every: bool = True) -> None:
         self.part, self.others = part, dict[str, None]()
         self._rows = {name: i for i, name in enumerate(called)}
-        self._now = np.full(len(called), np.nan if every else 0.0)
+        self._values = np.full(len(called), np.nan if every else 0.0)
 
     @property
     def lacking(self) -> list[str]:
-        """The names that no message has had."""
-        return [name for name, i in self._rows.items() if np.isnan(self._now[i])]
+        """The names that have not occurred in any message."""
+        return [name for name, i in self._rows.items() if np.isnan(self._values[i])]
 
     def take(self, what: str, each: TimedMessage) -> Array | None:
-        """Return the values (n,) after a message; None where it has none, or not all are known.
+        """Return the values (n,) after a message, or None if it has none or not all are known.
 
-        FileError: a name that is there twice, or a number that is not finite.
+        FileError is raised for a name that occurs twice, or a number that is not finite.
         """
-        known = self._known(what, each)
+        known = self._read_values(what, each)
         if not known:
             return None
         for name in known.keys() & self._rows.keys():
-            self._now[self._rows[name]] = known[name]
+            self._values[self._rows[name]] = known[name]
         self.others |= dict.fromkeys(name for name in known if name not in self._rows)
-        return None if np.isnan(self._now).any() else self._now.copy()
+        return None if np.isnan(self._values).any() else self._values.copy()
 
-    def _known(self, what: str, each: TimedMessage) -> dict[str, float]:
-        """Return the numbers of a message by name; none if it leaves them out."""
+    def _read_values(self, what: str, each: TimedMessage) -> dict[str, float]:
+        """Return the values of a message by name, empty if the message has none."""
         names = list(each.message.name)
         values = np.asarray(getattr(each.message, self.part)).tolist()
         if not values:
             return {}
         if len(names) != len(values):
             raise FileError(
-                f"{what}: {len(names)} names and {len(values)} of {self.part}, {each.said}"
+                f"{what}: {len(names)} names and {len(values)} of {self.part}, {each.when}"
             )
         known = dict(zip(names, values, strict=True))
         if len(known) < len(names):
-            twice = next(name for name in names if names.count(name) > 1)
-            raise FileError(f"{what}: joint {twice} is there twice, {each.said}")
+            repeated = next(name for name in names if names.count(name) > 1)
+            raise FileError(f"{what}: joint {repeated} is there twice, {each.when}")
         if not np.isfinite(values).all():
-            odd = next(name for name, value in known.items() if not np.isfinite(value))
-            raise FileError(f"{what}: {self.part} of joint {odd} is {known[odd]}, {each.said}")
+            invalid = next(name for name, value in known.items() if not np.isfinite(value))
+            raise FileError(
+                f"{what}: {self.part} of joint {invalid} is {known[invalid]}, {each.when}"
+            )
         return known
 
 
 def read_joint_stream(
-    what: str, found: Iterable[TimedMessage], joints: JointValues
+    what: str, messages: Iterable[TimedMessage], joints: JointValues
 ) -> Stream | None:
-    """Return the values (n, width) of messages, once all are known; None if they never are."""
-    taken = ((each.time, joints.take(what, each)) for each in found)
-    return stack_stream(what, taken)
+    """Return the values (n, width) of messages from the time when all are known, or None."""
+    values = ((each.time, joints.take(what, each)) for each in messages)
+    return stack_stream(what, values)
 
 
-def stack_stream(what: str, every: Iterable[tuple[int, Array | None]]) -> Stream | None:
-    """Return rows with their times as a stream, without those that are none; None without any."""
-    rows = [(time, row) for time, row in every if row is not None]
+def stack_stream(what: str, timed_rows: Iterable[tuple[int, Array | None]]) -> Stream | None:
+    """Return rows with their times as a stream, without empty rows; None if all are empty."""
+    rows = [(time, row) for time, row in timed_rows if row is not None]
     if not rows:
         return None
     times, values = zip(*rows, strict=True)

@@ -1,4 +1,4 @@
-"""The intrinsics that messages of a camera say."""
+"""The intrinsics in messages of a camera."""
 
 from __future__ import annotations
 
@@ -14,21 +14,22 @@ from robsim.vision.camera import Camera
 
 
 def check_camera_info(
-    what: str, found: Iterable[TimedMessage], name: str, camera: Camera
+    what: str, messages: Iterable[TimedMessage], name: str, camera: Camera
 ) -> Array | None:
-    """Return the intrinsics (3, 3) of a camera's messages; None where they say of none.
+    """Return the intrinsics (3, 3) in a camera's messages, or None if they contain none.
 
-    FileError: it changes them or its size, or has another size than the camera of the experiment.
+    FileError is raised if the size or the intrinsics change, or the size differs from the camera of
+    the experiment.
     """
     first: tuple[Any, ...] | None = None
-    for each in found:
+    for each in messages:
         now = int(each.message.width), int(each.message.height), tuple(each.message.k.tolist())
         if first is None:
             first = now
         for was, is_now, part in zip(first, now, ("width", "height", "K"), strict=True):
             if was != is_now:
                 raise FileError(
-                    f"{what}: camera '{name}' changes its {part}, {each.said}: {is_now} after {was}"
+                    f"{what}: camera '{name}' changes its {part}, {each.when}: {is_now} after {was}"
                 )
     if first is None:
         return None
@@ -38,4 +39,4 @@ def check_camera_info(
             f"{camera.size[0]} x {camera.size[1]} in the experiment"
         )
     K = np.array(first[2]).reshape(3, 3)
-    return K if K[0, 0] and np.isfinite(K).all() else None  # 0: of a camera without calibration
+    return K if K[0, 0] and np.isfinite(K).all() else None  # 0: the camera is not calibrated

@@ -1,8 +1,8 @@
-"""The messages of ROS 2 that bags are written and read with, by their own definitions.
+"""The types of the ROS 2 messages that bags are written and read with.
 
-Marks are written as `vision_msgs/Detection2DArray`: a standard type in which a mark has a name, and
-pixels are float64. (A PointCloud has float32, and no names.) AprilTags are read, too. Definitions
-that stand in a bag are compared with these, and never parsed.
+Marks are written as `vision_msgs/Detection2DArray`, a standard type with names of marks and pixels
+in float64. (A PointCloud has float32 and no names.) AprilTag detections are read, too. Definitions
+in a bag are compared with the definitions here, and never parsed.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ APRILTAGS = "apriltag_msgs/msg/AprilTagDetectionArray"
 FRAMES = "tf2_msgs/msg/TFMessage"
 COMPRESSED = "sensor_msgs/msg/CompressedImage"
 LONGEST = 1 << 26  # items of a sequence: the bytes of an image
-# fields of vision_msgs 4 and apriltag_msgs 2, which ROS itself does not bring
+# fields of vision_msgs 4 and apriltag_msgs 2, which are not part of ROS itself
 _VISION = {
     "vision_msgs/msg/Point2D": "float64 x\nfloat64 y",
     "vision_msgs/msg/Pose2D": "vision_msgs/Point2D position\nfloat64 theta",
@@ -50,7 +50,7 @@ _VISION = {
 
 @cache
 def load_typestore() -> Any:
-    """Return the messages that are known. InputError: rosbags is not installed."""
+    """Return the store of known message types; raise InputError if rosbags is not installed."""
     try:
         from rosbags.typesys import Stores, get_types_from_msg, get_typestore
     except ImportError:
@@ -68,13 +68,13 @@ def make_message(kind: str, **fields: Any) -> Any:
 
 
 def header_time(message: Any) -> int | None:
-    """Return the time in nanoseconds in the header of a message; None if it has no header."""
+    """Return the time in nanoseconds in the header of a message, or None without a header."""
     header = getattr(message, "header", None)
     return None if header is None else int(header.stamp.sec) * NANO + int(header.stamp.nanosec)
 
 
 def check_message_definition(kind: str, definition: str, what: str) -> None:
-    """Raise FileError if a bag defines a message otherwise than it is read here."""
+    """Raise FileError if a bag defines a message type with other fields."""
     ours, _ = load_typestore().generate_msgdef(kind, ros_version=2)
     if definition and _definition_fields(definition) != _definition_fields(ours):
         raise FileError(
@@ -84,8 +84,8 @@ def check_message_definition(kind: str, definition: str, what: str) -> None:
 
 
 def _definition_fields(definition: str) -> list[list[str]]:
-    """Return types and names of the fields of a definition, before the other types in it."""
-    own = definition.split("=" * 80, maxsplit=1)[0]
-    lines = (line.split("#", maxsplit=1)[0].split() for line in own.splitlines())
+    """Return types and names of the fields of a definition, without the nested types."""
+    outer = definition.split("=" * 80, maxsplit=1)[0]
+    lines = (line.split("#", maxsplit=1)[0].split() for line in outer.splitlines())
     fields = [line[:2] for line in lines if len(line) > 1 and "=" not in "".join(line)]
     return [[kind.rsplit("/", maxsplit=1)[-1], name] for kind, name in fields]

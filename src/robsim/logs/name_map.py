@@ -1,4 +1,4 @@
-"""What a log calls the joints and marks of a scene."""
+"""The names of the joints and marks of a scene in a log."""
 
 from __future__ import annotations
 
@@ -10,31 +10,39 @@ from robsim.run.control.standalone_controller import Controller
 from robsim.servo.camera_target import PairKey
 from robsim.world.scene import Scene
 
-Ids = Mapping[
-    str, tuple[PairKey, int]
-]  # of the marks of a camera: camera and target, and the number
+Ids = Mapping[str, tuple[PairKey, int]]  # id of a mark in a log -> (camera, target), index
 
 
 def check_name_map(
-    given: Any, what: str, form: str, known: Collection[str], no: str, things: str, kind: type = str
+    name_map: Any,
+    what: str,
+    form: str,
+    known: Collection[str],
+    no: str,
+    things: str,
+    kind: type = str,
 ) -> Mapping[str, Any]:
-    """Return what an argument calls things, {our name: that in the log}; empty for None.
+    """Return an argument {name in the scene: name in the log} after a check, empty for None.
 
-    InputError: another `form`, or a name that is none of those known, as `check_known` says it.
+    InputError is raised for another type, described by `form`, and for names that are not in
+    `known`.
     """
-    if given is None:
+    if name_map is None:
         return {}
-    if not isinstance(given, Mapping) or not all(isinstance(own, kind) for own in given.values()):
-        raise InputError(f"{what}: expected {form}, got {format_value(given)}")
-    for name in given:
+    if not isinstance(name_map, Mapping) or not all(
+        isinstance(log_name, kind) for log_name in name_map.values()
+    ):
+        raise InputError(f"{what}: expected {form}, got {format_value(name_map)}")
+    for name in name_map:
         check_known(name, known, f"{what}: {no}", things)
-    return given
+    return name_map
 
 
 def map_joint_names(names: Any, scene: Scene) -> Mapping[str, str]:
-    """Return what joints of a scene are called in a log, where that is something else.
+    """Return the names of joints in a log, for joints with different names there.
 
-    InputError: a joint that the scene does not have, or two that are one in the log.
+    InputError is raised for a joint that the scene does not have, or if two joints have one name in
+    the log.
     """
     known = sorted({*scene.coordinate_names, *scene.velocity_names})
     form = "{joint: joint in the bag}"
@@ -45,26 +53,26 @@ def map_joint_names(names: Any, scene: Scene) -> Mapping[str, str]:
 
 
 def map_mark_ids(controller: Controller, camera: str, marks: Any) -> tuple[Ids, dict[PairKey, int]]:
-    """Return what a log calls the marks of a camera, and how many each target has.
+    """Return the ids of a camera's marks in a log, and the number of marks of each target.
 
-    InputError: other ids than there are marks, an id that is two, or ids of what is no target.
+    InputError is raised for a wrong number of ids, an id that occurs twice, or an unknown target.
     """
     targets = dict.fromkeys(sight.target.name for sight in controller.sights)
     no, kind = "no target {}", object
-    given = check_name_map(marks, "marks", "{target: ids}", targets, no, "targets", kind)
-    own = [sight for sight in controller.sights if sight.eye.name == camera]
-    found: dict[str, tuple[PairKey, int]] = {}
-    for sight in own:
+    ids_by_target = check_name_map(marks, "marks", "{target: ids}", targets, no, "targets", kind)
+    camera_sights = [sight for sight in controller.sights if sight.eye.name == camera]
+    ids: dict[str, tuple[PairKey, int]] = {}
+    for sight in camera_sights:
         for i, each in enumerate(
-            _target_mark_ids(given, sight.target.name, len(sight.target.marks))
+            _target_mark_ids(ids_by_target, sight.target.name, len(sight.target.marks))
         ):
-            if each in found:
+            if each in ids:
                 raise InputError(
-                    f"marks: '{each}' is two marks, of '{found[each][0][1]}' and "
+                    f"marks: '{each}' is two marks, of '{ids[each][0][1]}' and "
                     f"'{sight.target.name}'"
                 )
-            found[each] = sight.key, i
-    return found, {sight.key: len(sight.target.marks) for sight in own}
+            ids[each] = sight.key, i
+    return ids, {sight.key: len(sight.target.marks) for sight in camera_sights}
 
 
 def _target_mark_ids(marks: Mapping[str, Any], target: str, count: int) -> list[str]:

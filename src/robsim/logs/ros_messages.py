@@ -1,4 +1,4 @@
-"""What the messages of a ROS 2 node say to a controller, and its commands as messages."""
+"""Messages of a ROS 2 node as inputs of a controller, and its commands as messages."""
 
 from __future__ import annotations
 
@@ -30,22 +30,35 @@ COMMAND_TYPES = (
 
 
 class RosMessages:
-    """What ROS 2 messages say to a `Controller`, and its commands as messages.
+    """Convert ROS 2 messages to the inputs of a `Controller`, and its commands to messages.
 
-    Messages are read by their fields, whether rclpy or rosbags made them; neither is needed to read
-    them. Times are those of the headers, in seconds.
+    Messages are read by their fields, whether rclpy or rosbags created them; neither package is
+    needed to read them. Times are the stamps of the headers, in seconds.
 
-    controller  whom they are for
-    names       {joint of the scene: joint in the messages}, where they differ
-    marks       {target: the ids of its marks, in their order}; by default TARGET.NUMBER
-    frames      {"world" or "ROBOT.LINK" of a body that drives or flies: frame in /tf}, likewise
-    order       names in the messages of the joints in a command; by default those that are
-                commanded, as the controller has them
-    make        makes a message of a type, "std_msgs/msg/Header", and all its fields as keywords,
-                arrays as NumPy has them; by default it is one of rosbags
+    Parameters
+    ----------
+    controller : Controller
+        Controller that receives the measurements.
+    names : mapping, optional
+        Names {joint of the scene: joint in the messages}, if they differ.
+    marks : mapping, optional
+        Ids {target: ids of its marks, in their order}. Default: TARGET.NUMBER.
+    frames : mapping, optional
+        Frames {"world" or "ROBOT.LINK": frame in /tf} of bodies that drive or fly, if they differ.
+    order : sequence of str, optional
+        Names, in the messages, of the joints in a command. Default: the commanded joints in the
+        order of the controller.
+    make : callable, optional
+        Function that returns a message from its type, such as "std_msgs/msg/Header", and all its
+        fields as keywords, with NumPy arrays. Default: a message of rosbags.
 
-    InputError: names, ids or an order that do not fit the scene.
+    Raises
+    ------
+    InputError
+        If names, ids or the order do not fit the scene.
 
+    Examples
+    --------
     >>> from types import SimpleNamespace as Message
     >>> from robsim import Controller, examples
     >>> ros = RosMessages(Controller.from_file(examples.path("eye_to_hand")))
@@ -73,91 +86,123 @@ class RosMessages:
             message_types.make_message if make is None else make,
         )
         scene, called = controller.scene, map_joint_names(names, controller.scene)
-        self._called = [called.get(name, name) for name in scene.coordinate_names]
-        self._joints, self._q = JointValues(self._called, "position"), np.empty(0)
-        self._places = BodyPoses(scene, called, frames)
+        self._joint_names = [called.get(name, name) for name in scene.coordinate_names]
+        self._joints, self._q = JointValues(self._joint_names, "position"), np.empty(0)
+        self._bodies = BodyPoses(scene, called, frames)
         self._ids = {name: map_mark_ids(controller, name, marks) for name in controller.cameras}
-        self._commanded = [called.get(name, name) for name in controller.velocity_names]
+        self._command_names = [called.get(name, name) for name in controller.velocity_names]
         self.order = tuple(
-            self._commanded if order is None else _check_joint_order(order, self._commanded)
+            self._command_names if order is None else _check_joint_order(order, self._command_names)
         )
 
     @property
     def roams(self) -> bool:
-        """Whether something drives or flies of which /tf may say where it is, and joints do not."""
-        return bool(self._places)
+        """Whether the poses of some bodies that drive or fly are read from /tf."""
+        return bool(self._bodies)
 
     def time(self, message: Any) -> float | None:
-        """Return the time in seconds that a message says, the last of several; None if none.
-
-        InputError: it is no message with times.
-        """
+        """Return the last time in seconds in a message, or None; raise InputError without times."""
         with _convert_errors(message, "with a time"):
             every = getattr(message, "transforms", None)
             times = [_message_time(each) for each in ([message] if every is None else every)]
         return max(times, default=0) / NANO or None
 
     def joints(self, message: Any) -> Array | None:
-        """Return coordinates (nq,) of the scene, of a JointState; None until all are known.
+        """Return the coordinates (nq,) of the scene after a JointState; None until all are known.
 
-        InputError: a joint that is there twice, or a number that is not finite.
+        Raises
+        ------
+        InputError
+            If a joint occurs twice, or a number is not finite.
         """
         with _convert_errors(message, "JointState"):
             if len(message.position):
-                self._places.leave_out(message.name)
-            return self._taken("JointState", TimedMessage(_message_time(message), message))
+                self._bodies.leave_out(message.name)
+            return self._update_joints("JointState", TimedMessage(_message_time(message), message))
 
     def frames(self, message: Any, still: bool = False) -> Array | None:
-        """Return coordinates (nq,) of the scene, of a TFMessage; None until all are known.
+        """Return the coordinates (nq,) of the scene after a TFMessage; None until all are known.
 
-        It says where bodies are that drive or fly, as long as no JointState does. Those of
-        /tf_static are `still`, and move nothing: None. InputError: a transform is no pose.
+        The message contains poses of bodies that drive or fly; they are used unless a JointState
+        contains their coordinates.
+
+        Parameters
+        ----------
+        message : object
+            Message of /tf or /tf_static.
+        still : bool, default False
+            Whether the message is from /tf_static. The result is then None.
+
+        Raises
+        ------
+        InputError
+            If a transform is not a pose.
         """
         with _convert_errors(message, "TFMessage"):
             if still:
-                self._places.still("TFMessage", message.transforms)
+                self._bodies.still("TFMessage", message.transforms)
                 return None
-            moved = list(self._places.take("TFMessage", message.transforms))
-            found = [self._taken("TFMessage", each) for each in moved]
-            return found[-1] if found else None
+            bodies = list(self._bodies.take("TFMessage", message.transforms))
+            values = [self._update_joints("TFMessage", each) for each in bodies]
+            return values[-1] if values else None
 
     def marks(self, message: Any, camera: str | None = None, t: float | None = None) -> Marks:
         """Return the marks in a Detection2DArray or AprilTagDetectionArray, with their time.
 
-        camera  its name, where there are several
-        t       seconds, where the message does not say them
+        Marks with an unknown id are in `health.unused` of the command.
 
-        Marks of which nothing is known are in `health.unused` of the command. InputError: a mark
-        that is there twice, no such camera, or no time.
+        Parameters
+        ----------
+        message : object
+            Message with detections.
+        camera : str, optional
+            Name of the camera. Default: the only camera.
+        t : float, optional
+            Time in seconds, if the message has no time.
+
+        Raises
+        ------
+        InputError
+            If a mark occurs twice, the camera does not exist, or the time is missing.
         """
         eye = self._camera(camera)
         ids, sizes = self._ids[eye]
         others: dict[str, None] = {}
         with _convert_errors(message, "of detections"):
             at = TimedMessage(_message_time(message), message)
-            found = read_marks(f"marks of '{eye}'", at, ids, sizes, others)
+            pixels = read_marks(f"marks of '{eye}'", at, ids, sizes, others)
         time = at.time / NANO or t
         if time is None:
             raise InputError("the message has no time of its own: give t")
-        return Marks({**found, **others}, time)
+        return Marks({**pixels, **others}, time)
 
     def command(
         self, velocities: Any, kind: str = message_types.NUMBERS, ahead: float = 0.1
     ) -> Any:
         """Return a message that commands velocities (n,) of the controller.
 
-        kind   "std_msgs/msg/Float64MultiArray", of a forward_command_controller;
-               "sensor_msgs/msg/JointState"; "trajectory_msgs/msg/JointTrajectory", one point to
-               where the joints are after `ahead` seconds; "geometry_msgs/msg/Twist" or
-               "geometry_msgs/msg/TwistStamped", of a body in its own axes
+        Parameters
+        ----------
+        velocities : array_like of shape (n,)
+            Commanded velocities.
+        kind : str, default "std_msgs/msg/Float64MultiArray"
+            Type of the message: "std_msgs/msg/Float64MultiArray" of a forward_command_controller;
+            "sensor_msgs/msg/JointState"; "trajectory_msgs/msg/JointTrajectory" with one point, the
+            positions of the joints after `ahead` seconds; "geometry_msgs/msg/Twist" or
+            "geometry_msgs/msg/TwistStamped" of a body in its own axes.
+        ahead : float, default 0.1
+            Seconds until the point of a trajectory.
 
-        InputError: another type, or one that the scene has nothing for.
+        Raises
+        ------
+        InputError
+            If the type is not supported, or does not fit the scene.
         """
-        given = as_floats(velocities, "velocities", (len(self._commanded),))
+        rates = as_floats(velocities, "velocities", (len(self._command_names),))
         check_known(kind, COMMAND_TYPES, "no command of type {}", "types")
         if kind in message_types.TWISTS:
-            return self._twist(given, kind)
-        by_name = dict(zip(self._commanded, given.tolist(), strict=True))
+            return self._twist(rates, kind)
+        by_name = dict(zip(self._command_names, rates.tolist(), strict=True))
         velocity = np.array([by_name.get(name, 0.0) for name in self.order])
         if kind == message_types.NUMBERS:
             return command_messages.make_number_array(self._make, velocity)
@@ -170,27 +215,30 @@ class RosMessages:
             self._make, self.order, self._positions(), velocity, after
         )
 
-    def _taken(self, what: str, at: TimedMessage) -> Array | None:
-        found = self._joints.take(what, at)
-        self._q = self._q if found is None else found
-        return found
+    def _update_joints(self, what: str, at: TimedMessage) -> Array | None:
+        """Store the coordinates after a message, and return them if all are known."""
+        values = self._joints.take(what, at)
+        self._q = self._q if values is None else values
+        return values
 
     def _twist(self, velocity: Array, kind: str) -> Any:
+        """Return a Twist or TwistStamped of commanded velocities."""
         parts = twist_components(self.controller.velocity_names)
-        found = command_messages.make_twist(self._make, velocity, parts)
+        message = command_messages.make_twist(self._make, velocity, parts)
         if kind == message_types.TWIST:
-            return found
-        return self._make(kind, header=command_messages.make_header(self._make, 0), twist=found)
+            return message
+        return self._make(kind, header=command_messages.make_header(self._make, 0), twist=message)
 
     def _positions(self) -> Array:
-        """Return where the joints of a command are. InputError: that is not known."""
-        known = dict(zip(self._called, self._q.tolist(), strict=False))
+        """Return the positions of the joints of a command; raise InputError if they are unknown."""
+        known = dict(zip(self._joint_names, self._q.tolist(), strict=False))
         for name in self.order:
             if name not in known:
                 raise InputError(f"a trajectory needs the position of joint {name}: read it first")
         return np.array([known[name] for name in self.order])
 
     def _camera(self, camera: str | None) -> str:
+        """Return the name of a camera, or of the only camera."""
         names = self.controller.cameras
         if camera is None and len(names) == 1:
             return names[0]
@@ -199,7 +247,7 @@ class RosMessages:
 
 
 def _check_joint_order(order: Any, commanded: Sequence[str]) -> Sequence[str]:
-    """Return the names of joints in a command. InputError: one of those commanded lacks."""
+    """Return the names of joints in a command; raise InputError if a commanded joint is missing."""
     if not isinstance(order, list | tuple) or not all(isinstance(name, str) for name in order):
         raise InputError(f"order: expected names of joints, got {format_value(order)}")
     for name in commanded:
@@ -210,7 +258,7 @@ def _check_joint_order(order: Any, commanded: Sequence[str]) -> Sequence[str]:
 
 @contextmanager
 def _convert_errors(message: Any, kind: str) -> Iterator[None]:
-    """Raise InputError for a message that lacks a field, or holds something else in it."""
+    """Raise InputError for a message without an expected field, or with another type in it."""
     try:
         yield
     except RobSimError:
@@ -222,4 +270,5 @@ def _convert_errors(message: Any, kind: str) -> Iterator[None]:
 
 
 def _message_time(message: Any) -> int:
+    """Return the time in nanoseconds in a message, 0 without a time."""
     return message_types.header_time(message) or 0

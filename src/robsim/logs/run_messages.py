@@ -1,4 +1,4 @@
-"""What a robot would have said on its topics during a run."""
+"""The messages of a run, as a robot would publish them."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ RATIONAL = ("rational_polynomial", 8)
 
 
 class TopicMessage(NamedTuple):
-    """A message of a topic, with its type and its time in nanoseconds."""
+    """A message with its topic, its type and its time in nanoseconds."""
 
     topic: str
     kind: str
@@ -37,18 +37,19 @@ class TopicMessage(NamedTuple):
 
 
 class _RunArrays(NamedTuple):
-    """The arrays of a run that are said, each taken out of it once."""
+    """The arrays of a run that are written to messages."""
 
     coordinates: list[str]
     velocities: list[str]
     q: Array
     qd: Array
-    rates: Array  # (T, nq), or (T, 0) where they have other names
+    rates: Array  # (T, nq), or (T, 0) if velocities have other names than coordinates
     pixels: Array
-    marks: dict[str, list[tuple[int, str]]]  # by camera: the number in the run, and the name
+    marks: dict[str, list[tuple[int, str]]]  # by camera: index in the run, and id
 
 
 def _read_run_arrays(run: xr.Dataset) -> _RunArrays:
+    """Return the arrays of a run that are written to messages."""
     coordinates, velocities = (run[name].values.tolist() for name in ("coordinate", "velocity"))
     rates = run["qd_actual" if "qd_actual" in run else "qd"].values
     alike = rates if coordinates == velocities else rates[:, :0]
@@ -57,25 +58,25 @@ def _read_run_arrays(run: xr.Dataset) -> _RunArrays:
 
 
 def _mark_names(run: xr.Dataset) -> dict[str, list[tuple[int, str]]]:
-    """Return number and name of the marks of each camera, TARGET.NUMBER."""
-    found: dict[str, list[tuple[int, str]]] = {}
+    """Return index and id (TARGET.NUMBER) of the marks of each camera."""
+    names: dict[str, list[tuple[int, str]]] = {}
     counts: dict[tuple[str, str], int] = {}
     pairs = zip(run["mark_camera"].values.tolist(), run["mark_target"].values.tolist(), strict=True)
     for mark, (camera, target) in enumerate(pairs):
         number = counts[camera, target] = counts.get((camera, target), -1) + 1
-        found.setdefault(camera, []).append((mark, f"{target}.{number}"))
-    return found
+        names.setdefault(camera, []).append((mark, f"{target}.{number}"))
+    return names
 
 
 def generate_messages(
     run: xr.Dataset, experiment: Experiment, start: int
 ) -> Iterator[TopicMessage]:
-    """Yield what is said in a run, in order; its first instant is at `start` nanoseconds."""
-    scene, told = experiment.scene, _read_run_arrays(run)
+    """Yield the messages of a run in the order of time; its first instant is at `start` ns."""
+    scene, arrays = experiment.scene, _read_run_arrays(run)
     times = start + np.round(run["time"].values * NANO).astype(np.int64)
-    poses = _frame_poses(scene, told.q)
+    poses = _frame_poses(scene, arrays.q)
     moving = [name for name, T in poses.items() if (T[:1] != T).any()]
-    lenses = {camera: scene.camera(camera).camera for camera in told.marks}
+    lenses = {camera: scene.camera(camera).camera for camera in arrays.marks}
     text = experiment.origin["scenario"]
     if text:
         yield TopicMessage(
@@ -89,35 +90,36 @@ def generate_messages(
     )
     yield TopicMessage(topics.STATIC_FRAMES, message_types.FRAMES, start, still)
     for i, time in enumerate(times.tolist()):
-        yield from _joint_messages(told, i, time)
-        moved = {name: poses[name][i] for name in moving}
+        yield from _joint_messages(arrays, i, time)
+        moving_poses = {name: poses[name][i] for name in moving}
         yield TopicMessage(
-            topics.FRAMES, message_types.FRAMES, time, _transforms_message(moved, time)
+            topics.FRAMES, message_types.FRAMES, time, _transforms_message(moving_poses, time)
         )
         for camera, lens in lenses.items():
             info = _camera_info_message(lens, _make_header(time, camera))
             yield TopicMessage(
                 topics.camera_topic(camera, "camera_info"), message_types.LENS, time, info
             )
-            seen = _detections_message(told, camera, i, time)
+            seen = _detections_message(arrays, camera, i, time)
             yield TopicMessage(
                 topics.camera_topic(camera, "detections"), message_types.DETECTIONS, time, seen
             )
 
 
-def _joint_messages(told: _RunArrays, i: int, time: int) -> Iterator[TopicMessage]:
-    state = make_joint_state(make_message, time, told.coordinates, told.q[i], told.rates[i])
+def _joint_messages(arrays: _RunArrays, i: int, time: int) -> Iterator[TopicMessage]:
+    """Yield the messages of coordinates and commanded velocities at an instant."""
+    state = make_joint_state(make_message, time, arrays.coordinates, arrays.q[i], arrays.rates[i])
     yield TopicMessage(topics.JOINTS, message_types.JOINTS, time, state)
-    command = make_joint_state(make_message, time, told.velocities, np.empty(0), told.qd[i])
+    command = make_joint_state(make_message, time, arrays.velocities, np.empty(0), arrays.qd[i])
     yield TopicMessage(topics.COMMANDS, message_types.JOINTS, time, command)
 
 
 def _frame_poses(scene: Scene, q: Array) -> dict[str, Array]:
-    """Return poses (T, 7) in the world of all frames: position, and quaternion x, y, z, w."""
+    """Return the poses (T, 7) of all frames in the world: position, and quaternion x, y, z, w."""
     links = [f"{robot.name}.{link.name}" for robot in scene.robots for link in robot.links]
     eyes, things = ([part.name for part in parts] for parts in (scene.cameras, scene.objects))
-    found = {name: scene.pose(name, q) for name in (*links, *eyes, *things)}
-    return {name: np.broadcast_to(Pose(T.matrix).q, (len(q), 7)) for name, T in found.items()}
+    poses = {name: scene.pose(name, q) for name in (*links, *eyes, *things)}
+    return {name: np.broadcast_to(Pose(T.matrix).q, (len(q), 7)) for name, T in poses.items()}
 
 
 def _transforms_message(poses: dict[str, Array], time: int) -> Any:
@@ -142,7 +144,7 @@ def _transforms_message(poses: dict[str, Array], time: int) -> Any:
 
 
 def _camera_info_message(camera: Camera, header: Any) -> Any:
-    """Return the message of intrinsics; without a border the image is 0 by 0 pixels."""
+    """Return the message of intrinsics; a camera without a size has an image of 0 x 0 pixels."""
     width, height = camera.size or (0, 0)
     model, count = DISTORTION_MODELS.get(len(camera.distortion), RATIONAL)
     d = np.zeros(count)
@@ -165,18 +167,18 @@ def _camera_info_message(camera: Camera, header: Any) -> Any:
     )
 
 
-def _detections_message(told: _RunArrays, camera: str, i: int, time: int) -> Any:
-    """Return the message of the marks that a camera sees; those that it does not are left out."""
+def _detections_message(arrays: _RunArrays, camera: str, i: int, time: int) -> Any:
+    """Return the message of the marks that a camera sees."""
     header = _make_header(time, camera)
-    places = ((name, *told.pixels[i, mark].tolist()) for mark, name in told.marks[camera])
-    found = [
+    places = ((name, *arrays.pixels[i, mark].tolist()) for mark, name in arrays.marks[camera])
+    detections = [
         _detection_message(header, *each) for each in places if math.isfinite(each[1] + each[2])
     ]
-    return make_message(message_types.DETECTIONS, header=header, detections=found)
+    return make_message(message_types.DETECTIONS, header=header, detections=detections)
 
 
 def _detection_message(header: Any, name: str, column: float, row: float) -> Any:
-    """Return the message of one mark, as a box without width."""
+    """Return the message of one mark, as a box of size zero."""
     point = make_message("vision_msgs/msg/Point2D", x=column, y=row)
     centre = make_message("vision_msgs/msg/Pose2D", position=point, theta=0.0)
     box = make_message("vision_msgs/msg/BoundingBox2D", center=centre, size_x=0.0, size_y=0.0)

@@ -1,4 +1,4 @@
-"""Logs as tables: CSV and Parquet files with named columns."""
+"""Tables as runs: CSV and Parquet files with named columns."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ DIMENSIONS: dict[str, Dimension] = {
 
 
 class LogColumn(NamedTuple):
-    """A column of a log: the group that it belongs to, and its unit in a run."""
+    """A column of a log: its group, and its unit in a run."""
 
     group: str
     unit: str
@@ -48,21 +48,41 @@ def read_log(
     columns: Mapping[str, str] | None = None,
     units: Mapping[str, str] | None = None,
 ) -> xr.Dataset:
-    """Read a CSV or Parquet file, a pandas table or a list of rows, as `Controller.row`, as a run.
+    """Read a table as a run.
 
-    The columns are named as by `table`: time; q[joint]; where there are such qd[velocity], the
-    commands, and qd_actual[velocity]; pixels[mark,column] and pixels[mark,row]. Others are left
-    out. Rows may come at any times, in order: what an empty joint or image leaves out (all columns
-    of it) has not changed, and a mark that alone is empty was not seen. Every period has the last
-    values until then; `image_age` says how old they are.
+    The columns have the names of `table`: time; q[joint]; optionally the commands qd[velocity], and
+    qd_actual[velocity]; pixels[mark,column] and pixels[mark,row]. Other columns are ignored. Rows
+    are in the order of time, with any intervals. If all columns of the joints or of an image are
+    empty in a row, their last values remain valid; a single empty mark was not seen. Every period
+    has the last values before it; `image_age` is their age.
 
-    experiment  what was done: scene, task and period; start and duration are those of the log
-    columns     {column of a run: column of the file}, where they are called otherwise
-    units       of columns, or of q, qd, qd_actual and time, where they are not SI: {"q": "deg"}
+    Parameters
+    ----------
+    path : path_like, pandas.DataFrame or sequence of mappings
+        CSV file, Parquet file, table, or list of rows as returned by `Controller.row`.
+    experiment : Experiment
+        Experiment with the scene, the task and the period. Start and duration are taken from the
+        log.
+    columns : mapping, optional
+        Names {column of a run: column of the table}, if they differ.
+    units : mapping, optional
+        Units of columns, or of the groups q, qd, qd_actual and time, if they are not SI units:
+        {"q": "deg"}.
 
-    FileError: a file that cannot be read, or a column that lacks; InputError: units or names that
-    do not exist.
+    Returns
+    -------
+    xarray.Dataset
+        Run with the recorded values.
 
+    Raises
+    ------
+    FileError
+        If the file cannot be read, or a column is missing.
+    InputError
+        If a unit or a name does not exist.
+
+    Examples
+    --------
     >>> from robsim import examples, load_scenario
     >>> from robsim.logs import to_table
     >>> experiment = load_scenario(examples.path("visp_tutorial"))
@@ -71,12 +91,12 @@ def read_log(
     >>> bool((read_log("log.csv", experiment).q == run.q).all())
     True
     """
-    made = check_instance(experiment, Experiment, "experiment")
-    known = _list_log_columns(made)
-    name, found = _open_table(path)
+    valid = check_instance(experiment, Experiment, "experiment")
+    known = _list_log_columns(valid)
+    name, frame = _open_table(path)
     with prefix_errors(name):
-        own, scales = _select_columns(found, known, columns), _unit_factors(known, units)
-        return make_run_from_log(_build_log(name, own, made, scales), made)
+        columns_found, scales = _select_columns(frame, known, columns), _unit_factors(known, units)
+        return make_run_from_log(_build_log(name, columns_found, valid, scales), valid)
 
 
 def _list_log_columns(experiment: Experiment) -> dict[str, LogColumn]:
@@ -116,12 +136,12 @@ def _open_table(path: Any) -> tuple[str, pd.DataFrame]:
         return str(path), pd.read_csv(file, dtype=str)  # read to the bit below
     except ImportError:
         raise InputError("Parquet needs PyArrow: pip install 'robsim[store]'") from None
-    except Exception as error:  # noqa: BLE001  whatever the readers say of a file that is none
+    except Exception as error:  # noqa: BLE001  readers raise many kinds of errors
         raise FileError(f"{path} cannot be read as a table: {error!s:.200}") from None
 
 
 def _check_rows(rows: Sequence[Any]) -> list[Any]:
-    """Return rows as they are. FileError: there are none, or one that has no named columns."""
+    """Return checked rows; raise FileError without rows, or for a row without named columns."""
     if not rows:
         raise FileError("rows: nothing was recorded")
     for i, row in enumerate(rows):
@@ -133,28 +153,28 @@ def _check_rows(rows: Sequence[Any]) -> list[Any]:
 
 
 def _select_columns(
-    found: pd.DataFrame, known: Mapping[str, LogColumn], given: Any
+    frame: pd.DataFrame, known: Mapping[str, LogColumn], name_map: Any
 ) -> dict[str, Array]:
     """Return the columns of a table by their names in a run, as numbers."""
     form, no = "{column of a run: column}", "no column {} in a run"
-    columns = check_name_map(given, "columns", form, known, no, "columns", object)
-    for own in columns.values():
-        if own not in found.columns:
+    columns = check_name_map(name_map, "columns", form, known, no, "columns", object)
+    for table_name in columns.values():
+        if table_name not in frame.columns:
             raise InputError(
-                f"no column {format_value(own)}; {suggest_names(own, map(str, found), 'columns')}"
+                f"no column {format_value(table_name)}; {suggest_names(table_name, map(str, frame), 'columns')}"
             )
-    if "run" in found.columns and found["run"].nunique() > 1:
-        raise FileError(f"it has {found['run'].nunique()} runs; a log has one")
+    if "run" in frame.columns and frame["run"].nunique() > 1:
+        raise FileError(f"it has {frame['run'].nunique()} runs; a log has one")
     called = {name: columns.get(name, name) for name in known}
     return {
-        name: _parse_column(found[each], each)
+        name: _parse_column(frame[each], each)
         for name, each in called.items()
-        if each in found.columns
+        if each in frame.columns
     }
 
 
 def _parse_column(column: Any, name: str) -> Array:
-    """Return a column as numbers, NaN where it is empty. FileError: it holds something else."""
+    """Return a column as numbers, NaN if empty; raise FileError for other content."""
     try:
         values = np.array(column, dtype=np.float64)
     except (TypeError, ValueError) as error:
@@ -166,44 +186,51 @@ def _parse_column(column: Any, name: str) -> Array:
     return values
 
 
-def _unit_factors(known: Mapping[str, LogColumn], given: Any) -> dict[str, float]:
-    """Return the factor to SI of each column."""
+def _unit_factors(known: Mapping[str, LogColumn], unit_map: Any) -> dict[str, float]:
+    """Return the factor to SI units of each column."""
     names = [*known, *dict.fromkeys(each.group for each in known.values())]
     form, no = "{column: unit}", "no column {}"
-    units = check_name_map(given, "units", form, names, no, "columns", object)
+    units = check_name_map(unit_map, "units", form, names, no, "columns", object)
     scales = {}
     for name, (group, unit) in known.items():
-        own = units.get(name, units.get(group))
-        if own is not None and unit not in DIMENSIONS:
+        table_unit = units.get(name, units.get(group))
+        if table_unit is not None and unit not in DIMENSIONS:
             raise InputError(f"units: {name} is in {unit if unit != '1' else 'no unit'}")
         with prefix_errors(f"units of {name}"):
-            scales[name] = 1.0 if own is None else get_unit_factor(own, DIMENSIONS[unit])
+            scales[name] = (
+                1.0 if table_unit is None else get_unit_factor(table_unit, DIMENSIONS[unit])
+            )
     return scales
 
 
 def _build_log(
-    source: str, found: Mapping[str, Array], experiment: Experiment, scales: Mapping[str, float]
+    source: str, columns: Mapping[str, Array], experiment: Experiment, scales: Mapping[str, float]
 ) -> Log:
     """Return the log of the columns of a table."""
     scene = experiment.scene
-    given = {name: values * scales[name] for name, values in found.items()}
-    times = _parse_times(_stack_columns(given, ["time"], "time")[:, 0])
-    joints = _column_stream("q", times, given, [f"q[{name}]" for name in scene.coordinate_names])
+    values_of = {name: values * scales[name] for name, values in columns.items()}
+    times = _parse_times(_stack_columns(values_of, ["time"], "time")[:, 0])
+    joints = _column_stream(
+        "q", times, values_of, [f"q[{name}]" for name in scene.coordinate_names]
+    )
     rates = {
-        of: _column_stream(of, times, given, [f"{of}[{name}]" for name in scene.velocity_names])
+        of: _column_stream(of, times, values_of, [f"{of}[{name}]" for name in scene.velocity_names])
         for of in ("qd", "qd_actual")
-        if any(name.startswith(f"{of}[") for name in given)
+        if any(name.startswith(f"{of}[") for name in values_of)
     }
     images, first = {}, 0
     for sight in Controller(experiment).sights:
         count = len(sight.target.marks)
         names = [f"pixels[{i},{axis}]" for i in range(first, first + count) for axis in AXES]
-        images[sight.key] = _pixel_stream(f"pixels of '{sight.target.name}'", times, given, names)
+        images[sight.key] = _pixel_stream(
+            f"pixels of '{sight.target.name}'", times, values_of, names
+        )
         first += count
     return Log(source, joints, images, rates.get("qd"), rates.get("qd_actual"))
 
 
 def _parse_times(seconds: Array) -> Times:
+    """Return times in seconds as nanoseconds; raise FileError for values that are no time."""
     wrong = ~(np.abs(seconds) < LATEST)
     if wrong.any():
         row = _first_row(wrong)
@@ -212,40 +239,41 @@ def _parse_times(seconds: Array) -> Times:
 
 
 def _column_stream(
-    what: str, times: Times, given: Mapping[str, Array], names: Sequence[str]
+    what: str, times: Times, columns: Mapping[str, Array], names: Sequence[str]
 ) -> Stream:
     """Return the rows (n, width) of some columns that are not empty."""
-    values = _stack_columns(given, names, what)
-    lacking = np.isnan(values)
-    partly = lacking.any(axis=1) & ~lacking.all(axis=1)
+    values = _stack_columns(columns, names, what)
+    empty = np.isnan(values)
+    partly = empty.any(axis=1) & ~empty.all(axis=1)
     if partly.any():
         row = _first_row(partly)
-        name = names[int(np.argmax(lacking[row]))]
+        name = names[int(np.argmax(empty[row]))]
         raise FileError(f"column {name}: empty in row {row}, where others of {what} are not")
-    there = ~lacking.all(axis=1)
-    return Stream(what, times[there], values[there])
+    filled = ~empty.all(axis=1)
+    return Stream(what, times[filled], values[filled])
 
 
 def _pixel_stream(
-    what: str, times: Times, given: Mapping[str, Array], names: Sequence[str]
+    what: str, times: Times, columns: Mapping[str, Array], names: Sequence[str]
 ) -> Stream:
-    """Return the rows (n, N, 2) of pixels; a mark of which one coordinate is empty is not seen."""
-    values = _stack_columns(given, names, what).reshape(len(times), -1, 2)
+    """Return the rows (n, N, 2) of pixels; a mark with an empty coordinate is not seen."""
+    values = _stack_columns(columns, names, what).reshape(len(times), -1, 2)
     values[np.isnan(values).any(axis=2)] = np.nan
-    there = ~np.isnan(values).all(axis=(1, 2))
-    return Stream(what, times[there], values[there])
+    filled = ~np.isnan(values).all(axis=(1, 2))
+    return Stream(what, times[filled], values[filled])
 
 
-def _stack_columns(given: Mapping[str, Array], names: Sequence[str], what: str) -> Array:
-    """Return columns as one array (n, width). FileError: one of them lacks."""
+def _stack_columns(columns: Mapping[str, Array], names: Sequence[str], what: str) -> Array:
+    """Return columns as one array (n, width); raise FileError if a column is missing."""
     for name in names:
-        if name not in given:
+        if name not in columns:
             raise FileError(
-                f"no column {name}, which {what} needs; columns={{'{name}': ...}} says what it is "
-                f"called here; {suggest_names(name, given, 'columns of a run')}"
+                f"no column {name}, which {what} needs; give its name in the table as "
+                f"columns={{'{name}': ...}}; {suggest_names(name, columns, 'columns of a run')}"
             )
-    return np.stack([given[name] for name in names], axis=1)
+    return np.stack([columns[name] for name in names], axis=1)
 
 
 def _first_row(wrong: Any) -> int:
+    """Return the index of the first row that is true."""
     return int(np.argmax(wrong))

@@ -1,4 +1,4 @@
-"""Where bodies that drive or fly are, from the messages of /tf."""
+"""The poses of bodies that drive or fly, from the messages of /tf."""
 
 from __future__ import annotations
 
@@ -18,22 +18,22 @@ from robsim.robot.joints.planar_joint import PlanarKind
 from robsim.world.scene import Scene
 
 WORLD = "world"
-TILT = 0.1  # radians, beyond which a body does not drive on its plane
+TILT = 0.1  # radians: a body with a larger tilt does not drive on its plane
 
 
 @dataclass(frozen=True, eq=False)
 class MobileBody:
-    """A body that drives or flies, whose coordinates follow from the pose of its link."""
+    """A body that drives or flies; its coordinates follow from the pose of its link."""
 
     frame: str
-    names: tuple[str, ...]  # of its coordinates that its pose says
-    before: Array  # (4, 4), so that the motion of its joint is before @ T_world_link @ after
+    names: tuple[str, ...]  # names of the coordinates that follow from its pose
+    before: Array  # (4, 4): the motion of its joint is before @ T_world_link @ after
     after: Array
 
     def coordinates(self, what: str, T: Array, last: Sequence[float]) -> list[float]:
-        """Return the coordinates at a pose (4, 4) in the world, the heading next to the last.
+        """Return the coordinates at a pose (4, 4) in the world, with the heading near the last one.
 
-        FileError: the body is tilted out of the plane it drives on.
+        FileError is raised if the body is tilted out of its plane.
         """
         motion = self.before @ T @ self.after
         if len(self.names) > 3:
@@ -47,71 +47,81 @@ class MobileBody:
 
 
 class BodyPoses:
-    """The bodies of a scene that drive or fly, and the frames that say where they are.
+    """The bodies of a scene that drive or fly, and the frames with their poses.
 
-    called  {coordinate of the scene: its name in the messages}, where they differ
-    frames  {"world" or "ROBOT.LINK": frame in the messages}, likewise
+    Parameters
+    ----------
+    scene : Scene
+        Scene with the bodies.
+    called : mapping
+        {coordinate of the scene: its name in the messages}, if they differ.
+    frames : mapping or None
+        {"world" or "ROBOT.LINK": frame in the messages}, if they differ.
 
-    InputError: a frame that does not move so.
+    Raises
+    ------
+    InputError
+        If a frame does not drive or fly.
     """
 
     def __init__(self, scene: Scene, called: Mapping[str, str], frames: Any) -> None:
-        own = _find_mobile_bodies(scene, called)
-        framed = _map_frame_names(frames, [each.frame for each in own])
+        bodies = _find_mobile_bodies(scene, called)
+        log_frames = _map_frame_names(frames, [each.frame for each in bodies])
         self.transforms = FrameTransforms()
-        self._root = framed.get(WORLD, WORLD)
-        self._bodies = [(framed.get(each.frame, each.frame), each) for each in own]
+        self._root = log_frames.get(WORLD, WORLD)
+        self._bodies = [(log_frames.get(each.frame, each.frame), each) for each in bodies]
         self._last: dict[str, list[float]] = {}
 
     def __bool__(self) -> bool:
         return bool(self._bodies)
 
-    def leave_out(self, told: Collection[str]) -> None:
-        """Leave out the bodies of which joints have told a coordinate."""
-        self._bodies = [each for each in self._bodies if not set(told) & set(each[1].names)]
+    def leave_out(self, names: Collection[str]) -> None:
+        """Leave out the bodies with a coordinate among names of joints, as joints cover them."""
+        self._bodies = [each for each in self._bodies if not set(names) & set(each[1].names)]
 
     def of(self, name: str) -> str | None:
-        """Return the link in the scene that a coordinate moves; None if that is none of these."""
+        """Return the link of the body that a coordinate moves, or None."""
         return next((body.frame for _, body in self._bodies if name in body.names), None)
 
     def still(self, what: str, transforms: Iterable[Any]) -> None:
-        """Take transforms that do not change. FileError: one is no pose."""
+        """Store transforms that do not change; raise FileError for an invalid pose."""
         self.transforms.take(what, transforms, moving=False)
 
     def take(self, what: str, transforms: Iterable[Any]) -> Iterator[TimedMessage]:
-        """Take transforms, and yield the coordinates of each body that they move, by name.
+        """Store transforms, and yield the coordinates by name of each body that they move.
 
-        Their time is that of the transform; zero if it says none.
-        Those of other frames on the way to the world count as they were last, and move nothing.
-        FileError: one is no pose.
+        The time is the time of the transform, or zero. Other frames between a body and the world
+        keep their last transforms, and their messages yield nothing. FileError is raised for an
+        invalid pose.
         """
         times = self.transforms.take(what, transforms)
         for frame, body in self._bodies:
-            moved = self.transforms.moves_with(frame, self._root)
+            moving_frame = self.transforms.moves_with(frame, self._root)
             T = self.transforms.pose(frame, self._root)
-            if moved in times and T is not None:
+            if moving_frame in times and T is not None:
                 self._last[frame] = body.coordinates(what, T, self._last.get(frame, ()))
                 yield TimedMessage(
-                    times[moved], JointStateFields(body.names, position=self._last[frame])
+                    times[moving_frame], JointStateFields(body.names, position=self._last[frame])
                 )
 
 
 def _map_frame_names(frames: Any, links: list[str]) -> Mapping[str, str]:
-    """Return what a bag calls the world and the links of bodies. InputError: there is no such."""
+    """Return the frames of the world and of bodies in a bag; raise InputError for another frame."""
     form, known = "{frame: frame in the bag}", [WORLD, *links]
-    called = check_name_map(frames, "frames", form, known, "no {} that roams", "frames")
-    return {name: own.removeprefix("/") for name, own in called.items()}
+    called = check_name_map(frames, "frames", form, known, "no {} that drives or flies", "frames")
+    return {name: frame.removeprefix("/") for name, frame in called.items()}
 
 
 def _find_mobile_bodies(scene: Scene, called: Mapping[str, str]) -> tuple[MobileBody, ...]:
-    """Return the bodies of a scene that drive or fly in the world itself, by names of a log."""
+    """Return the bodies of a scene that drive or fly in the world, with their names in a log."""
     links = [(robot, link) for robot in scene.robots for link in robot.links]
-    every = (f"{robot.name}.{link.name}" for robot, link in links if link.joint.model.roams)
-    found = (_make_mobile_body(scene, frame, called) for frame in every)
-    return tuple(each for each in found if each is not None)
+    frames = (f"{robot.name}.{link.name}" for robot, link in links if link.joint.model.roams)
+    bodies = (_make_mobile_body(scene, frame, called) for frame in frames)
+    return tuple(each for each in bodies if each is not None)
 
 
 def _make_mobile_body(scene: Scene, frame: str, called: Mapping[str, str]) -> MobileBody | None:
+    """Return the body of a frame, or None if it does not drive or fly in the world."""
     tree = scene.tree
     body, tail = tree.find(frame)
     member = next(each for each in tree.members if each.body == body)
@@ -120,6 +130,6 @@ def _make_mobile_body(scene: Scene, frame: str, called: Mapping[str, str]) -> Mo
     home = scene.home.copy()
     home[member.q] = member.kind.rest
     before = tail @ scene.pose(frame, home).inv().matrix
-    own = scene.coordinate_names[member.q][: 7 if member.kind.free else 3]
-    names = tuple(called.get(name, name) for name in own)
+    names_in_scene = scene.coordinate_names[member.q][: 7 if member.kind.free else 3]
+    names = tuple(called.get(name, name) for name in names_in_scene)
     return MobileBody(frame, names, before, Pose(tail).inv().matrix)

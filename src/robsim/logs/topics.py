@@ -1,4 +1,4 @@
-"""The topics of a bag, and what each of them holds."""
+"""The topics of a bag and their types."""
 
 from __future__ import annotations
 
@@ -26,8 +26,8 @@ TYPES = {
     "frames": (message_types.FRAMES,),
     "still": (message_types.FRAMES,),
 }
-FRAME_ROLES = ("frames", "still")  # what is read where joints do not say all
-GUESSED_ROLES = ("joints", "marks", "lens")  # where there is one topic of the type
+FRAME_ROLES = ("frames", "still")  # read if the joint states are incomplete
+GUESSED_ROLES = ("joints", "marks", "lens")  # found by type if one topic has the type
 
 
 def camera_topic(name: str, what: str) -> str:
@@ -40,7 +40,7 @@ def camera_topic(name: str, what: str) -> str:
 
 
 def default_topics(cameras: tuple[str, ...]) -> dict[str, str]:
-    """Return the topic of each role: joints, commands, frames, marks and lens of each camera."""
+    """Return the default topic of each role: joints, commands, frames, marks and lens."""
     return {
         "joints": JOINTS,
         "commands": COMMANDS,
@@ -52,59 +52,60 @@ def default_topics(cameras: tuple[str, ...]) -> dict[str, str]:
 
 
 def choose_topics(
-    found: Mapping[str, str],
+    bag_topics: Mapping[str, str],
     cameras: tuple[str, ...],
-    given: Mapping[str, str] | None,
+    name_map: Mapping[str, str] | None,
     roams: bool = False,
 ) -> dict[str, str]:
-    """Return the topic of each role that is in a bag, of {topic: type} in it.
+    """Return the topic of each role in a bag with the topics {topic: type}.
 
-    Where something `roams`, frames may stand for joints.
-
-    FileError: one is not there, or of another type; InputError: a role that does not exist.
+    If a body drives or flies (`roams`), frames may replace joints. FileError is raised for a
+    missing topic or another type, InputError for an unknown role.
     """
     usual = default_topics(cameras)
-    wanted = _topics_by_role(usual, cameras, given)
-    by_frames, roles = roams and wanted.get("frames", FRAMES) in found, {}
+    wanted = _topics_by_role(usual, cameras, name_map)
+    by_frames, roles = roams and wanted.get("frames", FRAMES) in bag_topics, {}
     for role, topic in usual.items():
         kind = role.partition(".")[0]
         alone = kind in GUESSED_ROLES and ("." not in role or len(cameras) == 1)
-        name = wanted.get(role) or _find_topic(found, usual, role, alone)
+        name = wanted.get(role) or _find_topic(bag_topics, usual, role, alone)
         if name is not None:
-            check_topic(found, name, TYPES[kind])
+            check_topic(bag_topics, name, TYPES[kind])
             roles[role] = name
         elif kind == "marks" or (kind == "joints" and not by_frames):
             raise FileError(
-                f"no topic {topic} ({' or '.join(TYPES[kind])}); which is it? "
-                f"topics={{'{role}': ...}}; {suggest_names(topic, sorted(found), 'topics')}"
+                f"no topic {topic} ({' or '.join(TYPES[kind])}); give its name as "
+                f"topics={{'{role}': ...}}; {suggest_names(topic, sorted(bag_topics), 'topics')}"
             )
     return roles
 
 
 def _topics_by_role(
-    usual: Mapping[str, str], cameras: tuple[str, ...], given: Any
+    usual: Mapping[str, str], cameras: tuple[str, ...], name_map: Any
 ) -> dict[str, str]:
-    """Return the topics that are given by role; those of the only camera need no name."""
+    """Return the given topics by role; the role of the only camera needs no name of the camera."""
     short = {of: f"{of}.{cameras[0]}" for of in ("marks", "lens") if len(cameras) == 1}
     known = [*usual, *short]
-    roles = check_name_map(given, "topics", "{role: topic}", known, "no {}", "topics")
+    roles = check_name_map(name_map, "topics", "{role: topic}", known, "no {}", "topics")
     return {short.get(role, role): topic for role, topic in roles.items()}
 
 
 def _find_topic(
-    found: Mapping[str, str], usual: Mapping[str, str], role: str, alone: bool
+    bag_topics: Mapping[str, str], usual: Mapping[str, str], role: str, alone: bool
 ) -> str | None:
-    """Return the usual topic of a role, or if that is not there the only one of its types."""
-    if usual[role] in found:
+    """Return the default topic of a role, or the only topic of its types if `alone`."""
+    if usual[role] in bag_topics:
         return usual[role]
     types = TYPES[role.partition(".")[0]]
-    alike = [name for name, kind in found.items() if kind in types and name not in usual.values()]
+    alike = [
+        name for name, kind in bag_topics.items() if kind in types and name not in usual.values()
+    ]
     return alike[0] if alone and len(alike) == 1 else None
 
 
-def check_topic(found: Mapping[str, str], name: str, types: tuple[str, ...]) -> None:
+def check_topic(bag_topics: Mapping[str, str], name: str, types: tuple[str, ...]) -> None:
     """Raise FileError unless a bag has a topic of one of some types."""
-    if name not in found:
-        raise FileError(f"no topic {name}; {suggest_names(name, sorted(found), 'topics')}")
-    if found[name] not in types:
-        raise FileError(f"topic {name} holds {found[name]}; expected {' or '.join(types)}")
+    if name not in bag_topics:
+        raise FileError(f"no topic {name}; {suggest_names(name, sorted(bag_topics), 'topics')}")
+    if bag_topics[name] not in types:
+        raise FileError(f"topic {name} holds {bag_topics[name]}; expected {' or '.join(types)}")

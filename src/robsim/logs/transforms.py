@@ -14,7 +14,7 @@ from robsim.logs.message_types import header_time
 
 
 class FrameTransforms:
-    """The last transform of each frame in its parent."""
+    """The last transform of each frame to its parent."""
 
     def __init__(self) -> None:
         self._edges: dict[str, tuple[str, Array]] = {}
@@ -22,13 +22,13 @@ class FrameTransforms:
 
     @property
     def frames(self) -> list[str]:
-        """The frames that there are, without those that are nothing but parents."""
+        """The frames that have a parent."""
         return list(self._edges)
 
     def take(self, what: str, transforms: Iterable[Any], moving: bool = True) -> dict[str, int]:
-        """Take the transforms of a message; return the time of each frame, nanoseconds or zero.
+        """Store the transforms of a message; return the time of each frame in nanoseconds, or zero.
 
-        FileError: one is no pose.
+        FileError is raised for an invalid pose.
         """
         times = {}
         for each in transforms:
@@ -43,9 +43,9 @@ class FrameTransforms:
         return times
 
     def pose(self, frame: str, root: str) -> Array | None:
-        """Return the pose (4, 4) of a frame in another; None where no way leads there."""
+        """Return the pose (4, 4) of a frame in another frame, or None if they are not connected."""
         T = np.eye(4)
-        for child in self._way(frame, root):
+        for child in self._ancestors(frame, root):
             if child == root:
                 return T
             if child in self._edges:
@@ -53,11 +53,13 @@ class FrameTransforms:
         return None
 
     def moves_with(self, frame: str, root: str) -> str | None:
-        """Return the frame next to one, on the way to another, that moves; None without any."""
-        return next((child for child in self._way(frame, root) if child in self._moving), None)
+        """Return the first frame that moves on the path from a frame to the root, or None."""
+        return next(
+            (child for child in self._ancestors(frame, root) if child in self._moving), None
+        )
 
-    def _way(self, frame: str, root: str) -> Iterator[str]:
-        """Yield a frame and its parents, up to the root or to one that has none."""
+    def _ancestors(self, frame: str, root: str) -> Iterator[str]:
+        """Yield a frame and its ancestors, up to the root or to a frame without a parent."""
         seen: set[str] = set()
         while frame not in seen:
             seen.add(frame)

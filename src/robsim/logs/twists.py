@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 from robsim.base.errors import InputError
 
-TWIST_PARTS = {  # of the name of a velocity, behind the last dot: where a Twist has it
+TWIST_PARTS = {  # name of a velocity after the last dot -> component of a Twist
     "vx": ("linear", "x"),
     "vy": ("linear", "y"),
     "vz": ("linear", "z"),
@@ -17,15 +17,11 @@ TWIST_PARTS = {  # of the name of a velocity, behind the last dot: where a Twist
     "v": ("linear", "x"),
     "omega": ("angular", "z"),
 }
-WORLD_FRAMES = (
-    "world",
-    "map",
-    "odom",
-)  # frames of a header in which a twist is not that of the body
+WORLD_FRAMES = ("world", "map", "odom")  # frames in a header that are not the axes of the body
 
 
 class TwistComponent(NamedTuple):
-    """A component of a Twist, and which of some velocities it is."""
+    """A component of a Twist, and the index of its velocity."""
 
     of: str
     axis: str
@@ -33,33 +29,33 @@ class TwistComponent(NamedTuple):
 
 
 def twist_components(names: Sequence[str]) -> tuple[TwistComponent, ...]:
-    """Return what a Twist is of velocities. InputError: they are not those of one body.
+    """Return the components of a Twist for some velocities; raise InputError unless of one body.
 
-    >>> twist_components(["elbow", "body.v", "body.omega"])
-    (Component(of='linear', axis='x', column=1), Component(of='angular', axis='z', column=2))
+    >>> [tuple(each) for each in twist_components(["elbow", "body.v", "body.omega"])]
+    [('linear', 'x', 1), ('angular', 'z', 2)]
     """
-    found = [(i, *name.rpartition(".")[::2]) for i, name in enumerate(names)]
-    free = [each for each in found if each[2] in TWIST_PARTS and each[1]]
-    bodies = dict.fromkeys(body for _, body, _ in free)
+    parts_of = [(i, *name.rpartition(".")[::2]) for i, name in enumerate(names)]
+    twists = [each for each in parts_of if each[2] in TWIST_PARTS and each[1]]
+    bodies = dict.fromkeys(body for _, body, _ in twists)
     if len(bodies) != 1:
         raise InputError(
             "a Twist commands one body that drives or moves freely; "
             f"here are {', '.join(bodies) or 'none'}"
         )
-    return tuple(TwistComponent(*TWIST_PARTS[part], i) for i, _, part in free)
+    return tuple(TwistComponent(*TWIST_PARTS[part], i) for i, _, part in twists)
 
 
 def read_twist(twist: Any, parts: Sequence[TwistComponent]) -> dict[int, float]:
-    """Return the velocities that a Twist message holds."""
+    """Return the velocities in a Twist message by index."""
     return {each.column: float(getattr(getattr(twist, each.of), each.axis)) for each in parts}
 
 
 def list_unused_components(twist: Any, parts: Sequence[TwistComponent]) -> list[str]:
-    """Return the components of a Twist message that are not zero, and are none of the body's."""
-    own = {(each.of, each.axis) for each in parts}
+    """Return the components of a Twist message that are not zero and not velocities of the body."""
+    used = {(each.of, each.axis) for each in parts}
     return [
         f"{of}.{axis}"
         for of in ("linear", "angular")
         for axis in "xyz"
-        if (of, axis) not in own and getattr(getattr(twist, of), axis) != 0.0
+        if (of, axis) not in used and getattr(getattr(twist, of), axis) != 0.0
     ]

@@ -1,8 +1,8 @@
 """The camera model: projection, visibility and distortion.
 
-Camera axes are those of computer vision: x to the right, y down, z along the optical axis; a
-pixel is (column, row). The chapter's own camera axes (x up, y to the right; u the row, v the
-column) are turned into these here and nowhere else.
+Camera axes follow computer vision: x to the right, y down, z along the optical axis. A pixel is
+(column, row). The camera axes of the chapter (x up, y to the right; u the row, v the column) are
+converted to these axes in this module only.
 """
 
 from __future__ import annotations
@@ -34,14 +34,15 @@ from robsim.vision.image_size import SIZE
 from robsim.vision.intrinsics import PART_INDICES, get_intrinsic_part, replace_intrinsic_part
 from robsim.vision.lens_range import find_valid_radius
 
-_SINGLE_NDIM = {
-    "K": 2,
-    "distortion": 1,
-}  # of one camera; one more where they differ from run to run
+_SINGLE_NDIM = {"K": 2, "distortion": 1}  # number of dimensions if all runs have the same values
 
 
 class Visibility(IntEnum):
-    """The place of a point relative to a camera: in the image, outside it, or behind."""
+    """The position of a point relative to a camera: in the image, outside it, or behind.
+
+    >>> Visibility(2)
+    <Visibility.BEHIND_CAMERA: 2>
+    """
 
     IN_IMAGE = kernels.IN_IMAGE
     OUT_OF_IMAGE = kernels.OUT_OF_IMAGE
@@ -52,12 +53,37 @@ class Visibility(IntEnum):
 class Camera(Value):
     """A perspective camera with skew and radial-tangential distortion.
 
-    K is [[fx, skew, cx], [0, fy, cy], [0, 0, 1]] in pixels; `size` is (width, height) in pixels,
-    None for an image without border; `distortion` is (k1, k2, p1, p2[, k3[, k4, k5, k6]]) in the
-    order and in any shape of OpenCV's `dist`: flat, a row or a column, with the coefficients of a
-    thin prism and a tilted sensor (12 or 14 numbers) if these are zero; a flat tuple of at most
-    eight is kept. Pixel centres are whole numbers, so an image covers [-0.5, width - 0.5).
+    A point (X, Y, Z) in camera axes has the normalised coordinates x = X/Z, y = Y/Z, which the
+    lens distorts to
 
+        x' = x s + 2 p1 x y + p2 (r^2 + 2 x^2),    y' = y s + p1 (r^2 + 2 y^2) + 2 p2 x y,
+        s = (1 + k1 r^2 + k2 r^4 + k3 r^6) / (1 + k4 r^2 + k5 r^4 + k6 r^6),    r^2 = x^2 + y^2,
+
+    and the pixel is K (x', y', 1). Pixel centres are whole numbers, so an image covers the columns
+    [-0.5, width - 0.5).
+
+    Parameters
+    ----------
+    K : array_like of shape (3, 3)
+        Matrix of intrinsics [[fx, skew, cx], [0, fy, cy], [0, 0, 1]] in pixels.
+    size : (int, int), optional
+        Width and height of the image in pixels. None: an image without border.
+    body : CameraBody, optional
+        Housing of the camera, shown in figures.
+    distortion : array_like, default ()
+        Coefficients (k1, k2, p1, p2[, k3[, k4, k5, k6]]) in the order of OpenCV, flat, as a row or
+        as a column. Arrays of 12 or 14 numbers, with coefficients of a thin prism and a tilted
+        sensor, are accepted if these coefficients are zero. Stored as a flat tuple of at most eight
+        numbers.
+
+    Raises
+    ------
+    InputError
+        If K is not a matrix of intrinsics, a camera with a size has a focal length below a pixel,
+        or the lens is not modelled.
+
+    Examples
+    --------
     >>> camera = Camera([[800, 0, 320], [0, 800, 240], [0, 0, 1]], size=(640, 480))
     >>> camera.project([[0.1, 0, 1], [0, 0, -1]], Pose.at())
     array([[400., 240.],
@@ -81,18 +107,18 @@ class Camera(Value):
 
     @property
     def focal(self) -> Any:
-        """The focal length in pixels, or both, (2,), where they differ."""
+        """The focal length in pixels, or both focal lengths (2,) if they differ."""
         return get_intrinsic_part(self.K, "focal")
 
     @property
     def center(self) -> Array:
         """The principal point (2,) in pixels."""
-        found: Array = get_intrinsic_part(self.K, "center")
-        return found
+        point: Array = get_intrinsic_part(self.K, "center")
+        return point
 
     @property
     def skew(self) -> float:
-        """The skew of the axes of the image, in pixels."""
+        """The skew of the image axes, in pixels."""
         return float(get_intrinsic_part(self.K, "skew"))
 
     def revised(self, **changes: Any) -> Camera:
@@ -123,10 +149,23 @@ class Camera(Value):
         size: tuple[int, int] | None = None,
         body: CameraBody | None = None,
     ) -> Camera:
-        """Return a camera with the parameters of the chapter's eq. (10), alpha in radians.
+        """Return a camera from the parameters of eq. (10) of the chapter.
 
-        f, px and py are in one unit; u0 is the row and v0 the column of the image centre.
+        Parameters
+        ----------
+        f, px, py : float
+            Focal length, and height and width of a pixel, in the same unit.
+        alpha : float
+            Skew angle in radians.
+        u0, v0 : float
+            Row and column of the image centre in pixels.
+        size : (int, int), optional
+            Width and height of the image in pixels.
+        body : CameraBody, optional
+            Housing of the camera, shown in figures.
 
+        Examples
+        --------
         >>> Camera.from_chapter(8e-3, 1e-5, 1e-5, 0, u0=240, v0=320).K[0]
         array([800.,   0., 320.])
         """
@@ -135,27 +174,51 @@ class Camera(Value):
 
     @classmethod
     def from_file(cls, path: str | os.PathLike[str], name: str | None = None) -> Camera:
-        """Return the camera of a calibration file: OpenCV, ROS, Kalibr or COLMAP.
+        """Return the camera of a calibration file of OpenCV, ROS, Kalibr or COLMAP.
 
-        The content tells the format. Of several cameras `name` chooses one ("cam0", or the number
-        in COLMAP). YAML needs the extra `vision`. docs/cameras.md lists what is read. FileError:
-        not such a file, or a lens that is not modelled, as a fisheye.
+        The format is detected from the content; docs/cameras.md lists the supported formats. YAML
+        needs the extra `vision`.
 
+        Parameters
+        ----------
+        path : path_like
+            Calibration file.
+        name : str, optional
+            Name of the camera if the file has several: "cam0", or the number in COLMAP.
+
+        Raises
+        ------
+        FileError
+            If the file is not a calibration file, it has several cameras and no `name` is given, or
+            the lens is not modelled, for example a fisheye lens.
+
+        Examples
+        --------
         >>> Camera([[800, 0, 320], [0, 800, 240], [0, 0, 1]], (640, 480)).to_file("eye.xml").name
         'eye.xml'
         >>> Camera.from_file("eye.xml").size
         (640, 480)
         """
-        found: Camera = load_camera(path, name, cls)
-        return found
+        camera: Camera = load_camera(path, name, cls)
+        return camera
 
     def to_file(self, path: str | os.PathLike[str]) -> Path:
-        """Write a calibration file, which `from_file` reads to the last digit; return its path.
+        """Write a calibration file, which `from_file` reads without loss, and return its path.
 
-        `.yaml` and `.yml` are for OpenCV and ROS, `.xml` for OpenCV, `.txt` is COLMAP's
-        cameras.txt. FileError: another ending, a skew, which these programs leave out, or no size
-        where COLMAP needs one.
+        Parameters
+        ----------
+        path : path_like
+            File to write. The suffix selects the format: ".yaml" or ".yml" for OpenCV and ROS,
+            ".xml" for OpenCV, ".txt" for COLMAP's cameras.txt.
 
+        Raises
+        ------
+        FileError
+            If the suffix is unknown, the camera has a skew, which these formats cannot store, or
+            COLMAP needs the size of the image and the camera has none.
+
+        Examples
+        --------
         >>> Camera([[800, 0, 320], [0, 800, 240], [0, 0, 1]], (640, 480)).to_file("eye.yaml").name
         'eye.yaml'
         """
@@ -163,26 +226,53 @@ class Camera(Value):
 
     @classmethod
     def from_ros(cls, message: Any, *, rectified: bool = False) -> Camera:
-        """Return the camera of a ROS message `sensor_msgs/CameraInfo`, 1 or 2, or a dict of it.
+        """Return the camera of a ROS message `sensor_msgs/CameraInfo`.
 
-        It is that of the image as binning and region of interest cut it. With `rectified` it is
-        that of the rectified image, K from P and no lens. InputError: a lens that is not modelled.
+        The camera describes the published image, with binning and region of interest applied.
 
+        Parameters
+        ----------
+        message : object or mapping
+            Message of ROS 1 or ROS 2, or a dictionary of its fields.
+        rectified : bool, default False
+            Return the camera of the rectified image, with K from P and no distortion.
+
+        Raises
+        ------
+        InputError
+            If the lens is not modelled, or the camera is not calibrated.
+
+        Examples
+        --------
         >>> k = [800, 0, 320, 0, 800, 240, 0, 0, 1]
         >>> info = {"width": 640, "height": 480, "k": k, "d": [], "distortion_model": "plumb_bob"}
         >>> Camera.from_ros(info).size
         (640, 480)
         """
-        found: Camera = camera_info.camera_from_message(message, rectified, cls)
-        return found
+        camera: Camera = camera_info.camera_from_message(message, rectified, cls)
+        return camera
 
     def resized(self, width: int, height: int, *, stretch: bool = False) -> Camera:
-        """Return the camera of the whole image scaled to another size in pixels.
+        """Return the camera of the image scaled to another size in pixels.
 
-        As centres are whole numbers, u' = (u + 0.5) width' / width - 0.5, which is where
-        `cv2.resize` puts them. InputError: without `stretch`, a shape that differs by a pixel or
-        more, as of an image that was cropped.
+        Pixel centres are whole numbers, so a column u moves to u' = (u + 0.5) width' / width - 0.5,
+        as in `cv2.resize`.
 
+        Parameters
+        ----------
+        width, height : int
+            Size of the scaled image in pixels.
+        stretch : bool, default False
+            Allow another aspect ratio.
+
+        Raises
+        ------
+        InputError
+            If the aspect ratio differs by a pixel or more, as for a cropped image, and `stretch` is
+            false.
+
+        Examples
+        --------
         >>> Camera([[800, 0, 319.5], [0, 800, 239.5], [0, 0, 1]], (640, 480)).resized(320, 240).K[0]
         array([400. ,   0. , 159.5])
         """
@@ -190,10 +280,22 @@ class Camera(Value):
         return replace(self, K=K, size=size)
 
     def cropped(self, left: int, top: int, width: int, height: int) -> Camera:
-        """Return the camera of a part of the image that begins at the pixel (left, top).
+        """Return the camera of a part of the image.
 
-        InputError: a part that leaves the image.
+        Parameters
+        ----------
+        left, top : int
+            First column and row of the part.
+        width, height : int
+            Size of the part in pixels.
 
+        Raises
+        ------
+        InputError
+            If the part is not inside the image.
+
+        Examples
+        --------
         >>> Camera([[800, 0, 320], [0, 800, 240], [0, 0, 1]], (640, 480)).cropped(
         ...     100, 50, 320, 240).K[:2, 2]
         array([220., 190.])
@@ -202,32 +304,54 @@ class Camera(Value):
         return replace(self, K=K, size=size)
 
     def project(self, points: ArrayLike, T_w_c: Any) -> Array:
-        """Return pixels (..., N, 2) = (column, row) of points (N, 3) or (..., N, 3).
+        """Return the pixels of points.
 
-        `T_w_c` (..., 4, 4) is the pose of the camera in the frame of the points. Pixels of points
-        behind the camera are NaN, see `visibility`.
+        Parameters
+        ----------
+        points : array_like of shape (N, 3) or (..., N, 3)
+            Points in any frame, in metres.
+        T_w_c : pose_like of shape (..., 4, 4)
+            Pose of the camera in the frame of the points.
 
+        Returns
+        -------
+        ndarray of shape (..., N, 2)
+            Pixels (column, row), NaN for points behind the camera, see `visibility`.
+
+        Examples
+        --------
         >>> Camera([[800, 0, 320], [0, 800, 240], [0, 0, 1]]).project([[0.1, 0, 2]], Pose.at())
         array([[360., 240.]])
         """
-        pixels, _, lead = self._look(points, T_w_c)
+        pixels, _, lead = self._project_and_classify(points, T_w_c)
         return move_runs_first(pixels, lead)
 
     def visibility(self, points: ArrayLike, T_w_c: Any) -> NDArray[np.int8]:
         """Return the `Visibility` (..., N) of points: in the image, outside it, or behind.
 
+        Parameters
+        ----------
+        points : array_like of shape (N, 3) or (..., N, 3)
+            Points in any frame, in metres.
+        T_w_c : pose_like of shape (..., 4, 4)
+            Pose of the camera in the frame of the points.
+
+        Examples
+        --------
         >>> camera = Camera([[800, 0, 320], [0, 800, 240], [0, 0, 1]], size=(640, 480))
         >>> camera.visibility([[0, 0, 1], [9, 0, 1], [0, 0, -1]], Pose.at()).tolist()
         [0, 1, 2]
         """
-        _, status, lead = self._look(points, T_w_c)
+        _, status, lead = self._project_and_classify(points, T_w_c)
         return move_runs_first(status, lead)
 
     def normalise(self, pixels: ArrayLike) -> Array:
-        """Return the undistorted points (..., N, 2) at unit depth that project to these pixels.
+        """Return the undistorted points (..., N, 2) at unit depth of pixels (..., N, 2).
 
-        NaN for a pixel that the lens cannot reach.
+        A pixel that no undistorted point maps to is NaN.
 
+        Examples
+        --------
         >>> Camera([[800, 0, 320], [0, 800, 240], [0, 0, 1]]).normalise([[400, 240]])
         array([[0.1, 0. ]])
         """
@@ -237,8 +361,12 @@ class Camera(Value):
     @cached_property
     def lens(self) -> Array:
         """The eight distortion coefficients (k1, k2, p1, p2, k3, k4, k5, k6)."""
-        given = np.array(self.distortion)
-        return make_read_only(np.concatenate([given, np.zeros((8 - len(given), *given.shape[1:]))]))
+        coefficients = np.array(self.distortion)
+        return make_read_only(
+            np.concatenate(
+                [coefficients, np.zeros((8 - len(coefficients), *coefficients.shape[1:]))]
+            )
+        )
 
     @cached_property
     def bends(self) -> bool:
@@ -247,17 +375,17 @@ class Camera(Value):
 
     @cached_property
     def rows(self) -> Array:
-        """The numbers (22, 1) in the order of `kernels.viewing`, or (22, runs) where they differ.
+        """The numbers (22, 1) of the camera in the order of `kernels.viewing`, or (22, runs).
 
-        As the experiments of a sweep have it: then K is (3, 3, runs), or `distortion` (n, runs).
+        They differ from run to run in a sweep: then K is (3, 3, runs), or `distortion` (n, runs).
         """
-        given = (self.K, 9), (self.lens, 8), (self.border, 4), (self.valid_radius, 1)
-        parts = [np.reshape(values, (count, -1)) for values, count in given]
+        groups = (self.K, 9), (self.lens, 8), (self.border, 4), (self.valid_radius, 1)
+        parts = [np.reshape(values, (count, -1)) for values, count in groups]
         runs = max(part.shape[1] for part in parts)
         return np.concatenate([np.broadcast_to(part, (len(part), runs)) for part in parts])
 
     def of_runs(self, runs: NDArray[np.int64]) -> Camera:
-        """Return the camera of some of the runs, by number."""
+        """Return the camera of some runs, given by their indices."""
         if self.rows.shape[1] == 1:
             return self
         chosen = {"K": self.K, "distortion": np.array(self.distortion)}
@@ -267,44 +395,44 @@ class Camera(Value):
 
     def image_of(self, X: Array) -> tuple[Array, NDArray[np.int8]]:
         """Return pixels (N, 2, B) and visibility (N, B) of points X (N, 3, B) in camera axes."""
-        seen = self._each(self._image, X)
+        seen = self._apply_to_points(self._projection, X)
         return np.ascontiguousarray(seen[:, :2]), seen[:, 2].astype(np.int8)
 
     def points_of(self, pixels: Array) -> Array:
         """Return the undistorted points (N, 2, B) at unit depth of pixels (N, 2, B), or NaN."""
-        return self._each(self._straight, pixels)
+        return self._apply_to_points(self._undistortion, pixels)
 
-    def _each(self, function: ProgramFunction, x: Array) -> Array:
-        """Return a function (N, m, B) of N columns x (N, n, B)."""
+    def _apply_to_points(self, function: ProgramFunction, x: Array) -> Array:
+        """Return a function of N columns x (N, n, B), as an array (N, m, B)."""
         N, n, runs = x.shape
         runs = runs if self.rows.shape[1] == 1 else max(runs, self.rows.shape[1])
         wide = np.broadcast_to(x, (N, n, runs))
         columns = np.ascontiguousarray(wide.transpose(1, 0, 2)).reshape(n, N * runs)
-        found = function(columns, np.tile(np.arange(runs), N))
-        return np.ascontiguousarray(found.reshape(len(found), N, runs).transpose(1, 0, 2))
+        values = function(columns, np.tile(np.arange(runs), N))
+        return np.ascontiguousarray(values.reshape(len(values), N, runs).transpose(1, 0, 2))
 
     @cached_property
-    def _image(self) -> ProgramFunction:
-        """The pixel and the visibility of a point in camera axes."""
+    def _projection(self) -> ProgramFunction:
+        """The function from a point in camera axes to its pixel and visibility."""
         program = Program()
-        X, found, here = program.rows(1, 3), program.rows(3), program.constant(np.eye(3, 4))
+        X, result, identity = program.rows(1, 3), program.rows(3), program.constant(np.eye(3, 4))
         program.add(
             projection.project_to_pixels,
             marks=X,
-            T_w_c=here,
-            T_w_o=here,
+            T_w_c=identity,
+            T_w_o=identity,
             camera=program.each(self.rows),
             bends=self.bends,
-            pixels=found[:2].reshape(1, 2),
+            pixels=result[:2].reshape(1, 2),
             depth=program.rows(1),
-            status=found[2:],
+            status=result[2:],
             which=projection.EACH_STATUS,
         )
-        return ProgramFunction(program, X, found, 3)
+        return ProgramFunction(program, X, result, 3)
 
     @cached_property
-    def _straight(self) -> ProgramFunction:
-        """The undistorted point of a pixel."""
+    def _undistortion(self) -> ProgramFunction:
+        """The function from a pixel to its undistorted point."""
         program = Program()
         pixel, point = program.rows(1, 2), program.rows(1, 2)
         program.add(
@@ -324,22 +452,23 @@ class Camera(Value):
 
     @cached_property
     def valid_radius(self) -> Any:
-        """The normalised radius up to which distortion is monotonic; beyond it, the image folds.
+        """The largest normalised radius with monotonic distortion; beyond it the image folds.
 
-        The smallest positive root of d/dr (r N(r^2) / D(r^2)), and of D.
+        It is the smallest positive root of d/dr (r N(r^2) / D(r^2)) and of D, with numerator N and
+        denominator D of the radial distortion.
         """
         if self.lens.ndim > 1:
             return np.array(list(map(find_valid_radius, self.lens.T)))
         return find_valid_radius(self.lens)
 
     def drawn(self, T_w_c: Any) -> CameraBody | None:
-        """Return the camera body at its pose; it has the chapter's axes (x up, y to the right)."""
+        """Return the camera body at its pose, drawn in the axes of the chapter (x up, y right)."""
         return self.body and self.body.at(as_pose(T_w_c) @ T_CHAPTER_CAMERA.inv())
 
-    def _look(
+    def _project_and_classify(
         self, points: ArrayLike, T_w_c: Any
     ) -> tuple[Array, NDArray[np.int8], tuple[int, ...]]:
-        """Return run-last pixels and visibility of points, and their leading shape."""
+        """Return the run-last pixels and visibility of points, and their leading shape."""
         p, T = as_floats(points, "points", ("N", 3)), as_pose(T_w_c).matrix
         lead = broadcast_leading_shape(p.shape[:-2], T.shape[:-2], "points and camera poses")
         X = move_runs_last(np.broadcast_to(Pose(T).inv() @ p, (*lead, p.shape[-2], 3)), 2)

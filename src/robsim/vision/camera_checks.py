@@ -1,4 +1,4 @@
-"""What is asked of the intrinsics and the lens of a camera."""
+"""Checks of the intrinsics and the distortion of a camera."""
 
 from __future__ import annotations
 
@@ -9,22 +9,24 @@ import numpy as np
 from robsim.base.arrays import Array, as_floats
 from robsim.base.errors import InputError
 
-COUNTS = 0, 4, 5, 8  # of lens coefficients that are modelled
-UNMODELLED = 12, 14  # of those that OpenCV writes for a thin prism, and for a tilted sensor too
+COUNTS = 0, 4, 5, 8  # numbers of coefficients that are modelled
+UNMODELLED = 12, 14  # numbers of coefficients with a thin prism, and with a tilted sensor too
 
 
 def check_focal(fx: float, fy: float) -> None:
-    """Raise InputError for focal lengths below a pixel, which no lens before an image has."""
+    """Raise InputError for focal lengths below a pixel, which are probably in metres."""
     least = min(fx, fy)
     if least < 1.0:
         raise InputError(
-            f"a focal length of {least:g} pixels: is it in metres? In pixels it is that divided by "
-            f"the size of a pixel, {least:g} / 1e-5 = {least / 1e-5:g} for pixels of 10 micrometres"
+            f"a focal length of {least:g} pixels: is it in metres? In pixels it is the length "
+            f"divided by the size of a pixel: {least:g} / 1e-5 = {least / 1e-5:g} for pixels of "
+            "10 micrometres"
         )
 
 
-def check_intrinsics(given: Any) -> Array:
-    K = as_floats(given, "K", (3, 3))
+def check_intrinsics(matrix: Any) -> Array:
+    """Return K (3, 3) as an array; raise InputError if it is no matrix of intrinsics."""
+    K = as_floats(matrix, "K", (3, 3))
     if K.ndim != 2 or K[1, 0] != 0 or not np.array_equal(K[2], (0, 0, 1)):
         raise InputError(f"K must be [[fx, skew, cx], [0, fy, cy], [0, 0, 1]], got {K.tolist()}")
     if not (K[0, 0] > 0 and K[1, 1] > 0):
@@ -32,9 +34,9 @@ def check_intrinsics(given: Any) -> Array:
     return K
 
 
-def check_distortion(given: Any) -> tuple[float, ...]:
-    """The coefficients in a flat tuple, from a row, a column or a flat array of OpenCV."""
-    array = as_floats(given, "distortion", ())
+def check_distortion(coefficients: Any) -> tuple[float, ...]:
+    """Return the coefficients as a flat tuple, from a row, a column or a flat array of OpenCV."""
+    array = as_floats(coefficients, "distortion", ())
     lens = array.ravel()
     if array.ndim not in (1, 2) or lens.size not in (*COUNTS, *UNMODELLED):
         raise InputError(

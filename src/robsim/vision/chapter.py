@@ -1,4 +1,4 @@
-"""The intrinsics of the chapter's camera, in its own axes and in ours."""
+"""The intrinsics of the chapter's camera, in the axes of the chapter and of this package."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ from robsim.base.arrays import Array, as_floats, as_positive
 from robsim.base.errors import InputError
 from robsim.geometry.pose import Pose
 
-# pose of our camera axes in the chapter's: our x is its y, our y its -x
+# pose of the camera axes of this package in the axes of the chapter: x is its y, y its -x
 T_CHAPTER_CAMERA = Pose([[0, -1, 0, 0], [1, 0, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]])
 
 
 def intrinsics_from_chapter(Ki: ArrayLike) -> Array:
-    """Return K for (column, row) in our axes from the chapter's Ki for (u, v) = (row, column).
+    """Return K for (column, row) from the chapter's Ki for (u, v) = (row, column).
 
-    The rows change places, and Ki is written for the chapter's camera axes.
+    The rows are exchanged, and the columns are rotated from the chapter's camera axes.
     """
     return as_floats(Ki, "Ki", (3, 3))[..., [1, 0, 2], :] @ T_CHAPTER_CAMERA.rotation
 

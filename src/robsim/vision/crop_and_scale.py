@@ -1,4 +1,4 @@
-"""The intrinsics of an image that was scaled or cut."""
+"""The intrinsics of a scaled or cropped image."""
 
 from __future__ import annotations
 
@@ -15,48 +15,48 @@ LARGEST = 1_000_000  # pixels of a side
 
 
 def scale_intrinsics(
-    K: Array, size: PixelSize | None, given: Any, stretch: bool
+    K: Array, size: PixelSize | None, new_size: Any, stretch: bool
 ) -> tuple[Array, PixelSize]:
-    """Return K and the size of the whole image scaled to another size."""
-    new, old = _check_new_size(given), _require_size(size, "resized")
+    """Return K and the size of the image scaled to another size."""
+    new, old = _check_new_size(new_size), _require_size(size, "resized")
     scale = np.array(new) / old
     if not as_bool(stretch, "stretch") and abs(scale[0] - scale[1]) * max(old) >= 1:
         raise InputError(
             f"{old[0]} x {old[1]} pixels resized to {new[0]} x {new[1]} changes the shape: "
-            "crop it before (`cropped`), or say stretch=True"
+            "crop it before (`cropped`), or give stretch=True"
         )
-    found = K.copy()
-    found[:2] *= scale[:, None]
-    found[:2, 2] += (scale - 1) / 2  # u' + 0.5 = (u + 0.5) scale
-    return found, new
+    K_new = K.copy()
+    K_new[:2] *= scale[:, None]
+    K_new[:2, 2] += (scale - 1) / 2  # u' + 0.5 = (u + 0.5) scale
+    return K_new, new
 
 
 def crop_intrinsics(
-    K: Array, size: PixelSize | None, left: int, top: int, given: Any
+    K: Array, size: PixelSize | None, left: int, top: int, new_size: Any
 ) -> tuple[Array, PixelSize]:
     """Return K and the size of the part of an image that begins at the pixel (left, top)."""
-    new, old = _check_new_size(given), _require_size(size, "cropped")
+    new, old = _check_new_size(new_size), _require_size(size, "cropped")
     corner = np.array([as_integer(left, "left", 0, LARGEST), as_integer(top, "top", 0, LARGEST)])
     if (corner + new > old).any():
         raise InputError(
             f"{new[0]} x {new[1]} pixels from ({left}, {top}) on leave an image of "
             f"{old[0]} x {old[1]}"
         )
-    found = K.copy()
-    found[:2, 2] -= corner
-    return found, new
+    K_new = K.copy()
+    K_new[:2, 2] -= corner
+    return K_new, new
 
 
-def _check_new_size(given: Any) -> PixelSize:
-    """Return a size in whole pixels that an image can have."""
-    size = SIZE.check(given, "size")
+def _check_new_size(value: Any) -> PixelSize:
+    """Return a checked size (width, height) in whole pixels."""
+    size = SIZE.check(value, "size")
     if max(size) > LARGEST:
-        raise InputError(f"size must be at most {LARGEST} pixels, got {format_value(given)}")
+        raise InputError(f"size must be at most {LARGEST} pixels, got {format_value(value)}")
     return size
 
 
 def _require_size(size: PixelSize | None, doing: str) -> PixelSize:
-    """Return the size of a camera; InputError if it has none."""
+    """Return the size of a camera; raise InputError if it has none."""
     if size is None:
         raise InputError(f"a camera without a size cannot be {doing}: give it size=(width, height)")
     return size

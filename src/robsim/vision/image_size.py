@@ -1,4 +1,4 @@
-"""The declaration of an image's width and height."""
+"""The declaration of the width and height of an image."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ PIXELS = Integer(1, 1_000_000)
 
 @dataclass(frozen=True)
 class ImageSize(ListOf):
-    """The declaration of an image's width and height in whole pixels."""
+    """The declaration of the width and height of an image in whole pixels."""
 
     phrase: ClassVar[str] = "[width, height] in whole pixels"
     python_phrase: ClassVar[str] = "(width, height) in whole pixels"

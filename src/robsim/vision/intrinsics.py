@@ -33,8 +33,8 @@ class FocalLengths(ListOf):
     phrase: ClassVar[str] = "[fx, fy] in pixels, or one number for both"
 
     def read(self, raw: Raw, c: Context) -> tuple[Any, ...]:
-        plain = isinstance(raw, int | float) and not isinstance(raw, bool)
-        return super().read([raw, raw] if plain else raw, c)
+        single = isinstance(raw, int | float) and not isinstance(raw, bool)
+        return super().read([raw, raw] if single else raw, c)
 
     def write(self, value: Any, c: Context) -> Any:
         fx, fy = value
@@ -48,7 +48,7 @@ class FocalLengths(ListOf):
 
 
 def get_intrinsic_part(K: Array, name: str) -> Any:
-    """Return the focal lengths, the center or the skew of K; one focal length if both are equal."""
+    """Return focal lengths, center or skew of K; one focal length if both are equal."""
     numbers = [K[place] for place in PART_INDICES[name]]
     if name == "skew" or (name == "focal" and numbers[0] == numbers[1]):
         return numbers[0]
@@ -59,36 +59,36 @@ def replace_intrinsic_part(K: Array, name: str, new: Any) -> Array:
     """Return K (3, 3), or (3, 3, runs), with another focal length, center or skew."""
     places = PART_INDICES[name]
     several = len(places) > 1 and np.ndim(new) > K.ndim - 2
-    made = np.array(K)
+    K_new = np.array(K)
     for place, number in zip(places, new if several else [new] * len(places), strict=True):
-        made[place] = number
+        K_new[place] = number
     if name == "focal":
-        check_focal(np.min(made[0, 0]), np.min(made[1, 1]))
-    return made
+        check_focal(np.min(K_new[0, 0]), np.min(K_new[1, 1]))
+    return K_new
 
 
 def build_intrinsics(
     focal: Sequence[float] | None, center: Sequence[float] | None, skew: float | None, size: Any
 ) -> list[list[float]]:
-    """Return K; without a center it is the middle of the image. InputError: what is missing."""
+    """Return K, with the center of the image by default; raise InputError if a part is missing."""
     if focal is None:
         raise InputError(
             "focal is missing: give K = [[fx, skew, cx], [0, fy, cy], [0, 0, 1]] "
             "or focal = [fx, fy], in pixels"
         )
     if center is None and size is None:
-        raise InputError("center is missing: give it, or size, whose middle it then is")
+        raise InputError("center is missing: give center, or give size for the middle of the image")
     check_focal(*focal)
     (fx, fy), (cx, cy) = focal, center or image_center(size)
     return [[fx, skew or 0.0, cx], [0.0, fy, cy], [0.0, 0.0, 1.0]]
 
 
 def image_center(size: Any) -> list[float]:
-    """Return the middle of an image."""
+    """Return the middle of an image in pixels."""
     return [(n - 1) / 2 for n in size or ()]
 
 
 def split_intrinsics(K: Array) -> dict[str, Any]:
-    """Return the parts of K as a text says them."""
+    """Return the parts of K by their keys in a text."""
     (fx, skew, cx), (_, fy, cy), _ = K.tolist()
     return {"focal": [fx, fy], "center": [cx, cy], "skew": skew}

@@ -1,4 +1,4 @@
-"""How far from the optical axis a lens maps points one to one."""
+"""The radius around the optical axis within which a lens is monotonic."""
 
 from __future__ import annotations
 
@@ -7,13 +7,13 @@ from numpy.polynomial import Polynomial
 
 from robsim.base.arrays import Array
 
-TINY = 1e-30  # a coefficient of the lens polynomial below is none
+TINY = 1e-30  # smaller coefficients of the lens polynomial count as zero
 
 
 def find_valid_radius(lens: Array) -> float:
-    """Return the normalised radius up to which the distortion by eight numbers is monotonic.
+    """Return the largest normalised radius with monotonic distortion, for eight coefficients.
 
-    The smallest positive root of d/dr (r N(r^2) / D(r^2)), and of D.
+    It is the smallest positive root of d/dr (r N(r^2) / D(r^2)) and of D.
 
     >>> round(find_valid_radius(np.array([-0.3, 0, 0, 0, 0, 0, 0, 0])), 4)
     1.0541

@@ -1,4 +1,4 @@
-"""The spread of an estimate by least squares whose residuals are not linear."""
+"""The covariance of a least-squares estimate with nonlinear residuals."""
 
 from __future__ import annotations
 
@@ -8,20 +8,21 @@ import numpy as np
 
 from robsim.base.arrays import Array
 
-STEP, STEPS = 1.25, 6  # standard deviations, and how many of them to either side
-ROUNDS = 3  # of the search for the best of the other coordinates
+STEP, STEPS = 1.25, 6  # step in standard deviations, and number of steps to either side
+ROUNDS = 3  # chord steps for the other coordinates
 _AXIS = STEP * np.arange(-STEPS, STEPS + 1)
 GRID = np.stack(np.meshgrid(_AXIS, _AXIS), axis=-1).reshape(-1, 2)
 
 
 def second_moment(residuals: Callable[[Array], Array], back: Array) -> Array:
-    """Return E[z z'] (B, k, k) where z has the density exp(-|r(z)|^2 / 2), and nearly N(0, I).
+    """Return E[z z'] (B, k, k) for the density exp(-|r(z)|^2 / 2) of z, which is nearly N(0, I).
 
-    `residuals` gives r (B, n, m), in standard deviations, at z (B, n, k), the estimate being z = 0;
-    `back` (B, k, m) is the linear map by which the estimate follows the residuals, dz = back r.
-    The last two coordinates are summed over a grid, which for a density as smooth as this is as
-    good as an integral; at every node the others are brought to their best by chord steps, with a
-    variance of one about it (a profile likelihood). What is not finite has no weight.
+    `residuals` returns r (B, n, m) in standard deviations at z (B, n, k); the estimate is z = 0.
+    `back` (B, k, m) is the linear map from residuals to the estimate, dz = back r. The last two
+    coordinates are summed over a grid, which is as accurate as an integral for a density as smooth
+    as this one. At every node chord steps bring the other coordinates to their best values, with a
+    variance of one about them (a profile likelihood). Nodes with residuals that are not finite have
+    no weight.
 
     >>> second_moment(lambda z: np.array([z[0]]), -np.eye(3)[None]).round(3)[0].diagonal()
     array([1., 1., 1.])

@@ -10,13 +10,14 @@ from robsim.vision.plane import append_one
 
 
 def orthographic_poses(marks: Array, x: Array) -> Array:
-    """Return T_c_o (B, 2, 3, 4), both tilts, of marks (N, 3) at normalised points x (B, N, 2).
+    """Return both poses T_c_o (B, 2, 3, 4) of marks (N, 3) at normalised points x (B, N, 2).
 
-    The marks are put on their plane (of least squares), and the image is taken for affine about
-    the centroid, x - d = J p: with B the projection along the ray (d, 1), J = B A / Z. A, the
-    first two rows and columns of the rotation from the plane to axes along that ray, is
-    U diag(1, c) V' with c the cosine of the tilt; its sign is not seen (Oberkampf, DeMenthon and
-    Davis 1996; in this form Collins and Bartoli 2014, section 4). Depths follow from the scale.
+    The marks are projected to their least-squares plane, and the image is taken as affine about the
+    centroid, x - d = J p. With B the projection along the ray (d, 1), J = B A / Z. The matrix A
+    contains the first two rows and columns of the rotation from the plane to axes along that ray;
+    it is U diag(1, c) V' with the cosine c of the tilt. The image does not determine the sign of
+    the tilt (Oberkampf, DeMenthon and Davis 1996; in this form Collins and Bartoli 2014, section
+    4). Depths follow from the scale.
     """
     centre = marks.mean(0)
     plane = plane_axes(marks)
@@ -39,10 +40,10 @@ def orthographic_poses(marks: Array, x: Array) -> Array:
 
 
 def mirror_pose(marks: Array, T_c_o: Array) -> Array:
-    """Return the pose (B, 3, 4) that looks most like T_c_o, with the opposite tilt.
+    """Return the pose (B, 3, 4) with the most similar image, which has the opposite tilt.
 
-    The target's plane is reflected along the ray to its centroid, and the target in its plane: in
-    orthographic projection the image of flat targets stays the same.
+    The plane of the target is reflected along the ray to its centroid, and the target is reflected
+    in its plane. In orthographic projection the image of a flat target does not change.
     """
     centre, normal = marks.mean(0), plane_axes(marks)[2]
     middle = T_c_o[..., :3] @ centre + T_c_o[..., 3]
@@ -51,14 +52,14 @@ def mirror_pose(marks: Array, T_c_o: Array) -> Array:
 
 
 def plane_axes(marks: Array) -> Array:
-    """Return a rotation whose rows are two axes in the plane of the marks, and its normal."""
+    """Return a rotation (3, 3): rows are two axes in the plane of the marks, and its normal."""
     axes = np.linalg.svd(marks - marks.mean(0), full_matrices=False)[2]
-    handed: Array = np.array([1.0, 1.0, np.copysign(1.0, np.linalg.det(axes))])
-    return np.asarray(axes * handed[:, None])
+    signs: Array = np.array([1.0, 1.0, np.copysign(1.0, np.linalg.det(axes))])
+    return np.asarray(axes * signs[:, None])
 
 
 def _reflection_matrices(n: Array) -> Array:
-    """Return reflections (..., 3, 3), I - 2 n n' for unit vectors n (..., 3)."""
+    """Return reflections I - 2 n n' (..., 3, 3) for unit vectors n (..., 3)."""
     return np.eye(3) - 2.0 * n[..., :, None] * n[..., None, :]
 
 
@@ -71,7 +72,7 @@ def _shortest_rotations(d: Array) -> Array:
 
 
 def _embed_rotations(A: Array) -> Array:
-    """Return rotations (B, 3, 3) whose first rows and columns are orthogonal A (B, 2, 2)."""
+    """Return rotations (B, 3, 3) with orthogonal matrices A (B, 2, 2) as first rows and columns."""
     out = np.zeros((len(A), 3, 3))
     out[:, :2, :2] = A
     out[:, 2, 2] = A[:, 0, 0] * A[:, 1, 1] - A[:, 0, 1] * A[:, 1, 0]

@@ -1,4 +1,4 @@
-"""The poses that project three marks exactly to their image (perspective-3-point)."""
+"""The poses that project three marks exactly to their image (perspective-3-point, P3P)."""
 
 from __future__ import annotations
 
@@ -7,19 +7,19 @@ import numpy as np
 from robsim.base.arrays import Array
 from robsim.vision.plane import append_one
 
-TINY = 1e-14  # of the largest coefficient: the quartic has a root at infinity
-SIDES = ((1, 2), (0, 2), (0, 1))  # a, b and c lie opposite marks 0, 1 and 2
+TINY = 1e-14  # relative to the largest coefficient: a leading coefficient that counts as zero
+SIDES = ((1, 2), (0, 2), (0, 1))  # sides a, b and c are opposite to marks 0, 1 and 2
 
 
 def three_marks_poses(marks: Array, x: Array) -> Array:
     """Return candidates T_c_o (B, 8, 3, 4) of marks (3, 3) at normalised points x (B, 3, 2).
 
-    With s1, u s1, v s1 the distances of the marks from the camera, the law of cosines in the three
-    triangles that they form with it leaves a quartic in v (Grunert 1841; Haralick, Lee, Ottenberg
-    and Noelle 1994, eq. 9), and a quadratic in u for each v; there u is a quotient in the paper,
-    which is 0/0 in symmetric views. Up to four candidates are poses, the others solve two of the
-    three equations: compare their images. Of complex roots the real part is taken, a start for
-    noisy images. NaN where a distance is not above zero.
+    Let s1, u s1 and v s1 be the distances of the marks from the camera. The law of cosines in the
+    three triangles of the camera and two marks gives a quartic in v (Grunert 1841; Haralick, Lee,
+    Ottenberg and Noelle 1994, eq. 9), and a quadratic in u for each v. The paper computes u as a
+    quotient, which is 0/0 in symmetric views. Up to four candidates are poses; the others solve two
+    of the three equations only, so compare their images. The real part of complex roots is kept as
+    a start for noisy images. A candidate is NaN if a distance is not above zero.
     """
     rays = unit_vectors(append_one(x))
     aa, bb, cc = (np.square(marks[i] - marks[j]).sum() for i, j in SIDES)
@@ -45,7 +45,7 @@ def unit_vectors(a: Array) -> Array:
 
 
 def _distance_quartic(aa: float, cc: float, alpha: Array, beta: Array, gamma: Array) -> Array:
-    """Return coefficients (B, 5) of the quartic in v, highest first, for sides squared over b^2."""
+    """Return coefficients (B, 5) of the quartic in v, highest first, for squared sides over b^2."""
     q, p, two = aa - cc, aa + cc, 2 * alpha * gamma
     return np.stack(
         [
@@ -61,7 +61,7 @@ def _distance_quartic(aa: float, cc: float, alpha: Array, beta: Array, gamma: Ar
 
 
 def _quartic_roots(quartic: Array) -> Array:
-    """Return the real parts (B, 4) of the roots: the eigenvalues of the companion matrix."""
+    """Return the real parts (B, 4) of the roots, the eigenvalues of the companion matrix."""
     least = TINY * np.abs(quartic).max(-1)
     lead = np.where(np.abs(quartic[:, 0]) > least, quartic[:, 0], least)
     companion = np.zeros((len(quartic), 4, 4))
@@ -72,7 +72,7 @@ def _quartic_roots(quartic: Array) -> Array:
 
 
 def _triangle_axes(corners: Array) -> Array:
-    """Return axes (..., 3, 3) of triangles, as columns: along a side, in plane, normal."""
+    """Return axes (..., 3, 3) of triangles as columns: along a side, in the plane, and normal."""
     side = corners[..., 1, :] - corners[..., 0, :]
     e = unit_vectors(side)
     n = unit_vectors(np.cross(e, corners[..., 2, :] - corners[..., 0, :]))

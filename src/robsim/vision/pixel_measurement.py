@@ -1,4 +1,4 @@
-"""Measured pixels, some of which may be missing, and their normalised coordinates."""
+"""Measured pixels, some of them missing, and their normalised coordinates."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ LARGEST = 1e100  # metres or pixels: its square must be finite
 def check_measured_pixels(
     pixels: ArrayLike, what: str, camera: Any, count: int | str = "N"
 ) -> Array:
-    """Return checked pixels (..., count, 2), with NaN where a mark is not seen."""
+    """Return checked pixels (..., count, 2), NaN for a mark that is not seen."""
     if not isinstance(camera, Camera):
         raise InputError(f"{what}: expected a Camera that saw them, got {format_value(camera)}")
     return as_floats(pixels, what, (count, 2), gaps=True)
@@ -33,12 +33,12 @@ def check_noise(noise: Any) -> float:
 
 
 def normalise_pixels(pixels: Array, camera: Camera) -> Array:
-    """Return normalised points (..., N, 2) of pixels (..., N, 2); NaN where there is none."""
+    """Return the normalised points (..., N, 2) of pixels (..., N, 2), or NaN."""
     return move_runs_first(camera.points_of(move_runs_last(pixels, 2)), pixels.shape[:-2])
 
 
 def pixel_rate_matrices(x: Array, camera: Camera) -> Array:
-    """Return derivatives (..., N, 2, 2) of pixels by normalised points x (..., N, 2)."""
+    """Return the derivatives (..., N, 2, 2) of pixels by normalised points x (..., N, 2)."""
     last = move_runs_last(x, 2)
     J = np.empty((len(last), 2, 2, last.shape[-1]))
     kernels.pixel_jacobian(last, camera.K, camera.lens, J)

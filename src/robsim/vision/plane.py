@@ -13,23 +13,40 @@ from robsim.base.value import Value
 from robsim.geometry.pose import broadcast_leading_shape
 
 RANK = 1e-10  # relative to the largest singular value: smaller ones count as zero
-FARTHEST = 1e100  # points farther off count as missing
-CLOSE = 1e-100  # points closer together count as one
+FARTHEST = 1e100  # points farther from the origin count as missing
+CLOSE = 1e-100  # points closer together count as one point
 SMALLEST_TRANSLATION = (
-    1e-10  # relative to the distance of the plane: a smaller translation counts as none
+    1e-10  # relative to the distance of the plane: smaller translations count as zero
 )
 
 
 def estimate_homography(points_a: ArrayLike, points_b: ArrayLike) -> Array:
-    """Return H (..., 3, 3) with (x_b, 1) ~ H (x_a, 1) from four or more points (..., N, 2).
+    """Return the homography H with (x_b, 1) ~ H (x_a, 1) from four or more points.
 
-    The normalised direct linear transform (Hartley and Zisserman 2004, algorithm 4.2). H is scaled
-    so that its middle singular value is 1, and for normalised points of a plane in front of both
-    cameras it is then H = R + t n'/d itself (Ma, Soatto, Kosecka and Sastry 2004, lemma 5.18),
-    with the sign for which H (x_a, 1) is a positive multiple of (x_b, 1), as depths are. Pixels
-    are taken too: H = K_b (R + t n'/d) K_a^-1 up to scale. NaN where a point is NaN, or where the
-    points leave H open or have none: three of four on a line, in one image or both.
+    The normalised direct linear transform (Hartley and Zisserman 2004, algorithm 4.2) is used. H is
+    scaled to a middle singular value of 1, with the sign that makes H (x_a, 1) a positive multiple
+    of (x_b, 1). For normalised points of a plane in front of both cameras, H then equals R + t n'/d
+    (Ma, Soatto, Kosecka and Sastry 2004, lemma 5.18). For pixels it equals K_b (R + t n'/d) K_a^-1
+    up to scale.
 
+    Parameters
+    ----------
+    points_a, points_b : array_like of shape (..., N, 2)
+        Points of the plane in both images, normalised or in pixels, with N at least 4.
+
+    Returns
+    -------
+    ndarray of shape (..., 3, 3)
+        Homography, NaN if a point is NaN or the points do not determine H, for example if three of
+        four points are on a line.
+
+    Raises
+    ------
+    InputError
+        If there are fewer than four points, or different numbers of points.
+
+    Examples
+    --------
     >>> square = np.array([[-1.0, -1], [1, -1], [1, 1], [-1, 1]])
     >>> np.round(estimate_homography(square, square + 0.5), 9) + 0.0
     array([[1. , 0. , 0.5],
@@ -57,14 +74,14 @@ def _fit_homographies(a: Array, b: Array) -> Array:
     """Return H (B, 3, 3) of finite points (B, N, 2) that do not all coincide."""
     (p, Ta), (q, Tb) = _normalise_points(a), _normalise_points(b)
     p, zero = append_one(p), np.zeros((*p.shape[:-1], 3))
-    rows = [  # of h, row by row, in (q, 1) x H (p, 1) = 0
+    rows = [  # equations (q, 1) x H (p, 1) = 0 for the elements of H, row by row
         np.concatenate([p, zero, -q[..., :1] * p], axis=-1),
         np.concatenate([zero, p, -q[..., 1:] * p], axis=-1),
         np.zeros((*p.shape[:-1], 9)),  # nine rows at least, for nine right singular vectors
     ]
     _, s, Vt = np.linalg.svd(np.concatenate(rows, axis=1), full_matrices=False)
     N = Vt[:, -1].reshape(-1, 3, 3)
-    sizes = np.linalg.svd(N, compute_uv=False)  # one is zero where H is singular
+    sizes = np.linalg.svd(N, compute_uv=False)  # the last is zero if H is singular
     H = np.linalg.inv(Tb) @ N @ Ta
     middle = np.linalg.svd(H, compute_uv=False)[:, 1]
     forward = (append_one(b) * (append_one(a) @ np.swapaxes(H, -1, -2))).sum((-1, -2))
@@ -85,19 +102,33 @@ def _normalise_points(a: Array) -> tuple[Array, Array]:
 
 
 def append_one(a: Array) -> Array:
-    """Return points (..., 2) at unit depth, (..., 3)."""
+    """Return points (..., 2) with a third coordinate 1, (..., 3)."""
     return np.concatenate([a, np.ones_like(a[..., :1])], axis=-1)
 
 
 @dataclass(frozen=True, eq=False)
 class HomographyMotions(Value):
-    """The motions of H = R + t n'/d: X_b = R X_a + t, with n'X_a = d on the plane.
+    """The camera motions of a homography H = R + t n'/d, with X_b = R X_a + t and n'X_a = d.
 
-    rotations (..., 4, 3, 3) R_b_a; translations (..., 4, 3) t / d, in axes of camera b; normals
-    (..., 4, 3) in axes of camera a. in_front (..., 4): the points are before both cameras, which
-    two motions of a general plane grant. A motion whose translation is along the normal stands
-    there twice. Where nothing but a rotation happened, it is the first, with translation 0 and
-    normal NaN, and the others are NaN.
+    A motion with its translation along the normal occurs twice. If H is a pure rotation, the first
+    motion is the rotation with translation 0 and normal NaN, and the other motions are NaN.
+
+    Attributes
+    ----------
+    rotations : ndarray of shape (..., 4, 3, 3)
+        Rotations R_b_a.
+    translations : ndarray of shape (..., 4, 3)
+        Translations t / d in axes of camera b.
+    normals : ndarray of shape (..., 4, 3)
+        Unit normals of the plane in axes of camera a.
+    in_front : ndarray of bool, shape (..., 4)
+        Whether the points are in front of both cameras, which holds for two motions of a general
+        plane.
+
+    Examples
+    --------
+    >>> decompose_homography(np.eye(3)).in_front
+    array([ True, False, False, False])
     """
 
     rotations: Array
@@ -107,14 +138,31 @@ class HomographyMotions(Value):
 
 
 def decompose_homography(H: ArrayLike, points: ArrayLike = ((0.0, 0.0),)) -> HomographyMotions:
-    """Return the rotations, translations and normals of H (..., 3, 3) of normalised points.
+    """Return the rotations, translations and normals of a homography of normalised points.
 
-    From the singular value decomposition of H (Faugeras and Lustman 1988; in this form Ma, Soatto,
-    Kosecka and Sastry 2004, section 5.3.3). H may have any positive scale. `points` (..., N, 2)
-    are normalised points of the plane in camera a, for which `in_front` is determined; the centre
-    of the image by default. InputError for an H without inverse or with a negative determinant,
-    which no motion in front of one side of a plane gives; NaN where H is NaN.
+    The motions follow from the singular value decomposition of H (Faugeras and Lustman 1988; in
+    this form Ma, Soatto, Kosecka and Sastry 2004, section 5.3.3).
 
+    Parameters
+    ----------
+    H : array_like of shape (..., 3, 3)
+        Homography with any positive scale. The motions are NaN if H is NaN.
+    points : array_like of shape (..., N, 2), default the image centre
+        Normalised points of the plane in camera a, used for `in_front`.
+
+    Returns
+    -------
+    HomographyMotions
+        Four motions of each homography.
+
+    Raises
+    ------
+    InputError
+        If H has no inverse or a negative determinant, which no motion in front of one side of a
+        plane has.
+
+    Examples
+    --------
     >>> found = decompose_homography(np.eye(3) + np.outer([0.1, 0, 0], [0, 0, 1]))
     >>> np.round(found.translations[found.in_front], 9) + 0.0
     array([[0.00499376, 0.        , 0.09987523],
@@ -138,13 +186,13 @@ def decompose_homography(H: ArrayLike, points: ArrayLike = ((0.0, 0.0),)) -> Hom
 
 
 def _homography_motions(H: Array) -> tuple[Array, Array, Array]:
-    """Return R (B, 4, 3, 3), t/d (B, 4, 3) and n (B, 4, 3)."""
+    """Return R (B, 4, 3, 3), t/d (B, 4, 3) and n (B, 4, 3) of H (B, 3, 3)."""
     s, Vt = np.linalg.svd(H)[1:]
     H = H / s[:, 1, None, None]
     v1, v2, v3 = (Vt[:, i] for i in range(3))
     up, down = s[:, 0] / s[:, 1] - 1.0, 1.0 - s[:, 2] / s[:, 1]
     rest = up + down <= SMALLEST_TRANSLATION
-    # plane and camera are in common directions that H leaves as long as they are: v2 and u
+    # H preserves the length of two directions, v2 and u, which the plane contains
     along = np.sqrt(down * (2.0 - down))[:, None] * v1
     across = np.sqrt(up * (2.0 + up))[:, None] * v3
     length = np.sqrt(np.where(rest, 1.0, (up + down) * (2.0 + up - down)))[:, None]
@@ -164,7 +212,7 @@ def _homography_motions(H: Array) -> tuple[Array, Array, Array]:
 
 
 def _set_rotations(H: Array, rest: NDArray[np.bool_], R: Array, t: Array, n: Array) -> None:
-    """Set the motion to R = H, t = 0 where the homography is a pure rotation, in place."""
+    """Set the motion to R = H, t = 0 in place for homographies that are pure rotations."""
     U, _, Vt = np.linalg.svd(H[rest])
     n[rest], R[rest], t[rest] = np.nan, np.nan, np.nan
     R[rest, 0], t[rest, 0] = U @ Vt, 0.0

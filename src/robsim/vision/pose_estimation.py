@@ -20,35 +20,52 @@ from robsim.vision.pixel_measurement import check_measured_pixels, check_noise, 
 from robsim.vision.pose_minima import CHUNK, EXACT, find_minima, project_marks, transform_marks
 from robsim.vision.robust_minima import LEAST_MARKS, WEIGHT_KINDS, find_robust_minima
 
-LINE = 1e-9  # relative to their size: marks within this distance of a line count as on it
+LINE = (
+    1e-9  # relative to the size of the target: marks within this distance of a line are on the line
+)
 SMALLEST = 1e-50  # metres
-ROUNDING = 1e-9  # pixels: a smaller rms error counts as rounding
-ODDS = 100.0  # to one: the odds from which the best minimum counts as certain
-DEEP = 1 / 3  # relative to the depth: a larger standard deviation makes it ambiguous
+ROUNDING = 1e-9  # pixels: smaller rms errors count as rounding errors
+ODDS = 100.0  # to one: odds of the best minimum that count as certain
+DEEP = 1 / 3  # relative to the depth: a larger standard deviation makes the pose ambiguous
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class PoseEstimate(Value):
-    """The result of `estimate_pose`: the best pose, and the other minima of the error.
+    """The result of `estimate_pose`: the minima of the reprojection error, the best one first.
 
-    T_c_o (..., 4, 4): the target in camera axes; rms (...): distance in the image between measured
-    and reprojected marks, root of the mean square over the 2N coordinates, pixels. `other` and
-    `other_rms`: the next best minimum, the second pose of a planar target; `candidates`
-    (..., 4, 4, 4) and `errors` (..., 4): all that were found with their rms, the best first.
-    `covariance` (..., 6, 6) of the twist (v, omega) in camera axes that leads from the estimate to
-    the truth, m and rad: the second moment of what the image leaves likely about this minimum, not
-    about the other one. NaN where there is none. Where sigma is estimated, it has 2N - 6 degrees of
-    freedom only: of four marks two.
+    With the squared errors E1 and E2 of the two best minima, the odds of the best minimum are
+    exp((E2 - E1) / (2 sigma^2)). If sigma is unknown, the odds are (E2 / E1)^(N - 3), with sigma
+    integrated out (Jeffreys's prior) over the 2N - 6 degrees of freedom of the residuals.
 
-    `weights` (..., N) of the squared distances are 1, or with robust weights from 0 to 1, near 0
-    for marks that seem to lie. Squares are then weighted, and N is the sum of the weights.
+    Attributes
+    ----------
+    candidates : ndarray of shape (..., 4, 4, 4)
+        Poses T_c_o of the target in camera axes, the best first, NaN for missing minima. The second
+        pose of a planar target is the next best minimum.
+    errors : ndarray of shape (..., 4)
+        Root mean square, over 2N coordinates, of the distances between measured and reprojected
+        marks, in pixels. With robust weights squares are weighted, and N is the sum of the weights.
+    ambiguous : ndarray of bool, shape (...)
+        True if the image does not determine the pose: if no pose was found, if the odds of the best
+        minimum are below 100, or if the standard deviation of the target's depth is larger than a
+        third of the depth. Poses from three marks are always ambiguous, as no residual is left to
+        judge them.
+    covariance : ndarray of shape (..., 6, 6)
+        Covariance of the twist (v, omega) in camera axes from the estimate to the truth, in m and
+        rad: the second moment of the likelihood about this minimum, without the other minima. NaN
+        without a pose. If sigma is estimated from the residuals, the covariance has 2N - 6 degrees
+        of freedom, which are only two for four marks.
+    weights : ndarray of shape (..., N)
+        Weights of the squared distances: 1, or from 0 to 1 with robust weights, near 0 for
+        outliers.
 
-    `ambiguous` (...) is true where the image does not determine the pose: no pose was found; or the
-    other minimum is not a hundred times less likely; or the standard deviation of the target's
-    depth is above a third of it. The odds are exp((E2 - E1) / (2 sigma^2)) with E the squared
-    errors, and where sigma is unknown (E2 / E1)^(N - 3): sigma integrated out (Jeffreys's prior)
-    over the 2N - 6 degrees of freedom that a fit leaves. Three marks leave nothing over to judge
-    by: they are always ambiguous.
+    Examples
+    --------
+    >>> camera = Camera([[800, 0, 320], [0, 800, 240], [0, 0, 1]])
+    >>> marks = [[-0.1, -0.1, 0], [0.1, -0.1, 0], [0, 0.1, 0]]
+    >>> estimate = estimate_pose(marks, [[240, 160], [400, 160], [320, 320]], camera)
+    >>> bool(estimate.ambiguous), int((estimate.errors < 1e-6).sum())  # three marks, several poses
+    (True, 4)
     """
 
     candidates: Array
@@ -93,38 +110,58 @@ def estimate_pose(
     noise: float | None = None,
     robust: str | None = None,
 ) -> PoseEstimate:
-    """Return the poses T_c_o of a target from one image of its marks, by least squares.
+    """Return the poses T_c_o of a target from images of its marks, by least squares.
 
-    `marks` (N, 3) are in target axes (metres), `pixels` (..., N, 2) in the image.
+    Starts are both scaled-orthography poses of the plane of the marks (`orthographic_poses`), the
+    best pose of the largest triangle of marks (`three_marks_poses`) and its mirror image. A virtual
+    camera is servoed from each start (`robsim.kernels.estimation.pose_fit.fit_pose`: Comport, Marchand,
+    Pressigout and Chaumette 2006), which minimises the distances at unit depth. The best pose has
+    all marks in front of the camera and the smallest error in the image. Three marks have up to
+    four poses; all of them are in `candidates`.
 
-    Three marks or more, not on one line; in a plane or not. Starts are both scaled-orthography
-    poses of the marks' plane (`orthographic_poses`), the best pose of the largest triangle of marks
-    (`three_marks_poses`) and its mirror image; each is refined by servoing a virtual camera
-    (`robsim.kernels.estimation.pose_fit.fit_pose`: Comport, Marchand, Pressigout and Chaumette 2006),
-    which minimises the distances at unit depth. The best has all marks in front of the camera and
-    the least error in the image. Three marks have up to four poses: all are in `candidates`.
+    Robust weights suit images with mismatched marks: squares are weighted by the distance of a mark
+    from the pose of the other marks (iteratively reweighted least squares,
+    `robsim.kernels.estimation.m_estimator`). An additional start is the pose of three marks that is
+    nearest to a majority of the marks (least median of squares: Rousseeuw 1984). Robust weights
+    need five marks, as any three of four marks have a pose that fits them; of many marks, almost
+    half may be outliers.
 
-    `noise` is the standard deviation of a pixel coordinate; without it, it is estimated from what
-    the fit leaves over, which takes four marks.
+    Parameters
+    ----------
+    marks : array_like of shape (N, 3)
+        Three marks or more in axes of the target, in metres, in a plane or not, but not on a line.
+    pixels : array_like of shape (..., N, 2)
+        Measured pixels (column, row). An image with a NaN pixel, or with all marks in one point,
+        has no pose and is ambiguous.
+    camera : Camera
+        The camera.
+    noise : float, optional
+        Standard deviation of a pixel coordinate. Default: estimated from the residuals, which needs
+        four marks.
+    robust : {"huber", "tukey", "cauchy"}, optional
+        Robust weights. Default: all weights are 1.
 
-    `robust` is "huber", "tukey" or "cauchy" for images in which some marks are seen at a wrong
-    place: squares are weighed by how far a mark is from where the others let it be (iteratively
-    reweighted least squares, `robsim.kernels.estimation.m_estimator`), beginning also with the pose of
-    three marks that is nearest to a majority (least median of squares: Rousseeuw 1984). It takes
-    five marks, as any three of four have a pose that fits them; of many, almost half may lie.
+    Returns
+    -------
+    PoseEstimate
+        Poses, errors, covariance and weights.
 
-    A run with a NaN among its pixels, or whose image is a single point, has no pose and is flagged
-    as ambiguous. InputError for anything else.
+    Raises
+    ------
+    InputError
+        If the marks are on a line, too few, or of another number than the pixels.
 
+    Examples
+    --------
     >>> camera = Camera([[800, 0, 320], [0, 800, 240], [0, 0, 1]])
     >>> marks = [[-0.1, -0.1, 0], [0.1, -0.1, 0], [0.1, 0.1, 0], [-0.1, 0.1, 0]]
-    >>> found = estimate_pose(marks, [[240, 158], [400, 160], [400, 320], [240, 320]], camera)
-    >>> found
+    >>> estimate = estimate_pose(marks, [[240, 158], [400, 160], [400, 320], [240, 320]], camera)
+    >>> estimate
     <PoseEstimate position [0.0008, -0.0008, 0.9953] rms 0.271 px>
-    >>> found.T_c_o.shape, found.covariance.shape
+    >>> estimate.T_c_o.shape, estimate.covariance.shape
     ((4, 4), (6, 6))
-    >>> lying = [[240, 160], [400, 160], [400, 320], [240, 320], [350, 200]]
-    >>> estimate_pose([*marks, [0, 0, 0]], lying, camera, robust="tukey").weights
+    >>> pixels = [[240, 160], [400, 160], [400, 320], [240, 320], [350, 200]]  # an outlier
+    >>> estimate_pose([*marks, [0, 0, 0]], pixels, camera, robust="tukey").weights
     array([1., 1., 1., 1., 0.])
     """
     p, size = _scale_marks(marks)
@@ -136,8 +173,8 @@ def estimate_pose(
     count = weights.sum(1)
     variance = _pixel_variance(squares[:, 0], count, sigma)
     covariance = _twist_covariance(p, T[:, 0], flat, camera, variance, np.sqrt(weights))
-    sure = _is_distinct(squares, count, sigma) & _is_depth_known(p, T[:, 0], covariance)
-    with np.errstate(over="ignore"):  # of a target beyond measure
+    certain = _is_distinct(squares, count, sigma) & _is_depth_known(p, T[:, 0], covariance)
+    with np.errstate(over="ignore"):  # of a target that is too large
         T[..., 3] *= size
         covariance[:, :3] *= size
         covariance[:, :, :3] *= size
@@ -147,7 +184,7 @@ def estimate_pose(
     return PoseEstimate(
         make_read_only(poses),
         make_read_only(rms.reshape(*lead, 4)),
-        make_read_only((~sure).reshape(lead)),
+        make_read_only((~certain).reshape(lead)),
         make_read_only(covariance.reshape(*lead, 6, 6)),
         make_read_only(weights.reshape(*lead, len(p))),
     )
@@ -156,21 +193,21 @@ def estimate_pose(
 def _find_weighted_minima(
     p: Array, u: Array, camera: Camera, robust: str | None, sigma: float | None
 ) -> tuple[Array, Array, Array]:
-    """Return the minima, their weighted squares, and weights (B, N): 1, unless they are robust."""
+    """Return the minima, their weighted squares, and weights (B, N), 1 if they are not robust."""
     if robust is None:
         T, squares = find_minima(p, u, camera)
         return T, squares, np.ones(u.shape[:2])
     check_known(robust, WEIGHT_KINDS, "robust: no weights {}", "weights")
     if len(p) < LEAST_MARKS:
         raise InputError(
-            f"robust: {len(p)} marks do not tell which of them lies, as any three have a pose that "
+            f"robust: {len(p)} marks do not determine the outlier, as any three have a pose that "
             f"fits them; give {LEAST_MARKS} or more"
         )
     return find_robust_minima(p, u, camera, WEIGHT_KINDS[robust], sigma)
 
 
 def _scale_marks(marks: ArrayLike) -> tuple[Array, float]:
-    """Return the marks in units of about their size, and that size in metres."""
+    """Return the marks in units of about their size, and this size in metres."""
     p = as_floats(marks, "marks", ("N", 3))
     if p.ndim != 2 or len(p) < 3:
         raise InputError(f"marks: expected (N, 3) with three marks or more, got shape {p.shape}")
@@ -192,7 +229,7 @@ def _power_of_two(size: float) -> float:
 
 
 def _pixel_variance(squares: Array, N: Array, sigma: float | None) -> Array:
-    """Return the variance (B) of a pixel coordinate, given or from residuals; NaN for 3 marks."""
+    """Return the variance (B,) of a pixel coordinate, given or from residuals; NaN for 3 marks."""
     if sigma is not None:
         return np.full(len(squares), sigma * sigma)
     return np.asarray(squares / np.where(N > 3, 2 * N - 6, np.nan))
@@ -203,21 +240,21 @@ def _twist_covariance(
 ) -> Array:
     """Return the covariance (B, 6, 6) of the twist for pixels of that variance, beyond first order.
 
-    To first order, at the estimate, it is M M' times the variance. Of planes that face the camera
-    that is too little: foreshortening goes with the square of their tilt, so an estimate that noise
-    has tilted seems to be known better than the truth is. So the second moment is taken of what
-    the image leaves likely about the estimate, along the two directions that are known least.
+    To first order the covariance is M M' times the variance. This is too small for planes that face
+    the camera: foreshortening depends on the square of their tilt, so an estimate that noise has
+    tilted seems to be better known than the truth is. The second moment of the likelihood about the
+    estimate is therefore integrated along the two directions with the largest deviations.
     """
     out = np.full((len(T), 6, 6), np.nan)
-    found = np.flatnonzero(np.isfinite(T).all((-1, -2)))
-    M = _pixel_sensitivity(p, T[found], camera, roots[found])
-    out[found] = M @ np.swapaxes(M, -1, -2) * variance[found, None, None]
-    noisy = np.flatnonzero(np.isfinite(out[found]).all((-1, -2)) & (variance[found] > EXACT**2))
+    valid = np.flatnonzero(np.isfinite(T).all((-1, -2)))
+    M = _pixel_sensitivity(p, T[valid], camera, roots[valid])
+    out[valid] = M @ np.swapaxes(M, -1, -2) * variance[valid, None, None]
+    noisy = np.flatnonzero(np.isfinite(out[valid]).all((-1, -2)) & (variance[valid] > EXACT**2))
     for first in range(0, len(noisy), CHUNK):
-        some = noisy[first : first + CHUNK]
-        i = found[some]
+        chunk = noisy[first : first + CHUNK]
+        i = valid[chunk]
         out[i] = _nonlinear_covariance(
-            p, T[i], u[i], camera, M[some], np.sqrt(variance[i]), roots[i]
+            p, T[i], u[i], camera, M[chunk], np.sqrt(variance[i]), roots[i]
         )
     return out
 
@@ -225,12 +262,12 @@ def _twist_covariance(
 def _nonlinear_covariance(
     p: Array, T: Array, u: Array, camera: Camera, M: Array, sigma: Array, roots: Array
 ) -> Array:
-    """Return second moments (B, 6, 6) of the twist, from M and deviations (B) of a coordinate.
+    """Return second moments (B, 6, 6) of the twist, from M and deviations (B,) of a coordinate.
 
-    Distances are times the roots (B, N) of weights.
+    Distances are multiplied by the roots (B, N) of the weights.
     """
     to_z, to_twist, _ = np.linalg.svd(M, full_matrices=False)
-    order = np.arange(6)[::-1]  # known best first
+    order = np.arange(6)[::-1]  # the best known direction first
     length = sigma[:, None] * to_twist[:, order]
     S = to_z[:, :, order] * length[:, None]  # twist = S z
     back = np.swapaxes(to_z[:, :, order], 1, 2) @ M / to_twist[:, order, None]
@@ -247,22 +284,21 @@ def _nonlinear_covariance(
 def _perturb_poses(T: Array, twists: Array) -> Array:
     """Return poses exp(twist) T (B, n, 3, 4) of T (B, 3, 4); NaN beyond a half turn."""
     columns = move_runs_last(twists, 1)
-    moved, T_all = np.empty((3, 4, columns.shape[1])), np.repeat(T, twists.shape[1], axis=0)
-    se3.exp_se3(columns, moved)
-    out = np.empty_like(moved)
-    se3.compose(moved, move_runs_last(T_all, 2), out)
+    perturbed, T_all = np.empty((3, 4, columns.shape[1])), np.repeat(T, twists.shape[1], axis=0)
+    se3.exp_se3(columns, perturbed)
+    out = np.empty_like(perturbed)
+    se3.compose(perturbed, move_runs_last(T_all, 2), out)
     out[..., ~(np.square(columns[3:]).sum(0) < np.pi**2)] = np.nan
     return move_runs_first(out, twists.shape[:2])
 
 
 def _pixel_sensitivity(p: Array, T: Array, camera: Camera, roots: Array) -> Array:
-    """Return M = L^+ J^-1 (B, 6, 2N), by which the estimate follows the pixels.
+    """Return M = L^+ J^-1 (B, 6, 2N), the linear map from pixel errors to the estimate.
 
-    L^+ is that of the rows times the roots (B, N) of the weights of the marks, times these.
-
-    L is the interaction matrix of the normalised points, of which the fit takes the pseudo-inverse,
-    and J their rates in the image. With square pixels and no distortion M M' is (L' L)^-1 with L
-    in pixels, the least that any unbiased estimate can have.
+    L is the interaction matrix of the normalised points, and J contains their rates in the image.
+    L^+ is the pseudo-inverse of the rows of L times the roots (B, N) of the weights, times these
+    roots. With square pixels and no distortion, M M' is (L' L)^-1 with L in pixels, the smallest
+    covariance of an unbiased estimate.
     """
     X = transform_marks(p, T)
     x, Z = X[..., :2] / X[..., 2:], np.ascontiguousarray(X[..., 2])
@@ -279,7 +315,7 @@ def _pixel_sensitivity(p: Array, T: Array, camera: Camera, roots: Array) -> Arra
 
 
 def _is_distinct(squares: Array, N: Array, sigma: float | None) -> NDArray[np.bool_]:
-    """Return whether (B) the best minimum is by ODDS more likely than the next."""
+    """Return whether (B,) the odds of the best minimum against the next are at least ODDS."""
     first, second = squares[:, 0], squares[:, 1]
     alone = np.isinf(second)
     first, second = (np.where(np.isinf(s), 1.0, s) for s in (first, second))
@@ -293,9 +329,12 @@ def _is_distinct(squares: Array, N: Array, sigma: float | None) -> NDArray[np.bo
 
 
 def _is_depth_known(p: Array, T: Array, covariance: Array) -> NDArray[np.bool_]:
-    """Return whether (B) the depth of the centroid is known to DEEP; true for NaN covariance."""
+    """Return whether (B,) the relative deviation of the centroid's depth is at most DEEP.
+
+    It is true for a NaN covariance.
+    """
     x, y, z = (T[:, :, :3] @ p.mean(0) + T[:, :, 3]).T
     zero, one = np.zeros_like(x), np.ones_like(x)
-    rate = np.stack([zero, zero, one, y, -x, zero], axis=-1)  # of -z with the twist
+    rate = np.stack([zero, zero, one, y, -x, zero], axis=-1)  # derivative of -z by the twist
     variance = (rate[:, None] @ covariance @ rate[:, :, None])[:, 0, 0]
     return np.asarray(~(np.sqrt(np.maximum(variance, 0.0)) > DEEP * z))

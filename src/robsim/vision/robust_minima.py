@@ -1,4 +1,4 @@
-"""Poses of a target some of whose marks are seen at a wrong place: starts, and robust weights."""
+"""Robust poses of a target with mismatched marks: starts, and robust weights."""
 
 from __future__ import annotations
 
@@ -28,9 +28,9 @@ WEIGHT_KINDS = {
     "tukey": m_estimator.TUKEY,
     "cauchy": m_estimator.CAUCHY,
 }
-LEAST_MARKS = 5  # any three of four marks have a pose that fits them, so any one may be what lies
-EXACT = 1e-9  # pixels: the least scale of distances where no more noise is given
-TRIANGLES = 35  # of marks that are tried; half of the marks may lie, and 1 of 100 finds none sound
+LEAST_MARKS = 5  # any three of four marks have a pose that fits them, so each may be the outlier
+EXACT = 1e-9  # pixels: the smallest scale of distances
+TRIANGLES = 35  # triangles of marks; with half outliers 1 image in 100 has no triangle of inliers
 STEPS = (0.8191725133961645, 0.6710436067037893, 0.5497004779019703)  # x^-1..-3 of x^4 = x + 1
 
 
@@ -39,35 +39,35 @@ def find_robust_minima(
 ) -> tuple[Array, Array, Array]:
     """Return the minima T_c_o (B, 4, 3, 4), their weighted squares (B, 4), and weights (B, N).
 
-    Of marks p (N, 3) and pixels u (B, N, 2). Reweighted least squares go from the minima of all
-    marks, and from the pose of three of them that has the nearest majority (least median of
-    squares: Rousseeuw 1984). The weights are those of the pose that then has it.
+    The arguments are marks p (N, 3) and pixels u (B, N, 2). Reweighted least squares start from the
+    minima of all marks, and from the pose of three marks with the nearest majority (least median of
+    squares: Rousseeuw 1984). The weights belong to the resulting pose with the nearest majority.
     """
     x, (T, squares) = normalise_pixels(u, camera), find_minima(p, u, camera)
     weights, seen = np.full(u.shape[:2], np.nan), np.flatnonzero(is_usable_image(x))
     least = max(noise or 0.0, EXACT) / np.sqrt(camera.K[0, 0] * camera.K[1, 1])
     with np.errstate(all="ignore"):  # starts that are not finite are replaced
         starts = np.concatenate([T[seen], _best_triangle_poses(p, x[seen])], axis=1)
-        found, each = _reweight_minima(p, x[seen], starts, kind, float(least))
-        best, runs = _majority_distances(p, found, x[seen]).argmin(1), np.arange(len(seen))
+        refined, each = _reweight_minima(p, x[seen], starts, kind, float(least))
+        best, runs = _majority_distances(p, refined, x[seen]).argmin(1), np.arange(len(seen))
         weights[seen] = each[runs, best]
         T[seen], squares[seen] = refine_minima(
-            p, x[seen], u[seen], camera, np.nan_to_num(found), weights[seen]
+            p, x[seen], u[seen], camera, np.nan_to_num(refined), weights[seen]
         )
     return T, squares, weights
 
 
 def _select_triangles(N: int) -> NDArray[np.int64]:
-    """Return numbers (n, 3) of three marks each: all there are, or an even choice of them."""
+    """Return the indices (n, 3) of three marks each: all triangles, or an even choice of them."""
     if N <= 7:
         return np.array(list(combinations(range(N), 3)))
-    drawn = (np.arange(1, 4 * TRIANGLES)[:, None] * STEPS % 1.0 * N).astype(np.int64)
-    three = np.sort(drawn, axis=1)
+    indices = (np.arange(1, 4 * TRIANGLES)[:, None] * STEPS % 1.0 * N).astype(np.int64)
+    three = np.sort(indices, axis=1)
     return three[(np.diff(three, axis=1) > 0).all(1)][:TRIANGLES]
 
 
 def _best_triangle_poses(p: Array, x: Array) -> Array:
-    """Return the poses (B, 1, 3, 4) of three marks that have the nearest majority of all."""
+    """Return the pose (B, 1, 3, 4) of three marks that has the nearest majority."""
     poses = [three_marks_poses(p[three], x[:, three]) for three in _select_triangles(len(p))]
     each = np.concatenate(poses, axis=1)
     best = _majority_distances(p, each, x).argmin(1)
@@ -75,9 +75,9 @@ def _best_triangle_poses(p: Array, x: Array) -> Array:
 
 
 def _majority_distances(p: Array, T: Array, x: Array) -> Array:
-    """Return the distance (B, k) within which poses have a majority; inf for those that are none.
+    """Return the distance (B, k) that contains a majority of marks; inf if a pose is not finite.
 
-    A pose fits three marks, whose distances say nothing: so it is that of N // 2 + 2 marks.
+    A pose fits its own three marks exactly, so the majority counts N // 2 + 2 marks.
     """
     distances = np.linalg.norm(reprojection_errors(p, T, x), axis=-1)
     within = np.sort(distances, axis=-1)[..., len(p) // 2 + 1]  # NaN come last
@@ -87,21 +87,21 @@ def _majority_distances(p: Array, T: Array, x: Array) -> Array:
 def _reweight_minima(
     p: Array, x: Array, starts: Array, kind: int, least: float
 ) -> tuple[Array, Array]:
-    """Return the minima (B, k, 3, 4) to which starts lead, and the weights (B, k, N) there."""
+    """Return the minima (B, k, 3, 4) reached from the starts, and the weights (B, k, N) there."""
     B, k = starts.shape[:2]
     T = move_runs_last(starts.reshape(-1, 3, 4), 2)
     images = move_runs_last(np.repeat(x, k, axis=0), 2)
     marks, weights = np.repeat(p[..., None], B * k, axis=2), np.empty((len(p), B * k))
-    going = np.flatnonzero(np.isfinite(T).all((0, 1)))
+    active = np.flatnonzero(np.isfinite(T).all((0, 1)))
     for _ in range(ROUNDS):
-        if not going.size:
+        if not active.size:
             break
-        moved = np.ascontiguousarray(T[..., going])
-        weights[:, going] = fit_robust_pose(
-            marks[..., going], images[..., going], moved, kind, least
+        updated = np.ascontiguousarray(T[..., active])
+        weights[:, active] = fit_robust_pose(
+            marks[..., active], images[..., active], updated, kind, least
         )
         far = (
-            pose_distance(move_runs_first(moved), move_runs_first(T[..., going])) > ARRIVED
+            pose_distance(move_runs_first(updated), move_runs_first(T[..., active])) > ARRIVED
         )  # false where NaN
-        T[..., going], going = moved, going[far]
+        T[..., active], active = updated, active[far]
     return move_runs_first(T).reshape(B, k, 3, 4), move_runs_first(weights).reshape(B, k, len(p))

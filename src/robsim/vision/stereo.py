@@ -23,21 +23,35 @@ from robsim.vision.pixel_measurement import (
 from robsim.vision.plane import append_one
 
 RCOND = 1e-12  # relative to the largest singular value: smaller ones count as zero
-STEPS = 4  # Gauss-Newton steps: exact to rounding for noise of half a pixel, to 1e-11 for three
+STEPS = 4  # Gauss-Newton steps: exact to rounding for noise of 0.5 pixels, to 1e-11 for 3 pixels
 
 
 @dataclass(frozen=True, eq=False)
 class Triangulation(Value):
-    """Points (..., N, 3) in left camera axes, metres, and covariance (..., N, 3, 3) in m^2.
+    """Triangulated points with covariances, the result of `triangulate`.
 
-    `miss` (..., N) is how far the pixels of a pair are from the images of its point, in pixels: the
-    root of the sum of four squares, which the point makes least. One dimension is left over, the
-    distance from the epipolar line, so it is about as large as the noise of a coordinate. Where it
-    is far larger, the images do not show the same mark. What is wrong along the epipolar line moves
-    the point and leaves no miss: two images cannot tell, and no weights mend the point.
+    All arrays are NaN if the images do not determine the depth: for parallel or diverging rays, and
+    for a pixel that is NaN.
 
-    All are NaN where the images do not determine the depth: for rays that are parallel or diverge,
-    or for a pixel that is NaN.
+    Attributes
+    ----------
+    points : ndarray of shape (..., N, 3)
+        Points in axes of the left camera, in metres.
+    covariance : ndarray of shape (..., N, 3, 3)
+        Covariance of the points in m^2.
+    miss : ndarray of shape (..., N)
+        Reprojection error in pixels: the root of the sum of four squares, which the point
+        minimises. One dimension is left over, the distance from the epipolar line, so it is about
+        as large as the noise of a coordinate. If it is far larger, the images do not show the same
+        mark. An error along the epipolar line moves the point and leaves no reprojection error: two
+        images cannot detect it, and no weights correct the point.
+
+    Examples
+    --------
+    >>> camera = Camera([[800, 0, 320], [0, 800, 240], [0, 0, 1]])
+    >>> T_left_right = [[1, 0, 0, 0.1], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]
+    >>> triangulate([[340, 241]], [[300, 239]], camera, camera, T_left_right).miss.round(3)
+    array([1.414])
     """
 
     points: Array
@@ -54,17 +68,38 @@ def triangulate(
     *,
     noise: float = 1.0,
 ) -> Triangulation:
-    """Return points from pixels (..., N, 2) in both images of a stereo pair.
+    """Return points from their pixels in both images of a stereo pair.
 
-    T_left_right (..., 4, 4) is the pose of the right camera in the left one.
+    The points minimise the squared distances in both images; they are the most likely points if
+    every pixel coordinate has independent noise of standard deviation `noise`. Gauss-Newton
+    iterations in (x, y, 1/Z), which keep the left image linear and far points regular, start from
+    the midpoint of the rays (`robsim.kernels.features.midpoint_triangulation.triangulate_midpoint`). The covariance is
+    noise^2 (J' J)^-1, to first order (Hartley and Zisserman 2004, section 5.2). In a parallel rig
+    of two equal cameras with baseline b its last element is sigma_Z^2 = 2 (Z^2 noise / (f b))^2.
 
-    The points of least squared distances in both images, which is the likeliest where every pixel
-    coordinate has independent noise of the standard deviation `noise`. Gauss-Newton in (x, y, 1/Z),
-    in which the left image is linear and far points do no harm, from the midpoint of the rays
-    (`robsim.kernels.features.midpoint_triangulation.triangulate_midpoint`). The covariance is noise^2 (J' J)^-1, to first
-    order (Hartley and Zisserman 2004, section 5.2); in a parallel rig of two equal cameras with
-    baseline b its last entry is sigma_Z^2 = 2 (Z^2 noise / (f b))^2.
+    Parameters
+    ----------
+    pixels_left, pixels_right : array_like of shape (..., N, 2)
+        Pixels (column, row) of the same points in both images.
+    left, right : Camera
+        The cameras.
+    T_left_right : pose_like of shape (..., 4, 4)
+        Pose of the right camera in axes of the left camera.
+    noise : float, default 1
+        Standard deviation of a pixel coordinate.
 
+    Returns
+    -------
+    Triangulation
+        Points, covariances and reprojection errors.
+
+    Raises
+    ------
+    InputError
+        If the numbers of points differ, or both cameras are in the same place.
+
+    Examples
+    --------
     >>> camera = Camera([[800, 0, 320], [0, 800, 240], [0, 0, 1]])
     >>> rig = np.eye(4)
     >>> rig[0, 3] = 0.1
@@ -87,17 +122,20 @@ def triangulate(
 
 
 def _check_rig_pose(T_left_right: Any) -> Array:
-    """Return the checked pose (..., 4, 4) of the right camera, which is apart from the left one."""
+    """Return the checked pose (..., 4, 4) of the right camera; raise InputError for no baseline."""
     with prefix_errors("T_left_right"):
         T: Array = as_pose(T_left_right).matrix
     if (T[..., :3, 3] == 0).all(-1).any():
-        raise InputError("T_left_right: both cameras are in one place, where no depth is seen")
+        raise InputError(
+            "T_left_right: both cameras are at the same place, which leaves the depth open"
+        )
     return T
 
 
 def _fit_points(
     a: Array, b: Array, left: Camera, right: Camera, T: Array, sigma: float
 ) -> Triangulation:
+    """Return the most likely points of checked pixels a and b (..., N, 2)."""
     x, other = normalise_pixels(a, left), normalise_pixels(b, right)
     start = _ray_midpoints(x, other, T)
     seen = (start[..., 2] > 0) & np.isfinite(start).all(-1)
@@ -111,7 +149,7 @@ def _fit_points(
     seen &= ahead & (ray[..., 2] > 0) & (np.linalg.matrix_rank(J, rtol=RCOND) == 3)
     depth = 1.0 / np.where(seen, ray[..., 2], np.nan)
     points = np.concatenate([ray[..., :2] * depth[..., None], depth[..., None]], axis=-1)
-    G = np.zeros_like(J[..., :3, :])  # of the point with the ray
+    G = np.zeros_like(J[..., :3, :])  # derivative of the point by the ray
     G[..., 0, 0] = G[..., 1, 1] = depth
     G[..., :, 2] = -points * depth[..., None]
     M = sigma * (G @ np.linalg.pinv(J, rcond=RCOND))
@@ -122,7 +160,7 @@ def _fit_points(
 
 
 def _ray_midpoints(x: Array, other: Array, T: Array) -> Array:
-    """Return points (..., N, 3) midway between the two rays where they are closest."""
+    """Return the points (..., N, 3) midway between both rays at their smallest distance."""
     between = move_runs_last(T[..., :3, :], 2)
     X = np.empty((x.shape[-2], 3, between.shape[-1]))
     kernels.triangulate_midpoint(move_runs_last(x, 2), move_runs_last(other, 2), between, X)
@@ -134,13 +172,15 @@ def _stereo_residuals(
 ) -> tuple[Array, Array, Any]:
     """Return residuals (..., N, 4) in pixels, and their Jacobian J (..., N, 4, 3) by the rays.
 
-    A ray is (x, y, 1/Z). Also returned is whether (..., N) the point is in front of the right
-    camera. Lenses are taken as linear about the pixels.
+    A ray is (x, y, 1/Z). The third result (..., N) is whether the point is in front of the right
+    camera. Lenses are linearised about the pixels.
     """
     R = np.swapaxes(T[..., :3, :3], -1, -2)
-    D = np.concatenate([R[..., :2], -R @ T[..., :3, 3:]], axis=-1)  # of q with the ray
+    D = np.concatenate([R[..., :2], -R @ T[..., :3, 3:]], axis=-1)  # derivative of q by the ray
     D = np.broadcast_to(D[..., None, :, :], (*ray.shape[:-1], 3, 3))
-    q = (D @ ray[..., None])[..., 0] + R[..., None, :, 2]  # along the point in the right camera
+    q = (D @ ray[..., None])[..., 0] + R[
+        ..., None, :, 2
+    ]  # direction of the point in the right camera
     ahead = q[..., 2] > 0
     q = np.where(ahead[..., None], q, 1.0)
     seen = q[..., :2] / q[..., 2:]

@@ -29,12 +29,17 @@ from robsim.world.imperfections.rate_limits import (
 @described
 @dataclass(frozen=True)
 class Actuation(DeclaredValue):
-    """Joints with lag and limits, and encoders with a finite step.
+    """The response of joints to their commands, and the resolution of their encoders.
 
-    Limits are one number for all velocities of the scene, or one for each; steps likewise for its
-    coordinates, of which those of other joints are not counted. Each is off by default. Only
-    commanded velocities lag and are limited; every joint starts at rest. A floating or planar
-    joint and a unicycle are moved by their mean velocity over each period, all others exactly.
+    The velocity v of a joint follows its command with a first-order lag, v' = (command - v)/lag,
+    within limits of |v| and |v'|. Encoders round the measured coordinates to whole steps. Every
+    effect is off by default. A limit is one number for all velocities of the scene, or one number
+    for each velocity. An encoder step is one number for all coordinates of the scene, or one number
+    for each coordinate; coordinates of joints with several coordinates are not rounded.
+
+    Lag and limits apply to commanded velocities only, and every joint starts at rest. Floating
+    joints, planar joints and unicycles move with their mean velocity over each period; all other
+    joints are integrated exactly.
 
     >>> Actuation(lag=0.1, velocity=[0.5, 1.0]).response(2).velocity
     array([0.5, 1. ])
@@ -47,7 +52,7 @@ class Actuation(DeclaredValue):
     effects: JointEffectList = ()
 
     def acting(self) -> list[ActiveImperfection[JointEffect]]:
-        """Return the imperfections that are on, in the order of the fields."""
+        """Return the imperfections that are switched on, in the order of the fields."""
         return self._acting
 
     @cached_property
@@ -56,25 +61,25 @@ class Actuation(DeclaredValue):
 
     @property
     def moves(self) -> bool:
-        """Whether joints respond otherwise than commanded."""
+        """Whether lag, limits or effects change the commanded velocities."""
         return any(each.effect.place < JointEffectStage.MEASURED for each in self.acting())
 
     def response(self, count: int) -> JointResponse:
-        """Return how joints follow, of so many velocities of a scene."""
+        """Return the response of the joints to commands, for a scene with `count` velocities."""
         if count in self._responses:
             return self._responses[count]
         each = (each.effect.response(count) for each in self.acting())
-        found = reduce(JointResponse.and_also, each, JointResponse.of(count))
-        if self.holds_still:  # and not of a user's effect, which may change
-            self._responses[count] = found
-        return found
+        response = reduce(JointResponse.and_also, each, JointResponse.of(count))
+        if self.holds_still:  # a user's effect may change its response
+            self._responses[count] = response
+        return response
 
     @cached_property
     def _responses(self) -> dict[int, JointResponse]:
         return {}
 
     def check(self, velocities: Sequence[str], coordinates: Sequence[str]) -> None:
-        """Raise InputError if an imperfection does not fit the joints, by their names."""
+        """Raise InputError if an imperfection does not fit the joints, given by their names."""
         with prefix_errors("actuation"):
             for each in self.acting():
                 each.effect.check(velocities, coordinates)

@@ -1,4 +1,4 @@
-"""The parts of a scene with the errors of a belief."""
+"""Parts of a scene with wrong parameters, for the belief of a controller."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ DH_ERRORS = ("theta", "d", "a", "alpha")
 
 
 def is_not_default(value: Any, right: float | tuple[float, float]) -> bool:
-    """Return whether a value is not the default of a belief, or is no number (refused later)."""
+    """Return whether a value is not its default; a wrong type counts and is rejected later."""
     return isinstance(value, bool) or not isinstance(value, float | int | tuple) or value != right
 
 
@@ -66,9 +66,9 @@ def perturb_robot(robot: Robot, dh: Any, convention: str, base: Any) -> Robot:
 
 
 def _perturb_joint(link: Link, errors: Any, convention: str) -> Joint:
-    """Return a joint with errors Rz(theta) Tz(d) along its axis and Tx(a) Rx(alpha) across.
+    """Return a joint with errors Rz(theta) Tz(d) along its axis and Tx(a) Rx(alpha) across it.
 
-    Both pairs commute, so an error of one number is a factor of its own.
+    Both pairs commute, so the error of each parameter is a separate factor.
     """
     if not isinstance(errors, Mapping) or not set(errors) <= set(DH_ERRORS):
         raise InputError(
@@ -90,7 +90,7 @@ def _perturb_joint(link: Link, errors: Any, convention: str) -> Joint:
 
 
 def perturb_target(thing: Object, size: Any, marks: Any, place: Any) -> Object:
-    """Return an object with wrong marks at a wrong place, see `Scene.believe`."""
+    """Return an object with wrong marks and a wrong pose, see `Scene.believe`."""
     believed = thing.marks if marks is None else as_floats(marks, "marks (metres)", ("N", 3))
     if believed.shape != thing.marks.shape:
         raise InputError(
@@ -102,10 +102,12 @@ def perturb_target(thing: Object, size: Any, marks: Any, place: Any) -> Object:
 
 
 def _apply_pose_error(pose: Pose, error: Any, what: str) -> Pose:
+    """Return a pose with an error, pose @ error, or the pose if there is no error."""
     return pose if error is None else pose @ check_single_pose(error, f"{what} (an error)")
 
 
 def _check_dh_error(value: Any, what: str) -> float:
+    """Return a checked error of a Denavit-Hartenberg parameter."""
     number = as_floats(value, f"dh of {what}", ())
     if number.ndim:
         raise InputError(f"dh of {what}: expected a number, got {format_value(value)}")

@@ -1,4 +1,4 @@
-"""The distance between the shapes of two things, by the separating axis theorem."""
+"""A lower bound of the distance between the shapes of two things, by separating axes."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from robsim.geometry.pose import IDENTITY, Pose
 from robsim.geometry.primitives import Primitive
 from robsim.world.scene import Scene
 
-BATCH_SIZE = 256  # configurations at a time, so that they fit into the cache
+BATCH_SIZE = 256  # configurations in a batch, so that they fit into the cache
 PARALLEL = 1e-9  # sine of the angle below which two edges count as parallel
 
 
 class PosedHull(NamedTuple):
-    """A hull with the ball around it and the pose of its frame at each configuration."""
+    """A hull with its bounding ball and the pose of its frame at each configuration."""
 
     hull: Hull
     centre: Array  # (3,)
@@ -35,21 +35,46 @@ class PosedHull(NamedTuple):
 
 
 def clearance(scene: Scene, q: Any, one: Any, other: Any) -> Array:
-    """Return a lower bound (...,) of the distance in metres between two things at q (..., nq).
+    """Return a lower bound of the distance between two things of a scene.
 
-    A thing is a robot "crawler", one of its links "crawler.arm", an object, a camera with a body,
-    or a list of such names. A positive value is a lower bound of the distance, 0 means that they
-    touch, and a negative value is minus the length of a motion that separates them.
+    Two convex polytopes are disjoint if and only if their projections are disjoint on the normal of
+    a face of either polytope, or on the cross product of an edge of each (Gottschalk, Lin and
+    Manocha 1996). The gap along any axis is never larger than the distance. The widest gap equals
+    the distance if faces or crossing edges are nearest, and between capsules and balls in any pose;
+    it is smaller if a corner faces a corner or the side of an edge.
 
-    Two convex polytopes are disjoint if and only if their projections are, on the normal of a face
-    of either or on the cross product of an edge of each (S. Gottschalk, M. C. Lin and D. Manocha,
-    OBBTree: a hierarchical structure for rapid interference detection, SIGGRAPH 1996). The gap
-    along any axis is never more than the distance. It is the distance itself where a face or two
-    crossing edges are nearest, also between capsules and balls however they lie, and less where a
-    corner faces a corner or the side of an edge. Each shape counts as its convex hull, a wheel as
-    the prism around its circle, and a tapered cylinder likewise, so that the bound holds. A mesh,
-    which only figures open, raises InputError.
+    Every shape counts as its convex hull, and a wheel or tapered cylinder as a prism around it, so
+    that the bound holds.
 
+    Parameters
+    ----------
+    scene : Scene
+        Scene that contains both things.
+    q : array_like of shape (..., nq)
+        Coordinates of the scene.
+    one, other : str or list of str
+        A robot "crawler", one of its links "crawler.arm", an object, a camera with a body, or
+        several such names.
+
+    Returns
+    -------
+    ndarray of shape (...)
+        Lower bound of the distance in metres. The value 0 means contact; a negative value is minus
+        the length of a translation that separates the things.
+
+    Raises
+    ------
+    InputError
+        If a name does not exist, has no shapes, or is on both sides, or if a shape is a mesh, as
+        only figures load meshes.
+
+    References
+    ----------
+    S. Gottschalk, M. C. Lin and D. Manocha, OBBTree: a hierarchical structure for rapid
+    interference detection, SIGGRAPH 1996.
+
+    Examples
+    --------
     >>> from robsim import Block, Object
     >>> cubes = [Object(n, Block(1, 1, 1), pose=Pose.at(x, 0, 0)) for n, x in [("a", 0), ("b", 3)]]
     >>> float(clearance(Scene(objects=cubes), [], "a", "b"))
@@ -65,18 +90,18 @@ def clearance(scene: Scene, q: Any, one: Any, other: Any) -> Array:
         raise InputError(f"'{shared[0]}' is on both sides: nothing is apart from itself")
     least = np.full(len(rows), np.inf)
     for start in range(0, len(rows), BATCH_SIZE):
-        some = rows[start : start + BATCH_SIZE]
-        firsts, seconds = (list(_pose_hulls(scene, hulls, some)) for hulls in (mine, theirs))
+        batch = rows[start : start + BATCH_SIZE]
+        firsts, seconds = (list(_pose_hulls(scene, hulls, batch)) for hulls in (mine, theirs))
         _lower_clearances(firsts, seconds, least[start : start + BATCH_SIZE])
     return least.reshape(values.shape[:-1])
 
 
 def _lower_clearances(firsts: list[PosedHull], seconds: list[PosedHull], least: Array) -> None:
-    """Lower each of `least` (B,) in place to the gap of the nearest pair of solids there."""
+    """Lower each element of `least` (B,) in place to the gap of the nearest pair of solids."""
     for a in firsts:
         for b in seconds:
             away = _vector_lengths(b.centres - a.centres) - a.radius - b.radius
-            near = np.flatnonzero(away < least)  # elsewhere this pair is not the nearest
+            near = np.flatnonzero(away < least)  # other configurations have a nearer pair
             if near.size:
                 gaps = _find_widest_gaps(
                     a.hull, b.hull, _relative_poses(a.pose[near], b.pose[near])
@@ -92,8 +117,8 @@ def _find_widest_gaps(a: Hull, b: Hull, T_a_b: Array) -> Array:
     across = across.reshape(len(R), len(a.edges) * len(b.edges), 3)
     between = _segment_vectors(a.centre, a.core, p + R @ b.centre, R @ b.core)[:, None]
     fixed = np.broadcast_to(a.normals, (len(R), *a.normals.shape))
-    ways = np.concatenate([fixed, b.normals @ turned, across, between], axis=1)
-    axes, are_axes = _normalise_vectors(ways)
+    directions = np.concatenate([fixed, b.normals @ turned, across, between], axis=1)
+    axes, are_axes = _normalise_vectors(directions)
     first = axes @ a.points.T
     second = axes @ (b.points @ turned + p[:, None]).transpose(0, 2, 1)
     ahead = second.min(axis=2) - first.max(axis=2)
@@ -105,8 +130,8 @@ def _find_widest_gaps(a: Hull, b: Hull, T_a_b: Array) -> Array:
 def _segment_vectors(a: Array, u: Array, b: Array, v: Array) -> Array:
     """Return vectors (B, 3) between the nearest points of the segments a + s u and b + t v.
 
-    Both s and t are in [-1, 1]; u = 0 and v = 0 are points. C. Ericson, Real-Time Collision
-    Detection, 2005, section 5.1.9.
+    Both s and t are in [-1, 1]; u = 0 or v = 0 is a point (C. Ericson, Real-Time Collision
+    Detection, 2005, section 5.1.9).
     """
     gap = b - a
     uu, vv, uv = u @ u, (v * v).sum(axis=-1), v @ u
@@ -127,6 +152,7 @@ def _normalise_vectors(vectors: Array) -> tuple[Array, Any]:
 
 
 def _vector_lengths(vectors: Array) -> Array:
+    """Return the lengths (...) of vectors (..., 3)."""
     length: Array = np.sqrt((vectors * vectors).sum(axis=-1))
     return length
 
@@ -140,24 +166,26 @@ def _relative_poses(A: Array, B: Array) -> Array:
 # ---- selection of shapes ----
 
 
-def _select_hulls(scene: Scene, given: Any) -> dict[str, list[Hull]]:
-    """Return the hulls of named things by their frames; InputError if a name has none."""
-    names = [given] if isinstance(given, str) else given
+def _select_hulls(scene: Scene, selection: Any) -> dict[str, list[Hull]]:
+    """Return the hulls of named things by frame; raise InputError if there are none."""
+    names = [selection] if isinstance(selection, str) else selection
     if not isinstance(names, list | tuple) or not all(isinstance(n, str) for n in names):
-        raise InputError(f"expected the name of a robot, link or object, or several, got {given!r}")
+        raise InputError(
+            f"expected the name of a robot, link or object, or several, got {selection!r}"
+        )
     frames, robots = _shapes_by_frame(scene), [robot.name for robot in scene.robots]
-    found: dict[str, tuple[Primitive, ...]] = {}
+    selected: dict[str, tuple[Primitive, ...]] = {}
     for name in names:
         if name in robots:
-            found |= {frame: s for frame, s in frames.items() if frame.startswith(f"{name}.")}
+            selected |= {frame: s for frame, s in frames.items() if frame.startswith(f"{name}.")}
         elif name in frames:
-            found[name] = frames[name]
+            selected[name] = frames[name]
         else:
             hint = suggest_names(name, [*robots, *frames], "things")
             raise InputError(f"no robot, link or object {name!r} in the scene; {hint}")
-    if not any(found.values()):
+    if not any(selected.values()):
         raise InputError(f"{', '.join(names) or 'an empty list'}: no shapes, so nothing can touch")
-    return {name: [shape.hull for shape in shapes] for name, shapes in found.items()}
+    return {name: [shape.hull for shape in shapes] for name, shapes in selected.items()}
 
 
 def _shapes_by_frame(scene: Scene) -> dict[str, tuple[Primitive, ...]]:
@@ -170,8 +198,11 @@ def _shapes_by_frame(scene: Scene) -> dict[str, tuple[Primitive, ...]]:
     }
 
 
-def _pose_hulls(scene: Scene, named: dict[str, list[Hull]], q: Array) -> Iterator[PosedHull]:
-    for frame, hulls in named.items():
+def _pose_hulls(
+    scene: Scene, hulls_by_frame: dict[str, list[Hull]], q: Array
+) -> Iterator[PosedHull]:
+    """Yield hulls with the poses of their frames at coordinates q (B, nq)."""
+    for frame, hulls in hulls_by_frame.items():
         if hulls:
             pose = scene.pose(frame, q).matrix
             yield from (PosedHull(each, each.centre, each.radius, pose) for each in hulls)

@@ -1,4 +1,4 @@
-"""A box of the world, and the frame that is within or outside of it."""
+"""An axis-aligned box in the world, and a frame with its origin inside or outside the box."""
 
 from __future__ import annotations
 
@@ -15,11 +15,13 @@ from robsim.world.scene import Scene
 
 @dataclass(frozen=True)
 class FrameBox(DeclaredValue):
-    """The part of a declaration that is about the origin of a frame and a box of the world."""
+    """The origin of a frame and an axis-aligned box in the world, as fields of a declaration."""
 
-    frame: Annotated[str, FrameReference, "Frame whose origin is looked at."]
-    low: Annotated[Any, Vector("length"), "Corner of the box with its lowest x, y and z."]
-    high: Annotated[Any, Vector("length"), "Corner of the box with its highest x, y and z."]
+    frame: Annotated[
+        str, FrameReference, "Frame of the scene; its origin is compared with the box."
+    ]
+    low: Annotated[Any, Vector("length"), "Lowest x, y and z of the box, in metres."]
+    high: Annotated[Any, Vector("length"), "Highest x, y and z of the box, in metres."]
 
     def __post_init__(self) -> None:
         super().__post_init__()

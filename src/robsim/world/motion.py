@@ -1,4 +1,4 @@
-"""Robots with prescribed motions: a conveyor, a turning target, a second robot."""
+"""Prescribed motions of robots: a conveyor, a turning target, a second robot."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from robsim.declare.texts import FrameReference
 
 
 def _velocity_axes(c: Context) -> Axes | None:
-    """Return the velocities of the robot that a motion names, from the parts of the scene."""
+    """Return the velocity axes of the robot that a motion names, from the parts of the scene."""
     robots, name = c.facts["parts"].get("robots"), c.facts["own"].get("robot")
     if robots is None or name is None:
         return None
@@ -29,10 +29,11 @@ def _velocity_axes(c: Context) -> Axes | None:
 @described
 @dataclass(frozen=True, eq=False)
 class Motion(Value):
-    """The prescribed velocities of a robot that no task commands.
+    """Prescribed velocities of a robot that no task commands.
 
-    `rates` are (nv,) in m/s and rad/s, or a function of the time in seconds that gives them; each
-    is held for one control period.
+    Use a motion for a target that moves: a conveyor, a turntable or a second robot. `rates` are
+    velocities (nv,) in m/s and rad/s, or a function that returns them for a time in seconds. The
+    velocities are held constant for one control period.
 
     >>> Motion("turntable", [0.2]).at(1.5)
     array([0.2])
@@ -42,7 +43,8 @@ class Motion(Value):
     rates: Annotated[
         Array | Callable[[float], Any],
         PerJoint(_velocity_axes, "/s"),
-        "Velocities of the robot: constant, or a function of the time in seconds.",
+        "Velocities (nv,) of the robot in m/s and rad/s: constant, or a function of the time in "
+        "seconds.",
     ]
 
     def __post_init__(self) -> None:
@@ -69,7 +71,7 @@ class Motion(Value):
         return self.rates
 
     def check(self, nv: int, seconds: float = 0.0) -> Array:
-        """Return the velocities (nv,) at a time; raise InputError unless there are `nv`."""
+        """Return the velocities (nv,) at a time; raise InputError unless there are `nv` of them."""
         rates = self.at(seconds)
         if rates.shape != (nv,):
             raise InputError(f"rates of '{self.robot}': expected ({nv},), got {rates.shape}")

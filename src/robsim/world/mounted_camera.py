@@ -48,29 +48,32 @@ class CameraTable:
     on: Annotated[str, FrameReference, "Frame that carries the camera."] = "world"
     pose: Annotated[Pose, FLAT_POSE, PerRun(), "Pose of the camera in that frame."] = IDENTITY
     size: Annotated[
-        Any, SIZE, "[width, height] of the image in pixels; None: an image without border."
+        Any, SIZE, "[width, height] of the image in pixels. None: an image without border."
     ] = None
     K: Annotated[
         Any,
         MATRIX,
         PerRun((3, 3)),
-        "The matrix [[fx, skew, cx], [0, fy, cy], [0, 0, 1]] in pixels.",
+        "Matrix of intrinsics [[fx, skew, cx], [0, fy, cy], [0, 0, 1]] in pixels.",
     ] = None
-    focal: Annotated[Any, FocalLengths(), PerRun((), (2,)), "The focal lengths, instead of K."] = (
+    focal: Annotated[
+        Any, FocalLengths(), PerRun((), (2,)), "FocalLengths lengths, instead of K."
+    ] = None
+    center: Annotated[
+        Any, CENTER, PerRun((2,)), "Principal point, instead of K. None: the middle of the image."
+    ] = None
+    skew: Annotated[float | None, PIXELS, PerRun(()), "Skew of the image axes, instead of K."] = (
         None
     )
-    center: Annotated[
-        Any, CENTER, PerRun((2,)), "The principal point; without it the middle of the image."
-    ] = None
-    skew: Annotated[float | None, PIXELS, PerRun(()), "The skew of the axes of the image."] = None
     distortion: Annotated[
         tuple[float, ...],
         ListOf(Number(), most=14),
         PerRun(("n",)),
-        "Coefficients k1 k2 p1 p2 [k3 [k4 k5 k6]] as in OpenCV; the six after these must be zero.",
+        "Distortion coefficients k1 k2 p1 p2 [k3 [k4 k5 k6]] as in OpenCV. The six coefficients "
+        "after these must be zero.",
     ] = ()
     body: Annotated[
-        Any, Table(CameraBody), Role.FIGURE, "Housing that figures show of the camera."
+        Any, Table(CameraBody), Role.FIGURE, "Housing of the camera, shown in figures."
     ] = None
 
     def made(self, c: Context) -> MountedCamera:
@@ -90,12 +93,12 @@ class CameraTable:
         lens = value.camera
         if type(lens) is not Camera:
             raise NoTextError(f"{type(lens).__name__} is Python code")
-        own = {key: getattr(lens, key) for key in ("size", "distortion", "body")}
-        return cls(value.name, value.on, value.pose, **own, **_write_intrinsics(lens, c))
+        fields = {key: getattr(lens, key) for key in ("size", "distortion", "body")}
+        return cls(value.name, value.on, value.pose, **fields, **_write_intrinsics(lens, c))
 
 
 def _write_intrinsics(lens: Camera, c: Context) -> dict[str, Any]:
-    """Return K, or in a short text its parts, where these give the same matrix."""
+    """Return K, or in a short text its parts if they give the same matrix."""
     parts = split_intrinsics(lens.K)
     if c.facts.get("by_hand"):
         return parts
@@ -106,14 +109,27 @@ def _write_intrinsics(lens: Camera, c: Context) -> dict[str, Any]:
         return {"K": lens.K.tolist()}
     if c.facts.get("changes"):
         return parts
-    usual = {"center": image_center(lens.size), "skew": 0.0}
-    return {key: None if is_identical(x, usual.get(key)) else x for key, x in parts.items()}
+    defaults = {"center": image_center(lens.size), "skew": 0.0}
+    return {key: None if is_identical(x, defaults.get(key)) else x for key, x in parts.items()}
 
 
 @dataclass(frozen=True)
 class MountedCamera:
-    """A camera in a scene, at `pose` (the hand-eye pose) on the frame `on`.
+    """A camera mounted on a frame of a scene.
 
+    Parameters
+    ----------
+    name : str
+        Name of the camera, which is also the name of its frame.
+    camera : Camera
+        Projection and distortion of the camera.
+    on : str, default "world"
+        Frame that carries the camera: "world", an object, or a link such as "arm.tool".
+    pose : Pose, default identity
+        Pose of the camera axes in the frame `on`, the hand-eye pose of a camera on a robot.
+
+    Examples
+    --------
     >>> MountedCamera("eye", Camera([[800, 0, 320], [0, 800, 240], [0, 0, 1]]), on="arm.tool").on
     'arm.tool'
     """
@@ -136,10 +152,25 @@ class MountedCamera:
     def rig_from_file(
         cls, path: str | os.PathLike[str], on: str = "world", pose: Any = IDENTITY
     ) -> tuple[MountedCamera, ...]:
-        """Return the cameras of Kalibr's camchain.yaml, on one frame and with their names.
+        """Return the cameras of Kalibr's camchain.yaml, mounted on one frame.
 
-        The first, cam0, stands at `pose` on `on`, the others where the chain says. FileError: a
-        file without such poses, or a lens that is not modelled. It needs the extra `vision`.
+        The cameras keep their names of the file. The first camera, cam0, has the pose `pose` on the
+        frame `on`; the poses of the others follow from the chain. This method needs the extra
+        `vision`.
+
+        Parameters
+        ----------
+        path : path_like
+            File of Kalibr.
+        on : str, default "world"
+            Frame that carries all cameras.
+        pose : pose_like, default identity
+            Pose of cam0 in that frame.
+
+        Raises
+        ------
+        FileError
+            If the file has no poses of cameras, or a lens that is not modelled.
         """
         first = check_single_pose(pose, "pose of cam0")
         return tuple(

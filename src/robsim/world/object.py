@@ -1,4 +1,4 @@
-"""An object in a scene, with marks to look at."""
+"""An object of a scene, with marks that cameras see."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ POSITION = Vector("length")
 
 @dataclass(frozen=True)
 class MarkList(ListOf):
-    """The declaration of points in the axes of the object, an array (N, 3) in Python."""
+    """The declaration of points in the axes of an object, an array (N, 3) in Python."""
 
     item: Spec = POSITION
     phrase: ClassVar[str] = 'a list of points, as in ["0, 0, 1 cm"]'
@@ -39,24 +39,25 @@ class MarkList(ListOf):
     def put(self, table: dict[str, Raw], name: str, value: Any, c: Context) -> None:
         shapes = c.facts["own"]["shapes"]
         if not (c.facts.get("brief") and is_identical(value, collect_vertices(shapes))):
-            table[name] = self.write(value, c.at(name))  # also where there are none
+            table[name] = self.write(value, c.at(name))  # also an empty list
 
 
 MARKS = MarkList()
 
 
 def collect_vertices(shapes: Iterable[Primitive]) -> Array:
-    """Return the vertices (N, 3) of all shapes, which are marks where none are given."""
+    """Return the vertices (N, 3) of all shapes, which are the default marks of an object."""
     return np.concatenate([np.empty((0, 3)), *(shape.vertices for shape in shapes)])
 
 
 @described
 @dataclass(frozen=True, eq=False)
 class Object(Value):
-    """An object in a scene, with shapes to draw and `marks` (N, 3) to look at, in its own axes.
+    """An object of a scene: shapes that figures show, and marks that cameras see.
 
-    It stands at `pose` on the frame `on`: "world", another object, or a link such as
-    "rhino_xr4.tool". Without marks given, the vertices of its shapes are its marks.
+    The object stands at `pose` on the frame `on`: "world", another object, or a link such as
+    "rhino_xr4.tool". Its `marks` (N, 3) are points in its own axes, in metres; features of a task
+    are measured from their images. The default marks are the vertices of the shapes.
 
     >>> from robsim.geometry.primitives import Block
     >>> Object("cube", Block(0.05, 0.05, 0.05)).marks.shape
@@ -64,12 +65,15 @@ class Object(Value):
     """
 
     name: Annotated[str, Name(), "Name of the object."]
-    shapes: Annotated[Any, SHAPE_LIST, "Solids that figures show of the object."] = ()
+    shapes: Annotated[
+        Any, SHAPE_LIST, "Solids of the object, shown in figures and used by `clearance`."
+    ] = ()
     marks: Annotated[
         Any,
         MARKS,
         PerRun(("N", 3)),
-        "Points (N, 3) that cameras see, in axes of the object; None: the vertices of its shapes.",
+        "Points (N, 3) that cameras see, in axes of the object, in metres. None: the vertices of "
+        "its shapes.",
     ] = None
     pose: Annotated[
         Pose, FLAT_POSE, PerRun(), "Pose of the object in the frame that carries it."

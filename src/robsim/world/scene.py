@@ -31,7 +31,7 @@ from robsim.world.scene_frames import check_attachment, list_scene_frames, repor
 from robsim.world.scene_parts import PART_TYPES, find_part, parse_coordinates, replace_part
 from robsim.world.view import View
 
-# what is the same in scenes whose numbers differ
+# cached properties that stay the same in a revised scene
 KEPT_PROPERTIES = (
     *("coordinate_names", "coordinate_units", "velocity_names", "velocity_units"),
     *("nq", "nv", "prescribed"),
@@ -41,11 +41,15 @@ KEPT_PROPERTIES = (
 @described
 @dataclass(frozen=True)
 class Scene(SceneCoordinates):
-    """Robots, objects and cameras, in frames called "world", "robot.link", or by their names.
+    """Robots, objects and cameras on one kinematic tree from the world frame.
 
-    `motions` say which robots move on their own. `display` is the chapter's gT0: the pose of the
-    world in the frame of the figures.
-    Coordinates q of the scene are those of its robots, one after the other.
+    A scene is the geometry of an experiment: `pose` returns the pose of a frame, `view` the image
+    of points in a camera. Frames are called "world", "robot.link", or by the name of an object or
+    camera. `motions` prescribe the velocities of robots that no task commands. `display` is the
+    pose of the world in the frame of the figures (gT0 of the chapter).
+
+    The coordinates q (nq,) of a scene are the coordinates of its robots, one robot after the other.
+    A scene is immutable: `replacing`, `believe`, `attached` and `released` return changed copies.
 
     >>> from robsim import Camera
     >>> arm = Robot.from_dh([[0, 0, 1, 0]], name="arm")
@@ -62,17 +66,17 @@ class Scene(SceneCoordinates):
     objects: Annotated[
         tuple[Object, ...],
         ListOf(Table(Object), most=MOST_LISTED_PARTS),
-        "Objects that cameras look at, or that stand in the scene.",
+        "Objects of the scene, with marks that cameras see.",
     ] = ()
     cameras: Annotated[
         tuple[MountedCamera, ...],
         ListOf(Table(MountedCamera), most=MOST_LISTED_PARTS),
-        "Cameras where they are mounted.",
+        "Mounted cameras.",
     ] = ()
     motions: Annotated[
         tuple[Motion, ...],
         ListOf(Table(Motion), most=MOST_LISTED_PARTS),
-        "Motions of robots that no task commands.",
+        "Prescribed motions of robots that no task commands.",
     ] = ()
     display: Annotated[
         Pose, POSE, Role.FIGURE, "Pose of the world in the frame of the figures."
@@ -94,17 +98,17 @@ class Scene(SceneCoordinates):
 
     def __post_init__(self) -> None:
         for kind, part in PART_TYPES.items():
-            given = getattr(self, kind)
-            parts = (given,) if isinstance(given, part) else given
-            if not has_items(parts) or not all(isinstance(p, part) for p in parts):
+            value = getattr(self, kind)
+            items = (value,) if isinstance(value, part) else value
+            if not has_items(items) or not all(isinstance(p, part) for p in items):
                 raise InputError(
-                    f"{kind} must be a list of {part.__name__}, got {format_value(given)}"
+                    f"{kind} must be a list of {part.__name__}, got {format_value(value)}"
                 )
-            object.__setattr__(self, kind, tuple(parts))
+            object.__setattr__(self, kind, tuple(items))
         object.__setattr__(self, "display", check_single_pose(self.display, "display"))
         kind_of = self._check_names()
         try:
-            _ = self.tree  # an unknown frame is an error now, not later
+            _ = self.tree  # raises FrameError for an unknown frame
         except FrameError as error:
             with prefix_path(kind_of.get(error.path.partition(".")[0], "robots")):
                 raise
@@ -117,45 +121,65 @@ class Scene(SceneCoordinates):
             movers.add(motion.robot)
 
     def revised(self, **changes: Any) -> Scene:
-        """Return a copy in which only numbers differ; what they do not touch is as it was."""
-        made = replace_unchecked(self, **changes)
-        copy_cached(self, made, KEPT_PROPERTIES)
-        if _frame_placement(made) == _frame_placement(self):
-            copy_cached(self, made, ("tree",))
-        for motion in made.motions if "motions" in changes else ():
+        """Return a copy with other numbers, and keep cached properties that do not depend on them.
+
+        The names and numbers of coordinates are kept, and the tree if no frame moves.
+        """
+        copy = replace_unchecked(self, **changes)
+        copy_cached(self, copy, KEPT_PROPERTIES)
+        if _frame_placement(copy) == _frame_placement(self):
+            copy_cached(self, copy, ("tree",))
+        for motion in copy.motions if "motions" in changes else ():
             with prefix_path("motions", motion.robot):
-                motion.check(made.robot(motion.robot).nv)
-        return made
+                motion.check(copy.robot(motion.robot).nv)
+        return copy
 
     def __repr__(self) -> str:
-        """Return a few lines, one for each part."""
+        """Return a text with one line for each part."""
         return scene_overview.format_scene(self)
 
     def _repr_html_(self) -> str:
-        """Return a table of all parts for notebooks."""
+        """Return a table of all parts as HTML for notebooks."""
         return scene_overview.format_scene_html(self)
 
     @cached_property
     def tree(self) -> Tree:
-        """The tree of all frames; coordinates come in the order of the robots."""
+        """The kinematic tree of all frames; coordinates come in the order of the robots."""
         return Tree(self._frames)
 
     def robot(self, name: str | None = None) -> Robot:
-        """Return the robot with a name, or the only one."""
+        """Return the robot with a name, or the only robot if `name` is None."""
         return find_part(self.robots, name, "robot")
 
     def object(self, name: str | None = None) -> Object:
-        """Return the object with a name, or the only one that has marks."""
+        """Return the object with a name, or the only object with marks if `name` is None."""
         with_marks = tuple(thing for thing in self.objects if len(thing.marks))
         return find_part(with_marks if name is None else self.objects, name, "object")
 
     def camera(self, name: str | None = None) -> MountedCamera:
-        """Return the camera with a name, or the only one."""
+        """Return the camera with a name, or the only camera if `name` is None."""
         return find_part(self.cameras, name, "camera")
 
     def replacing(self, *parts: Robot | Object | MountedCamera | Motion) -> Scene:
-        """Return a copy in which these parts replace those with the same names, as for a belief.
+        """Return a copy with some parts replaced by parts of the same kind and name.
 
+        Parameters
+        ----------
+        *parts : Robot, Object, MountedCamera or Motion
+            New parts. The name of a `Motion` is the name of its robot.
+
+        Returns
+        -------
+        Scene
+            The changed copy, for example the belief of a controller.
+
+        Raises
+        ------
+        InputError
+            If the scene has no part of that kind and name.
+
+        Examples
+        --------
         >>> scene = Scene(objects=Object("cup", marks=[[0, 0, 0]]))
         >>> moved = Object("cup", marks=[[0, 0, 0]], pose=Pose.at(1, 0, 0))
         >>> scene.replacing(moved).pose("cup").position
@@ -183,25 +207,54 @@ class Scene(SceneCoordinates):
         marks: Any = None,
         place: Any = None,
     ) -> Scene:
-        """Return a copy with errors, for a task's `belief`; what is not named is exact.
+        """Return a copy with errors, for the `belief` of a task.
 
-        camera      which camera; None: the only one
-        focal       factor of the focal lengths (one, or one for columns and one for rows)
-        center      error of the principal point, (column, row) in pixels
-        distortion  the coefficients that are believed instead
-        hand_eye    error of the mount, a pose: T_mount_camera as believed is the true one times
-                    hand_eye
-        robot       which robot; None: the only one
-        dh          {link: {"theta": rad, "d": m, "a": m, "alpha": rad}}: errors that are added to
-                    the rows of a Denavit-Hartenberg table of this `convention`
-        base        error of where the robot stands, a pose: the true one @ base
-        target      which object; None: the only one with marks
-        size        factor of the marks of the target
-        marks       (N, 3) marks of the target that are believed instead, in its axes
-        place       error of where the target stands, a pose: the true one @ place
+        A controller that believes the copy computes with wrong parameters, while the simulation
+        uses the true scene. Parameters that are not given are exact.
 
-        InputError: what there is not, or what is no pose or number.
+        Parameters
+        ----------
+        camera : str, optional
+            Name of the camera with errors. Default: the only camera.
+        focal : float or (float, float), default 1
+            Factor of the focal lengths, or one factor for columns and one for rows.
+        center : (float, float), default (0, 0)
+            Error of the principal point, (column, row) in pixels.
+        distortion : array_like, optional
+            Distortion coefficients that are believed instead of the true coefficients.
+        hand_eye : pose_like, optional
+            Error of the mount: the believed pose is T_mount_camera @ hand_eye.
+        robot : str, optional
+            Name of the robot with errors. Default: the only robot.
+        dh : mapping, optional
+            Errors {link: {"theta": rad, "d": m, "a": m, "alpha": rad}}, added to the rows of a
+            Denavit-Hartenberg table of this `convention`.
+        convention : {"standard", "modified"}, default "standard"
+            Convention of the Denavit-Hartenberg table.
+        base : pose_like, optional
+            Error of the base of the robot: the believed pose is the true pose @ base.
+        target : str, optional
+            Name of the object with errors. Default: the only object with marks.
+        size : float, default 1
+            Factor of the marks of the target.
+        marks : array_like of shape (N, 3), optional
+            Marks of the target that are believed instead of the true marks, in its axes, in metres.
+        place : pose_like, optional
+            Error of the pose of the target: the believed pose is the true pose @ place.
 
+        Returns
+        -------
+        Scene
+            The scene with errors.
+
+        Raises
+        ------
+        InputError
+            If the camera, robot, link or target does not exist, or a value is not a pose or a
+            number.
+
+        Examples
+        --------
         >>> from robsim import Camera
         >>> eye = MountedCamera("eye", Camera([[800, 0, 320], [0, 800, 240], [0, 0, 1]]))
         >>> Scene(cameras=eye).believe(focal=1.5).camera().camera.K[0]
@@ -231,10 +284,29 @@ class Scene(SceneCoordinates):
         return self.replacing(*wrong)
 
     def attached(self, name: str, to: str, q: Any = None) -> Scene:
-        """Return a copy with an object on the frame `to`, at its place for coordinates q (nq,).
+        """Return a copy with an object on the frame `to`, at its present pose in the world.
 
-        From then on it rides with that frame: a gripper has closed on it, or it lies on a pallet.
+        The object then moves with that frame, for example in a gripper that has closed on it or on
+        a pallet.
 
+        Parameters
+        ----------
+        name : str
+            Name of the object.
+        to : str
+            Frame that carries the object from now on.
+        q : array_like of shape (nq,), optional
+            Coordinates of the scene when the object changes its frame. Default: `home`.
+
+        Raises
+        ------
+        FrameError
+            If the frame does not exist, or if the object itself carries it.
+        InputError
+            If the object does not exist, or q is not a single state.
+
+        Examples
+        --------
         >>> arm = Robot.from_dh([[0, 0, 1, 0]], name="arm")
         >>> scene = Scene([arm], Object("cup", marks=[[0, 0, 0]], pose=Pose.at(1, 0, 0)))
         >>> held = scene.attached("cup", "arm.link1", q=[0.0])
@@ -245,15 +317,29 @@ class Scene(SceneCoordinates):
         values = self.coordinates(self.home if q is None else q, limits=False)
         if values.ndim != 1:
             raise InputError(
-                f"q: '{name}' changes hands at one state ({self.nq},), got {values.shape}"
+                f"q: '{name}' needs one state ({self.nq},) of the scene, got {values.shape}"
             )
         check_attachment(self._frames, thing, to)
-        there = self.pose(to, values).inv() @ self.pose(thing.name, values)
-        return self.replacing(replace(thing, pose=Pose(there.matrix), on=to))
+        pose = self.pose(to, values).inv() @ self.pose(thing.name, values)
+        return self.replacing(replace(thing, pose=Pose(pose.matrix), on=to))
 
     def released(self, name: str, q: Any = None) -> Scene:
-        """Return a copy with an object in the world, at its place for coordinates q (nq,).
+        """Return a copy with an object on the frame "world", at its present pose in the world.
 
+        Parameters
+        ----------
+        name : str
+            Name of the object.
+        q : array_like of shape (nq,), optional
+            Coordinates of the scene when the object is released. Default: `home`.
+
+        Raises
+        ------
+        InputError
+            If the object does not exist, or q is not a single state.
+
+        Examples
+        --------
         >>> arm = Robot.from_dh([[0, 0, 1, 0]], name="arm")
         >>> scene = Scene([arm], Object("cup", marks=[[0, 0, 0]], on="arm.link1"))
         >>> scene.released("cup", q=[0.0]).pose("cup", [1.0]).position
@@ -262,23 +348,78 @@ class Scene(SceneCoordinates):
         return self.attached(name, "world", q)
 
     def coordinates(self, q: Any, what: str = "q", limits: bool = True) -> Array:
-        """Return checked q (..., nq) of an array, or of {robot: q} with home as the default."""
+        """Return checked coordinates of all robots.
+
+        Parameters
+        ----------
+        q : array_like of shape (..., nq) or mapping
+            Coordinates of the scene, or {robot: its coordinates}; robots without an entry are at
+            home.
+        what : str, default "q"
+            Name of the argument in error messages.
+        limits : bool, default True
+            Whether coordinates outside the limits of the joints are an error.
+
+        Returns
+        -------
+        ndarray of shape (..., nq)
+            Coordinates of the scene.
+
+        Raises
+        ------
+        InputError
+            If the shape is wrong, a robot does not exist, or a coordinate is outside its limits.
+        """
         if isinstance(q, Mapping):
             for name in q:
                 self.robot(name)
         return parse_coordinates(self.robots, q, what, as_bool(limits, "limits"))
 
     def pose(self, frame: str, q: Any = None) -> Pose:
-        """Return the pose of a frame in the world."""
+        """Return the pose of a frame in the world.
+
+        Parameters
+        ----------
+        frame : str
+            Frame "robot.link", or the name of an object or camera.
+        q : array_like of shape (..., nq), optional
+            Coordinates of the scene. Default: `home`.
+
+        Returns
+        -------
+        Pose of shape (..., 4, 4)
+            Pose T_world_frame.
+
+        Raises
+        ------
+        FrameError
+            If the frame does not exist.
+        """
         values = self.coordinates(self.home if q is None else q, limits=False)
         T = self.tree.frame(self.tree.bodies(move_runs_last(values, 1)), frame)
         return Pose(homogeneous_matrix(T, values.shape[:-1]), ("world", frame))
 
     def view(self, q: Any = None, camera: str | None = None, points: Any = None) -> View:
-        """Return the view of a camera of an object's marks (by name) or world points (N, 3).
+        """Return the image of an object's marks or of points in a camera.
 
-        Pixels of points behind the camera are NaN.
+        Parameters
+        ----------
+        q : array_like of shape (..., nq), optional
+            Coordinates of the scene. Default: `home`.
+        camera : str, optional
+            Name of the camera. Default: the only camera.
+        points : str or array_like of shape (N, 3), optional
+            Name of an object, to view its marks, or points in the world in metres. Default: the
+            marks of the only object that has marks.
 
+        Returns
+        -------
+        View
+            Pixels (..., N, 2), depths (..., N) in metres and `Visibility` (..., N). Pixels of
+            points behind the camera are NaN.
+
+        Examples
+        --------
         >>> from robsim import Camera
         >>> eye = MountedCamera("eye", Camera([[800, 0, 320], [0, 800, 240], [0, 0, 1]]))
         >>> Scene(cameras=eye).view(points=[[0, 0, 2]]).depth
@@ -295,7 +436,7 @@ class Scene(SceneCoordinates):
         return View(eye.camera.project(marks, T_w_c), depth, eye.camera.visibility(marks, T_w_c))
 
     def _check_names(self) -> dict[str, str]:
-        """Return the kind of each part by its name; InputError if two have one name."""
+        """Return the kind of each part by its name; raise InputError if two parts share a name."""
         kind_of = {"world": ""}
         for kind in ("robots", "objects", "cameras"):
             for part in getattr(self, kind):
@@ -312,6 +453,6 @@ class Scene(SceneCoordinates):
 
 
 def _frame_placement(scene: Scene) -> list[int]:
-    """Return what tells scenes apart whose frames stand elsewhere."""
-    hung: tuple[Object | MountedCamera, ...] = (*scene.objects, *scene.cameras)
-    return [*map(id, scene.robots), *(id(part.pose) for part in hung)]
+    """Return the identities of robots and poses; equal lists mean the same frames."""
+    attached: tuple[Object | MountedCamera, ...] = (*scene.objects, *scene.cameras)
+    return [*map(id, scene.robots), *(id(part.pose) for part in attached)]

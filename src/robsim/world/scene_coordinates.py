@@ -13,7 +13,7 @@ from robsim.world.motion import Motion
 
 
 class SceneCoordinates:
-    """The coordinates and velocities of robots, of which motions prescribe some."""
+    """The coordinates and velocities of the robots of a scene; motions prescribe some."""
 
     robots: tuple[Robot, ...]
     motions: tuple[Motion, ...]
@@ -30,7 +30,7 @@ class SceneCoordinates:
 
     @property
     def home(self) -> Array:
-        """The coordinates (nq,) with all robots at home."""
+        """The home coordinates (nq,) of all robots."""
         return np.concatenate([np.empty(0), *(robot.home for robot in self.robots)])
 
     @property
@@ -40,7 +40,7 @@ class SceneCoordinates:
 
     @cached_property
     def coordinate_names(self) -> tuple[str, ...]:
-        """The names of the coordinates; with several robots after the robot's name."""
+        """The names of the coordinates, with the robot's name as prefix if there are several."""
         return self._labels("coordinate_names")
 
     @cached_property
@@ -50,7 +50,7 @@ class SceneCoordinates:
 
     @cached_property
     def velocity_names(self) -> tuple[str, ...]:
-        """The names of the velocities; with several robots after the robot's name."""
+        """The names of the velocities, with the robot's name as prefix if there are several."""
         return self._labels("velocity_names")
 
     @cached_property
@@ -67,11 +67,11 @@ class SceneCoordinates:
 
     @property
     def varies(self) -> bool:
-        """Whether any prescribed motion goes by a function of time."""
+        """Whether any prescribed motion depends on time."""
         return any(callable(motion.rates) for motion in self.motions)
 
     def drift(self, seconds: float) -> Array:
-        """Return the prescribed velocities (nv,) at a time in seconds; zero for all others."""
+        """Return the prescribed velocities (nv,) at a time in seconds, zero for the others."""
         motions = {motion.robot: motion for motion in self.motions}
         each = [
             motions[robot.name].check(robot.nv, seconds)
@@ -82,6 +82,7 @@ class SceneCoordinates:
         return make_read_only(np.concatenate([np.empty(0), *each]))
 
     def _labels(self, which: str) -> tuple[str, ...]:
+        """Return names of all robots, with the robot's name as prefix if there are several."""
         if len(self.robots) == 1:
             return tuple(getattr(self.robots[0], which))
         return tuple(f"{r.name}.{name}" for r in self.robots for name in getattr(r, which))

@@ -1,4 +1,4 @@
-"""The frames of a scene, and the frames that carry them."""
+"""The frames of a scene and their parents."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ MOST_LINKS = 1024  # total over all robots of a scene
 def list_scene_frames(
     robots: Iterable[Robot], objects: Iterable[Object], cameras: Iterable[MountedCamera]
 ) -> list[Frame]:
-    """Return the frames of all robots as "robot.link", then of objects and cameras by name."""
+    """Return the frames of all robots as "robot.link", then the frames of objects and cameras."""
     frames = []
     for robot in robots:
         for i, link in enumerate(robot.links):
@@ -30,8 +30,8 @@ def list_scene_frames(
                 joint = _fixed_joint(robot.base @ link.joint.place @ link.joint.tail)
             parent = f"{robot.name}.{link.parent}" if i else robot.on
             frames.append(Frame(f"{robot.name}.{link.name}", parent, joint))
-    hung: tuple[Object | MountedCamera, ...] = (*objects, *cameras)
-    for part in hung:
+    attached: tuple[Object | MountedCamera, ...] = (*objects, *cameras)
+    for part in attached:
         frames.append(Frame(part.name, part.on, _fixed_joint(part.pose)))
     return frames
 
@@ -45,19 +45,20 @@ def check_attachment(frames: Sequence[Frame], thing: Object, to: Any) -> None:
     frame = to
     while frame != "world":
         if frame == thing.name:
-            way = "itself" if to == frame else f"'{to}', which stands on it"
-            raise FrameError(f"'{thing.name}' cannot hang from {way}")
+            carrier = "itself" if to == frame else f"'{to}', which stands on it"
+            raise FrameError(f"'{thing.name}' cannot hang from {carrier}")
         frame = above[frame]
 
 
 def _fixed_joint(pose: Pose) -> Joint:
+    """Return a fixed joint with a pose."""
     return replace_unchecked(FIXED, place=pose)
 
 
 def report_unknown_frames(raw: Mapping[str, Any], parts: Mapping[str, Any], c: Context) -> None:
     """Report parts on a frame that does not exist, at their keys in the text."""
     if any(kind in raw and kind not in parts for kind in ("robots", "objects", "cameras")):
-        return  # some parts have been reported already
+        return  # those parts are reported elsewhere
     robots = parts.get("robots", ())
     frames = ["world", *(f"{robot.name}.{link.name}" for robot in robots for link in robot.links)]
     if len(frames) > MOST_LINKS:

@@ -1,4 +1,4 @@
-"""Overviews of a scene: as a few lines of text, and as a table for notebooks."""
+"""Overviews of a scene: a text of a few lines, and a table for notebooks."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ MOST_LINES = 12  # lines of a text
 
 
 def format_scene(scene: Scene) -> str:
-    """Return a line for each robot, object and camera; of more than twelve how many there are."""
+    """Return one line for each robot, object and camera; the total number beyond twelve lines."""
     lines = [f"{kind} '{name}' on {on}: {what}" for kind, name, on, what in _list_parts(scene)]
     more = [f"... ({len(lines)} in all)"] if len(lines) > MOST_LINES else []
     return "\n  ".join(["<Scene", *lines[:MOST_LINES], *more]) + ">"
@@ -27,9 +27,9 @@ def format_scene_html(scene: Scene) -> str:
 
 
 def _list_parts(scene: Scene) -> list[tuple[str, str, str, str]]:
-    """Return the kind, name, what it stands on, and what it is."""
+    """Return kind, name, parent frame and a description of each robot, object and camera."""
     movers = {motion.robot for motion in scene.motions}
-    found = [
+    parts = [
         (
             "robot",
             robot.name,
@@ -42,9 +42,9 @@ def _list_parts(scene: Scene) -> list[tuple[str, str, str, str]]:
     for thing in scene.objects:
         count = len(thing.marks)
         marks = "one mark" if count == 1 else f"{count or 'no'} marks"
-        found.append(("object", thing.name, thing.on, marks))
+        parts.append(("object", thing.name, thing.on, marks))
     for eye in scene.cameras:
         size = eye.camera.size
         pixels = "no image size" if size is None else f"{size[0]} x {size[1]} px"
-        found.append(("camera", eye.name, eye.on, pixels))
-    return found
+        parts.append(("camera", eye.name, eye.on, pixels))
+    return parts

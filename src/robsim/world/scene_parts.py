@@ -1,4 +1,4 @@
-"""The parts of a scene: found by name, and their coordinates checked."""
+"""Functions that find the parts of a scene by name, and that check its coordinates."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ PART_TYPES: dict[str, type[Any]] = {
 
 
 def find_part(parts: Sequence[T], name: str | None, kind: str) -> T:
-    """Return the part with a name, or the only one; raise InputError if there is none."""
+    """Return the part with a name, or the only part; raise InputError if there is no such part."""
     names = [p.name for p in parts]
     if name is None and not parts:
         lack = " with marks" if kind == "object" else ""
@@ -41,7 +41,7 @@ def find_part(parts: Sequence[T], name: str | None, kind: str) -> T:
 
 
 def replace_part(parts: dict[str, list[Any]], part: Any) -> None:
-    """Replace the part with the same name and kind; raise InputError if there is none."""
+    """Replace the part with the same name and kind; raise InputError if there is no such part."""
     kind = next((kind for kind in PART_TYPES if isinstance(part, PART_TYPES[kind])), None)
     if kind is None:
         raise InputError(
@@ -57,7 +57,7 @@ def replace_part(parts: dict[str, list[Any]], part: Any) -> None:
 
 
 def parse_coordinates(robots: Sequence[Robot], q: Any, what: str, limits: bool) -> Array:
-    """Return checked q (..., nq) of all robots, from an array or {robot: q}."""
+    """Return checked coordinates (..., nq) of all robots, from an array or {robot: q}."""
     if isinstance(q, Mapping):
         return _concatenate_coordinates(
             [r.coordinates(q.get(r.name, r.home), what, limits) for r in robots], what
@@ -73,7 +73,7 @@ def parse_coordinates(robots: Sequence[Robot], q: Any, what: str, limits: bool) 
 
 
 def _concatenate_coordinates(parts: Sequence[Array], what: str) -> Array:
-    """Return (..., nq) of parts (..., n), whose leading shapes are broadcast."""
+    """Return parts (..., n) broadcast to a common leading shape and concatenated, (..., nq)."""
     sizes = [p.shape[:-1] for p in parts]
     try:
         lead = np.broadcast_shapes(*sizes)

@@ -25,10 +25,13 @@ from robsim.world.imperfections.quantisation import Quantisation, QuantisationSt
 @described
 @dataclass(frozen=True)
 class Sensing(DeclaredValue):
-    """The errors of the images of a run; each is off by default, and they combine.
+    """The errors of the images that a controller receives.
 
-    Until the first late image comes, the image of the start is used. Coordinates of joints
-    are never late. Random numbers are keyed by (seed, run) and step.
+    Every error is off by default, and errors combine: noise, rounding and mismatched marks change
+    the pixels; occlusions hide marks; lost, late and rare images delay the information of the
+    control loop. Coordinates of joints are never late. Until the first late image arrives, the
+    controller uses the image of the start. Random numbers are keyed by (seed, run) and step, so
+    that a run has the same noise alone and in any batch.
 
     >>> Sensing(noise=0.5, latency=0.04).noise
     0.5
@@ -45,7 +48,7 @@ class Sensing(DeclaredValue):
     effects: ImageEffectList = ()
 
     def acting(self) -> list[ActiveImperfection[ImageEffect]]:
-        """Return the imperfections that are on, in the order of the fields."""
+        """Return the imperfections that are switched on, in the order of the fields."""
         return self._acting
 
     @cached_property
@@ -53,7 +56,7 @@ class Sensing(DeclaredValue):
         return list_active_imperfections(self, SENSING_PARTS, ImageEffect, FIRST_STREAM)
 
     def timing(self, dt: float) -> ImageTiming:
-        """Return when images are taken and used; InputError if that does not fit the period."""
+        """Return the timing of images; raise InputError if it does not fit the period dt."""
         every = (each.effect.timing(dt) for each in self.acting())
         return reduce(ImageTiming.and_also, every, ImageTiming())
 

@@ -1,4 +1,4 @@
-"""The view that a camera has of some points."""
+"""The image of points in a camera."""
 
 from typing import NamedTuple
 

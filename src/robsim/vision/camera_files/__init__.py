@@ -1,1 +1,1 @@
-"""Calibrated cameras from and to the files and messages of other programs."""
+"""Calibrated cameras in the files and messages of other programs."""

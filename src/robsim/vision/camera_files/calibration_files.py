@@ -1,4 +1,4 @@
-"""Calibration files, whose content tells the format; of a new one the ending of its name does."""
+"""Calibration files: the format is detected when reading, and given by the suffix when writing."""
 
 from __future__ import annotations
 
@@ -14,29 +14,30 @@ from robsim.base.atomic_files import write_whole
 from robsim.base.errors import FileError, InputError, check_known, raise_file_errors
 from robsim.base.file_content import read_bytes
 from robsim.geometry.pose import Pose
-from robsim.vision.camera_files import camera_tables, colmap, kalibr, xml_text, yaml_text
+from robsim.vision.camera_files import camera_tables, colmap, kalibr, yaml_text
 from robsim.vision.camera_files.camera_tables import LensCoefficients, MakeCamera, OptionalSize
+from robsim.vision.camera_files.xml_text import parse_xml_table
 
 LARGEST_FILE = 1_000_000  # bytes
 EXPECTED = "a calibration of OpenCV, ROS, Kalibr or COLMAP"
 
 
 def load_camera(path: str | os.PathLike[str], name: str | None, make: MakeCamera) -> Any:
-    """Return the camera of a file, or the one of a name; see `Camera.from_file`."""
+    """Return the only camera of a file, or the camera with a name; see `Camera.from_file`."""
     cameras, _ = _load_cameras(path, make)
     if name is None and len(cameras) == 1:
         return next(iter(cameras.values()))
     if name is None:
-        raise FileError(f"{path}: {len(cameras)} cameras, {', '.join(cameras)}: say which, name=")
+        raise FileError(f"{path}: {len(cameras)} cameras, {', '.join(cameras)}: choose one, name=")
     with raise_file_errors(path):
         check_known(name, cameras, "no camera {}", "cameras")
         return cameras[name]
 
 
 def load_rig(path: str | os.PathLike[str], make: MakeCamera) -> dict[str, tuple[Any, Pose]]:
-    """Return the cameras of Kalibr's chain with their poses in the axes of the first.
+    """Return the cameras of Kalibr's chain with their poses in axes of the first camera.
 
-    FileError: a file of another program, which does not tell such poses.
+    FileError is raised for files of other programs, which contain no such poses.
     """
     cameras, content = _load_cameras(path, make)
     if not kalibr.is_camera_chain(content):
@@ -50,19 +51,20 @@ def _load_cameras(path: str | os.PathLike[str], make: MakeCamera) -> tuple[dict[
     """Return the cameras of a file by name, and its content as plain tables."""
     data, source = read_bytes(path, EXPECTED, LARGEST_FILE), str(path)
     if data.lstrip().startswith(b"<"):
-        content: Any = xml_text.parse_xml_table(data, source)
+        content: Any = parse_xml_table(data, source)
     else:
         text = _decode_text(data, source)
         if colmap.is_cameras_txt(text):
             return colmap.read_colmap_cameras(text, source, make), None
         content = yaml_text.parse_yaml_table(text, source)
     with raise_file_errors(path):
-        program = kalibr if kalibr.is_camera_chain(content) else camera_tables
-        return program.cameras_of(content, make), content
+        if kalibr.is_camera_chain(content):
+            return kalibr.read_chain_cameras(content, make), content
+        return camera_tables.read_table_cameras(content, make), content
 
 
 def _decode_text(data: bytes, source: str) -> str:
-    """Return the text of a file that is no XML; FileError: empty, or not UTF-8."""
+    """Return the text of a file that is not XML; raise FileError if it is empty or not UTF-8."""
     if not data.strip():
         raise FileError(f"{source}: empty; expected {EXPECTED}")
     try:
@@ -74,7 +76,7 @@ def _decode_text(data: bytes, source: str) -> str:
 def save_camera(
     path: str | os.PathLike[str], K: Array, size: OptionalSize, lens: LensCoefficients
 ) -> Path:
-    """Write the file that the ending of its name tells; see `Camera.to_file`."""
+    """Write the file format that the suffix selects; see `Camera.to_file`."""
     ending = Path(path).suffix.lower() if isinstance(path, str | os.PathLike) else ""
     if ending not in ENDINGS:
         raise FileError(f"{path}: expected a name that ends in {', '.join(ENDINGS)}")
@@ -86,7 +88,7 @@ def save_camera(
 
 
 def _format_yaml(K: Array, size: OptionalSize, lens: LensCoefficients) -> str:
-    """Return a text for OpenCV, whose tags ROS does not mind, with all that ROS asks for."""
+    """Return a YAML text for OpenCV, which ROS also reads, with all keys that ROS requires."""
     lines = ["%YAML 1.0", "---", *(f"{key}: {value}" for key, value in _scalar_entries(size, lens))]
     for key, values in _matrix_entries(K, lens):
         rows, cols = values.shape
@@ -96,7 +98,7 @@ def _format_yaml(K: Array, size: OptionalSize, lens: LensCoefficients) -> str:
 
 
 def _format_xml(K: Array, size: OptionalSize, lens: LensCoefficients) -> str:
-    """Return a text for OpenCV."""
+    """Return an XML text for OpenCV."""
     lines = ['<?xml version="1.0"?>', "<opencv_storage>"]
     lines += [f"<{key}>{value}</{key}>" for key, value in _scalar_entries(size, lens)]
     for key, values in _matrix_entries(K, lens):
@@ -108,7 +110,7 @@ def _format_xml(K: Array, size: OptionalSize, lens: LensCoefficients) -> str:
 
 
 def _scalar_entries(size: OptionalSize, lens: LensCoefficients) -> Iterator[tuple[str, object]]:
-    """Yield the keys that are no matrices."""
+    """Yield the keys and values that are not matrices."""
     if size is not None:
         yield from zip(("image_width", "image_height"), size, strict=True)
     yield "camera_name", "camera"
@@ -116,7 +118,7 @@ def _scalar_entries(size: OptionalSize, lens: LensCoefficients) -> Iterator[tupl
 
 
 def _matrix_entries(K: Array, lens: LensCoefficients) -> Iterator[tuple[str, Array]]:
-    """Yield the matrices; those of a rectified image are those of this one without its lens."""
+    """Yield the matrices; the rectified camera is this camera without its distortion."""
     yield "camera_matrix", K
     yield "distortion_coefficients", np.array([lens]) if lens else EMPTY_MATRIX
     yield "rectification_matrix", np.eye(3)

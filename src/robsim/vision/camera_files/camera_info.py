@@ -10,53 +10,53 @@ from robsim.base.errors import InputError, format_value, prefix_errors
 from robsim.vision.camera_files.camera_tables import MakeCamera, read_table_cameras
 
 FIELDS = "width", "height", "distortion_model"
-MATRICES = "k", "d", "p"  # in ROS 1 with capital letters
+MATRICES = "k", "d", "p"  # upper case in ROS 1
 
 
 def camera_from_message(message: Any, rectified: bool, make: MakeCamera) -> Any:
-    """Return the camera of the image that comes with a message; see `Camera.from_ros`."""
+    """Return the camera of the image that belongs to a message; see `Camera.from_ros`."""
     with prefix_errors("camera_info"):
         table = _message_fields(message)
         if not as_floats(table["k"], "k", ()).any():
             raise InputError("k is zero: this camera is not calibrated")
         if as_bool(rectified, "rectified"):
             table.update(k=_rectified_intrinsics(table.pop("p", None)), d=[], distortion_model="")
-        own = {key: value for key, value in table.items() if key != "p"}
+        fields = {key: value for key, value in table.items() if key != "p"}
         return _apply_binning(
-            _crop_to_region(read_table_cameras(own, make)["camera"], message), message
+            _crop_to_region(read_table_cameras(fields, make)["camera"], message), message
         )
 
 
 def _rectified_intrinsics(p: Any) -> Any:
     """Return the first three columns of a projection matrix P of 3 x 4 numbers."""
-    given = None if p is None else as_floats(p, "p", ())
-    if given is None or given.size != 12:
+    matrix = None if p is None else as_floats(p, "p", ())
+    if matrix is None or matrix.size != 12:
         raise InputError("rectified: expected P of 3 x 4 numbers")
-    return given.reshape(3, 4)[:, :3]
+    return matrix.reshape(3, 4)[:, :3]
 
 
 def _message_fields(message: Any) -> dict[str, Any]:
-    """Return the fields of a message under the names of ROS 2."""
-    found = {name: _find_field(message, name) for name in FIELDS}
-    found |= {name: _find_field(message, name, name.upper()) for name in MATRICES}
-    if isinstance(message, Mapping) and found["k"] is None:
+    """Return the fields of a message by their names in ROS 2."""
+    values = {name: _find_field(message, name) for name in FIELDS}
+    values |= {name: _find_field(message, name, name.upper()) for name in MATRICES}
+    if isinstance(message, Mapping) and values["k"] is None:
         raise InputError(f"k is missing; keys: {format_value(', '.join(map(str, message)))}")
-    if found["k"] is None:
+    if values["k"] is None:
         raise InputError(
             f"expected a message CameraInfo or a dict of it, got {format_value(message)}"
         )
-    return {name: value for name, value in found.items() if value is not None}
+    return {name: value for name, value in values.items() if value is not None}
 
 
 def _find_field(message: Any, *names: str) -> Any:
-    """Return the first field of a message, or item of a dict, that is there, or None."""
+    """Return the first of several fields that a message, or a dictionary, contains, or None."""
     if isinstance(message, Mapping):
         return next((message[name] for name in names if name in message), None)
     return next((getattr(message, name) for name in names if hasattr(message, name)), None)
 
 
 def _crop_to_region(camera: Any, message: Any) -> Any:
-    """Return the camera of the region of interest, where there is one; zeros mean all."""
+    """Return the camera of the region of interest; a region of zeros is the whole image."""
     region = _find_field(message, "roi")
     fields = ("x_offset", "y_offset", "width", "height")
     left, top, width, height = (
@@ -69,7 +69,7 @@ def _crop_to_region(camera: Any, message: Any) -> Any:
 
 
 def _apply_binning(camera: Any, message: Any) -> Any:
-    """Return the camera of an image whose pixels are sums of several; 0 means one, as in ROS."""
+    """Return the camera of an image with several pixels summed to one; a binning of 0 means 1."""
     across, down = (
         as_integer(_find_field(message, f"binning_{axis}") or 1, "binning", 1) for axis in "xy"
     )

@@ -1,4 +1,4 @@
-"""Cameras in tables with the names of OpenCV and ROS."""
+"""Cameras in tables with the keys of OpenCV and ROS."""
 
 from __future__ import annotations
 
@@ -11,8 +11,9 @@ from robsim.base.errors import InputError, format_value
 
 MakeCamera = Callable[..., Any]  # Make(K, size, distortion=lens) returns a camera
 OptionalSize = tuple[int, int] | None  # the width and height of the image in pixels
-LensCoefficients = tuple[float, ...]  # the coefficients of the distortion that were given
-# what programs call a part, in small letters alone; a number behind it counts cameras
+LensCoefficients = tuple[float, ...]  # the distortion coefficients
+# keys of programs for each part, in lower case without other characters; a number at the end is
+# the number of a camera
 WORDS = {
     "K": "cameramatrix k m mtx intrinsicmatrix",
     "distortion": "distortioncoefficients distortioncoeffs distcoeffs distcoefs dist d distortion",
@@ -20,33 +21,38 @@ WORDS = {
     "width": "imagewidth width",
     "height": "imageheight height",
 }
-SIZES = "size", "width", "height"  # which all cameras of a table may share
+SIZES = "size", "width", "height"  # parts that all cameras of a table may share
 PARTS = {word: part for part, words in WORDS.items() for word in words.split()}
 EXPECTED = "camera_matrix, cameraMatrix or K"
 MODELLED = ("", "none", "pinhole", "plumb_bob", "rational_polynomial", "radtan", "brown_conrady")
 MODEL_KEYS = "distortion_model", "camera_model", "model"
-FISHEYE_KEYS = "fisheye_model", "fisheye", "xi"  # of OpenCV's calibrations, where they are not 0
+FISHEYE_KEYS = (
+    "fisheye_model",
+    "fisheye",
+    "xi",
+)  # keys of OpenCV's calibrations for other lenses, if they are not 0
 PERSPECTIVE = (
-    "a perspective camera is modelled, whose lens has k1 k2 p1 p2 [k3 [k4 k5 k6]] "
+    "expected a perspective camera with k1 k2 p1 p2 [k3 [k4 k5 k6]] "
     "(plumb_bob, radtan, rational_polynomial)"
 )
 
 
 def read_table_cameras(table: Any, make: MakeCamera) -> dict[str, Any]:
-    """Return the cameras of a table, by the number behind their keys; one has the name "camera".
+    """Return the cameras of a table by the number at the end of their keys, or "camera".
 
-    InputError: no camera matrix, two of one name, a lens that is not modelled.
+    InputError is raised without a camera matrix, for two keys of the same part, or for a lens that
+    is not modelled.
     """
     if not isinstance(table, Mapping):
         raise InputError(f"expected keys such as {EXPECTED}, got {format_value(table)}")
     check_camera_model(table)
-    found: dict[str, dict[str, str]] = {}  # key by part, of each camera
+    keys_of: dict[str, dict[str, str]] = {}  # key by part, of each camera
     for key in table:
         word, number = _split_key(str(key))
         if word in PARTS:
-            _record_key(found.setdefault(number, {}), PARTS[word], str(key))
-    shared = {part: key for part, key in found.get("", {}).items() if part in SIZES}
-    cameras = {number or "camera": shared | k for number, k in found.items() if "K" in k}
+            _record_key(keys_of.setdefault(number, {}), PARTS[word], str(key))
+    shared = {part: key for part, key in keys_of.get("", {}).items() if part in SIZES}
+    cameras = {number or "camera": shared | k for number, k in keys_of.items() if "K" in k}
     if not cameras:
         keys = format_value(", ".join(map(str, table)))
         raise InputError(f"no camera matrix: expected {EXPECTED}; keys: {keys}")
@@ -61,11 +67,13 @@ def check_camera_model(table: Mapping[str, Any]) -> None:
             raise InputError(f"{key} {format_value(model)} is not modelled: {PERSPECTIVE}")
     for key in FISHEYE_KEYS:
         if table.get(key) not in (None, 0.0, "false", "False", False):
-            raise InputError(f"{key}: fisheye and omnidirectional lenses are not: {PERSPECTIVE}")
+            raise InputError(
+                f"{key}: fisheye and omnidirectional lenses are not modelled: {PERSPECTIVE}"
+            )
 
 
 def parse_matrix(value: Any, what: str) -> Array:
-    """Return the numbers of a list, or of a table of rows, cols and data.
+    """Return the numbers of a list, or of a table with rows, cols and data.
 
     >>> parse_matrix({"rows": 1.0, "cols": 2.0, "data": [3.0, 4.0]}, "D")
     array([[3., 4.]])
@@ -104,7 +112,7 @@ def _build_table_camera(table: Mapping[str, Any], keys: Mapping[str, str], make:
 
 
 def _read_image_size(table: Mapping[str, Any], keys: Mapping[str, str]) -> Any:
-    """Return (width, height), or None where the table has neither."""
+    """Return (width, height), or None if the table has neither of them."""
     if "size" in keys and not keys.keys() & {"width", "height"}:
         return parse_matrix(table[keys["size"]], keys["size"]).ravel()
     if not keys.keys() & {"width", "height"}:
@@ -115,18 +123,19 @@ def _read_image_size(table: Mapping[str, Any], keys: Mapping[str, str]) -> Any:
 
 
 def _split_key(key: str) -> tuple[str, str]:
-    """Return a key in small letters alone, and the number at its end."""
+    """Return a key in lower case without other characters, and the number at its end."""
     word = re.sub(r"[^a-z0-9]", "", key.lower())
     stem = word.rstrip("0123456789")
     return stem, word[len(stem) :]
 
 
 def _record_key(keys: dict[str, str], part: str, key: str) -> None:
-    """Note the key of a part; InputError if another key has it."""
+    """Store the key of a part; raise InputError if another key is stored."""
     if part in keys:
-        raise InputError(f"{keys[part]} and {key} say the same: give one")
+        raise InputError(f"{keys[part]} and {key} are the same parameter: give one")
     keys[part] = key
 
 
 def _is_whole_number(value: Any) -> bool:
+    """Return whether a value is a whole number from 0 on."""
     return isinstance(value, int | float) and value >= 0 and value == int(value)

@@ -1,7 +1,7 @@
 """Cameras in COLMAP's cameras.txt.
 
-COLMAP puts the upper left corner of an image at (0, 0) and so the first pixel's centre at
-(0.5, 0.5), where ours is at (0, 0): its principal point is half a pixel larger.
+COLMAP has the upper left corner of an image at (0, 0), and therefore the centre of the first pixel
+at (0.5, 0.5), which is (0, 0) in this package. Its principal point is half a pixel larger.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from robsim.vision.camera_files.camera_tables import (
     OptionalSize,
 )
 
-# the places of (fx, fy, cx, cy), and of the lens as in OpenCV; None: zero
+# indices of (fx, fy, cx, cy), and of the distortion coefficients of OpenCV; None: zero
 MODELS: dict[str, tuple[tuple[int, ...], tuple[int | None, ...]]] = {
     "SIMPLE_PINHOLE": ((0, 0, 1, 2), ()),
     "PINHOLE": ((0, 1, 2, 3), ()),
@@ -30,7 +30,7 @@ MODELS: dict[str, tuple[tuple[int, ...], tuple[int | None, ...]]] = {
     "FULL_OPENCV": ((0, 1, 2, 3), (4, 5, 6, 7, 8, 9, 10, 11)),
 }
 HALF = Decimal("0.5")
-EXACT = Context(prec=800)  # digits: more than any float has beside a half
+EXACT = Context(prec=800)  # digits: enough for the exact sum of any float and a half
 HEAD = (
     "# Camera list with one line of data per camera:\n#   CAMERA_ID, MODEL, WIDTH, HEIGHT, PARAMS"
 )
@@ -38,7 +38,7 @@ _LINE = re.compile(r"\d+[ \t]+[A-Z][A-Z_]+[ \t]+\d+[ \t]+\d+([ \t]|$)")
 
 
 def is_cameras_txt(text: str) -> bool:
-    """Return whether the first line that is no comment is one of cameras.txt.
+    """Return whether the first line that is no comment belongs to a cameras.txt.
 
     >>> is_cameras_txt("# cameras\\n1 PINHOLE 640 480 500 500 320 240\\n")
     True
@@ -47,24 +47,25 @@ def is_cameras_txt(text: str) -> bool:
 
 
 def read_colmap_cameras(text: str, source: str, make: MakeCamera) -> dict[str, Any]:
-    """Return the cameras by their number.
+    """Return the cameras by their number in the file.
 
-    FileError: a line that is none, a number twice, a model that is not modelled here.
+    FileError is raised for an invalid line, a number that occurs twice, or a model that is not
+    supported.
     """
-    found: dict[str, Any] = {}
+    cameras: dict[str, Any] = {}
     for at, line in _split_lines(text):
         try:
             name, model, *rest = line.split()
-            if name in found:
+            if name in cameras:
                 raise InputError(f"camera {format_value(name)} occurs twice")
-            found[name] = _build_colmap_camera(model, rest, make)
+            cameras[name] = _build_colmap_camera(model, rest, make)
         except (InputError, ValueError) as error:
             raise FileError(f"{source}:{at}: {error}") from None
-    return found
+    return cameras
 
 
 def format_cameras_txt(K: Array, size: OptionalSize, lens: LensCoefficients) -> str:
-    """Return the text of cameras.txt with one camera, number 1, whose lens is told in full."""
+    """Return the text of a cameras.txt with one camera, number 1, and all of its coefficients."""
     if size is None:
         raise InputError("COLMAP needs the size of the image: give size=(width, height)")
     model = {0: "PINHOLE", 4: "OPENCV"}.get(len(lens), "FULL_OPENCV")
@@ -76,13 +77,13 @@ def format_cameras_txt(K: Array, size: OptionalSize, lens: LensCoefficients) -> 
 
 
 def _split_lines(text: str) -> list[tuple[int, str]]:
-    """Return the lines with their numbers, without comments and empty ones."""
+    """Return the lines with their numbers, without comments and empty lines."""
     stripped = ((i, line.strip()) for i, line in enumerate(text.splitlines(), 1))
     return [(i, line) for i, line in stripped if line and not line.startswith("#")]
 
 
 def _build_colmap_camera(model: str, words: Sequence[str], make: MakeCamera) -> Any:
-    """Return the camera of a model from the words behind it."""
+    """Return the camera of a model from the words after the model."""
     if model not in MODELS:
         raise InputError(
             f"{format_value(model)} is not modelled: {', '.join(MODELS)} are; {PERSPECTIVE}"
@@ -95,16 +96,17 @@ def _build_colmap_camera(model: str, words: Sequence[str], make: MakeCamera) -> 
     fx, fy = (values[i] for i in places[:2])
     cx, cy = (float(_add_exactly(words[2 + i], -HALF)) for i in places[2:])
     K = [[fx, 0, cx], [0, fy, cy], [0, 0, 1]]
-    bent = tuple(0.0 if i is None else values[i] for i in lens)
-    return make(K, (int(size[0]), int(size[1])), distortion=bent)
+    distortion = tuple(0.0 if i is None else values[i] for i in lens)
+    return make(K, (int(size[0]), int(size[1])), distortion=distortion)
 
 
 def _add_exactly(word: str, by: Decimal) -> Decimal:
-    """Return a number moved digit by digit, so that half a pixel and back is the same number."""
+    """Return the exact sum of two numbers, so that a shift by half a pixel loses no digit."""
     return EXACT.add(Decimal(word), by)
 
 
 def _parse_number(word: str) -> float:
+    """Return the finite number that a word represents."""
     try:
         return as_float(float(word), "a parameter")
     except ValueError:

@@ -1,4 +1,4 @@
-"""Cameras in the chain of Kalibr: camchain.yaml."""
+"""Cameras in Kalibr's chain of cameras, camchain.yaml."""
 
 from __future__ import annotations
 
@@ -14,37 +14,38 @@ KEYS = "camera_model", "intrinsics", "distortion_model", "distortion_coeffs", "r
 
 
 def is_camera_chain(table: Any) -> TypeGuard[Mapping[str, Mapping[str, Any]]]:
-    """Return whether this is a table of cameras, cam0 and those after it."""
+    """Return whether a table is a chain of cameras, with cam0 and further cameras."""
     return isinstance(table, Mapping) and isinstance(table.get("cam0"), Mapping)
 
 
 def read_chain_cameras(chain: Mapping[str, Mapping[str, Any]], make: MakeCamera) -> dict[str, Any]:
-    """Return the cameras of a chain by name; InputError: one that is not modelled, or not told."""
+    """Return the cameras of a chain by name; raise InputError for an unsupported camera."""
     return {name: _build_chain_camera(name, chain[name], make) for name in _chain_names(chain)}
 
 
 def read_chain_poses(chain: Mapping[str, Mapping[str, Any]]) -> dict[str, Pose]:
-    """Return the pose of each camera in the axes of cam0.
+    """Return the pose of each camera in axes of cam0.
 
-    Kalibr's T_cn_cnm1 takes points from the camera before into this one, so it is the inverse of
-    this camera's pose in the axes of that.
+    Kalibr's T_cn_cnm1 transforms points from the previous camera to this camera, so it is the
+    inverse of the pose of this camera in axes of the previous camera.
     """
-    found: dict[str, Pose] = {}
+    poses: dict[str, Pose] = {}
     T = IDENTITY
     for name in _chain_names(chain):
-        if found:
+        if poses:
             T = T @ _read_relative_pose(name, chain[name])
-        found[name] = T
-    return found
+        poses[name] = T
+    return poses
 
 
 def _chain_names(chain: Mapping[str, Any]) -> list[str]:
-    """Return cam0, cam1 and on, as far as they go."""
+    """Return the consecutive names cam0, cam1, ... of the chain."""
     names = [f"cam{i}" for i in range(len(chain))]
     return [name for name in names if name in chain]
 
 
 def _build_chain_camera(name: str, table: Any, make: MakeCamera) -> Any:
+    """Return the camera of an entry of the chain."""
     if not isinstance(table, Mapping):
         raise InputError(f"{name}: expected {', '.join(KEYS)}, got {format_value(table)}")
     with prefix_errors(name):
@@ -57,8 +58,8 @@ def _build_chain_camera(name: str, table: Any, make: MakeCamera) -> Any:
 
 
 def _read_relative_pose(name: str, table: Mapping[str, Any]) -> Pose:
-    """Return the pose of a camera in the axes of the one before."""
+    """Return the pose of a camera in axes of the previous camera."""
     with prefix_errors(f"{name}: T_cn_cnm1"):
         if "T_cn_cnm1" not in table:
-            raise InputError("is missing, so where this camera is in the chain")
+            raise InputError("is missing: the transform from the previous camera")
         return Pose(as_floats(table["T_cn_cnm1"], "T", (4, 4))).inv()

@@ -12,9 +12,9 @@ XML_ROOT = "opencv_storage"
 
 
 def parse_xml_table(data: bytes, source: str) -> dict[str, Any]:
-    """Return what an XML text holds; a list stands for the data of a matrix.
+    """Return the content of an XML text as tables; the data of a matrix is a list.
 
-    FileError: no plain XML, another root, an element that occurs twice.
+    FileError is raised for other XML, another root, or an element that occurs twice.
     """
     root = parse_xml(data, source, f"<{XML_ROOT}>")
     if root.tag != XML_ROOT:
@@ -25,14 +25,15 @@ def parse_xml_table(data: bytes, source: str) -> dict[str, Any]:
 
 
 def _element_table(element: Element, source: str) -> dict[str, Any]:
-    found: dict[str, Any] = {}
+    """Return the children of an element as a table."""
+    table: dict[str, Any] = {}
     for child in element.children:
-        if child.tag in found and child.tag != "_":  # which stands for each item of a list
+        if child.tag in table and child.tag != "_":  # <_> is an item of a list
             raise FileError(f"{source}:{child.line}: {format_value(child.tag)} occurs twice")
-        found[child.tag] = (
+        table[child.tag] = (
             _element_table(child, source) if child.children else _element_value(child)
         )
-    return found
+    return table
 
 
 def _element_value(element: Element) -> Any:

@@ -1,7 +1,7 @@
 """YAML as plain tables, lists, numbers and texts: the extra `vision`.
 
-PyYAML reads the events of the text, and nothing is made of its tags. Aliases, keys that occur
-twice and deep nesting are refused; what is a number is said here, as 1e-3 is none in YAML 1.1.
+PyYAML parses the text into events, and tags are ignored. Aliases, keys that occur twice and deep
+nesting are rejected. Numbers are recognised here, as YAML 1.1 does not read 1e-3 as a number.
 """
 
 from __future__ import annotations
@@ -18,9 +18,9 @@ _VERSION = re.compile(r"\A%YAML[: ][^\n]*")  # "%YAML:1.0", as OpenCV writes it,
 
 
 def parse_yaml_table(text: str, source: str) -> Any:
-    """Return what the only document of a YAML text holds; each number is a float.
+    """Return the content of the only document of a YAML text; each number is a float.
 
-    FileError: no YAML, more than one document, an alias, a key that occurs twice.
+    FileError is raised for invalid YAML, several documents, an alias, or a key that occurs twice.
     """
     try:
         import yaml
@@ -46,11 +46,11 @@ class _YamlBuilder:
         self.source = source
         self.document: Any = None
         self.documents = 0
-        self.open: list[Any] = []  # tables and lists that are not closed yet
-        self.keys: list[str | None] = []  # of each the key that waits for its value
+        self.open: list[Any] = []  # tables and lists that are not closed yet, the innermost last
+        self.keys: list[str | None] = []  # for each of them the key without a value yet
 
     def add(self, kind: str, event: Any) -> None:
-        """Take the next event."""
+        """Process the next event."""
         if kind == "AliasEvent":
             self._refuse(event, f"the alias *{format_value(event.anchor)[1:-1]} is not allowed")
         elif kind == "ScalarEvent":
@@ -67,7 +67,7 @@ class _YamlBuilder:
             self.keys.pop()
 
     def _put(self, event: Any, value: Any) -> None:
-        """Put a value where it belongs: a key, the value of one, an item, or the document."""
+        """Store a value as the document, an item of a list, a key, or the value of a key."""
         if not self.open:
             self._begin(event, value)
         elif isinstance(self.open[-1], list):
@@ -79,7 +79,7 @@ class _YamlBuilder:
             self.keys[-1] = None
 
     def _begin(self, event: Any, value: Any) -> None:
-        """Begin the document, beside which there may be empty ones."""
+        """Store the document; empty documents are ignored."""
         if value is not None:
             self.documents += 1
             self.document = value
@@ -95,11 +95,12 @@ class _YamlBuilder:
         return str(event.value)
 
     def _refuse(self, event: Any, text: str) -> None:
+        """Raise FileError with the line of an event."""
         raise FileError(f"{self.source}:{event.start_mark.line + 1}: {text}")
 
 
 def _parse_scalar(text: str, style: str | None) -> float | str | None:
-    """Return the value of a scalar; what is quoted is a text."""
+    """Return the value of a scalar; quoted scalars are texts."""
     if style in ("'", '"'):
         return text
     if text in ("", "~", "null"):
@@ -108,10 +109,10 @@ def _parse_scalar(text: str, style: str | None) -> float | str | None:
 
 
 def parse_plain_scalar(text: str) -> float | str:
-    """Return the number that a text without quotes is, or the text.
+    """Return the number that an unquoted text represents, or the text.
 
-    >>> parse_plain_scalar("1e-3"), parse_plain_scalar("320."), parse_plain_scalar("-.Inf"), parse_plain_scalar("1:30")
-    (0.001, 320.0, -inf, '1:30')
+    >>> [parse_plain_scalar(text) for text in ("1e-3", "320.", "-.Inf", "1:30")]
+    [0.001, 320.0, -inf, '1:30']
     """
     if _NUMBER.fullmatch(text):
         return float(text)

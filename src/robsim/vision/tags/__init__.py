@@ -1,1 +1,1 @@
-"""Tags and boards to print, and detectors that find their corners in images: the extra `vision`."""
+"""Tags and boards to print, and detectors of their corners in images: the extra `vision`."""

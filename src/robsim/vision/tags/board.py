@@ -23,13 +23,30 @@ MOST_SQUARES = 100  # on a side
 
 @dataclass(frozen=True, eq=False)
 class Board(PlanarTarget):
-    """A ChArUco board: a chessboard of columns x rows squares, with tags in the white ones.
+    """A ChArUco board: a chessboard with tags in its white squares.
 
-    `square` and `tag` are the sides of a square and of a tag's black square in metres. As OpenCV
-    has it (since 4.6; not its legacy pattern), the origin is the upper left corner, where a black
-    square lies, with x to the right, y down and z into the board, and the tags are numbered from 0,
-    row by row. Its marks are the inner corners of the chessboard, row by row.
+    The axes follow OpenCV (since 4.6; not its legacy pattern): the origin is the upper left corner,
+    in a black square, with x to the right, y down and z into the board. Tags are numbered from 0,
+    row by row. The marks are the inner corners of the chessboard, row by row.
 
+    Parameters
+    ----------
+    family : str
+        Family of the tags, such as "DICT_4X4_50".
+    columns, rows : int
+        Numbers of squares.
+    square : float
+        Side of a square in metres.
+    tag : float
+        Side of the black square of a tag in metres.
+
+    Raises
+    ------
+    InputError
+        If a tag is larger than its square, or the family has too few tags.
+
+    Examples
+    --------
     >>> board = Board("DICT_4X4_50", columns=5, rows=4, square=0.03, tag=0.02)
     >>> board.marks.shape, board.marks[0]
     ((12, 3), array([0.03, 0.03, 0.  ]))
@@ -57,12 +74,12 @@ class Board(PlanarTarget):
 
     @property
     def ids(self) -> range:
-        """The numbers of its tags."""
+        """The numbers of the tags."""
         return range(self.columns * self.rows // 2)
 
     @property
     def name(self) -> str:
-        """The name under which a detector delivers its corners."""
+        """The name of the board in `Detections`."""
         return f"{self.family}_{self.columns}x{self.rows}"
 
     @property
@@ -73,25 +90,25 @@ class Board(PlanarTarget):
 
     @property
     def pitch(self) -> float:
-        """The side of one square in metres."""
+        """The side of a square in metres."""
         return self.square
 
     @property
     def paper(self) -> Array:
-        """The corners ((left, top), (right, bottom)) of the paper, half a square around it."""
+        """The corners ((left, top), (right, bottom)) of the paper, with half a square as margin."""
         edge = self.square / 2
         size = self.square * np.array([self.columns, self.rows])
         return np.array([np.full(2, -edge), size + edge])
 
     def is_black(self, x: Array, y: Array) -> BoolArray:
-        """Return where there is ink among points (...) of its plane, in metres."""
+        """Return whether points (...) of the plane, in metres, are black."""
         column, row = (np.floor(v / self.square).astype(int) for v in (x, y))
         inside = (np.minimum(column, row) >= 0) & (column < self.columns) & (row < self.rows)
         dark = (column + row) % 2 == 0
-        return np.asarray(inside & (dark | self._in_tag(x, y, column, row)))
+        return np.asarray(inside & (dark | self._is_tag_black(x, y, column, row)))
 
-    def _in_tag(self, x: Array, y: Array, column: Any, row: Any) -> BoolArray:
-        """Return where the tag of a white square has ink."""
+    def _is_tag_black(self, x: Array, y: Array, column: Any, row: Any) -> BoolArray:
+        """Return whether points in white squares are black cells of a tag."""
         n, margin = find_tag_family(self.family).cells, (self.square - self.tag) / 2
         i, j = (
             np.floor((v - square * self.square - margin) / (self.tag / n)).astype(int)
@@ -103,6 +120,6 @@ class Board(PlanarTarget):
         return np.asarray(at_tag & patterns[number, np.clip(j, 0, n - 1), np.clip(i, 0, n - 1)])
 
     def as_opencv(self) -> Any:
-        """Return the `cv2.aruco.CharucoBoard`."""
+        """Return the board as a `cv2.aruco.CharucoBoard`."""
         size, kind = (self.columns, self.rows), opencv_dictionary(self.family)
         return import_opencv().aruco.CharucoBoard(size, self.square, self.tag, kind)

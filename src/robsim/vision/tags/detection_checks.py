@@ -1,4 +1,4 @@
-"""Why a tag that was detected may be none, or not where it seems."""
+"""Checks of detected tags, for detections that may be false or inaccurate."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from robsim.vision.plane import estimate_homography
 from robsim.vision.tags.edges import sample_image
 from robsim.vision.tags.tag import Tag
 
-SMALL = 3.0  # pixels of a cell, below which corners are less exact than a tenth of a pixel
+SMALL = 3.0  # pixels of a cell; corners of smaller cells have errors above a tenth of a pixel
 TINY = 1e-9  # pixels
-FAINT = 20.0  # grey values between black and white cells
+FAINT = 20.0  # smallest difference of grey values between black and white cells
 
 
 def cell_width(corners: Array, tag: Tag) -> float:
-    """Return the least width of a tag's cells across its sides, in pixels."""
+    """Return the smallest width of a tag's cells across its sides, in pixels."""
     after = np.roll(corners, -1, axis=0) - corners
     before = np.roll(after, 1, axis=0)
     area = np.abs(before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0])
@@ -25,18 +25,18 @@ def cell_width(corners: Array, tag: Tag) -> float:
 
 
 def find_doubts(image: NDArray[np.uint8], tag: Tag, corners: Array) -> list[str]:
-    """Return what speaks against a detected tag, which is nothing for nearly all that are seen."""
-    cell, found = cell_width(corners, tag), []
+    """Return reasons against a detected tag, an empty list for nearly all detections."""
+    cell, reasons = cell_width(corners, tag), []
     h, w = image.shape
     if cell < SMALL:
-        found.append(f"cells of {cell:.1f} pixels")
+        reasons.append(f"cells of {cell:.1f} pixels")
     if corners.min() < cell or (corners > np.array([w, h]) - 1 - cell).any():
-        found.append("at the border of the image")
-    return found + _check_cells(image, tag, corners)
+        reasons.append("at the border of the image")
+    return reasons + _check_cells(image, tag, corners)
 
 
 def _check_cells(image: NDArray[np.uint8], tag: Tag, corners: Array) -> list[str]:
-    """Return what the grey values in the middle of the cells say."""
+    """Return reasons against a tag from the grey values in the middle of its cells."""
     cells = tag.cells
     n = len(cells)
     H = estimate_homography(tag.marks[:, :2] / tag.pitch + n / 2, corners)
@@ -49,4 +49,4 @@ def _check_cells(image: NDArray[np.uint8], tag: Tag, corners: Array) -> list[str
     if light - dark < FAINT:
         return [f"a contrast of {light - dark:.0f} grey values"]
     wrong = int(((grey < (dark + light) / 2) != cells).sum())
-    return [f"{wrong} of {n * n} cells look otherwise"] if wrong else []
+    return [f"{wrong} of {n * n} cells do not match"] if wrong else []

@@ -1,4 +1,4 @@
-"""The detector of tags and boards, which delivers named marks."""
+"""The detector of tags and boards, which returns named marks."""
 
 from __future__ import annotations
 
@@ -16,16 +16,17 @@ from robsim.vision.tags.detector_backends import make_board_finder, make_tag_fin
 from robsim.vision.tags.edges import refine_corners
 from robsim.vision.tags.tag import Tag
 
-LEAST_SIDE = 16  # pixels: no tag fits in less, and AprilTag ends the process in images below 3
+LEAST_SIDE = 16  # pixels: no tag fits into less, and AprilTag ends the process for images below 3
 MOST_PIXELS = 200_000_000
-FEW = 4  # corners of a board, which a pose needs at least
+FEW = 4  # corners: a pose needs at least so many
 
 
 class Detections(dict[str, Array]):
-    """Marks in an image, in pixels (N, 2), by the names of their targets; the unseen are absent.
+    """The marks (N, 2) detected in an image, in pixels, by the names of their targets.
 
-    `doubtful` says by name why a target may be none or not quite there. One that was seen more than
-    once is told there, and absent, for which one is meant is not known.
+    Targets that are not detected have no item. `doubtful` contains, by the name of a target,
+    reasons why its detection may be false or inaccurate. A target that is seen more than once has
+    such a reason and no item, as the right detection is not known.
     """
 
     def __init__(self, marks: dict[str, Array], doubtful: dict[str, str]):
@@ -33,8 +34,10 @@ class Detections(dict[str, Array]):
         self.doubtful = doubtful
 
     def pixels(self, targets: Iterable[Tag | Board]) -> Array:
-        """Return the marks (N, 2) of targets one after the other, NaN for those that are absent.
+        """Return the marks (N, 2) of targets one after the other, NaN if they are not detected.
 
+        Examples
+        --------
         >>> Detections({}, {}).pixels([Tag("tag36h11", 0, size=0.1)])[0]
         array([nan, nan])
         """
@@ -43,11 +46,27 @@ class Detections(dict[str, Array]):
 
 
 class TagDetector:
-    """A detector of declared tags and boards in grey images: `detector(image)`.
+    """A detector of tags and boards in grey images, called as `detector(image)`.
 
-    AprilTags are found by pyapriltags, ArUco and ChArUco by OpenCV; the corners of tags are then
-    found anew from their edges. It needs the extra `vision`. InputError: what is no tag or board,
-    two targets with one tag.
+    AprilTags are detected by pyapriltags, ArUco tags and ChArUco boards by OpenCV; the corners of
+    tags are then refined from the edges of their black squares. The detector needs the extra
+    `vision`.
+
+    Parameters
+    ----------
+    targets : iterable of Tag or Board
+        Targets to detect, without common tags.
+
+    Raises
+    ------
+    InputError
+        If a target is no Tag or Board, or two targets have the same tag.
+
+    Examples
+    --------
+    >>> TagDetector([Tag("tag36h11", 0, size=0.1), Tag("tag36h11", 0, size=0.2)])
+    Traceback (most recent call last):
+    robsim.base.errors.InputError: targets: tag36h11_0 and tag36h11_0 have tag 0 of tag36h11 both
     """
 
     def __init__(self, targets: Iterable[Tag | Board]):
@@ -59,53 +78,59 @@ class TagDetector:
         }
 
     def __call__(self, image: Any) -> Detections:
-        """Return the marks in a grey image (h, w) of uint8, in pixels whose centres are whole.
+        """Return the marks in a grey image (h, w) of uint8, in pixels with whole centres.
 
-        InputError: an image of another kind, or below 16 pixels wide or high.
+        Raises
+        ------
+        InputError
+            If the image has another type or shape, or less than 16 pixels on a side.
         """
         grey = _check_grey_image(image)
-        tags, boards = self._found(grey).items(), self._boards.items()
-        found = [(tag.name, *_select_tag_corners(grey, tag, seen)) for tag, seen in tags]
-        found += [(board.name, *_check_board_corners(*find(grey))) for board, find in boards]
-        marks = {name: points for name, points, _ in found if points is not None}
-        return Detections(marks, {name: "; ".join(why) for name, _, why in found if why})
+        tags, boards = self._detect_tags(grey).items(), self._boards.items()
+        results = [(tag.name, *_select_tag_corners(grey, tag, seen)) for tag, seen in tags]
+        results += [(board.name, *_check_board_corners(*find(grey))) for board, find in boards]
+        marks = {name: points for name, points, _ in results if points is not None}
+        return Detections(marks, {name: "; ".join(why) for name, _, why in results if why})
 
-    def _found(self, grey: NDArray[np.uint8]) -> dict[Tag, list[Array]]:
-        """Return the corners of each target as often as it was seen."""
-        found: dict[Tag, list[Array]] = {}
+    def _detect_tags(self, grey: NDArray[np.uint8]) -> dict[Tag, list[Array]]:
+        """Return the corners of each target, one array for each detection."""
+        corners_of: dict[Tag, list[Array]] = {}
         for name, find in self._finders.items():
             for number, corners in find(grey):
                 if tag := self._tags.get((name, number)):
-                    found.setdefault(tag, []).append(corners)
-        return found
+                    corners_of.setdefault(tag, []).append(corners)
+        return corners_of
 
 
 def _select_tag_corners(
-    grey: NDArray[np.uint8], tag: Tag, found: list[Array]
+    grey: NDArray[np.uint8], tag: Tag, detections: list[Array]
 ) -> tuple[Array | None, list[str]]:
-    """Return the corners of a tag, or None, and why they are doubtful.
+    """Return the corners of a tag, or None, and reasons for doubt.
 
-    Of several the one without doubts is meant: weak families are seen in noise.
+    Of several detections the only one without doubts is returned, as tags of weak families are also
+    detected in noise.
     """
-    every = [_refine_tag_corners(grey, tag, corners) for corners in found]
-    sure = [each for each in every if not each[1]]
-    if len(every) == 1 or len(sure) == 1:
-        return (sure or every)[0]
-    return None, [f"seen {len(sure or every)} times"]
+    every = [_refine_tag_corners(grey, tag, corners) for corners in detections]
+    certain = [each for each in every if not each[1]]
+    if len(every) == 1 or len(certain) == 1:
+        return (certain or every)[0]
+    return None, [f"seen {len(certain or every)} times"]
 
 
-def _refine_tag_corners(grey: NDArray[np.uint8], tag: Tag, found: Array) -> tuple[Array, list[str]]:
-    """Return corners from the edges of a tag, and why they are doubtful."""
-    better = refine_corners(grey, found, cell_width(found, tag))
-    corners = found if better is None else better
+def _refine_tag_corners(
+    grey: NDArray[np.uint8], tag: Tag, detected: Array
+) -> tuple[Array, list[str]]:
+    """Return the corners of a tag refined from its edges, and reasons for doubt."""
+    better = refine_corners(grey, detected, cell_width(detected, tag))
+    corners = detected if better is None else better
     blurred = ["no sharp edges"] if better is None else []
     return corners, [*blurred, *find_doubts(grey, tag, corners)]
 
 
-def _check_board_corners(corners: Array, twice: bool) -> tuple[Array | None, list[str]]:
-    """Return the inner corners of a board, or None, and why they are doubtful."""
+def _check_board_corners(corners: Array, repeated: bool) -> tuple[Array | None, list[str]]:
+    """Return the inner corners of a board, or None, and reasons for doubt."""
     seen = int(np.isfinite(corners[:, 0]).sum())
-    if twice:
+    if repeated:
         return None, ["a tag of it seen more than once"]
     if not seen:
         return None, []
@@ -113,7 +138,7 @@ def _check_board_corners(corners: Array, twice: bool) -> tuple[Array | None, lis
 
 
 def _check_targets(targets: Any) -> tuple[Tag | Board, ...]:
-    """Return the targets, each with tags of its own."""
+    """Return the targets as a tuple; raise InputError if two targets share a tag."""
     if not has_items(targets):
         raise InputError(f"targets: expected a list of Tag and Board, got {format_value(targets)}")
     every = tuple(targets)
@@ -134,7 +159,7 @@ def _check_targets(targets: Any) -> tuple[Tag | Board, ...]:
 
 
 def _check_grey_image(image: Any) -> NDArray[np.uint8]:
-    """Return an image as detectors take it; InputError: of another kind."""
+    """Return a grey image as a contiguous array; raise InputError for any other image."""
     if not isinstance(image, np.ndarray):
         raise InputError(f"image: expected an array (h, w) of uint8, got {format_value(image)}")
     if image.ndim == 3 and image.shape[-1] in (3, 4):

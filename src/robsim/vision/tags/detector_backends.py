@@ -1,4 +1,4 @@
-"""Tags in images by AprilTag and OpenCV, in our pixels and our order of corners."""
+"""Detectors of tags by AprilTag and OpenCV, with common pixels and a common order of corners."""
 
 from __future__ import annotations
 
@@ -15,19 +15,26 @@ from robsim.vision.tags.tag_families import find_tag_family, import_opencv, open
 
 Image = NDArray[np.uint8]
 Finder = Callable[[Image], Iterator[tuple[int, Array]]]  # yields numbers and corners (4, 2)
-WINDOWS = 3, 53, 10  # pixels: of OpenCV's thresholds, for tags from small to large
-APART = 1.2  # cells: squares nearer than that are one, and the outer is taken; the paper is another
-SMOOTH, WINDOW = 1.0, 3  # pixels: of a chessboard's corners, where tags are not in the way
-SUPPORT = 0.5  # pixel: where AprilTag counts the centre of the first pixel
+WINDOWS = (
+    3,
+    53,
+    10,
+)  # pixels: least, most and step of OpenCV's threshold windows, for small to large tags
+APART = 1.2  # cells: of squares nearer than this the outer one is kept; the paper is farther away
+SMOOTH, WINDOW = (
+    1.0,
+    3,
+)  # pixels: smoothing and window for the corners of a chessboard, clear of the tags
+SUPPORT = 0.5  # pixels: position of the centre of the first pixel in AprilTag
 
 
 def make_tag_finder(name: str) -> Finder:
-    """Return what finds the tags of a family; InputError: its program is not installed."""
+    """Return a detector of the tags of a family; raise InputError if its library is missing."""
     return _make_apriltag_finder(name) if find_tag_family(name).april else _make_aruco_finder(name)
 
 
 def _make_apriltag_finder(name: str) -> Finder:
-    """Return AprilTag's detector."""
+    """Return AprilTag's detector of a family."""
     try:
         from pyapriltags import Detector
     except ImportError:
@@ -42,16 +49,17 @@ def _make_apriltag_finder(name: str) -> Finder:
 
 
 def convert_apriltag_corners(corners: Array) -> Array:
-    """Return corners (4, 2) in our pixels and order, of AprilTag's.
+    """Return AprilTag's corners (4, 2) in the pixels and order of this package.
 
-    An edge between the pixels 39 and 40 is at 40 there and at 39.5 here (AprilRobotics/apriltag,
-    issue 121); corners go counter-clockwise from the lower left.
+    An edge between the pixels 39 and 40 is at 40 in AprilTag and at 39.5 here
+    (AprilRobotics/apriltag, issue 121). AprilTag's corners go counter-clockwise from the lower
+    left.
     """
     return corners[::-1] - SUPPORT
 
 
 def _make_aruco_finder(name: str) -> Finder:
-    """Return OpenCV's detector, whose pixels and corners are counted as ours."""
+    """Return OpenCV's detector of a family; its pixels and order of corners are unchanged."""
     detector = import_opencv().aruco.ArucoDetector(opencv_dictionary(name), _aruco_parameters(name))
 
     def find(image: Image) -> Iterator[tuple[int, Array]]:
@@ -63,6 +71,7 @@ def _make_aruco_finder(name: str) -> Finder:
 
 
 def _aruco_parameters(name: str) -> Any:
+    """Return OpenCV's detector parameters for tags from small to large."""
     parameters = import_opencv().aruco.DetectorParameters()
     least, most, step = WINDOWS
     parameters.adaptiveThreshWinSizeMin = least
@@ -73,31 +82,35 @@ def _aruco_parameters(name: str) -> Any:
 
 
 def make_board_finder(board: Board) -> Callable[[Image], tuple[Array, bool]]:
-    """Return what finds the inner corners (N, 2) of a board, NaN where not seen; True: twice."""
+    """Return a function from an image to the inner corners (N, 2) of a board.
+
+    Corners that are not seen are NaN. The second result is true if a tag of the board is seen
+    twice.
+    """
     aruco = import_opencv().aruco
-    given = aruco.CharucoParameters(), _aruco_parameters(board.family)
-    detector = aruco.CharucoDetector(board.as_opencv(), *given)
+    parameters = aruco.CharucoParameters(), _aruco_parameters(board.family)
+    detector = aruco.CharucoDetector(board.as_opencv(), *parameters)
     count = len(board.marks)
 
     def find(image: Image) -> tuple[Array, bool]:
         corners, numbers, _, tags = detector.detectBoard(image)
-        found = np.full((count, 2), np.nan)
+        points = np.full((count, 2), np.nan)
         if numbers is not None and len(numbers):
-            found[numbers.ravel()] = _refine_saddles(image, corners)
+            points[numbers.ravel()] = _refine_saddles(image, corners)
         seen = [] if tags is None else tags.ravel().tolist()
-        return found, len(set(seen)) < len(seen)
+        return points, len(set(seen)) < len(seen)
 
     return find
 
 
 def _refine_saddles(image: Image, corners: Any) -> Array:
-    """Return the inner corners (N, 2) of a chessboard, found anew in an image that is smoothed.
+    """Return the inner corners (N, 2) of a chessboard, refined in a smoothed image.
 
-    Sharp edges draw OpenCV's corners to the pixels, by a twentieth of one.
+    Sharp edges attract OpenCV's corners to pixel centres, by a twentieth of a pixel.
     """
     cv2 = import_opencv()
     smooth = cv2.GaussianBlur(image, (0, 0), SMOOTH)
     start = np.array(corners, dtype=np.float32).reshape(-1, 1, 2)
     stop = cv2.TERM_CRITERIA_EPS + cv2.TERM_CRITERIA_MAX_ITER, 40, 1e-3
-    found = cv2.cornerSubPix(smooth, start, (WINDOW, WINDOW), (-1, -1), stop)
-    return np.asarray(found, dtype=float).reshape(-1, 2)
+    refined = cv2.cornerSubPix(smooth, start, (WINDOW, WINDOW), (-1, -1), stop)
+    return np.asarray(refined, dtype=float).reshape(-1, 2)

@@ -1,11 +1,11 @@
 """The corners of a tag from the edges of its black square, to a few hundredths of a pixel.
 
-Detectors give corners to a tenth of a pixel or worse. Here each side is found anew from the grey
-values across it: the edge lies at e with (e + w) B + (w - e) W = sum, where black B and white W are
-the values at the ends -w and w of a line across, so that their mean is kept (the first of the
-moments of Tabatabai and Mitchell 1984). Blur that is alike on both sides does not move it. The
-offsets along a side are fitted by a parabola, for a lens bends sides, and a corner goes where the
-fits of its two sides meet.
+Detectors return corners to a tenth of a pixel or worse. Here each side is fitted again to the grey
+values across it. On a line across the side, from -w to w, black B and white W are the values at the
+ends. The edge is at the offset e with (e + w) B + (w - e) W = sum, which preserves the mean (the
+first of the moments of Tabatabai and Mitchell 1984). Blur that is the same on both sides does not
+move the edge. A parabola is fitted to the offsets along a side, as lenses bend sides, and a corner
+is the intersection of the fits of its two sides.
 """
 
 from __future__ import annotations
@@ -16,15 +16,16 @@ from numpy.typing import NDArray
 from robsim.base.arrays import Array
 
 ROUNDS = 5
-REACH = 0.6, 1.5, 4.0  # of a line across a side: cells, and at least and at most pixels
+REACH = 0.6, 1.5, 4.0  # half length of a line across a side: in cells, and its limits in pixels
 STEP = 0.25  # pixels between the samples across
 FAINT = 5.0  # grey values: a smaller difference between white and black is no edge
 
 
 def refine_corners(image: NDArray[np.uint8], corners: Array, cell: float) -> Array | None:
-    """Return the corners (4, 2) where the sides of a black square meet, clockwise in the image.
+    """Return the refined corners (4, 2) of a black square, clockwise in the image, or None.
 
-    `cell` is the side of its cells in pixels. None: its sides are no edges, or lead elsewhere.
+    `cell` is the side of a cell in pixels. The result is None if a side has no edge, or the corners
+    move too far.
     """
     share, least, most = REACH
     w = min(max(share * cell, least), most)
@@ -42,7 +43,7 @@ def refine_corners(image: NDArray[np.uint8], corners: Array, cell: float) -> Arr
 
 
 def sample_image(image: NDArray[np.uint8], points: Array) -> Array:
-    """Return grey values (...) between pixels at points (..., 2), bilinear, NaN outside."""
+    """Return grey values (...) at points (..., 2) between pixels, bilinear, NaN outside."""
     h, w = image.shape
     x, y = points[..., 0], points[..., 1]
     inside = (x >= 0) & (y >= 0) & (x <= w - 1) & (y <= h - 1)
@@ -55,7 +56,7 @@ def sample_image(image: NDArray[np.uint8], points: Array) -> Array:
 
 
 def _outward_normal(a: Array, b: Array) -> Array:
-    """Return the unit normal of a side that points out of a square with clockwise corners."""
+    """Return the unit normal of a side; it points out of a square with clockwise corners."""
     along = (b - a) / np.hypot(*(b - a))
     return np.array([along[1], -along[0]])
 
@@ -63,9 +64,9 @@ def _outward_normal(a: Array, b: Array) -> Array:
 def _edge_offsets(
     image: NDArray[np.uint8], a: Array, b: Array, w: float
 ) -> tuple[float, float] | None:
-    """Return how far outward the edge lies at the ends a and b of a side, in pixels, or None."""
+    """Return the outward offsets of the edge at the ends a and b of a side, in pixels, or None."""
     length = float(np.hypot(*(b - a)))
-    margin = (w + 1) / length if length else 1.0  # where the other sides are not in the way
+    margin = (w + 1) / length if length else 1.0  # stay away from the other sides
     if not margin < 0.4:
         return None
     t = np.linspace(margin, 1 - margin, max(int(2 * length), 12))
@@ -87,16 +88,18 @@ def _edge_offsets(
 
 
 def _fit_line(t: Array, values: Array) -> Array:
-    """Return the line through values along a side: light changes slowly."""
+    """Return the values of a line fitted along a side, as illumination varies slowly."""
     start, slope = np.polynomial.polynomial.polyfit(t, values, 1)
     return np.asarray(start + slope * t)
 
 
 def _corner_shifts(corners: Array, offsets: Array) -> Array:
-    """Return how far (4, 2) corners go, so that the sides at each move by their offsets there."""
+    """Return shifts (4, 2) of the corners that move both sides at each corner by their offsets."""
     ends = zip(corners, np.roll(corners, -1, 0), strict=True)
     normals = np.array([_outward_normal(a, b) for a, b in ends])
-    both = np.stack([np.roll(normals, 1, 0), normals], axis=1)  # of the sides before and after
+    both = np.stack(
+        [np.roll(normals, 1, 0), normals], axis=1
+    )  # normals of the sides before and after the corner
     wanted = np.stack([np.roll(offsets[:, 1], 1), offsets[:, 0]], axis=1)
     crossing = np.abs(np.linalg.det(both)) > 0.05  # else the sides are nearly one line
     moves = np.full((4, 2), np.inf)

@@ -1,4 +1,4 @@
-"""What is printed on a plane: where its ink is, and its picture."""
+"""A target printed on a plane: its black area, and its picture."""
 
 from __future__ import annotations
 
@@ -17,16 +17,21 @@ BoolArray = NDArray[np.bool_]
 class PlanarTarget(Value):
     """A tag or a board on white paper, with x to the right, y down and z into the paper, in metres.
 
-    It has a `name`, under which a detector delivers its `marks` (N, 3), the points that this finds,
-    the corners ((left, top), (right, bottom)) of its `paper` with a margin, and the `pitch` of its
-    cells or squares, all in metres; `is_black` tells where among points of its plane is ink.
+    Subclasses define the `name` of the target in `Detections`, its `marks` (N, 3), which a detector
+    measures, the corners ((left, top), (right, bottom)) of the `paper` with a margin, and the
+    `pitch` of its cells or squares. `is_black` returns whether points of the plane are black.
     """
 
     def picture(self: Any, pixels: int = 20) -> NDArray[np.uint8]:
-        """Return its picture (h, w), black 0 and white 255, to print or to show.
+        """Return a picture (h, w) of the target to print or to show, black 0 and white 255.
 
-        `pixels` is the side of one cell of a tag, or of one square of a board. Printed so that the
-        black square of a tag, or the squares of a board, have their size, it is what is detected.
+        Print it so that the black square of a tag, or the squares of a board, have their declared
+        size.
+
+        Parameters
+        ----------
+        pixels : int, default 20
+            Side of one cell of a tag, or of one square of a board, in pixels.
         """
         (left, top), (right, bottom) = self.paper
         step = self.pitch / as_integer(pixels, "pixels", 1, MOST_PIXELS)

@@ -15,7 +15,7 @@ from robsim.vision.tags.planar_target import BoolArray, PlanarTarget
 from robsim.vision.tags.tag_families import black_cells, find_tag_family
 
 CORNERS = np.array([[-0.5, -0.5, 0], [0.5, -0.5, 0], [0.5, 0.5, 0], [-0.5, 0.5, 0]])
-THICK = 1e-3  # of the size: the plates that draw a tag
+THICK = 1e-3  # relative to the size: thickness of the plates that draw a tag
 
 
 def tag_name(family: str, number: int) -> str:
@@ -31,11 +31,22 @@ def tag_name(family: str, number: int) -> str:
 class Tag(PlanarTarget):
     """A square tag of AprilTag ("tag36h11", ...) or ArUco ("DICT_4X4_50", ...).
 
-    `size` is the side of its black square in metres. Its axes have their origin in the middle, x to
-    the right and y down as its authors print it upright, and z into the paper: in front of a camera
-    and upright, they are those of the camera. Its marks are the corners of the black square, upper
-    left, upper right, lower right, lower left. OpenCV prints AprilTags upside down: turn these.
+    The origin is the middle of the tag, with x to the right, y down and z into the paper, for a tag
+    printed upright as its authors print it. An upright tag in front of a camera has the axes of the
+    camera. Its marks are the corners of the black square: upper left, upper right, lower right,
+    lower left. OpenCV prints AprilTags upside down; turn such prints by half a turn.
 
+    Parameters
+    ----------
+    family : str
+        Family of the tag.
+    id : int
+        Number of the tag in its family.
+    size : float
+        Side of the black square in metres.
+
+    Examples
+    --------
     >>> tag = Tag("tag36h11", 7, size=0.1)
     >>> tag.name, tag.marks[0]
     ('tag36h11_7', array([-0.05, -0.05,  0.  ]))
@@ -54,33 +65,33 @@ class Tag(PlanarTarget):
 
     @property
     def name(self) -> str:
-        """The name under which a detector delivers its corners: the family and the number."""
+        """The name of the tag in `Detections`: its family and number."""
         return tag_name(self.family, self.id)
 
     @property
     def marks(self) -> Array:
-        """The corners (4, 3) of the black square in metres, from the upper left clockwise."""
+        """The corners (4, 3) of the black square in metres, clockwise from the upper left."""
         return self.size * CORNERS
 
     @property
     def pitch(self) -> float:
-        """The side of one cell in metres."""
+        """The side of a cell in metres."""
         return self.size / find_tag_family(self.family).cells
 
     @property
     def paper(self) -> Array:
-        """The corners ((left, top), (right, bottom)) of the paper, which leaves a cell white."""
+        """The corners ((left, top), (right, bottom)) of the paper, with a margin of one cell."""
         half = self.size / 2 + self.pitch
         return np.array([[-half, -half], [half, half]])
 
     @property
     def cells(self) -> BoolArray:
-        """Which cells (n, n) are black, with those of the border, upright."""
-        drawn = black_cells(self.family, self.id)
-        return drawn[::-1, ::-1] if find_tag_family(self.family).april else drawn
+        """Which cells (n, n) of the upright tag are black, with the border."""
+        cells = black_cells(self.family, self.id)
+        return cells[::-1, ::-1] if find_tag_family(self.family).april else cells
 
     def is_black(self, x: Array, y: Array) -> BoolArray:
-        """Return where there is ink among points (...) of its plane, in metres."""
+        """Return whether points (...) of the plane, in metres, are black."""
         cells = self.cells
         column, row = (np.floor((v + self.size / 2) / self.pitch).astype(int) for v in (x, y))
         inside = (np.minimum(column, row) >= 0) & (np.maximum(column, row) < len(cells))
@@ -89,18 +100,19 @@ class Tag(PlanarTarget):
 
     @property
     def shapes(self) -> tuple[Block, ...]:
-        """The shapes that draw it in a scene: white paper, and a black plate for each run of cells.
+        """The shapes that draw the tag in a scene: white paper, and black plates for its cells.
 
-        Of an object with these shapes, `marks` are given as well.
+        There is one plate for each run of black cells in a row. An object with these shapes also
+        needs `marks`.
         """
         thick, step, (_, (edge, _)) = THICK * self.size, self.pitch, self.paper
         paper = Block(2 * edge, 2 * edge, thick, "w", pose=Pose.at(0, 0, 1.5 * thick))
-        found = [paper]
+        shapes = [paper]
         for row, line in enumerate(self.cells):
             for is_ink, run in groupby(range(len(line)), key=lambda i: bool(line[i])):
                 columns = list(run)
                 middle = (columns[0] + columns[-1] + 1 - len(line)) / 2 * step
                 place = Pose.at(middle, (row + 0.5 - len(line) / 2) * step, thick / 2)
                 plate = Block(len(columns) * step, step, thick, "k", pose=place)
-                found += [plate] if is_ink else []
-        return tuple(found)
+                shapes += [plate] if is_ink else []
+        return tuple(shapes)

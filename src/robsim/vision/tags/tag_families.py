@@ -13,12 +13,12 @@ from robsim.base.errors import InputError, check_known
 
 
 class TagFamily(NamedTuple):
-    """A family of tags: cells on a side with the black border, number of tags, OpenCV's name."""
+    """A family of tags: cells on a side with the black border, number of tags, name in OpenCV."""
 
     cells: int
     ids: int
     dictionary: str
-    april: bool = False  # whether AprilTag finds it; OpenCV draws these turned by half a turn
+    april: bool = False  # whether AprilTag detects it; OpenCV draws these tags upside down
 
 
 TAG_FAMILIES = {
@@ -35,7 +35,7 @@ TAG_FAMILIES = {
 
 
 def find_tag_family(name: Any) -> TagFamily:
-    """Return the family of a name, AprilTag's or OpenCV's; InputError: there is none.
+    """Return the family with a name of AprilTag or OpenCV; raise InputError if there is none.
 
     >>> find_tag_family("tag36h11").ids
     587
@@ -45,7 +45,7 @@ def find_tag_family(name: Any) -> TagFamily:
 
 
 def import_opencv(what: str = "tags need") -> Any:
-    """Return OpenCV; InputError says what needs it: it is not installed."""
+    """Return OpenCV; raise InputError with the subject `what` if it is not installed."""
     try:
         import cv2
     except ImportError:
@@ -54,14 +54,14 @@ def import_opencv(what: str = "tags need") -> Any:
 
 
 def opencv_dictionary(name: str) -> Any:
-    """Return a family as OpenCV has it."""
+    """Return a family as a dictionary of OpenCV."""
     aruco = import_opencv().aruco
     return aruco.getPredefinedDictionary(getattr(aruco, TAG_FAMILIES[name].dictionary))
 
 
 @lru_cache(256)
 def black_cells(name: str, number: int) -> NDArray[np.bool_]:
-    """Return which cells (n, n) of a tag with its border are black, as OpenCV draws it."""
+    """Return which cells (n, n) of a tag with its border are black, as OpenCV draws the tag."""
     picture = import_opencv().aruco.generateImageMarker(
         opencv_dictionary(name), number, TAG_FAMILIES[name].cells
     )

@@ -1,4 +1,4 @@
-"""Pictures that a camera takes of tags and boards."""
+"""Rendered images of tags and boards."""
 
 from __future__ import annotations
 
@@ -18,17 +18,42 @@ from robsim.vision.tags.tag import Tag
 TagOrBoard = Tag | Board
 INK, PAPER, BACKGROUND = 30.0, 225.0, 128.0  # grey values
 MOST_PIXELS = 50_000_000
-ROWS = 64  # of pixels at a time
+ROWS = 64  # image rows rendered at a time
 
 
 def render_targets(
     camera: Camera, targets: Mapping[TagOrBoard, Any], samples: int = 4
 ) -> NDArray[np.uint8]:
-    """Return the grey image (h, w) that a camera takes of targets at poses T_c_o in its axes.
+    """Return the grey image (h, w) of targets at poses in camera axes.
 
-    Each pixel is the mean of `samples` x `samples` rays through the lens. Where targets overlap,
-    the nearer shows. Light and paper are even, and nothing is blurred beyond the pixels. It needs
-    the extra `vision`. InputError: a camera without a size, what is no target, what is no pose.
+    Each pixel is the mean of `samples` x `samples` rays through the lens. Nearer targets cover
+    farther ones. Light and paper are uniform, and only the pixels blur the image. The function
+    needs the extra `vision`.
+
+    Parameters
+    ----------
+    camera : Camera
+        Camera with a size.
+    targets : mapping from Tag or Board to pose_like
+        Poses T_c_o of the targets in camera axes.
+    samples : int, default 4
+        Rays along each side of a pixel.
+
+    Returns
+    -------
+    ndarray of uint8, shape (h, w)
+        Image.
+
+    Raises
+    ------
+    InputError
+        If the camera has no size, or a target or pose has another type.
+
+    Examples
+    --------
+    >>> render_targets(Camera([[800, 0, 2], [0, 800, 1], [0, 0, 1]], size=(4, 2)), {})
+    array([[128, 128, 128, 128],
+           [128, 128, 128, 128]], dtype=uint8)
     """
     count = as_integer(samples, "samples", 1, 33)
     if not isinstance(camera, Camera) or camera.size is None:
@@ -38,31 +63,31 @@ def render_targets(
     width, height = camera.size
     if width * height > MOST_PIXELS:
         raise InputError(f"an image of {width} x {height} pixels is too large to draw")
-    placed = [
+    posed = [
         (target, check_single_pose(T, f"pose of {target.name}")) for target, T in targets.items()
     ]
     image, within = np.empty((height, width)), _ray_offsets(count)
     for top in range(0, height, ROWS):
         rows = np.arange(top, min(top + ROWS, height))
         grid = np.stack(np.meshgrid(np.arange(width), rows), axis=-1)
-        image[rows] = _render_rows(camera, placed, grid[:, :, None] + within)
+        image[rows] = _render_rows(camera, posed, grid[:, :, None] + within)
     return np.clip(np.round(image), 0, 255).astype(np.uint8)
 
 
-def _render_rows(camera: Camera, placed: list[tuple[TagOrBoard, Pose]], pixels: Array) -> Array:
-    """Return the grey values (h, w) of pixels, of each of which (h, w, n, 2) are several places."""
+def _render_rows(camera: Camera, posed: list[tuple[TagOrBoard, Pose]], pixels: Array) -> Array:
+    """Return the grey values (h, w) of pixels, each sampled at several positions (h, w, n, 2)."""
     rays = camera.normalise(pixels.reshape(-1, 2))
     grey, near = np.full(len(rays), BACKGROUND), np.full(len(rays), np.inf)
-    for target, pose in placed:
+    for target, pose in posed:
         _paint_target(target, pose, rays, grey, near)
     return np.asarray(grey.reshape(pixels.shape[:3]).mean(axis=2))
 
 
 def _ray_offsets(count: int) -> Array:
-    """Return the places (count^2, 2) of rays in a pixel, no two of them in one row or column.
+    """Return the offsets (count^2, 2) of rays in a pixel, no two of them in one row or column.
 
-    So an edge along the rows is seen to 1/count^2 of a pixel, and not to 1/count (the arrangement
-    of Chiu, Shirley and Wang 1994).
+    An edge along the rows is then resolved to 1/count^2 of a pixel instead of 1/count (the
+    arrangement of Chiu, Shirley and Wang 1994).
     """
     i, j = (line.ravel() for line in np.meshgrid(np.arange(count), np.arange(count)))
     inner = np.stack([i + (j + 0.5) / count, j + (i + 0.5) / count], axis=-1) / count - 0.5
@@ -70,9 +95,11 @@ def _ray_offsets(count: int) -> Array:
 
 
 def _paint_target(target: TagOrBoard, pose: Pose, rays: Array, grey: Array, near: Array) -> None:
-    """Put the grey values of a target where rays meet its paper nearer than anything before."""
+    """Write a target's grey values in place, for rays that meet its paper before other targets."""
     R, t = pose.rotation, pose.position
-    slope = rays @ R[:2, 2] + R[2, 2]  # of each ray (x, y, 1) along the normal of the plane
+    slope = (
+        rays @ R[:2, 2] + R[2, 2]
+    )  # component of each ray (x, y, 1) along the normal of the plane
     with np.errstate(divide="ignore", invalid="ignore"):
         depth = R[:, 2] @ t / slope
         x, y = (depth * (rays @ R[:2, k] + R[2, k]) - R[:, k] @ t for k in (0, 1))

@@ -1,1 +1,1 @@
-"""The imperfections of images and joints: declared kinds, one file each."""
+"""The imperfections of images and joints; each file declares one kind."""

@@ -1,4 +1,4 @@
-"""Encoders that measure the coordinates of joints in whole steps."""
+"""Encoders that round the measured coordinates of joints."""
 
 from __future__ import annotations
 
@@ -28,14 +28,16 @@ EncoderSteps = Annotated[
     PerJointLimit,
     OneOrEach(get_coordinate_axes, item=NOT_NEGATIVE),
     PerRun((), ("n",)),
-    "Step in which revolute and prismatic coordinates are measured.",
+    "Rounding step of revolute and prismatic coordinates, in rad or m.",
 ]
 
 
 @register("joint effect", "encoder")
 @dataclass(frozen=True)
 class Encoder(JointEffect):
-    """Encoders with a finite step, of one size or one for each coordinate.
+    """Encoders with a finite step: one step for all coordinates, or one for each.
+
+    A step h adds an error of standard deviation h / sqrt(12).
 
     >>> Encoder(0.001).encoder
     0.001
@@ -55,9 +57,9 @@ class Encoder(JointEffect):
         joints.program.add(quantise_encoders, steps=steps, q=before, out=joints.new_measured())
 
     def steps(self, scene: Scene) -> Array:
-        """Return the step of each coordinate (nq,); zero for joints without an encoder."""
-        counted = np.isin(np.arange(scene.nq), scene.tree.alone(np.arange(scene.nv)))
-        return make_read_only(np.where(counted, broadcast_limits(self.encoder, scene.nq).T, 0.0).T)
+        """Return the step (nq,) of each coordinate, zero for joints with several coordinates."""
+        rounded = np.isin(np.arange(scene.nq), scene.tree.alone(np.arange(scene.nv)))
+        return make_read_only(np.where(rounded, broadcast_limits(self.encoder, scene.nq).T, 0.0).T)
 
     def deviation(self, scene: Scene) -> Array:
         return self.steps(scene) / math.sqrt(12.0)

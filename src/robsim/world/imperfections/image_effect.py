@@ -1,4 +1,4 @@
-"""Imperfections of the images: what each kind declares, and the rows to which it adds stages."""
+"""The base class of imperfections of images, and the program rows that they process."""
 
 from __future__ import annotations
 
@@ -21,14 +21,15 @@ from robsim.kernels.machine.program import Blocks, Program
 from robsim.world.imperfections.imperfection import Imperfection
 
 IMAGE_EFFECTS = family("image effect")
-FIRST_STREAM = 16  # of random numbers of effects; those below are of the short form
+FIRST_STREAM = 16  # of random numbers of listed effects; the streams below belong to single fields
 
 
 @dataclass(frozen=True, eq=False)
 class EffectContext:
-    """Random numbers, keyed by the seed and the number of each run, and counted by the step.
+    """The time and the random numbers of an effect, for B runs.
 
-    So a run has the same ones alone and in any batch. `time` is in seconds since the start.
+    Random numbers are keyed by the seed and the number of each run, and counted by the step. A run
+    therefore has the same numbers alone and in any batch. `time` is in seconds since the start.
     """
 
     time: float
@@ -46,7 +47,7 @@ class EffectContext:
 
 @dataclass(frozen=True, eq=False)
 class Exposure(EffectContext):
-    """When an image was taken, by which camera of which target, for B runs."""
+    """The time, camera and target of an image, for B runs."""
 
     camera: str
     target: str
@@ -63,7 +64,7 @@ class Exposure(EffectContext):
 
 
 class MarkGroup(NamedTuple):
-    """The marks of one target in the image of one camera: the first of all marks, and how many."""
+    """The marks of one target in the image of one camera: index of the first, and their number."""
 
     camera: str
     target: str
@@ -72,25 +73,38 @@ class MarkGroup(NamedTuple):
 
     @property
     def rows(self) -> slice:
-        """Where they stand among all marks."""
+        """The slice of these marks among all marks."""
         return slice(self.first, self.first + self.size)
 
 
 @dataclass
 class ImageRows:
-    """The rows of an image to which effects add their stages, one after the other.
+    """The program rows of an image, for effects that add stages one after another.
 
-    program  the stages of a period; an effect keeps what it remembers in new rows of it
-    groups   the marks of each camera and target
-    every    control periods between images: a stage does nothing in the others
-    pixels   rows of the pixels (N, 2), which are the true ones until `own_pixels`
-    hidden   rows of whether each mark is hidden (N,), to be set to one
-    lost     row of whether the image is lost, to be set to one
-    dt       row of the control period
-    latency  row of the age of the image in seconds
-    seed     of random numbers, and `run` the row of the number of each run
-    stream   the first of two streams of random numbers of an effect
-    owned    whether the pixels may be changed in place
+    Attributes
+    ----------
+    program : Program
+        Stages of a control period. An effect stores its state in new rows of the program.
+    groups : sequence of MarkGroup
+        Marks of each camera and target.
+    every : int
+        Control periods between images. A stage does nothing in the other periods.
+    pixels : Rows
+        Pixels (N, 2), the true pixels until `own_pixels` is called.
+    hidden : Rows
+        Whether each mark (N,) is hidden. A stage sets it to 1.
+    lost : Rows
+        Whether the image is lost. A stage sets it to 1.
+    dt : Rows
+        Control period in seconds.
+    latency : Rows
+        Age of the image in seconds.
+    seed, run : uint64 and Rows
+        Seed of the random numbers, and number of each run.
+    stream : int
+        First of two streams of random numbers of the effect.
+    owned : bool
+        Whether the pixels may be changed in place.
     """
 
     program: Program
@@ -113,61 +127,67 @@ class ImageRows:
 
     @property
     def key(self) -> dict[str, Any]:
-        """The seed, the row of the number of the run, and the stream, as stages take them."""
+        """The seed, the row of the run's number, and the stream, as keyword arguments of stages."""
         return {"seed": self.seed.astype(np.int64), "run": self.run, "stream": self.stream}
 
     def new_pixels(self) -> BlockRows:
-        """Return new rows (N, 2), which are the pixels from here on."""
+        """Return new rows (N, 2), which contain the pixels from this effect on."""
         self.pixels, self.owned = self.program.rows(self.N, 2), True
         return self.pixels
 
     def own_pixels(self) -> BlockRows:
-        """Return rows (N, 2) of pixels to change in place; a copy if they are the true ones."""
+        """Return rows (N, 2) of pixels to change in place; the true pixels are copied first."""
         if not self.owned:
             before = self.pixels
             self.program.add(copy_rows, rows=before.flat, to=self.new_pixels().flat)
         return self.pixels
 
     def call(self, seen: Callable[[Array, Exposure], Array], name: str) -> None:
-        """Add a function in Python from pixels (B, N, 2) of a target to others."""
-        self.program.call(partial(self._called, seen, name, self.own_pixels(), self.stream))
+        """Add a Python function that maps the pixels (B, N, 2) of a target to other pixels."""
+        self.program.call(partial(self._call_python, seen, name, self.own_pixels(), self.stream))
 
-    def _called(
-        self, seen: Any, name: str, own: BlockRows, stream: int, blocks: Blocks, step: int
+    def _call_python(
+        self, seen: Any, name: str, rows: BlockRows, stream: int, blocks: Blocks, step: int
     ) -> None:
+        """Call a Python effect for each target, for all runs with images of the same age."""
         if step % self.every:
             return
-        pixels, runs = blocks.get(own), blocks.get(self.run).view(np.uint64)
+        pixels, runs = blocks.get(rows), blocks.get(self.run).view(np.uint64)
         times = np.maximum(step * blocks.get(self.dt) - blocks.get(self.latency), 0.0)
-        for time in np.unique(times):  # of runs whose images are of the same age
-            some = times == time
-            when = float(time), step, self.seed, runs[some], stream
+        for time in np.unique(times):  # runs with images of the same age
+            same_age = times == time
+            when = float(time), step, self.seed, runs[same_age], stream
             for group in self.groups:
                 marks = pixels[group.rows]
-                before = view_for_user(marks[..., some])
-                found = seen(before, Exposure(*when, group.camera, group.target))
-                marks[..., some] = view_runs_last(
-                    check_effect_result(before, found, f"{name}.seen", gaps=True)
+                before = view_for_user(marks[..., same_age])
+                result = seen(before, Exposure(*when, group.camera, group.target))
+                marks[..., same_age] = view_runs_last(
+                    check_effect_result(before, result, f"{name}.seen", gaps=True)
                 )
-        blocks.put(own, pixels)
+        blocks.put(rows, pixels)
 
 
 class ImageEffectStage(IntEnum):
-    """The place of an effect on the way of an image from the camera to the controller."""
+    """The stage of image formation that an effect belongs to, from the camera to the controller."""
 
-    TAKEN = 0  # when images are taken and used: a `timing`, but no stages
-    MEASURED = 1  # where marks are seen
-    ROUNDED = 2  # to the resolution of the image
-    HIDDEN = 3  # which marks arrive
-    LOST = 4  # which images arrive
+    TAKEN = 0  # the effect has a `timing`, but no stages
+    MEASURED = 1  # measured pixels of marks
+    ROUNDED = 2  # pixels rounded to the resolution of the image
+    HIDDEN = 3  # marks that are not seen
+    LOST = 4  # images that do not arrive
 
 
 class ImageTiming(NamedTuple):
-    """When images are taken and used.
+    """The period, delay and loss of images.
 
-    every    control periods from one image to the next
-    latency  seconds from when an image is taken until it is used
-    lost     share of the images that never arrive
+    Attributes
+    ----------
+    every : int
+        Control periods from one image to the next.
+    latency : float
+        Seconds from the exposure of an image until its use.
+    lost : float
+        Share of the images that never arrive.
     """
 
     every: int = 1
@@ -175,19 +195,18 @@ class ImageTiming(NamedTuple):
     lost: float = 0.0
 
     def and_also(self, other: ImageTiming) -> ImageTiming:
-        """Return the times under two effects: latencies add up, the rarer images count."""
+        """Return the timing under two effects: delays add up, and the longer period counts."""
         lost = self.lost + other.lost - self.lost * other.lost
         return ImageTiming(max(self.every, other.every), self.latency + other.latency, lost)
 
 
 class ImageEffect(Imperfection):
-    """A kind of imperfection of the images, with all that is known of it.
+    """Base class of the imperfections of images.
 
     A kind is a frozen dataclass of declared fields, registered as an "image effect". It adds
-    compiled stages (`add_stages`), or it is called in Python at every image (`seen`). The other
-    methods are for those who explain runs and give advice.
-
-    place  where it acts between the camera and the controller
+    compiled stages (`add_stages`), or its Python method `seen` is called for every image. The other
+    methods serve explanations of runs and advice. `place` is the stage of image formation at which
+    the effect acts.
     """
 
     called: ClassVar[str] = "seen"
@@ -199,17 +218,17 @@ class ImageEffect(Imperfection):
         """Raise InputError if the effect does not fit the cameras and marks of a task."""
 
     def timing(self, dt: float) -> ImageTiming:
-        """Return its part in when images are taken and used, at a control period."""
+        """Return the contribution to the timing of images at a control period."""
         return ImageTiming()
 
     def deviation(self, robust: bool) -> float:
-        """Return the standard deviation of a pixel coordinate, maybe under robust weights."""
+        """Return the standard deviation of a pixel coordinate, optionally under robust weights."""
         return 0.0
 
     def in_views(self, pixels: Array, normal: Callable[[], Array]) -> Array:
-        """Return the pixels (V, N, 2) of views by a robot that stands still.
+        """Return the pixels (V, N, 2) of views by a robot at rest, with this effect.
 
-        `normal()` are standard normal numbers of the same shape.
+        `normal()` returns standard normal numbers of the same shape.
         """
         if self.place is ImageEffectStage.TAKEN:
             return pixels
@@ -218,25 +237,25 @@ class ImageEffect(Imperfection):
 
 @runtime_checkable
 class OwnImageEffect(Protocol):
-    """What anything must have to be an effect on images: a user's class needs no base class.
+    """The protocol of a user-defined effect on images, which needs no base class.
 
-    Registered with `register("image effect", "my_effect")`, it has a place in scenario files.
+    Register the class with `register("image effect", "my_effect")` to use it in scenario files.
     """
 
     def seen(self, pixels: Array, exposure: Exposure) -> Array:
-        """Return where the marks are seen (B, N, 2), from where they would be, in pixels."""
+        """Return the measured pixels (B, N, 2) of marks, given their pixels without this effect."""
 
 
 ImageEffectList = Annotated[
     tuple[ImageEffect | OwnImageEffect, ...],
     ListOf(KindOf(IMAGE_EFFECTS, protocol=OwnImageEffect), most=64, alone=True),
-    "Effects of other kinds, or of a kind of your own, one after the other.",
+    "Effects of further kinds or of user-defined kinds, applied one after the other.",
 ]
 
 
-def check_effect_result(before: Array, given: Any, who: str, *, gaps: bool = False) -> Array:
-    """Return what a user's effect made of an array; InputError unless it is of the same shape."""
-    found = as_floats(given, who, before.shape[1:], gaps=gaps)
-    if found.shape != before.shape:
-        raise InputError(f"{who}: expected shape {before.shape}, got {found.shape}")
-    return found
+def check_effect_result(before: Array, value: Any, who: str, *, gaps: bool = False) -> Array:
+    """Return the result of a user-defined effect; raise InputError if it changes the shape."""
+    array = as_floats(value, who, before.shape[1:], gaps=gaps)
+    if array.shape != before.shape:
+        raise InputError(f"{who}: expected shape {before.shape}, got {array.shape}")
+    return array

@@ -1,4 +1,4 @@
-"""Dropped images: a share of the images never arrives."""
+"""Lost images: a share of the images never arrives."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ from robsim.world.imperfections.imperfection import RunFacts, Statement
 from robsim.world.imperfections.outliers import SHARE
 
 DroppedShare = Annotated[
-    float, SHARE, PerRun(()), "Share of the images that are lost; the one before is used again."
+    float, SHARE, PerRun(()), "Share of the images that are lost. The previous image is used again."
 ]
 
 
 @register("image effect", "dropped")
 @dataclass(frozen=True)
 class DroppedImages(ImageEffect):
-    """A share of the images that are lost on their way; the one before is used again.
+    """A share of the images is lost; the controller uses the previous image again.
 
     >>> DroppedImages(0.1).cause(0.04)
     '10 % of lost images'
@@ -36,8 +36,8 @@ class DroppedImages(ImageEffect):
     dropped: DroppedShare = 0.1
 
     def add_stages(self, image: ImageRows) -> None:
-        given = {"every": image.every, "share": image.program.number(self.dropped)}
-        image.program.add(kernels.lose_image, **given, **image.key, out=image.lost)
+        options = {"every": image.every, "share": image.program.number(self.dropped)}
+        image.program.add(kernels.lose_image, **options, **image.key, out=image.lost)
 
     def timing(self, dt: float) -> ImageTiming:
         return ImageTiming(lost=self.dropped)

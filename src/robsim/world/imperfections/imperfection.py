@@ -1,4 +1,4 @@
-"""Imperfections: what every kind of them declares, and those of a run that act."""
+"""The base class of imperfections, and the imperfections that act in a run."""
 
 from __future__ import annotations
 
@@ -13,20 +13,29 @@ from robsim.base.arrays import Array, is_any_nonzero
 from robsim.base.value import construct_unchecked
 from robsim.declare import DeclaredValue, fields_of
 
-Statement = tuple[str, dict[str, float]]  # a sentence and its numbers
+Statement = tuple[str, dict[str, float]]  # a sentence and the numbers in it
 P = TypeVar("P", bound="Imperfection")
 
 
 class RunFacts(NamedTuple):
-    """The facts of a run from which an imperfection states its part in it.
+    """The facts of a run that an imperfection needs to state its effect.
 
-    dt       control period in seconds
-    gain     largest gain of the task, per second; NaN for a user's own kind of task
-    robust   whether the task has robust weights
-    columns  numbers of the commanded velocities among those of the scene
-    wanted   commanded velocities (T, nv) of the scene, and `moved` the actual ones
-    floor    clause on the error that does not vanish, "" if that is not what happened
-    numbers  the numbers of that clause
+    Attributes
+    ----------
+    dt : float
+        Control period in seconds.
+    gain : float
+        Largest gain of the task in 1/s. NaN for a user-defined kind of task.
+    robust : bool
+        Whether the task has robust weights.
+    columns : ndarray of int
+        Indices of the commanded velocities among the velocities of the scene.
+    wanted, moved : ndarray of shape (T, nv)
+        Commanded and actual velocities of the scene.
+    floor : str
+        Clause on the final error, empty if the error vanishes.
+    numbers : mapping
+        Numbers of that clause.
     """
 
     dt: float
@@ -39,7 +48,7 @@ class RunFacts(NamedTuple):
     numbers: Mapping[str, float]
 
     def lasting(self, what: str, **numbers: float) -> Statement:
-        """Return the statement of what keeps the error from vanishing, with its final size."""
+        """Return a statement on an effect that leaves a final error, with that error."""
         return f"{what}{self.floor}.", {**numbers, **self.numbers}
 
     def in_periods(self, seconds: float) -> str:
@@ -50,30 +59,40 @@ class RunFacts(NamedTuple):
 
 
 class Imperfection(DeclaredValue):
-    """A kind of imperfection, of the images or of the joints, as far as sentences go.
+    """Base class of the imperfections of images and joints; it provides their sentences.
 
-    own       a user's object without this base class, for which this stands
-    called    the method in Python that is called, of an effect that adds no stages
-    stream    the first of two streams of random numbers, in the short form
-    title     its noun, such as "pixel noise"
-    left_out  noun for `advise` if it has no part in the linear loop and its noise; "" for none
+    Attributes
+    ----------
+    own : object
+        User-defined object without this base class, wrapped by this instance.
+    called : str
+        Python method to call if the effect adds no stages.
+    stream : int
+        First of two streams of random numbers, for an imperfection with its own field.
+    title : str
+        Noun for the imperfection, such as "pixel noise".
+    changed : str
+        Subject and verb of the default statement.
+    left_out : str
+        Noun for `advise` if the linear loop and its noise do not contain the imperfection; empty
+        otherwise.
     """
 
     own: Any = None
     called: ClassVar[str]
     stream: ClassVar[int] = 0
     title: ClassVar[str]
-    changed: ClassVar[str]  # the subject of a plain statement, with its verb
+    changed: ClassVar[str]
     left_out: ClassVar[str] = "effects of your own"
 
     @classmethod
-    def wrap(cls, given: Any) -> Self:
-        """Return an imperfection with this base class, also where it is a user's own object."""
-        if isinstance(given, cls):
-            return given
-        made = cls()
-        made.own = given
-        return made
+    def wrap(cls, effect: Any) -> Self:
+        """Return an imperfection with this base class; a user-defined object is wrapped."""
+        if isinstance(effect, cls):
+            return effect
+        wrapper = cls()
+        wrapper.own = effect
+        return wrapper
 
     @property
     def label(self) -> str:
@@ -81,31 +100,41 @@ class Imperfection(DeclaredValue):
         return type(self.own or self).__name__
 
     def add_stages(self, rows: Any) -> None:
-        """Add the stages of the effect to a program; by default a method in Python is called."""
+        """Add the stages of the effect to a program; by default a Python method is called."""
         call = getattr(self if self.own is None else self.own, self.called, None)
         if call is None:
             raise NotImplementedError(f"{self.label} needs `{self.called}` or `add_stages`")
         rows.call(call, self.label)
 
     def stated(self, facts: RunFacts) -> Statement:
-        """Return a sentence on its part in a run, and the numbers."""
+        """Return a sentence on the effect in a run, and its numbers."""
         return facts.lasting(f"{self.changed} changed by {self.label}")
 
     def cause(self, dt: float) -> str:
-        """Return the phrase for its part in the timing of the loop, as a limit of the gain."""
+        """Return a phrase for the effect on the timing of the loop, as a limit of the gain."""
         return self.title
 
     def caveats(self, robust: bool, noise: float) -> Iterator[str]:
-        """Yield what advice misses of it, beside the noise (px) that robust weights leave."""
+        """Yield effects that `advise` neglects, given the noise (px) that robust weights leave."""
         yield from ()
 
 
 @dataclass(frozen=True, eq=False)
 class ActiveImperfection(Generic[P]):
-    """An imperfection that acts, and the field of `Sensing` or `Actuation` that holds it.
+    """An imperfection that acts, and the field of `Sensing` or `Actuation` that contains it.
 
-    `stream` is the first of its two streams of random numbers, and `listed` says whether the field
-    is a list with `given` in it.
+    Attributes
+    ----------
+    effect : Imperfection
+        The imperfection.
+    stream : int
+        First of its two streams of random numbers.
+    field : str
+        Name of the field.
+    given : object
+        Value of the field, or the item if the field is a list.
+    listed : bool
+        Whether the field is a list.
     """
 
     effect: P
@@ -116,32 +145,33 @@ class ActiveImperfection(Generic[P]):
 
     def removed(self, holder: Any) -> Any:
         """Return a `Sensing` or `Actuation` without this imperfection."""
-        left = type(holder).__dataclass_fields__[self.field].default
+        remaining = type(holder).__dataclass_fields__[self.field].default
         if self.listed:
-            left = tuple(one for one in getattr(holder, self.field) if one is not self.given)
-        return replace(holder, **{self.field: left})
+            remaining = tuple(one for one in getattr(holder, self.field) if one is not self.given)
+        return replace(holder, **{self.field: remaining})
 
 
 def list_active_imperfections(
     holder: Any, parts: Sequence[Any], base: type[P], first: int
 ) -> list[ActiveImperfection[P]]:
-    """Return the imperfections of a `Sensing` or `Actuation` that act.
+    """Return the imperfections of a `Sensing` or `Actuation` that are switched on.
 
-    `parts` are kinds whose fields stand in the holder, and names of lists of effects, of which
-    each has two streams of random numbers, from the first on.
+    `parts` are classes of imperfections with the same fields as the holder, and names of fields
+    that are lists of effects. Each item of a list has two streams of random numbers, from `first`
+    on.
     """
-    found = []
+    active = []
     for part in parts:
         if isinstance(part, str):
             for i, each in enumerate(getattr(holder, part)):
-                found.append(ActiveImperfection(base.wrap(each), first + 2 * i, part, each, True))
+                active.append(ActiveImperfection(base.wrap(each), first + 2 * i, part, each, True))
             continue
-        given = {each.name: getattr(holder, each.name) for each in fields_of(part)}
-        name = next(iter(given))
-        if is_any_nonzero(given[name]):
-            found.append(
+        values = {each.name: getattr(holder, each.name) for each in fields_of(part)}
+        name = next(iter(values))
+        if is_any_nonzero(values[name]):
+            active.append(
                 ActiveImperfection(
-                    construct_unchecked(part, **given), part.stream, name, given[name], False
+                    construct_unchecked(part, **values), part.stream, name, values[name], False
                 )
             )
-    return found
+    return active

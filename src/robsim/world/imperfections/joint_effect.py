@@ -1,4 +1,4 @@
-"""Imperfections of the joints: what each kind declares, and the rows to which it adds stages."""
+"""The base class of imperfections of joints, and the program rows that they process."""
 
 from __future__ import annotations
 
@@ -22,15 +22,21 @@ from robsim.world.imperfections.imperfection import Imperfection
 from robsim.world.scene import Scene
 
 JOINT_EFFECTS = family("joint effect")
-FIRST_JOINT_STREAM = FIRST_STREAM + 1024  # streams of random numbers; those below are of images
+FIRST_JOINT_STREAM = (
+    FIRST_STREAM + 1024
+)  # first stream of random numbers of joint effects; image effects use the streams below
 
 
 @dataclass(frozen=True, eq=False)
 class Drive(EffectContext):
-    """The state of the drives at a control instant, for B runs, with the run first.
+    """The state of the drives at a control instant, for B runs.
 
-    q        coordinates (B, nq) of the scene
-    moved    velocities (B, n) of the commanded joints in the period that ends, zero at the start
+    Attributes
+    ----------
+    q : ndarray of shape (B, nq)
+        Coordinates of the scene.
+    moved : ndarray of shape (B, n)
+        Velocities of the commanded joints in the previous period, zero at the start.
     """
 
     q: Array
@@ -44,17 +50,28 @@ class Drive(EffectContext):
 
 @dataclass
 class JointRows:
-    """The rows of joints to which effects add their stages, one after the other.
+    """The program rows of joints, for effects that add stages one after another.
 
-    program  the stages of a period; an effect keeps what it remembers in new rows of it
-    columns  the numbers of the commanded velocities among those of the scene
-    wanted   rows of the velocities (nv,) of the scene, the commanded ones to be changed
-    speed    rows of those at which joints move (nv,)
-    q        rows of the true coordinates (nq,)
-    measured rows of the coordinates (nq,) that the controller gets
-    seconds  the control period
-    seed     of random numbers, `runs` the numbers of all runs, and `run` the row of these
-    stream   the first of two streams of random numbers of an effect
+    Attributes
+    ----------
+    program : Program
+        Stages of a control period. An effect stores its state in new rows of the program.
+    columns : ndarray of int
+        Indices of the commanded velocities among the velocities of the scene.
+    wanted : Rows
+        Velocities (nv,) of the scene; effects change the commanded velocities.
+    speed : Rows
+        Actual velocities (nv,).
+    q : Rows
+        True coordinates (nq,).
+    measured : Rows
+        Coordinates (nq,) that the controller receives.
+    seconds : float
+        Control period.
+    seed, runs : uint64 and ndarray
+        Seed of the random numbers, and numbers of all runs.
+    stream : int
+        First of two streams of random numbers of the effect.
     """
 
     program: Program
@@ -70,15 +87,16 @@ class JointRows:
     stream: int = 0
 
     def new_measured(self) -> BlockRows:
-        """Return new rows (nq,), which are the measured coordinates from here on."""
+        """Return new rows (nq,), which contain the measured coordinates from this effect on."""
         self.measured = self.program.rows(self.scene.nq)
         return self.measured
 
     def call(self, driven: Callable[[Array, Drive], Array], name: str) -> None:
-        """Add a function in Python from the wanted velocities (B, n) to others."""
-        self.program.call(partial(self._called, driven, name, self.stream))
+        """Add a Python function that maps the wanted velocities (B, n) to other velocities."""
+        self.program.call(partial(self._call_python, driven, name, self.stream))
 
-    def _called(self, driven: Any, name: str, stream: int, blocks: Blocks, step: int) -> None:
+    def _call_python(self, driven: Any, name: str, stream: int, blocks: Blocks, step: int) -> None:
+        """Call a Python effect and store the changed velocities."""
         rates, q, speed = map(blocks.get, (self.wanted, self.q, self.speed))
         wanted, moved = (
             view_runs_first(rates[self.columns]).copy(),
@@ -86,26 +104,26 @@ class JointRows:
         )
         key = step, self.seed, self.runs[blocks.rows].view(np.uint64), stream
         drive = Drive(step * self.seconds, *key, view_for_user(q), moved)
-        found = check_effect_result(
+        result = check_effect_result(
             wanted, driven(make_read_only(wanted.view()), drive), f"{name}.driven"
         )
-        rates[self.columns] = found.T
+        rates[self.columns] = result.T
         blocks.put(self.wanted, rates)
 
 
 class JointEffectStage(IntEnum):
-    """The place of an effect between a command and what is measured of the motion."""
+    """The stage between a command and the measured motion that an effect belongs to."""
 
-    COMMANDED = 0  # the velocities that joints are to follow
-    FOLLOWED = 1  # how they follow: a `response`, but no stages
-    MEASURED = 2  # the coordinates that the controller gets
+    COMMANDED = 0  # the commanded velocities
+    FOLLOWED = 1  # the effect has a `response`, but no stages
+    MEASURED = 2  # the coordinates that the controller receives
 
 
 class JointResponse(NamedTuple):
-    """How joints follow a command: v' = (command - v) / lag, with |v| and |v'| limited.
+    """The response of joints to a command: v' = (command - v) / lag, with |v| and |v'| limited.
 
-    `velocity` and `acceleration` are the limits (n,) of the velocities of a scene, or (n, runs)
-    where each run has its own.
+    `velocity` and `acceleration` are the limits (n,) of the velocities of a scene, or (n, runs) if
+    every run has its own limits.
     """
 
     lag: Any
@@ -114,12 +132,12 @@ class JointResponse(NamedTuple):
 
     @classmethod
     def of(cls, count: int, lag: Any = 0.0, **limits: Any) -> JointResponse:
-        """Return the response of so many velocities, at once and without limits by default."""
+        """Return the response of `count` velocities, by default without lag and limits."""
         each = (broadcast_limits(limits.get(name), count) for name in cls._fields[1:])
         return cls(lag, *each)
 
     def and_also(self, other: JointResponse) -> JointResponse:
-        """Return the response under two effects: the lower limits, and one lag at most."""
+        """Return the response under two effects: the lower limits, and at most one lag."""
         if is_any_nonzero(self.lag) and is_any_nonzero(other.lag):
             raise InputError("two lags of the joints; give one")
         limits = (np.minimum(a.T, b.T).T for a, b in zip(self[1:], other[1:], strict=True))
@@ -127,25 +145,24 @@ class JointResponse(NamedTuple):
 
 
 class JointEffect(Imperfection):
-    """A kind of imperfection of the joints, with all that is known of it.
+    """Base class of the imperfections of joints.
 
     A kind is a frozen dataclass of declared fields, registered as a "joint effect". It adds
-    compiled stages (`add_stages`), or it is called in Python in every period (`driven`), or it is
-    part of how joints follow (`response`).
-
-    place  where it acts between a command and what is measured
+    compiled stages (`add_stages`), or its Python method `driven` is called in every period, or it
+    changes the `response` of the joints. `place` is the stage between command and measurement at
+    which the effect acts.
     """
 
     called: ClassVar[str] = "driven"
     place: ClassVar[JointEffectStage] = JointEffectStage.COMMANDED
     title: ClassVar[str] = "effects on the joints"
-    changed: ClassVar[str] = "What is commanded is"
+    changed: ClassVar[str] = "The command is"
 
     def check(self, velocities: Sequence[str], coordinates: Sequence[str]) -> None:
         """Raise InputError if the effect does not fit the joints of a scene, by their names."""
 
     def response(self, count: int) -> JointResponse:
-        """Return its part in how the joints of a scene follow, of so many velocities."""
+        """Return the contribution to the response of the joints, for `count` velocities."""
         return JointResponse.of(count)
 
     def deviation(self, scene: Scene) -> Array:
@@ -155,17 +172,17 @@ class JointEffect(Imperfection):
 
 @runtime_checkable
 class OwnJointEffect(Protocol):
-    """What anything must have to be an effect on joints: a user's class needs no base class.
+    """The protocol of a user-defined effect on joints, which needs no base class.
 
-    Registered with `register("joint effect", "my_effect")`, it has a place in scenario files.
+    Register the class with `register("joint effect", "my_effect")` to use it in scenario files.
     """
 
     def driven(self, wanted: Array, drive: Drive) -> Array:
-        """Return velocities (B, n) for the period that begins, from those that are wanted."""
+        """Return the velocities (B, n) of the next period, given the wanted velocities."""
 
 
 JointEffectList = Annotated[
     tuple[JointEffect | OwnJointEffect, ...],
     ListOf(KindOf(JOINT_EFFECTS, protocol=OwnJointEffect), most=64, alone=True),
-    "Effects of other kinds, or of a kind of your own, one after the other.",
+    "Effects of further kinds or of user-defined kinds, applied one after the other.",
 ]

@@ -1,4 +1,4 @@
-"""The lag of joints that follow their command."""
+"""The lag of joints behind their command."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ LagTime = Annotated[
     float,
     Time(least=0),
     PerRun((), above=0.0),
-    "Time constant of a first-order response, v' = (command - v)/lag.",
+    "Time constant of the first-order response v' = (command - v)/lag.",
 ]
 
 
@@ -23,6 +23,9 @@ LagTime = Annotated[
 @dataclass(frozen=True)
 class Lag(JointEffect):
     """A first-order response of the joints to their command.
+
+    With a gain k of the task the loop has the damping ratio 1 / (2 sqrt(lag k)); it oscillates if
+    this ratio is below 1.
 
     >>> Lag(0.1).cause(0.04)
     'a lag of 100 ms'

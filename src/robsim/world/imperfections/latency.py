@@ -1,4 +1,4 @@
-"""Latency: images that are used some time after they were taken."""
+"""Latency: the age of images when they are used."""
 
 from __future__ import annotations
 
@@ -12,14 +12,16 @@ from robsim.world.imperfections.image_effect import ImageEffect, ImageEffectStag
 from robsim.world.imperfections.imperfection import RunFacts, Statement
 
 ImageLatency = Annotated[
-    float, Time(least=0), PerRun(()), "Age of an image when it reaches the controller."
+    float, Time(least=0), PerRun(()), "Age of an image when the controller uses it."
 ]
 
 
 @register("image effect", "latency")
 @dataclass(frozen=True)
 class Latency(ImageEffect):
-    """A delay of the images, from when they are taken until they are used.
+    """A delay from the exposure of images until their use.
+
+    The delay lowers the largest stable gain, see `delay_limit`.
 
     >>> Latency(0.04).cause(0.02)
     '40 ms of latency'
@@ -51,10 +53,10 @@ class Latency(ImageEffect):
 
 
 def delay_limit(periods: float) -> float:
-    """Return the largest stable gain times period for an error delayed by some periods.
+    """Return the largest stable product of gain and period for an error delayed by some periods.
 
-    With m whole periods and a part f, roots of z^(m+2) - z^(m+1) + gain dt ((1 - f) z + f) = 0
-    reach the unit circle at an angle w; without a part this is 2 sin(pi / (2 (2 m + 1))).
+    With m whole periods and a fraction f, roots of z^(m+2) - z^(m+1) + gain dt ((1 - f) z + f) = 0
+    reach the unit circle at an angle w. Without a fraction the limit is 2 sin(pi / (2 (2 m + 1))).
 
     >>> [round(delay_limit(d), 3) for d in (0, 1, 2, 2.5, 3)]
     [2.0, 1.0, 0.618, 0.536, 0.445]

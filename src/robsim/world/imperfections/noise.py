@@ -24,7 +24,7 @@ NoiseDeviation = Annotated[
 @register("image effect", "noise")
 @dataclass(frozen=True)
 class PixelNoise(ImageEffect):
-    """Gaussian noise on both pixel coordinates of each mark.
+    """Independent Gaussian noise on both pixel coordinates of each mark.
 
     >>> PixelNoise(0.5).deviation(robust=False)
     0.5
@@ -35,8 +35,8 @@ class PixelNoise(ImageEffect):
 
     def add_stages(self, image: ImageRows) -> None:
         program, before = image.program, image.pixels
-        given = {"every": image.every, "pixels": before, "sigma": program.number(self.noise)}
-        program.add(kernels.add_pixel_noise, **given, **image.key, out=image.new_pixels())
+        options = {"every": image.every, "pixels": before, "sigma": program.number(self.noise)}
+        program.add(kernels.add_pixel_noise, **options, **image.key, out=image.new_pixels())
 
     def deviation(self, robust: bool) -> float:
         return self.noise

@@ -1,4 +1,4 @@
-"""Occlusions: marks that are hidden for a while."""
+"""Occlusions: marks that are hidden for some time."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from robsim.world.imperfections.imperfection import RunFacts, Statement
 
 @dataclass(frozen=True)
 class UnboundedTime(Quantity):
-    """The declaration of a time that may be infinite, which a text leaves out."""
+    """The declaration of a time that may be infinite; texts leave out an infinite time."""
 
     dimension: Dimension = "time"
 
@@ -45,11 +45,11 @@ HIDDEN_MARKS = ListOf(Integer(0, 10_000), 1, alone=True)
 class Occlusion(ImageEffect):
     """Marks that are hidden from `start` until `end`, in seconds.
 
-    `target` and `camera` restrict it to one object and to one camera; None stands for all. A
-    feature that has numbers for each mark is servoed on those that are left; a feature that is
-    made of all marks at once, such as a moment or a pose, keeps the last place of the hidden ones,
-    and so does any feature of which nothing is left. With a weighting of the task a pose is
-    estimated from those that are left, and where these are too few the run ends.
+    `target` and `camera` restrict the occlusion to one object and to one camera. A feature with
+    numbers for each mark is servoed on the visible marks. A feature of all marks at once, such as a
+    moment or a pose, uses the last position of each hidden mark, and so does any feature without a
+    visible mark. If the task has a weighting, the pose is estimated from the visible marks, and the
+    run ends if they are too few.
 
     >>> from robsim import Sensing, examples, load_scenario
     >>> hidden = Occlusion([0], start=0.1, end=0.2)
@@ -66,16 +66,16 @@ class Occlusion(ImageEffect):
         float,
         Time(above=0),
         PerRun(()),
-        "Time from which the marks are hidden; they must be seen once before.",
+        "Time from which the marks are hidden. They must be seen once before this time.",
     ]
     end: Annotated[
         float, UnboundedTime(above=0), PerRun(()), "Time until which the marks are hidden."
     ] = math.inf
     target: Annotated[
-        str | None, FrameReference, "Object whose marks are hidden; None: all objects."
+        str | None, FrameReference, "Object with the hidden marks. None: all objects."
     ] = None
     camera: Annotated[
-        str | None, FrameReference, "Camera for which the marks are hidden; None: all cameras."
+        str | None, FrameReference, "Camera that does not see the marks. None: all cameras."
     ] = None
 
     def __post_init__(self) -> None:
@@ -84,7 +84,7 @@ class Occlusion(ImageEffect):
             raise InputError(f"an occlusion from {self.start:g} s must end later, not {self.end:g}")
 
     def concerns(self, camera: str, target: str) -> bool:
-        """Return whether it hides marks of a target from a camera."""
+        """Return whether the occlusion hides marks of a target from a camera."""
         return self.camera in (None, camera) and self.target in (None, target)
 
     def check(self, groups: Sequence[MarkGroup]) -> None:
@@ -108,8 +108,8 @@ class Occlusion(ImageEffect):
             if self.concerns(each.camera, each.target)
             for mark in self.marks
         ]
-        given = {"dt": image.dt, "latency": image.latency, "marks": marks}
-        image.program.add(hide_marks, **given, start=number(self.start), end=number(self.end))
+        options = {"dt": image.dt, "latency": image.latency, "marks": marks}
+        image.program.add(hide_marks, **options, start=number(self.start), end=number(self.end))
 
     def stated(self, facts: RunFacts) -> Statement:
         until = f"until {self.end:.3g} s" if self.end < math.inf else "on"
@@ -123,5 +123,5 @@ class Occlusion(ImageEffect):
 
 
 OcclusionList = Annotated[
-    tuple[Occlusion, ...], ListOf(Table(Occlusion), alone=True), "Times in which marks are hidden."
+    tuple[Occlusion, ...], ListOf(Table(Occlusion), alone=True), "Occlusions of marks."
 ]

@@ -1,4 +1,4 @@
-"""Outliers: marks that are mismatched, and so seen far from where they are."""
+"""Outliers: mismatched marks, seen far from their true pixels."""
 
 from __future__ import annotations
 
@@ -25,7 +25,10 @@ OutlierSize = Annotated[
 @register("image effect", "outliers")
 @dataclass(frozen=True)
 class Outliers(ImageEffect):
-    """A share of the marks that are seen elsewhere, others in each image.
+    """A share of the marks is mismatched, with other outliers in each image.
+
+    Without robust weights a share p of outliers with deviation s acts as noise of deviation sqrt(p)
+    s.
 
     >>> round(Outliers(0.04, 50.0).deviation(robust=False), 3)
     10.0

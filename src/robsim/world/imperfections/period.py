@@ -12,18 +12,18 @@ from robsim.declare import Time, register
 from robsim.world.imperfections.image_effect import ImageEffect, ImageEffectStage, ImageTiming
 from robsim.world.imperfections.imperfection import RunFacts, Statement
 
-MOST_PERIODS = 1e15  # control periods: so long that no other image follows
+MOST_PERIODS = 1e15  # control periods: so many that no further image follows
 CameraPeriodTime = Annotated[
     float | None,
     Time(above=0),
-    "Time from one image to the next, a multiple of the control period; None: one period.",
+    "Time from one image to the next, a multiple of the control period. None: one period.",
 ]
 
 
 @register("image effect", "period")
 @dataclass(frozen=True)
 class CameraPeriod(ImageEffect):
-    """Images that come every few control periods; the command goes on meanwhile.
+    """Images that arrive every few control periods; the command is held in between.
 
     >>> CameraPeriod(0.08).timing(0.04).every
     2
@@ -35,7 +35,7 @@ class CameraPeriod(ImageEffect):
     period: CameraPeriodTime
 
     def timing(self, dt: float) -> ImageTiming:
-        """Return how often images come; InputError unless after whole control periods."""
+        """Return the timing of images; raise InputError unless they come after whole periods."""
         if self.period is None:
             return ImageTiming()
         ratio = min(self.period / dt, MOST_PERIODS)

@@ -1,4 +1,4 @@
-"""The resolution of an image: pixel coordinates in whole steps."""
+"""The resolution of an image: pixel coordinates rounded to a step."""
 
 from __future__ import annotations
 
@@ -16,18 +16,16 @@ from robsim.world.imperfections.image_effect import ImageEffect, ImageEffectStag
 from robsim.world.imperfections.imperfection import RunFacts, Statement
 from robsim.world.imperfections.noise import NOISE_PIXELS
 
-QuantisationStep = Annotated[
-    float, NOISE_PIXELS, PerRun(()), "Step to whose multiples pixel coordinates are rounded."
-]
-COARSE = 0.5  # noise over a step of rounding, below which rounding is no noise
+QuantisationStep = Annotated[float, NOISE_PIXELS, PerRun(()), "Rounding step of pixel coordinates."]
+COARSE = 0.5  # ratio of noise to step, below which rounding does not act as noise
 
 
 @register("image effect", "quantisation")
 @dataclass(frozen=True)
 class Quantisation(ImageEffect):
-    """Pixel coordinates that are rounded to multiples of a step.
+    """Pixel coordinates rounded to multiples of a step.
 
-    Rounding to steps of h has the variance h^2/12 of a uniform distribution.
+    Rounding to a step h adds an error with the variance h^2/12 of a uniform distribution.
 
     >>> round(Quantisation(1.0).deviation(robust=False), 3)
     0.289

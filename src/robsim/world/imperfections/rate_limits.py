@@ -1,4 +1,4 @@
-"""Limits of the velocities and accelerations at which joints follow their command."""
+"""Limits of the velocities and accelerations of joints that follow their command."""
 
 from __future__ import annotations
 
@@ -13,23 +13,23 @@ from robsim.declare.joint_numbers import OneOrEach, check_joint_count, get_veloc
 from robsim.world.imperfections.imperfection import RunFacts, Statement
 from robsim.world.imperfections.joint_effect import JointEffect, JointEffectStage, JointResponse
 
-PerJointLimit = float | Sequence[float]  # one number for all, or one for each
+PerJointLimit = float | Sequence[float]  # one number for all velocities, or one for each
 VelocityBound = Annotated[
     PerJointLimit | None,
     OneOrEach(get_velocity_axes, "/s"),
     PerRun((), ("n",)),
-    "Limit of |v|, at which commands are cut off joint by joint; None: none.",
+    "Limit of |v|; commands are clipped joint by joint. None: no limit.",
 ]
 AccelerationBound = Annotated[
     PerJointLimit | None,
     OneOrEach(get_velocity_axes, "/s^2"),
     PerRun((), ("n",)),
-    "Limit of |v'|; None: none.",
+    "Limit of |v'|. None: no limit.",
 ]
 
 
 class RateLimit(JointEffect):
-    """A limit of the joints, in the field that `limited` names."""
+    """Base class of limits of the joints; `limited` is the name of the field with the limit."""
 
     place: ClassVar[JointEffectStage] = JointEffectStage.FOLLOWED
     left_out: ClassVar[str] = "limits of velocity and acceleration"
@@ -43,9 +43,9 @@ class RateLimit(JointEffect):
 
     def stated(self, facts: RunFacts) -> Statement:
         limits = getattr(self.response(facts.wanted.shape[1]), self.limited)
-        steep = (facts.wanted - facts.moved) / facts.dt
-        asked = facts.wanted if self.limited == "velocity" else steep
-        share = float((np.abs(asked) > limits)[:, facts.columns].any(axis=1).mean())
+        rates = (facts.wanted - facts.moved) / facts.dt
+        needed = facts.wanted if self.limited == "velocity" else rates
+        share = float((np.abs(needed) > limits)[:, facts.columns].any(axis=1).mean())
         sentence = (
             f"The {self.limited} limits of the joints change the command in {100 * share:.3g} "
             "percent of the periods, and with it the direction of the motion."
@@ -56,7 +56,7 @@ class RateLimit(JointEffect):
 @register("joint effect", "velocity")
 @dataclass(frozen=True)
 class VelocityLimit(RateLimit):
-    """A limit of the velocity of each joint, at which commands are cut off.
+    """A limit of the velocity of each joint; commands are clipped.
 
     >>> VelocityLimit([0.5, 1.0]).response(2).velocity
     array([0.5, 1. ])
