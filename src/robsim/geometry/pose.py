@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Any, overload
+from typing import Any, Protocol, overload
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -339,3 +339,19 @@ def _set_pose_slots(pose: Pose, T: Array, frames: tuple[str, str] | None) -> Non
 
 
 IDENTITY = Pose.at()
+
+
+class MatrixPose(Protocol):
+    """A pose of another library that has its matrix, as SciPy's RigidTransform."""
+
+    def as_matrix(self) -> Any:
+        """Return the matrix (..., 4, 4)."""
+
+
+class ArrayPose(Protocol):
+    """A pose of another library that keeps its matrix as A, as spatialmath's SE3."""
+
+    A: Any  # Any: spatialmath has no types
+
+
+PoseLike = Pose | ArrayLike | MatrixPose | ArrayPose
