@@ -12,7 +12,8 @@ import robsim as rs
 
 NAME = "api calls"
 CASES = 800
-DOORS = ("classic", "curves", "examples", "robots", "testing", "trajectory", "units")
+DOORS = ("classic", "examples", "robots", "testing", "trajectory", "units")  # with functions of own
+BUILT = ("declare", "plot")  # specs of fields, and figures
 INNER = (  # of the kernels' layout, or of files: not for users
     "stages", "is_own", "of_last", "blind", "repeated", "some", "image_of", "points_of",
     "of_runs", "facts", "wrap", "count", "text_check", "bind", "bound_law", "chosen",
@@ -21,10 +22,10 @@ INNER = (  # of the kernels' layout, or of files: not for users
     "following", "within", "bounds", "check", "scaled", "concerns", "periods", "drift", "guard",
 )  # fmt: skip
 SLOW = (
-    "explain", "equilibria", "workspace", "compare", "clearance", "run", "ik", "simulate",
+    "explain", "equilibria", "sample_workspace", "compare", "clearance", "run", "ik", "simulate",
     "replay", "bench",
 )  # fmt: skip
-RESULTS = ("HomographyMotions", "PoseEstimate", "Triangulation", "IKResult", "ClosedIK")
+RESULTS = ("HomographyMotions", "PoseEstimate", "Triangulation", "IKResult", "ClosedFormIK")
 
 
 def _is_call(value):
@@ -39,21 +40,27 @@ def _is_no_value(kind):
 def _calls():
     """Return the public calls: names with functions of no argument that return what to call."""
     found = {}
-    for name in rs.__all__:
-        value = getattr(rs, name)
-        if name in DOORS:
-            for part in vars(value):
-                call = getattr(value, part)
-                if (
-                    not part.startswith("_")
-                    and _is_call(call)
-                    and call.__module__ == value.__name__
-                ):
-                    found[f"{name}:{part}"] = lambda call=call: call
-        elif _is_call(value):
+    modules = {name: getattr(rs, name) for name in dir(rs) if inspect.ismodule(getattr(rs, name))}
+    for name in DOORS:
+        found |= _functions(name, modules[name])
+    found |= _functions("curves", rs.shapes.curves)
+    words = [rs, *(module for name, module in modules.items() if name not in (*DOORS, *BUILT))]
+    for name, value in ((name, getattr(each, name)) for each in words for name in dir(each)):
+        if not name.startswith("_") and _is_call(value):
             found[name] = lambda value=value: value
             found |= _methods(name, value)
     return found
+
+
+def _functions(name, module):
+    """Return the calls that a module defines."""
+    parts = {part: value for part, value in vars(module).items() if not part.startswith("_")}
+    own = {part: value for part, value in parts.items() if _is_call(value)}
+    return {
+        f"{name}:{part}": lambda call=call: call
+        for part, call in own.items()
+        if call.__module__ == module.__name__
+    }
 
 
 def _methods(name, kind):

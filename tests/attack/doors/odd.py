@@ -22,8 +22,10 @@ ODD = (
     np.ones(6, complex), np.ones(6, np.float32), np.arange(6), np.ma.masked_array([1.0] * 6),
     np.array(["2020-01-01"], dtype="datetime64[D]"), np.zeros((2, 6)), np.zeros((0, 6)),
     np.zeros(6, dtype=[("a", float)]), np.ones((4, 2))[::2], np.float32(2), np.int8(3),
-    rs.Pose.at(1, 2, 3), rs.IBVS(), rs.features.Points, rs.features.Points(), rs.Camera(np.eye(3)), rs.shapes.Ball(1.0),
-    rs.Outcome.CONVERGED, rs.robots.pan_tilt(), rs.errors.InputError("given"), rs.laws.JointLaw(), rs,
+    rs.Pose.at(1, 2, 3), rs.IBVS(), rs.features.Points, rs.features.Points(), rs.Camera(np.eye(3)),
+    rs.shapes.Ball(1.0),
+    rs.Outcome.CONVERGED, rs.robots.pan_tilt(), rs.errors.InputError("given"), rs.laws.JointLaw(),
+    rs,
 )  # fmt: skip
 
 
