@@ -126,8 +126,8 @@ def test_a_robot_is_believed_once_also_by_its_model():
 def test_tasks_within_tasks_are_counted():
     """A tree of 4096 schemes took a minute and a half."""
     assert checked(tree(6)).task.second.second.first.when.value == 0.1
-    assert "task: made of more than 64 tasks" in refused(tree(7))
-    assert "more than 1100 tasks, with those within tasks" in refused(tree(12))
+    assert "task: composed of more than 64 tasks" in refused(tree(7))
+    assert "more than 1100 tasks, nested tasks included" in refused(tree(12))
     assert checked(chain(16)).task.first.first.second == rs.IBVS()
     assert "tasks are nested more than 16 deep" in refused(chain(17))
     assert "tasks are nested more than 16 deep" in refused(chain(60))
@@ -144,7 +144,7 @@ def test_the_features_of_all_tasks_are_counted():
     marks = ", ".join(f'"{i % 100}, {i // 100}, 1000 mm"' for i in range(10_000))
     several = '{ kind = "ibvs", features = ["points", "points"] }'
     told = refused(switch(several), '"0,0,1 m", "1,0,9 m", "0,1,9 m", "1,1,9 m"', marks)
-    assert told == "<text>: task.second: with those before more than 40000 features"
+    assert told == "<text>: task.second: all tasks together have more than 40000 features"
 
 
 def test_only_so_many_robots_are_looked_up():

@@ -76,7 +76,7 @@ def test_an_observation_without_a_model_has_no_pose():
     seen = rs.features.Observation.of(np.zeros((3, 2)), np.ones(3), rs.Camera(np.eye(3)))
     with pytest.raises(rs.errors.InputError, match="a pose needs the model of the target"):
         seen.pose  # noqa: B018
-    with pytest.raises(rs.errors.InputError, match="what a second camera sees"):
+    with pytest.raises(rs.errors.InputError, match="needs the image of a second camera"):
         rs.features.StereoPoints().measure(seen)
 
 

@@ -15,7 +15,7 @@ class Negative:
 ENDLESS = rs.Scene(
     SCENE.robots, SCENE.objects, rs.MountedCamera("eye", rs.Camera(CAMERA.K), "free_camera.body")
 )
-ALL_AT_ONCE = "is made of all marks at once, so that none may be missing"
+ALL_AT_ONCE = "depends on all marks at once, so that none may be missing"
 REFUSED = {
     "moments": (dict(features="point_moments"), ALL_AT_ONCE),
     "an area beside points": (dict(features=["points", "region_moments"]), ALL_AT_ONCE),
@@ -29,7 +29,7 @@ REFUSED = {
     "no noise": (dict(weighting=lambda: rs.weights.Tukey(noise=0)), "Tukey.noise must be"),
     "no image of the goal": (
         dict(goal=rs.GoalFeatures(np.zeros(80)), weighting="huber"),
-        "Huber goes by the image of the marks at the goal",
+        "Huber needs the image of the marks at the goal",
     ),
     "no object": (dict(weighting=[3]), "expected a weighting"),
 }
@@ -48,7 +48,7 @@ def test_what_cannot_be_weighed_is_refused_in_one_line(case):
 
 def test_a_camera_without_a_border_has_none_to_weigh_by():
     with pytest.raises(
-        rs.errors.InputError, match="camera 'eye' has no size, and its image no border"
+        rs.errors.InputError, match="camera 'eye' has no image size, and therefore no border"
     ):
         rs.simulate(ENDLESS, rs.IBVS(GOAL, weighting="border"), POSTER.goal)
 

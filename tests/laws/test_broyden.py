@@ -96,8 +96,8 @@ def test_a_start_is_kept_as_a_value():
 @pytest.mark.parametrize(
     "start, message",
     [
-        ([[1, 2], [2, 4]], r"singular: rank 1 where shape \(2, 2\) needs 2"),
-        (np.zeros((8, 6)), r"singular: rank 0 where shape \(8, 6\) needs 6"),
+        ([[1, 2], [2, 4]], r"singular: rank 1; shape \(2, 2\) needs 2"),
+        (np.zeros((8, 6)), r"singular: rank 0; shape \(8, 6\) needs 6"),
         ([1, 2], r"expected shape \(..., k, n\), got \(2,\)"),
         (np.ones((2, 2, 2)), r"one matrix of shape \(k, n\), got \(2, 2, 2\)"),
         (np.ones((0, 2)), r"one matrix of shape \(k, n\), got \(0, 2\)"),
@@ -116,5 +116,5 @@ def test_a_jacobian_of_seven_joints_has_the_rank_of_a_twist():
     rng = np.random.default_rng(12)
     L, J = rng.normal(size=(8, 6)), rng.normal(size=(6, 7))
     assert Broyden(L @ J).start.shape == (8, 7)
-    with pytest.raises(InputError, match="rank 5 where shape \\(8, 7\\) needs 6"):
+    with pytest.raises(InputError, match="rank 5; shape \\(8, 7\\) needs 6"):
         Broyden(L[:, :5] @ J[:5])

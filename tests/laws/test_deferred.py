@@ -238,7 +238,7 @@ def test_a_task_of_ours_is_bound_once_to_a_scene_and_anew_to_another():
     assert task.bind(scene) is once
     other = scene.replacing(scene.objects[0])
     assert task.bind(other).scene is other and task.bind(scene) is not once
-    assert "_last" not in vars(copy.copy(task)) and "_last" not in vars(
+    assert "_last_controller" not in vars(copy.copy(task)) and "_last_controller" not in vars(
         pickle.loads(pickle.dumps(task))
     )
 

@@ -483,14 +483,16 @@ def test_joints_that_the_scene_does_not_have_are_one_clear_error(arm, task, mess
 def test_a_joint_of_two_robots_needs_the_name_of_one():
     arms = [rs.robots.puma560(), rs.robots.puma560().named("other").at(rs.Pose.at(2, 0, 0))]
     scene = rs.Scene(arms)
-    with pytest.raises(rs.errors.InputError, match=r"There are puma560\.shoulder, other\.shoulder"):
+    with pytest.raises(
+        rs.errors.InputError, match=r"is ambiguous: puma560\.shoulder, other\.shoulder"
+    ):
         rs.simulate(scene, rs.FollowJoints({"shoulder": 0.1}, duration=1.0))
     run = rs.simulate(scene, rs.FollowJoints({"other.shoulder": 0.1}, duration=1.0))
     assert (
         abs(float(run.q_end[6]) - 0.1) < 1e-12 and run.frame_pose.attrs["frame"] == "other.flange"
     )
     with pytest.raises(
-        rs.errors.InputError, match=r"frame: which one is to move\? Tips: puma560.fl"
+        rs.errors.InputError, match=r"frame: give the frame to move; tips: puma560.fl"
     ):
         rs.simulate(scene, rs.FollowPath(np.eye(4), duration=1.0))
 

@@ -239,8 +239,11 @@ def test_progress_is_that_of_the_whole_mission():
         (lambda: Phase("", go(0, 0)), "must be a name without dots"),
         (lambda: Phase("a.b", go(0, 0)), "phase 'a.b': Phase.name must be a name without dots"),
         (lambda: Phase("a", "go"), "phase 'a': Phase.task: no task 'go'"),
-        (lambda: Phase("a", Mission(Phase("b", go(0, 0)))), "is no part of another task"),
-        (lambda: rs.Parallel([Mission(Phase("b", go(0, 0))), go(0, 0)]), "no part of another task"),
+        (lambda: Phase("a", Mission(Phase("b", go(0, 0)))), "cannot be part of another task"),
+        (
+            lambda: rs.Parallel([Mission(Phase("b", go(0, 0))), go(0, 0)]),
+            "cannot be part of another task",
+        ),
         (lambda: Phase("a", go(0, 0), -1.0), "phase 'a': Phase.duration must be a positive"),
         (lambda: Phase("a", go(0, 0), expects="CONVERGED"), "no outcome 'CONVERGED'"),
         (lambda: Phase("a", go(0, 0), expects="convergd"), "did you mean 'converged'"),

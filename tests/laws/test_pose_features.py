@@ -291,7 +291,7 @@ def test_a_goal_may_be_given_as_a_pose():
 def test_a_goal_that_no_pose_fits_is_an_error():
     seen = seen_at(poses(3, 1))
     vars(seen)["pose_last"] = np.full((3, 4, 1), np.nan)
-    with pytest.raises(GoalError, match="no pose of the target fits what is seen at the goal"):
+    with pytest.raises(GoalError, match="no pose of the target fits the image at the goal"):
         ThetaU().towards(seen)
 
 

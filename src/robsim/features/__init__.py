@@ -1,4 +1,4 @@
-"""Visual features that a servo task drives to their goal."""
+"""Visual features that a controller regulates, each imported at its first use."""
 
 from robsim.base.lazy_names import attach_names
 

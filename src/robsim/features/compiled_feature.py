@@ -1,4 +1,4 @@
-"""Built-in features, which are stages of a program and can be asked in Python as well."""
+"""Built-in features: stages of a compiled program that Python can evaluate as well."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from robsim.kernels.machine.program import Program, evaluated
 
 
 class CompiledFeature(ABC):
-    """The base of features whose s and L are computed by stages of a program."""
+    """Base of features with s and L computed by the stages of a compiled program."""
 
     @classmethod
     def is_own(cls) -> bool:
-        """Return whether a user's subclass measures in Python instead."""
+        """Return whether the class overrides `measure` or `interaction` in Python."""
         return (
             cls.measure is not CompiledFeature.measure
             or cls.interaction is not CompiledFeature.interaction
@@ -28,20 +28,54 @@ class CompiledFeature(ABC):
 
     @abstractmethod
     def stages(self, seen: ObservationRows) -> FeatureRows:
-        """Add the stages of s and L to a program, and return their rows."""
+        """Add the stages of s and L to a program; return their rows."""
 
     def measure(self, seen: Observation) -> Array:
-        """Return the features s (B, k)."""
-        return view_runs_first(self._evaluated(seen)[0])
+        """Return the features.
+
+        Parameters
+        ----------
+        seen : Observation
+            Marks of B runs.
+
+        Returns
+        -------
+        ndarray of shape (B, k)
+            Features s. NaN for a component without a value.
+
+        Raises
+        ------
+        InputError
+            If the observation has too few marks, or another number of runs than the goal.
+        """
+        return view_runs_first(self._evaluate_stages(seen)[0])
 
     def interaction(self, seen: Observation) -> Array:
-        """Return the interaction matrix L (B, k, 6)."""
-        return view_runs_first(self._evaluated(seen)[1])
+        """Return the interaction matrix.
 
-    def _evaluated(self, seen: Observation) -> list[Array]:
+        Parameters
+        ----------
+        seen : Observation
+            Marks of B runs.
+
+        Returns
+        -------
+        ndarray of shape (B, k, 6)
+            Interaction matrix L with sdot = L V_c for the camera twist V_c = (v, omega) in camera
+            axes. NaN for a component without a value.
+
+        Raises
+        ------
+        InputError
+            If the observation has too few marks, or another number of runs than the goal.
+        """
+        return view_runs_first(self._evaluate_stages(seen)[1])
+
+    def _evaluate_stages(self, seen: Observation) -> list[Array]:
         """Return s (k, B) and L (k, 6, B).
 
-        InputError: fewer marks than it needs, or another number of runs than at the goal.
+        Raises InputError if the observation has too few marks, or if its number of runs differs
+        from the number of runs at the goal.
         """
         if not isinstance(seen, Observation):
             raise InputError(
@@ -50,31 +84,31 @@ class CompiledFeature(ABC):
         arrays = _collect_observation_arrays(seen, getattr(self, "uses_pose", False))
 
         def add(program: Program, *rows: BlockRows) -> FeatureRows:
-            N, none = len(seen.pixels_last), BlockRows(-1)  # what no stage takes
-            shown: dict[str, Any] = dict(zip(arrays, rows, strict=True))
-            if "other" in shown:
-                shown["other"] = ObservationRows(
-                    program, N, none, shown["other"], none, none, none, none
+            N, none = len(seen.pixels_last), BlockRows(-1)  # no stage reads these rows
+            observed: dict[str, Any] = dict(zip(arrays, rows, strict=True))
+            if "other" in observed:
+                observed["other"] = ObservationRows(
+                    program, N, none, observed["other"], none, none, none, none
                 )
-            made = self.stages(ObservationRows(program, N, **shown, guess=none))
+            result = self.stages(ObservationRows(program, N, **observed, guess=none))
             _check_counts_seen(self, program.runs, seen)
-            return made
+            return result
 
         return evaluated(add, [*arrays.values()], runs=seen.runs)
 
 
 def _check_counts_seen(feature: Any, runs: int, seen: Observation) -> None:
-    """Raise InputError where too few marks are seen, or other runs than a goal has numbers of."""
+    """Raise InputError if too few marks are observed, or a number of runs unlike the goal's."""
     name, least = type(feature).__name__, getattr(feature, "least_marks", 1)
-    N, _, there = seen.pixels_last.shape
+    N, _, observed = seen.pixels_last.shape
     if least > N:
-        raise InputError(f"{name} needs at least {least} marks; {N} are seen")
-    if runs > 1 and seen.runs is None and runs != there:
-        raise InputError(f"{name}: the goal is of {runs} runs, and {there} are seen")
+        raise InputError(f"{name} needs at least {least} marks, got {N}")
+    if runs > 1 and seen.runs is None and runs != observed:
+        raise InputError(f"{name}: the goal has {runs} runs, the observation {observed}")
 
 
 def _collect_observation_arrays(seen: Observation, posed: bool) -> dict[str, Array]:
-    """Return what is seen, with the run last, under the names of the fields of `ObservationRows`."""
+    """Return the observed arrays, run last, by the names of the fields of `ObservationRows`."""
     runs = seen.pixels_last.shape[-1]
     model = np.zeros((len(seen.pixels_last), 3)) if seen.model is None else seen.model
     arrays = {

@@ -1,4 +1,4 @@
-"""The depth of the marks relative to that at the goal."""
+"""The depth of each mark relative to its depth at the goal."""
 
 from __future__ import annotations
 
@@ -19,12 +19,30 @@ from robsim.kernels.features import point_features as kernels
 @register("feature", "log_depth")
 @dataclass(frozen=True, eq=False)
 class LogDepth(MarkFeature):
-    """The logarithm of each mark's depth over its depth at the goal, s = (log(Z1/Z1_goal), ...).
+    """Logarithm of the ratio of each depth to the depth at the goal, s = (log(Z1/Z1_goal), ...).
 
-    L = [0, 0, -1/Z, -y, x, 0] (Malis, Chaumette and Boudet 1999, where the ratio of the depths
-    comes from a homography). Until a goal is given Z_goal is a metre. A mark that is not in front
-    of the camera has no finite s.
+    Each mark contributes the row
 
+        L = [0, 0, -1/Z, -y, x, 0]
+
+    (Malis, Chaumette and Boudet 1999, who obtain the ratio of the depths from a homography). The
+    error decays exponentially in log Z, so the camera approaches fast from far away and slowly
+    near the goal. The feature fixes the motion along the optical axis; combine it with points and
+    a rotation, as `Hybrid` does. The depth of the task must be "true" or a `DepthFilter`.
+
+    Raises
+    ------
+    InputError
+        By `simulate`, if the depth of the task is neither "true" nor a `DepthFilter`; by
+        `measure`, if the number of marks differs from the goal.
+
+    Notes
+    -----
+    The depth at the goal is 1 m until `towards` is called. A mark that is not in front of the
+    camera has no finite s.
+
+    Examples
+    --------
     >>> from robsim.features.feature import Observation
     >>> from robsim.vision.camera import Camera
     >>> pixels, camera = [[0.1, 0.2]], Camera(np.eye(3))
@@ -33,7 +51,7 @@ class LogDepth(MarkFeature):
     array([[1.3863]])
     """
 
-    Z_goal: Array | None = field(default=None, init=False, repr=False)  # (N, B) m, of `towards`
+    Z_goal: Array | None = field(default=None, init=False, repr=False)  # (N, B), by `towards`
     measures_depth: ClassVar[bool] = True
 
     def towards(self, goal: Observation) -> LogDepth:

@@ -1,4 +1,4 @@
-"""The ellipse that a circle in space projects to."""
+"""The ellipse as the image of a circle in space."""
 
 from __future__ import annotations
 
@@ -15,16 +15,30 @@ from robsim.kernels.formulas.image_moments import ORDER_3
 @register("feature", "ellipse")
 @dataclass(frozen=True)
 class Ellipse(MarkFeature):
-    """The image of a circle or ellipse on which the marks lie, s = (xg, yg, n20, n11, n02).
+    """Image of a circle or ellipse through the marks, s = (xg, yg, n20, n11, n02).
 
-    (xg, yg) is the centre of the ellipse in the image (not the image of the circle's centre) and
-    n_ij = mu_ij / area are its second moments, all in normalised coordinates: semi-axes p and q
-    have n = p^2 / 4 and q^2 / 4 along them. The ellipse is the conic through five marks, or nearest
-    to more in the sense of algebraic least squares; s is NaN if that conic is no ellipse or the
-    marks do not fix one. L needs the plane of the marks, fitted to their depths. A circle looks the
-    same from wherever it gives one ellipse: L has rank 5 at most. Chaumette 2004, Image moments:
-    a general and useful set of features for visual servoing, IEEE T-RO 20(4).
+    (xg, yg) is the centre of the ellipse in the image (not the image of the centre of the circle),
+    and n_ij = mu_ij/area are its normalised second moments, all in the image at unit depth.
+    Semi-axes p and q have n = p^2/4 and q^2/4 along them. The ellipse is the conic through five
+    marks, or the algebraic least-squares fit to more marks. L needs the plane of the marks, which
+    is fitted to their depths (Chaumette 2004, "Image moments: a general and useful set of features
+    for visual servoing", IEEE T-RO 20(4)).
 
+    Use it for holes, discs and wheels. A rotation of a circle about its axis does not change the
+    image, so L has rank 5 at most and the camera may end with any roll about that axis.
+
+    Raises
+    ------
+    InputError
+        If the target has fewer than five marks.
+
+    Notes
+    -----
+    s is NaN if the conic through the marks is no ellipse, or if the marks do not determine a
+    conic.
+
+    Examples
+    --------
     >>> from robsim.features.feature import Observation
     >>> from robsim.vision.camera import Camera
     >>> t = np.arange(5) * 2 * np.pi / 5
@@ -38,6 +52,6 @@ class Ellipse(MarkFeature):
 
     def stages(self, seen: ObservationRows) -> FeatureRows:
         """Add the stages of s and L to a program, and return their rows."""
-        room = seen.program.rows
-        made = {"centre": room(2), "mu": room(ORDER_3), "ABC": room(3), "R": room(6, 6)}
-        return seen.computed(kernels.ellipse_stage, 5, **seen.image, **made)
+        rows = seen.program.rows
+        scratch = {"centre": rows(2), "mu": rows(ORDER_3), "ABC": rows(3), "R": rows(6, 6)}
+        return seen.computed(kernels.ellipse_stage, 5, **seen.image, **scratch)

@@ -1,4 +1,4 @@
-"""The protocol of features, and the observation from which they are computed."""
+"""The protocol of features, and the observation that they measure."""
 
 from __future__ import annotations
 
@@ -29,65 +29,100 @@ from robsim.vision.pose_estimation import estimate_pose
 
 FEATURES = family("feature")
 Tolerance = Annotated[
-    float, Number(above=0), "Largest |e| that counts as arrived, in the unit of the feature."
+    float, Number(above=0), "Largest |e| at convergence, in the unit of the feature."
 ]
 
 
 @dataclass(frozen=True, eq=False)
 class Observation:
-    """The controller's knowledge of N marks at one instant, for B runs.
+    """Marks as a controller observes them at one instant, for B runs.
 
-    `Observation.of` makes one. Names that end in `_last` are in the kernels' layout, the run last;
-    the properties beside them are run-first views of the same numbers, for features written in
-    plain NumPy. All of them are read-only.
+    `Observation.of` makes an observation from arrays with the run first. The fields that end in
+    `_last` have the run last, as the kernels do; the properties `pixels`, `points`, `depth` and
+    `pose` are run-first views of the same numbers, for features in plain NumPy. All arrays are
+    read-only.
 
-    InputError: arrays of no runs or marks, of unequal numbers of them, or with infinite numbers.
+    Attributes
+    ----------
+    pixels_last : ndarray of shape (N, 2, B)
+        Measured pixels (column, row). NaN for a mark that is not measured.
+    points_last : ndarray of shape (N, 2, B)
+        Normalised image points: undistorted, at unit depth.
+    depth_last : ndarray of shape (N, B)
+        Believed depths in metres.
+    camera : Camera
+        Believed camera.
+    model : ndarray of shape (N, 3) or (N, 3, B), optional
+        Believed positions of the marks in axes of the target, in metres.
+    guess_last : ndarray of shape (3, 4, B), optional
+        Start of the estimate of the pose T_c_o.
+    other : Observation, optional
+        The same marks observed by the second camera of a stereo pair.
+    between_last : ndarray of shape (3, 4, B), optional
+        Pose of the second camera in axes of the first camera.
+    runs : ndarray of shape (B,), optional
+        Indices of the observed runs. Default: all runs.
+    weights_last : ndarray of shape (N, B), optional
+        Weights of the marks in the estimate of the pose. Default: 1 for every mark.
+
+    Raises
+    ------
+    InputError
+        If an array has no runs or no marks, if the numbers of runs or marks differ, or if a number
+        is infinite.
+
+    Examples
+    --------
+    >>> camera = Camera([[800, 0, 320], [0, 800, 240], [0, 0, 1]])
+    >>> seen = Observation.of([[400, 240]], [2.0], camera)
+    >>> seen.pixels, seen.points
+    (array([[[400., 240.]]]), array([[[0.1, 0. ]]]))
     """
 
-    pixels_last: Array  # (N, 2, B) measured pixels (column, row)
-    points_last: Array  # (N, 2, B) the same, normalised: undistorted, at unit depth
-    depth_last: Array  # (N, B) metres, as the controller believes it
-    camera: Camera  # as the controller believes it
-    model: Array | None = None  # (N, 3) marks in axes of the target, as believed; or (N, 3, B)
-    guess_last: Array | None = None  # (3, 4, B) where the estimate of the pose starts
-    other: Observation | None = None  # the same marks, as the second camera of a pair sees them
-    between_last: Array | None = None  # (3, 4, B) pose of the second camera in this one
-    runs: NDArray[np.int64] | None = None  # (B,) numbers of the runs, where these are not all
-    weights_last: Array | None = None  # (N, B) of marks in the estimate of the pose; None: all 1
+    pixels_last: Array
+    points_last: Array
+    depth_last: Array
+    camera: Camera
+    model: Array | None = None
+    guess_last: Array | None = None
+    other: Observation | None = None
+    between_last: Array | None = None
+    runs: NDArray[np.int64] | None = None
+    weights_last: Array | None = None
 
     def __post_init__(self) -> None:
         vars(self).update(check_observation_fields(vars(self)))
 
     @property
     def pixels(self) -> Array:
-        """The measured pixels (B, N, 2) = (column, row)."""
+        """Measured pixels (B, N, 2) = (column, row)."""
         return view_for_user(self.pixels_last)
 
     @property
     def points(self) -> Array:
-        """The normalised image points (B, N, 2) = (x, y), undistorted, at unit depth."""
+        """Normalised image points (B, N, 2) = (x, y), undistorted, at unit depth."""
         return view_for_user(self.points_last)
 
     @property
     def depth(self) -> Array:
-        """The depths (B, N) in metres, as the controller believes them."""
+        """Believed depths (B, N) in metres."""
         return view_for_user(self.depth_last)
 
     @property
     def K(self) -> Array:
-        """The intrinsics (3, 3) as the controller believes them."""
+        """Believed intrinsic matrix (3, 3)."""
         return np.asarray(self.camera.K)
 
     @property
     def pose(self) -> Array:
-        """The pose T_c_o (B, 4, 4) of the target, estimated from the image and the model."""
+        """Pose T_c_o (B, 4, 4) of the target, estimated from the image and the model."""
         return homogeneous_matrix(self.pose_last)
 
     @cached_property
     def pose_last(self) -> Array:
-        """The pose T_c_o (3, 4, B); without the guess where that is behind the camera."""
+        """Pose T_c_o (3, 4, B); estimated without the guess if the guess is behind the camera."""
         if self.model is None or self.guess_last is None:
-            raise InputError("a pose needs the model of the target and a guess; here are none")
+            raise InputError("a pose needs the model of the target and a guess; there is none")
         T, points = np.empty_like(self.guess_last), self.points_last.copy()
         weights = None if self.weights_last is None else self.weights_last.copy()
         marks = repeat_marks(self.model, points.shape[-1])
@@ -107,26 +142,47 @@ class Observation:
         other: Observation | None = None,
         between: Any = None,
     ) -> Observation:
-        """Return an observation of pixels (B, N, 2) at depths (B, N) in metres by a camera.
+        """Return an observation of pixels and depths by a camera.
 
-        Of a single run (N, 2) and (N,) do. NaN stands for marks that are not seen.
+        Parameters
+        ----------
+        pixels : array_like of shape (B, N, 2) or (N, 2)
+            Measured pixels (column, row). NaN for a mark that is not measured.
+        depth : array_like of shape (B, N) or (N,)
+            Depths of the marks in metres.
+        camera : Camera
+            Believed camera.
+        model : array_like of shape (N, 3), optional
+            Positions of the marks in axes of the target, in metres. A pose needs it.
+        guess : Pose or array_like of shape (4, 4) or (B, 4, 4), optional
+            Start of the estimate of the pose T_c_o.
+        pose : Pose or array_like of shape (4, 4) or (B, 4, 4), optional
+            Known pose T_c_o, which replaces the estimate.
+        other : Observation, optional
+            The same marks observed by a second camera.
+        between : Pose or array_like of shape (4, 4) or (B, 4, 4), optional
+            Pose of the second camera in axes of the first camera.
 
-        model     marks (N, 3) in axes of the target, metres
-        guess     pose T_c_o (4, 4) or (B, 4, 4) from which the estimate of the target's starts
-        pose      that pose itself, where it is known
-        other     the same marks as a second camera sees them
-        between   pose (4, 4) or (B, 4, 4) of the second camera in the first
+        Returns
+        -------
+        Observation
+            The observation of B runs; one run if `pixels` has no axis of runs.
 
-        InputError: unequal numbers of runs or marks, infinite numbers.
+        Raises
+        ------
+        InputError
+            If the numbers of runs or marks differ, or if a number is infinite.
 
+        Examples
+        --------
         >>> seen = Observation.of([[0.1, 0.2], [0.3, 0.4]], [1.0, 2.0], Camera(np.eye(3)))
         >>> seen.points.shape, seen.depth
         ((1, 2, 2), array([[1., 2.]]))
         """
-        given = check_image(pixels, depth, camera)
-        runs = given[0].shape[-1]
-        made = cls(
-            *given,
+        image = check_image(pixels, depth, camera)
+        runs = image[0].shape[-1]
+        observation = cls(
+            *image,
             camera,
             None if model is None else as_floats(model, "model", ("N", 3)),
             convert_poses(guess, "guess", runs),
@@ -134,67 +190,113 @@ class Observation:
             convert_poses(between, "between", runs),
         )
         if pose is not None:
-            vars(made)["pose_last"] = convert_poses(pose, "pose", runs)
-        return made
+            vars(observation)["pose_last"] = convert_poses(pose, "pose", runs)
+        return observation
 
     @classmethod
     def of_last(cls, pixels: Array, depth: Array, camera: Camera, **more: Any) -> Observation:
-        """Return an observation of pixels (N, 2, B) at depths (N, B), known to be right."""
+        """Return an observation from valid arrays with the run last, without checks.
+
+        Parameters
+        ----------
+        pixels : ndarray of shape (N, 2, B)
+            Measured pixels.
+        depth : ndarray of shape (N, B)
+            Depths in metres.
+        camera : Camera
+            Believed camera.
+        **more
+            Other fields by name.
+
+        Returns
+        -------
+        Observation
+            The observation, with read-only views of the arrays.
+        """
         points = camera.points_of(pixels)
-        given = {"pixels_last": pixels, "points_last": points, "depth_last": depth, **more}
-        shown = {
+        fields = {"pixels_last": pixels, "points_last": points, "depth_last": depth, **more}
+        views = {
             name: make_read_only(part.view()) if isinstance(part, np.ndarray) else part
-            for name, part in given.items()
+            for name, part in fields.items()
         }
-        return construct_unchecked(cls, camera=camera, **shown)
+        return construct_unchecked(cls, camera=camera, **views)
 
     def blind(self, hidden: Sequence[NDArray[np.bool_]]) -> Observation:
-        """Return the observation with NaN for marks that are hidden (N, B) from each camera."""
+        """Return the observation with NaN for hidden marks.
+
+        Parameters
+        ----------
+        hidden : sequence of ndarray of bool of shape (N, B)
+            Hidden marks, for each camera.
+
+        Returns
+        -------
+        Observation
+            The observation without the hidden marks.
+        """
         mine, *others = hidden
-        gone = mine[:, None]
-        points = self._each(lambda x: np.where(gone, np.nan, x), "pixels_last", "points_last")
+        missing = mine[:, None]
+        points = self._change_arrays(
+            lambda x: np.where(missing, np.nan, x), "pixels_last", "points_last"
+        )
         depth = make_read_only(np.where(mine, np.nan, self.depth_last))
         other = self.other and self.other.blind(others)
         return replace_unchecked(self, **points, depth_last=depth, other=other)
 
     def repeated(self, runs: int) -> Observation:
-        """Return the observation of the first run as one of so many that see the same."""
+        """Return the observation with the first run repeated `runs` times."""
         names = ["pixels_last", "points_last", "depth_last", "guess_last", "between_last"]
         if self.model is not None and self.model.ndim > 2:
             names.append("model")
         return replace_unchecked(
             self,
-            **self._each(lambda x: np.repeat(x[..., :1], runs, axis=-1), *names),
+            **self._change_arrays(lambda x: np.repeat(x[..., :1], runs, axis=-1), *names),
             camera=self.camera.of_runs(np.zeros(1, dtype=np.int64)),
             other=self.other and self.other.repeated(runs),
             runs=np.zeros(runs, dtype=np.int64),
         )
 
     def some(self, marks: NDArray[np.int64]) -> Observation:
-        """Return the observation of some of the marks, by number."""
+        """Return the observation of some of the marks.
+
+        Parameters
+        ----------
+        marks : ndarray of int
+            Indices of the marks.
+
+        Returns
+        -------
+        Observation
+            The observation of these marks, in this order.
+        """
         names = "pixels_last", "points_last", "depth_last", "model", "weights_last"
         other = self.other and self.other.some(marks)
-        return replace_unchecked(self, **self._each(lambda x: x[marks], *names), other=other)
+        return replace_unchecked(
+            self, **self._change_arrays(lambda x: x[marks], *names), other=other
+        )
 
-    def _each(self, change: Callable[[Array], Array], *names: str) -> dict[str, Array | None]:
-        """Return some arrays after a change, read-only, by their names; None of None."""
+    def _change_arrays(
+        self, change: Callable[[Array], Array], *names: str
+    ) -> dict[str, Array | None]:
+        """Return some arrays after a change, read-only, by name; None stays None."""
         arrays = {name: getattr(self, name) for name in names}
         return {
             name: None if x is None else make_read_only(change(x)) for name, x in arrays.items()
         }
 
 
-def check_goal_observation(given: Any, who: str) -> Observation:
-    """Return what is given for the view at the goal, or raise an InputError unless it is one."""
-    if not isinstance(given, Observation):
-        raise InputError(f"{who}.towards: expected an Observation, got {format_value(given)}")
-    return given
+def check_goal_observation(value: Any, who: str) -> Observation:
+    """Return the observation at the goal; raise InputError unless it is an Observation."""
+    if not isinstance(value, Observation):
+        raise InputError(f"{who}.towards: expected an Observation, got {format_value(value)}")
+    return value
 
 
 def refit_lost_poses(T: Array, model: Array, points: Array) -> Array:
-    """Return poses (3, 4, B), those that are NaN from normalised points (N, 2, B) alone.
+    """Return poses (3, 4, B), with lost poses estimated from normalised points (N, 2, B) alone.
 
-    Where all marks, (N, 3) or (N, 3, B), are seen, the guess was behind the camera.
+    A pose is lost if it is NaN although all marks (N, 3) or (N, 3, B) are measured: its guess was
+    behind the camera.
     """
     lost = np.isnan(T[0, 0]) & np.isfinite(points).all(axis=(0, 1))
     if not lost.any() or len(model) < 3:
@@ -208,39 +310,60 @@ def refit_lost_poses(T: Array, model: Array, points: Array) -> Array:
 
 
 def _estimate_poses(model: Array, points: Array) -> Array:
-    """Return poses (3, 4, B) of marks (N, 3) from normalised points (N, 2, B) alone."""
-    found = estimate_pose(model, move_runs_first(points), Camera(np.eye(3)))
-    return move_runs_last(found.T_c_o[:, :3], 2)
+    """Return poses (3, 4, B) of marks (N, 3), estimated from normalised points (N, 2, B) alone."""
+    estimate = estimate_pose(model, move_runs_first(points), Camera(np.eye(3)))
+    return move_runs_last(estimate.T_c_o[:, :3], 2)
 
 
 def repeat_marks(model: Array, runs: int) -> Array:
-    """Return marks (N, 3, B) of each run from those of all, or as they are."""
+    """Return the marks (N, 3, B) of each run, repeated if all runs share marks (N, 3)."""
     return model if model.ndim > 2 else np.repeat(model[..., None], runs, axis=-1)
 
 
 @runtime_checkable
 class Feature(Protocol):
-    """The protocol of a feature for visual servoing; a user's class needs no base class.
+    """Protocol of a feature for visual servoing; a class of a user needs no base class.
 
-    `unit` is that of s, `tolerance` the largest |e| that counts as arrived. To give the same bits
-    in any batch, compute element by element over the runs (see `robsim.testing.check_feature`).
+    A feature computes s from an `Observation`. To give the same bits in any batch, compute element
+    by element over the runs (see `robsim.testing.check_feature`).
 
-    A feature may also have
-    `interaction(seen)`, L (B, k, 6) with sdot = L V_c, V_c = (v, omega) in camera axes; without it
-    L is found by moving the camera a little, numerically;
-    `towards(goal)`, which gives the feature that is measured relative to what is seen at the goal;
-    `least_marks`, how many marks it needs; `measures_depth`, true if s itself depends on depth;
-    `uses_depth`, false if neither s nor L reads `seen.depth`;
-    `uses_pose`, true if it reads `seen.pose`; `cameras`, 2 if it reads `seen.other`.
+    Attributes
+    ----------
+    unit : str
+        Unit of s, such as "px" or "1".
+    tolerance : float
+        Largest |e| at convergence.
+
+    Notes
+    -----
+    These methods and attributes are optional:
+
+    - `interaction(seen)` returns L (B, k, 6) with sdot = L V_c for the twist V_c = (v, omega) in
+      camera axes. Without it RobSim differentiates `measure` by small motions of the camera.
+    - `towards(goal)` returns the feature measured relative to the observation at the goal.
+    - `least_marks`: smallest number of marks.
+    - `measures_depth`: True if s depends on depth.
+    - `uses_depth`: False if neither s nor L reads `seen.depth`.
+    - `uses_pose`: True if the feature reads `seen.pose`.
+    - `cameras`: 2 if the feature reads `seen.other`.
+
+    Examples
+    --------
+    >>> class Distance:
+    ...     unit, tolerance = "m", 1e-3
+    ...     def measure(self, seen):
+    ...         return seen.depth[:, :1]
+    >>> isinstance(Distance(), Feature)
+    True
     """
 
     @property
     def unit(self) -> str:
-        """The unit of s, such as "px" or "1"."""
+        """Unit of s, such as "px" or "1"."""
 
     @property
     def tolerance(self) -> float:
-        """The tolerance: a run has converged when max|e| is below it."""
+        """Tolerance: a run has converged if max|e| is below it."""
 
     def measure(self, seen: Observation) -> Array:
         """Return the features s (B, k)."""

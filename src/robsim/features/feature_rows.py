@@ -1,4 +1,4 @@
-"""The rows of a program with what a controller knows of the marks, and of a feature of them."""
+"""Rows of a compiled program: an observation of marks, and a feature computed from it."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from robsim.vision.camera import Camera
 
 
 class FeatureRows(NamedTuple):
-    """The rows of a feature s (k,) and of its interaction matrix L (k, 6)."""
+    """Rows of a feature s (k,) and of its interaction matrix L (k, 6)."""
 
     s: BlockRows
     L: BlockRows
@@ -32,7 +32,7 @@ class FeatureRows(NamedTuple):
 
 @dataclass(frozen=True)
 class ObservationRows:
-    """The rows of an observation of N marks, as `Observation` has them."""
+    """Rows of an observation of N marks, with the fields of `Observation`."""
 
     program: Program
     N: int
@@ -41,46 +41,44 @@ class ObservationRows:
     depth: BlockRows  # (N,)
     camera: BlockRows  # in the order of `robsim.kernels.images.projection`
     model: BlockRows  # (N, 3)
-    guess: BlockRows  # (3, 4), the pose from which an estimate of T_c_o starts
-    other: ObservationRows | None = None  # the same marks, as the second camera of a pair sees them
-    between: BlockRows | None = None  # (3, 4), the pose of the second camera in this one
-    fitted: BlockRows | None = None  # (3, 4), the pose T_c_o that fits the image, where it is known
-    sure: bool = True  # whether the guess cannot be behind the camera
-    weights: BlockRows | None = (
-        None  # of each mark in the estimate of the pose; None: all count alike
-    )
+    guess: BlockRows  # (3, 4), start of the estimate of T_c_o
+    other: ObservationRows | None = None  # the same marks, observed by the second camera of a pair
+    between: BlockRows | None = None  # (3, 4), pose of the second camera in the first camera
+    fitted: BlockRows | None = None  # (3, 4), pose T_c_o that fits the image, if known
+    sure: bool = True  # whether the guess is in front of the camera for certain
+    weights: BlockRows | None = None  # weight of each mark in the estimate of the pose; None: equal
 
     @cached_property
     def pose(self) -> BlockRows:
-        """The rows of the pose T_c_o that fits the image; the stage that finds it is added once."""
+        """Rows of the pose T_c_o that fits the image; the stage that estimates it is added once."""
         if self.fitted is not None:
             return self.fitted
         program, weights = self.program, self.weights
         if weights is None:
             weights = program.constant(np.ones(self.N))
-        seen = {"marks": self.model, "x": self.points, "guess": self.guess, "weights": weights}
+        arguments = {"marks": self.model, "x": self.points, "guess": self.guess, "weights": weights}
         T = program.result(
-            fit_pose_stage, "T", 3, 4, **seen, room=program.rows(count_pose_fit_rows(self.N))
+            fit_pose_stage, "T", 3, 4, **arguments, room=program.rows(count_pose_fit_rows(self.N))
         )
         if not self.sure:
             lost = program.result(flag_lost_pose, "lost", points=self.points, T=T)
-            program.rescue(lambda blocks, step: self._without_guess(blocks, T, lost), lost)
+            program.rescue(lambda blocks, step: self._refit_poses(blocks, T, lost), lost)
         return T
 
-    def _without_guess(self, blocks: Blocks, T: BlockRows, lost: BlockRows) -> None:
-        """Find the poses that no guess led to from the image alone."""
+    def _refit_poses(self, blocks: Blocks, T: BlockRows, lost: BlockRows) -> None:
+        """Estimate the poses that the guess did not lead to from the image alone."""
         if blocks.get(lost).any():
             model, points = blocks.get(self.model), blocks.get(self.points)
             blocks.put(T, refit_lost_poses(blocks.get(T), model, points))
             blocks.put(lost, np.zeros(blocks.runs))
 
     def goal(self, values: Array | None, count: int) -> BlockRows | None:
-        """Return the rows of so many numbers (n, B) at the goal, or None where none are known.
+        """Return the rows of `count` numbers (n, B) at the goal, or None if there is no goal.
 
-        InputError where the goal had another number of marks.
+        Raises InputError if the goal has another number of marks.
         """
         if values is not None and len(values) != count:
-            raise InputError(f"{self.N} marks are seen here, and another number was at the goal")
+            raise InputError(f"{self.N} marks are observed, and the goal has another number")
         return None if values is None else self.program.each(values)
 
     def room(self, k: int) -> FeatureRows:
@@ -88,22 +86,22 @@ class ObservationRows:
         return FeatureRows(self.program.rows(k), self.program.rows(k, 6))
 
     def computed(self, stage: CompiledStage, k: int, **given: Any) -> FeatureRows:
-        """Add the stage of a feature of k numbers, and return the rows that it fills."""
+        """Add the stage of a feature of k numbers; return the rows that it fills."""
         rows = self.room(k)
         self.program.add(stage, **rows._asdict(), **given)
         return rows
 
     @property
     def image(self) -> dict[str, BlockRows]:
-        """The rows of points and depths, as stages take them by name."""
+        """Rows of points and depths, by the names that stages use."""
         return {"points": self.points, "depth": self.depth}
 
     def observation(self, blocks: Blocks, cameras: Sequence[Camera]) -> Observation:
-        """Return what is seen in blocks, by a camera or a pair of them."""
+        """Return the observation of a camera, or of a pair of cameras, from blocks."""
         camera, *others = cameras
         get = blocks.get
         model = get(self.model)
-        seen = construct_unchecked(
+        observation = construct_unchecked(
             Observation,
             pixels_last=make_read_only(get(self.pixels)),
             points_last=make_read_only(get(self.points)),
@@ -117,38 +115,42 @@ class ObservationRows:
             weights_last=None if self.weights is None else make_read_only(get(self.weights)),
         )
         if self.other is None or self.between is None:
-            return seen
+            return observation
         between = make_read_only(get(self.between))
         other = self.other.observation(blocks, others)
-        return replace_unchecked(seen, other=other, between_last=between)
+        return replace_unchecked(observation, other=other, between_last=between)
 
     def some(self, marks: NDArray[np.int64]) -> ObservationRows:
-        """Return the rows of some of the marks, with the stage that copies them."""
+        """Return the rows of some of the marks, and add the stages that copy them."""
         names = ["pixels", "points", "depth", "model"]
         if self.weights is not None:
             names.append("weights")
-        program, own = self.program, vars(self)
-        chosen: dict[str, Any] = {name: select_rows(program, own[name], marks) for name in names}
+        program, fields = self.program, vars(self)
+        selected: dict[str, Any] = {
+            name: select_rows(program, fields[name], marks) for name in names
+        }
         other = None if self.other is None else self.other.some(marks)
-        return replace(self, N=len(marks), **chosen, other=other)
+        return replace(self, N=len(marks), **selected, other=other)
 
 
-def select_rows(program: Program, rows: BlockRows, which: NDArray[np.int64]) -> BlockRows:
-    """Add the stages that copy some entries of rows (n, ...), by number; return the new rows."""
-    if which.tolist() == list(range(rows.shape[0])):
+def select_rows(program: Program, rows: BlockRows, indices: NDArray[np.int64]) -> BlockRows:
+    """Add the stages that copy some entries of rows (n, ...), by index; return the new rows."""
+    if indices.tolist() == list(range(rows.shape[0])):
         return rows
-    found = program.rows(len(which), *rows.shape[1:])
-    for i, n in enumerate(which.tolist()):
-        program.add(control_law.copy_rows, rows=rows[n].flat, to=found[i].flat)
-    return found
+    copies = program.rows(len(indices), *rows.shape[1:])
+    for i, n in enumerate(indices.tolist()):
+        program.add(control_law.copy_rows, rows=rows[n].flat, to=copies[i].flat)
+    return copies
 
 
 def concatenate_rows(program: Program, parts: Sequence[BlockRows]) -> BlockRows:
-    """Return rows of parts that follow one another, copied if there are several."""
+    """Return the rows of parts in sequence, copied if there are several parts."""
     if len(parts) == 1:
         return parts[0]
-    found, at = program.rows(sum(part.shape[0] for part in parts), *parts[0].shape[1:]), 0
+    rows, start = program.rows(sum(part.shape[0] for part in parts), *parts[0].shape[1:]), 0
     for part in parts:
-        program.add(control_law.copy_rows, rows=part.flat, to=found[at : at + part.shape[0]].flat)
-        at += part.shape[0]
-    return found
+        program.add(
+            control_law.copy_rows, rows=part.flat, to=rows[start : start + part.shape[0]].flat
+        )
+        start += part.shape[0]
+    return rows

@@ -1,4 +1,4 @@
-"""Features that one stage makes of the points and depths of marks, or of groups of them."""
+"""Bases of the features that one stage computes from the points and depths of marks."""
 
 from __future__ import annotations
 
@@ -17,20 +17,26 @@ from robsim.kernels.machine.stages import CompiledStage
 
 @dataclass(frozen=True, eq=False)
 class MarkFeature(CompiledFeature, DeclaredValue):
-    """The base of features of the image of marks, with so many numbers for each group of them."""
+    """Base of features with a fixed number of components for each group of marks."""
 
     tolerance: Tolerance = 1e-5
     unit: str = "1"
     stage: ClassVar[CompiledStage]
-    each: ClassVar[int]  # numbers for each group
-    least_marks: ClassVar[int] = 1  # of a group, such as the two of a line
+    each: ClassVar[int]  # components of one group
+    least_marks: ClassVar[int] = 1  # marks of one group, such as 2 for a line
 
     def stages(self, seen: ObservationRows) -> FeatureRows:
-        """Add the stages of s and L to a program, and return their rows."""
+        """Add the stages of s and L to a program; return their rows."""
         return seen.computed(self.stage, self.count(seen.N), **seen.image)
 
     def count(self, N: int) -> int:
-        """Return how many numbers s has; InputError unless so many marks can stand in groups."""
+        """Return the number of components of s for N marks.
+
+        Raises
+        ------
+        InputError
+            If the marks do not divide into groups of `least_marks`.
+        """
         size = self.least_marks
         if not N or N % size:
             raise InputError(
@@ -42,15 +48,15 @@ class MarkFeature(CompiledFeature, DeclaredValue):
 
 @dataclass(frozen=True, eq=False)
 class AngleFeature(MarkFeature):
-    """The base of features with angles, which are within half a turn of those at the goal."""
+    """Base of features with angles; an angle is within half a turn of its value at the goal."""
 
-    goal: Array | None = field(default=None, init=False, repr=False)  # (k, 1) of `towards`
+    goal: Array | None = field(default=None, init=False, repr=False)  # (k, 1), set by `towards`
 
     def towards(self, goal: Observation) -> Self:
-        """Return the feature with angles within half a turn, (-pi, pi], of those at the goal."""
+        """Return the feature with angles within half a turn, (-pi, pi], of the goal."""
         return replace_unchecked(self, goal=make_read_only(view_runs_last(self.measure(goal))))
 
     def stages(self, seen: ObservationRows) -> FeatureRows:
-        """Add the stages of s and L to a program, and return their rows."""
+        """Add the stages of s and L to a program; return their rows."""
         k = self.count(seen.N)
         return seen.computed(self.stage, k, **seen.image, goal=seen.goal(self.goal, k))

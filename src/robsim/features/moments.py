@@ -1,4 +1,4 @@
-"""Image moments of a planar region or of the set of its marks."""
+"""Image moments of a planar region, or of a set of marks."""
 
 from __future__ import annotations
 
@@ -20,15 +20,14 @@ from robsim.kernels.formulas.image_moments import ORDER_3, ORDER_4
 from robsim.kernels.machine.block_rows import BlockRows
 
 MOMENT_KINDS = ("points", "region")
-SKEW_THRESHOLD = (
-    0.1  # rho from which third moments determine the head; a tilt of 0.6 rad makes up to 0.05
-)
-DEFAULT_GOAL = make_read_only(np.array([[1.0], [1.0], [0.0], [0.0], [0.0]]))  # where none is known
+# third moments determine the head above this rho; a tilt of 0.6 rad causes up to 0.05
+SKEW_THRESHOLD = 0.1
+DEFAULT_GOAL = make_read_only(np.array([[1.0], [1.0], [0.0], [0.0], [0.0]]))  # used without a goal
 
 
 def _measure_goal_moments(goal: Observation, of_marks: bool) -> tuple[Array, Array]:
-    """Return the centre (2, B) and centred moments at the goal."""
-    # a copy, as kernels are compiled for arrays that can be written to
+    """Return the centre (2, B) and the centred moments at the goal."""
+    # a copy, as kernels are compiled for writeable arrays
     x = check_goal_observation(goal, "DecoupledMoments").points_last.copy()
     centre, mu = np.empty(x.shape[1:]), np.empty((ORDER_3 if of_marks else ORDER_4, x.shape[2]))
     (kernels.mark_moments if of_marks else kernels.region_moments)(x, centre, mu)
@@ -43,30 +42,30 @@ def _fit_plane(goal: Observation) -> Array:
 
 
 def _add_moments(seen: ObservationRows, of_marks: bool) -> dict[str, BlockRows]:
-    """Add the stage of the moments of a region or of marks, and return the rows it fills."""
-    room = seen.program.rows
-    found = {"centre": room(2), "mu": room(ORDER_4), "R": room(ORDER_3, 6)}
+    """Add the stage of the moments of a region or of marks; return the rows that it fills."""
+    rows = seen.program.rows
+    moments = {"centre": rows(2), "mu": rows(ORDER_4), "R": rows(ORDER_3, 6)}
     if of_marks:
-        seen.program.add(features.marks_stage, **seen.image, **found)
+        seen.program.add(features.marks_stage, **seen.image, **moments)
     else:
-        seen.program.add(features.region_stage, **seen.image, **found, ABC=room(3))
-    return found
+        seen.program.add(features.region_stage, **seen.image, **moments, ABC=rows(3))
+    return moments
 
 
 @dataclass(frozen=True)
 class _BasicMoments(MarkFeature):
-    """The base of the features s = (a, xg, yg, alpha) of a region or of marks."""
+    """Base of the features s = (a, xg, yg, alpha) of a region or of marks."""
 
     alpha_goal: Array | None = field(default=None, init=False, repr=False)  # (1, B)
     of_marks: ClassVar[bool]
 
     def stages(self, seen: ObservationRows) -> FeatureRows:
         """Add the stages of s and L to a program, and return their rows."""
-        given = _add_moments(seen, self.of_marks) | {"goal": seen.goal(self.alpha_goal, 1)}
-        return seen.computed(features.basic_stage, 4, of_marks=self.of_marks, **given)
+        arguments = _add_moments(seen, self.of_marks) | {"goal": seen.goal(self.alpha_goal, 1)}
+        return seen.computed(features.basic_stage, 4, of_marks=self.of_marks, **arguments)
 
     def towards(self, goal: Observation) -> Self:
-        """Return the feature with alpha within a quarter turn of that at the goal."""
+        """Return the feature with alpha within a quarter turn of its value at the goal."""
         return replace_unchecked(
             self, alpha_goal=make_read_only(self.measure(goal)[:, 3][None].copy())
         )
@@ -75,15 +74,33 @@ class _BasicMoments(MarkFeature):
 @register("feature", "region_moments")
 @dataclass(frozen=True)
 class RegionMoments(_BasicMoments):
-    """Area, centre of gravity and orientation of a planar region, s = (a, xg, yg, alpha).
+    """Area, centroid and orientation of a planar region, s = (a, xg, yg, alpha).
 
-    The region is the polygon whose corners are the marks in their order, either way round, in
-    normalised image coordinates; alpha = atan2(2 mu11, mu20 - mu02) / 2 is the angle of its longer
-    principal axis in rad, which has no head: it is known modulo pi, and of a region that has equal
-    axes, such as a square, it is noise. L needs the plane 1/Z = A x + B y + C, fitted to the marks.
-    Of marks at one place s is NaN: there is no region. Chaumette 2004, Image moments: a general and
-    useful set of features for visual servoing, IEEE T-RO 20(4).
+    The region is the polygon with the marks as corners, in their order, clockwise or not, in the
+    image at unit depth. The orientation
 
+        alpha = atan2(2 mu11, mu20 - mu02)/2
+
+    is the angle of the longer principal axis in radians. L needs the plane 1/Z = A x + B y + C,
+    which is fitted to the marks (Chaumette 2004, "Image moments: a general and useful set of
+    features for visual servoing", IEEE T-RO 20(4)).
+
+    The four numbers describe distance, lateral position and roll of the camera, so they fix four
+    of its motions and need no correspondence of single points. Add other features for the two
+    tilts, or use `DecoupledMoments`.
+
+    Raises
+    ------
+    InputError
+        If the target has fewer than three marks.
+
+    Notes
+    -----
+    An axis has no head, so alpha is defined modulo pi. The orientation of a region with equal
+    principal axes, such as a square, is noise. s is NaN if all marks are at one point.
+
+    Examples
+    --------
     >>> from robsim.features.feature import Observation
     >>> from robsim.vision.camera import Camera
     >>> corners = [[0, 0], [0.4, 0], [0.4, 0.2], [0, 0.2]]
@@ -100,14 +117,30 @@ class RegionMoments(_BasicMoments):
 @register("feature", "point_moments")
 @dataclass(frozen=True)
 class PointMoments(_BasicMoments):
-    """Spread, centre and orientation of the marks as a set of points, s = (a, xg, yg, alpha).
+    """Spread, centroid and orientation of the marks as a set of points, s = (a, xg, yg, alpha).
 
-    a = mu20 + mu02 with mu_ij = sum of (x - xg)^i (y - yg)^j over the marks, in normalised image
-    coordinates; alpha in rad is as for `RegionMoments`. The order of the marks does not matter. L
-    uses the depth of every mark, so they need not lie in one plane; of marks at one place it is not
-    finite. Tahri and Chaumette 2005, Point-based and region-based image moments for visual servoing
-    of planar objects, IEEE T-RO 21(6).
+    With mu_ij = sum of (x - xg)^i (y - yg)^j over the marks in the image at unit depth,
 
+        a = mu20 + mu02,    alpha = atan2(2 mu11, mu20 - mu02)/2
+
+    (Tahri and Chaumette 2005, "Point-based and region-based image moments for visual servoing of
+    planar objects", IEEE T-RO 21(6)). The order of the marks does not matter. L uses the depth of
+    every mark, so the marks need not lie in one plane.
+
+    Use the components (1, 2) of a `FeatureBlock` to keep a target in the centre of the image.
+
+    Raises
+    ------
+    InputError
+        If the target has fewer than two marks.
+
+    Notes
+    -----
+    alpha is defined modulo pi, and is noise if the principal axes are equal. L is not finite if
+    all marks are at one point.
+
+    Examples
+    --------
     >>> from robsim.features.feature import Observation
     >>> from robsim.vision.camera import Camera
     >>> marks = [[0, 0], [0.4, 0], [0.4, 0.2], [0, 0.2]]
@@ -125,21 +158,43 @@ class PointMoments(_BasicMoments):
 class DecoupledMoments(CompiledFeature, DeclaredValue):
     """Six moments, one for each motion of the camera, s = (xn, yn, an, Px, Py, alpha).
 
-    an = Z* sqrt(a*/a), xn = an xg, yn = an yg in metres: for a goal parallel to the image their L
-    has -1 on the diagonal of the translation and zeros beside it (Tahri and Chaumette 2005,
-    IEEE T-RO 21(6)). a is the area of the polygon of the marks (of "region") or mu20 + mu02 of
-    the marks (of "points"); a* and the depth Z* of the centre come from the goal.
+    The first three control the translation,
 
-    Px and Py, for the two tilts, do not change when the image moves, turns or grows:
-    (Px, Py) = rho (cos 2 phi, sin 2 phi) with p = (mu30 + mu12, mu21 + mu03),
-    rho = sqrt(mu00) |p| / (mu20 + mu02)^1.5 and phi the angle of p from the principal axis alpha.
-    Up to the factor |p| (mu20 - mu02, 2 mu11) they are the sixth invariant of Hu (1962), Visual
-    pattern recognition by moment invariants, IRE Trans. IT 8, and its twin in Flusser (2000), On
-    the independence of rotation moment invariants, Pattern Recognition 33. They also serve
-    objects with one axis of symmetry. They are useless where p = 0 (objects that look the same
-    after some turn, such as a rectangle or a regular polygon), and where the principal axes are
-    equal, since alpha is noise then. Of marks at one place s is NaN or infinite.
+        an = Z* sqrt(a*/a),    xn = an xg,    yn = an yg,
 
+    in metres, with the area a of the polygon of the marks (of="region") or a = mu20 + mu02 of the
+    marks (of="points"), and with a* and the depth Z* of the centre at the goal. If the goal is
+    parallel to the image, their L has -1 on the diagonal of the translation and zeros beside it
+    (Tahri and Chaumette 2005, IEEE T-RO 21(6)).
+
+    Px and Py control the two tilts. They do not change if the image translates, rotates or scales:
+
+        (Px, Py) = rho (cos 2 phi, sin 2 phi),    rho = sqrt(mu00) |p|/(mu20 + mu02)^1.5,
+        p = (mu30 + mu12, mu21 + mu03),
+
+    with phi the angle of p from the principal axis alpha. Up to the factor |p| (mu20 - mu02, 2
+    mu11) they are the sixth invariant of Hu (1962), "Visual pattern recognition by moment
+    invariants", IRE Trans. IT 8, and its counterpart in Flusser (2000), "On the independence of
+    rotation moment invariants", Pattern Recognition 33. alpha controls the roll.
+
+    Near a parallel goal each error excites its own motion, and the camera moves nearly straight
+    even with a large roll. Objects with one axis of symmetry are allowed.
+
+    Raises
+    ------
+    InputError
+        If the target has fewer than three marks.
+    GoalError
+        By `simulate`, if the target looks the same after some turn, so that L is not finite.
+
+    Notes
+    -----
+    Px and Py are useless if p = 0 (objects that look the same after some turn, such as a rectangle
+    or a regular polygon), and if the principal axes are equal, since alpha is noise then. s is NaN
+    or infinite if all marks are at one point.
+
+    Examples
+    --------
     >>> from robsim.features.feature import Observation
     >>> from robsim.vision.camera import Camera
     >>> marks = [[0, 0], [0.4, 0], [0, 0.2]]
@@ -149,37 +204,42 @@ class DecoupledMoments(CompiledFeature, DeclaredValue):
     """
 
     of: Annotated[
-        str, Word(MOMENT_KINDS, "kind"), "Of the marks, or of the region within them."
+        str,
+        Word(MOMENT_KINDS, "kind"),
+        "Moments of the marks, or of the polygon with these corners.",
     ] = "points"
     tolerance: Tolerance = 1e-5
     unit: str = "m, 1, rad"
-    goal: Array | None = field(default=None, init=False, repr=False)  # (5, B): a*, Z*, alpha, head
+    # (5, B): a*, Z*, alpha and head at the goal
+    goal: Array | None = field(default=None, init=False, repr=False)
     singular: ClassVar[str] = "a target must not look the same after a turn, as a square does"
     least_marks: ClassVar[int] = 3
 
     @property
     def of_marks(self) -> bool:
-        """Whether the moments are those of the marks, not of the region within them."""
+        """Whether the moments belong to the marks, and not to the region within them."""
         return self.of == "points"
 
     def stages(self, seen: ObservationRows) -> FeatureRows:
         """Add the stages of s and L to a program, and return their rows."""
         goal = DEFAULT_GOAL if self.goal is None else self.goal
-        given = _add_moments(seen, self.of_marks) | {"goal": seen.program.each(goal)}
-        how = {"turned": self.goal is not None, "headed": bool(goal[3:].any())}
-        return seen.computed(features.decoupled_stage, 6, of_marks=self.of_marks, **given, **how)
+        arguments = _add_moments(seen, self.of_marks) | {"goal": seen.program.each(goal)}
+        options = {"turned": self.goal is not None, "headed": bool(goal[3:].any())}
+        return seen.computed(
+            features.decoupled_stage, 6, of_marks=self.of_marks, **arguments, **options
+        )
 
     def towards(self, goal: Observation) -> DecoupledMoments:
-        """Return the feature with a*, Z*, the orientation and the head of the goal."""
+        """Return the feature with a*, Z*, the orientation and the head at the goal."""
         centre, mu = _measure_goal_moments(goal, self.of_marks)
         s = np.empty((4, mu.shape[1]))
         features.basic_moments(self.of_marks, centre, mu, s)
         size, x, y, alpha = s
         if self.of_marks:
-            Z = sum(goal.depth_last) / len(goal.depth_last)  # mark by mark, for any number of runs
+            Z = sum(goal.depth_last) / len(goal.depth_last)  # mark by mark, for the same bits
         else:
             A, B, C = _fit_plane(goal)
-            with np.errstate(all="ignore"):  # marks on one line are in no plane: Z is not finite
+            with np.errstate(all="ignore"):  # collinear marks determine no plane: Z is not finite
                 Z = 1.0 / (A * x + B * y + C)
         return replace_unchecked(
             self, goal=make_read_only(np.stack([size, Z, alpha, *_measure_head(mu, alpha)]))
@@ -187,7 +247,7 @@ class DecoupledMoments(CompiledFeature, DeclaredValue):
 
 
 def _measure_head(mu: Array, alpha: Array) -> Array:
-    """Return the heads (2, B), or zeros where a tilt could explain them."""
+    """Return the heads (2, B), or zeros if a tilt could explain them."""
     h = np.empty((2, mu.shape[1]))
     features.head_vector(mu, alpha, h)
     return np.where(np.hypot(*h) > SKEW_THRESHOLD, h, 0.0)

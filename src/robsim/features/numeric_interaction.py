@@ -1,4 +1,4 @@
-"""The interaction matrix of any feature: its own, or one by central differences."""
+"""The interaction matrix of any feature: analytic, or by central differences."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ from robsim.kernels.formulas.point_transform import transform_image_points
 from robsim.vision.camera import Camera
 
 DIFFERENCE_STEP = 1e-5  # metres and radians: rounding and truncation both near 1e-10 of L
-UNIT_CAMERA = Camera(np.eye(3))  # of normalised points
+UNIT_CAMERA = Camera(np.eye(3))  # pixels are normalised points
 
 
 def compute_interaction(feature: Feature, seen: Observation) -> Any:
-    """Return L (B, k, 6), the feature's own or by central differences of its measurement.
+    """Return L (B, k, 6) from the feature, or by central differences of its measurement.
 
     The differences move the believed marks: normalised points at believed depths.
     """
-    own = getattr(feature, "interaction", None)
-    return difference_interaction(feature, seen) if own is None else own(seen)
+    analytic = getattr(feature, "interaction", None)
+    return difference_interaction(feature, seen) if analytic is None else analytic(seen)
 
 
 def difference_interaction(feature: Feature, seen: Observation) -> Array:
@@ -41,8 +41,9 @@ def difference_interaction(feature: Feature, seen: Observation) -> Array:
 def displace_camera(seen: Observation, axis: int, step: float) -> Observation:
     """Return the observation after the camera moved by `step` along or about one of its axes.
 
-    With T = exp(-step), the pose of the camera's old axes in its new ones, a point in camera axes
-    becomes T X. A second camera is fixed to the first at B = `between`, so its T is B^-1 T B.
+    With T = exp(-step), the pose of the camera's old axes in its new axes, a point X in camera
+    axes becomes T X. A second camera has the fixed pose B = `between` in the first camera, so its
+    T is B^-1 T B.
     """
     twist = np.zeros((6, seen.points_last.shape[-1]))
     twist[axis] = -step
@@ -66,14 +67,16 @@ def _express_motion(B: Array, T: Array) -> Array:
 
 
 def _displace_marks(seen: Observation, T: Array) -> Observation:
-    """Return the observation after everything in front of the camera moved by T (3, 4, B)."""
-    x = seen.points_last.copy()  # kernels are compiled for arrays that can be written to
+    """Return the observation after all marks moved by T (3, 4, B) in camera axes."""
+    x = seen.points_last.copy()  # kernels are compiled for writeable arrays
     X = np.empty((x.shape[0], 3, x.shape[-1]))
     transform_image_points(x, seen.depth_last.copy(), T, X)
     depth = np.ascontiguousarray(X[:, 2])
-    made = {"depth_last": depth, "pixels_last": seen.camera.image_of(X)[0]}
-    made["points_last"] = UNIT_CAMERA.image_of(X)[0]
+    fields = {"depth_last": depth, "pixels_last": seen.camera.image_of(X)[0]}
+    fields["points_last"] = UNIT_CAMERA.image_of(X)[0]
     if seen.guess_last is not None:
-        made["guess_last"] = np.empty_like(T)
-        se3.compose(T, seen.guess_last.copy(), made["guess_last"])
-    return replace_unchecked(seen, **{name: make_read_only(array) for name, array in made.items()})
+        fields["guess_last"] = np.empty_like(T)
+        se3.compose(T, seen.guess_last.copy(), fields["guess_last"])
+    return replace_unchecked(
+        seen, **{name: make_read_only(array) for name, array in fields.items()}
+    )

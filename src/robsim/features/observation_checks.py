@@ -1,4 +1,4 @@
-"""Checks of what an observation is made of, before any of it reaches compiled code."""
+"""Checks of the parts of an observation, before compiled code reads them."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from robsim.geometry.pose import as_pose
 from robsim.vision.camera import Camera
 
 MARK_SHAPES = {"pixels_last": ("N", 2, "B"), "points_last": ("N", 2, "B"), "depth_last": ("N", "B")}
-OPTIONAL_SHAPES = {  # which may be None
+OPTIONAL_SHAPES = {  # optional parts
     "guess_last": (3, 4, "B"),
     "between_last": (3, 4, "B"),
     "weights_last": ("N", "B"),
@@ -22,7 +22,7 @@ OPTIONAL_SHAPES = {  # which may be None
 
 
 def check_image(pixels: ArrayLike, depth: ArrayLike, camera: Any) -> tuple[Array, Array, Array]:
-    """Return pixels and points (N, 2, B) and depths (N, B) of pixels (B, N, 2), depths (B, N)."""
+    """Return pixels and points (N, 2, B) and depths (N, B) from pixels (B, N, 2), depths (B, N)."""
     if not isinstance(camera, Camera):
         raise InputError(f"camera: expected a Camera, got {format_value(camera)}")
     x = as_floats(pixels, "pixels", ("N", 2), gaps=True)
@@ -37,7 +37,7 @@ def check_image(pixels: ArrayLike, depth: ArrayLike, camera: Any) -> tuple[Array
 
 
 def convert_poses(pose: Any, what: str, runs: int) -> Array | None:
-    """Return poses (3, 4, B) from a pose (4, 4) or (B, 4, 4); None of None."""
+    """Return poses (3, 4, B) from a pose (4, 4) or (B, 4, 4), or None without a pose."""
     if pose is None:
         return None
     try:
@@ -49,45 +49,46 @@ def convert_poses(pose: Any, what: str, runs: int) -> Array | None:
     return make_read_only(move_runs_last(np.broadcast_to(T[..., :3, :], (runs, 3, 4)), 2).copy())
 
 
-def check_observation_fields(given: dict[str, Any]) -> dict[str, Any]:
-    """Return the parts of an observation with arrays that are read-only and of one size."""
-    if not isinstance(given["camera"], Camera):
-        raise InputError(f"camera: expected a Camera, got {format_value(given['camera'])}")
+def check_observation_fields(fields: dict[str, Any]) -> dict[str, Any]:
+    """Return the parts of an observation as read-only arrays of consistent sizes."""
+    if not isinstance(fields["camera"], Camera):
+        raise InputError(f"camera: expected a Camera, got {format_value(fields['camera'])}")
     shapes = MARK_SHAPES | {
-        name: shape for name, shape in OPTIONAL_SHAPES.items() if given[name] is not None
+        name: shape for name, shape in OPTIONAL_SHAPES.items() if fields[name] is not None
     }
-    if "model" in shapes and as_floats(given["model"], "model", (), gaps=True).ndim > 2:
+    if "model" in shapes and as_floats(fields["model"], "model", (), gaps=True).ndim > 2:
         shapes["model"] = ("N", 3, "B")
     sizes: dict[str, int] = {}
-    made = {
-        name: check_array_shape(given[name], name, shape, sizes, True)
+    arrays = {
+        name: check_array_shape(fields[name], name, shape, sizes, True)
         for name, shape in shapes.items()
     }
-    other = given["other"]
+    other = fields["other"]
     if other is not None:
         if type(other).__name__ != "Observation":
             raise InputError(f"other: expected an Observation, got {format_value(other)}")
         check_array_shape(
             other.pixels_last, "pixels_last of the other", MARK_SHAPES["pixels_last"], sizes, True
         )
-        if given["between_last"] is None:
+        if fields["between_last"] is None:
             raise InputError("other: a second camera needs `between`, its pose in the first")
-    return made
+    return arrays
 
 
 def check_array_shape(
     value: Any, what: str, shape: tuple[int | str, ...], sizes: dict[str, int], gaps: bool = False
 ) -> Array:
-    """Return a read-only copy of an array whose axes agree with those of others, by their names.
+    """Return a read-only copy of an array; raise InputError unless its named axes fit `sizes`.
 
-    With `gaps`, NaN may stand for what is not there.
+    `sizes` maps the names of axes to the sizes found so far, and is extended. With `gaps`, NaN is
+    allowed for missing numbers.
     """
     array = as_floats(value, what, shape, gaps=gaps)
-    wanted = tuple(sizes.get(n, n) if isinstance(n, str) else n for n in shape)
+    expected = tuple(sizes.get(n, n) if isinstance(n, str) else n for n in shape)
     fits = array.ndim == len(shape) and array.size > 0
     if not fits or any(
-        isinstance(n, int) and n != size for n, size in zip(wanted, array.shape, strict=True)
+        isinstance(n, int) and n != size for n, size in zip(expected, array.shape, strict=True)
     ):
-        raise InputError(f"{what}: expected shape {wanted}, got {array.shape}".replace("'", ""))
+        raise InputError(f"{what}: expected shape {expected}, got {array.shape}".replace("'", ""))
     sizes |= {n: size for n, size in zip(shape, array.shape, strict=True) if isinstance(n, str)}
     return make_read_only(np.ascontiguousarray(array))

@@ -1,4 +1,4 @@
-"""Image points, normalised or in pixels: the features of the chapter's section 5.2."""
+"""Image points, normalised or in pixels (chapter, section 5.2)."""
 
 from __future__ import annotations
 
@@ -16,10 +16,24 @@ from robsim.kernels.machine.stages import CompiledStage
 @register("feature", "points")
 @dataclass(frozen=True)
 class Points(MarkFeature):
-    """Normalised, undistorted image points, s = (x1, y1, x2, y2, ...).
+    """Normalised image points, s = (x1, y1, x2, y2, ...).
 
-    L is eq. (14) of the chapter with f = 1 (Chaumette and Hutchinson 2006, eq. 11).
+    A point of the image at unit depth is x = X/Z, y = Y/Z for a mark at (X, Y, Z) in camera axes;
+    the distortion of the lens is removed. Each mark contributes two rows of L,
 
+        [-1/Z,    0, x/Z,     x y, -(1 + x^2),  y]
+        [   0, -1/Z, y/Z, 1 + y^2,       -x y, -x]
+
+    (chapter, eq. 14 with f = 1; Chaumette and Hutchinson 2006, eq. 11).
+
+    The points are the usual choice for `IBVS`. They move on nearly straight lines in the image, so
+    the marks rarely leave it. The path of the camera is free: under a large rotation about the
+    optical axis the camera retreats, and under a rotation by pi it moves straight back without
+    end. `Polar` avoids the retreat. Three marks leave four possible poses of the camera; use four
+    or more.
+
+    Examples
+    --------
     >>> from robsim.features.feature import Observation
     >>> from robsim.vision.camera import Camera
     >>> pixels, depth = [[0.1, 0.2]], [2.0]
@@ -34,14 +48,21 @@ class Points(MarkFeature):
 @register("feature", "pixels")
 @dataclass(frozen=True)
 class PixelPoints(Points):
-    """Undistorted pixels, s = (column1, row1, column2, row2, ...).
+    """Undistorted image points in pixels, s = (column1, row1, column2, row2, ...).
 
-    L is that of the normalised points times the focal lengths (and skew) of K.
+    The interaction matrix is the matrix of `Points` times the focal lengths (and the skew) of the
+    believed K. If both focal lengths are equal and the skew is zero, all rows have one factor, and
+    the camera moves as with `Points`. Use this feature to give the tolerance, the noise and the
+    error in pixels.
 
+    Examples
+    --------
     >>> from robsim.features.feature import Observation
     >>> from robsim.vision.camera import Camera
     >>> camera = Camera([[800, 0, 320], [0, 800, 240], [0, 0, 1]])
     >>> seen = Observation.of([[400, 240]], [2.0], camera)
+    >>> PixelPoints().measure(seen)
+    array([[400., 240.]])
     >>> PixelPoints().interaction(seen)[0, 0, :3]
     array([-400.,    0.,   40.])
     """

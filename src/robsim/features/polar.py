@@ -16,16 +16,27 @@ from robsim.kernels.machine.stages import CompiledStage
 class Polar(AngleFeature):
     """Polar coordinates of image points about the principal point, s = (rho1, theta1, ...).
 
-    rho = sqrt(x^2 + y^2) in the image at unit depth, theta = atan2(y, x) in radians; L is that of
-    the points turned by theta, its second row over rho:
-    L_rho = [-c/Z, -s/Z, rho/Z, (1 + rho^2) s, -(1 + rho^2) c, 0],
-    L_theta = [s/(rho Z), -c/(rho Z), 0, c/rho, s/rho, -1], with c, s = cos theta, sin theta
+    In the image at unit depth, rho = sqrt(x^2 + y^2) and theta = atan2(y, x) in radians. With
+    c = cos(theta) and s = sin(theta), the rows of L are
+
+        L_rho   = [-c/Z, -s/Z, rho/Z, (1 + rho^2) s, -(1 + rho^2) c, 0]
+        L_theta = [s/(rho Z), -c/(rho Z), 0, c/rho, s/rho, -1]
+
     (Iwatsuki and Okiyama 2005; Chaumette and Hutchinson 2007, on cylindrical coordinates; Corke,
-    Spindler and Chaumette 2009).
+    Spindler and Chaumette 2009). They are the rows of the Cartesian point turned by theta, with
+    the second row divided by rho.
 
-    A mark at the principal point has no theta: it is measured as 0, and L there is NaN.
-    Towards a goal, theta is the one within half a turn, (-pi, pi], of that at the goal.
+    Use polar coordinates if the camera must rotate far about its optical axis: the points then
+    move on circles about the principal point, and the camera does not retreat. For lateral
+    translations `Points` gives the more direct path.
 
+    Notes
+    -----
+    A mark at the principal point has no angle: theta is 0 and L is NaN. `towards` sets the goal;
+    theta is then within half a turn, (-pi, pi], of its value at the goal.
+
+    Examples
+    --------
     >>> from robsim.features.feature import Observation
     >>> from robsim.vision.camera import Camera
     >>> pixels, depth = [[0.3, 0.4]], [2.0]

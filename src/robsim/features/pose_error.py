@@ -1,4 +1,4 @@
-"""The features of position-based servoing: rotation and translation of the camera from the goal."""
+"""Pose errors: rotation and translation between the camera and its goal."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ TranslationForm = Literal["goal", "camera"]
 
 @dataclass(frozen=True)
 class _PoseFeature(CompiledFeature):
-    """The base of features of T_c_o, the estimated pose of the target, and of the goal."""
+    """Base of the features of the estimated pose T_c_o of the target relative to the goal."""
 
     uses_pose: ClassVar[bool] = True
     uses_depth: ClassVar[bool] = False
@@ -37,18 +37,18 @@ class _PoseFeature(CompiledFeature):
         check_fields(self)
 
     def towards(self, goal: Observation) -> Self:
-        """Return the feature relative to the camera with this view of the target."""
+        """Return the feature relative to the camera pose that has this view of the target."""
         if not np.isfinite(check_goal_observation(goal, type(self).__name__).pose).all():
-            raise GoalError("no pose of the target fits what is seen at the goal")
+            raise GoalError("no pose of the target fits the image at the goal")
         return replace_unchecked(
             self, T_goal_o=Pose(goal.pose[0] if len(goal.pose) == 1 else goal.pose)
         )
 
-    def _from_goal(self, seen: ObservationRows) -> BlockRows:
-        """Add the stage of T_goal_c, the camera in axes of the goal camera; return its rows."""
+    def _add_goal_pose(self, seen: ObservationRows) -> BlockRows:
+        """Add the stage of T_goal_c, the camera pose in goal camera axes; return its rows."""
         goal, room = seen.program.each(self._T_o_goal), seen.program.rows(3, 4)
-        given = {"T_c_o": seen.pose, "T_o_goal": goal, "room": room}
-        return seen.program.result(kernels.goal_camera_pose_stage, "T", 3, 4, **given)
+        arguments = {"T_c_o": seen.pose, "T_o_goal": goal, "room": room}
+        return seen.program.result(kernels.goal_camera_pose_stage, "T", 3, 4, **arguments)
 
     @cached_property
     def _T_o_goal(self) -> Array:
@@ -59,12 +59,27 @@ class _PoseFeature(CompiledFeature):
 @register("feature", "theta_u")
 @dataclass(frozen=True)
 class ThetaU(_PoseFeature):
-    """The rotation vector of the camera in the goal camera, s = theta u of R_goal_c, in radians.
+    """Rotation vector of the camera relative to its goal, s = theta u of R_goal_c, in rad.
 
-    `T_goal_o` is the pose of the target in the goal camera; `towards` takes it from the view at
-    the goal. L = [0, L_w], see `robsim.kernels.features.pose_features.theta_u_interaction` (Malis,
-    Chaumette and Boudet 1999). theta is in [0, pi]; beyond, u turns round.
+    The interaction matrix is L = [0, L_w] (Malis, Chaumette and Boudet 1999; see
+    `robsim.kernels.features.pose_features.theta_u_interaction`). The translation of the camera
+    does not enter, and the camera turns about one fixed axis to the goal. The pose of the target
+    is estimated from its marks.
 
+    `T_goal_o` is the pose of the target in goal camera axes; `towards` takes it from the view at
+    the goal.
+
+    Raises
+    ------
+    GoalError
+        By `towards`, if no pose of the target fits the image at the goal.
+
+    Notes
+    -----
+    theta is in [0, pi]. Beyond half a turn the axis u changes its sign.
+
+    Examples
+    --------
     >>> from robsim.vision.camera import Camera
     >>> image, pose = np.zeros((3, 2)), Pose.at(0, 0, 2, rotvec=(-0.5, 0, 0))
     >>> seen = Observation.of(image, np.ones(3), Camera(np.eye(3)), pose=pose)
@@ -77,21 +92,32 @@ class ThetaU(_PoseFeature):
 
     def stages(self, seen: ObservationRows) -> FeatureRows:
         """Add the stages of s and L to a program, and return their rows."""
-        T, room = self._from_goal(seen), seen.program.rows(4)
+        T, room = self._add_goal_pose(seen), seen.program.rows(4)
         return seen.computed(kernels.theta_u_stage, 3, T=T, room=room)
 
 
 @register("feature", "translation")
 @dataclass(frozen=True)
 class Translation(_PoseFeature):
-    """The position in metres of the camera in the goal camera, or of the target in the camera.
+    """Position of the camera relative to its goal, or of the target in camera axes, in metres.
 
-    form "goal": s = t_goal_c, the origin of the camera in axes of the goal camera, and
-    L = [R_goal_c, 0]; with `ThetaU` the camera goes straight.
-    form "camera": s = t_c_o, the origin of the target in camera axes, and L = [-I, [t_c_o]x];
-    with `ThetaU` that origin goes straight in the image.
-    Both are in Chaumette and Hutchinson 2006, the section on position-based servoing.
+    - form "goal": s = t_goal_c, the origin of the camera in goal camera axes, with L = [R_goal_c,
+      0]. Together with `ThetaU` the camera moves on a straight line.
+    - form "camera": s = t_c_o, the origin of the target in camera axes, with L = [-I, [t_c_o]x].
+      Together with `ThetaU` the origin of the target moves on a straight line in camera axes, and
+      so in the image.
 
+    Both are in Chaumette and Hutchinson 2006, section on position-based servoing. Use "goal" if
+    the path of the camera matters, and "camera" if the target must stay in the image. The pose of
+    the target is estimated from its marks.
+
+    Raises
+    ------
+    GoalError
+        By `towards`, if no pose of the target fits the image at the goal.
+
+    Examples
+    --------
     >>> from robsim.vision.camera import Camera
     >>> image, pose = np.zeros((3, 2)), Pose.at(0.1, 0.2, 2)
     >>> seen = Observation.of(image, np.ones(3), Camera(np.eye(3)), pose=pose)
@@ -102,7 +128,9 @@ class Translation(_PoseFeature):
     """
 
     form: Annotated[
-        TranslationForm, Word(get_args(TranslationForm), "form"), "Which of the two translations."
+        TranslationForm,
+        Word(get_args(TranslationForm), "form"),
+        "Translation: of the camera from its goal, or of the target in camera axes.",
     ] = "goal"
     tolerance: Tolerance = 1e-5
     unit: str = "m"
@@ -110,5 +138,5 @@ class Translation(_PoseFeature):
     def stages(self, seen: ObservationRows) -> FeatureRows:
         """Add the stages of s and L to a program, and return their rows."""
         in_goal = self.form == "goal"
-        T = self._from_goal(seen) if in_goal else seen.pose
+        T = self._add_goal_pose(seen) if in_goal else seen.pose
         return seen.computed(kernels.translation_stage, 3, T=T, in_goal=in_goal)

@@ -14,11 +14,18 @@ from robsim.kernels.machine.stages import CompiledStage
 @register("feature", "spherical")
 @dataclass(frozen=True)
 class Spherical(MarkFeature):
-    """Unit vectors from the camera to the marks, in camera axes, s = (s1, s2, ...), three each.
+    """Bearings: unit vectors from the camera to the marks in camera axes, three numbers each.
 
-    L = [-(I - s s')/|P|, [s]x] with the distance |P| = Z sqrt(1 + x^2 + y^2) (Hamel and Mahony
-    2002). A rotation of the camera turns every s alike, wherever it is in the image.
+    For a mark at P in camera axes, s = P/|P| and
 
+        L = [-(I - s s')/|P|, [s]x],    |P| = Z sqrt(1 + x^2 + y^2)
+
+    (Hamel and Mahony 2002). A rotation of the camera rotates all bearings together, independent of
+    their places in the image. Use bearings for cameras with a wide field of view: normalised points
+    grow without bound towards 90 degrees from the optical axis, and bearings do not.
+
+    Examples
+    --------
     >>> from robsim.features.feature import Observation
     >>> from robsim.vision.camera import Camera
     >>> pixels, depth = [[0.75, 0.0]], [2.0]

@@ -1,4 +1,4 @@
-"""Points in space, seen by a pair of cameras that are fixed to each other."""
+"""Points in space, triangulated by two cameras with a fixed relative pose."""
 
 from __future__ import annotations
 
@@ -15,11 +15,25 @@ from robsim.kernels.features import midpoint_triangulation as kernels
 @register("feature", "stereo_points")
 @dataclass(frozen=True)
 class StereoPoints(MarkFeature):
-    """Marks in axes of the first camera, s = (X1, Y1, Z1, X2, ...) in metres, by triangulation.
+    """Triangulated position of each mark in axes of the first camera, in metres.
 
-    L = [-I, [X]x] for each mark, as Xdot = -v - omega x X (Chaumette and Hutchinson 2006). NaN
-    where the rays of both cameras to a mark are parallel.
+    s = (X1, Y1, Z1, X2, ...) follows from the two images and the believed relative pose of the
+    cameras. Each mark contributes the rows L = [-I, [X]x], since Xdot = -v - omega x X (Chaumette
+    and Hutchinson 2006). No depth is needed. An error in the relative pose of the cameras enters
+    s, as an error of the depth enters `Points3D`. Give the task both names, as in `camera=("left",
+    "right")`.
 
+    Raises
+    ------
+    InputError
+        If the observation has no second camera.
+
+    Notes
+    -----
+    A mark with parallel rays has no position: s is NaN.
+
+    Examples
+    --------
     >>> from robsim import Camera, Pose
     >>> from robsim.features import Observation
     >>> camera = Camera(np.eye(3))
@@ -37,6 +51,6 @@ class StereoPoints(MarkFeature):
     def stages(self, seen: ObservationRows) -> FeatureRows:
         """Add the stages of s and L to a program, and return their rows."""
         if seen.other is None:
-            raise InputError("StereoPoints needs what a second camera sees; here is none")
-        seen_by_both = {"points": seen.points, "others": seen.other.points, "T": seen.between}
-        return seen.computed(kernels.stereo_stage, 3 * seen.N, **seen_by_both)
+            raise InputError("StereoPoints needs the image of a second camera; there is none")
+        arguments = {"points": seen.points, "others": seen.other.points, "T": seen.between}
+        return seen.computed(kernels.stereo_stage, 3 * seen.N, **arguments)

@@ -1,1 +1,1 @@
-"""Laws, goals and tasks: how features become joint velocities."""
+"""Laws, goals and tasks: the path from features to joint velocities."""

@@ -1,4 +1,4 @@
-"""A feature block bound to a scene, which measures its feature and checks the shape."""
+"""A feature block bound to a scene, which measures its feature and checks the shapes."""
 
 from __future__ import annotations
 
@@ -26,19 +26,19 @@ class BoundBlock:
     """A feature block bound to a scene: its feature, measured by one camera or a stereo pair."""
 
     feature: Feature
-    sights: tuple[CameraTarget, ...]  # as believed
+    sights: tuple[CameraTarget, ...]  # believed
     marks: NDArray[np.int64] | None
     components: NDArray[np.int64] | None
     weight: float
-    k: int | None = None  # how many numbers its feature gives, once that is known
+    k: int | None = None  # number of components of its feature, once it is known
 
     @property
     def name(self) -> str:
-        """The name of the feature's class."""
+        """Name of the feature's class."""
         return type(self.feature).__name__
 
     def towards(self, goal: Observation) -> BoundBlock:
-        """Return the block measured relative to what is seen at the goal, if its feature can be."""
+        """Return the block measured relative to the goal, if its feature has `towards`."""
         towards = getattr(self.feature, "towards", None)
         if towards is None:
             return self
@@ -50,48 +50,48 @@ class BoundBlock:
         return replace(self, feature=feature)
 
     def counted(self, goal: Observation) -> BoundBlock:
-        """Return the block with the size k that s has at the goal and must keep."""
+        """Return the block with the size k of s at the goal, which s must keep."""
         whole = replace(self, components=None)
         return replace(self, k=len(whole.measure(goal)))
 
     def observation(self, seen: ObservationRows, blocks: Blocks) -> Observation:
-        """Return what all marks look like in blocks, before some are chosen."""
+        """Return the observation of all marks from blocks, before a selection of marks."""
         cameras = [sight.eye.camera for sight in self.sights]
         return seen.observation(blocks, cameras)
 
     def at_goal(
         self, seen: dict[PairKey, Observation], projections: dict[PairKey, Projection]
     ) -> Observation:
-        """Return what the feature is shown at the goal, with cameras where they are believed."""
+        """Return the feature's observation at the goal, with cameras at their believed poses."""
         whole = self.all_at_goal(seen, projections)
         return whole if self.marks is None else whole.some(self.marks)
 
     def all_at_goal(
         self, seen: dict[PairKey, Observation], projections: dict[PairKey, Projection]
     ) -> Observation:
-        """Return what all marks look like at the goal, before some are chosen."""
+        """Return the observation of all marks at the goal, before a selection of marks."""
         first, *others = (sight.key for sight in self.sights)
-        one = seen[first]
+        observation = seen[first]
         for second in others:  # at most one
             between = compute_relative_pose(projections[first].T_w_c, projections[second].T_w_c)
-            one = replace_unchecked(one, other=seen[second], between_last=between)
-        return one
+            observation = replace_unchecked(observation, other=seen[second], between_last=between)
+        return observation
 
     def stages(self, seen: ObservationRows, with_L: bool = True) -> FeatureRows:
-        """Add the stages of s and L to a program, and return the rows of the chosen components.
+        """Add the stages of s and L to a program; return the rows of the chosen components.
 
-        A user's feature is asked for L only if that is wanted.
+        `with_L` decides whether L of a user's feature is evaluated.
         """
         if self.marks is not None:
             seen = seen.some(self.marks)
-        rows = self._whole(seen, with_L)
+        rows = self._add_all_components(seen, with_L)
         if self.components is None:
             return rows
         return FeatureRows(*(select_rows(seen.program, each, self.components) for each in rows))
 
-    def _whole(self, seen: ObservationRows, with_L: bool) -> FeatureRows:
-        """Return the rows of all components, of a feature that may be a user's."""
-        compiled = self._compiled
+    def _add_all_components(self, seen: ObservationRows, with_L: bool) -> FeatureRows:
+        """Return the rows of all components; a user's feature is evaluated in Python."""
+        compiled = self._compiled_feature
         if compiled is not None:
             return compiled.stages(seen)
         whole = replace(self, components=None)
@@ -107,58 +107,60 @@ class BoundBlock:
         return rows
 
     @property
-    def _compiled(self) -> CompiledFeature | None:
-        """The feature, if it is stages of a program and no user's."""
+    def _compiled_feature(self) -> CompiledFeature | None:
+        """The feature if it consists of stages, or None for a user's feature."""
         feature = self.feature
         return feature if isinstance(feature, CompiledFeature) and not feature.is_own() else None
 
     @property
     def size(self) -> int:
-        """The number of chosen components."""
+        """Number of chosen components."""
         return len(self.components) if self.components is not None else self.k or 0
 
     def measure(self, seen: Observation) -> Array:
         """Return the chosen components s (k, B)."""
-        return self._checked(self.feature.measure(seen), seen)
+        return self._check_returned(self.feature.measure(seen), seen)
 
     def interaction(self, seen: Observation) -> Array:
         """Return L (k, 6, B) of the chosen components, for the first camera's twist."""
-        return self._checked(compute_interaction(self.feature, seen), seen, 6)
+        return self._check_returned(compute_interaction(self.feature, seen), seen, 6)
 
     def gone(self, blind: Observation) -> NDArray[np.bool_]:
-        """Return (k, B): which components are NaN, as marks of all the target's are."""
+        """Return (k, B): whether each component is NaN, given an observation with hidden marks."""
         if self.marks is not None:
             blind = blind.some(self.marks)
         try:
             return np.asarray(np.isnan(self.measure(blind)))
-        except np.linalg.LinAlgError:  # of a user's feature: LAPACK takes no NaN for any run
+        except np.linalg.LinAlgError:  # a user's feature may call LAPACK, which rejects NaN
             return np.ones((self.size, blind.pixels_last.shape[-1]), dtype=np.bool_)
 
     def depends(self, seen: Observation) -> NDArray[np.bool_] | None:
-        """Return (k, cameras, N): which components are NaN where a camera does not see a mark.
+        """Return (k, cameras, N): whether each component is NaN if a camera does not see a mark.
 
-        None where that may be another at another time: of a user's feature, or of one that has no
-        value for what is seen.
+        The result is None if it may change over time: for a user's feature, or for a feature
+        without a value in this observation.
         """
-        return None if self._compiled is None else self.made_of(seen)
+        return None if self._compiled_feature is None else self.made_of(seen)
 
     def made_of(self, seen: Observation) -> NDArray[np.bool_] | None:
-        """Return the same as `depends`, as it is for what is seen, also of a user's feature."""
+        """Return the result of `depends` for one observation, also for a user's feature."""
         if self.gone(seen).any():
             return None
         cameras, N = len(self.sights), len(seen.pixels_last)
-        each = np.eye(cameras * N, dtype=np.bool_).reshape(cameras, N, -1)
-        gone = self.gone(seen.repeated(cameras * N).blind(list(each)))
-        return gone.reshape(-1, cameras, N)
+        hidden = np.eye(cameras * N, dtype=np.bool_).reshape(cameras, N, -1)
+        missing = self.gone(seen.repeated(cameras * N).blind(list(hidden)))
+        return missing.reshape(-1, cameras, N)
 
-    def _checked(self, value: Any, seen: Observation, *tail: int) -> Array:
-        """Return the chosen components of a returned array, run last; its shape is checked."""
+    def _check_returned(self, value: Any, seen: Observation, *tail: int) -> Array:
+        """Return the chosen components of a returned array, run last, after a shape check."""
         k = "k" if self.k is None else self.k
-        wanted = (seen.pixels_last.shape[-1], k, *tail)
-        array = check_returned_array(value, f"{self.name}: a method", wanted)
-        return np.array(self._chosen(view_runs_last(array)), order="C")  # theirs may be used again
+        expected = (seen.pixels_last.shape[-1], k, *tail)
+        array = check_returned_array(value, f"{self.name}: a method", expected)
+        # a copy, since the user's array may change
+        return np.array(self._select_components(view_runs_last(array)), order="C")
 
-    def _chosen(self, array: Array) -> Array:
+    def _select_components(self, array: Array) -> Array:
+        """Return the chosen components; raise InputError for a component that does not exist."""
         if self.components is None:
             return array
         if self.components.max() >= len(array):

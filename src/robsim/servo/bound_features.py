@@ -1,4 +1,4 @@
-"""What a task regulates in a scene: s, its goal, and how the joints move it."""
+"""The bound features of a task in a scene: s, its goal, and its dependence on the joints."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ from robsim.servo.laws.inverse import multiply_batches
 
 @dataclass(frozen=True, eq=False)
 class FeatureState:
-    """The features s with L and the Jacobians, as the controller models them, with the run last."""
+    """Features s with L and the Jacobians, as the controller models them, with the run last."""
 
     s: Array  # (k, B)
-    L: Array  # (k, 6, B) for the twist of the first camera, where all cameras move as one
-    J: Array  # (6, n, B) of the first camera against its target
-    task_jacobian: Array  # (k, n, B) L J, or as learnt by Broyden's rule
+    L: Array  # (k, 6, B) for the twist of the first camera, if all cameras move as one
+    J: Array  # (6, n, B) of the first camera relative to its target
+    task_jacobian: Array  # (k, n, B) L J, or its estimate by Broyden's rule
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,26 +37,27 @@ class BoundFeatures:
     """All feature blocks of a task with their goal, and the commanded velocities."""
 
     parts: tuple[BoundBlock, ...]
-    sights: tuple[CameraTarget, ...]  # as believed, each once; the first is the reference
+    sights: tuple[CameraTarget, ...]  # believed pairs, each once; the first pair is the reference
     exact: bool  # whether the belief is the truth
     columns: NDArray[np.int64]
     depths: DepthModel
-    which: Interaction | Array  # or one constant L (k, 6)
-    goals: dict[PairKey, Observation]  # of each sight at the goal, whose depth is the true one
-    q_goal: Array | None  # (nq, runs) where it was shown
-    given: Array | None  # (k,) features at the goal, where they are given as numbers
-    runs: int = 1  # of which each has numbers of its own, and so a goal of its own
+    which: Interaction | Array  # choice of L, or one constant L (k, 6)
+    goals: dict[PairKey, Observation]  # observation of each pair at the goal, with true depths
+    q_goal: Array | None  # (nq, runs) configuration of a shown goal
+    given: Array | None  # (k,) features of a goal that is given as numbers
+    runs: int = 1  # number of runs with individual numbers, and therefore goals
 
     def at_its_goal(self) -> BoundFeatures:
-        """Return a copy whose features are measured relative to the goal, where they can be."""
+        """Return a copy with features measured relative to the goal, if they have `towards`."""
         bound = [
             (part.towards(view) if self.given is None else part).counted(view)
             for part, view in self._goal_views
         ]
-        made = replace(self, parts=tuple(bound))
-        seen = ("_goal_projections", "_seen_at_goal", "_goal_observations")  # by any feature
-        vars(made).update((name, vars(self)[name]) for name in seen)
-        return made
+        copy = replace(self, parts=tuple(bound))
+        # these do not depend on the features
+        cached = ("_goal_projections", "_pair_observations", "_goal_observations")
+        vars(copy).update((name, vars(self)[name]) for name in cached)
+        return copy
 
     def _task_jacobian(self, L: Array, each: list[Array], J: dict[PairKey, Array]) -> Array:
         """Return L J (k, n, B), camera by camera: sdot = L (J_c - J_o) qdot."""
@@ -69,56 +70,57 @@ class BoundFeatures:
 
     @cached_property
     def as_one(self) -> bool:
-        """Whether all cameras have one relative motion to their targets, and so one twist."""
+        """Whether all cameras have one motion relative to their targets, and so one twist."""
         return all(sight.moves_with(self.sights[0]) for sight in self.sights)
 
     @cached_property
     def s_goal(self) -> Array:
-        """The features s (k, runs) at the goal; (k, 1) where they are given."""
+        """Features s (k, runs) at the goal; (k, 1) for a goal of numbers."""
         s = self.at_goal.s
         if self.given is not None:
             if self.given.shape != (len(s),):
                 raise GoalError(
                     f"goal s: expected {len(s)} numbers for {self.names}, got {self.given.size}"
                 )
-            return self.given[:, None].copy()  # writeable, as s is: kernels are compiled for it
+            return self.given[:, None].copy()  # kernels are compiled for writeable arrays
         if not s.size or not np.isfinite(s).all():
+            value = format_value(s[:, 0])
             raise GoalError(
-                f"{self.names}: s at the goal must be finite, got {format_value(s[:, 0])}{self.reasons}"
+                f"{self.names}: s at the goal must be finite, got {value}{self.reasons}"
             )
         return s
 
     @property
     def names(self) -> str:
-        """The names of the features, as text."""
+        """Names of the features, as text."""
         return ", ".join(part.name for part in self.parts)
 
     @property
     def reasons(self) -> str:
-        """The reasons for which features can have no finite value at a goal, as text."""
-        found = [getattr(part.feature, "singular", None) for part in self.parts]
-        return "".join(f"; {reason}" for reason in dict.fromkeys(found) if reason)
+        """Reasons why features may have no finite value at a goal, as text."""
+        reasons = [getattr(part.feature, "singular", None) for part in self.parts]
+        return "".join(f"; {reason}" for reason in dict.fromkeys(reasons) if reason)
 
     @property
     def k(self) -> int:
-        """The number of features."""
+        """Number of features."""
         return sum(part.size for part in self.parts)
 
     @property
     def units(self) -> tuple[str, ...]:
-        """The unit of each feature (k,)."""
+        """Unit of each feature (k,)."""
         return tuple(part.feature.unit for part in self.parts for _ in range(part.size))
 
     @property
     def goal_pixels(self) -> Array:
-        """The pixels of the marks of all sights at the goal: (N, 2), or (runs, N, 2)."""
+        """Pixels of all marks at the goal: (N, 2), or (runs, N, 2)."""
         last = np.concatenate([self.goals[sight.key].pixels_last for sight in self.sights])
         pixels = move_runs_first(last) if self.runs > 1 else last[..., 0]
         return pixels if self.given is None else np.full(pixels.shape, np.nan)
 
     @property
     def motions(self) -> int:
-        """The number of different relative motions of cameras and targets."""
+        """Number of different relative motions of cameras and targets."""
         apart: list[CameraTarget] = []
         for sight in self.sights:
             if not any(sight.moves_with(other) for other in apart):
@@ -127,12 +129,12 @@ class BoundFeatures:
 
     @cached_property
     def at_goal(self) -> FeatureState:
-        """The features at the goal; J is where the goal was shown."""
+        """Features at the goal, with J at the configuration of the goal."""
         s = _stack_features([part.measure(view) for part, view in self._goal_views])
         projections, columns = self._goal_projections, self.columns
         J = {t.key: t.jacobian(projections[t.key], t.moves(columns)) for t in self.sights}
         if isinstance(self.which, np.ndarray):
-            each: list[Array] = []  # all cameras move as one
+            each: list[Array] = []  # unused: all cameras move as one
             L = np.repeat(self.which[..., None], s.shape[1], axis=-1)
         else:
             each = self.L_goals
@@ -143,54 +145,57 @@ class BoundFeatures:
 
     @cached_property
     def tolerances(self) -> Array:
-        """The tolerance (k,) of each component, from its feature."""
+        """Tolerance (k,) of each component, from its feature."""
         each = [np.full(p.size, as_positive(p.feature.tolerance, "tolerance")) for p in self.parts]
         return np.concatenate(each)
 
     @cached_property
     def weights(self) -> Array:
-        """The weight (k, 1) of each component, from its block."""
+        """Weight (k, 1) of each component, from its block."""
         return np.concatenate([np.full(p.size, p.weight) for p in self.parts])[:, None]
 
     @cached_property
     def L_goals(self) -> list[Array]:
+        """Interaction matrix of each block at the goal."""
         return [part.interaction(view) for part, view in self._goal_views]
 
     def depends(self) -> list[NDArray[np.bool_] | None]:
-        """Return on which marks the numbers of each block depend, as `BoundBlock.depends` does."""
-        seen = self._seen_at_goal, self._goal_projections
-        return [part.depends(part.all_at_goal(*seen)) for part in self.parts]
+        """Return the marks that each block depends on, as `BoundBlock.depends`."""
+        at_goal = self._pair_observations, self._goal_projections
+        return [part.depends(part.all_at_goal(*at_goal)) for part in self.parts]
 
     def made_of(self) -> list[tuple[BoundBlock, NDArray[np.bool_]]]:
-        """Return each block, and of which marks its numbers are made, as they are at the goal.
+        """Return each block with the marks that its components depend on at the goal.
 
-        Where that is given as numbers, as they are where the target is seen from before it.
-        InputError: they have no value there.
+        A goal of numbers has no image; the dependence is then evaluated in front of the target.
+        Raises InputError if a feature has no value there.
         """
-        seen = self._seen_at_goal
+        observations = self._pair_observations
         if self.given is not None:
-            seen = {sight.key: sight.before() for sight in self.sights}
-        found = []
+            observations = {sight.key: sight.before() for sight in self.sights}
+        result = []
         for part in self.parts:
-            marks = part.made_of(part.all_at_goal(seen, self._goal_projections))
+            marks = part.made_of(part.all_at_goal(observations, self._goal_projections))
             if marks is None:
                 raise InputError(f"{part.name} has no value at the goal, so no marks to weigh")
-            found.append((part, marks))
-        return found
+            result.append((part, marks))
+        return result
 
     @property
     def _goal_views(self) -> Iterable[tuple[BoundBlock, Observation]]:
-        """Each block with what it is shown at the goal."""
+        """Each block with its observation at the goal."""
         return zip(self.parts, self._goal_observations, strict=True)
 
     @cached_property
     def _goal_observations(self) -> list[Observation]:
-        """The observation of each block at the goal."""
-        return [part.at_goal(self._seen_at_goal, self._goal_projections) for part in self.parts]
+        """Observation of each block at the goal."""
+        return [
+            part.at_goal(self._pair_observations, self._goal_projections) for part in self.parts
+        ]
 
     @cached_property
-    def _seen_at_goal(self) -> dict[PairKey, Observation]:
-        """The observation of each sight at the goal, with the chosen depth."""
+    def _pair_observations(self) -> dict[PairKey, Observation]:
+        """Observation of each camera-target pair at the goal, with the chosen depth."""
         return {
             key: replace_unchecked(
                 goal, depth_last=make_read_only(self.depths.at_goal(goal.depth_last))
@@ -200,7 +205,7 @@ class BoundFeatures:
 
     @cached_property
     def _goal_projections(self) -> dict[PairKey, Projection]:
-        """The believed projections where the goal was shown, or at home where it was computed."""
+        """Believed projections at the goal configuration, or at home without one."""
         q = self.q_goal
         return {
             sight.key: sight.project(sight.home(self.runs) if q is None else q)
@@ -209,18 +214,18 @@ class BoundFeatures:
 
     @cached_property
     def moves(self) -> dict[PairKey, BodyMoves]:
-        """How the commanded velocities move each camera against its target."""
+        """Motion of each camera relative to its target by the commanded velocities."""
         return {sight.key: sight.moves(self.columns) for sight in self.sights}
 
     @cached_property
     def own_moves(self) -> tuple[NDArray[np.int64], dict[PairKey, BodyMoves]]:
-        """The prescribed velocities, and how they move each camera against its target."""
+        """Prescribed velocities, and the motion of each camera relative to its target by them."""
         columns = make_read_only(np.flatnonzero(self.sights[0].scene.prescribed))
         return columns, {sight.key: sight.moves(columns) for sight in self.sights}
 
     @cached_property
     def adjoints(self) -> list[Array | None]:
-        """The map (6, 6, B) of the first camera's twist to each block's; None for itself."""
+        """Map (6, 6, B) from the first camera's twist to each block's camera; None if equal."""
         first = self.sights[0].key
         projections = self._goal_projections
         return [
@@ -236,10 +241,12 @@ class BoundFeatures:
 
 
 def _convert_to_first_camera(L: Array, A: Array | None) -> Array:
+    """Return L for the twist of the first camera, from L and the adjoint of its own camera."""
     if A is None:
         return L
     return multiply_batches(L, np.ascontiguousarray(np.broadcast_to(A, (6, 6, L.shape[2]))))
 
 
 def _stack_features(arrays: Sequence[Array]) -> Array:
+    """Return arrays stacked along the first axis."""
     return arrays[0] if len(arrays) == 1 else np.concatenate(arrays)

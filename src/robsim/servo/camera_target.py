@@ -1,4 +1,4 @@
-"""A sight: one camera looking at one object of a scene, true or believed."""
+"""A camera-target pair: one camera that observes one object of a scene, true or believed."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ from robsim.world.mounted_camera import MountedCamera
 from robsim.world.object import Object
 from robsim.world.scene import Scene
 
-PairKey = tuple[str, str]  # camera and target
+PairKey = tuple[str, str]  # names of camera and target
 
 
 @dataclass(frozen=True, eq=False)
 class CameraTarget:
-    """A camera and its target in a scene, and how each velocity moves one relative to the other."""
+    """A camera and its target in a scene, with their relative motion by each velocity."""
 
     scene: Scene
     eye: MountedCamera
@@ -36,24 +36,24 @@ class CameraTarget:
 
     @property
     def key(self) -> PairKey:
-        """The names of camera and target."""
+        """Names of camera and target."""
         return self.eye.name, self.target.name
 
     @cached_property
     def sign(self) -> Array:
-        """The sign of each move of the tree: 1 if it carries the camera, -1 the target, else 0."""
+        """Sign of each motion of the tree: 1 if it carries the camera, -1 the target, else 0."""
         tree = self.scene.tree
         return tree.carried(self.eye.name) - tree.carried(self.target.name)
 
     @cached_property
     def columns(self) -> NDArray[np.int64]:
-        """The velocities that move the camera relative to the target, and can be commanded."""
-        moved = np.unique(self.scene.tree.velocity[self.sign != 0])
-        return make_read_only(moved[~self.scene.prescribed[moved]])
+        """Indices of the commanded velocities that move the camera relative to the target."""
+        moving = np.unique(self.scene.tree.velocity[self.sign != 0])
+        return make_read_only(moving[~self.scene.prescribed[moving]])
 
     @property
     def runs(self) -> int:
-        """The number of runs of which each has numbers of its own, or 1."""
+        """Number of runs with individual numbers in the scene, or 1."""
         marks, camera = np.shape(self.target.marks), self.eye.camera.rows.shape
         return int(max(*marks[2:], camera[1], self.scene.tree.runs))
 
@@ -62,10 +62,10 @@ class CameraTarget:
         return np.repeat(self.scene.home[:, None], runs, axis=1)
 
     def project(self, q: Array, runs: RunNumbers = None) -> Projection:
-        """Return camera, target and marks in the image at coordinates q (nq, B), of `runs` (B,).
+        """Return poses of camera and target and the image of the marks at coordinates q (nq, B).
 
-        These matter where numbers of the scene differ from run to run; by default all runs come in
-        order.
+        `runs` (B,) are the indices of the runs, used if numbers of the scene differ from run to
+        run. By default the runs come in order.
         """
         tree = self.scene.tree
         bodies = tree.bodies(q, runs)
@@ -77,21 +77,21 @@ class CameraTarget:
     ) -> tuple[Array, Array, NDArray[np.int8]]:
         """Return depths (N, B), pixels (N, 2, B) and visibility (N, B) of the marks.
 
-        The poses (3, 4, B) are those of camera and target in a common frame.
+        T_w_c and T_w_o (3, 4, B) are the poses of camera and target in a common frame.
         """
-        N, both = len(self.target.marks), np.broadcast_arrays(T_w_c, T_w_o)
-        seen = self._image(np.concatenate([T.reshape(12, -1) for T in both]), runs)
-        pixels, depth, status = seen[: 2 * N], seen[2 * N : 3 * N], seen[3 * N :]
+        N, poses = len(self.target.marks), np.broadcast_arrays(T_w_c, T_w_o)
+        values = self._image_function(np.concatenate([T.reshape(12, -1) for T in poses]), runs)
+        pixels, depth, status = values[: 2 * N], values[2 * N : 3 * N], values[3 * N :]
         return depth, pixels.reshape(N, 2, -1), status.astype(np.int8)
 
     @cached_property
-    def _image(self) -> ProgramFunction:
-        """The pixels, depths and status of the marks, from the poses of camera and target."""
+    def _image_function(self) -> ProgramFunction:
+        """Function from poses of camera and target to pixels, depths and status of the marks."""
         program, N = Program(), len(self.target.marks)
-        poses, found = program.rows(2, 3, 4), program.rows(4 * N)
-        pixels, rest = found[: 2 * N].reshape(N, 2), found[2 * N :]
+        poses, values = program.rows(2, 3, 4), program.rows(4 * N)
+        pixels, rest = values[: 2 * N].reshape(N, 2), values[2 * N :]
         self.look(program, *poses, pixels, rest[:N], rest[N:], of=projection.EACH_STATUS)
-        return ProgramFunction(program, poses, found, 4 * N)
+        return ProgramFunction(program, poses, values, 4 * N)
 
     def look(
         self,
@@ -101,9 +101,10 @@ class CameraTarget:
         *image: BlockRows,
         of: int = projection.WORST_STATUS,
     ) -> None:
-        """Add the stage that projects the marks, from the rows of poses to those of an `image`.
+        """Add the stage that projects the marks, from the rows of two poses to rows of an image.
 
-        These are pixels, depths and status, `of` the first object, of MORE, or of EACH mark.
+        `image` are the rows of pixels, depths and status. `of` selects the stage for the first
+        object (FIRST), for more objects (MORE), or for each mark (EACH).
         """
         camera, (pixels, depth, status) = self.eye.camera, image
         program.add(
@@ -125,7 +126,7 @@ class CameraTarget:
 
     @property
     def frames(self) -> list[tuple[int, Array]]:
-        """The bodies that carry camera and target, each with its constant pose on that body."""
+        """Bodies that carry camera and target, each with the constant pose of the frame on it."""
         find = self.scene.tree.find
         return [find(self.eye.name), find(self.target.name)]
 
@@ -135,45 +136,48 @@ class CameraTarget:
         return bool((self.sign > 0).any())
 
     def observation(self, pixels: Array, depth: Array, T_c_o: Array | None) -> Observation:
-        """Return the observation of pixels (N, 2, B) at depths (N, B), near the pose T_c_o."""
+        """Return the observation of pixels (N, 2, B) at depths (N, B) with the pose guess T_c_o."""
         more = {"model": self.target.marks, "guess_last": T_c_o}
         return Observation.of_last(pixels, depth, self.eye.camera, **more)
 
     def before(self) -> Observation:
-        """Return what is seen of the target, turned a little, by a camera well before it."""
-        away = 4.0 * float(np.abs(self.target.marks).max()) + 1e-3  # metres
-        T_c_o = Pose.at(0.0, 0.0, away, rpy=(0.1, 0.2, 0.3)).matrix[:3, :, None].copy()
+        """Return the observation of the slightly rotated target by a camera well in front of it."""
+        distance = 4.0 * float(np.abs(self.target.marks).max()) + 1e-3  # metres
+        T_c_o = Pose.at(0.0, 0.0, distance, rpy=(0.1, 0.2, 0.3)).matrix[:3, :, None].copy()
         depth, pixels, _ = self.image(np.eye(3, 4)[..., None], T_c_o, np.zeros(1, dtype=np.int64))
         return self.observation(pixels, depth, T_c_o)
 
     def moves(self, columns: NDArray[np.int64]) -> jacobians.BodyMoves:
-        """Return some velocities as the kernels take them, read-only."""
+        """Return the motions by some velocities in the form of the kernels, read-only."""
         return self.scene.tree.moves(self.sign, columns)
 
     def moves_with(self, other: CameraTarget) -> bool:
-        """Return whether two sights have one relative motion, riding on the same bodies."""
+        """Return whether two pairs have one relative motion, since the same bodies carry them."""
         find = self.scene.tree.find
         pairs = zip(self.key, other.key, strict=True)
         return all(find(mine)[0] == find(theirs)[0] for mine, theirs in pairs)
 
 
 def make_camera_target(scene: Scene, camera: str | None, target: str | None) -> CameraTarget:
-    """Return the sight of a named camera on a named target; InputError if no joint moves either."""
-    found = CameraTarget(scene, scene.camera(camera), scene.object(target))
-    if not len(found.target.marks):
-        raise InputError(f"object '{found.target.name}' has no marks to look at")
-    if not found.columns.size:
-        alone = "; what moves on its own is not commanded" if scene.motions else ""
+    """Return the pair of a named camera and a named target.
+
+    Raises InputError if the target has no marks, or if no joint moves one relative to the other.
+    """
+    pair = CameraTarget(scene, scene.camera(camera), scene.object(target))
+    if not len(pair.target.marks):
+        raise InputError(f"object '{pair.target.name}' has no marks to look at")
+    if not pair.columns.size:
+        alone = "; prescribed motions are not commanded" if scene.motions else ""
         raise InputError(
-            f"no joint moves camera '{found.eye.name}' relative to '{found.target.name}'{alone}"
+            f"no joint moves camera '{pair.eye.name}' relative to '{pair.target.name}'{alone}"
         )
-    return found
+    return pair
 
 
 def compute_relative_pose(T_w_a: Array, T_w_b: Array) -> Array:
     """Return T_a_b (3, 4, B) from T_w_a and T_w_b (3, 4, B)."""
     R, B = T_w_a[:, :3], T_w_b.copy()
-    with np.errstate(all="ignore"):  # a run that went wrong is data
+    with np.errstate(all="ignore"):  # a run may contain NaN
         B[:, 3] -= T_w_a[:, 3]
         T: Array = R[0, :, None] * B[0] + R[1, :, None] * B[1] + R[2, :, None] * B[2]
     return T

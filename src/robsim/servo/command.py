@@ -1,4 +1,4 @@
-"""The command of a controller at an instant, and what it is based on."""
+"""The command of a controller at one instant, and its inputs."""
 
 from __future__ import annotations
 
@@ -9,28 +9,28 @@ from robsim.servo.laws.control_state import ControlState
 
 
 class Command(NamedTuple):
-    """The features at an instant and the command that follows, with the run last."""
+    """Features at one instant and the resulting command, with the run last."""
 
     s: Array  # (k, B)
     error: Array  # (k, B)
     qd: Array  # (n, B) of the commanded joints
-    task_jacobian: Array  # (k, n, B) L J: how the commanded joints move the features
+    task_jacobian: Array  # (k, n, B) L J
 
 
 class LawInput(NamedTuple):
-    """What the command of one servo task is based on: error and the state of the law."""
+    """Input of the law of one servo task: the error and the state."""
 
     error: Array  # (k, B)
-    state: ControlState  # which the law is given
+    state: ControlState
 
 
 class Decision(NamedTuple):
-    """A command, the Jacobian of its frame, and of a servo task the `basis` of the command.
+    """A command, the Jacobian of its frame, and the input of the law of a servo task.
 
-    `weights` say how much each number of s counts, where a task has a weighting.
+    `weights` are the weights of the components of s in a task with a weighting.
     """
 
     command: Command
-    J: Array  # (6, n, B) of its frame: of a camera in its own axes, of another in the world's
+    J: Array  # (6, n, B) of its frame: in camera axes for a camera, else in world axes
     basis: Any = None
     weights: Array | None = None  # (k, B)

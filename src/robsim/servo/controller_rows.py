@@ -1,4 +1,4 @@
-"""The rows of a program that a controller is given, and those that it writes."""
+"""Rows of a program that a controller reads, and rows that it writes."""
 
 from __future__ import annotations
 
@@ -17,27 +17,27 @@ from robsim.servo.command import Command, Decision
 
 @dataclass(frozen=True)
 class ViewRows:
-    """The rows of a camera and its target, and of the marks in its image."""
+    """Rows of a camera, its target, and the marks in its image."""
 
     pixels: BlockRows  # (N, 2)
     depth: BlockRows
-    hidden: BlockRows | None = None  # whether each mark is hidden, where marks may be
-    frames: Sequence[BlockRows] = ()  # the poses of camera and target, where these are known
+    hidden: BlockRows | None = None  # (N,) 1 for a hidden mark; None if no mark can be hidden
+    frames: Sequence[BlockRows] = ()  # poses of camera and target, if known
 
 
 @dataclass(frozen=True)
 class ControllerInputs:
-    """The rows that a controller is given: coordinates, and marks as measured."""
+    """Rows that a controller reads: measured coordinates and marks."""
 
     program: Program
     dt: BlockRows
-    seconds: float  # dt
-    q: BlockRows  # coordinates as measured
-    views: dict[PairKey, ViewRows]  # of the true scene, with pixels and depths as measured
-    placed: FKStages | None = None  # the true scene, where it is as measured
-    path: tuple[str, ...] = ()  # of the task among several, for what Python code remembers
-    age: BlockRows | None = None  # of the images in periods, rounded up; None: they are always new
-    released: BlockRows | None = None  # 1 while the robot may move; None: it always may
+    seconds: float  # value of dt
+    q: BlockRows  # measured coordinates
+    views: dict[PairKey, ViewRows]  # measured pixels and depths of the true scene
+    placed: FKStages | None = None  # bodies of the true scene, if its q is measured exactly
+    path: tuple[str, ...] = ()  # path of the task among several, for the memory of Python code
+    age: BlockRows | None = None  # age of the images in periods, rounded up; None: always new
+    released: BlockRows | None = None  # 1 while the robot may move; None: always
 
     @property
     def hides(self) -> bool:
@@ -45,11 +45,11 @@ class ControllerInputs:
         return any(view.hidden is not None for view in self.views.values())
 
     def inside(self, name: str) -> ControllerInputs:
-        """Return the same for one of several tasks."""
+        """Return the same rows for one of several tasks."""
         return replace(self, path=(*self.path, name))
 
     def memory(self, blocks: Blocks) -> dict[str, Any]:
-        """Return what Python code of the task remembers of the runs of some blocks."""
+        """Return the memory of the Python code of the task for the runs of some blocks."""
         memory = blocks.memory
         for name in self.path:
             memory = memory.setdefault(name, {})
@@ -58,28 +58,26 @@ class ControllerInputs:
 
 @dataclass(frozen=True)
 class ControllerOutputs:
-    """The rows that a controller writes.
+    """Rows that a controller writes.
 
-    `J` returns from blocks the Jacobian of its frame, `basis` what a law was given; `note` adds the
-    stages that remember the velocities, in rows, that were commanded in the end. What there is
-    not is None: weights, and the status of images whose marks need not all be seen.
+    `J` returns the Jacobian of the frame from blocks, and `basis` the input of the law. `note`
+    adds the stages that store the final velocities, in rows. Weights and status are None if they
+    do not exist.
     """
 
     s: BlockRows  # (k,)
     error: BlockRows  # (k,)
     qd: BlockRows  # (n,), the commanded velocities
     task_jacobian: BlockRows  # (k, n)
-    busy: BlockRows  # 1 where a run may not end because it has converged or stalls
+    busy: BlockRows  # 1 while a run may not end as converged or stalled
     J: Callable[[Blocks], Array]
     note: Callable[[BlockRows], None] = lambda qd: None
-    weights: BlockRows | None = None  # (k,), how much each number of s counts
-    status: BlockRows | None = (
-        None  # that of a mark out of the image, where too few are left to command
-    )
+    weights: BlockRows | None = None  # (k,), weight of each component of s
+    status: BlockRows | None = None  # status of a lost mark if too few marks remain to command
     basis: Callable[[Blocks], Any] = lambda blocks: None
 
     def decide(self, blocks: Blocks) -> Decision:
-        """Return from blocks what was decided, with all that it is based on."""
+        """Return the decision from blocks, with its inputs."""
         get = blocks.get
         command = Command(*map(get, (self.s, self.error, self.qd, self.task_jacobian)))
         weights = None if self.weights is None else get(self.weights)
@@ -89,7 +87,7 @@ class ControllerOutputs:
 def allocate_inputs(
     program: Program, sights: Sequence[CameraTarget], nq: int, dt: float, hides: bool = False
 ) -> ControllerInputs:
-    """Return the rows of coordinates and of what cameras see, which are written by hand."""
+    """Return input rows of coordinates and images for a controller without a simulated scene."""
     q, views = program.rows(nq), {}
     for sight in sights:
         N = len(sight.target.marks)
@@ -105,7 +103,7 @@ def add_image(
     *image: BlockRows,
     of: int = projection.WORST_STATUS,
 ) -> ViewRows:
-    """Return the rows of what a camera sees, with the stages that compute them (`CameraTarget.look`)."""
+    """Add the stages that project the marks (`CameraTarget.look`); return the rows of the image."""
     frames = placed.frames(sight.frames)
     sight.look(program, *frames, *image, of=of)
     pixels, depth, _ = image

@@ -1,4 +1,4 @@
-"""Feature blocks: a feature, the camera and target that it is measured on, and its components."""
+"""Feature blocks: a feature, its camera and target, and its regulated components."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ FEATURE_CHOICE = KindOf(KINDS, protocol=Feature)
 
 @dataclass(frozen=True)
 class SceneName(Text):
-    """The name of a camera or an object, which must exist in the scene of a text."""
+    """Name of a camera or an object, which must exist in the scene of a text."""
 
     find: str = "camera"
     most: int = 129
@@ -56,7 +56,7 @@ class SceneName(Text):
 
 @dataclass(frozen=True)
 class CameraNames(OneOf):
-    """The name of a camera, or the names of the two of a stereo pair."""
+    """Name of a camera, or the two names of a stereo pair."""
 
     def __init__(self) -> None:
         words = "the name of a camera, or two of a stereo pair"
@@ -82,7 +82,7 @@ INDEX_SPEC = Integer(0, 9_999)
 
 @dataclass(frozen=True)
 class IndexList(ListOf):
-    """A list of different whole numbers from 0 on."""
+    """List of different whole numbers from 0 on."""
 
     item: Spec = INDEX_SPEC
     least: int = 1
@@ -108,51 +108,72 @@ CAMERAS, TARGET, INDICES = CameraNames(), SceneName(find="object"), IndexList()
 @described
 @dataclass(frozen=True)
 class FeatureBlock(DeclaredValue):
-    """One of several features that a task stacks, as in `IBVS(features=[FeatureBlock(...), ...])`.
+    """One of several features that a task stacks, with its own camera, target, marks and weight.
 
-    >>> FeatureBlock("log_depth", marks=[0]).marks
-    (0,)
+    Use blocks to combine features of different kinds, to measure a feature on some marks or by
+    another camera, to regulate some components of a feature, or to weigh features against each
+    other. Stacked features form one error; the law solves the least squares with the weights of
+    the blocks. A larger `weight` makes the components of a block decay more faithfully if the
+    joints cannot satisfy all features.
+
+    Raises
+    ------
+    InputError
+        By `simulate`, if a mark, a component or a name does not exist.
+
+    Examples
+    --------
+    Centre of the target in the image, depth of one mark, and rotation of the camera:
+
+    >>> import robsim as rs
+    >>> scenario = rs.load_scenario(rs.examples.path("visp_tutorial"))
+    >>> centre = rs.features.FeatureBlock("point_moments", components=[1, 2])
+    >>> features = [centre, rs.features.FeatureBlock("log_depth", marks=[0]), "theta_u"]
+    >>> task = rs.IBVS(scenario.task.goal, features=features)
+    >>> run = rs.simulate(scenario.scene, task, scenario.start, duration=20)
+    >>> run.sizes["feature"], rs.Outcome(int(run.outcome)).name
+    (6, 'CONVERGED')
     """
 
     feature: Annotated[
-        Any, FEATURE_CHOICE, "The feature: its name, or an object with unit, tolerance and measure."
+        Any, FEATURE_CHOICE, "Feature: its name, or an object with unit, tolerance and measure."
     ]
     camera: Annotated[
         str | tuple[str, str] | None,
         CAMERAS,
-        "The camera, or the two of a stereo pair; None: that of the task.",
+        "Name of the camera, or names of a stereo pair; None: camera of the task.",
     ] = None
-    target: Annotated[str | None, TARGET, "The object with the marks; None: that of the task."] = (
-        None
-    )
+    target: Annotated[
+        str | None, TARGET, "Name of the object with the marks; None: target of the task."
+    ] = None
     marks: Annotated[
         tuple[int, ...] | None,
         INDICES,
-        "Numbers of the marks that the feature is measured on; None: all.",
+        "Indices of the marks on which the feature is measured; None: all marks.",
     ] = None
     components: Annotated[
         tuple[int, ...] | None,
         INDICES,
-        "Numbers of the components of s that are regulated; None: all.",
+        "Indices of the regulated components of s; None: all components.",
     ] = None
     weight: Annotated[
-        float, Number(above=0), "Weight of its components in the least squares of the law."
+        float, Number(above=0), "Weight of the components in the least squares of the law."
     ] = 1.0
 
 
-def make_feature_blocks(given: Any) -> tuple[FeatureBlock, ...]:
-    """Return feature blocks from one feature or a list of features and blocks."""
-    several = given if isinstance(given, list | tuple) else [given]
-    if not several:
+def make_feature_blocks(value: Any) -> tuple[FeatureBlock, ...]:
+    """Return feature blocks from one feature, or from a list of features and blocks."""
+    parts = value if isinstance(value, list | tuple) else [value]
+    if not parts:
         raise InputError("features: an empty list; give at least one feature")
-    return tuple(each if isinstance(each, FeatureBlock) else FeatureBlock(each) for each in several)
+    return tuple(each if isinstance(each, FeatureBlock) else FeatureBlock(each) for each in parts)
 
 
 @dataclass(frozen=True)
 class FeaturesSpec(Spec):
-    """The features of a task: one feature, or a list of features and blocks.
+    """Features of a task: one feature, or a list of features and blocks.
 
-    In a text the keys of a block stand beside those of its feature.
+    In a text the keys of a block stand beside the keys of its feature.
     """
 
     forms: ClassVar[tuple[str, ...]] = ("plain", "table", "list")
@@ -194,7 +215,7 @@ class FeaturesSpec(Spec):
 
 @dataclass(frozen=True)
 class _BlockSpec(Spec):
-    """A feature block in a text; with `alone`, a table without keys of a block is the feature."""
+    """Feature block in a text; with `alone`, a table without keys of a block is a feature."""
 
     alone: bool = False
     form: ClassVar[str] = "table"
@@ -217,8 +238,8 @@ class _BlockSpec(Spec):
             if value is not MISSING:
                 own[each.name] = value
         rest = {key: part for key, part in table.items() if key not in _BLOCK_KEYS}
-        given = raw if isinstance(raw, str) else rest
-        feature = _BlockFeatureChoice(KINDS, protocol=Feature).read(given, c.changing(old))
+        text = raw if isinstance(raw, str) else rest
+        feature = _BlockFeatureChoice(KINDS, protocol=Feature).read(text, c.changing(old))
         if c.problems.seen > before:
             raise UnreadableValue
         return feature if self.alone and not own else FeatureBlock(feature, **own)
@@ -244,7 +265,7 @@ class _BlockSpec(Spec):
 
 
 class _BlockFeatureChoice(KindOf):
-    """A feature whose messages about unknown keys also list the keys of its block."""
+    """Choice of a feature with messages about unknown keys that list the keys of the block."""
 
     def read(self, raw: Raw, c: Context) -> Any:
         return super().read(raw, c.knowing(also=_BLOCK_KEYS))

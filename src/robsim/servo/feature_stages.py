@@ -1,4 +1,4 @@
-"""The stages of what a task regulates: features, interaction matrix and Jacobian."""
+"""Stages of the bound features of a task: features, interaction matrix and Jacobian."""
 
 from __future__ import annotations
 
@@ -27,36 +27,38 @@ from robsim.servo.weight_stages import add_mark_weights, scale_entries
 
 
 class BoundFeatureRows:
-    """The rows of what a task regulates: s, L, J of each camera, and L J.
+    """Rows of the bound features of a task: s, L, J of each camera, and L J.
 
-    With weightings `weights` are those of the marks of each sight.
+    With weightings, `weights` are the weights of the marks of each camera-target pair.
     """
 
     def __init__(
-        self, regulated: BoundFeatures, given: ControllerInputs, weightings: Any = ()
+        self, regulated: BoundFeatures, inputs: ControllerInputs, weightings: Any = ()
     ) -> None:
-        self.regulated, self.given, self.program = regulated, given, given.program
+        self.regulated, self.inputs, self.program = regulated, inputs, inputs.program
         self.weightings, self.weights = weightings, dict[PairKey, BlockRows]()
-        # of each camera against its target, as it was held over the last period
-        self.seen_twist = {sight.key: self.program.rows(6) for sight in regulated.sights}
-        self.placed, self.frames = self._world()
-        self.seen = {sight.key: self._seen(sight) for sight in regulated.sights}
+        # twist of each camera relative to its target, constant over the last period
+        self.last_twist = {sight.key: self.program.rows(6) for sight in regulated.sights}
+        self.placed, self.frames = self._add_bodies()
+        self.observations = {sight.key: self._add_observation(sight) for sight in regulated.sights}
         self.J = {s.key: self.jacobian(s, regulated.moves[s.key]) for s in regulated.sights}
-        self.first = self.J[regulated.sights[0].key]
-        self.shown = [self._shown(part.sights) for part in regulated.parts]
-        pairs = zip(regulated.parts, self.shown, strict=True)
+        self.first_jacobian = self.J[regulated.sights[0].key]
+        self.block_observations = [
+            self._select_observation(part.sights) for part in regulated.parts
+        ]
+        pairs = zip(regulated.parts, self.block_observations, strict=True)
         with_L = isinstance(regulated.which, str) and regulated.which != "desired"
         each = [part.stages(seen, with_L) for part, seen in pairs]
         self.s = concatenate_rows(self.program, [rows.s for rows in each])
-        self._interactions(each)
-        self.A = self.moved(self.J, regulated.columns.size)
+        self._add_interactions(each)
+        self.A = self.add_task_jacobian(self.J, regulated.columns.size)
 
     def jacobian(self, sight: CameraTarget, moves: BodyMoves) -> BlockRows:
-        """Return the rows of J (6, n) of a camera against its target, by some velocities."""
+        """Return the rows of J (6, n) of a camera relative to its target, by some velocities."""
         where = self.placed.poses, self.placed.ratio, self.frames[sight.key][0]
         return add_jacobian_stage(self.program, *where, moves)
 
-    def moved(self, J: dict[PairKey, BlockRows], n: int) -> BlockRows:
+    def add_task_jacobian(self, J: dict[PairKey, BlockRows], n: int) -> BlockRows:
         """Return the rows of L J (k, n), camera by camera: sdot = L (J_c - J_o) qdot."""
         regulated, program, k = self.regulated, self.program, self.regulated.k
         if regulated.as_one:
@@ -71,34 +73,34 @@ class BoundFeatureRows:
                 L=rows.L,
                 J=J[part.sights[0].key],
             )
-            for rows, part in zip(self.each, regulated.parts, strict=True)
+            for rows, part in zip(self.block_rows, regulated.parts, strict=True)
         ]
         return concatenate_rows(program, each)
 
     def drift(self) -> BlockRows:
-        """Return the rows of sdot (k,) that prescribed motions cause, as far as it is known."""
+        """Return the rows of sdot (k,) caused by the known prescribed motions."""
         columns, own = self.regulated.own_moves
-        rates = add_prescribed_velocities(self.given, self.regulated.sights[0].scene, columns)
+        rates = add_prescribed_velocities(self.inputs, self.regulated.sights[0].scene, columns)
         each = {t.key: self.jacobian(t, own[t.key]) for t in self.regulated.sights}
         result = self.program.result
         self.twist = {
             key: result(control_law.multiply_vector, "out", 6, A=J, x=rates)
             for key, J in each.items()
         }
-        return self.moved({key: V.column for key, V in self.twist.items()}, 1).flat
+        return self.add_task_jacobian({key: V.column for key, V in self.twist.items()}, 1).flat
 
-    def _world(self) -> tuple[FKStages, dict[PairKey, Sequence[BlockRows]]]:
-        """Return the bodies, and the poses of cameras and targets, where they are believed."""
-        given, sights = self.given, self.regulated.sights
+    def _add_bodies(self) -> tuple[FKStages, dict[PairKey, Sequence[BlockRows]]]:
+        """Return the bodies, and the believed poses of cameras and targets."""
+        given, sights = self.inputs, self.regulated.sights
         if given.placed is not None and self.regulated.exact:
             return given.placed, {key: view.frames for key, view in given.views.items()}
         tree = sights[0].scene.tree
         placed = add_body_poses(self.program, tree, given.q)
         return placed, {sight.key: placed.frames(sight.frames) for sight in sights}
 
-    def _seen(self, sight: CameraTarget) -> ObservationRows:
-        """Return the rows of what the controller knows of the marks of a target."""
-        program, view, N = self.program, self.given.views[sight.key], len(sight.target.marks)
+    def _add_observation(self, sight: CameraTarget) -> ObservationRows:
+        """Return the rows of the controller's observation of the marks of a target."""
+        program, view, N = self.program, self.inputs.views[sight.key], len(sight.target.marks)
         eye = sight.eye.camera
         camera = program.each(eye.rows)
         T_w_c, T_w_o = self.frames[sight.key]
@@ -106,49 +108,49 @@ class BoundFeatureRows:
         image = {"camera": camera, "pixels": view.pixels, "bends": eye.bends}
         points = program.result(projection.normalise_mark_pixels, "points", N, 2, **image)
         model = program.numbers(sight.target.marks, 2)
-        depth = self._depth(sight, view.depth, points)
+        depth = self._add_depths(sight, view.depth, points)
         rows = view.pixels, points, depth, camera, model, T_c_o
         if self.weightings:
             goal = self.regulated.goals[sight.key].pixels_last
-            shown = view, points, camera, goal
-            self.weights[sight.key] = add_mark_weights(self.weightings, self.given, *shown)
+            arguments = view, points, camera, goal
+            self.weights[sight.key] = add_mark_weights(self.weightings, self.inputs, *arguments)
         weights = self.weights.get(sight.key)
         return ObservationRows(program, N, *rows, sure=self.regulated.exact, weights=weights)
 
-    def _depth(self, sight: CameraTarget, true: BlockRows, points: BlockRows) -> BlockRows:
-        """Return the rows of the depths that go into L."""
+    def _add_depths(self, sight: CameraTarget, true: BlockRows, points: BlockRows) -> BlockRows:
+        """Return the rows of the depths in L."""
         depths, program, N = self.regulated.depths, self.program, len(sight.target.marks)
         if not depths.measured:
             return program.each(depths.at_goal(self.regulated.goals[sight.key].depth_last))
         if isinstance(depths.which, DepthFilter):
-            twist = self.seen_twist[sight.key]
-            true = depths.which.stages(self.given, points, twist, sight.eye.camera.K)
+            twist = self.last_twist[sight.key]
+            true = depths.which.stages(self.inputs, points, twist, sight.eye.camera.K)
         factors = depths.factors(N)
         if (factors == 1.0).all():
             return true
         return scale_entries(program, true, program.each(factors))
 
-    def _shown(self, sights: tuple[CameraTarget, ...]) -> ObservationRows:
-        """Return the rows that a feature is shown: what a camera sees, or a pair of them."""
-        seen, *others = (self.seen[sight.key] for sight in sights)
+    def _select_observation(self, sights: tuple[CameraTarget, ...]) -> ObservationRows:
+        """Return the rows of the observation of a feature, by one camera or a pair of cameras."""
+        observation, *others = (self.observations[sight.key] for sight in sights)
         if not others:
-            return seen
+            return observation
         one, two = (self.frames[sight.key][0] for sight in sights)
         between = self.program.result(projection.relative_pose_stage, "T", 3, 4, A=one, B=two)
-        return replace(seen, other=others[0], between=between)
+        return replace(observation, other=others[0], between=between)
 
-    def _interactions(self, each: list[FeatureRows]) -> None:
-        """Add the stages of L of each block, and of that for the twist of the first camera."""
+    def _add_interactions(self, each: list[FeatureRows]) -> None:
+        """Add the stages of L of each block, and of L for the twist of the first camera."""
         which, program = self.regulated.which, self.program
         if isinstance(which, np.ndarray):  # all cameras move as one
-            self.L, self.each = program.constant(which), []
+            self.L, self.block_rows = program.constant(which), []
             return
-        self.each = [self._chosen(i, rows) for i, rows in enumerate(each)]
-        firsts = [self._to_first(i, rows) for i, rows in enumerate(self.each)]
+        self.block_rows = [self._select_interaction(i, rows) for i, rows in enumerate(each)]
+        firsts = [self._convert_to_first(i, rows) for i, rows in enumerate(self.block_rows)]
         self.L = concatenate_rows(program, firsts)
 
-    def _chosen(self, i: int, rows: FeatureRows) -> FeatureRows:
-        """Return the rows with L now, at the goal, or the mean of both."""
+    def _select_interaction(self, i: int, rows: FeatureRows) -> FeatureRows:
+        """Return the rows with L current, at the goal, or the mean of both."""
         which, program = self.regulated.which, self.program
         if which == "current":
             return rows
@@ -158,29 +160,31 @@ class BoundFeatureRows:
         program.add(control_law.average_rows, rows=rows.L.flat, others=goal.flat)
         return rows
 
-    def _to_first(self, i: int, rows: FeatureRows) -> BlockRows:
+    def _convert_to_first(self, i: int, rows: FeatureRows) -> BlockRows:
         """Return the rows of L for the twist of the first camera."""
         A = self.regulated.adjoints[i]
         if A is None:
             return rows.L
-        given = {"L": rows.L, "A": self.program.numbers(A, 2)}
+        arguments = {"L": rows.L, "A": self.program.numbers(A, 2)}
         return self.program.result(
-            control_law.express_in_first_camera, "out", *rows.L.shape, **given
+            control_law.express_in_first_camera, "out", *rows.L.shape, **arguments
         )
 
     def hidden(self) -> BlockRows:
-        """Return the rows (k,) that say which numbers depend on hidden marks, if not all do.
+        """Return the rows (k,) that are 1 for components of hidden marks, unless all are hidden.
 
-        These are found by hiding the marks: what becomes NaN depends on them.
+        The dependence is found by hiding the marks: the components that become NaN depend on them.
         """
-        parts = zip(self.regulated.parts, self.shown, self.regulated.depends(), strict=True)
-        return concatenate_rows(self.program, [self._lost(*each) for each in parts])
+        parts = zip(
+            self.regulated.parts, self.block_observations, self.regulated.depends(), strict=True
+        )
+        return concatenate_rows(self.program, [self._add_lost_components(*each) for each in parts])
 
-    def _lost(
+    def _add_lost_components(
         self, part: BoundBlock, seen: ObservationRows, depends: NDArray[np.bool_] | None
     ) -> BlockRows:
-        """Return the rows that say which numbers of a block are lost now."""
-        flags: list[Any] = [self.given.views[sight.key].hidden for sight in part.sights]
+        """Return the rows that are 1 for the currently lost components of a block."""
+        flags: list[Any] = [self.inputs.views[sight.key].hidden for sight in part.sights]
         if depends is not None:
             each = [[flags[c][n] for c, n in np.argwhere(marks)] for marks in depends]
             return self.program.result(
@@ -189,23 +193,23 @@ class BoundFeatureRows:
 
         def ask(blocks: Blocks, step: int) -> Array:
             hidden = [blocks.get(flag) > 0.0 for flag in flags]
-            gone = part.gone(part.observation(seen, blocks).blind(hidden))
-            return (gone & ~gone.all(axis=0)).astype(float)
+            missing = part.gone(part.observation(seen, blocks).blind(hidden))
+            return (missing & ~missing.all(axis=0)).astype(float)
 
         return self.program.asked(ask, part.size)
 
 
 def evaluate_features(regulated: BoundFeatures, q: Array) -> tuple[Array, Array, Array]:
-    """Return s (k, B), L (k, 6, B) and L J (k, n, B) at q (nq, B), as perfect sensors give them."""
+    """Return s (k, B), L (k, 6, B) and L J (k, n, B) at q (nq, B), with perfect sensors."""
     program, sights = Program(), regulated.sights
-    given = allocate_inputs(program, sights, len(q), 1.0)
-    rows = BoundFeatureRows(regulated, given)
+    inputs = allocate_inputs(program, sights, len(q), 1.0)
+    rows = BoundFeatureRows(regulated, inputs)
     blocks = Blocks(program, np.zeros(q.shape[1], dtype=np.int64))
-    blocks.put(given.q, q)
+    blocks.put(inputs.q, q)
     for sight in sights:
-        seen, view = sight.project(q), given.views[sight.key]
-        blocks.put(view.pixels, seen.pixels)
-        blocks.put(view.depth, seen.depth)
+        projection, view = sight.project(q), inputs.views[sight.key]
+        blocks.put(view.pixels, projection.pixels)
+        blocks.put(view.depth, projection.depth)
     for part in program.segments():
         part(blocks, 0)
     return blocks.get(rows.s), blocks.get(rows.L), blocks.get(rows.A)

@@ -1,4 +1,4 @@
-"""The rows of the bodies of a scene at the coordinates that a controller measures."""
+"""Rows of the bodies of a scene at the measured coordinates."""
 
 from __future__ import annotations
 
@@ -15,22 +15,22 @@ from robsim.world.scene import Scene
 
 
 def add_body_poses(program: Program, tree: Tree, q: BlockRows) -> FKStages:
-    """Add the stages that place the bodies of a tree at coordinates in rows from q."""
+    """Add the stages of forward kinematics of a tree, at coordinates in the rows q."""
     placed = FKStages(program, tree.joints, q)
     placed.add()
     return placed
 
 
 def add_prescribed_velocities(
-    given: ControllerInputs, scene: Scene, columns: NDArray[np.int64]
+    inputs: ControllerInputs, scene: Scene, columns: NDArray[np.int64]
 ) -> BlockRows:
-    """Return the rows of prescribed velocities of a scene, as they are at each step."""
-    rows = given.program.constant(scene.drift(0.0)[columns])
+    """Return the rows of the prescribed velocities of a scene, updated at each step."""
+    rows = inputs.program.constant(scene.drift(0.0)[columns])
     if scene.varies:
 
         def ask(blocks: Blocks, step: int) -> None:
-            rates: Array = scene.drift(step * given.seconds)[columns, None]
+            rates: Array = scene.drift(step * inputs.seconds)[columns, None]
             blocks.put(rows, np.repeat(rates, blocks.runs, axis=1))
 
-        given.program.call(ask)
+        inputs.program.call(ask)
     return rows

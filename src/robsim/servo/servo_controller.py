@@ -27,11 +27,11 @@ from robsim.servo.user_return import check_returned_array
 
 @dataclass(frozen=True, eq=False)
 class ServoController(TaskController):
-    """The controller of one servo task, whose law drives e = s - s_goal to zero."""
+    """Controller of one servo task; its law drives e = s - s_goal to zero."""
 
     regulated: BoundFeatures
     law: Law
-    gain: Any  # float, AdaptiveGain, or (runs,) where each run has its own
+    gain: Any  # float, AdaptiveGain, or (runs,) with one gain for each run
     inverse: Inverse
     feed_forward: FeedForward
     broyden: Broyden | None
@@ -40,56 +40,56 @@ class ServoController(TaskController):
 
     @property
     def weighted(self) -> bool:
-        """Whether the numbers of s have weights that change."""
+        """Whether the components of s have weights that change."""
         return bool(self.weighting)
 
     @property
     def excused(self) -> frozenset[PairKey]:
-        """The sights whose marks may leave the image."""
+        """Camera-target pairs with marks that may leave the image."""
         excuses = any(getattr(each, "excuses", False) for each in self.weighting)
         return frozenset(sight.key for sight in self.sights) if excuses else frozenset()
 
     @property
     def whole(self) -> frozenset[PairKey]:
-        """The sights of which a feature needs all marks at once; with weights none does."""
+        """Camera-target pairs with a feature that needs all marks; none with a weighting."""
         if self.weighting:
             return frozenset()
         parts = zip(self.regulated.parts, self.regulated.depends(), strict=True)
-        found = (
+        keys = (
             sight.key
             for part, marks in parts
             if marks is not None and marks.shape[2] > 2 and marks.all()
             for sight in part.sights
         )
-        return frozenset(found)
+        return frozenset(keys)
 
-    def stages(self, given: ControllerInputs) -> ControllerOutputs:
-        """Add the stages of an instant to a program, and return the rows that they write."""
-        made = ServoStages(self, given)
-        made.assess()
-        return made.commanded(made.command())
+    def stages(self, inputs: ControllerInputs) -> ControllerOutputs:
+        """Add the stages of one instant to a program; return the rows that they write."""
+        stages = ServoStages(self, inputs)
+        stages.assess()
+        return stages.commanded(stages.command())
 
     def commanded(self, state: ControlState) -> Array:
         """Return velocities (n, B) from the law, which may be a user's."""
-        wanted = (state.error_last.shape[1], self.columns.size)
+        expected = (state.error_last.shape[1], self.columns.size)
         who = f"{type(self.law).__name__}.command"
-        qd = check_returned_array(self.law.command(state), who, wanted)
-        return np.array(view_runs_last(qd), order="C")  # theirs may be used again
+        qd = check_returned_array(self.law.command(state), who, expected)
+        return np.array(view_runs_last(qd), order="C")  # the user's array may change later
 
     @cached_property
     def one_motion(self) -> bool:
-        """Whether L J is the product of one L and one J, and not learnt."""
+        """Whether L J is the product of one L and one J, and not an estimate."""
         return self.broyden is None and self.regulated.as_one
 
 
 def compute_decay_rate(regulated: BoundFeatures, gain: Any, inverse: Inverse) -> Any:
-    """Return the slowest rate at which the error decays, () or (runs,): the gain, per second.
+    """Return the slowest decay rate of the error in 1/s, () or (runs,): the gain.
 
-    With the transpose that is times the smallest sigma^2 of L J at the goal.
+    With the transpose the rate is the gain times the smallest sigma^2 of L J at the goal.
     """
-    least = gain.least if isinstance(gain, AdaptiveGain) else gain
+    slowest = gain.least if isinstance(gain, AdaptiveGain) else gain
     if not isinstance(inverse, JacobianTranspose):
-        return least
+        return slowest
     task_jacobian = move_runs_first(regulated.at_goal.task_jacobian)
     if not task_jacobian.any() or not np.isfinite(task_jacobian).all():
         raise InputError(
@@ -98,21 +98,21 @@ def compute_decay_rate(regulated: BoundFeatures, gain: Any, inverse: Inverse) ->
         )
     sigma = np.linalg.svd(task_jacobian, compute_uv=False)
     smallest = np.where(sigma > RCOND * sigma[:, :1], sigma, np.inf).min(axis=1) ** 2
-    return least * (smallest if len(smallest) > 1 else float(smallest[0]))
+    return slowest * (smallest if len(smallest) > 1 else float(smallest[0]))
 
 
 def compute_goal_rank(regulated: BoundFeatures) -> Any:
-    """Return the rank of L J at the goal where it was shown; else the most that is possible.
+    """Return the rank of L J at the goal if it was shown, or else the largest possible rank.
 
-    Of several runs with goals of their own it is (runs,).
+    The result is (runs,) for several runs with individual goals.
     """
     goal = regulated.at_goal
     if regulated.q_goal is None:
         return int(min(*goal.task_jacobian.shape[:2], 6 * regulated.motions))
-    found = compute_rank(goal.task_jacobian, goal.J if regulated.as_one else SAME_UNITS)
-    return found if len(found) > 1 else int(found[0])
+    ranks = compute_rank(goal.task_jacobian, goal.J if regulated.as_one else SAME_UNITS)
+    return ranks if len(ranks) > 1 else int(ranks[0])
 
 
 def get_rcond(inverse: Inverse) -> float:
-    """Return the share of the largest singular value below which rank counts as lost."""
+    """Return the relative size below which a singular value counts as zero."""
     return inverse.numbers[2] or RCOND

@@ -1,4 +1,4 @@
-"""A controller outside of the loop: one command from one measurement, by the same stages."""
+"""A controller outside the simulation loop: one command from one measurement."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ from robsim.servo.task_controller import TaskController
 
 
 class SingleStepController:
-    """The stages of a controller alone, which is given coordinates and pixels by hand.
+    """Stages of a controller alone, with coordinates and images from the caller.
 
-    With a guard marks may be hidden, and images old.
+    With a guard, marks may be hidden and images may be old.
     """
 
     def __init__(
@@ -31,23 +31,23 @@ class SingleStepController:
         self.controller, self.dt = controller, dt
         program, hides = Program(), guard is not None
         self.program = program
-        self.given = allocate_inputs(program, controller.sights, controller.scene.nq, dt, hides)
+        self.inputs = allocate_inputs(program, controller.sights, controller.scene.nq, dt, hides)
         if guard is None:
-            self.commanded = controller.stages(self.given)
+            self.commanded = controller.stages(self.inputs)
         else:
-            self.given = replace(self.given, age=program.rows(), released=program.rows())
-            self.guarded = guard.stages(controller, self.given)
+            self.inputs = replace(self.inputs, age=program.rows(), released=program.rows())
+            self.guarded = guard.stages(controller, self.inputs)
             self.commanded = self.guarded.commanded
         self.commanded.note(self.commanded.qd)
-        self._parts = program.segments()
-        if guard is not None:  # all that is given stands between the first and the last of them
-            first, released = self.given.q, self.given.released
+        self._segments = program.segments()
+        if guard is not None:  # all input rows are contiguous, from q to released
+            first, released = self.inputs.q, self.inputs.released
             assert released is not None
-            self._given = BlockRows(first, (released - first + 1,))
-            self._asked = self.begin(1).first(self._given)
+            self._input_rows = BlockRows(first, (released - first + 1,))
+            self._input_template = self.begin(1).first(self._input_rows)
 
     def begin(self, runs: int) -> Blocks:
-        """Return blocks of so many runs that begin."""
+        """Return blocks of `runs` new runs."""
         return Blocks(self.program, np.zeros(runs, dtype=np.int64))
 
     def decide(
@@ -58,9 +58,9 @@ class SingleStepController:
         pixels: Mapping[PairKey, Array],
         depth: Mapping[PairKey, Array],
     ) -> Decision:
-        """Return what is decided of q (nq, B), pixels (N, 2, B) and depths (N, B) at a step."""
-        blocks.put(self.given.q, q)
-        for key, view in self.given.views.items():
+        """Return the decision for q (nq, B), pixels (N, 2, B) and depths (N, B) at a step."""
+        blocks.put(self.inputs.q, q)
+        for key, view in self.inputs.views.items():
             blocks.put(view.pixels, pixels[key])
             blocks.put(view.depth, depth[key])
         self.perform(blocks, step)
@@ -74,41 +74,41 @@ class SingleStepController:
         age: float,
         released: float,
     ) -> None:
-        """Write coordinates (nq,), images of a given age, and whether one run may move.
+        """Write coordinates (nq,), images of a given age, and the permission of one run to move.
 
-        An image has pixels (N, 2), depths (N,), and which marks are hidden (N,).
+        An image has pixels (N, 2), depths (N,), and flags of hidden marks (N,).
         """
-        first, rows = self.given.q, self._asked.copy()
+        first, rows = self.inputs.q, self._input_template.copy()
         rows[: len(q)] = q
         for key, image in images:
             for name in ("pixels", "depth", "hidden"):
-                part = getattr(self.given.views[key], name)
+                part = getattr(self.inputs.views[key], name)
                 rows[part - first : part - first + part.size] = getattr(image, name).reshape(-1)
         rows[-2:] = age / self.dt, released
-        blocks.fill(self._given, rows)
+        blocks.fill(self._input_rows, rows)
 
     def perform(self, blocks: Blocks, step: int) -> None:
-        """Perform the stages of a step."""
-        for part in self._parts:
+        """Perform the stages of one step."""
+        for part in self._segments:
             part(blocks, step)
 
     def read(self, blocks: Blocks) -> tuple[int, Array, Array, Array, bool]:
-        """Return what the stages wrote for the first run, within the limits of its safety.
+        """Return the output of the stages for the first run, within the limits of its safety.
 
-        These are bits of why it is limited, the joints at limits, the error, the command, and
-        whether it is busy.
+        The output is the bits of the active limits, the joints at limits, the error, the command,
+        and whether the controller is busy.
         """
         first, c = blocks.first, self.commanded
         why, at_limit = int(first(self.guarded.why)), first(self.guarded.at_limit)
         return why, at_limit, first(c.error), first(c.qd), bool(first(c.busy))
 
     def rest(self, blocks: Blocks) -> None:
-        """Let the robot stand, from where a command may grow again."""
+        """Set the robot at rest; a command may grow again from there."""
         blocks.fill(self.guarded.last, np.zeros(self.controller.columns.size))
         blocks.fill(self.guarded.seconds, np.zeros(1))
 
     def braked(self, blocks: Blocks) -> Array:
-        """Return how the robot brakes in a period (n,), without the stages."""
+        """Return the velocities (n,) of braking for one period, without the stages."""
         guarded = self.guarded
         last = blocks.first(guarded.last)
         rest = float((np.abs(last) / blocks.first(guarded.most)).max(initial=0.0))
@@ -118,5 +118,5 @@ class SingleStepController:
         return slower
 
     def decision(self, blocks: Blocks) -> Decision:
-        """Return what was decided at the last step."""
+        """Return the decision of the last step."""
         return self.commanded.decide(blocks)

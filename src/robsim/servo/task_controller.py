@@ -1,4 +1,4 @@
-"""Controllers: a task bound to a scene, with all that stays the same while it runs."""
+"""Controllers: a task bound to a scene, with everything that is constant during a run."""
 
 from __future__ import annotations
 
@@ -19,41 +19,68 @@ from robsim.world.scene import Scene
 
 @dataclass(frozen=True, eq=False)
 class TaskController(ABC):
-    """The constant part of a control loop: a task bound to a scene."""
+    """Constant part of a control loop: a task bound to a scene.
 
-    scene: Scene  # the true one
-    frame: str  # whose motion is recorded: its first camera, or what it moves where it has none
-    sights: tuple[CameraTarget, ...]  # cameras and targets as they are
-    columns: NDArray[np.int64]  # the velocities that are commanded
-    s_goal: Array  # (k, 1), or (k, runs) where each run has its own
-    units: tuple[str, ...]  # (k,)
-    tolerances: Array  # (k,)
-    goal_pixels: Array  # (N, 2) of all sights or (runs, N, 2), NaN where no image is known
-    pace: Any  # the slowest rate at which the error is to decay, per second, () or (runs,)
-    full_rank: Any  # of L J where nothing is singular, () or (runs,)
+    Attributes
+    ----------
+    scene : Scene
+        True scene.
+    frame : str
+        Frame with the recorded motion: the first camera, or the moved frame of a task without
+        cameras.
+    sights : tuple of CameraTarget
+        True cameras and targets.
+    columns : ndarray of int
+        Indices of the commanded velocities.
+    s_goal : ndarray of shape (k, 1) or (k, runs)
+        Features at the goal; one column for each run if they differ.
+    units : tuple of str
+        Units of the features.
+    tolerances : ndarray of shape (k,)
+        Tolerances of the features.
+    goal_pixels : ndarray of shape (N, 2) or (runs, N, 2)
+        Pixels of all marks at the goal; NaN without an image.
+    pace : float or ndarray of shape (runs,)
+        Slowest decay rate of the error, in 1/s.
+    full_rank : int or ndarray of shape (runs,)
+        Rank of L J away from singularities.
+    rcond : float
+        Relative size below which a singular value counts as zero.
+    """
+
+    scene: Scene
+    frame: str
+    sights: tuple[CameraTarget, ...]
+    columns: NDArray[np.int64]
+    s_goal: Array
+    units: tuple[str, ...]
+    tolerances: Array
+    goal_pixels: Array
+    pace: Any
+    full_rank: Any
     rcond: float
 
     @abstractmethod
-    def stages(self, given: ControllerInputs) -> ControllerOutputs:
-        """Add the stages of an instant to a program, and return the rows that they write."""
+    def stages(self, inputs: ControllerInputs) -> ControllerOutputs:
+        """Add the stages of one instant to a program; return the rows that they write."""
 
     @property
     def weighted(self) -> bool:
-        """Whether the numbers of s have weights that change."""
+        """Whether the components of s have weights that change."""
         return False
 
     @property
     def excused(self) -> frozenset[PairKey]:
-        """The sights whose marks may leave the image."""
+        """Camera-target pairs with marks that may leave the image."""
         return frozenset()
 
     @property
     def whole(self) -> frozenset[PairKey]:
-        """The sights of which a feature needs all marks at once, as a pose without weights does."""
+        """Camera-target pairs with a feature that needs all marks, such as an unweighted pose."""
         return frozenset()
 
-    def check_start(self, q0: Array) -> None:  # noqa: B027 most controllers start anywhere
-        """Raise InputError if the task can be done from none of the starts q0 (B, nq)."""
+    def check_start(self, q0: Array) -> None:  # noqa: B027 most controllers accept every start
+        """Raise InputError if the task is impossible from all of the starts q0 (B, nq)."""
 
     def scaled(self, decision: Decision) -> Decision:
         """Return a decision with error and task Jacobian scaled to one tolerance."""
@@ -66,23 +93,23 @@ class TaskController(ABC):
 
     @property
     def k(self) -> int:
-        """The number of features."""
+        """Number of features."""
         return len(self.s_goal)
 
     @property
     def marks(self) -> int:
-        """The number of marks of all sights."""
+        """Number of marks of all camera-target pairs."""
         return int(self.goal_pixels.shape[-2])
 
     @cached_property
     def moving(self) -> str:
-        """The frame whose path is measured: `frame`, or the target of a standing camera."""
+        """Frame of the measured path: `frame`, or the target of a fixed camera."""
         stands = self.sights and not self.sights[0].camera_moves
         return self.sights[0].target.name if stands else self.frame
 
     @property
     def tolerance(self) -> float:
-        """The tolerance of the first feature, to which the others are scaled."""
+        """Tolerance of the first feature; the other features are scaled to it."""
         return float(self.tolerances[0])
 
     @cached_property

@@ -1,4 +1,4 @@
-"""Checks of what the methods of a user's class return."""
+"""Checks of the values that methods of a user's class return."""
 
 from __future__ import annotations
 
@@ -11,11 +11,10 @@ from robsim.base.errors import InputError, format_value
 
 
 def check_returned_array(value: Any, who: str, wanted: tuple[int | str, ...]) -> Array:
-    """Return a value as an array of the wanted shape; InputError if it is none.
+    """Return a value as an array of the wanted shape; raise InputError for any other value.
 
-    A word in the shape stands for any size but 0.
-
-    `who` is "Mine.command", or "Mine: a method" where it is not known which.
+    A word in the shape stands for any size except 0. `who` is the method, as "Mine.command", or
+    "Mine: a method" if the method is unknown.
     """
     try:
         array = np.asarray(value, dtype=np.float64)

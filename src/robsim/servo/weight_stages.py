@@ -1,4 +1,4 @@
-"""The stages of the weights of marks, and of the numbers of s that are made of them."""
+"""Stages of the weights of marks, and of the components of s that depend on them."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ from robsim.servo.weightings.weighting_protocol import (
 
 def add_mark_weights(
     weightings: tuple[Any, ...],
-    given: ControllerInputs,
+    inputs: ControllerInputs,
     view: ViewRows,
     points: BlockRows,
     camera: BlockRows,
@@ -38,26 +38,27 @@ def add_mark_weights(
 ) -> BlockRows:
     """Add the stages of the weights of marks, see `MarkRows`; return their rows (N,).
 
-    They are zero where nothing is measured, and where a mark is hidden unless a weighting fades.
+    A weight is zero without a measurement, and for a hidden mark unless a weighting fades.
     """
     ours = [each for each in weightings if isinstance(each, MarkWeighting)]
-    program, N = given.program, view.depth.size
+    program, N = inputs.program, view.depth.size
     image = {"pixels": view.pixels, "points": points, "camera": camera}
-    found = program.result(kernels.flag_measured_marks, "out", N, **image, hidden=view.hidden)
-    seen = MarkRows(given, N, view, camera, found, goal)
+    weights = program.result(kernels.flag_measured_marks, "out", N, **image, hidden=view.hidden)
+    rows = MarkRows(inputs, N, view, camera, weights, goal)
     if view.hidden is not None and any(each.fades for each in ours):
-        found = program.result(kernels.flag_measured_marks, "out", N, **image)
+        weights = program.result(kernels.flag_measured_marks, "out", N, **image)
     for each in ours:
-        found = scale_entries(program, found, each.marks(seen))
-    return found
+        weights = scale_entries(program, weights, each.marks(rows))
+    return weights
 
 
 def add_component_weights(
     program: Program, marks: dict[PairKey, BlockRows], made_of: list[MarkDependencies]
 ) -> BlockRows:
-    """Add the stages of the weights (k,) by marks, whose rows are given; return their rows.
+    """Add the stages of the weights (k,) of components, from weights of marks; return their rows.
 
-    That of a number is the smallest of its marks. Those of a pose are 1 where enough are there.
+    The weight of a component is the smallest weight of its marks. The weights of a pose are 1 if
+    enough marks are measured.
     """
     return concatenate_rows(program, [_add_block_weights(program, marks, each) for each in made_of])
 
@@ -65,10 +66,11 @@ def add_component_weights(
 def _add_block_weights(
     program: Program, marks: dict[PairKey, BlockRows], each: MarkDependencies
 ) -> BlockRows:
+    """Return the rows of the weights of the components of one block."""
     rows = [[marks[key][n] for key, n in each.of_number(i)] for i in range(len(each.marks))]
     if each.posed:
-        given = {"needed": each.needed, "weights": rows[0]}
-        return program.result(kernels.require_enough_marks, "out", len(rows), **given)
+        arguments = {"needed": each.needed, "weights": rows[0]}
+        return program.result(kernels.require_enough_marks, "out", len(rows), **arguments)
     return program.result(kernels.compute_smallest_weights, "weights", len(rows), numbers=rows)
 
 
@@ -80,9 +82,10 @@ def add_user_weights(
     tolerances: Array,
     groups: tuple[ComponentGroup, ...],
 ) -> BlockRows:
-    """Add the stage of users' weightings, times the weights (k,) by marks; return its rows (k,).
+    """Add the stage of users' weightings, times the weights (k,) from the marks; return its rows.
 
-    It is in Python, and shows each of them the `Residuals`: the error is zero where nothing is.
+    The stage runs in Python and passes `Residuals` to each weighting, with a zero error for
+    components without a measurement.
     """
     k = weights.size
 
@@ -99,24 +102,25 @@ def add_user_weights(
 
 
 def scale_entries(program: Program, A: BlockRows, weights: BlockRows) -> BlockRows:
-    """Add the stage of the entries (n, ...) of A, each times its own weight; return its rows."""
+    """Add the stage that multiplies each entry (n, ...) of A by its own weight; return its rows."""
     return _apply_to_entries(program, control_law.weight_matrix_rows, "B", A, weights=weights)
 
 
 def mask_entries(program: Program, A: BlockRows, hidden: BlockRows) -> BlockRows:
-    """Add the stage of the entries (n, ...) of A, or zeros where hidden; return its rows."""
+    """Add the stage that sets hidden entries (n, ...) of A to zero; return its rows."""
     return _apply_to_entries(program, control_law.mask_hidden_rows, "out", A, hidden=hidden)
 
 
 def _apply_to_entries(
     program: Program, stage: CompiledStage, to: str, A: BlockRows, **by: BlockRows
 ) -> BlockRows:
+    """Add a stage that acts on each entry (n, ...) of A; return its rows."""
     whole = A.reshape(A.shape[0], -1)
     return program.result(stage, to, *whole.shape, A=whole, **by).reshape(*A.shape)
 
 
 def _check_user_weights(value: Any, name: str, runs: int, k: int) -> Array:
-    """Return the weights (k, B) that a user's class gave; InputError unless they are in 0..1."""
+    """Return the weights (k, B) of a user's weighting; raise InputError unless they are in 0..1."""
     weights = check_returned_array(value, f"{name}.weigh", (runs, k))
     if not ((weights >= 0.0) & (weights <= 1.0)).all():
         raise InputError(f"{name}.weigh: expected weights from 0 to 1, got {format_value(value)}")

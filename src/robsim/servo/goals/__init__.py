@@ -1,1 +1,1 @@
-"""Goals: the values that the features of a task are to reach."""
+"""Goals: the desired values of the features of a task."""

@@ -1,4 +1,4 @@
-"""Goals of a task: taught with the true camera, computed from a pose, or given as numbers."""
+"""Goals of a task: shown to the true camera, computed from a pose, or given as numbers."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ FLOATING_UNITS = FloatingJoint.units
 
 
 def _copy_configuration(q: Any) -> Any:
-    """Return a read-only copy of q; whether it fits is checked against the scene."""
+    """Return a read-only copy of q; its size is checked against the scene later."""
     if isinstance(q, Mapping):
         return {name: _copy_configuration(value) for name, value in q.items()}
     if isinstance(q, np.ndarray | list | tuple):
@@ -41,13 +41,29 @@ def _copy_configuration(q: Any) -> Any:
 
 @dataclass(frozen=True, eq=False)
 class TaughtGoal(Value):
-    """The features that the true camera measures when the robot stands at `q`.
+    """Goal shown to the true camera: the features it measures at a configuration of the robot.
 
-    What is shown can be reached, and wrong intrinsics leave no final error. `q` is as in
-    `simulate`: an array, or {robot: q}; None is home.
+    This is teaching by showing. The goal is reachable, and it is measured like the images of the
+    run, so wrong intrinsics or a wrong hand-eye pose leave no final error. A task accepts the
+    configuration itself as its goal.
 
+    Parameters
+    ----------
+    q : array_like of shape (nq,) or dict of robot names to arrays, optional
+        Configuration of the shown goal, as in `simulate`. Default: the home configuration.
+
+    Raises
+    ------
+    GoalError
+        If q is not an array of finite numbers; by `simulate`, if a mark is outside the image at q.
+
+    Examples
+    --------
     >>> TaughtGoal([0.1, 0.2]).q
     array([0.1, 0.2])
+    >>> from robsim import IBVS
+    >>> IBVS([0.1, 0.2]).goal == TaughtGoal([0.1, 0.2])
+    True
     """
 
     q: Any = None
@@ -58,10 +74,26 @@ class TaughtGoal(Value):
 
 @dataclass(frozen=True)
 class GoalPose:
-    """The features that the controller expects with the target at `T_c_o` in camera axes.
+    """Goal computed from a pose: the features that the controller expects at this pose.
 
-    They come from the believed camera and target; nobody promises that they can be reached.
+    The features follow from the believed camera and target. Errors of the calibration therefore
+    enter the final pose, and the pose may be unreachable. Use it to place the camera relative to
+    the target without a view of the goal.
 
+    Parameters
+    ----------
+    T_c_o : Pose or array_like of shape (4, 4)
+        Pose of the target in camera axes at the goal.
+
+    Raises
+    ------
+    InputError
+        If `T_c_o` is not one pose.
+    GoalError
+        By `simulate`, if a mark is outside the image at this pose.
+
+    Examples
+    --------
     >>> GoalPose(Pose.at(0, 0, 0.5)).T_c_o.position
     array([0. , 0. , 0.5])
     """
@@ -74,8 +106,24 @@ class GoalPose:
 
 @dataclass(frozen=True, eq=False)
 class GoalFeatures(Value):
-    """The wanted features as numbers s (k,), which no camera has measured.
+    """Goal given as numbers: the desired features s, without an image.
 
+    No camera has measured these values, so they may be unreachable, and options that need an image
+    of the goal are not available (interaction "desired" and "mean", depth "goal", robust
+    weightings). Use it for a point in the image, such as its centre.
+
+    Parameters
+    ----------
+    s : array_like of shape (k,)
+        Desired features, in the units and order of the task's features.
+
+    Raises
+    ------
+    GoalError
+        If s is not one array of finite numbers; by `simulate`, if its length is not k.
+
+    Examples
+    --------
     >>> GoalFeatures([0.1, 0.2]).s
     array([0.1, 0.2])
     """
@@ -94,7 +142,7 @@ Goal = TaughtGoal | GoalPose | GoalFeatures
 
 @dataclass(frozen=True)
 class GoalTable:
-    """The table of a goal in a text: a configuration, a pose, or numbers."""
+    """Table of a goal in a text: a configuration, a pose, or numbers."""
 
     rivals: ClassVar[Any] = ((("q",), ("pose",), ("computed",), ("s",)),)
 
@@ -114,7 +162,7 @@ class GoalTable:
     s: Annotated[Any, Numbers(), "Features at the goal, as as_floats."] = None
 
     def made(self, c: Context) -> Goal:
-        """Return the goal; InputError if it is said in several ways."""
+        """Return the goal."""
         if self.s is not None:
             return GoalFeatures(self.s)
         if self.computed is not None:
@@ -138,11 +186,11 @@ class GoalTable:
 
 @dataclass(frozen=True)
 class GoalSpec(Table):
-    """A goal; in Python also the configuration q at which it is shown."""
+    """A goal; in Python also the configuration q of a shown goal."""
 
     kind: Any = Goal
     says: type[Any] | None = GoalTable
-    takes_none: ClassVar[bool] = True  # which is home
+    takes_none: ClassVar[bool] = True  # None is the home configuration
     phrase: ClassVar[str] = "a goal: q, a pose, computed or s"
     python_phrase: ClassVar[str] = "q (nq,), {robot: q}, a TaughtGoal, a GoalPose or GoalFeatures"
 
@@ -160,7 +208,7 @@ class GoalSpec(Table):
 
 
 def parse_start(q: Any, pose: Pose | None, scene: Any, what: str) -> Any:
-    """Return coordinates of the robots from a text; None (home) where it says nothing."""
+    """Return coordinates of the robots from a text, or None (home) if the text gives none."""
     if scene is None or (q is None and pose is None):
         return None
     if pose is None:
@@ -173,7 +221,7 @@ def parse_start(q: Any, pose: Pose | None, scene: Any, what: str) -> Any:
 
 
 def describe_start(q: Any, scene: Scene) -> tuple[Array | None, Pose | None]:
-    """Return the coordinates of a start, or its pose where the only joint of the scene floats."""
+    """Return the coordinates of a start; for one floating joint, its pose instead."""
     at = np.asarray(scene.coordinates(scene.home if q is None else q, limits=False))
     if scene.coordinate_units != FLOATING_UNITS:
         return at, None
@@ -181,7 +229,7 @@ def describe_start(q: Any, scene: Scene) -> tuple[Array | None, Pose | None]:
 
 
 def find_goal_configuration(goal: Goal, scene: Scene, runs: int) -> Array | None:
-    """Return coordinates (nq, runs) at which a goal is shown; None if it is not shown at any."""
+    """Return the coordinates (nq, runs) of a shown goal, or None for other goals."""
     if not isinstance(goal, TaughtGoal):
         return None
     try:
@@ -201,28 +249,29 @@ def observe_goal(
     first: CameraTarget,
     runs: int,
 ) -> Observation:
-    """Return what a camera sees at the goal, with true depths; GoalError if a mark is out of view.
+    """Return the observation of the goal by a camera, with true depths.
 
-    q (nq, runs) is the `find_goal_configuration` at which it is shown; there is more than one run where
-    numbers differ from run to run.
-
-    A computed goal is the pose of the believed target of `first` in its camera; other sights
-    follow from it where they move with that one. Of numbers that are given there is no image.
+    q (nq, runs) is the `find_goal_configuration` of a shown goal; `runs` exceeds 1 if numbers of
+    the scene differ from run to run. A computed goal is the pose of the believed target of `first`
+    in its camera; the other camera-target pairs follow if they move with `first`. A goal of
+    numbers has no image; its observation has the right shape only. Raises GoalError if a mark is
+    outside the image.
     """
     if isinstance(goal, GoalPose):
         return _observe_computed_goal(goal, belief, first, runs)
-    there = truth.home(runs) if q is None else q  # of numbers, anything of the right shape
-    true = truth.project(there)
-    believed = true if belief is truth else belief.project(there)
+    q_shown = truth.home(runs) if q is None else q  # for numbers, only the shape matters
+    projection = truth.project(q_shown)
+    believed = projection if belief is truth else belief.project(q_shown)
     if q is not None:
-        _check_marks_visible(truth, true.visibility, "shown")
+        _check_marks_visible(truth, projection.visibility, "shown")
     T_c_o = compute_relative_pose(believed.T_w_c, believed.T_w_o)
-    return belief.observation(true.pixels, true.depth, T_c_o)
+    return belief.observation(projection.pixels, projection.depth, T_c_o)
 
 
 def _observe_computed_goal(
     goal: GoalPose, belief: CameraTarget, first: CameraTarget, runs: int
 ) -> Observation:
+    """Return the observation of a computed goal; raise GoalError if it is impossible."""
     if not belief.moves_with(first):
         raise GoalError(
             f"camera '{belief.eye.name}' and '{belief.target.name}' do not move as "
@@ -231,10 +280,10 @@ def _observe_computed_goal(
         )
     T_c_o = np.repeat(goal.T_c_o.matrix[:3, :, None], runs, axis=2)
     if belief is not first:
-        here, there = (s.project(s.home(runs)) for s in (belief, first))
+        own, reference = (s.project(s.home(runs)) for s in (belief, first))
         T_c_f, T_f_o = (
-            compute_relative_pose(here.T_w_c, there.T_w_c),
-            compute_relative_pose(there.T_w_o, here.T_w_o),
+            compute_relative_pose(own.T_w_c, reference.T_w_c),
+            compute_relative_pose(reference.T_w_o, own.T_w_o),
         )
         T_c_o = move_runs_last(
             (_make_poses(T_c_f) @ goal.T_c_o @ _make_poses(T_f_o)).matrix[:, :3], 2
@@ -245,15 +294,16 @@ def _observe_computed_goal(
 
 
 def _make_poses(T: Array) -> Pose:
+    """Return poses from T (3, 4, B)."""
     return Pose(homogeneous_matrix(T))
 
 
-def _check_marks_visible(sight: CameraTarget, status: Any, how: str) -> None:
-    """Raise GoalError for the first mark that is not in the image, (N, B), of any run."""
+def _check_marks_visible(sight: CameraTarget, status: Any, kind: str) -> None:
+    """Raise GoalError for the first mark that is outside the image, (N, B), in any run."""
     for run, n in np.argwhere(status.T != Visibility.IN_IMAGE)[:1]:
         where = "behind" if status[n, run] == Visibility.BEHIND_CAMERA else "out of the image of"
         whose = f" of run {run}" if status.shape[1] > 1 else ""
         raise GoalError(
-            f"the {how} goal{whose} puts mark {n} of '{sight.target.name}' {where} "
+            f"the {kind} goal{whose} puts mark {n} of '{sight.target.name}' {where} "
             f"camera '{sight.eye.name}'"
         )

@@ -1,1 +1,1 @@
-"""Control laws and what they are made of: inverses, gains, depths, interaction matrices."""
+"""Control laws and their parts: inverses, gains, depths, interaction matrices."""

@@ -1,4 +1,4 @@
-"""Interaction matrices: modelled, constant, or a Jacobian that is learnt without a model."""
+"""Interaction matrices: modelled, constant, or estimated on line without a model."""
 
 from __future__ import annotations
 
@@ -23,29 +23,44 @@ INTERACTION = KindOf(
     plain=get_args(Interaction),
     other=Numbers(shape=("k", 6)),
 )
-TWIST_SIZE = (
-    6  # motions of a camera: a Jacobian L J has no more rank, however many joints there are
-)
+TWIST_SIZE = 6  # motions of a camera, the largest rank of a Jacobian L J
 
 
 @register("interaction matrix", "broyden")
 @dataclass(frozen=True, eq=False)
 class Broyden(Value):
-    """The Jacobian of the features, estimated on line from how they move in each step.
+    """Broyden's rule: estimate the task Jacobian on line from the motion of the features.
 
-    See `broyden_update`.
+    After each period, with the change ds of the features and dq of the commanded joints, the
+    estimate A becomes the nearest matrix that explains the change,
 
-    >>> Broyden([[1.0, 0.0], [0.5, 2.0]]).start
-    array([[1. , 0. ],
-           [0.5, 2. ]])
+        A <- A + (ds - A dq) dq'/(dq' dq)
+
+    (Broyden 1965; Jaegersand, Fuentes and Nelson 1997; see `broyden_update`). The law then needs
+    no model of the camera, of the depth or of the robot. The features move on less straight paths
+    than with a model, and image noise disturbs the estimate once the motion is slow. It requires
+    law="joint".
+
+    Raises
+    ------
+    InputError
+        If `start` is singular or not one matrix.
+
+    Examples
+    --------
+    >>> import robsim as rs
+    >>> scenario = rs.load_scenario(rs.examples.path("visp_tutorial"))
+    >>> task = rs.IBVS(scenario.task.goal, interaction=rs.laws.Broyden())
+    >>> run = rs.simulate(scenario.scene, task, scenario.start, duration=20)
+    >>> rs.Outcome(int(run.outcome)).name, round(float(run.path_length), 2)
+    ('CONVERGED', 0.39)
     """
 
     start: Annotated[
         Any,
         Numbers(shape=("k", "n")),
         "First estimate (k, n) of ds/dq, in units of s per rad or m of each commanded joint, "
-        "of rank 6 or, where it is smaller, of full rank; None: the modelled L J at the "
-        "start.",
+        "of full rank (at most 6); None: the modelled L J at the start.",
     ] = None
 
     def __post_init__(self) -> None:
@@ -54,25 +69,28 @@ class Broyden(Value):
 
 
 def _check_first_estimate(value: Any) -> Array:
+    """Return a first estimate as an array; raise InputError if it is singular."""
     A = as_floats(value, "Broyden start", ("k", "n"))
     if A.ndim != 2 or not A.size:
         raise InputError(f"Broyden start: expected one matrix of shape (k, n), got {A.shape}")
-    found = int(compute_rank(np.ascontiguousarray(A[..., None]))[0])
+    matrix_rank = int(compute_rank(np.ascontiguousarray(A[..., None]))[0])
     needed = min(*A.shape, TWIST_SIZE)
-    if found < needed:
+    if matrix_rank < needed:
         raise InputError(
-            f"a Broyden start that is singular: rank {found} where shape {A.shape} needs {needed}"
+            f"a Broyden start that is singular: rank {matrix_rank}; shape {A.shape} needs {needed}"
         )
     return A
 
 
 def broyden_update(A: Array, ds: Array, dq: Array) -> Array:
-    """Return the matrix nearest to A (k, n, B) that explains a step: A + (ds - A dq) dq'/(dq' dq).
+    """Return the matrix nearest to A (k, n, B) that explains a step, A + (ds - A dq) dq'/(dq' dq).
 
     The features moved by ds (k, B) while the commanded joints moved by dq (n, B). A step shorter
-    than 1e-9 (rad, m) changes nothing. Broyden 1965; for visual servoing Jaegersand, Fuentes and
-    Nelson 1997.
+    than 1e-9 (rad, m) leaves A unchanged. Sources: Broyden 1965; for visual servoing Jaegersand,
+    Fuentes and Nelson 1997.
 
+    Examples
+    --------
     >>> A, ds, dq = np.zeros((1, 2, 1)), np.array([[2.0]]), np.array([[1.0], [0.0]])
     >>> broyden_update(A, ds, dq).ravel()
     array([2., 0.])

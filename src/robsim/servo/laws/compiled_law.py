@@ -1,4 +1,4 @@
-"""Built-in laws, which are stages of a program and can be asked in Python as well."""
+"""Built-in laws: stages of a compiled program that Python can evaluate as well."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ from robsim.servo.laws.inverse import Inverse, add_solve
 
 CommandAtGain = Callable[
     [BlockRows], BlockRows
-]  # adds stages for the row of a gain, and returns velocities (n,)
+]  # adds stages for the row of a gain and returns velocities (n,)
 
 
 class LawRows(NamedTuple):
-    """The rows of a program that a law reads, and what else it is given; see `ControlState`.
+    """Rows of a program that a law reads, with its settings; see `ControlState`.
 
-    Rows that are not given are -1.
+    A row that does not exist is -1.
     """
 
     program: Program
@@ -42,14 +42,30 @@ class LawRows(NamedTuple):
 
 
 class CompiledLaw(ABC):
-    """The base of laws whose velocities are computed by stages of a program."""
+    """Base of laws with velocities computed by the stages of a compiled program."""
 
     @abstractmethod
     def stages(self, of: LawRows) -> CommandAtGain:
-        """Add the stages that do not depend on the gain; return what adds the others for one."""
+        """Add the stages that do not depend on the gain; return a function that adds the others."""
 
     def command(self, state: ControlState) -> Array:
-        """Return velocities (B, n) of the commanded joints in rad/s or m/s."""
+        """Return the velocities of the commanded joints.
+
+        Parameters
+        ----------
+        state : ControlState
+            Error, interaction matrix and Jacobian of B runs.
+
+        Returns
+        -------
+        ndarray of shape (B, n)
+            Velocities in rad/s or m/s.
+
+        Raises
+        ------
+        InputError
+            Unless `state` is a ControlState.
+        """
         if not hasattr(state, "error_last"):
             name = type(self).__name__
             raise InputError(f"{name}.command: expected a ControlState, got {format_value(state)}")
@@ -62,7 +78,7 @@ class CompiledLaw(ABC):
         what = A.shape[1], tuple(map(len, rows)), state.inverse, state.one_motion
         try:
             function = _cached_law_function(self, *what)
-        except TypeError:  # from a user's subclass with a field that has no hash
+        except TypeError:  # a user's subclass may have a field without a hash
             function = _build_law_function(self, *what)
         return view_runs_first(function(np.concatenate(rows)))
 
@@ -70,9 +86,9 @@ class CompiledLaw(ABC):
 def _build_law_function(
     law: CompiledLaw, n: int, sizes: tuple[int, ...], inverse: Inverse, one_motion: bool
 ) -> ProgramFunction:
-    """Return the velocities of a law (n,) as a function of so many rows: gain, e, L, J, L J, s, q.
+    """Return the velocities (n,) of a law as a function of rows: gain, e, L, J, L J, s, q.
 
-    What has no rows is None.
+    `sizes` are the numbers of rows; s and q without rows are None.
     """
     program, k = Program(), sizes[1]
     shapes = (), (k,), (k, 6), (6, n), (k, n), sizes[5:6], sizes[6:]
@@ -89,13 +105,13 @@ _cached_law_function = lru_cache(maxsize=64)(_build_law_function)
 
 
 def as_compiled_law(law: Any) -> CompiledLaw | None:
-    """Return a law that is made of stages; None if a user's class commands in Python."""
-    own = not isinstance(law, CompiledLaw) or type(law).command is not CompiledLaw.command
-    return None if own else law
+    """Return a law that is made of stages, or None if a user's class commands in Python."""
+    overridden = not isinstance(law, CompiledLaw) or type(law).command is not CompiledLaw.command
+    return None if overridden else law
 
 
 def scale_by_gain(of: LawRows, unit: BlockRows) -> CommandAtGain:
-    """Return what adds the stage of -gain times some velocities."""
+    """Return a function that adds the stage of -gain times the velocities `unit`."""
     return lambda gain: of.program.result(
         control_law.compute_joint_command, "qd", of.n, gain=gain, x=unit
     )
@@ -103,8 +119,8 @@ def scale_by_gain(of: LawRows, unit: BlockRows) -> CommandAtGain:
 
 def add_joint_velocities(of: LawRows, V: BlockRows, length: BlockRows) -> BlockRows:
     """Add the stages of J^+ V, with |v| in units of a length (eq. 19); return the rows (n,)."""
-    program, how = of.program, {"length": length, "how": 0}
-    program.add(control_law.scale_length_unit, A=V.column, **how, B=V.column)
-    J = program.result(control_law.scale_length_unit, "B", 6, of.n, A=of.J, **how)
+    program, options = of.program, {"length": length, "how": 0}
+    program.add(control_law.scale_length_unit, A=V.column, **options, B=V.column)
+    J = program.result(control_law.scale_length_unit, "B", 6, of.n, A=of.J, **options)
     _, damping, rcond = of.inverse.numbers
     return add_solve(program, J, V, damping, rcond, J)

@@ -1,4 +1,4 @@
-"""The state of a control loop at one instant, as a law is given it."""
+"""State of a control loop at one instant, the input of a law."""
 
 from __future__ import annotations
 
@@ -16,29 +16,68 @@ from robsim.servo.laws.inverse import Inverse, PseudoInverse, multiply_batches
 
 @dataclass(frozen=True, eq=False)
 class ControlState:
-    """What a law is given: error, interaction matrix and Jacobian, as the controller models them.
+    """Input of a control law: error, interaction matrix and Jacobian at one instant.
 
-    `ControlState.of` makes one. Names that end in `_last` have the run last, as the kernels do;
-    the others are run-first views, all read-only. J maps the commanded joint velocities to the
-    camera's twist relative to the target, so that sdot = L J qdot. `memory` keeps what a law puts
-    there, arrays with the run first, until the next instant of the same runs; it is empty at the
-    start.
+    All are as the controller models them.
 
-    InputError: arrays of unequal numbers of runs, features or joints, or not finite.
+    `ControlState.of` makes a state from arrays with the run first. The fields that end in `_last`
+    have the run last, as the kernels do; the properties are run-first views. All arrays are
+    read-only. J maps the commanded joint velocities to the twist of the camera relative to the
+    target, so that sdot = L J qdot.
+
+    Attributes
+    ----------
+    error_last : ndarray of shape (k, B)
+        Error e, weighted.
+    interaction_last : ndarray of shape (k, 6, B)
+        Interaction matrix L.
+    jacobian_last : ndarray of shape (6, n, B)
+        Jacobian J of the camera relative to the target.
+    task_jacobian_last : ndarray of shape (k, n, B)
+        L J, the change of the features by the commanded joints.
+    gain : float or ndarray of shape (B, 1)
+        Gain in 1/s; one for each run if it depends on the error.
+    inverse : PseudoInverse, DampedInverse or JacobianTranspose
+        Inverse for the law.
+    s_last : ndarray of shape (k, B), optional
+        Measured features.
+    q_last : ndarray of shape (nq, B), optional
+        Coordinates of all robots.
+    time : float, default 0.0
+        Time since the start, in seconds.
+    dt : float, default 0.04
+        Period of the loop, during which the command is constant, in seconds.
+    memory : dict
+        Memory of the law. It is empty at the start and keeps arrays, with the run first, until the
+        next instant of the same runs.
+    one_motion : bool, default False
+        Whether L J is the product of `interaction` and `jacobian`.
+
+    Raises
+    ------
+    InputError
+        If the numbers of runs, features or joints differ, or if a number is not finite.
+
+    Examples
+    --------
+    >>> state = ControlState.of([1.0, 2.0], 2 * np.eye(2, 6), np.eye(6, 3), gain=0.5)
+    >>> state.task_jacobian
+    array([[[2., 0., 0.],
+            [0., 2., 0.]]])
     """
 
-    error_last: Array  # (k, B)
-    interaction_last: Array  # (k, 6, B)
-    jacobian_last: Array  # (6, n, B)
-    task_jacobian_last: Array  # (k, n, B) L J: how the commanded joints move the features
-    gain: Any  # per second: a number, or (B, 1) where it depends on the error
+    error_last: Array
+    interaction_last: Array
+    jacobian_last: Array
+    task_jacobian_last: Array
+    gain: Any
     inverse: Inverse
-    s_last: Array | None = None  # (k, B)
-    q_last: Array | None = None  # (nq, B) coordinates of all robots
-    time: float = 0.0  # seconds since the start
-    dt: float = 0.04  # seconds for which the command is held
+    s_last: Array | None = None
+    q_last: Array | None = None
+    time: float = 0.0
+    dt: float = 0.04
     memory: dict[str, Any] = field(default_factory=dict)
-    one_motion: bool = False  # whether L J is the product of `interaction` and `jacobian`
+    one_motion: bool = False
 
     def __post_init__(self) -> None:
         vars(self).update(check_state_fields(vars(self)))
@@ -57,15 +96,41 @@ class ControlState:
         time: float = 0.0,
         dt: float = 0.04,
     ) -> ControlState:
-        """Return a state from an error (B, k), L (B, k, 6) and J (B, 6, n); of one run without B.
+        """Return a state from an error, L and J of B runs, or of one run without the axis of runs.
 
-        gain      per second, or (B,) of each run its own
-        inverse   by default the pseudo-inverse
-        s, q      features (B, k) and coordinates (B, nq), for laws that read them
-        time, dt  seconds since the start, and of the period
+        Parameters
+        ----------
+        error : array_like of shape (B, k) or (k,)
+            Feature error e.
+        interaction : array_like of shape (B, k, 6) or (k, 6)
+            Interaction matrix L.
+        jacobian : array_like of shape (B, 6, n) or (6, n)
+            Jacobian J of the camera relative to the target.
+        gain : float or array_like of shape (B,), default 1.0
+            Gain in 1/s.
+        inverse : PseudoInverse, DampedInverse or JacobianTranspose, optional
+            Inverse for the law. Default: the pseudo-inverse.
+        s : array_like of shape (B, k), optional
+            Features, for laws that read them.
+        q : array_like of shape (B, nq), optional
+            Coordinates of all robots, for laws that read them.
+        time : float, default 0.0
+            Time since the start, in seconds.
+        dt : float, default 0.04
+            Period of the loop, in seconds.
 
-        InputError: unequal numbers of runs, features or joints, or a number that is not finite.
+        Returns
+        -------
+        ControlState
+            The state.
 
+        Raises
+        ------
+        InputError
+            If the numbers of runs, features or joints differ, or if a number is not finite.
+
+        Examples
+        --------
         >>> from robsim.laws import JointLaw
         >>> state = ControlState.of([1.0, 2.0], np.eye(2, 6), np.eye(6, 2), gain=0.5)
         >>> JointLaw().command(state)
@@ -95,37 +160,37 @@ class ControlState:
 
     @property
     def error(self) -> Array:
-        """The error e (B, k), weighted, and with feed-forward the motion of the target in it."""
+        """Error e (B, k), weighted; with feed-forward it contains the motion of the target."""
         return view_for_user(self.error_last)
 
     @property
     def interaction(self) -> Array:
-        """The interaction matrix L (B, k, 6), weighted."""
+        """Interaction matrix L (B, k, 6), weighted."""
         return view_for_user(self.interaction_last)
 
     @property
     def jacobian(self) -> Array:
-        """The Jacobian J (B, 6, n) of the camera's twist (v, omega) in its own axes."""
+        """Jacobian J (B, 6, n) of the camera twist (v, omega) in camera axes."""
         return view_for_user(self.jacobian_last)
 
     @property
     def task_jacobian(self) -> Array:
-        """The task Jacobian L J (B, k, n), whose rows are each of their own camera."""
+        """Task Jacobian L J (B, k, n); each row belongs to the camera of its feature."""
         return view_for_user(self.task_jacobian_last)
 
     @property
     def s(self) -> Array:
-        """The features s (B, k) as measured."""
+        """Measured features s (B, k)."""
         return view_for_user(_require_array(self.s_last, "features s"))
 
     @property
     def q(self) -> Array:
-        """The coordinates q (B, nq) of all robots of the scene."""
+        """Coordinates q (B, nq) of all robots of the scene."""
         return view_for_user(_require_array(self.q_last, "coordinates q"))
 
 
 def _require_array(array: Array | None, what: str) -> Array:
-    """Return an array, or raise InputError where there is none."""
+    """Return an array; raise InputError if it is None."""
     if array is None:
-        raise InputError(f"the law reads {what}, and the state has none")
+        raise InputError(f"the law reads {what}, which the state does not have")
     return array

@@ -1,4 +1,4 @@
-"""Checks of what a law is given, before any of it reaches compiled code."""
+"""Checks of the fields of a control state, before compiled code reads them."""
 
 from __future__ import annotations
 
@@ -22,34 +22,34 @@ STATE_SHAPES = {
 
 
 def put_runs_last(value: ArrayLike, what: str, shape: tuple[int | str, ...]) -> Array:
-    """Return an array (*shape, B) of one (B, *shape), or (*shape,) of a single run."""
+    """Return an array (*shape, B) from an array (B, *shape), or (*shape,) of one run."""
     array = as_floats(value, what, shape)
     if array.ndim > len(shape) + 1:
         raise InputError(f"{what}: expected at most one axis of runs, got {array.shape}")
     return move_runs_last(array, len(shape))
 
 
-def check_state_fields(given: dict[str, Any]) -> dict[str, Any]:
-    """Return the parts of a state with arrays that are read-only and of one size."""
+def check_state_fields(fields: dict[str, Any]) -> dict[str, Any]:
+    """Return the fields of a state as read-only arrays of consistent sizes."""
     sizes: dict[str, int] = {}
-    made: dict[str, Any] = {}
+    checked: dict[str, Any] = {}
     for name, shape in STATE_SHAPES.items():
-        if name not in ("s_last", "q_last") or given[name] is not None:
-            made[name] = check_array_shape(given[name], name, shape, sizes)
+        if name not in ("s_last", "q_last") or fields[name] is not None:
+            checked[name] = check_array_shape(fields[name], name, shape, sizes)
     for what in ("time", "dt"):
-        made[what] = as_float(given[what], what)
-    made["gain"] = _check_state_gain(given["gain"], sizes["B"])
-    if not isinstance(given["inverse"], get_args(Inverse)):
-        raise InputError(f"inverse: expected an inverse, got {format_value(given['inverse'])}")
-    if not isinstance(given["memory"], dict):
-        raise InputError(f"memory: expected a dictionary, got {format_value(given['memory'])}")
-    made["one_motion"] = as_bool(given["one_motion"], "one_motion")
-    return made
+        checked[what] = as_float(fields[what], what)
+    checked["gain"] = _check_state_gain(fields["gain"], sizes["B"])
+    if not isinstance(fields["inverse"], get_args(Inverse)):
+        raise InputError(f"inverse: expected an inverse, got {format_value(fields['inverse'])}")
+    if not isinstance(fields["memory"], dict):
+        raise InputError(f"memory: expected a dictionary, got {format_value(fields['memory'])}")
+    checked["one_motion"] = as_bool(fields["one_motion"], "one_motion")
+    return checked
 
 
 def _check_state_gain(gain: Any, runs: int) -> Any:
-    """Return a gain as a number, or as (B, 1)."""
-    given = as_floats(gain, "gain", ())
-    if given.size not in (1, runs) or given.ndim > 2:
+    """Return a gain as a number, or as an array (B, 1)."""
+    values = as_floats(gain, "gain", ())
+    if values.size not in (1, runs) or values.ndim > 2:
         raise InputError(f"gain: expected a number, or one for each of {runs} runs")
-    return float(given) if not given.ndim else make_read_only(given.reshape(-1, 1))
+    return float(values) if not values.ndim else make_read_only(values.reshape(-1, 1))

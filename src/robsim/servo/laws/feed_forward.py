@@ -1,4 +1,4 @@
-"""The motion of the target in the image that the robot does not cause, known or estimated."""
+"""Feed-forward of the target motion in the image, known or estimated."""
 
 from __future__ import annotations
 
@@ -13,29 +13,70 @@ FEED_FORWARDS = family("feed-forward")
 @register("feed-forward", "known")
 @dataclass(frozen=True)
 class KnownMotion:
-    """Feed-forward of de/dt = L J_p qdot_p, from the motions of the believed scene.
+    """Feed-forward of the known motion of the target, de/dt = L J_p qdot_p.
 
-    J_p and qdot_p are of the prescribed joints, which the task does not command.
+    J_p and qdot_p belong to the prescribed joints of the believed scene, which the task does not
+    command. The law then acts on e + (de/dt)/gain and cancels the motion of the target, so a
+    moving target is tracked without a lag. A wrong belief leaves an error proportional to the
+    unmodelled motion, divided by the gain.
 
-    >>> KnownMotion()
-    KnownMotion()
+    Examples
+    --------
+    A pan-tilt head follows a moving target:
+
+    >>> from dataclasses import replace
+    >>> import robsim as rs
+    >>> scenario = rs.load_scenario(rs.examples.path("pan_tilt_tracking"))
+    >>> for feed_forward in None, "known":
+    ...     task = replace(scenario.task, feed_forward=feed_forward)
+    ...     run = rs.simulate(scenario.scene, task, scenario.start, duration=3, hold=True)
+    ...     print(f"{float(run.error_norm[-1]):.3f}")
+    0.392
+    0.000
     """
 
 
 @register("feed-forward", "estimated")
 @dataclass(frozen=True)
 class EstimatedMotion(DeclaredValue):
-    """Feed-forward of the part of de/dt that the command does not explain, smoothed over `lag`.
+    """Feed-forward of the estimated motion of the target in the image.
 
-    The estimate is a first-order filter of (e_k - e_(k-1))/dt - L J qdot_(k-1) (Chaumette and
-    Hutchinson 2007, section on target tracking; Corke and Good 1996).
+    It adds the change of e that the command does not explain to the error.
 
-    >>> EstimatedMotion(lag=0.1).lag
-    0.1
+    The estimate is a first-order low-pass filter, with time constant `lag`, of
+
+        (e_k - e_(k-1))/dt - L J qdot_(k-1)
+
+    (Chaumette and Hutchinson 2007, section on target tracking; Corke and Good 1996). It needs no
+    model of the target, and removes the lag behind a target of constant velocity. A larger `lag`
+    rejects more noise and reacts later; a small `lag` with delayed images may destabilise the
+    loop.
+
+    Raises
+    ------
+    InputError
+        If the task has `Broyden`, a weighting or the transpose.
+
+    Examples
+    --------
+    A pan-tilt head follows a moving target:
+
+    >>> from dataclasses import replace
+    >>> import robsim as rs
+    >>> scenario = rs.load_scenario(rs.examples.path("pan_tilt_tracking"))
+    >>> for feed_forward in None, EstimatedMotion(lag=0.1):
+    ...     task = replace(scenario.task, feed_forward=feed_forward)
+    ...     run = rs.simulate(scenario.scene, task, scenario.start, duration=3, hold=True)
+    ...     print(f"{float(run.error_norm[-1]):.3f}")
+    0.392
+    0.000
     """
 
     lag: Annotated[
-        float, Time(above=0), PerRun(()), "Time constant of the low-pass filter of the estimate."
+        float,
+        Time(above=0),
+        PerRun(()),
+        "Time constant of the low-pass filter of the estimate, in seconds.",
     ] = 0.2
 
 

@@ -1,4 +1,4 @@
-"""Gains: one number, or one that grows as the error or the command gets smaller."""
+"""Gains: a constant, or a function of the size of the error or the command."""
 
 from __future__ import annotations
 
@@ -14,35 +14,45 @@ from robsim.kernels.formulas import adaptive_gain as kernels
 
 PER_SECOND = Number(above=0, unit="per second")
 GAINS = family("gain")
-GainArgument = Literal["error", "command"]  # what a gain can depend on
+GainArgument = Literal["error", "command"]  # argument x of an adaptive gain
 
 
 @register("gain", "adaptive")
 @dataclass(frozen=True)
 class AdaptiveGain(DeclaredValue):
-    """A gain that is low far from the goal, for gentle starts, and high near it.
+    """Gain that is low far from the goal, for a gentle start, and high near the goal.
 
-    gain(x) = (at_zero - at_infinity) exp(-slope x/(at_zero - at_infinity)) + at_infinity
-    (Kermorgant and Chaumette 2014, "Dealing with constraints in sensor-based robot control").
-    What x is, `of` says: of the "error" the 2-norm of e, in its own unit; of the "command" the
-    largest component of the joint velocities that the law commands at a gain of one per second,
-    without feed-forward, as in ViSP: max |L^+ e| of a free camera, in m and rad. InputError unless
-    at_zero is above at_infinity.
+        gain(x) = (at_zero - at_infinity) exp(-slope x/(at_zero - at_infinity)) + at_infinity
 
+    (Kermorgant and Chaumette 2014, "Dealing with constraints in sensor-based robot control"). The
+    argument x is the 2-norm of e for of="error". For of="command" it is the largest component of
+    the joint velocities that the law commands at a gain of 1/s without feed-forward, as in ViSP:
+    max |L^+ e| for a free camera, in m and rad.
+
+    With a constant gain the speed falls with the error, and the end of the motion takes long. The
+    adaptive gain keeps the speed more even: it limits the first velocity by `at_infinity` and the
+    time of the last phase by `at_zero`. `at_zero` is the gain in the linear loop near the goal, so
+    delays bound it (see `advise`). A larger `slope` moves the rise of the gain closer to the goal.
+
+    Raises
+    ------
+    InputError
+        Unless at_zero is above at_infinity.
+
+    Examples
+    --------
     >>> gain = AdaptiveGain(at_zero=4.0, at_infinity=0.4, slope=30.0)
     >>> gain.at(np.array([0.0, 0.1, 10.0])).round(3)
     array([4.   , 1.965, 0.4  ])
     """
 
-    at_zero: Annotated[float, PER_SECOND, "The gain at x = 0."]
-    at_infinity: Annotated[float, PER_SECOND, "The gain far from the goal, the smaller one."]
-    slope: Annotated[
-        float, Number(above=0), "Minus the derivative at x = 0, per second and unit of x."
-    ]
+    at_zero: Annotated[float, PER_SECOND, "Gain at x = 0, in 1/s."]
+    at_infinity: Annotated[float, PER_SECOND, "Gain far from the goal, in 1/s, below at_zero."]
+    slope: Annotated[float, Number(above=0), "Minus the derivative at x = 0, in 1/s per unit of x."]
     of: Annotated[
         GainArgument,
         Word(get_args(GainArgument), "size"),
-        "On what it depends: the size of the error, or that of the command at a gain of one.",
+        "Argument x: the size of the error, or the size of the command at a gain of 1/s.",
     ] = "error"
 
     def __post_init__(self) -> None:
@@ -54,17 +64,33 @@ class AdaptiveGain(DeclaredValue):
             )
 
     def at(self, size: Array) -> Array:
-        """Return the gains (..., B) per second at sizes (..., B) of the error or the command."""
-        given = as_floats(size, "size", ("B",))
-        if (given < 0).any():
-            raise InputError(f"size: a length is not below 0, got {given.min():g}")
-        gain = np.empty(given.size)
-        kernels.compute_gains(self.at_zero, self.at_infinity, self.slope, given.ravel(), gain)
-        return gain.reshape(given.shape)
+        """Return the gain at sizes of the error or the command.
+
+        Parameters
+        ----------
+        size : array_like of shape (..., B)
+            Sizes x of the error or the command, not negative.
+
+        Returns
+        -------
+        ndarray of shape (..., B)
+            Gains in 1/s.
+
+        Raises
+        ------
+        InputError
+            If a size is negative or not finite.
+        """
+        sizes = as_floats(size, "size", ("B",))
+        if (sizes < 0).any():
+            raise InputError(f"size: expected no negative size, got {sizes.min():g}")
+        gain = np.empty(sizes.size)
+        kernels.compute_gains(self.at_zero, self.at_infinity, self.slope, sizes.ravel(), gain)
+        return gain.reshape(sizes.shape)
 
     @property
     def least(self) -> float:
-        """The smallest gain, per second, which is that of a large error."""
+        """Smallest gain in 1/s, reached for large errors."""
         return self.at_infinity
 
 

@@ -24,60 +24,89 @@ RCOND_SPEC = Number(above=0, below=1)
 @register("inverse", "pseudo_inverse")
 @dataclass(frozen=True)
 class PseudoInverse(DeclaredValue):
-    """The pseudo-inverse A^+, with singular values below rcond times the largest taken as zero.
+    """Pseudo-inverse A^+, the exact least-squares solution of minimal norm.
 
-    >>> PseudoInverse()
-    PseudoInverse(rcond=1e-06)
+    Singular values below rcond times the largest count as zero: the law then commands no motion in
+    their direction. Near a singularity, but above this bound, commands grow without limit; use
+    `DampedInverse` or a `SpeedLimit` there.
+
+    Examples
+    --------
+    >>> import robsim as rs
+    >>> L = np.diag([2.0, 1e-8]) @ np.eye(2, 6)
+    >>> state = rs.laws.ControlState.of([1.0, 1.0], L, np.eye(6), inverse=PseudoInverse())
+    >>> rs.laws.JointLaw().command(state)[0, :2] + 0.0  # no motion along the weak direction
+    array([-0.5,  0. ])
     """
 
     rcond: Annotated[
-        float, RCOND_SPEC, "Share of the largest singular value below which one counts as zero."
+        float, RCOND_SPEC, "Relative size below which a singular value counts as zero."
     ] = RCOND
 
     @property
     def numbers(self) -> tuple[bool, float, float]:
-        """The numbers (transposed, damping, rcond) for the kernels."""
+        """Settings (transposed, damping, rcond) for the kernels."""
         return False, 0.0, self.rcond
 
 
 @register("inverse", "damped")
 @dataclass(frozen=True)
 class DampedInverse(DeclaredValue):
-    """The damped inverse (A'A + damping^2 I)^-1 A', with shorter commands near a singularity.
+    """Damped inverse (A'A + damping^2 I)^-1 A', with bounded commands near a singularity.
 
-    It is never exact.
+    A direction with singular value sigma has the factor sigma/(sigma^2 + damping^2) instead of
+    1/sigma: strong directions (sigma above damping) are nearly exact, weak directions become slow
+    instead of fast. The error still converges, only slower along weak directions. A larger
+    `damping` means smaller commands and more deviation from the intended decay.
 
-    >>> DampedInverse().damping
-    0.01
+    Examples
+    --------
+    >>> import robsim as rs
+    >>> L = np.diag([1.0, 0.01]) @ np.eye(2, 6)
+    >>> for inverse in rs.laws.PseudoInverse(), rs.laws.DampedInverse(damping=0.01):
+    ...     state = rs.laws.ControlState.of([1.0, 1.0], L, np.eye(6), inverse=inverse)
+    ...     print(rs.laws.JointLaw().command(state)[0, :2].round(2))
+    [  -1. -100.]
+    [ -1. -50.]
     """
 
-    damping: Annotated[
-        float, Number(above=0), "Damping, in the unit of the singular values of A."
-    ] = 0.01
+    damping: Annotated[float, Number(above=0), "Damping, in the unit of the singular values."] = (
+        0.01
+    )
 
     @property
     def numbers(self) -> tuple[bool, float, float]:
-        """The numbers (transposed, damping, rcond) for the kernels."""
+        """Settings (transposed, damping, rcond) for the kernels."""
         return False, self.damping, 0.0
 
 
 @register("inverse", "transpose")
 @dataclass(frozen=True)
 class JacobianTranspose:
-    """The transpose A' in place of an inverse: gradient descent of ||e||^2/2.
+    """Transpose A' in place of an inverse: gradient descent of ||e||^2/2.
 
-    It is never singular, and slow along the weak directions of A.
+    The loop is stable while gain dt sigma^2 < 2 for the largest singular value sigma of L J
+    (Hutchinson, Hager and Corke 1996, section on image-based control). The transpose has no
+    singularity and costs least, but the error decays as exp(-gain sigma^2 t) in each direction,
+    which is slow along the weak directions. It cannot be combined with `feed_forward`.
 
-    Stable while gain * dt * sigma^2 < 2 for the largest singular value sigma of L J (Hutchinson,
-    Hager and Corke 1996, section on image-based control).
+    Raises
+    ------
+    InputError
+        If the task has `feed_forward`; by `simulate`, if L J is zero or not finite at the goal.
 
-    >>> JacobianTranspose()
-    JacobianTranspose()
+    Examples
+    --------
+    >>> import robsim as rs
+    >>> L = np.diag([2.0, 0.1]) @ np.eye(2, 6)
+    >>> state = rs.laws.ControlState.of([1.0, 1.0], L, np.eye(6), inverse=rs.laws.JacobianTranspose())
+    >>> rs.laws.JointLaw().command(state)[0, :2]
+    array([-2. , -0.1])
     """
 
     @property
     def numbers(self) -> tuple[bool, float, float]:
-        """The numbers (transposed, damping, rcond); J is inverted as by `PseudoInverse`."""
+        """Settings (transposed, damping, rcond); J is inverted as by `PseudoInverse`."""
         return True, 0.0, RCOND
 
 
@@ -89,15 +118,14 @@ INVERSE = KindOf(
 )
 
 
-SAME_UNITS, LATERAL_TWIST, CAMERA_TWIST = (
-    0,
-    2,
-    3,
-)  # how many of the columns, the first ones, are per metre
+# number of leading columns of a matrix that are per metre
+SAME_UNITS = 0
+LATERAL_TWIST = 2
+CAMERA_TWIST = 3
 
 
 def describe_metric_columns(J: BlockRows | int) -> dict[str, Any]:
-    """Return what stages take of the columns that are per metre: a Jacobian (6, n), or a number."""
+    """Return the arguments of stages for columns per metre: a Jacobian (6, n), or a count."""
     return {"J": J, "slides": 0} if isinstance(J, BlockRows) else {"J": None, "slides": J}
 
 
@@ -109,29 +137,30 @@ def add_solve(
     rcond: float,
     J: BlockRows | int = SAME_UNITS,
 ) -> BlockRows:
-    """Add the stage of x = A^+ y, damped unless damping is 0; return its rows (n,), see `rank_row`.
+    """Add the stage of x = A^+ y, damped unless damping is 0; return its rows (n,).
 
-    Singular values are compared in the unit of length in which all columns of A count alike, where
-    J says which of them are per metre: the rows of a Jacobian (6, n), TWIST or ACROSS.
+    Singular values are compared in a unit of length that gives all columns of A equal weight. J
+    gives the columns per metre: the rows of a Jacobian (6, n), TWIST or ACROSS. The row after x is
+    the rank, see `rank_row`.
     """
     m, n = A.shape
-    found = program.rows(n + 1)
+    solution = program.rows(n + 1)
     program.add(
         control_law.solve_task,
         A=A,
         y=y,
         damping=program.constant(damping) if damping > 0.0 else None,
         rcond=program.constant(rcond),
-        x=found[:n],
-        rank=found[n],
+        x=solution[:n],
+        rank=solution[n],
         **describe_metric_columns(J),
         scratch=program.scratch(count_solution_rows(m, n)),
     )
-    return found[:n]
+    return solution[:n]
 
 
 def rank_row(x: BlockRows) -> BlockRows:
-    """Return the row of the rank with which `add_solve` found x."""
+    """Return the row of the rank that `add_solve` computed with x."""
     return BlockRows(x + x.size)
 
 
@@ -146,24 +175,24 @@ def add_inverse(
 
 
 def compute_rank(A: Array, moves: Array | int = SAME_UNITS, rcond: float = RCOND) -> Any:
-    """Return the rank (B,) of A (m, n, B), whose columns are of `moves` (6, n, B), as in `add_solve`.
+    """Return the rank (B,) of A (m, n, B) with columns of `moves` (6, n, B), as in `add_solve`.
 
-    It is the number of singular values above rcond times the largest.
+    The rank is the number of singular values above rcond times the largest.
     """
     m, _, runs = A.shape
-    given = [moves] if isinstance(moves, np.ndarray) else []
+    jacobians = [moves] if isinstance(moves, np.ndarray) else []
 
     def add(program: Program, A: BlockRows, y: BlockRows, *J: BlockRows) -> list[BlockRows]:
-        known = J[0] if J else int(moves)
-        return [rank_row(add_solve(program, A, y, 0.0, rcond, known))]
+        columns = J[0] if J else int(moves)
+        return [rank_row(add_solve(program, A, y, 0.0, rcond, columns))]
 
-    (found,) = evaluated(add, [A, np.zeros((m, runs)), *given])
-    return found.astype(np.int64)
+    (result,) = evaluated(add, [A, np.zeros((m, runs)), *jacobians])
+    return result.astype(np.int64)
 
 
 def multiply_batches(A: Array, B: Array) -> Array:
     """Return the product (m, p, B) of A (m, n, B) and B (n, p, B)."""
-    with np.errstate(all="ignore"):  # a run that went wrong is data
+    with np.errstate(all="ignore"):  # a run may contain NaN
         out: Array = A[:, 0, None] * B[0]
         for k in range(1, len(B)):
             out += A[:, k, None] * B[k]

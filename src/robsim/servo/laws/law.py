@@ -1,8 +1,8 @@
-"""Control laws, which map the error to joint velocities.
+"""Control laws, which map the feature error to joint velocities.
 
-An arm with fewer than six joints cannot realise every camera twist, so "v = -gain L^+ e, then
-qdot = J^+ v" and "qdot = -gain (L J)^+ e" are different laws. The chapter (section 6.1) uses the
-first; the second descends the error whatever the robot.
+An arm with fewer than six joints cannot realise every camera twist, so the laws
+"v = -gain L^+ e, then qdot = J^+ v" and "qdot = -gain (L J)^+ e" differ. The chapter (section 6.1)
+uses the first law; the second descends the error on every robot.
 """
 
 from __future__ import annotations
@@ -29,36 +29,71 @@ UnitOfLength = Annotated[
     float,
     Length(above=0),
     PerRun(()),
-    "Length by which speeds are divided to be weighed against turn rates.",
+    "Length, in metres, that makes speeds and turn rates comparable in least squares.",
 ]
 
 
 @runtime_checkable
 class Law(Protocol):
-    """The interface of a control law, which a class of a user has without a base class.
+    """Protocol of a control law; a class of a user needs no base class.
 
-    `in_camera = True` says that it reads `state.interaction` and `state.jacobian`, which exist
-    only where all cameras of the task move as one.
+    The attribute `in_camera = True` declares that the law reads `state.interaction` and
+    `state.jacobian`. They exist only if all cameras of the task move as one.
+    `robsim.testing.check_law` checks a law.
+
+    Examples
+    --------
+    >>> import robsim as rs
+    >>> class Slower:
+    ...     def command(self, state):
+    ...         return 0.5 * rs.laws.JointLaw().command(state)
+    >>> scenario = rs.load_scenario(rs.examples.path("visp_tutorial"))
+    >>> for law in rs.laws.JointLaw(), Slower():
+    ...     task = rs.IBVS(scenario.task.goal, law=law)
+    ...     run = rs.simulate(scenario.scene, task, scenario.start, duration=25)
+    ...     print(f"{float(run.end_time):.1f} s")
+    10.1 s
+    20.4 s
     """
 
     def command(self, state: ControlState) -> Array:
-        """Return velocities (B, n) of the commanded joints in rad/s or m/s."""
+        """Return the velocities of the commanded joints.
+
+        Parameters
+        ----------
+        state : ControlState
+            Error, interaction matrix and Jacobian of B runs.
+
+        Returns
+        -------
+        ndarray of shape (B, n)
+            Velocities in rad/s or m/s.
+        """
 
 
 @register("law", "joint")
 @dataclass(frozen=True)
 class JointLaw(CompiledLaw):
-    """The law qdot = -gain (L J)^+ e, the least-squares descent of the error in the joints.
+    """Joint law: descend the error in the joints, qdot = -gain (L J)^+ e.
 
-    >>> from robsim import IBVS
-    >>> IBVS(law="joint").law
-    JointLaw()
+    The pseudo-inverse of the task Jacobian L J gives the joint velocities that reduce the error
+    best in the sense of least squares (chapter, eq. 8 applied to L J). On a robot with six or more
+    joints the error decays as with `CameraLaw`; with fewer joints this law still descends the
+    error, and may stop only at a true local minimum. It is the default law and the only law for
+    several cameras that move independently.
+
+    Examples
+    --------
+    >>> from robsim.laws import ControlState
+    >>> L, J = np.eye(2, 6), np.eye(6, 2)
+    >>> JointLaw().command(ControlState.of([0.1, -0.2], L, J, gain=0.5))
+    array([[-0.05,  0.1 ]])
     """
 
     in_camera: ClassVar[bool] = False
 
     def stages(self, of: LawRows) -> CommandAtGain:
-        """Add the stages of (L J)^+ e; return what adds those of the command at a gain."""
+        """Add the stages of (L J)^+ e; return a function that adds the command for a gain."""
         transposed, damping, rcond = of.inverse.numbers
         program, k, n = of.program, of.k, of.n
         if not of.one_motion or min(k, n) <= 6 or transposed or damping > 0.0:
@@ -82,20 +117,41 @@ class JointLaw(CompiledLaw):
 @register("law", "camera")
 @dataclass(frozen=True)
 class CameraLaw(CompiledLaw, DeclaredValue):
-    """The law V = -gain L^+ e (eq. 8 of the chapter), then qdot = J^+ V (eq. 19).
+    """Camera law: command a camera twist V = -gain L^+ e, then qdot = J^+ V.
 
-    Least squares over a twist depends on the unit of length: it weighs |v|^2 / length^2 against
-    |omega|^2. The chapter's is a centimetre.
+    This is the law of the chapter (eqs. 8 and 19). It equals `JointLaw` if the features
+    fix all six motions of the camera and the robot can realise every camera twist. A robot with
+    fewer joints realises the nearest twist, which need not reduce the error: the run may stall
+    away from the goal.
 
-    >>> CameraLaw(length=0.01).length
-    0.01
+    Least squares over a twist depends on the unit of length: it weighs |v|^2/length^2 against
+    |omega|^2. A larger `length` allows faster translations for the same rotation. The chapter uses
+    a centimetre.
+
+    Raises
+    ------
+    InputError
+        If the task has `Broyden`; by `simulate`, if the cameras of the task do not move as one.
+
+    Examples
+    --------
+    An arm with five joints, and a law that needs six:
+
+    >>> import robsim as rs
+    >>> scenario = rs.load_scenario(rs.examples.path("camera_law_stalls"))
+    >>> for law in rs.laws.CameraLaw(), rs.laws.JointLaw():
+    ...     task = rs.IBVS(scenario.task.goal, law=law)
+    ...     run = rs.simulate(scenario.scene, task, scenario.start, duration=80)
+    ...     print(rs.Outcome(int(run.outcome)).name)
+    LOCAL_MINIMUM
+    CONVERGED
     """
 
     length: UnitOfLength = 1.0
     in_camera: ClassVar[bool] = True
 
     def stages(self, of: LawRows) -> CommandAtGain:
-        """Add the stages of J^+ L^+ e; return what adds those of the command at a gain."""
+        """Add the stages of J^+ L^+ e; return a function that adds the command for a gain."""
         program, unit = of.program, of.program.number(self.length)
         L = program.result(control_law.scale_length_unit, "B", of.k, 6, A=of.L, length=unit, how=1)
         V = add_inverse(program, L, of.error, of.inverse, CAMERA_TWIST)

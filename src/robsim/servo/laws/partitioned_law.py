@@ -1,4 +1,4 @@
-"""The partitioned law of Corke and Hutchinson, which treats the optical axis apart."""
+"""The partitioned law of Corke and Hutchinson, which controls the optical axis apart."""
 
 from __future__ import annotations
 
@@ -20,25 +20,50 @@ from robsim.servo.laws.law import UnitOfLength
 SPEED_SPEC = Quantity(above=0, dimension="speed")
 
 
-RollGain = Annotated[float, PER_SECOND, PerRun(()), "Gain of the rotation about the optical axis."]
+RollGain = Annotated[
+    float, PER_SECOND, PerRun(()), "Gain of the rotation about the optical axis, in 1/s."
+]
 AdvanceGain = Annotated[
-    float, SPEED_SPEC, PerRun(()), "Speed along the optical axis per unit of ln(sigma*/sigma)."
+    float,
+    SPEED_SPEC,
+    PerRun(()),
+    "Speed along the optical axis per unit of ln(sigma*/sigma), in m/s.",
 ]
 
 
 @described
 @dataclass(frozen=True)
 class PartitionedLaw(CompiledLaw, DeclaredValue):
-    """The partitioned law: area and angle drive the optical axis, the points drive the rest.
+    """Partitioned law: area and angle drive the optical axis, points drive the other motions.
 
-    With s = (x1, y1, ..., angle, area): omega_z = roll (angle - angle*), since a roll turns the
-    image the other way, v_z = advance ln(sigma*/sigma) with sigma the square root of the area, and
-    V_xy = L_xy^+ (-gain e - L_z V_z), then qdot = J^+ V (Corke and Hutchinson 2001, "A new
-    partitioned approach to image-based visual servo control"). `roll` is per second, `advance` in
-    metres per second, `length` as in `CameraLaw`.
+    For features s = (x1, y1, ..., angle, area) and sigma = sqrt(area),
 
-    >>> PartitionedLaw(roll=2.0).roll
-    2.0
+        omega_z = roll (angle - angle*)
+        v_z     = advance ln(sigma*/sigma)
+        V_xy    = L_xy^+ (-gain e - L_z V_z)
+
+    and qdot = J^+ V (Corke and Hutchinson 2001, "A new partitioned approach to image-based visual
+    servo control"). The sign of omega_z follows from the roll of the camera, which turns the image
+    the other way. Use the task `Partitioned`, which supplies these features.
+
+    `roll` sets the rate of rotation and `advance` the rate of approach. `length` acts as in
+    `CameraLaw`.
+
+    Raises
+    ------
+    InputError
+        By `command`, unless s has at least one mark, an angle and an area.
+
+    Examples
+    --------
+    An angle of 0.1 rad above its goal turns the camera at 0.2 rad/s:
+
+    >>> from robsim.laws import ControlState
+    >>> L, s = np.zeros((4, 6)), [0.0, 0.0, 0.1, 1.0]
+    >>> L[:2, :2] = -np.eye(2)
+    >>> state = ControlState.of([0.0, 0.0, 0.1, 0.0], L, np.eye(6), s=s)
+    >>> PartitionedLaw(roll=2.0).command(state).round(3)[0, 3:] + 0.0
+    array([0. , 0. , 0.2])
     """
 
     roll: RollGain = 1.0
@@ -47,16 +72,16 @@ class PartitionedLaw(CompiledLaw, DeclaredValue):
     in_camera: ClassVar[bool] = True
 
     def stages(self, of: LawRows) -> CommandAtGain:
-        """Add the stage of the optical axis; return what adds those of the command at a gain."""
+        """Add the stage of the optical axis; return a function that adds the command for a gain."""
         if of.s is None or of.k < 4:
             raise InputError(
-                "the partitioned law needs the features s of a mark at least, an angle and an "
-                f"area; here are {of.k} of them" + (", without s" if of.s is None else "")
+                "the partitioned law needs the features s of at least one mark, an angle and an "
+                f"area; got {of.k} features" + (", without s" if of.s is None else "")
             )
         program, k = of.program, of.k
         numbers = program.numbers(np.broadcast_arrays(self.roll, self.advance), 1)
-        V, seen = program.rows(6), {"s": of.s, "errors": of.error, "numbers": numbers}
-        axis = program.result(kernels.command_optical_axis, "V", 6, **seen)
+        V, arguments = program.rows(6), {"s": of.s, "errors": of.error, "numbers": numbers}
+        axis = program.result(kernels.command_optical_axis, "V", 6, **arguments)
 
         def at(gain: BlockRows) -> BlockRows:
             points, rate = {"errors": of.error[: k - 2], "L": of.L[: k - 2]}, program.rows(k - 2)

@@ -1,1 +1,1 @@
-"""The safety of a command: what a robot may be told at most, whatever its law wishes."""
+"""Safety: limits of every command, independent of the task and its law."""

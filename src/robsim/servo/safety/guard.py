@@ -21,65 +21,65 @@ from robsim.servo.task_controller import TaskController
 from robsim.servo.weight_stages import scale_entries
 from robsim.world.scene import Scene
 
-BRAKE_ATTEMPTS = 3  # commands that are tried before a frame that nears its fence is braked
-BRAKE_FRACTIONS = 0.25, 0.5, 0.75, 1.0  # of the way to rest, where it is looked at
+BRAKE_ATTEMPTS = 3  # commands that are tried before a frame near its fence is braked
+BRAKE_FRACTIONS = 0.25, 0.5, 0.75, 1.0  # checked fractions of the braking motion
 
 
 @dataclass(frozen=True)
 class SafetyGuard:
-    """A safety, and the scene that the controller believes, in which its limits are."""
+    """A safety with the believed scene, which defines its limits."""
 
     safety: Safety
     believed: Scene
 
-    def stages(self, controller: TaskController, given: ControllerInputs) -> SafetyStages:
-        """Add the stages of a controller, then those that keep its command within limits."""
-        return SafetyStages(controller, self, given)
+    def stages(self, controller: TaskController, inputs: ControllerInputs) -> SafetyStages:
+        """Add the stages of a controller, and then the stages that limit its command."""
+        return SafetyStages(controller, self, inputs)
 
 
 class SafetyStages:
-    """What a controller writes within the limits of a `Safety`, and rows of these."""
+    """Output of a controller within the limits of a `Safety`, and the rows of these limits."""
 
     def __init__(
-        self, controller: TaskController, guard: SafetyGuard, given: ControllerInputs
+        self, controller: TaskController, guard: SafetyGuard, inputs: ControllerInputs
     ) -> None:
-        self.controller, self.given = controller, given
+        self.controller, self.inputs = controller, inputs
         self.safety, self.scene = guard.safety, guard.believed
-        inner, n, program = controller.stages(given), controller.columns.size, given.program
+        inner, n, program = controller.stages(inputs), controller.columns.size, inputs.program
         self.n, self.program, self.share, self.busy = n, program, program.rows(), program.rows()
-        self.last = program.rows(n)  # what was commanded last
-        self.seconds = program.rows()  # for which a command has grown
-        self.most = program.constant(self._limits("acceleration"))
-        self.why = program.rows()  # which limits act, bits as `command_limits` names them
-        self.at_limit = program.rows(n)  # 1 where a joint is kept from its limit
-        qd = self._within(inner)
+        self.last = program.rows(n)  # last command
+        self.seconds = program.rows()  # time since the command began to grow
+        self.most = program.constant(self._velocity_limits("acceleration"))
+        self.why = program.rows()  # active limits, as the bits of `command_limits`
+        self.at_limit = program.rows(n)  # 1 for a joint that is kept from its limit
+        qd = self._limit_command(inner)
         busy = program.result(control_law.compute_any, "out", rows=[inner.busy, self.busy])
         self.commanded = replace(inner, qd=qd, busy=busy)
 
-    def _within(self, inner: ControllerOutputs) -> BlockRows:
-        """Add the stages from what the law wishes to what is commanded, and return its rows."""
-        n, program, wished = self.n, self.program, inner.qd
-        self._hold(wished, inner.status)
+    def _limit_command(self, inner: ControllerOutputs) -> BlockRows:
+        """Add the stages from the command of the law to the limited command; return its rows."""
+        n, program, law_command = self.n, self.program, inner.qd
+        self._add_hold(law_command, inner.status)
         command, brake = program.rows(n), program.rows(n)
-        places, (low, high) = self._joints()
+        coordinates, (low, high) = self._bound_joints()
         program.add(
             command_limits.limit_command,
-            wished=wished,
-            scaled=self._scaled(wished),
+            wished=law_command,
+            scaled=self._scale_to_speed(law_command),
             last=self.last,
             command=command,
             brake=brake,
             shares=self.share,
             reason=self.why,
-            duration=self.given.dt,
+            duration=self.inputs.dt,
             accelerations=self.most,
             low=low,
             high=high,
-            q=self.given.q,
+            q=self.inputs.q,
             at_limit=self.at_limit,
-            places=places,
+            places=coordinates,
         )
-        qd = command if self.safety.fence is None else self._fence(command, brake)
+        qd = command if self.safety.fence is None else self._add_fence(command, brake)
         program.add(
             command_limits.store_command,
             out=qd,
@@ -90,14 +90,14 @@ class SafetyStages:
         )
         return qd
 
-    def _hold(self, wished: BlockRows, status: BlockRows | None) -> None:
-        """Add the stage that lets the robot move, or holds it."""
-        dog, program, given = self.safety.watchdog, self.program, self.given
-        after = math.inf if dog is None else dog.after
-        stops = dog is not None and dog.then == "stop"
+    def _add_hold(self, law_command: BlockRows, status: BlockRows | None) -> None:
+        """Add the stage that holds the robot or lets it move."""
+        watchdog, program, given = self.safety.watchdog, self.program, self.inputs
+        after = math.inf if watchdog is None else watchdog.after
+        stops = watchdog is not None and watchdog.then == "stop"
         program.add(
             command_limits.hold_command,
-            wished=wished,
+            wished=law_command,
             dt=given.dt,
             age=program.constant(0.0) if given.age is None else given.age,
             released=program.constant(1.0) if given.released is None else given.released,
@@ -109,17 +109,17 @@ class SafetyStages:
             status=program.constant(float(IN_IMAGE)) if status is None else status,
         )
 
-    def _scaled(self, wished: BlockRows) -> BlockRows:
-        """Add the stage that slows a wish down to its speeds; return the rows of the result."""
+    def _scale_to_speed(self, command: BlockRows) -> BlockRows:
+        """Add the stage that scales a command to the speed limits; return its rows."""
         if self.safety.speed is None:
-            return wished
+            return command
         program, n = self.program, self.n
-        limits = program.constant([*self._limits("speed"), math.inf, math.inf])
+        limits = program.constant([*self._velocity_limits("speed"), math.inf, math.inf])
         J = program.rows(6, n)
-        return program.result(scale_command, "out", n, J=J, limits=limits, qd=wished)
+        return program.result(scale_command, "out", n, J=J, limits=limits, qd=command)
 
-    def _joints(self) -> tuple[list[int], tuple[BlockRows, BlockRows]]:
-        """Return the coordinates that are watched, or -1, and the rows of their bounds."""
+    def _bound_joints(self) -> tuple[list[int], tuple[BlockRows, BlockRows]]:
+        """Return the watched coordinates, or -1, and the rows of their bounds."""
         where, bounds = find_coordinates(self.scene, self.controller.columns)
         if self.safety.margin is None:
             where = np.full(self.n, -1)
@@ -129,7 +129,7 @@ class SafetyStages:
         low, high = (self.program.constant(bounds[:, i]) for i in range(2))
         return where.tolist(), (low, high)
 
-    def _fence(self, command: BlockRows, brake: BlockRows) -> BlockRows:
+    def _add_fence(self, command: BlockRows, brake: BlockRows) -> BlockRows:
         """Add the stages that keep a frame in its box; return the rows of the command."""
         fence, program, n = self.safety.fence, self.program, self.n
         assert fence is not None
@@ -138,14 +138,16 @@ class SafetyStages:
             command_limits.compute_attempts,
             command=command,
             brake=brake,
-            duration=self.given.dt,
+            duration=self.inputs.dt,
             most=self.most,
             velocities=qd,
             seconds=seconds,
         )
-        shares = [program.constant([place]) for place in BRAKE_FRACTIONS]
-        ways = [
-            self._after(fence.frame, qd[k], scale_entries(program, seconds[k].flat, share)[0])
+        shares = [program.constant([fraction]) for fraction in BRAKE_FRACTIONS]
+        poses = [
+            self._predict_pose(
+                fence.frame, qd[k], scale_entries(program, seconds[k].flat, share)[0]
+            )
             for k in range(BRAKE_ATTEMPTS)
             for share in shares
         ]
@@ -157,25 +159,25 @@ class SafetyStages:
             brake=brake,
             reason=self.why,
             box=program.constant([fence.low, fence.high]),
-            now=self._at(fence.frame, self.given.q),
+            now=self._add_pose(fence.frame, self.inputs.q),
             places=len(BRAKE_FRACTIONS),
-            poses=ways,
+            poses=poses,
         )
 
-    def _after(self, frame: str, qd: BlockRows, seconds: BlockRows) -> BlockRows:
-        """Add the stages of the pose of a frame after some time at velocities; return its rows."""
+    def _predict_pose(self, frame: str, qd: BlockRows, seconds: BlockRows) -> BlockRows:
+        """Add the stages of a frame's pose after a time at constant velocities; return its rows."""
         program, scene = self.program, self.scene
-        moved = dict(zip(self.controller.columns, qd, strict=True))
-        rates = [moved.get(column) for column in range(scene.nv)]
-        q = program.result(control_law.copy_rows, "to", scene.nq, rows=self.given.q)
+        velocity_of = dict(zip(self.controller.columns, qd, strict=True))
+        rates = [velocity_of.get(column) for column in range(scene.nv)]
+        q = program.result(control_law.copy_rows, "to", scene.nq, rows=self.inputs.q)
         add_integration(program, scene.tree.joints, q, rates, seconds)
-        return self._at(frame, q)
+        return self._add_pose(frame, q)
 
-    def _at(self, frame: str, q: BlockRows) -> BlockRows:
+    def _add_pose(self, frame: str, q: BlockRows) -> BlockRows:
         """Add the stages of the pose of a frame at coordinates; return its rows."""
         placed = add_body_poses(self.program, self.scene.tree, q)
         return placed.frames([self.scene.tree.find(frame)])[0]
 
-    def _limits(self, which: str) -> Array:
+    def _velocity_limits(self, which: str) -> Array:
         """Return a limit of each commanded velocity (n,)."""
         return self.safety.limits(which, self.scene.nv)[self.controller.columns]

@@ -1,4 +1,4 @@
-"""Limits that every command of an experiment is kept within, whatever its task wishes."""
+"""Limits that every command of an experiment respects, independent of its task."""
 
 from __future__ import annotations
 
@@ -22,91 +22,156 @@ from robsim.declare.scalars import NOT_NEGATIVE
 from robsim.world.frame_box import FrameBox
 from robsim.world.scene import Scene
 
-LimitValue = float | Sequence[float]  # one number for all, or one for each
+LimitValue = float | Sequence[float]  # one number for all joints, or one for each
 
 
 @described
 @dataclass(frozen=True)
 class Fence(FrameBox):
-    """A box of the world that the origin of a frame does not leave.
+    """Box in the world that the origin of a frame must not leave.
 
-    It is watched half way and at the end of the way on which the joints would brake. From outside,
-    motions that lead farther out are not commanded. Joints of a kind of your own are taken to stand
-    still.
+    The guard predicts the frame along the braking motion of the joints, at four points up to rest,
+    and brakes before the frame leaves the box. Outside the box, motions that lead farther out are
+    not commanded. Joints of a user's own kind count as standing still.
 
-    >>> Fence("arm.tool", low=(-1, -1, 0), high=(1, 1, 2)).frame
-    'arm.tool'
+    Raises
+    ------
+    InputError
+        By `simulate`, if the frame does not exist, or if no joint moves it.
+
+    Examples
+    --------
+    The tip of an arm is to move to x = 0.4 m, and stops at the fence:
+
+    >>> import robsim as rs
+    >>> arm = rs.robots.ur5e()
+    >>> fence = Fence(f"ur5e.{arm.tip}", low=(0.5, -1, 0), high=(1, 1, 1))
+    >>> task = rs.FollowPath([0.4, -0.2, 0.5], mask="position", duration=2.0)
+    >>> safety = Safety(acceleration=10.0, fence=fence)
+    >>> run = rs.simulate(rs.Scene([arm]), task, duration=4.0, safety=safety)
+    >>> f"{float(run.frame_pose[:, 0, 3].min()):.2f} m"
+    '0.50 m'
     """
 
 
 @described
 @dataclass(frozen=True)
 class Watchdog(DeclaredValue):
-    """What is done while no image has come for a time.
+    """Reaction to missing images: brake, then resume or stay at rest.
 
-    >>> Watchdog(after=0.2).then
-    'hold'
+    The robot brakes once the last image is older than `after`. With then="hold" it resumes at the
+    next image; with then="stop" it stays at rest until a reset of the controller. A short `after`
+    also stops the robot between the images of a slow camera.
+
+    Examples
+    --------
+    An image comes every 0.6 s, and the robot stops after 0.2 s of each period:
+
+    >>> import robsim as rs
+    >>> scenario = rs.load_scenario(rs.examples.path("visp_tutorial"))
+    >>> settings = {"duration": 60, "sensing": rs.Sensing(period=0.6)}
+    >>> for watchdog in None, Watchdog(after=0.2):
+    ...     safety = Safety(acceleration=5.0, watchdog=watchdog)
+    ...     run = rs.simulate(
+    ...         scenario.scene, scenario.task, scenario.start, safety=safety, **settings
+    ...     )
+    ...     print(f"{float(run.end_time):.1f} s")
+    17.4 s
+    48.6 s
     """
 
-    after: Annotated[float, Time(above=0), "Age of the last image beyond which the robot brakes."]
+    after: Annotated[
+        float, Time(above=0), "Age of the last image beyond which the robot brakes, in seconds."
+    ]
     then: Annotated[
         str,
         Word(("hold", "stop")),
-        "Whether the robot goes on when an image comes, or stays until a reset.",
+        "Reaction to the next image: resume (hold), or stay until a reset (stop).",
     ] = "hold"
 
 
 @described
 @dataclass(frozen=True)
 class Safety(DeclaredValue):
-    """Limits of all that is commanded, in the simulation and by `Controller` alike.
+    """Limits of all commands, in the simulation and in `Controller` on a real robot alike.
 
-    They act in this order. A robot that is held or stopped brakes as fast as `acceleration` lets
-    it; `ramp` makes the command grow from nothing at the start and whenever it may go on. `speed`
-    slows the whole command and keeps its direction; `acceleration` cuts off the change of each
-    velocity. A joint then goes no faster than it can still brake before its limit, less `margin`,
-    and the whole motion no faster than the frame of `fence` can before it leaves its box. What was
-    safe stays so: the braking that this needs is within `acceleration`. With none a velocity can
-    change at once.
+    The limits act in this order:
 
-    Limits are one number for all velocities or coordinates of the scene, or one for each, of which
-    those of other joints are not counted. Joints that lag behind their commands need some margin.
+    1. A robot that is held or stopped (`watchdog`, `hold_to_run`) brakes as fast as `acceleration`
+       allows. `ramp` makes the command grow from zero at the start and after every hold.
+    2. `speed` scales the whole command and keeps its direction.
+    3. `acceleration` bounds the change of each velocity.
+    4. A joint moves no faster than it can brake in front of its limit, less `margin`.
+    5. The whole motion is no faster than allowed for the frame of `fence` to brake inside its box.
 
-    >>> Safety(speed=0.5, acceleration=[1.0, 2.0]).limits("acceleration", 2)
-    array([1., 2.])
+    A state that is safe stays safe: the braking that this needs is within `acceleration`. Without
+    `acceleration` a velocity can change at once.
+
+    Limits are one number for all velocities or coordinates of the scene, or one number for each;
+    numbers of joints that the task does not command are ignored. Joints that lag behind their
+    commands need some margin.
+
+    Raises
+    ------
+    InputError
+        By `simulate`, if the number of limits is wrong, if a margin leaves a joint no range, or if
+        no joint moves the frame of `fence`.
+
+    Examples
+    --------
+    >>> import robsim as rs
+    >>> from dataclasses import replace
+    >>> scenario = rs.load_scenario(rs.examples.path("visp_tutorial"))
+    >>> safe = replace(scenario, safety=Safety(speed=0.2))
+    >>> for experiment in scenario, safe:
+    ...     print(round(float(abs(experiment.run().qd).max()), 2))
+    0.52
+    0.2
     """
 
     speed: Annotated[
         LimitValue | None,
         OneOrEach(get_velocity_axes, "/s"),
-        "Limit of |qdot|, by which the whole command is slowed down; None: none.",
+        "Limit of |qdot|, which scales the whole command; None: no limit.",
     ] = None
     acceleration: Annotated[
         LimitValue | None,
         OneOrEach(get_velocity_axes, "/s^2"),
-        "Limit of the change of each velocity in a second, also when braking; None: none.",
+        "Limit of the change of each velocity per second, also when braking; None: no limit.",
     ] = None
     margin: Annotated[
         LimitValue | None,
         OneOrEach(get_coordinate_axes, item=NOT_NEGATIVE),
-        "Distance that joints keep from their limits; None: limits are not watched.",
+        "Distance that joints keep from their limits; None: limits are ignored.",
     ] = None
-    fence: Annotated[Fence | None, Table(Fence), "Box that a frame does not leave."] = None
+    fence: Annotated[Fence | None, Table(Fence), "Box that a frame must not leave."] = None
     watchdog: Annotated[
-        Watchdog | None, Table(Watchdog), "What is done while no image comes; None: nothing."
+        Watchdog | None, Table(Watchdog), "Reaction to missing images; None: no reaction."
     ] = None
     ramp: Annotated[
-        float | None, Time(above=0), "Time in which a command grows from nothing to its full size."
+        float | None, Time(above=0), "Time in which a command grows from zero to its full size."
     ] = None
     hold_to_run: Annotated[
         bool,
         Flag(),
         Role.ROBOT,
-        "Whether `Controller.step` moves the robot only while it is told `run=True`.",
+        "Whether `Controller.step` moves the robot only while its argument `run` is true.",
     ] = False
 
     def check(self, scene: Scene) -> None:
-        """Raise InputError unless numbers and frame are those of a scene."""
+        """Check that the limits fit a scene.
+
+        Parameters
+        ----------
+        scene : Scene
+            Scene of the experiment.
+
+        Raises
+        ------
+        InputError
+            If the number of limits differs from the number of velocities or coordinates, if a
+            margin leaves a joint no range, or if no joint moves the frame of `fence`.
+        """
         for name, owners in (
             ("speed", scene.velocity_names),
             ("acceleration", scene.velocity_names),
@@ -118,20 +183,20 @@ class Safety(DeclaredValue):
             self._check_fence(self.fence, scene)
 
     def check_margin(self, scene: Scene) -> None:
-        """Raise InputError unless margins leave joints some room between their limits."""
+        """Raise InputError unless the margins leave joints some range between their limits."""
         if self.margin is None:
             return
-        margins, room = self.limits("margin", scene.nq), np.diff(scene.limits, axis=1)[:, 0]
-        tight = np.flatnonzero(2.0 * margins >= room)
+        margins, ranges = self.limits("margin", scene.nq), np.diff(scene.limits, axis=1)[:, 0]
+        tight = np.flatnonzero(2.0 * margins >= ranges)
         if tight.size:
             i = int(tight[0])
             raise InputError(
                 f"margin: {margins[i]:g} leaves no room to {scene.coordinate_names[i]}, whose "
-                f"limits are {room[i]:g} ({scene.coordinate_units[i]}) apart"
+                f"limits are {ranges[i]:g} ({scene.coordinate_units[i]}) apart"
             )
 
     def _check_fence(self, fence: Fence, scene: Scene) -> None:
-        """Raise InputError unless a frame is there, and moves."""
+        """Raise InputError unless the frame exists and a joint moves it."""
         with prefix_errors("fence"):
             try:
                 moves = scene.tree.carried(fence.frame).any()
@@ -142,7 +207,20 @@ class Safety(DeclaredValue):
                 raise InputError(f"no joint moves frame '{fence.frame}'")
 
     def limits(self, which: str, count: int) -> Array:
-        """Return the limits (count,) of speed, acceleration or margin, or infinity."""
+        """Return one limit for each velocity or coordinate.
+
+        Parameters
+        ----------
+        which : {"speed", "acceleration", "margin"}
+            Name of the limit.
+        count : int
+            Number of velocities or coordinates.
+
+        Returns
+        -------
+        ndarray of shape (count,)
+            Limits; infinity without a limit.
+        """
         return broadcast_limits(getattr(self, which), count)
 
 

@@ -1,1 +1,1 @@
-"""What is done to a command after the law: secondary motions, projections, limits."""
+"""Changes of a command after the law: secondary motions, projections, limits."""

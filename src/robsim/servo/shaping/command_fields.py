@@ -1,4 +1,4 @@
-"""The fields of tasks about their command: the commanded joints, and the shaping."""
+"""Fields of tasks for their command: the commanded joints, and changes after the law."""
 
 from __future__ import annotations
 
@@ -21,33 +21,34 @@ from robsim.servo.shaping.speed_limit import SPEED_LIMIT, SpeedLimit
 from robsim.world.scene import Scene
 
 JOINT_NAMES = Names()
-VelocityIndices = NDArray[np.int64]  # indices of velocities of a scene
+VelocityIndices = NDArray[np.int64]  # indices of velocities in a scene
 
 
 @dataclass(frozen=True, eq=False)
 class CommandFields(DeclaredValue):
-    """The fields of a task about its command: the joints, and what is done after the law."""
+    """Fields of a task for its command: the joints, a smooth start and speed limits."""
 
     group: ClassVar[str] = "shaping"
     _: KW_ONLY
     joints: Annotated[
         Any,
         JOINT_NAMES,
-        "Names of the robots or velocities that are commanded; None: all that move what the "
-        "task controls.",
+        "Names of the commanded robots or velocities; None: all that move the features.",
     ] = None
     smooth_start: Annotated[
         float | None,
         PER_SECOND,
         PerRun(()),
-        "Rate mu at which the command grows from zero: exp(-mu t) of the first command is "
-        "taken off; None: it starts at once.",
+        "Rate mu at which the command grows from zero: exp(-mu t) times the first command is "
+        "subtracted; None: full command at once.",
     ] = None
     limit: Annotated[
-        SpeedLimit | None, SPEED_LIMIT, "Speed limits, under which the command keeps its direction."
+        SpeedLimit | None,
+        SPEED_LIMIT,
+        "Speed limits that scale the command and keep its direction.",
     ] = None
 
-    # of a task that leaves no motions free
+    # defaults of tasks that leave no motions free
     secondary = cast(Any, None)
     projection = cast(Any, "classic")
 
@@ -63,32 +64,32 @@ class CommandFields(DeclaredValue):
         return CommandShaper(self.secondary, large, self.smooth_start, self.limit, *at)
 
     def chosen(self, scene: Scene, moving: VelocityIndices) -> VelocityIndices:
-        """Return those of the velocities `moving` that `joints` names."""
+        """Return the velocities in `moving` that `joints` names."""
         if self.joints is None:
             return moving
-        wanted: set[int] = set()
+        named_velocities: set[int] = set()
         for name in self.joints:
-            wanted |= set(_find_velocities(scene, name))
-        chosen = np.array([i for i in moving if i in wanted], dtype=np.int64)
-        if not chosen.size:
+            named_velocities |= set(_find_velocities(scene, name))
+        commanded = np.array([i for i in moving if i in named_velocities], dtype=np.int64)
+        if not commanded.size:
             names = [scene.velocity_names[i] for i in moving]
             raise InputError(
                 f"joints: none of {', '.join(self.joints)} moves what the task controls; "
                 f"these do: {', '.join(names)}"
             )
-        return make_read_only(chosen)
+        return make_read_only(commanded)
 
 
 @dataclass(frozen=True, eq=False)
 class RedundancyFields(CommandFields):
-    """The fields of a task that may leave motions free, about what is done with these."""
+    """Fields of a task that may leave motions free: a secondary motion and its projector."""
 
     group: ClassVar[str] = "shaping"
     _: KW_ONLY
     secondary: Annotated[
         Any,
         SECONDARY,
-        "Motion within what the task leaves free: a kind, or an object with velocity(q, limits).",
+        "Motion in the free motions of the task: a kind, or an object with velocity(q, limits).",
     ] = None
     projection: Annotated[Any, PROJECTION, "Projector of the secondary motion."] = "classic"
 
@@ -96,22 +97,22 @@ class RedundancyFields(CommandFields):
         super().__post_init__()
         if self.secondary is None and self.projection != "classic":
             raise InputError(
-                "projection is that of a secondary motion, and none is given: give secondary, or "
+                "projection needs a secondary motion, and none is given: give secondary, or "
                 "leave projection out"
             )
 
 
 def _find_velocities(scene: Scene, name: str) -> Sequence[int]:
-    """Return the indices of a robot's velocities, or of the velocity of that name."""
+    """Return the velocity indices of a robot, or the index of one velocity, by name."""
     ends = pairwise(accumulate((robot.nv for robot in scene.robots), initial=0))
-    robots = {robot.name: range(*both) for robot, both in zip(scene.robots, ends, strict=True)}
+    robots = {robot.name: range(*pair) for robot, pair in zip(scene.robots, ends, strict=True)}
     velocities = {other: [i] for i, other in enumerate(scene.velocity_names)}
     exists: dict[str, Sequence[int]] = {**robots, **velocities, **robots}
     if name not in exists:
         raise InputError(
             f"joints: no robot or velocity {name!r}; {suggest_names(name, exists, 'names')}"
         )
-    found = exists[name]
-    if scene.prescribed[list(found)].any():
+    indices = exists[name]
+    if scene.prescribed[list(indices)].any():
         raise InputError(f"joints: '{name}' moves on its own; a task cannot command it as well")
-    return found
+    return indices

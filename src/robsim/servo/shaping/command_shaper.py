@@ -1,4 +1,4 @@
-"""What is done to a command after the law: secondary motion, smooth start, speed limit."""
+"""Changes of a command after the law: secondary motion, smooth start, speed limit."""
 
 from __future__ import annotations
 
@@ -26,13 +26,33 @@ PROJECTIONS = family("projection")
 @register("projection", "large")
 @dataclass(frozen=True)
 class LargeProjection(DeclaredValue):
-    """The large projection: far from the goal a secondary motion need only keep ||e||.
+    """Projector that requires a secondary motion to keep ||e|| only, far from the goal.
 
-    Above `high` (in units of ||e||) only the norm is kept, below `low` every component, between
-    them the two are blended; see `robsim.servo.shaping.redundancy.large_projection`.
+    The classic projector keeps every component of e, so a task that uses all joints leaves no room
+    for a secondary motion. The large projector keeps the norm ||e|| above `high`, every component
+    below `low`, and blends the two between them (see
+    `robsim.servo.shaping.redundancy.large_projection`; Marey and Chaumette 2010). The robot then
+    avoids its limits on the way, and the final approach is undisturbed. Smaller bounds leave the
+    secondary motion active for longer.
 
-    >>> LargeProjection()
-    LargeProjection(low=0.01, high=0.1)
+    Raises
+    ------
+    InputError
+        Unless low is below high.
+
+    Examples
+    --------
+    A gantry starts near a joint limit, and the features use all of its joints:
+
+    >>> from dataclasses import replace
+    >>> import robsim as rs
+    >>> scenario = rs.load_scenario(rs.examples.path("joint_limits"))
+    >>> for projection in "classic", LargeProjection(low=0.01, high=0.1):
+    ...     task = replace(scenario.task, projection=projection)
+    ...     run = rs.simulate(scenario.scene, task, scenario.start, duration=20)
+    ...     print(rs.Outcome(int(run.outcome)).name)
+    JOINT_LIMIT
+    CONVERGED
     """
 
     low: Annotated[
@@ -51,42 +71,44 @@ PROJECTION = KindOf(PROJECTIONS, default="large", plain=("classic",))
 
 @dataclass(frozen=True, eq=False)
 class CommandShaper:
-    """What is done to the command after the law, for the commanded velocities of a scene."""
+    """Changes of the command after the law, for the commanded velocities of a scene."""
 
     secondary: Any  # a `Secondary`, or None
     projection: LargeProjection | None
     smooth_start: float | None  # per second
     limit: SpeedLimit | None
-    coordinates: NDArray[np.int64]  # of each commanded velocity; -1 if it has none of its own
+    coordinates: NDArray[np.int64]  # coordinate of each commanded velocity, or -1
     limits: Array  # (n, 2) of these coordinates, in rad or m
 
     def stages(
-        self, given: ControllerInputs, qd: BlockRows, error: BlockRows, J: BlockRows, A: BlockRows
+        self, inputs: ControllerInputs, qd: BlockRows, error: BlockRows, J: BlockRows, A: BlockRows
     ) -> BlockRows:
-        """Add the stages that shape a command qd (n,), and return its rows.
+        """Add the stages that shape a command qd (n,); return its rows.
 
-        It serves a task with an error (k,), whose camera moves by J and features by A.
+        The command serves a task with an error (k,), camera Jacobian J and task Jacobian A.
         """
-        program, n = given.program, qd.size
+        program, n = inputs.program, qd.size
         if self.secondary is not None:
-            wish, P = self._wish(given, n), self._projector(program, error, A)
-            qd = program.result(kernels.add_projected_motion, "out", n, P=P, wish=wish, qd=qd)
+            secondary, P = self._add_secondary(inputs, n), self._add_projector(program, error, A)
+            qd = program.result(kernels.add_projected_motion, "out", n, P=P, wish=secondary, qd=qd)
         if self.smooth_start is not None:
-            held = {"mu": program.number(self.smooth_start), "first": program.rows(n)}
-            qd = program.result(kernels.smooth_start_command, "out", n, **held, dt=given.dt, qd=qd)
+            arguments = {"mu": program.number(self.smooth_start), "first": program.rows(n)}
+            qd = program.result(
+                kernels.smooth_start_command, "out", n, **arguments, dt=inputs.dt, qd=qd
+            )
         return qd if self.limit is None else self.limit.stages(program, J, qd)
 
-    def _projector(self, program: Program, error: BlockRows, A: BlockRows) -> BlockRows:
-        """Add the stages of the projector onto what the task leaves free."""
+    def _add_projector(self, program: Program, error: BlockRows, A: BlockRows) -> BlockRows:
+        """Add the stages of the projector onto the free motions of the task."""
         _, P = add_priorities(program, [(A, program.rows(error.size))], RCOND)
         if self.projection:
             bounds = program.constant([self.projection.low, self.projection.high])
             program.add(kernels.apply_large_projector, A=A, error=error, bounds=bounds, P=P)
         return P
 
-    def _wish(self, given: ControllerInputs, n: int) -> BlockRows:
-        """Add the stage of the secondary motion, which may come from a user's class."""
-        program, q, secondary = given.program, given.q, self.secondary
+    def _add_secondary(self, inputs: ControllerInputs, n: int) -> BlockRows:
+        """Add the stage of the secondary motion, which a user's class may define."""
+        program, q, secondary = inputs.program, inputs.q, self.secondary
         if type(secondary) in (AvoidLimits, Posture):
             low, high = (program.constant(each) for each in secondary.bounds(self.limits))
             return program.result(
@@ -98,25 +120,25 @@ class CommandShaper:
                 highest=high,
                 q=[q[i] if i >= 0 else None for i in self.coordinates],
             )
-        return program.asked(lambda blocks, step: self._asked(blocks.get(q), n), n)
+        return program.asked(lambda blocks, step: self._call_secondary(blocks.get(q), n), n)
 
-    def _asked(self, q: Array, n: int) -> Array:
+    def _call_secondary(self, q: Array, n: int) -> Array:
         """Return the secondary motion (n, B) of a user's class.
 
         Velocities without a coordinate of their own are at zero.
         """
-        name, wanted = type(self.secondary).__name__, (q.shape[1], n)
-        own = self.coordinates[:, None] >= 0
-        at = np.where(own, q[self.coordinates], 0.0)
-        given = self.secondary.velocity(view_for_user(at), self.limits)
-        wish = as_floats(given, f"{name}.velocity", wanted)
-        if wish.shape != wanted:
-            raise InputError(f"{name}.velocity: expected shape {wanted}, got {wish.shape}")
-        return np.ascontiguousarray(wish.T)
+        name, expected = type(self.secondary).__name__, (q.shape[1], n)
+        has_coordinate = self.coordinates[:, None] >= 0
+        at = np.where(has_coordinate, q[self.coordinates], 0.0)
+        value = self.secondary.velocity(view_for_user(at), self.limits)
+        velocity = as_floats(value, f"{name}.velocity", expected)
+        if velocity.shape != expected:
+            raise InputError(f"{name}.velocity: expected shape {expected}, got {velocity.shape}")
+        return np.ascontiguousarray(velocity.T)
 
 
 def find_coordinates(scene: Scene, columns: NDArray[np.int64]) -> tuple[NDArray[np.int64], Array]:
     """Return the coordinate that each velocity alone changes (else -1), and its limits (n, 2)."""
-    found = scene.tree.alone(columns)
-    limits = np.where((found >= 0)[:, None], scene.limits[found], [-np.inf, np.inf])
-    return found, make_read_only(limits)
+    coordinates = scene.tree.alone(columns)
+    limits = np.where((coordinates >= 0)[:, None], scene.limits[coordinates], [-np.inf, np.inf])
+    return coordinates, make_read_only(limits)

@@ -1,4 +1,4 @@
-"""Redundancy: projectors, secondary motions and priorities for motions that a task leaves free."""
+"""Redundancy: projectors, secondary motions and priorities for the free motions of a task."""
 
 from __future__ import annotations
 
@@ -21,16 +21,33 @@ from robsim.servo.laws.gain import PER_SECOND
 
 
 def solve_priorities(levels: Sequence[tuple[Array, Array]], rcond: float) -> tuple[Array, Array]:
-    """Return velocities (n, B) that serve tasks in order, and the projector onto what is left.
+    """Return velocities (n, B) that serve tasks in order, and the projector onto the free motions.
 
-    The projector is (n, n, B).
+    Each level reduces its residual as far as the levels before it allow, and never disturbs them:
 
-    `levels` are (A_i (k_i, n, B), rate_i (k_i, B)), at least one, the most important first. Each
-    comes as near to A_i qdot = rate_i as those before it allow, and never disturbs them:
-    qdot_i = qdot_(i-1) + (A_i P_(i-1))^+ (rate_i - A_i qdot_(i-1)) (Siciliano and Slotine 1991),
-    P_i = P_(i-1) - (A_i P_(i-1))^+ (A_i P_(i-1)) (Baerlocher and Boulic 1998). Singular values
-    below rcond times the largest of A_i itself count as zero: levels may conflict.
+        qdot_i = qdot_(i-1) + (A_i P_(i-1))^+ (rate_i - A_i qdot_(i-1))
+        P_i    = P_(i-1) - (A_i P_(i-1))^+ (A_i P_(i-1))
 
+    (Siciliano and Slotine 1991; Baerlocher and Boulic 1998).
+
+    Parameters
+    ----------
+    levels : sequence of (A_i, rate_i)
+        Task Jacobian A_i (k_i, n, B) and desired rate (k_i, B) of each level, the most important
+        first; at least one.
+    rcond : float
+        Singular values below rcond times the largest singular value of A_i itself count as zero,
+        so levels may conflict.
+
+    Returns
+    -------
+    qdot : ndarray of shape (n, B)
+        Joint velocities.
+    P : ndarray of shape (n, n, B)
+        Projector onto the motions that all levels leave free.
+
+    Examples
+    --------
     >>> first, second = np.array([[[1.0], [0.0]]]), np.array([[[1.0], [1.0]]])
     >>> qd, P = solve_priorities([(first, np.array([[2.0]])), (second, np.array([[5.0]]))], 1e-6)
     >>> qd.ravel(), P.ravel()
@@ -50,13 +67,13 @@ def add_priorities(
     """Add the stages of `solve_priorities` for rows (A_i, rate_i); return the rows of qd and P."""
     n = levels[0][0].shape[1]
     qd, P = program.rows(n), program.rows(n, n)
-    kept = {"qd": qd, "P": P, "N": program.rows(n, n), "usual": program.rows()}
+    state = {"qd": qd, "P": P, "N": program.rows(n, n), "usual": program.rows()}
     share, free = program.constant(rcond), n
     for A, rate in levels:
         k = A.shape[0]
-        given = {"A": A, "rate": rate, "rcond": share, "free": free}
+        arguments = {"A": A, "rate": rate, "rcond": share, "free": free}
         program.add(
-            solve_priority, **given, **kept, scratch=program.rows(count_priority_rows(k, n))
+            solve_priority, **arguments, **state, scratch=program.rows(count_priority_rows(k, n))
         )
         free = max(free - k, 0)
     return qd, P
@@ -65,8 +82,10 @@ def add_priorities(
 def null_space(A: Array, rcond: float) -> Array:
     """Return the orthogonal projector P = I - A^+ A (n, n, B) onto the null space of A (k, n, B).
 
-    A^+ is truncated at rcond times the largest singular value. Liegeois 1977.
+    A^+ is truncated at rcond times the largest singular value (Liegeois 1977).
 
+    Examples
+    --------
     >>> null_space(np.array([[[2.0], [0.0]]]), 1e-6).ravel()
     array([0., 0., 0., 1.])
     """
@@ -74,13 +93,18 @@ def null_space(A: Array, rcond: float) -> Array:
 
 
 def large_projection(A: Array, e: Array, low: float, high: float, P: Array) -> Array:
-    """Return the projector (n, n, B) that keeps ||e|| where it is large, and all of e where small.
+    """Return the large projector (n, n, B): it keeps ||e|| far from the goal, and all of e near it.
 
-    w P_eta + (1 - w) P, with P_eta = I - A'e e'A/(e'A A'e) for A (k, n, B), e (k, B), and
-    P = `null_space(A)`. The weight w rises smoothly from 0 at ||e|| = low to 1 at high, and is 0
-    where A'e = 0. Marey and Chaumette 2010, "A new large projection operator for the redundancy
-    framework".
+    The projector is w P_eta + (1 - w) P, with
 
+        P_eta = I - A'e e'A/(e'A A'e)
+
+    for A (k, n, B) and e (k, B), and P = `null_space(A)`. The weight w rises smoothly from 0 at
+    ||e|| = low to 1 at ||e|| = high, and is 0 if A'e = 0 (Marey and Chaumette 2010, "A new large
+    projection operator for the redundancy framework").
+
+    Examples
+    --------
     >>> A, e = np.eye(2)[..., None], np.array([[3.0], [0.0]])
     >>> large_projection(A, e, 0.1, 0.5, null_space(A, 1e-6)).ravel()
     array([0., 0., 0., 1.])
@@ -97,21 +121,32 @@ def large_projection(A: Array, e: Array, low: float, high: float, P: Array) -> A
 
 @runtime_checkable
 class SecondaryMotion(Protocol):
-    """The interface of a secondary motion."""
+    """Protocol of a secondary motion: any object with this method, called at every step.
+
+    Examples
+    --------
+    >>> class Turn:  # the first joint, at 0.1 rad/s
+    ...     def velocity(self, q, limits):
+    ...         velocity = np.zeros(q.shape)
+    ...         velocity[:, 0] = 0.1
+    ...         return velocity
+    >>> isinstance(Turn(), SecondaryMotion)
+    True
+    """
 
     def velocity(self, q: Array, limits: Array) -> Array:
-        """Return wished velocities (B, n) at commanded coordinates q (B, n) with limits (n, 2)."""
+        """Return desired velocities (B, n) at commanded coordinates q (B, n) with limits (n, 2)."""
 
 
 def _check_limits_array(limits: ArrayLike, count: int) -> Array:
-    """Return limits (n, 2), which may be infinite; InputError unless there are so many."""
+    """Return limits (n, 2), which may be infinite; raise InputError for any other shape."""
     try:
-        given = np.asarray(limits)
+        array = np.asarray(limits)
     except ValueError:  # rows of unequal lengths
-        given = np.empty(())
-    if given.shape != (count, 2) or given.dtype.kind not in "iuf" or np.isnan(given).any():
+        array = np.empty(())
+    if array.shape != (count, 2) or array.dtype.kind not in "iuf" or np.isnan(array).any():
         raise InputError(f"limits: expected shape ({count}, 2), got {format_value(limits)}")
-    return given.astype(np.float64)
+    return array.astype(np.float64)
 
 
 SECONDARIES = family("secondary motion")
@@ -121,33 +156,78 @@ SecondaryGain = Annotated[float, PER_SECOND, PerRun(()), "Gain of the secondary 
 @register("secondary motion", "avoid_limits")
 @dataclass(frozen=True)
 class AvoidLimits(DeclaredValue):
-    """Move back from joint limits: qdot = -gain (q - threshold) beyond a threshold, else zero.
+    """Secondary motion away from joint limits, beyond a threshold in front of each limit.
 
-    The thresholds lie a margin inside the limits. It is the
-    descent of the cost of Chaumette and Marchand 2001, sum (q - threshold)^2/(2 range), times the
-    range of each coordinate, so that `gain` is per second whatever the unit of q. A coordinate
-    that is not limited on both sides is left alone.
+        qdot = -gain (q - threshold)  beyond a threshold,    qdot = 0  elsewhere
 
+    A threshold is `margin` times the range in front of each limit. The motion descends the cost
+    sum (q - threshold)^2/(2 range) of Chaumette and Marchand 2001, times the range of each
+    coordinate, so that `gain` is in 1/s for any unit of q. A coordinate without two limits is left
+    alone.
+
+    The motion is projected onto the motions that the task leaves free: it does not change the
+    features, and it has no effect if the task uses all joints. A larger `margin` starts earlier,
+    and a larger `gain` pushes harder. The motion does not guarantee the limits;
+    `Safety(margin=...)` does.
+
+    Raises
+    ------
+    InputError
+        By `velocity`, if the limits have another shape than (n, 2).
+
+    Examples
+    --------
     >>> AvoidLimits().velocity(np.array([[0.0, 0.95]]), np.array([[-1.0, 1.0], [-1.0, 1.0]]))
     array([[ 0.  , -0.15]])
+
+    A gantry that starts near a joint limit:
+
+    >>> from dataclasses import replace
+    >>> import robsim as rs
+    >>> scenario = rs.load_scenario(rs.examples.path("joint_limits"))
+    >>> for secondary in None, AvoidLimits(gain=3.0, margin=0.25):
+    ...     projection = "large" if secondary else "classic"
+    ...     task = replace(scenario.task, secondary=secondary, projection=projection)
+    ...     run = rs.simulate(scenario.scene, task, scenario.start, duration=20)
+    ...     print(rs.Outcome(int(run.outcome)).name)
+    JOINT_LIMIT
+    CONVERGED
     """
 
     gain: SecondaryGain = 1.0
     margin: Annotated[
         float,
         Number(above=0, below=0.5),
-        "Distance from a limit at which the motion begins, as a share of the range.",
+        "Distance from a limit at which the motion begins, as a fraction of the range.",
     ] = 0.1
 
     def velocity(self, q: Array, limits: Array) -> Array:
-        """Return wished velocities (B, n) at commanded coordinates q (B, n) with limits (n, 2)."""
+        """Return the desired velocities.
+
+        Parameters
+        ----------
+        q : array_like of shape (B, n)
+            Coordinates of the commanded velocities.
+        limits : array_like of shape (n, 2)
+            Lower and upper limits of the coordinates; infinite without a limit.
+
+        Returns
+        -------
+        ndarray of shape (B, n)
+            Desired velocities in rad/s or m/s.
+
+        Raises
+        ------
+        InputError
+            If `limits` has another shape.
+        """
         at = as_floats(q, "q", ("n",))
         low, high = self.bounds(_check_limits_array(limits, at.shape[-1]))
-        wish: Array = self.gain * (np.clip(at, low, high) - at)
-        return wish
+        velocity: Array = self.gain * (np.clip(at, low, high) - at)
+        return velocity
 
     def bounds(self, limits: Array) -> tuple[Array, Array]:
-        """Return the thresholds (n,) within which nothing is wished."""
+        """Return the thresholds (n,) between which no motion is desired."""
         low, high = limits.T
         limited = np.isfinite(low) & np.isfinite(high)
         border = self.margin * np.where(limited, high - low, 0.0)
@@ -157,10 +237,34 @@ class AvoidLimits(DeclaredValue):
 @register("secondary motion", "posture")
 @dataclass(frozen=True, eq=False)
 class Posture(DeclaredValue):
-    """Move to a preferred posture: qdot = -gain (q - q_rest), q_rest (n,) of the commanded joints.
+    """Secondary motion to a preferred posture, qdot = -gain (q - q_rest).
 
+    The motion is projected onto the motions that the task leaves free: a redundant arm comes as
+    close to the posture as the features allow. Use it to keep the elbow of an arm out of the way,
+    or to return to a repeatable configuration.
+
+    Raises
+    ------
+    InputError
+        By `simulate`, if the number of coordinates differs from the number of commanded
+        velocities.
+
+    Examples
+    --------
     >>> Posture([0.5]).velocity(np.array([[0.1]]), np.array([[-1.0, 1.0]]))
     array([[0.4]])
+
+    An arm of seven joints returns to its home configuration with the camera at its goal:
+
+    >>> import robsim as rs
+    >>> scenario = rs.load_scenario(rs.examples.path("eye_in_hand"))
+    >>> home = scenario.scene.home
+    >>> for secondary in None, Posture(home):
+    ...     task = rs.IBVS(secondary=secondary)
+    ...     run = rs.simulate(scenario.scene, task, scenario.start, duration=20)
+    ...     print(f"{np.abs(run.q_end.values - home).max():.3f} rad")
+    0.012 rad
+    0.000 rad
     """
 
     q: Annotated[
@@ -171,7 +275,18 @@ class Posture(DeclaredValue):
     gain: SecondaryGain = 1.0
 
     def check(self, names: Sequence[str]) -> None:
-        """Raise InputError unless there is one coordinate for each of these names."""
+        """Check the number of coordinates.
+
+        Parameters
+        ----------
+        names : sequence of str
+            Names of the commanded velocities.
+
+        Raises
+        ------
+        InputError
+            Unless there is one coordinate for each name.
+        """
         if len(self.q) != len(names):
             raise InputError(
                 f"a posture of {len(self.q)} coordinates for {len(names)} commanded ones: "
@@ -179,12 +294,25 @@ class Posture(DeclaredValue):
             )
 
     def velocity(self, q: Array, limits: Array) -> Array:
-        """Return wished velocities (B, n) at commanded coordinates q (B, n) of any limits."""
-        wish: Array = self.gain * (self.q - as_floats(q, "q", (len(self.q),)))
-        return wish
+        """Return the desired velocities.
+
+        Parameters
+        ----------
+        q : array_like of shape (B, n)
+            Coordinates of the commanded velocities.
+        limits : array_like of shape (n, 2)
+            Limits of the coordinates, which are ignored.
+
+        Returns
+        -------
+        ndarray of shape (B, n)
+            Desired velocities in rad/s or m/s.
+        """
+        velocity: Array = self.gain * (self.q - as_floats(q, "q", (len(self.q),)))
+        return velocity
 
     def bounds(self, limits: Array) -> tuple[Array, Array]:
-        """Return the posture, within which nothing is wished, for limits (n, 2)."""
+        """Return the posture twice, as both thresholds of the motion, for limits (n, 2)."""
         rest = np.full(len(limits), self.q)
         return rest, rest
 

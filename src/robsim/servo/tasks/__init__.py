@@ -1,1 +1,1 @@
-"""Tasks: servo schemes, trajectories, and tasks made of tasks."""
+"""Tasks: servo schemes, trajectories, and compositions of tasks."""

@@ -17,11 +17,11 @@ from robsim.world.scene import Scene
 class BeliefSpec(Table):
     """A scene; in a text the differences from the true scene, or a `complete` scene.
 
-    A task that says nothing has the belief of the whole experiment.
+    A task without its own belief uses the belief of the experiment.
     """
 
     kind: type[Any] = Scene
-    phrase: ClassVar[str] = "what differs from the true scene, as in [[belief.cameras]]"
+    phrase: ClassVar[str] = "the differences from the true scene, as in [[belief.cameras]]"
     python_phrase: ClassVar[str] = "a Scene"
 
     def read(self, raw: Raw, c: Context) -> Scene:

@@ -1,4 +1,4 @@
-"""The common part of controllers of several tasks at once."""
+"""Common parts of tasks and controllers that are composed of several tasks."""
 
 from __future__ import annotations
 
@@ -27,81 +27,85 @@ from robsim.servo.tasks.task_choice import check_nesting
 from robsim.world.scene import Scene
 
 MAX_FEATURES = 40_000
-TaskPath = tuple[str | int, ...]  # of a task in another: ("tasks", 2)
+TaskPath = tuple[str | int, ...]  # path of a task in another task, as ("tasks", 2)
 
 
 @dataclass(frozen=True, eq=False)
 class CompositeController(TaskController):
-    """The part of a controller that follows from the tasks of which it is made."""
+    """Base of controllers composed of the controllers of several tasks."""
 
     parts: tuple[Any, ...]
 
     @property
     def weighted(self) -> bool:
-        """Whether the numbers of s of any task have weights that change."""
+        """Whether the components of s of any task have weights that change."""
         return any(part.weighted for part in self.parts)
 
     @property
     def excused(self) -> frozenset[PairKey]:
-        """The sights whose marks may leave the image, as all tasks that look at them say."""
+        """Camera-target pairs with marks that may leave the image, in every task of the pair."""
         parts = self.parts
-        wanted = {
+        required = {
             sight.key for one in parts for sight in one.sights if sight.key not in one.excused
         }
-        return frozenset(key for one in parts for key in one.excused if key not in wanted)
+        return frozenset(key for one in parts for key in one.excused if key not in required)
 
     @property
     def whole(self) -> frozenset[PairKey]:
-        """The sights of which a feature of any task needs all marks at once."""
+        """Camera-target pairs with a feature, of any task, that needs all marks at once."""
         return frozenset().union(*(part.whole for part in self.parts))
 
     def check_start(self, q0: Array) -> None:
-        """Raise InputError if a task can be done from none of the starts q0 (B, nq)."""
+        """Raise InputError if a task is impossible from all of the starts q0 (B, nq)."""
         for part in self.parts:
             part.check_start(q0)
 
-    def _own(self, part: TaskController) -> VelocityIndices:
-        """Return where the velocities of a part are among all that are commanded."""
+    def _find_positions(self, part: TaskController) -> VelocityIndices:
+        """Return the indices of the velocities of a part among all commanded velocities."""
         return np.searchsorted(self.columns, part.columns)
 
-    def _parts(self, given: ControllerInputs) -> list[ControllerOutputs]:
-        """Return the rows of each task, with a memory of its own."""
-        return [part.stages(given.inside(str(i))) for i, part in enumerate(self.parts)]
+    def _add_parts(self, inputs: ControllerInputs) -> list[ControllerOutputs]:
+        """Return the rows of each task; each task has its own memory."""
+        return [part.stages(inputs.inside(str(i))) for i, part in enumerate(self.parts)]
 
-    def _together(
-        self, given: ControllerInputs, each: list[ControllerOutputs], qd: BlockRows
+    def _merge_outputs(
+        self, inputs: ControllerInputs, each: list[ControllerOutputs], qd: BlockRows
     ) -> ControllerOutputs:
-        """Return the rows of all tasks, with the velocities that are commanded."""
-        program, own = given.program, [self._own(part) for part in self.parts]
+        """Return the rows of all tasks, with the commanded velocities qd."""
+        program, own = inputs.program, [self._find_positions(part) for part in self.parts]
         s, error = (
             concatenate_rows(program, [getattr(one, name) for one in each])
             for name in ("s", "error")
         )
-        both = list(zip(own, each, strict=True))
-        A = concatenate_rows(program, [self._wide(program, one, columns) for columns, one in both])
+        pairs = list(zip(own, each, strict=True))
+        A = concatenate_rows(
+            program, [self._widen_jacobian(program, one, columns) for columns, one in pairs]
+        )
         busy = program.result(control_law.compute_any, "out", rows=[one.busy for one in each])
 
         def note(qd: BlockRows) -> None:
-            for columns, one in both:
+            for columns, one in pairs:
                 one.note(select_rows(program, qd, columns))
 
         return ControllerOutputs(
-            s, error, qd, A, busy, each[0].J, note, *self._marks_used(program, each)
+            s, error, qd, A, busy, each[0].J, note, *self._merge_weights(program, each)
         )
 
-    def _wide(self, program: Program, one: ControllerOutputs, own: VelocityIndices) -> BlockRows:
-        """Return the rows of how all velocities move the features of a part."""
+    def _widen_jacobian(
+        self, program: Program, one: ControllerOutputs, own: VelocityIndices
+    ) -> BlockRows:
+        """Return the rows of the task Jacobian of a part for all commanded velocities."""
         if own.size == self.columns.size:  # in the same order
             return one.task_jacobian
-        shape, given = (one.s.size, self.columns.size), {"A": one.task_jacobian}
+        shape, arguments = (one.s.size, self.columns.size), {"A": one.task_jacobian}
         return program.result(
-            control_law.widen_matrix, "out", *shape, **given, columns=own.tolist()
+            control_law.widen_matrix, "out", *shape, **arguments, columns=own.tolist()
         )
 
-    def _marks_used(
+    def _merge_weights(
         self, program: Program, each: list[ControllerOutputs]
     ) -> tuple[BlockRows | None, BlockRows | None]:
-        """Return the rows of the weights of all parts, and of the worst status of what is left."""
+        """Return the rows of the weights of all parts, and of the worst status of their images."""
         weights, status = None, [one.status for one in each if one.status is not None]
         if self.weighted:
             ones = [program.constant(np.ones(one.s.size)) for one in each]
@@ -115,11 +119,11 @@ class CompositeController(TaskController):
 
 
 class SeparateJointsController(CompositeController):
-    """The controller of several tasks, each with joints of its own, which they may share."""
+    """Controller of several tasks with individual sets of joints, which may overlap."""
 
 
 class CompositeTask(DeclaredValue):
-    """The part of a declaration that is made of tasks."""
+    """Base of declared tasks that contain tasks."""
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -128,54 +132,54 @@ class CompositeTask(DeclaredValue):
     @property
     @abstractmethod
     def placed(self) -> dict[TaskPath, Any]:
-        """The tasks of which it is made, by their places."""
+        """Tasks of the composition, by their paths."""
 
     @property
     def inner(self) -> tuple[Any, ...]:
-        """The tasks of which it is made."""
+        """Tasks of the composition."""
         return tuple(self.placed.values())
 
     def each_columns(self, scene: Scene) -> list[VelocityIndices]:
-        """Return the velocities that each task commands."""
-        found = []
-        for place, task in self.placed.items():
-            with prefix_path(*place):
-                found.append(task.columns(scene))
-        return found
+        """Return the indices of the velocities that each task commands."""
+        columns = []
+        for path, task in self.placed.items():
+            with prefix_path(*path):
+                columns.append(task.columns(scene))
+        return columns
 
     def columns(self, scene: Scene) -> VelocityIndices:
-        """Return the velocities that any of the tasks commands."""
+        """Return the indices of the velocities that any of the tasks commands."""
         return make_read_only(np.unique(np.concatenate(self.each_columns(scene))))
 
     def bound(self, scene: Scene, columns: Iterable[VelocityIndices]) -> tuple[Any, ...]:
-        """Return the controllers of all tasks, each with its columns."""
-        made: list[TaskController] = []
-        for (place, task), own in zip(self.placed.items(), columns, strict=True):
-            with prefix_path(*place):
-                made.append(task.bind(scene, own))
-                if sum(each.k for each in made) > MAX_FEATURES:
-                    raise InputError(f"with those before more than {MAX_FEATURES} features")
-        return tuple(made)
+        """Return the controllers of all tasks, each with its commanded velocities."""
+        controllers: list[TaskController] = []
+        for (path, task), own in zip(self.placed.items(), columns, strict=True):
+            with prefix_path(*path):
+                controllers.append(task.bind(scene, own))
+                if sum(each.k for each in controllers) > MAX_FEATURES:
+                    raise InputError(f"all tasks together have more than {MAX_FEATURES} features")
+        return tuple(controllers)
 
 
 class TaskListFields(CompositeTask):
-    """The part of a declaration that is made of `tasks`."""
+    """Base of declared tasks with a list `tasks`."""
 
     tasks: Any
 
     @property
     def placed(self) -> dict[TaskPath, Any]:
-        """The tasks of which it is made, by their places."""
+        """Tasks of the composition, by their paths."""
         return {("tasks", i): task for i, task in enumerate(self.tasks)}
 
     def with_inner(self, tasks: Sequence[Any]) -> Self:
-        """Return a copy with other tasks in their places."""
+        """Return a copy with other tasks in the same order."""
         copy: Self = replace(cast(Any, self), tasks=tuple(tasks))
         return copy
 
 
 def merge_controller_fields(parts: Sequence[TaskController]) -> dict[str, Any]:
-    """Return the fields of a controller that several parts have in common."""
+    """Return the fields of a composite controller that follow from its parts."""
     sights: dict[PairKey, CameraTarget] = {}
     pixels: dict[PairKey, Array] = {}
     for part in parts:
@@ -201,7 +205,7 @@ def merge_controller_fields(parts: Sequence[TaskController]) -> dict[str, Any]:
 
 
 def concatenate_with_runs(arrays: Sequence[Array], axis: int) -> Array:
-    """Return arrays beside each other along an axis, some of which may have an axis of runs."""
+    """Return arrays concatenated along an axis; some of them may have an axis of runs."""
     others = [list(array.shape) for array in arrays]
     sizes = [shape.pop(axis) for shape in others]
     common = np.broadcast_shapes(*map(tuple, others))

@@ -23,39 +23,61 @@ from robsim.servo.tasks.task_fields import TaskGain, WeightingFields
 @register("task", "docking")
 @dataclass(frozen=True, eq=False)
 class Docking(WeightingFields):
-    """Drive a unicycle to the pose from which its camera saw the goal, by the law of Aicardi.
+    """Docking of a unicycle: drive to the goal pose in front of a target.
 
-    Distance rho to the goal, bearing alpha of the goal from the heading, and bearing theta of the
-    way to the goal, in axes of the goal, follow from the estimated pose of the target:
-    v = gain cos(alpha) rho, omega = turn alpha + gain cos(alpha) sin(alpha)/alpha (alpha + h theta)
-    (Aicardi, Casalino, Bicchi and Balestrino 1995). No smooth law of the pose alone does it
-    (Brockett 1983); this one is not continuous at the goal.
+    The estimated pose of the target gives, in polar coordinates about the goal, the distance rho
+    to the goal, the bearing alpha of the goal from the heading, and the bearing theta of the line
+    to the goal in goal axes. The law
 
-    >>> Docking(turn=2.0).turn
-    2.0
+        v = gain cos(alpha) rho
+        omega = turn alpha + gain cos(alpha) sin(alpha)/alpha (alpha + h theta)
+
+    drives all three to zero (Aicardi, Casalino, Bicchi and Balestrino 1995). No smooth law of the
+    pose alone can do so (Brockett 1983); this law is not continuous at the goal.
+
+    The vehicle drives on a smooth curve and may start backwards. `turn` makes it face the goal
+    earlier, and `h` makes it approach along the axis of the goal from farther away. Use `Docking`
+    only for one unicycle with a camera; no other joint may move.
+
+    Raises
+    ------
+    InputError
+        By `simulate`, unless one unicycle carries the camera and no other joint is commanded.
+    GoalError
+        By `simulate`, if a mark of the goal is outside the image.
+
+    Examples
+    --------
+    >>> import robsim as rs
+    >>> scenario = rs.load_scenario(rs.examples.path("unicycle_docking"))
+    >>> run = rs.simulate(scenario.scene, rs.Docking(turn=2.0), scenario.start, duration=30)
+    >>> rs.Outcome(int(run.outcome)).name
+    'CONVERGED'
     """
 
     _: KW_ONLY
     gain: TaskGain = 1.0
-    turn: Annotated[float, PER_SECOND, "TaskGain of the turn towards the goal."] = 3.0
-    h: Annotated[float, Number(above=0), "Weight of the angle theta in the turn."] = 2.0
+    turn: Annotated[float, PER_SECOND, "TaskGain of the rotation towards the goal."] = 3.0
+    h: Annotated[
+        float, Number(above=0), "Weight of the angle theta in the rotation, without unit."
+    ] = 2.0
 
     @property
     def features(self) -> Any:
-        """The translation of the camera in axes of the goal, and its rotation."""
+        """Translation and rotation of the camera in goal axes."""
         return [Translation("goal"), "theta_u"]
 
     def warn_of_wheels(self, controller: ServoController) -> None:
-        """Warn of nothing: this law is not smooth, and so can reach the pose."""
+        """Issue no warning: the law is not smooth, and therefore reaches the pose."""
 
     def bound_law(self, regulated: BoundFeatures) -> DockingLaw:
-        """Return the law; InputError unless one unicycle carries the camera."""
+        """Return the law; raise InputError unless one unicycle carries the camera."""
         eye, scene = regulated.sights[0].eye, regulated.sights[0].scene
         body, T_b_c = scene.tree.find(eye.name)
-        moved = scene.tree.owners[regulated.columns]
+        owners = scene.tree.owners[regulated.columns]
         kind = scene.tree.models[body]
         drives = kind.wheeled and kind.needs != "steering"
-        if not drives or (moved != body).any() or moved.size != 2:
+        if not drives or (owners != body).any() or owners.size != 2:
             raise InputError(
                 f"docking is for a camera that rides on a unicycle; '{eye.name}' does not, or "
                 "other joints move as well"
@@ -65,25 +87,27 @@ class Docking(WeightingFields):
 
 @dataclass(frozen=True, eq=False)
 class DockingLaw(CompiledLaw):
-    """The law of `Docking`, for a camera at T_b_c on the unicycle."""
+    """Law of `Docking`, for a camera at T_b_c on the unicycle."""
 
     T_b_c: Pose
     turn: float
     h: float
 
     def stages(self, of: LawRows) -> CommandAtGain:
-        """Add the stage of where the unicycle is; return what adds that of the command."""
+        """Add the stage of the pose of the unicycle; return a function that adds the command."""
         numbers = of.program.constant([self.turn, self.h])
-        given = {"place": self._planar(of.program, of.error), "numbers": numbers}
-        return lambda gain: of.program.result(kernels.dock_unicycle, "qd", 2, rate=gain, **given)
+        arguments = {"place": self._add_planar_pose(of.program, of.error), "numbers": numbers}
+        return lambda gain: of.program.result(
+            kernels.dock_unicycle, "qd", 2, rate=gain, **arguments
+        )
 
-    def _planar(self, program: Program, error: BlockRows) -> BlockRows:
-        """Add the stage of `planar`, and return its rows (3,)."""
+    def _add_planar_pose(self, program: Program, error: BlockRows) -> BlockRows:
+        """Add the stage of `planar`; return its rows (3,)."""
         T_b_c, back = (program.constant(T.matrix[:3]) for T in (self.T_b_c, self.T_b_c.inv()))
-        given = {"error": error, "T_b_c": T_b_c, "T_c_b": back, "room": program.rows(30)}
-        return program.result(kernels.compute_planar_pose, "x", 3, **given)
+        arguments = {"error": error, "T_b_c": T_b_c, "T_c_b": back, "room": program.rows(30)}
+        return program.result(kernels.compute_planar_pose, "x", 3, **arguments)
 
     def planar(self, error: Array) -> Array:
         """Return x, y and heading (3, B) of the unicycle in goal axes, from (c*t_c, theta u)."""
-        (place,) = evaluated(lambda *rows: [self._planar(*rows)], [error])
-        return place
+        (pose,) = evaluated(lambda *rows: [self._add_planar_pose(*rows)], [error])
+        return pose

@@ -1,4 +1,4 @@
-"""A task that follows a trajectory of joints."""
+"""A task that follows a trajectory of the joints."""
 
 from __future__ import annotations
 
@@ -27,13 +27,13 @@ from robsim.world.scene import Scene
 
 @dataclass(frozen=True)
 class JointGoal(PerJoint):
-    """The goal of joints: {joint: number}, or a list of one number for each joint."""
+    """Goal of joints: {joint: number}, or a list with one number for each joint."""
 
     forms: ClassVar[tuple[str, ...]] = ("table", "list")
     python_phrase: ClassVar[str] = "{joint: number}, or an array (n,)"
 
     def check(self, value: Any, what: str) -> Any:
-        return value  # as far as the task itself can tell
+        return value  # the task checks it against its joints
 
     def read(self, raw: Raw, c: Context) -> Any:
         if raw == {}:
@@ -53,11 +53,12 @@ class JointGoal(PerJoint):
         return "{ joint = number } with units, or a list of one for each"
 
 
-GOAL_FIELDS = ("to", "by", "trajectory")  # of saying where to go
+GOAL_FIELDS = ("to", "by", "trajectory")  # fields that give the goal; one of them is required
 TRAJECTORY = KindOf(TRAJECTORIES, short=False, protocol=object)
 
 
 def _describe_axes(scene: Scene, axes: list[JointIndices]) -> Axes:
+    """Return the units and names of the coordinates of joints."""
     at = [axis.coordinate for axis in axes]
     return Axes([scene.coordinate_units[i] for i in at], [scene.coordinate_names[i] for i in at])
 
@@ -65,38 +66,64 @@ def _describe_axes(scene: Scene, axes: list[JointIndices]) -> Axes:
 @register("task", "follow_joints")
 @dataclass(frozen=True, eq=False)
 class FollowJoints(DeclaredValue):
-    """Follow a trajectory of the joints, without a camera.
+    """Task that moves joints along a trajectory, without a camera.
 
-    A name is that of the joint, with its robot's in front ("panda.link3") where several have it.
-    s are the commanded coordinates, and s_goal is where the trajectory ends; with `by` both are
-    counted from the start of each run. Commanded is (r(t + dt) - r(t))/dt + gain (r(t) - q) for the
-    trajectory r.
+    With the trajectory r(t) and the measured coordinates q, the commanded velocity is
 
-    >>> FollowJoints({"link1": 0.5}, duration=2.0).to
-    {'link1': 0.5}
-    >>> FollowJoints(by={"link1": 0.1}, duration=2.0).by  # from wherever it starts
-    {'link1': 0.1}
+        qdot = (r(t + dt) - r(t))/dt + gain (r(t) - q).
+
+    The first term follows the trajectory exactly if the joints obey their commands; the second
+    term corrects deviations, within one period if `gain` is None. Use the task to bring a robot to
+    the start of a servo task, as a `Phase` of a `Mission`, or beside a servo task in `Parallel`.
+
+    There are three kinds of goal. `to` are coordinates, and `by` are changes of the coordinates
+    from the start of each run; both follow a quintic polynomial of the given `duration`, or
+    trapezoidal profiles within `speed` and `acceleration`. `trajectory` is any object with
+    `duration` and `at(t)`, on the clock of the run.
+
+    Raises
+    ------
+    InputError
+        Unless exactly one of `to`, `by` and `trajectory` is given, with a duration or with limits;
+        by `simulate`, for an unknown joint, or for a goal outside the limits of a joint.
+
+    Notes
+    -----
+    A joint name needs the name of its robot in front ("panda.link3") if several robots have it.
+    The features s are the commanded coordinates, and s_goal is the end of the trajectory; with
+    `by` both are relative to the start of each run.
+
+    Examples
+    --------
+    >>> import robsim as rs
+    >>> scene = rs.Scene([rs.robots.panda()])
+    >>> run = rs.simulate(scene, rs.FollowJoints({"link1": 0.5}, duration=2.0), duration=3.0)
+    >>> rs.Outcome(int(run.outcome)).name, float(run.end_time)
+    ('CONVERGED', 2.0)
+    >>> task = rs.FollowJoints(by={"link1": 0.5}, speed=1.0, acceleration=2.0)
+    >>> float(rs.simulate(scene, task, duration=3.0).end_time)
+    1.0
     """
 
     to: Annotated[
         Any,
         JointGoal(get_followed_axes),
-        "Where the joints go from their start: {joint: value}, or one number for each.",
+        "Final coordinates of the joints: {joint: value}, or one number for each.",
     ] = None
     _: KW_ONLY
     by: Annotated[
         Any,
         JointGoal(get_followed_axes),
-        "Change of the joints from their start, instead of `to`: {joint: change}, or (n,).",
+        "Change of the coordinates from the start, instead of `to`: {joint: change}, or (n,).",
     ] = None
     trajectory: Annotated[
-        Any, TRAJECTORY, "Trajectory to follow instead of `to` and `by`, on the clock of the run."
+        Any, TRAJECTORY, "Trajectory, instead of `to` and `by`, on the clock of the run."
     ] = None
     joints: Annotated[
         Any,
         JOINT_NAMES,
         "Names of joints or robots, in the order of the axes of the trajectory; None: the "
-        "joints of `to` or `by`, or all that have one coordinate and one velocity.",
+        "joints of `to` or `by`, or all joints of one coordinate and one velocity.",
     ] = None
     duration: Annotated[
         float | None,
@@ -108,25 +135,24 @@ class FollowJoints(DeclaredValue):
     gain: Annotated[
         float | None,
         PER_SECOND,
-        "Gain by which deviations from the trajectory are corrected; None: within one period.",
+        "Gain of the correction of deviations; None: correction within one period.",
     ] = None
     tolerance: Annotated[
         float,
         Number(above=0),
-        "Largest distance of each joint from the end of the trajectory at convergence, in rad"
-        " or m.",
+        "Largest distance of a joint from the end of the trajectory at convergence, in rad or m.",
     ] = 1e-6
 
     def __post_init__(self) -> None:
-        given = [name for name in GOAL_FIELDS if getattr(self, name) is not None]
-        if len(given) != 1:
+        names = [name for name in GOAL_FIELDS if getattr(self, name) is not None]
+        if len(names) != 1:
             raise InputError(
                 "give one of to={joint: value} (or an array), by={joint: change} (or an array), "
-                f"or trajectory; got {' and '.join(given) or None}"
+                f"or trajectory; got {' and '.join(names) or None}"
             )
         super().__post_init__()
         if self.trajectory is None:
-            object.__setattr__(self, given[0], self._checked_goal(given[0]))
+            object.__setattr__(self, names[0], self._check_goal(names[0]))
         self._check_plan()
 
     rivals: ClassVar[Any] = ((("to",), ("by",), ("trajectory",)),)
@@ -134,10 +160,10 @@ class FollowJoints(DeclaredValue):
 
     @classmethod
     def facts(cls, own: Any, c: Context) -> Context:
-        """Return the context with the joints of the task, in whose units the numbers are."""
+        """Return the context with the joints of the task, which set the units of its numbers."""
         scene = c.facts.get("scene")
         if sum(way in c.facts["raw"] for way in GOAL_FIELDS) > 1:
-            raise UnreadableValue  # which is reported already
+            raise UnreadableValue  # reported already
         if scene is None:
             return c
         goals = {key: c.facts["raw"].get(key, own.get(key)) for key in ("to", "by")}
@@ -153,14 +179,14 @@ class FollowJoints(DeclaredValue):
         return c.knowing(followed=_describe_axes(scene, axes))
 
     def columns(self, scene: Scene) -> VelocityIndices:
-        """Return the velocities of the joints of the task."""
+        """Return the indices of the velocities of the joints."""
         return make_read_only(np.array(sorted(axis.velocity for axis in self.axes(scene))))
 
     def bind(self, scene: Scene, columns: VelocityIndices | None = None) -> JointFollower:
-        """Return the controller of the task; InputError for what the scene does not have."""
+        """Return the controller of the task; raise InputError if the scene lacks a joint."""
         axes = self.axes(scene)
         names = [scene.velocity_names[axis.velocity] for axis in axes]
-        goal = self._goal(names)
+        goal = self._resolve_goal(names)
         coordinates = np.array([axis.coordinate for axis in axes])
         if self.by is None:
             check_joint_goals(scene, coordinates, goal[None])
@@ -179,33 +205,52 @@ class FollowJoints(DeclaredValue):
 
     @property
     def relative(self) -> bool:
-        """Whether the goal is counted from the start of each run."""
+        """Whether the goal is relative to the start of each run."""
         return self.by is not None
 
     @property
     def limits(self) -> Limits | None:
-        """The limits of the axes; None where a duration or a trajectory is given."""
+        """Limits of the axes, or None if a duration or a trajectory is given."""
         return None if self.speed is None else Limits(self.speed, self.acceleration)
 
     def axes(self, scene: Scene) -> list[JointIndices]:
-        """Return the joints in the order of the trajectory; InputError for unknown names."""
-        what, way = self._way
-        if isinstance(way, dict):
-            return find_joints(scene, way, what)
+        """Return the joints in the order of the trajectory.
+
+        Parameters
+        ----------
+        scene : Scene
+            Scene with the robots.
+
+        Returns
+        -------
+        list of JointIndices
+            Indices of the velocity and the coordinate of each joint.
+
+        Raises
+        ------
+        InputError
+            If a joint is unknown, ambiguous, prescribed or named twice.
+        """
+        what, value = self._goal_field
+        if isinstance(value, dict):
+            return find_joints(scene, value, what)
         return select_joints(scene, self.joints)
 
     @property
-    def _way(self) -> tuple[str, Any]:
-        """Which of `GOAL_FIELDS` is given, and what it says."""
+    def _goal_field(self) -> tuple[str, Any]:
+        """Name of the field that gives the goal, and its value."""
         return next((name, way) for name in GOAL_FIELDS if (way := getattr(self, name)) is not None)
 
-    def _goal(self, names: list[str]) -> Array:
-        """Return where the trajectory ends (n,), or how far; InputError unless it has n axes."""
-        what, way = self._way
-        if isinstance(way, dict):
-            goal = np.array(list(way.values()))
+    def _resolve_goal(self, names: list[str]) -> Array:
+        """Return the end of the trajectory (n,); with `by` its length.
+
+        Raises InputError unless the goal has n axes.
+        """
+        what, value = self._goal_field
+        if isinstance(value, dict):
+            goal = np.array(list(value.values()))
         elif what != "trajectory":
-            goal = way
+            goal = value
         else:
             goal = as_floats(self.trajectory.at(self.trajectory.duration), "trajectory.at", ("n",))
         if goal.shape != (len(names),):
@@ -219,37 +264,37 @@ class FollowJoints(DeclaredValue):
             _ = self.limits.of(len(goal))
         return goal
 
-    def _checked_goal(self, what: str) -> Any:
-        """Return a goal as {name: value}, or as an array (n,)."""
-        way = getattr(self, what)
-        if not isinstance(way, Mapping):
-            goal = as_floats(way, what, ("n",))
+    def _check_goal(self, what: str) -> Any:
+        """Return the goal as {name: value}, or as an array (n,)."""
+        raw = getattr(self, what)
+        if not isinstance(raw, Mapping):
+            goal = as_floats(raw, what, ("n",))
             if goal.ndim != 1:
                 raise InputError(
                     f"{what}: expected {{joint: value}} or shape (n,), got {goal.shape}"
                 )
             return make_read_only(goal)
-        if not way or not all(isinstance(name, str) for name in way):
-            raise InputError(f"{what}: expected the names of joints, got {format_value(way)}")
+        if not raw or not all(isinstance(name, str) for name in raw):
+            raise InputError(f"{what}: expected the names of joints, got {format_value(raw)}")
         if self.joints is not None:
             raise InputError(f"{what} names its joints: leave joints out")
-        return {name: as_float(value, f"{what}[{name!r}]") for name, value in way.items()}
+        return {name: as_float(value, f"{what}[{name!r}]") for name, value in raw.items()}
 
     def _check_plan(self) -> None:
-        """Raise InputError unless there is one of a trajectory, a duration, and limits."""
+        """Raise InputError unless exactly one of a trajectory, a duration and limits is given."""
         limits = [name for name in ("speed", "acceleration") if getattr(self, name) is not None]
         if self.trajectory is not None:
             if limits or self.duration is not None:
                 raise InputError("a trajectory has its own times: leave duration and limits out")
             check_trajectory(self.trajectory, "trajectory")
         elif (self.duration is None) == (not limits) or len(limits) == 1:
-            given = " and ".join([*limits, *(["duration"] if self.duration is not None else [])])
+            names = " and ".join([*limits, *(["duration"] if self.duration is not None else [])])
             raise InputError(
-                f"give either duration, or speed and acceleration; got {given or None}"
+                f"give either duration, or speed and acceleration; got {names or None}"
             )
 
 
 def _find_owner_index(scene: Scene, velocity: int) -> int:
-    """Return the number of the robot that has a velocity."""
+    """Return the index of the robot that has a velocity."""
     ends = np.cumsum([robot.nv for robot in scene.robots])
     return int(np.searchsorted(ends, velocity, "right"))

@@ -32,32 +32,32 @@ from robsim.trajectory.pace import (
 )
 from robsim.world.scene import Scene
 
-MASK_ROWS = {"pose": 6, "position": 3}  # of the twist that is controlled
+MASK_ROWS = {"pose": 6, "position": 3}  # controlled rows of the twist
 
 
 @dataclass(frozen=True)
 class PathGoal(PoseSpec):
-    """The goal of a path: a pose, in Python also a position."""
+    """Goal of a path: a pose; in Python also a position."""
 
     python_phrase: ClassVar[str] = "a Pose, or a position (3,)"
 
     def check(self, value: Any, what: str) -> Any:
-        return value  # as far as the mask goes, which the task checks
+        return value  # the task checks it against its mask
 
     def write(self, value: Any, c: Context) -> dict[str, Raw]:
         to = value if isinstance(value, Pose) else Pose.at(*value)
         return {"position": ExactQuantity(to.position, "m"), **self.written(to, c)}
 
     def read(self, raw: Raw, c: Context) -> Pose:
-        made: Pose = super().read(raw, c)
+        pose: Pose = super().read(raw, c)
         if c.facts.get("mask") == "position" and "position" not in raw:
-            raise InputError("expected position, which the mask is for")
-        return made
+            raise InputError("expected position, since the mask is 'position'")
+        return pose
 
 
 @dataclass(frozen=True)
 class PathSpec(Spec):
-    """A path in a text: a straight segment, or a list of segments one after the other."""
+    """A path in a text: a straight segment, or a list of consecutive segments."""
 
     forms: ClassVar[tuple[str, ...]] = ("table", "list")
     phrase: ClassVar[str] = "a table with start and end, or a list of these"
@@ -66,8 +66,8 @@ class PathSpec(Spec):
     def read(self, raw: Raw, c: Context) -> Straight | Path:
         if isinstance(raw, list):
             return Path(ListOf(Table(Straight), 1).read(raw, c))
-        way: Straight = Table(Straight).read(raw, c)
-        return way
+        segment: Straight = Table(Straight).read(raw, c)
+        return segment
 
     def write(self, value: Any, c: Context) -> Raw:
         if type(value) is Path:
@@ -87,44 +87,67 @@ PACE_FIELDS = tuple(each.name for each in fields_of(Pace))
 @register("task", "follow_path")
 @dataclass(frozen=True, eq=False)
 class FollowPath(RedundancyFields):
-    """Drive a frame along a path in the world by resolved rates, without a camera.
+    """Task that drives a frame along a path in the world, without a camera.
 
-    It goes to a pose as `Straight`, with `duration`, or with `speed` and `acceleration`, and
-    but for a position `turn` and `turn_acceleration`.
+    The commanded velocities are
 
-    Resolved motion rate control (Whitney 1969; Siciliano et al. 2009, section 3.7): qdot = J^+ V
-    with the twist V = (v, omega) that carries the frame, as it is, to where it should be one period
-    later, less what a `Motion` does to it. That is one step of Newton's method in each period, so
-    the distance from the path is of the second order in the period. Toward a pose out of reach
-    the rates grow, until a joint is at its limit or J loses rank: ask `Robot.ik` before. s is the
-    position and the rotation vector from the end of the path, both in world axes.
+        qdot = J^+ V
 
-    >>> FollowPath([0.4, 0.0, 0.3], mask="position", duration=2.0).to
-    array([0.4, 0. , 0.3])
+    with the Jacobian J of the frame and the twist V = (v, omega) that carries the frame from its
+    measured pose to the pose of the path one period later, minus the twist that a `Motion` of the
+    scene gives it (resolved motion rate control: Whitney 1969; Siciliano et al. 2009, section
+    3.7). Each period is one step of Newton's method, so the distance from the path is of second
+    order in the period.
+
+    With `to` the frame moves on a straight line to a pose, or with mask "position" to a position,
+    in the given `duration`, or within `speed` and `acceleration` (and for a pose `turn` and
+    `turn_acceleration`). With `path` it follows any object with `duration` and `at(t)`. A
+    redundant robot leaves motions free for `secondary`; near a singularity use inverse="damped",
+    which leaves the path instead of moving fast.
+
+    Raises
+    ------
+    InputError
+        Unless exactly one of `to` and `path` is given, with a duration or with limits; by
+        `simulate`, if no joint moves the frame.
+
+    Notes
+    -----
+    Toward a pose out of reach the rates grow until a joint reaches its limit or J loses rank; test
+    the pose with `Robot.ik` before. The features s are the position and the rotation vector of the
+    frame relative to the end of the path, both in world axes.
+
+    Examples
+    --------
+    >>> import robsim as rs
+    >>> scene = rs.Scene([rs.robots.ur5e()])
+    >>> task = rs.FollowPath([0.4, -0.2, 0.5], mask="position", duration=2.0)
+    >>> run = rs.simulate(scene, task, duration=3.0)
+    >>> rs.Outcome(int(run.outcome)).name, round(float(run.path_length), 3)
+    ('CONVERGED', 0.305)
     """
 
     to: Annotated[
         Any,
         PathGoal(),
-        "Where the frame goes straight from its start: a pose, or with mask 'position' a "
-        "position (3,), in the world.",
+        "Goal of a straight path in the world: a pose, or with mask 'position' a position (3,) "
+        "in metres.",
     ] = None
     _: KW_ONLY
     path: Annotated[
         Any,
         PATH_SPEC,
-        "Path to follow instead of `to`: Straight, Path, or an object with duration and at(t)"
-        " (4, 4).",
+        "Path instead of `to`: Straight, Path, or an object with duration and at(t) (4, 4).",
     ] = None
     frame: Annotated[
         str | None,
         FrameReference,
-        "Name of the frame that is moved, such as 'panda.tool'; None: the tip of the only robot.",
+        "Name of the moved frame, such as 'panda.tool'; None: the tip of the only robot.",
     ] = None
     mask: Annotated[
         str,
         Word(tuple(MASK_ROWS), "mask"),
-        "What of the frame is controlled: its pose, or the position of its origin.",
+        "Controlled part of the motion: the pose of the frame, or the position of its origin.",
     ] = "pose"
     duration: Duration = None
     speed: OriginSpeed = None
@@ -137,10 +160,10 @@ class FollowPath(RedundancyFields):
     gain: Annotated[
         float | None,
         PER_SECOND,
-        "Gain by which deviations from the path are corrected; None: within one period.",
+        "Gain of the correction of deviations; None: correction within one period.",
     ] = None
     tolerance: Annotated[
-        float, Number(above=0), "Largest error of each number of s at convergence, in m and rad."
+        float, Number(above=0), "Largest error of each component of s at convergence, in m or rad."
     ] = 1e-6
 
     def __post_init__(self) -> None:
@@ -148,54 +171,54 @@ class FollowPath(RedundancyFields):
         if (self.to is None) == (self.path is None):
             raise InputError("give either to=a pose (or a position), or a path")
         if self.to is not None:
-            object.__setattr__(self, "to", self._checked_goal())
+            object.__setattr__(self, "to", self._check_goal())
         self._check_plan()
 
     facts_from: ClassVar[Any] = ("mask",)
 
     @classmethod
     def facts(cls, own: Any, c: Context) -> Context:
-        """Return the context with the mask, which decides what `to` must say."""
+        """Return the context with the mask, which determines the keys of `to`."""
         return c.knowing(mask=own.get("mask"))
 
     def columns(self, scene: Scene) -> VelocityIndices:
-        """Return the velocities that move the frame, and can be commanded."""
-        frame = self._frame(scene)
-        found = np.flatnonzero((scene.tree.carries(frame) != 0) & ~scene.prescribed)
-        if not found.size:
+        """Return the indices of the commanded velocities that move the frame."""
+        frame = self._find_frame(scene)
+        columns = np.flatnonzero((scene.tree.carries(frame) != 0) & ~scene.prescribed)
+        if not columns.size:
             raise InputError(f"no joint that a task can command moves '{frame}'")
-        return self.chosen(scene, make_read_only(found))
+        return self.chosen(scene, make_read_only(columns))
 
     def bind(self, scene: Scene, columns: VelocityIndices | None = None) -> PathFollower:
-        """Return the controller of the task; InputError for what the scene does not have."""
-        columns, frame, k = self.columns(scene), self._frame(scene), MASK_ROWS[self.mask]
-        end = self._end()
+        """Return the controller of the task; raise InputError if the scene lacks the frame."""
+        columns, frame, k = self.columns(scene), self._find_frame(scene), MASK_ROWS[self.mask]
+        end = self._find_end_pose()
         s_goal = np.concatenate([end[:3, 3], np.zeros(3)])[:k]
         return PathFollower(
             **make_cameraless_fields(scene, frame, columns, s_goal, self),
             units=("m", "m", "m", "rad", "rad", "rad")[:k],
             full_rank=estimate_generic_rank(scene, frame, columns, k),
             rcond=get_rcond(self.inverse),
-            way_pace=None if self.path is not None else Pace(**self._limits_given()),
+            way_pace=None if self.path is not None else Pace(**self._pace_values()),
             end=end,
             shaping=self.shaping(scene, columns),
         )
 
-    def _limits_given(self) -> dict[str, Any]:
+    def _pace_values(self) -> dict[str, Any]:
         return {name: getattr(self, name) for name in PACE_FIELDS}
 
-    def _frame(self, scene: Scene) -> str:
-        """Return the name of the frame; InputError if there is none of that name."""
+    def _find_frame(self, scene: Scene) -> str:
+        """Return the name of the frame; raise InputError if the scene has no such frame."""
         if self.frame is not None:
             scene.tree.find(self.frame)
             return self.frame
         tips = [f"{robot.name}.{robot.tip}" for robot in scene.robots]
         if len(tips) != 1:
-            raise InputError(f"frame: which one is to move? Tips: {', '.join(tips) or 'none'}")
+            raise InputError(f"frame: give the frame to move; tips: {', '.join(tips) or 'none'}")
         return tips[0]
 
-    def _end(self) -> Array:
-        """Return the pose (3, 4) at which the path ends."""
+    def _find_end_pose(self) -> Array:
+        """Return the pose (3, 4) at the end of the path."""
         if self.path is not None:
             _ = check_single_pose(self.path.at(0.0), "path.at")
             return check_single_pose(self.path.at(self.path.duration), "path.at").matrix[:3]
@@ -203,32 +226,32 @@ class FollowPath(RedundancyFields):
             return self.to.matrix[:3]
         return Pose.at(*self.to).matrix[:3]
 
-    def _checked_goal(self) -> Any:
-        """Return the goal as a pose or a position; InputError if it is neither."""
+    def _check_goal(self) -> Any:
+        """Return the goal as a pose or a position; raise InputError for any other value."""
         if is_pose_like(self.to):
             pose = Pose(
                 check_single_pose(self.to, "to").matrix
-            )  # in the world, whatever names it has
+            )  # in the world; frame names are dropped
             return pose if self.mask == "pose" else pose.position
-        place = as_floats(self.to, "to (a pose, or a position)", (3,))
-        if place.ndim != 1:
-            raise InputError(f"to: expected one position (3,), got {place.shape}")
+        position = as_floats(self.to, "to (a pose, or a position)", (3,))
+        if position.ndim != 1:
+            raise InputError(f"to: expected one position (3,), got {position.shape}")
         if self.mask == "pose":
             raise InputError('to: expected a pose; a position alone is for mask="position"')
-        return make_read_only(place)
+        return make_read_only(position)
 
     def _check_plan(self) -> None:
-        """Raise InputError unless there is one of a path, a duration, and all limits."""
-        given = {name: value for name, value in self._limits_given().items() if value is not None}
+        """Raise InputError unless exactly one of a path, a duration and all limits is given."""
+        values = {name: value for name, value in self._pace_values().items() if value is not None}
         if self.path is not None:
-            if given:
+            if values:
                 raise InputError("a path has its own times: leave duration and limits out")
             check_trajectory(self.path, "path")
             return
-        pace = Pace(**given)
-        for name in given:
+        pace = Pace(**values)
+        for name in values:
             object.__setattr__(self, name, getattr(pace, name))
         turns = self.mask == "pose"
         if pace.duration is None and (pace.speed is None or turns == (pace.turn is None)):
             also = ", turn and turn_acceleration" if turns else " alone"
-            raise InputError(f"limits: expected speed, acceleration{also}; got {', '.join(given)}")
+            raise InputError(f"limits: expected speed, acceleration{also}; got {', '.join(values)}")

@@ -25,70 +25,75 @@ from robsim.world.scene import Scene
 
 @dataclass(frozen=True, eq=False)
 class JointFollower(TrajectoryFollower):
-    """The controller of `FollowJoints`."""
+    """Controller of `FollowJoints`."""
 
-    goal: Array  # (n,) in the order of the axes of the trajectory; with `by` from the start
-    coordinates: NDArray[np.int64]  # of these axes
-    order: NDArray[np.int64]  # of the axes for the commanded velocities, which are sorted
+    goal: Array  # (n,) in the order of the axes of the trajectory; with `by` relative to the start
+    coordinates: NDArray[np.int64]  # coordinate index of each axis
+    order: NDArray[np.int64]  # axis of each commanded velocity; velocities are sorted
 
-    def stages(self, given: ControllerInputs) -> ControllerOutputs:
-        """Add the stages of an instant to a program, and return the rows that they write."""
-        program, n = given.program, self.k
-        q = [given.q[i] for i in self.coordinates]
+    def stages(self, inputs: ControllerInputs) -> ControllerOutputs:
+        """Add the stages of one instant to a program; return the rows that they write."""
+        program, n = inputs.program, self.k
+        q = [inputs.q[i] for i in self.coordinates]
         start = program.result(axis_trajectory.store_start, "to", n, rows=q)
-        way = self._way(given, start)
+        reference = self._add_reference(inputs, start)
         qd = program.result(
             axis_trajectory.track_axes,
             "qd",
             n,
-            here=way.here,
-            gain=self.gain_row(given),
-            duration=given.dt,
+            here=reference.here,
+            gain=self.gain_row(inputs),
+            duration=inputs.dt,
             axes=[(axis, q[axis]) for axis in self.order.tolist()],
         )
-        rows = *self._missed(given, start), qd, program.constant(np.eye(n)), self.busy(given, way)
-        return ControllerOutputs(*rows, lambda blocks: self._jacobian(blocks.get(given.q)))
+        rows = (
+            *self._add_error(inputs, start),
+            qd,
+            program.constant(np.eye(n)),
+            self.busy(inputs, reference),
+        )
+        return ControllerOutputs(*rows, lambda blocks: self._tip_jacobian(blocks.get(inputs.q)))
 
-    def _missed(self, given: ControllerInputs, start: BlockRows) -> tuple[BlockRows, BlockRows]:
-        """Add the stages of s and of the error, and return their rows."""
-        program, goal = given.program, given.program.constant(self.s_goal.ravel())
-        s = select_rows(program, given.q, self.coordinates[self.order])
+    def _add_error(self, inputs: ControllerInputs, start: BlockRows) -> tuple[BlockRows, BlockRows]:
+        """Add the stages of s and of the error; return their rows."""
+        program, goal = inputs.program, inputs.program.constant(self.s_goal.ravel())
+        s = select_rows(program, inputs.q, self.coordinates[self.order])
         if self.task.relative:
             since = select_rows(program, start, self.order)
             s = program.result(control_law.subtract_goal, "error", self.k, s=s, s_goal=since)
         return s, program.result(control_law.subtract_goal, "error", self.k, s=s, s_goal=goal)
 
-    def _way(self, given: ControllerInputs, start: BlockRows) -> ReferenceRows:
-        """Add the stages of the trajectory of each run, from where its joints started."""
-        n, program = self.k, given.program
+    def _add_reference(self, inputs: ControllerInputs, start: BlockRows) -> ReferenceRows:
+        """Add the stages of the trajectory of each run, from the start of its joints."""
+        n, program = self.k, inputs.program
         if self.task.trajectory is not None:
             at = self.task.trajectory.at
             return add_trajectory(
-                given, self.task.trajectory, n, lambda t: as_floats(at(t), "trajectory.at", (n,))
+                inputs, self.task.trajectory, n, lambda t: as_floats(at(t), "trajectory.at", (n,))
             )
         goal = program.constant(np.ravel(self.goal))
         if self.task.relative:
             goal = program.result(control_law.add_vectors, "out", n, x=start, y=goal)
-        ways = program.result(control_law.subtract_goal, "error", n, s=goal, s_goal=start)
+        distances = program.result(control_law.subtract_goal, "error", n, s=goal, s_goal=start)
         limits = None if self.task.limits is None else np.stack(self.task.limits.of(n))
-        times = add_timing(program, ways, self.task.duration, limits)
-        way = {"start": start, "ways": ways, "goal": goal}
-        here = program.result(
-            axis_trajectory.sample_axis_trajectory, "here", 2, n, dt=given.dt, **times, **way
+        times = add_timing(program, distances, self.task.duration, limits)
+        arguments = {"start": start, "ways": distances, "goal": goal}
+        rows = program.result(
+            axis_trajectory.sample_axis_trajectory, "here", 2, n, dt=inputs.dt, **times, **arguments
         )
-        return ReferenceRows(here, times["seconds"])
+        return ReferenceRows(rows, times["seconds"])
 
     def goal_from(self, start: Array) -> Array:
-        """Return where runs go (B, n) or (n,) whose joints started at (B, n)."""
+        """Return the final coordinates (B, n) or (n,) of runs with the start coordinates (B, n)."""
         return start + self.goal if self.task.relative else self.goal
 
     def check_start(self, q0: Array) -> None:
-        """Raise InputError if the joint limits let no run go as far as it should."""
+        """Raise InputError if the joint limits allow the motion in no run."""
         if self.task.relative:
             goals = self.goal_from(q0[:, self.coordinates])
             check_joint_goals(self.scene, self.coordinates, goals)
 
-    def _jacobian(self, q: Array) -> Array:
+    def _tip_jacobian(self, q: Array) -> Array:
         """Return the Jacobian (6, n, B) of the tip."""
         tree = self.scene.tree
         J = tree.jacobian(tree.bodies(q), self.frame)

@@ -1,4 +1,4 @@
-"""Tasks side by side, each with joints of its own."""
+"""Tasks that run side by side, each with its own joints."""
 
 from __future__ import annotations
 
@@ -27,30 +27,47 @@ from robsim.world.scene import Scene
 @register("task", "parallel")
 @dataclass(frozen=True, eq=False)
 class Parallel(TaskListFields):
-    """Tasks side by side, each with joints of its own: a head that watches, an arm that works.
+    """Several tasks side by side, each with its own joints: a head that watches, an arm that works.
 
-    Give each task its `joints` where the cameras and targets would let them share some. Beside one
-    that follows a trajectory no run has converged or stalled before that is over, and none diverges
-    because its error grows.
+    Each task commands its own joints; the motion of the other joints disturbs its features like a
+    motion of the target. Give every task its `joints` if cameras and targets would let two tasks
+    share a joint.
 
-    >>> from robsim import IBVS, PBVS
-    >>> Parallel([IBVS(joints="head"), PBVS(joints="arm")]).tasks[0].joints
-    ('head',)
+    A run has converged when all tasks have. If a task follows a trajectory, no run ends as
+    converged or stalled before the trajectory ends, and no run ends because its error grows.
+
+    Raises
+    ------
+    InputError
+        By `simulate`, if two tasks command one joint.
+
+    Examples
+    --------
+    >>> import robsim as rs
+    >>> scenario = rs.load_scenario(rs.examples.path("second_robot"))
+    >>> watch = rs.IBVS(joints="watcher")
+    >>> move = rs.FollowJoints(by={"worker.shoulder": 0.1}, duration=2.0)
+    >>> run = rs.simulate(scenario.scene, rs.Parallel([watch, move]), scenario.start, duration=20)
+    >>> rs.Outcome(int(run.outcome)).name
+    'CONVERGED'
     """
 
     tasks: Annotated[
         Any,
         ListOf(TaskChoice(TASKS, protocol=Task), 2, 64),
-        "At least two tasks, which command different joints.",
+        "Two or more tasks that command different joints.",
     ]
 
     def columns(self, scene: Scene) -> VelocityIndices:
-        """Return the velocities that the tasks command; InputError if two command one joint."""
+        """Return the indices of the velocities that the tasks command.
+
+        Raises InputError if two tasks command one joint.
+        """
         every, counts = np.unique(np.concatenate(self.each_columns(scene)), return_counts=True)
         if (counts > 1).any():
             names = ", ".join(scene.velocity_names[i] for i in every[counts > 1])
             raise InputError(
-                f"two tasks command one joint: {names}; tell them apart with joints=..., or put "
+                f"two tasks command one joint: {names}; give each task its own joints=..., or put "
                 "them in order with Priorities"
             )
         return make_read_only(every)
@@ -64,16 +81,16 @@ class Parallel(TaskListFields):
 
 @dataclass(frozen=True, eq=False)
 class ParallelController(SeparateJointsController):
-    """The controller of tasks side by side."""
+    """Controller of tasks side by side."""
 
-    def stages(self, given: ControllerInputs) -> ControllerOutputs:
-        """Add the stages of all tasks, each of which commands its own joints."""
-        each, qd = self._parts(given), given.program.rows(self.columns.size)
+    def stages(self, inputs: ControllerInputs) -> ControllerOutputs:
+        """Add the stages of all tasks; each task commands its own joints."""
+        each, qd = self._add_parts(inputs), inputs.program.rows(self.columns.size)
         for part, one in zip(self.parts, each, strict=True):
-            given.program.add(
+            inputs.program.add(
                 control_law.widen_matrix,
                 A=one.qd.reshape(1, -1),
                 out=qd.reshape(1, -1),
-                columns=self._own(part).tolist(),
+                columns=self._find_positions(part).tolist(),
             )
-        return self._together(given, each, qd)
+        return self._merge_outputs(inputs, each, qd)

@@ -30,38 +30,42 @@ from robsim.world.scene import Scene
 
 @dataclass(frozen=True, eq=False)
 class PathFollower(TrajectoryFollower):
-    """The controller of `FollowPath`."""
+    """Controller of `FollowPath`."""
 
-    way_pace: Pace | None  # of a straight way, from where each of the runs starts to the end
-    end: Array  # (3, 4) of the path
+    way_pace: Pace | None  # pace of a straight path, from the start of each run to the end
+    end: Array  # (3, 4), end of the path
     shaping: CommandShaper
 
-    def stages(self, given: ControllerInputs) -> ControllerOutputs:
-        """Add the stages of an instant to a program, and return the rows that they write."""
-        program, k, tree = given.program, self.k, self.scene.tree
-        placed = given.placed or add_body_poses(program, tree, given.q)
+    def stages(self, inputs: ControllerInputs) -> ControllerOutputs:
+        """Add the stages of one instant to a program; return the rows that they write."""
+        program, k, tree = inputs.program, self.k, self.scene.tree
+        placed = inputs.placed or add_body_poses(program, tree, inputs.q)
         (T,) = placed.frames([tree.find(self.frame)])
-        J, end = self._jacobian(placed, T, self.columns), program.constant(self.end)
+        J, end = self._add_jacobian(placed, T, self.columns), program.constant(self.end)
         whole, L, room = program.rows(6), program.rows(3, 6), program.scratch(kernels.PATH_SCRATCH)
         program.add(kernels.compute_path_error, T=T, end=end, room=room, s=whole, L=L)
         s, goal = whole[:k], program.constant(np.ravel(self.s_goal))
         error = program.result(control_law.subtract_goal, "error", k, s=s, s_goal=goal)
-        A = self._task_jacobian(program, J, L)
-        way = self._straight(given, T, end) if self.task.path is None else self._along(given)
-        V = self._twist(given, placed, T, way)
+        A = self._add_task_jacobian(program, J, L)
+        reference = (
+            self._add_straight_path(inputs, T, end)
+            if self.task.path is None
+            else self._add_path(inputs)
+        )
+        V = self._add_twist(inputs, placed, T, reference)
         qd = add_inverse(program, J[:k], V[:k], self.task.inverse)
-        qd = self.shaping.stages(given, qd, error, J, A)
+        qd = self.shaping.stages(inputs, qd, error, J, A)
         return ControllerOutputs(
-            s, error, qd, A, self.busy(given, way), lambda blocks: blocks.get(J)
+            s, error, qd, A, self.busy(inputs, reference), lambda blocks: blocks.get(J)
         )
 
-    def _jacobian(self, placed: FKStages, T: BlockRows, columns: VelocityIndices) -> BlockRows:
-        """Return the rows of J (6, n) of the frame at T in world axes, by some velocities."""
+    def _add_jacobian(self, placed: FKStages, T: BlockRows, columns: VelocityIndices) -> BlockRows:
+        """Return the rows of J (6, n) of the frame at T in world axes, for some velocities."""
         moves = self.scene.tree.moves(self.scene.tree.carried(self.frame), columns)
         return placed.base_jacobian(T, moves)
 
-    def _task_jacobian(self, program: Program, J: BlockRows, L: BlockRows) -> BlockRows:
-        """Return the rows of how the joints move s (k, n), with L of the turn."""
+    def _add_task_jacobian(self, program: Program, J: BlockRows, L: BlockRows) -> BlockRows:
+        """Return the rows of the task Jacobian (k, n) of s, with L of the rotation."""
         if self.k == 3:
             return J[:3]
         A = program.rows(*J.shape)
@@ -69,22 +73,22 @@ class PathFollower(TrajectoryFollower):
         program.add(control_law.compute_task_jacobian, L=L, J=J, A=A[3:])
         return A
 
-    def _twist(
-        self, given: ControllerInputs, placed: FKStages, T: BlockRows, way: ReferenceRows
+    def _add_twist(
+        self, inputs: ControllerInputs, placed: FKStages, T: BlockRows, reference: ReferenceRows
     ) -> BlockRows:
-        """Return the rows of the twist that the joints are to give the frame, in world axes.
+        """Return the rows of the twist that the joints must give the frame, in world axes.
 
-        It is the one that takes the frame on, without what prescribed motions give it anyway.
+        It carries the frame along the path, minus the twist caused by prescribed motions.
         """
-        program, scene = given.program, self.scene
+        program, scene = inputs.program, self.scene
         V = program.result(
             kernels.compute_path_twist,
             "V",
             6,
             T=T,
-            here=way.here.reshape(2, 3, 4),
-            gain=self.gain_row(given),
-            duration=given.dt,
+            here=reference.here.reshape(2, 3, 4),
+            gain=self.gain_row(inputs),
+            duration=inputs.dt,
             room=program.scratch(kernels.PATH_SCRATCH),
             wanted=program.rows(3, 4),
         )
@@ -92,31 +96,35 @@ class PathFollower(TrajectoryFollower):
             return V
         prescribed = np.flatnonzero(scene.prescribed)
         J, rates = (
-            self._jacobian(placed, T, prescribed),
-            add_prescribed_velocities(given, scene, prescribed),
+            self._add_jacobian(placed, T, prescribed),
+            add_prescribed_velocities(inputs, scene, prescribed),
         )
         drift = program.result(control_law.multiply_vector, "out", 6, A=J, x=rates)
         return program.result(control_law.subtract_goal, "error", 6, s=V, s_goal=drift)
 
-    def _along(self, given: ControllerInputs) -> ReferenceRows:
-        """Add the stages of a path that is the same for all runs."""
+    def _add_path(self, inputs: ControllerInputs) -> ReferenceRows:
+        """Add the stages of a path that all runs share."""
 
         def at(t: Any) -> Array:
             T = as_floats(self.task.path.at(t), "path.at", (4, 4))
             return T[..., :3, :].reshape(*T.shape[:-2], 12)
 
-        return add_trajectory(given, self.task.path, 12, at)
+        return add_trajectory(inputs, self.task.path, 12, at)
 
-    def _straight(self, given: ControllerInputs, T: BlockRows, end: BlockRows) -> ReferenceRows:
-        """Add the stages of the path of each run, from where its frame at T started."""
+    def _add_straight_path(
+        self, inputs: ControllerInputs, T: BlockRows, end: BlockRows
+    ) -> ReferenceRows:
+        """Add the stages of the straight path of each run, from the start of its frame at T."""
         assert self.way_pace is not None
-        program, goal, room = given.program, end, given.program.scratch(kernels.PATH_SCRATCH)
+        program, goal, room = inputs.program, end, inputs.program.scratch(kernels.PATH_SCRATCH)
         start = program.result(axis_trajectory.store_start, "to", 12, rows=list(T.flat)).reshape(
             3, 4
         )
-        if self.k == 3:  # as it is turned at the start
-            turned = [(end if i % 4 == 3 else start).flat[i] for i in range(12)]
-            goal = program.result(axis_trajectory.store_start, "to", 12, rows=turned).reshape(3, 4)
+        if self.k == 3:  # keep the orientation of the start
+            position_goal = [(end if i % 4 == 3 else start).flat[i] for i in range(12)]
+            goal = program.result(
+                axis_trajectory.store_start, "to", 12, rows=position_goal
+            ).reshape(3, 4)
         way = program.result(
             kernels.plan_straight_motion, "way", 8, start=start, goal=goal, room=room
         )
@@ -124,28 +132,28 @@ class PathFollower(TrajectoryFollower):
         limits = None if pace.duration is not None else np.reshape(pace.limits, (2, 2))
         times = add_timing(program, way[6:], pace.duration, limits)
         ends = {"start": start, "way": way, "goal": goal, "room": room}
-        here = program.result(
-            kernels.sample_straight_motion, "here", 2, 3, 4, dt=given.dt, **times, **ends
+        rows = program.result(
+            kernels.sample_straight_motion, "here", 2, 3, 4, dt=inputs.dt, **times, **ends
         )
-        return ReferenceRows(here, times["seconds"])
+        return ReferenceRows(rows, times["seconds"])
 
 
 def estimate_generic_rank(scene: Scene, frame: str, columns: VelocityIndices, k: int) -> int:
     """Return the rank of J (k, n) away from singularities.
 
-    It is the largest at home and where every joint has moved a little.
+    It is the largest rank at home and at two configurations near home.
     """
-    places = [
-        np.concatenate([np.empty(0), *(_move_from_home(robot, far) for robot in scene.robots)])
-        for far in (0.0, 0.1, 0.3)
+    configurations = [
+        np.concatenate([np.empty(0), *(_move_from_home(robot, duration) for robot in scene.robots)])
+        for duration in (0.0, 0.1, 0.3)
     ]
     tree = scene.tree
-    J = tree.jacobian(tree.bodies(np.array(places).T.copy()), frame)
+    J = tree.jacobian(tree.bodies(np.array(configurations).T.copy()), frame)
     return int(compute_rank(np.ascontiguousarray(J[:k][:, columns])).max())
 
 
-def _move_from_home(robot: Any, far: float) -> Array:
-    """Return coordinates (nq,) of a robot whose velocities were held for a while from home."""
-    rates = far * (1.0 + 0.1 * np.arange(robot.nv))
-    moved: Array = robot.integrate(robot.home, rates, 1.0)
-    return moved
+def _move_from_home(robot: Any, duration: float) -> Array:
+    """Return the coordinates (nq,) of a robot after a motion from home at constant velocities."""
+    rates = duration * (1.0 + 0.1 * np.arange(robot.nv))
+    q: Array = robot.integrate(robot.home, rates, 1.0)
+    return q

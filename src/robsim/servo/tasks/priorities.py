@@ -32,24 +32,47 @@ PRIORITY_LEVELS = ListOf(TaskChoice(TASKS, only=("ibvs", "pbvs", "hybrid"), prot
 @register("task", "priorities")
 @dataclass(frozen=True, eq=False)
 class Priorities(TaskListFields, RedundancyFields):
-    """Tasks in strict order: none disturbs one that comes before it (Siciliano and Slotine 1991).
+    """Several servo tasks in strict order: no task disturbs a task before it.
 
-    The first are served exactly as far as the robot can, each next within what is left; their own
-    features, gains, depths and feed-forward count, their laws are all "joint". `rcond` decides
-    what is left.
+    Each task i requires A_i qdot = rate_i with its task Jacobian A_i = L J and rate_i = -gain e_i,
+    and gets the least-squares solution within the motions that the tasks before it leave free,
 
-    >>> from robsim import IBVS, PBVS
-    >>> Priorities([IBVS(), PBVS()]).rcond
-    1e-06
+        qdot_i = qdot_(i-1) + (A_i P_(i-1))^+ (rate_i - A_i qdot_(i-1))
+        P_i    = P_(i-1) - (A_i P_(i-1))^+ (A_i P_(i-1))
+
+    with P_0 = I (Siciliano and Slotine 1991; Baerlocher and Boulic 1998). The first task converges
+    as it would alone; the last task takes the motions that remain. Put the task that must never
+    fail first, such as keeping the target in the centre of the image, and the pose second.
+
+    Features, gain, depth and feed-forward belong to each task, and every law is "joint". `joints`,
+    `secondary`, `smooth_start` and `limit` belong to the whole. A larger `rcond` leaves weak
+    motions of a task to the next task.
+
+    Raises
+    ------
+    InputError
+        If a task is no servo task with the joint law, or has a field that belongs to the whole.
+
+    Examples
+    --------
+    A camera first centres the target, and uses the remaining motions for the pose:
+
+    >>> import robsim as rs
+    >>> scenario = rs.load_scenario(rs.examples.path("mobile_arm"))
+    >>> centre = rs.IBVS(features=rs.features.FeatureBlock("point_moments", components=[1, 2]), gain=3)
+    >>> task = rs.Priorities([centre, rs.PBVS()])
+    >>> run = rs.simulate(scenario.scene, task, scenario.start, duration=20)
+    >>> rs.Outcome(int(run.outcome)).name
+    'CONVERGED'
     """
 
     tasks: Annotated[
         Any,
         PRIORITY_LEVELS,
-        "At least two servo tasks with the joint law, the most important first.",
+        "Two or more servo tasks with the joint law, the most important first.",
     ]
     rcond: Annotated[
-        float, RCOND_SPEC, "Share of the largest singular value below which one counts as zero."
+        float, RCOND_SPEC, "Relative size below which a singular value of a task counts as zero."
     ] = 1e-6
 
     def __post_init__(self) -> None:
@@ -58,7 +81,7 @@ class Priorities(TaskListFields, RedundancyFields):
             _check_priority_level(task)
 
     def columns(self, scene: Scene) -> VelocityIndices:
-        """Return the velocities that any of the tasks commands."""
+        """Return the indices of the velocities that any of the tasks commands."""
         return self.chosen(scene, super().columns(scene))
 
     def bind(self, scene: Scene, columns: VelocityIndices | None = None) -> TaskController:
@@ -71,7 +94,7 @@ class Priorities(TaskListFields, RedundancyFields):
 
 
 def _check_priority_level(task: Any) -> None:
-    """Raise InputError for a task whose law is not "joint", or with what the whole command has."""
+    """Raise InputError for a task without the joint law, or with a field of the whole command."""
     servo = isinstance(task, ServoTask) and type(task).bound_law is ServoTask.bound_law
     if not servo or type(task.law) is not JointLaw:
         raise InputError(
@@ -85,24 +108,24 @@ def _check_priority_level(task: Any) -> None:
         )
     if task.inverse != PseudoInverse():
         raise InputError(
-            "inverse: priorities invert what each task has left by rcond of Priorities(...), not "
-            "by an inverse of the task: leave it out"
+            "inverse: Priorities(...) inverts the task Jacobians with its own rcond: leave the "
+            "inverse of the task out"
         )
 
 
 @dataclass(frozen=True, eq=False)
 class PriorityController(CompositeController):
-    """The controller of tasks in strict order."""
+    """Controller of tasks in strict order."""
 
     parts: tuple[ServoController, ...]
     shaping: CommandShaper
 
-    def stages(self, given: ControllerInputs) -> ControllerOutputs:
-        """Add the stages in which each task moves within what those before leave free."""
-        made = [ServoStages(part, given.inside(str(i))) for i, part in enumerate(self.parts)]
-        for one in made:
+    def stages(self, inputs: ControllerInputs) -> ControllerOutputs:
+        """Add the stages of all tasks, each within the free motions of the tasks before it."""
+        levels = [ServoStages(part, inputs.inside(str(i))) for i, part in enumerate(self.parts)]
+        for one in levels:
             one.assess()
-        qd, _ = add_priorities(given.program, [(one.A, one.rate()) for one in made], self.rcond)
-        found = self._together(given, [one.commanded(qd) for one in made], qd)
-        task = found.error, made[0].of.first, found.task_jacobian
-        return replace(found, qd=self.shaping.stages(given, qd, *task))
+        qd, _ = add_priorities(inputs.program, [(one.A, one.rate()) for one in levels], self.rcond)
+        outputs = self._merge_outputs(inputs, [one.commanded(qd) for one in levels], qd)
+        task = outputs.error, levels[0].feature_rows.first_jacobian, outputs.task_jacobian
+        return replace(outputs, qd=self.shaping.stages(inputs, qd, *task))

@@ -1,4 +1,4 @@
-"""A task that switches from one scheme to another on a condition."""
+"""A task that switches between two schemes on a condition."""
 
 from __future__ import annotations
 
@@ -40,21 +40,40 @@ from robsim.world.scene import Scene
 @register("task", "switch")
 @dataclass(frozen=True, eq=False)
 class Switch(CompositeTask):
-    """Use the first scheme, and from a condition on the second: PBVS far away, IBVS near.
+    """Switch from one scheme to a second scheme once a condition holds.
 
-    Without `latch` it is asked anew at every instant (a switched system as in Gans and Hutchinson
-    2007).
+    A typical pair is `PBVS` far from the goal, for a straight path, and `IBVS` near it, for its
+    accuracy; or `PBVS` until a mark comes near the border of the image. The command jumps at the
+    switch; `Safety(acceleration=...)` bounds the jump.
 
-    A run has converged when the errors of both are small: their goals must be one. The time of a
-    trajectory that one of them follows is that of the run, whenever its turn comes.
+    With `latch` a run switches once. Without `latch` the condition is evaluated at every instant,
+    and the run may switch back (a switched system, as in Gans and Hutchinson 2007); chattering is
+    possible then.
 
-    A mark of either scheme that leaves its image ends a run, and so does an error of either that is
-    not finite.
+    Raises
+    ------
+    InputError
+        By `simulate`, if a condition of a user returns anything but truth values (B,).
 
-    >>> from robsim import IBVS, PBVS
-    >>> from robsim.tasks import ErrorBelow
-    >>> Switch(PBVS(), IBVS(), ErrorBelow(0.1)).latch
-    True
+    Notes
+    -----
+    A run has converged if the errors of both schemes are small, so the two schemes need a common
+    goal. A trajectory in either scheme runs on the clock of the run, whichever scheme is active. A
+    run ends if a mark of either scheme leaves its image, or if an error of either scheme is not
+    finite.
+
+    Examples
+    --------
+    PBVS loses the target; a switch near the border of the image keeps it:
+
+    >>> import robsim as rs
+    >>> scenario = rs.load_scenario(rs.examples.path("pbvs_loses_target"))
+    >>> pbvs, ibvs = rs.PBVS(scenario.task.goal), rs.IBVS(scenario.task.goal)
+    >>> for task in pbvs, rs.Switch(pbvs, ibvs, when=rs.tasks.NearBorder(60, (640, 480))):
+    ...     run = rs.simulate(scenario.scene, task, scenario.start, duration=20)
+    ...     print(rs.Outcome(int(run.outcome)).name)
+    OUT_OF_IMAGE
+    CONVERGED
     """
 
     first: Annotated[Any, TaskChoice(TASKS, protocol=Task), "Scheme at the start."]
@@ -63,21 +82,21 @@ class Switch(CompositeTask):
         Any, CONDITION, "Condition of the switch: a kind, or an object with holds(first, second)."
     ]
     latch: Annotated[
-        bool, Flag(), "Whether a run stays with the second scheme once it has switched."
+        bool, Flag(), "Whether a run keeps the second scheme after the first switch."
     ] = True
 
     @property
     def placed(self) -> dict[TaskPath, Any]:
-        """The tasks of which it is made, by their places."""
+        """Tasks of the composition, by their paths."""
         return {("first",): self.first, ("second",): self.second}
 
     def with_inner(self, tasks: Sequence[Any]) -> Self:
-        """Return a copy with other tasks in their places."""
+        """Return a copy with other tasks in the same order."""
         first, second = tasks
         return replace(self, first=first, second=second)
 
     def bind(self, scene: Scene, columns: VelocityIndices | None = None) -> TaskController:
-        """Return the controller of both schemes in a scene, each with its own joints."""
+        """Return the controller of both schemes in a scene; each scheme commands its own joints."""
         mine = self.columns(scene)
         parts = self.bound(scene, self.each_columns(scene))
         return SwitchController(
@@ -91,34 +110,34 @@ class Switch(CompositeTask):
 
 @dataclass(frozen=True, eq=False)
 class SwitchController(SeparateJointsController):
-    """The controller of two schemes, one after the other."""
+    """Controller of two schemes, one of them active at a time."""
 
     when: Condition
     latch: bool
 
-    def stages(self, given: ControllerInputs) -> ControllerOutputs:
-        """Add the stages of both schemes; the joints of the one that waits stand still."""
-        each, program = self._parts(given), given.program
-        holds = self._condition(given, each)
+    def stages(self, inputs: ControllerInputs) -> ControllerOutputs:
+        """Add the stages of both schemes; joints of the inactive scheme stand still."""
+        each, program = self._add_parts(inputs), inputs.program
+        holds = self._add_condition(inputs, each)
         second = program.result(kernels.latch_switch, "second", stays=self.latch, holds=holds)
         qd = program.result(control_law.clear_rows, "rows", self.columns.size)
         for i, (part, one) in enumerate(zip(self.parts, each, strict=True)):
-            to = [qd[column] for column in self._own(part)]
+            to = [qd[column] for column in self._find_positions(part)]
             program.add(control_law.add_switched_velocity, qd=one.qd, second=second, which=i, to=to)
         status = _select_status(program, each, second)
-        return replace(self._together(given, each, qd), status=status)
+        return replace(self._merge_outputs(inputs, each, qd), status=status)
 
-    def _condition(self, given: ControllerInputs, each: list[ControllerOutputs]) -> BlockRows:
-        """Return the row of the condition, which may be a user's."""
-        program, when = given.program, as_compiled_condition(self.when)
-        images = [[given.views[sight.key].pixels for sight in part.sights] for part in self.parts]
+    def _add_condition(self, inputs: ControllerInputs, each: list[ControllerOutputs]) -> BlockRows:
+        """Return the row of the condition; a user's condition is evaluated in Python."""
+        program, when = inputs.program, as_compiled_condition(self.when)
+        images = [[inputs.views[sight.key].pixels for sight in part.sights] for part in self.parts]
         parts = list(zip(each, images, strict=True))
         if when is not None:
             return when.stages(program, *(SchemeRows(one.error, some) for one, some in parts))
 
         def ask(blocks: Blocks, step: int) -> Array:
-            seen = [_read_scheme_state(blocks, *part) for part in parts]
-            return _evaluate_condition(self.when, seen, blocks.runs).astype(float)
+            states = [_read_scheme_state(blocks, *part) for part in parts]
+            return _evaluate_condition(self.when, states, blocks.runs).astype(float)
 
         return program.asked(ask)
 
@@ -126,10 +145,10 @@ class SwitchController(SeparateJointsController):
 def _select_status(
     program: Program, each: Sequence[ControllerOutputs], second: BlockRows
 ) -> BlockRows | None:
-    """Return the row of the status of the scheme whose turn it is, or None where none has one."""
+    """Return the row of the status of the active scheme, or None if neither scheme has a status."""
     if all(one.status is None for one in each):
         return None
-    (found,) = program.result(control_law.clear_rows, "rows", 1)
+    (status,) = program.result(control_law.clear_rows, "rows", 1)
     for i, one in enumerate(each):
         if one.status is not None:
             program.add(
@@ -137,26 +156,26 @@ def _select_status(
                 qd=one.status.flat,
                 second=second,
                 which=i,
-                to=[found],
+                to=[status],
             )
-    return found
+    return status
 
 
 def _read_scheme_state(
     blocks: Blocks, one: ControllerOutputs, images: Sequence[BlockRows]
 ) -> SchemeState:
-    """Return what a condition of a user's is shown of one scheme."""
+    """Return the state of one scheme for a user's condition."""
     get = blocks.get
     pixels = np.concatenate([np.empty((0, 2, blocks.runs)), *map(get, images)])
-    seen = get(one.s), get(one.error), get(one.qd), pixels
-    return SchemeState(*map(make_read_only, seen))
+    arrays = get(one.s), get(one.error), get(one.qd), pixels
+    return SchemeState(*map(make_read_only, arrays))
 
 
 def _evaluate_condition(
-    when: Condition, seen: Sequence[SchemeState], runs: int
+    when: Condition, states: Sequence[SchemeState], runs: int
 ) -> NDArray[np.bool_]:
-    """Return truth values (B,) from a condition, which may be a user's."""
-    value = when.holds(*seen)
+    """Return truth values (B,) from a condition; raise InputError for any other value."""
+    value = when.holds(*states)
     try:
         holds: NDArray[Any] = np.asarray(value)
     except ValueError:  # rows of unequal lengths

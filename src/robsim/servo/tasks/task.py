@@ -1,4 +1,4 @@
-"""The fields of every servo task, and how it is bound to a scene."""
+"""The protocol of tasks, and the fields and binding of every servo task."""
 
 from __future__ import annotations
 
@@ -47,45 +47,91 @@ from robsim.world.scene import Scene
 
 @runtime_checkable
 class Task(Protocol):
-    """The interface of a task: what can be simulated in a scene."""
+    """Protocol of a task: an object that can be simulated in a scene."""
 
     def columns(self, scene: Scene) -> VelocityIndices:
-        """Return the velocities that the task commands."""
+        """Return the indices of the velocities that the task commands."""
 
     def bind(self, scene: Scene, columns: VelocityIndices | None = None) -> TaskController:
-        """Return the controller of the task; InputError or GoalError if it makes no sense there.
+        """Return the controller of the task in a scene.
 
-        `columns` are the velocities that are commanded where several tasks share them.
+        `columns` are the commanded velocities if several tasks share them. Raises InputError or
+        GoalError if the task is impossible in the scene.
         """
 
 
 @described
 @dataclass(frozen=True, eq=False)
 class ServoTask(CommandFields):
-    """Drive e = s - s_goal to zero: the base of IBVS, PBVS and other servo tasks.
+    """Base of the servo tasks: drive a feature error e = s - s_goal to zero.
 
-    It has the fields that act on every one of them; `robsim.servo.tasks.task_fields` has the others. A
-    task of your own gives `features`, and as far as it wants the other properties.
+    The features s depend on the pose of a camera relative to its target, and so on the joints,
+
+        sdot = L (J_c - J_o) qdot = L J qdot,
+
+    with the interaction matrix L (k, 6) of the features and the Jacobians of camera and target at
+    the origin of the camera, in camera axes. A camera on the hand has J_o = 0, a fixed camera has
+    J_c = 0, a camera on another robot has both. The law chooses qdot so that e decays
+    exponentially at the rate `gain`, as far as the joints allow (chapter, eqs. 5 to 8; Chaumette
+    and Hutchinson 2006).
+
+    `IBVS`, `PBVS`, `Hybrid`, `Partitioned`, `Placing` and `Docking` are servo tasks. A task of
+    your own derives from this class and defines `features`, and optionally `law`, `gain` and
+    `bound_law`. The optional fields (features,
+    depth, law and weighting) are in `robsim.servo.tasks.task_fields`.
+
+    `goal` is shown (at a configuration), computed (from a pose), or given as numbers. A shown goal
+    is reached exactly even with a wrong calibration, since the run and the goal are measured alike.
+    `belief` is the scene as the controller models it: the difference from the true scene is the
+    modelling error.
+
+    Raises
+    ------
+    InputError
+        If fields contradict one another; by `bind`, if the scene lacks a name or a joint.
+    GoalError
+        By `bind`, if a mark of the goal is outside the image, or if s or L is not finite there.
+
+    Warns
+    -----
+    RankWarning
+        By `bind`, if the features leave motions of the commanded joints free.
+
+    Examples
+    --------
+    >>> import robsim as rs
+    >>> class Centre(rs.tasks.ServoTask):
+    ...     features = rs.features.FeatureBlock("point_moments", components=[1, 2])
+    ...     gain = 2.0
+    >>> scenario = rs.load_scenario(rs.examples.path("watching_head"))
+    >>> task = Centre(scenario.task.goal, tolerance=0.01)
+    >>> run = rs.simulate(scenario.scene, task, scenario.start, duration=5)
+    >>> rs.Outcome(int(run.outcome)).name
+    'CONVERGED'
     """
 
     group: ClassVar[str] = "goal"
     goal: Annotated[
-        Any, GoalSpec(), "Goal: the q at which it is shown (None: home), GoalPose or GoalFeatures."
+        Any,
+        GoalSpec(),
+        "Goal: a configuration q at which it is shown (None: home), GoalPose or GoalFeatures.",
     ] = None
     camera: Annotated[
-        Any, CAMERAS, "Name of the camera, or of the two of a stereo pair; None: the only one."
+        Any, CAMERAS, "Name of the camera, or names of a stereo pair; None: the only camera."
     ] = None
     target: Annotated[
-        str | None, TARGET, "Name of the object with the marks; None: the only one."
+        str | None, TARGET, "Name of the object with the marks; None: the only object."
     ] = None
     _: KW_ONLY
     tolerance: Annotated[
-        float | None, Number(above=0), "Largest max|e| at convergence; None: the features' own."
+        float | None,
+        Number(above=0),
+        "Largest max|e| at convergence; None: the tolerance of each feature.",
     ] = None
     belief: Annotated[
-        Scene | None, BeliefSpec(), "Scene as the controller believes it; None: the true one."
+        Scene | None, BeliefSpec(), "Scene as the controller models it; None: the true scene."
     ] = None
-    # of a task without such fields
+    # defaults of tasks without these fields
     interaction = cast(Any, "current")
     inverse = cast(Any, PseudoInverse())
     feed_forward = cast(Any, None)
@@ -99,35 +145,35 @@ class ServoTask(CommandFields):
 
     @property
     def features(self) -> Any:
-        """The features that are regulated: one, or several, which are stacked."""
+        """Regulated features: one feature, or several features that are stacked."""
         raise NotImplementedError(f"{type(self).__name__} needs features")
 
     @property
     def law(self) -> Any:
-        """The law from e to joint velocities."""
+        """Law that maps the error e to joint velocities."""
         return JointLaw()
 
     @property
     def gain(self) -> Any:
-        """The rate at which e falls."""
+        """Decay rate of e, in 1/s."""
         return 1.0
 
     @property
     def depths(self) -> DepthModel:
-        """The depth of the marks that the features and L are made with."""
+        """Depth of the marks in the features and in L."""
         return DepthModel(self.depth, self.depth_scale)
 
     @property
     def needs_depth(self) -> bool:
-        """Whether the depth of the marks enters a feature or its interaction matrix."""
+        """Whether a feature or its interaction matrix depends on the depth of the marks."""
         return any(getattr(block.feature, "uses_depth", True) for block in self.blocks)
 
     @classmethod
     def text_check(cls, raw: Any, c: Context) -> None:
-        """Report a camera or target that a text must name."""
+        """Report a camera or a target that a text must name."""
         own, scene = c.facts["own"], c.facts.get("scene")
-        given = own.get("features")
-        blocks = make_feature_blocks(given) if given else [None]
+        features = own.get("features")
+        blocks = make_feature_blocks(features) if features else [None]
         for key, find in (("camera", "camera"), ("target", "object")):
             unnamed = any(getattr(block, key, None) is None for block in blocks)
             if scene is not None and unnamed and own.get(key) is None and key not in raw:
@@ -136,37 +182,60 @@ class ServoTask(CommandFields):
 
     @cached_property
     def blocks(self) -> tuple[FeatureBlock, ...]:
-        """The feature blocks of the task."""
+        """Feature blocks of the task."""
         return make_feature_blocks(self.features)
 
     def columns(self, scene: Scene) -> VelocityIndices:
-        """Return the velocities that move a camera of the task relative to its target."""
-        found = [s.columns for each in self.sights(scene) for s in each]
-        return self.chosen(scene, make_read_only(np.unique(np.concatenate(found))))
+        """Return the velocity indices that move a camera of the task relative to its target."""
+        columns = [s.columns for each in self.sights(scene) for s in each]
+        return self.chosen(scene, make_read_only(np.unique(np.concatenate(columns))))
 
     def bind(self, scene: Scene, columns: VelocityIndices | None = None) -> ServoController:
-        """Return the controller of the task in a scene, with every name and the goal checked.
+        """Return the controller of the task in a scene, after checks of names, goal and fields.
 
-        RankWarning: the features do not fix every motion that the joints can make.
+        Parameters
+        ----------
+        scene : Scene
+            True scene.
+        columns : ndarray of int, optional
+            Indices of the commanded velocities, if several tasks share them. Default:
+            `columns(scene)`.
+
+        Returns
+        -------
+        ServoController
+            The controller.
+
+        Raises
+        ------
+        InputError
+            If the scene lacks a name or a joint, or if a field does not fit the scene.
+        GoalError
+            If the goal is outside the image, or if s or L is not finite there.
+
+        Warns
+        -----
+        RankWarning
+            If the features leave motions of the joints free, and `secondary` does not use them.
         """
         if columns is not None:
-            return self._controller(scene, columns)
-        controller = self._own_controller(scene)
+            return self._build_controller(scene, columns)
+        controller = self._cached_controller(scene)
         if self.secondary is None:
             warn_of_rank(controller)
             self.warn_of_wheels(controller)
         return controller
 
-    def _own_controller(self, scene: Scene) -> ServoController:
-        """Return the controller in a scene; the last one again where nothing in it can change."""
-        last = vars(self).get("_last")
+    def _cached_controller(self, scene: Scene) -> ServoController:
+        """Return the controller in a scene, or the last controller if nothing in it can change."""
+        last = vars(self).get("_last_controller")
         if last is None or last.scene is not scene:
-            last = self._controller(scene, self.columns(scene))
+            last = self._build_controller(scene, self.columns(scene))
             if scene.tree.compiled and self.holds_still:
-                vars(self)["_last"] = last
+                vars(self)["_last_controller"] = last
         return last
 
-    def _controller(self, scene: Scene, columns: VelocityIndices) -> ServoController:
+    def _build_controller(self, scene: Scene, columns: VelocityIndices) -> ServoController:
         """Return the controller of these velocities in a scene."""
         sights = self.sights(scene)
         regulated, truths = self.regulated(sights, columns), deduplicate_targets(sights)
@@ -200,21 +269,21 @@ class ServoTask(CommandFields):
         )
 
     def sights(self, scene: Scene) -> BlockTargets:
-        """Return the true sights of each feature block; those of the last scene are kept."""
-        last: BlockTargets | None = vars(self).get("_sights")
+        """Return the true camera-target pairs of each feature block, cached for the last scene."""
+        last: BlockTargets | None = vars(self).get("_last_sights")
         if last is None or last[0][0].scene is not scene:
             last = find_camera_targets(self, scene)
-            vars(self)["_sights"] = last
+            vars(self)["_last_sights"] = last
         return last
 
     def regulated(self, sights: BlockTargets, columns: VelocityIndices) -> BoundFeatures:
-        """Return what the task regulates with its true sights; InputError if it cannot."""
+        """Return the bound features of the task; raise InputError if they are impossible."""
         return bind_features(self, sights, columns)
 
     def warn_of_wheels(self, controller: ServoController) -> None:
-        """Warn with RankWarning if a unicycle alone is asked for more than it can do."""
+        """Issue a RankWarning if a unicycle alone has more features than velocities."""
         warn_of_wheels(controller)
 
     def bound_law(self, regulated: BoundFeatures) -> Any:
-        """Return the law, which in some tasks depends on the scene."""
+        """Return the law, which depends on the scene in some tasks."""
         return self.law

@@ -1,4 +1,4 @@
-"""Checks that a task is sound in a scene: contradictions are errors, weaknesses are warnings."""
+"""Checks of a task in a scene: contradictions are errors, weaknesses are warnings."""
 
 from __future__ import annotations
 
@@ -31,20 +31,21 @@ def check_servo_fields(task: Any) -> None:
 
 
 def _check_law_fields(task: Any) -> None:
+    """Raise InputError for contradictions of law, inverse, interaction and feed-forward."""
     name, learnt = type(task.law).__name__, isinstance(task.interaction, Broyden)
     if task.feed_forward is not None and isinstance(task.inverse, JacobianTranspose):
         raise InputError(
-            "the transpose gives a direction, not the motion that cancels what the target does: "
+            "the transpose gives a direction, not the motion that cancels the target motion: "
             "use inverse='pseudo_inverse' or 'damped' with feed_forward"
         )
     if learnt and getattr(task.law, "in_camera", False):
         raise InputError(
-            f"Broyden's rule learns how the joints move the features, and {name} asks how "
-            "the camera does: use law='joint'"
+            f"Broyden's rule estimates how the joints move the features, and {name} needs the "
+            "motion of the camera: use law='joint'"
         )
     if learnt and isinstance(task.feed_forward, EstimatedMotion):
         raise InputError(
-            "Broyden's rule and feed_forward='estimated' both explain what the model does not: "
+            "Broyden's rule and feed_forward='estimated' both explain the error of the model: "
             "use one of them"
         )
     constant = isinstance(task.interaction, np.ndarray)
@@ -53,20 +54,22 @@ def _check_law_fields(task: Any) -> None:
 
 
 def _check_depth_fields(task: Any) -> None:
+    """Raise InputError for features and depths that do not fit together."""
     features, depths = [block.feature for block in task.blocks], task.depths
     made_of_it = [each for each in features if getattr(each, "measures_depth", False)]
     if made_of_it and not depths.measured:
         with prefix_path("features"):
             raise InputError(
-                f"{type(made_of_it[0]).__name__} is made of the depth of the marks, and depth="
-                f"{depths.which!r} gives none: use depth='true' or a DepthFilter"
+                f"{type(made_of_it[0]).__name__} measures the depth of the marks, and depth="
+                f"{depths.which!r} does not: use depth='true' or a DepthFilter"
             )
     if not task.needs_depth and depths != DepthModel():
         names = ", ".join(type(each).__name__ for each in features)
-        raise InputError(f"no depth enters {names}: leave depth and depth_scale out")
+        raise InputError(f"{names} use no depth: leave depth and depth_scale out")
 
 
 def _check_goal_fields(task: Any) -> None:
+    """Raise InputError or GoalError for fields that need an image of the goal, if it is numbers."""
     if not isinstance(task.goal, GoalFeatures):
         return
     by_name = isinstance(task.interaction, str)
@@ -80,15 +83,16 @@ def _check_goal_fields(task: Any) -> None:
     for each in task.weighting:
         if getattr(each, "by_goal", False):
             raise InputError(
-                f"weighting: {type(each).__name__} goes by the image of the marks at the goal, and "
+                f"weighting: {type(each).__name__} needs the image of the marks at the goal, and "
                 "a goal of numbers has none: use a q or a GoalPose"
             )
 
 
 def _check_weighting_fields(task: Any) -> None:
+    """Raise InputError for weightings that contradict feed-forward, depth or interaction."""
     if task.weighting and isinstance(task.feed_forward, EstimatedMotion):
         raise InputError(
-            "weighting: what is estimated of a target's motion would be that of the weights, too: "
+            "weighting: changes of the weights would enter the estimate of the target motion: "
             "use feed_forward='known'"
         )
     follows = task.depths.filtered or isinstance(task.interaction, Broyden)
@@ -101,7 +105,7 @@ def _check_weighting_fields(task: Any) -> None:
 
 
 def check_bound_law(law: Any, interaction: Any, regulated: BoundFeatures) -> None:
-    """Raise InputError for a law and an interaction matrix that do not fit this scene."""
+    """Raise InputError for a law and an interaction matrix that do not fit the scene."""
     if getattr(law, "in_camera", False) and not regulated.as_one:
         raise InputError(
             f"{type(law).__name__} commands the twist of one camera, and the cameras of this task "
@@ -114,6 +118,7 @@ def check_bound_law(law: Any, interaction: Any, regulated: BoundFeatures) -> Non
 
 
 def _check_broyden_shape(rule: Broyden, regulated: BoundFeatures) -> None:
+    """Raise InputError unless the first estimate of a Broyden rule has the shape (k, n)."""
     k, n = regulated.k, regulated.columns.size
     if rule.start is not None and rule.start.shape != (k, n):
         raise InputError(
@@ -123,6 +128,7 @@ def _check_broyden_shape(rule: Broyden, regulated: BoundFeatures) -> None:
 
 
 def _check_constant_interaction(L: Array, regulated: BoundFeatures) -> None:
+    """Raise InputError unless a constant interaction matrix has the shape (k, 6)."""
     if not regulated.as_one:
         raise InputError(
             "a constant interaction matrix is for cameras that move as one; these do not"
@@ -135,7 +141,7 @@ def _check_constant_interaction(L: Array, regulated: BoundFeatures) -> None:
 
 
 def check_goal_interaction(goal: Goal, regulated: BoundFeatures) -> None:
-    """Raise GoalError if L at a goal that has an image is not finite."""
+    """Raise GoalError if L is not finite at a goal that has an image."""
     if not isinstance(goal, GoalFeatures) and not np.isfinite(regulated.at_goal.L).all():
         raise GoalError(f"{regulated.names}: L at the goal is not finite{regulated.reasons}")
 
@@ -143,28 +149,28 @@ def check_goal_interaction(goal: Goal, regulated: BoundFeatures) -> None:
 def check_feature_tolerance(tolerances: Array, regulated: BoundFeatures) -> None:
     """Raise InputError if any two images are within the tolerance (k,) of a feature.
 
-    Of marks as points of an image with borders that is known: no error is larger than the image.
+    This concerns image points with a known image size: no error exceeds the size of the image.
     """
     first = 0
     for part in regulated.parts:
-        given, first = tolerances[first : first + part.size], first + part.size
+        own, first = tolerances[first : first + part.size], first + part.size
         widest = _measure_image_width(part.feature, part.sights[0].eye.camera)
-        if len(given) and given.min() >= widest:
+        if len(own) and own.min() >= widest:
             unit = part.feature.unit
             raise InputError(
-                f"a tolerance of {given.min():g} {unit} for {part.name}, and no two points of the "
-                f"image are more than {widest:g} {unit} apart: every start would have arrived"
+                f"a tolerance of {own.min():g} {unit} for {part.name}, and no two points of the "
+                f"image are more than {widest:g} {unit} apart: every start would have converged"
             )
 
 
 def _measure_image_width(feature: Any, camera: Camera) -> float:
-    """Return how far two marks may be apart, along an axis of the image; infinity if unknown."""
-    several = camera.K.ndim > 2 or np.ndim(camera.distortion) > 1  # numbers of all runs
+    """Return the largest distance of two points along an axis of the image; infinity if unknown."""
+    several = camera.K.ndim > 2 or np.ndim(camera.distortion) > 1  # one camera for each run
     if camera.size is None or type(feature) not in (Points, PixelPoints) or several:
         return np.inf
     corners = np.array(np.meshgrid(*camera.border)).reshape(2, -1).T
-    seen = corners if isinstance(feature, PixelPoints) else camera.normalise(corners)
-    sides = np.ptp(seen, axis=0)
+    points = corners if isinstance(feature, PixelPoints) else camera.normalise(corners)
+    sides = np.ptp(points, axis=0)
     return float(sides.max()) if np.isfinite(sides).all() else np.inf
 
 
@@ -172,24 +178,24 @@ def count_fixed_motions(controller: ServoController) -> tuple[int, int]:
     """Return how many motions the features fix at the goal, and how many the joints can make."""
     regulated = controller.regulated
     full = min(6 * regulated.motions, controller.columns.size)
-    found = int(np.min(controller.full_rank))
+    fixed = int(np.min(controller.full_rank))
     if regulated.q_goal is None and regulated.given is None and regulated.as_one:
         # there is no Jacobian at the goal
-        found = min(found, int(compute_rank(regulated.at_goal.L, CAMERA_TWIST)[0]))
-    return found, full
+        fixed = min(fixed, int(compute_rank(regulated.at_goal.L, CAMERA_TWIST)[0]))
+    return fixed, full
 
 
 def warn_of_rank(controller: ServoController) -> None:
-    """Warn with RankWarning if the features leave motions free that the joints can make."""
-    first, (found, full) = controller.sights[0], count_fixed_motions(controller)
-    if found < full:
+    """Issue a RankWarning if the features leave motions of the joints free."""
+    first, (fixed, full) = controller.sights[0], count_fixed_motions(controller)
+    if fixed < full:
         marks = np.unique(np.atleast_3d(first.target.marks)[..., 0], axis=0)
         cause = "its marks lie on one line; " if is_collinear(marks) else ""
         advice = "more features, or command fewer joints"
         if cause or len(marks) < 3:
             advice = "at least three marks that are not on one line"
         warnings.warn(
-            f"the features of '{first.target.name}' fix only {found} of the {full} "
+            f"the features of '{first.target.name}' fix only {fixed} of the {full} "
             f"motions of camera '{first.eye.name}' at the goal: {cause}"
             f"use {advice}",
             RankWarning,
@@ -198,7 +204,7 @@ def warn_of_rank(controller: ServoController) -> None:
 
 
 def warn_of_wheels(controller: ServoController) -> None:
-    """Warn with RankWarning if wheels alone are to regulate more features than velocities."""
+    """Issue a RankWarning if wheels alone have more features than velocities."""
     columns = controller.columns
     kinds = controller.scene.tree.kinds(columns)
     if all(kind.wheeled for kind in kinds) and controller.k > columns.size:
@@ -213,6 +219,6 @@ def warn_of_wheels(controller: ServoController) -> None:
 
 
 def is_collinear(marks: Any) -> bool:
-    """Return whether marks (N, 3) lie on one line, or those (N, 3, B) of any run."""
+    """Return whether marks (N, 3) lie on one line, or marks (N, 3, B) in any run."""
     each = np.moveaxis(marks, (0, 1), (-2, -1))
     return bool((np.linalg.matrix_rank(each - each[..., :1, :], tol=1e-9) < 2).any())

@@ -1,4 +1,4 @@
-"""The fields that some servo tasks have, in groups: each acts in every task that has it."""
+"""Optional fields of servo tasks, in groups that act alike in every task."""
 
 from __future__ import annotations
 
@@ -23,62 +23,63 @@ TaskGain = Annotated[
 
 @dataclass(frozen=True, eq=False)
 class FeatureFields(ServoTask):
-    """The features of a task that lets them be chosen."""
+    """Features of a task with a free choice of features."""
 
     group: ClassVar[str] = "features"
     features: Annotated[
-        Any, FEATURES_SPEC, "Feature that is regulated, or several, which are stacked."
+        Any, FEATURES_SPEC, "Regulated feature, or several features that are stacked."
     ] = "points"
 
 
 @dataclass(frozen=True, eq=False)
 class DepthFields(ServoTask):
-    """The depth of a task whose features, or their interaction matrix, are made with it."""
+    """Depth of a task with features or interaction matrices that depend on depth."""
 
     group: ClassVar[str] = "depth"
     _: KW_ONLY
     depth: Annotated[
-        Depth, DEPTH, "Depth Z of the marks in L: true, at the goal, constant, or filtered."
+        Depth,
+        DEPTH,
+        "Depth Z of the marks in L: true, at the goal, constant in metres, or filtered.",
     ] = "true"
     depth_scale: Annotated[
         Any,
         DEPTH_SCALE,
         PerRun((), ("N",), rows=True),
-        "Factor of the depths in L, which makes them wrong on purpose.",
+        "Factor of the depths in L, to study errors of the depth.",
     ] = 1.0
 
 
 @dataclass(frozen=True, eq=False)
 class LawFields(ServoTask):
-    """The law of a task that lets it be chosen, and what goes into it."""
+    """Law of a task with a free choice of law, and the matrices in it."""
 
     group: ClassVar[str] = "law"
     _: KW_ONLY
     interaction: Annotated[
         Any,
         INTERACTION,
-        "Interaction matrix L: now, at the goal, the mean of both, a constant (k, 6), or learnt.",
+        "Interaction matrix L: current, at the goal, the mean of both, a constant (k, 6), or "
+        "estimated on line.",
     ] = "current"
     law: Annotated[
-        Any, LAW, "Law from e to joint velocities: a kind, or an object with command(state)."
+        Any, LAW, "Law from the error to joint velocities: a kind, or an object with command."
     ] = "joint"
     gain: TaskGain = 1.0
     inverse: Annotated[Any, INVERSE, "Inverse of L or L J in the law."] = "pseudo_inverse"
     feed_forward: Annotated[
         Any,
         FEED_FORWARD,
-        "Compensation of target motion: known from the scene, or estimated; None: none.",
+        "Compensation of the target motion: known from the scene, or estimated; None: none.",
     ] = None
 
 
 @dataclass(frozen=True, eq=False)
 class WeightingFields(ServoTask):
-    """The weightings of a task whose marks can count less."""
+    """Weightings of a task with marks that can count less than others."""
 
     group: ClassVar[str] = "weighting"
     _: KW_ONLY
     weighting: Annotated[
-        Any,
-        WEIGHTING_LIST,
-        "What makes a mark count less than others; the weights of several multiply.",
+        Any, WEIGHTING_LIST, "Weightings of the marks; the weights of several weightings multiply."
     ] = ()

@@ -21,14 +21,14 @@ from robsim.trajectory import Blends, Path, Quintic, Straight, Trapezoid
 from robsim.trajectory.time_law import QUINTIC_RAMP
 from robsim.world.scene import Scene
 
-TABLE_TYPES = (Blends, Path, Quintic, Straight, Trapezoid)  # which are looked up in a table
-MAX_TABLE_PERIODS = 100_000  # periods of a table
+TABLE_TYPES = (Blends, Path, Quintic, Straight, Trapezoid)  # sampled once into a table
+MAX_TABLE_PERIODS = 100_000  # largest number of periods in a table
 
 
 class ReferenceRows(NamedTuple):
-    """The rows of a trajectory: where it is now, then where it is a period later; how long it is.
+    """Rows of a trajectory: its points now and one period later, and its duration.
 
-    Each place is n numbers: coordinates, or the twelve of a pose.
+    A point has n numbers: coordinates, or the twelve numbers of a pose.
     """
 
     here: BlockRows  # (2, n)
@@ -37,25 +37,25 @@ class ReferenceRows(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class TrajectoryFollower(TaskController):
-    """The controller of a task that follows a trajectory."""
+    """Controller of a task that follows a trajectory."""
 
-    task: Any  # whose gain is per second; None for all of it in one period
+    task: Any  # its gain is in 1/s, or None to correct a deviation within one period
 
-    def gain_row(self, given: ControllerInputs) -> BlockRows:
-        """Return the row of the gain, which is infinite for all of a distance in one period."""
+    def gain_row(self, inputs: ControllerInputs) -> BlockRows:
+        """Return the row of the gain; it is infinite to correct a deviation within one period."""
         gain = self.task.gain
-        return given.program.constant(math.inf if gain is None else gain)
+        return inputs.program.constant(math.inf if gain is None else gain)
 
-    def busy(self, given: ControllerInputs, way: ReferenceRows) -> BlockRows:
-        """Add the stage of whether the trajectory is not over, and return its row."""
-        times = {"seconds": way.seconds, "duration": given.dt}
-        return given.program.result(axis_trajectory.flag_running_trajectory, "out", **times)
+    def busy(self, inputs: ControllerInputs, reference: ReferenceRows) -> BlockRows:
+        """Add the stage that computes whether the trajectory is still running; return its row."""
+        times = {"seconds": reference.seconds, "duration": inputs.dt}
+        return inputs.program.result(axis_trajectory.flag_running_trajectory, "out", **times)
 
 
 def make_cameraless_fields(
     scene: Scene, frame: str, columns: VelocityIndices, s_goal: Array, task: Any
 ) -> dict[str, Any]:
-    """Return the fields of the controller of a task without a camera, with its goal s (k,)."""
+    """Return the fields of the controller of a task without a camera, with the goal s (k,)."""
     return {
         "scene": scene,
         "frame": frame,
@@ -70,42 +70,42 @@ def make_cameraless_fields(
 
 
 def add_trajectory(
-    given: ControllerInputs, trajectory: Any, n: int, at: Callable[[Any], Array]
+    inputs: ControllerInputs, trajectory: Any, n: int, at: Callable[[Any], Array]
 ) -> ReferenceRows:
-    """Add the stages of a trajectory, which is `at(t)` (..., n) at times t (...), in seconds."""
-    here, duration = given.program.rows(2, n), trajectory.duration
-    if type(trajectory) in TABLE_TYPES and duration < MAX_TABLE_PERIODS * given.seconds:
-        times = np.arange(int(duration / given.seconds) + 3) * given.seconds
+    """Add the stages of a trajectory `at(t)` (..., n) at times t (...) in seconds."""
+    rows, duration = inputs.program.rows(2, n), trajectory.duration
+    if type(trajectory) in TABLE_TYPES and duration < MAX_TABLE_PERIODS * inputs.seconds:
+        times = np.arange(int(duration / inputs.seconds) + 3) * inputs.seconds
         table = np.ascontiguousarray(at(times))
-        given.program.add(
-            axis_trajectory.look_up_trajectory, table=given.program.address(table), here=here
+        inputs.program.add(
+            axis_trajectory.look_up_trajectory, table=inputs.program.address(table), here=rows
         )
     else:
 
         def ask(blocks: Blocks, step: int) -> None:
             for later in range(2):
-                there = np.broadcast_to(at((step + later) * given.seconds), (blocks.runs, n))
-                blocks.put(here[later], there.T)
+                point = np.broadcast_to(at((step + later) * inputs.seconds), (blocks.runs, n))
+                blocks.put(rows[later], point.T)
 
-        given.program.call(ask)
-    return ReferenceRows(here, given.program.constant(duration))
+        inputs.program.call(ask)
+    return ReferenceRows(rows, inputs.program.constant(duration))
 
 
 def add_timing(
-    program: Program, ways: BlockRows, duration: float | None, limits: Array | None
+    program: Program, distances: BlockRows, duration: float | None, limits: Array | None
 ) -> dict[str, BlockRows]:
-    """Return the rows of the seconds of some ways (n,), and of their ramps.
+    """Return the rows of the durations of some distances (n,), and of their ramps.
 
-    The duration is given, or as short as limits (2, n) of speeds and accelerations allow.
+    The duration is given, or the shortest within limits (2, n) of speed and acceleration.
     """
     if limits is None:
-        ramps = program.constant(np.full(ways.size, QUINTIC_RAMP))
+        ramps = program.constant(np.full(distances.size, QUINTIC_RAMP))
         return {"seconds": program.constant(duration), "ramps": ramps}
-    found = {"seconds": program.rows(), "ramps": program.rows(ways.size)}
+    times = {"seconds": program.rows(), "ramps": program.rows(distances.size)}
     program.add(
-        axis_trajectory.plan_shortest_time, ways=ways, limits=program.constant(limits), **found
+        axis_trajectory.plan_shortest_time, ways=distances, limits=program.constant(limits), **times
     )
-    return found
+    return times
 
 
 def check_trajectory(value: Any, what: str) -> None:

@@ -1,1 +1,1 @@
-"""What makes a mark count less than others in a servo task, one file each."""
+"""Weightings, which make a mark count less than others in a servo task; one file each."""

@@ -1,4 +1,4 @@
-"""The weighting by the way to the border of the image, for marks that leave it and come back."""
+"""Weighting by the distance to the border of the image, for marks that leave it and come back."""
 
 from __future__ import annotations
 
@@ -14,18 +14,39 @@ from robsim.servo.weightings.weighting_protocol import MarkRows, MarkWeighting
 @register("weighting", "border")
 @dataclass(frozen=True)
 class Border(MarkWeighting, DeclaredValue):
-    """The weighting by which marks count less and less towards the border of the image.
+    """Weighting by the distance to the border of the image.
 
-    The weight of a mark is 0 outside the image and behind the camera, 1 from `width` pixels inside
-    on, and between them a polynomial with two continuous derivatives. So the command is continuous
-    where marks leave and enter the image (Garcia-Aracil, Malis, Aracil-Santonja and Perez-Vidal
-    2005), as long as those that count in full determine it alone (Mansard, Remazeilles and
-    Chaumette 2009). A run begins without marks that are out of the image, and goes on without
-    them, until L J of those that are left has a lower rank than at the goal, or fewer than `least`
-    are left.
+    The weight of a mark is 0 outside the image and behind the camera, 1 from `width` pixels
+    inside, and between them a polynomial with two continuous derivatives. Use it if marks may
+    leave the image: a run then does not end when a mark is lost, and the command is continuous as
+    marks leave and enter (Garcia-Aracil, Malis, Aracil-Santonja and Perez-Vidal 2005), provided
+    that the marks with full weight determine it alone (Mansard, Remazeilles and Chaumette 2009). A
+    larger `width` makes the transitions gentler, and uses less of the image in full.
 
-    >>> Border(width=40).least
-    1
+    Raises
+    ------
+    InputError
+        By `simulate`, if the size of the image is unknown; if the task has a `DepthFilter` or
+        `Broyden`, which must follow every mark.
+
+    Notes
+    -----
+    A run may start with marks outside the image. It ends if L J of the remaining marks has a lower
+    rank than at the goal, or if fewer than `least` marks remain.
+
+    Examples
+    --------
+    Without a weighting the run ends when the first mark leaves the image:
+
+    >>> from dataclasses import replace
+    >>> import robsim as rs
+    >>> scenario = rs.load_scenario(rs.examples.path("marks_come_and_go"))
+    >>> for weighting in (), (rs.weights.Border(width=40), rs.weights.Fade(time=0.4)):
+    ...     task = replace(scenario.task, weighting=weighting)
+    ...     run = replace(scenario, task=task).run()
+    ...     print(rs.Outcome(int(run.outcome)).name)
+    OUT_OF_IMAGE
+    CONVERGED
     """
 
     excuses: ClassVar[bool] = True
@@ -34,14 +55,14 @@ class Border(MarkWeighting, DeclaredValue):
         float,
         Number(above=0, unit="px"),
         PerRun(()),
-        "Distance from the border from which on a mark counts in full.",
+        "Distance from the border beyond which a mark has full weight.",
     ] = 40.0
     least: Annotated[
-        int, Integer(1, 10_000), "Marks that must be in the image for the run to go on."
+        int, Integer(1, 10_000), "Smallest number of marks in the image; with fewer, the run ends."
     ] = 1
 
     def marks(self, of: MarkRows) -> BlockRows:
-        """Add the stage of the weights of the marks of a sight, and return their rows."""
+        """Add the stage of the weights of the marks of a pair; return their rows."""
         program = of.given.program
         image = {"pixels": of.view.pixels, "camera": of.camera}
         return program.result(

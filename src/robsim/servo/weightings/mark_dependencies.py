@@ -1,4 +1,4 @@
-"""Which marks each number of s is made of, for weightings."""
+"""Dependence of each component of s on the marks, for weightings."""
 
 from __future__ import annotations
 
@@ -15,63 +15,63 @@ from robsim.servo.bound_features import BoundFeatures
 from robsim.servo.camera_target import CameraTarget, PairKey
 from robsim.servo.weightings.weighting_protocol import ComponentGroup
 
-POSE_MARKS = 4  # fewer leave several poses
+POSE_MARKS = 4  # fewer marks leave several poses
 
 
 @dataclass(frozen=True, eq=False)
 class MarkDependencies:
-    """The marks of the numbers of one feature block, and whether a pose is estimated from them."""
+    """Marks that determine the components of one feature block."""
 
     part: BoundBlock
     marks: NDArray[np.bool_]  # (k, cameras, N)
 
     @property
     def posed(self) -> bool:
-        """Whether the numbers are of a pose, which is estimated from the marks that are there."""
+        """Whether the feature depends on a pose, which is estimated from the measured marks."""
         return bool(getattr(self.part.feature, "uses_pose", False))
 
     def of_number(self, i: int) -> list[tuple[PairKey, int]]:
-        """Return the sights and the numbers of the marks that a number is made of."""
+        """Return the marks that determine a component: camera-target pair and index of each."""
         return [(self.part.sights[c].key, int(n)) for c, n in np.argwhere(self.marks[i])]
 
     @property
     def needed(self) -> int:
-        """The number of marks that a pose needs."""
+        """Number of marks that a pose needs."""
         return min(POSE_MARKS, int(self.marks[0].sum()))
 
 
 def find_mark_dependencies(regulated: BoundFeatures) -> list[MarkDependencies]:
-    """Return which marks the numbers of each block are made of, as they are at the goal.
+    """Return the marks that determine the components of each block at the goal.
 
-    InputError: a feature is made of all marks at once, so that none of them may be missing.
+    Raises InputError if a feature depends on all marks at once, so that no mark may be missing.
     """
-    found = [MarkDependencies(part, marks) for part, marks in regulated.made_of()]
-    for each in found:
+    result = [MarkDependencies(part, marks) for part, marks in regulated.made_of()]
+    for each in result:
         counts = each.marks.any(axis=1)
         whole = counts.any(axis=0).sum()
         if not each.posed and whole > 2 and (counts.sum(axis=1) == whole).all():
             raise InputError(
-                f"{each.part.name} is made of all marks at once, so that none may be missing: "
+                f"{each.part.name} depends on all marks at once, so that none may be missing: "
                 "weigh points, lines or segments, or a pose"
             )
-    return found
+    return result
 
 
 def group_components(each: list[MarkDependencies]) -> tuple[ComponentGroup, ...]:
-    """Return the numbers of s that are made of the same marks, together."""
-    found: list[ComponentGroup] = []
+    """Return the components of s grouped by the marks that determine them."""
+    result: list[ComponentGroup] = []
     first = 0
     for part, one in enumerate(each):
         sets: dict[bytes, list[int]] = {}
         for i, marks in enumerate(one.marks):
             sets.setdefault(marks.tobytes(), []).append(first + i)
-        found += [ComponentGroup(part, tuple(numbers)) for numbers in sets.values()]
+        result += [ComponentGroup(part, tuple(numbers)) for numbers in sets.values()]
         first += len(one.marks)
-    return tuple(found)
+    return tuple(result)
 
 
 def check_weighting(weighting: tuple[Any, ...], regulated: BoundFeatures) -> None:
-    """Raise InputError for weightings that contradict what is regulated."""
+    """Raise InputError for weightings that do not fit the features."""
     if not weighting:
         return
     with prefix_path("weighting"):
@@ -82,7 +82,7 @@ def check_weighting(weighting: tuple[Any, ...], regulated: BoundFeatures) -> Non
 
 
 def _check_weighting_target(weighting: Any, sight: CameraTarget) -> None:
-    """Raise InputError where there are too few marks, or an image without the borders needed."""
+    """Raise InputError if the target has too few marks, or the image no known size."""
     least, marks = getattr(weighting, "least_marks", 1), len(sight.target.marks)
     if marks < least:
         raise InputError(
@@ -90,4 +90,4 @@ def _check_weighting_target(weighting: Any, sight: CameraTarget) -> None:
             f"'{sight.target.name}' has {marks}"
         )
     if getattr(weighting, "excuses", False) and sight.eye.camera.size is None:
-        raise InputError(f"camera '{sight.eye.name}' has no size, and its image no border")
+        raise InputError(f"camera '{sight.eye.name}' has no image size, and therefore no border")

@@ -1,7 +1,7 @@
-"""Weightings: how much each mark, or each number that is made of it, counts in a servo task.
+"""Weightings: how much each mark, or each component computed from it, counts in a servo task.
 
-With weights w the command is the least-squares one of diag(w) L and diag(w) e. Where several
-weightings are given, their weights multiply.
+With weights w the law uses diag(w) L and diag(w) e, the weighted least squares. The weights of
+several weightings multiply.
 """
 
 from __future__ import annotations
@@ -19,33 +19,37 @@ WEIGHTINGS = family("weighting")
 
 
 class MarkRows(NamedTuple):
-    """The rows of the N marks of a sight, of which a weighting makes weights (N,)."""
+    """Rows of the N marks of a camera-target pair, the input of a weighting."""
 
     given: ControllerInputs
     N: int
-    view: (
-        ViewRows  # pixels as measured, NaN where none are; a hidden mark is where it was seen last
-    )
-    camera: BlockRows  # as `robsim.kernels.images.projection` has it
-    there: BlockRows  # (N,) 1 where a mark is measured in this image, else 0
-    goal: Array  # (N, 2, runs) pixels at the goal, or (N, 2, 1) of all runs
+    view: ViewRows  # measured pixels, or NaN; a hidden mark keeps its last measured pixels
+    camera: BlockRows  # in the order of `robsim.kernels.images.projection`
+    there: BlockRows  # (N,) 1 for a mark measured in this image, else 0
+    goal: Array  # (N, 2, runs) pixels at the goal, or (N, 2, 1) for all runs
 
 
 class ComponentGroup(NamedTuple):
-    """The numbers of s that are made of the same marks by one feature."""
+    """Components of s that one feature computes from the same marks."""
 
-    part: int  # number of the feature among those of the task
+    part: int  # index of the feature in the task
     numbers: tuple[int, ...]
 
 
 @dataclass(frozen=True, eq=False)
 class Residuals:
-    """What a weighting of a user's is shown of B runs, with the run first.
+    """Input of a user's weighting, for B runs.
 
-    error       s - s_goal (B, k), zero where nothing is there
-    weights     weights (B, k) by marks, zero where nothing is there
-    tolerances  (k,) in the units of s
-    groups      the numbers that are made of the same marks, of each mark or set of marks
+    Attributes
+    ----------
+    error_last : ndarray of shape (k, B)
+        Error s - s_goal, zero for components without a measurement.
+    weights_last : ndarray of shape (k, B)
+        Weights from the marks, zero for components without a measurement.
+    tolerances : ndarray of shape (k,)
+        Tolerances in the units of s.
+    groups : tuple of ComponentGroup
+        Components computed from the same marks, one group for each mark or set of marks.
     """
 
     error_last: Array
@@ -55,34 +59,46 @@ class Residuals:
 
     @property
     def error(self) -> Array:
-        """The error (B, k)."""
+        """Error (B, k)."""
         return view_for_user(self.error_last)
 
     @property
     def weights(self) -> Array:
-        """The weights (B, k) by marks."""
+        """Weights (B, k) from the marks."""
         return view_for_user(self.weights_last)
 
 
 @runtime_checkable
 class Weighting(Protocol):
-    """The interface of a weighting: any object with this method, asked at every step."""
+    """Protocol of a weighting: any object with this method, called at every step.
+
+    Examples
+    --------
+    >>> class FirstMark:  # counts twice as much as the other marks
+    ...     def weigh(self, now):
+    ...         weights = np.full(now.error.shape, 0.5)
+    ...         weights[:, list(now.groups[0].numbers)] = 1.0
+    ...         return weights
+    >>> now = Residuals(np.zeros((4, 1)), np.ones((4, 1)), np.ones(4), (ComponentGroup(0, (0, 1)),))
+    >>> FirstMark().weigh(now)
+    array([[1. , 1. , 0.5, 0.5]])
+    """
 
     def weigh(self, now: Residuals) -> Array:
-        """Return weights (B, k) from 0 to 1, of each number of s in each run."""
+        """Return weights (B, k) from 0 to 1 for each component of s in each run."""
 
 
 class MarkWeighting(ABC):
-    """The base of weightings by the image of each mark, which come before the features."""
+    """Base of weightings by the image of each mark, evaluated before the features."""
 
     excuses: ClassVar[bool] = False  # whether marks may leave the image without ending the run
-    fades: ClassVar[bool] = False  # whether a mark may still count where it is hidden
+    fades: ClassVar[bool] = False  # whether a hidden mark may still count
     by_goal: ClassVar[bool] = False  # whether it needs the image of the marks at the goal
-    least_marks: ClassVar[int] = 1  # of a target
+    least_marks: ClassVar[int] = 1  # smallest number of marks of a target
 
     @abstractmethod
     def marks(self, of: MarkRows) -> BlockRows:
-        """Add the stages of the weights of the marks of a sight, and return their rows (N,)."""
+        """Add the stages of the weights of the marks of a pair; return their rows (N,)."""
 
 
 WEIGHTING = KindOf(WEIGHTINGS, protocol=Weighting)
