@@ -127,9 +127,15 @@ def add_parameters_section(text: str, fields: tuple[DeclaredField, ...]) -> str:
         "----------",
         *(line for each in fields for line in _format_parameter(each)),
     ]
-    about, prompt, example = text.partition("\n>>> ")
-    section = "\n".join(lines)
-    return f"{about.rstrip()}\n\n{section}" + (f"\n{prompt}{example}" if prompt else "")
+    rest = _FOLLOWING.search(text)
+    about, after = (text[: rest.start()], text[rest.start() :]) if rest else (text, "")
+    return "\n\n".join(filter(None, [about.rstrip(), "\n".join(lines), after]))
+
+
+_FOLLOWING = re.compile(  # the sections that follow "Parameters", or the first example
+    r"^(?:(?:Attributes|Returns|Raises|Warns|See Also|Notes|References|Examples)\n-{3,}$|>>> )",
+    re.M,
+)
 
 
 def _format_parameter(each: DeclaredField) -> Iterator[str]:
