@@ -70,7 +70,7 @@ def test_the_file_of_another_key_or_kernel_under_the_same_name_is_refused(tmp_pa
     other = (KEY[0], ("arm64", "cpu", ""), [])
     for name, key in (("loop.stride-7", other), ("loop.settle-9", KEY)):
         path = path.rename(tmp_path / cache_files.code_file_name(name, key))
-        with pytest.raises(ValueError, match="of another kernel"):
+        with pytest.raises(ValueError, match="belongs to another kernel"):
             cache_files.load_code(tmp_path, name, key)
 
 
@@ -204,7 +204,7 @@ def test_what_came_for_other_versions_is_told(monkeypatch, tmp_path):
     made.write_text(f"Numba 0.1, llvmlite 0.2, Python 3.3\n{cache_files.KERNEL_HASH}\n")
     assert prebuilt._find_prebuilt_folder() == (None, "")
     assert prebuilt.explain_mismatch() == (
-        "those that came with the package are for Numba 0.1, llvmlite 0.2, Python 3.3, "
+        "the precompiled kernels are for Numba 0.1, llvmlite 0.2, Python 3.3, "
         f"this is {cache_files.VERSIONS}"
     )
     made.write_text(f"{cache_files.VERSIONS}\n0123456789abcdef\n")

@@ -1,1 +1,1 @@
-"""Bodies of kinematic trees: where they are, and how coordinates move."""
+"""Forward kinematics of kinematic trees and integration of their coordinates."""

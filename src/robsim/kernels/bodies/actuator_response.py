@@ -1,4 +1,4 @@
-"""The lag and limits of joints that follow a command, and encoders that count in steps."""
+"""Lag and limits of joints that follow a velocity command, and the quantisation of encoders."""
 
 import math
 
@@ -10,26 +10,26 @@ from robsim.kernels.machine.stages import stage
 
 @kernel
 def lagged_velocity(u, lag, limit, rate, dt, v):
-    """Return the velocity after dt under the command u, and its mean until then.
+    """Return the velocity after dt under the command u, and the mean velocity over dt.
 
-    v' = (u - v) / lag, where |u| <= limit and |v'| <= rate. While (u - v) / lag exceeds the rate, v
-    goes along a ramp, for (|u - v| - rate lag) / rate; then the rest of the gap decays as
-    exp(-t / lag). Both parts are integrated in closed form.
+    The joint obeys v' = (u - v) / lag with |u| <= limit and |v'| <= rate. While (u - v) / lag
+    exceeds the rate, v follows a ramp for the time (|u - v| - rate lag) / rate. Then the remaining
+    gap decays as exp(-t / lag). Both parts are integrated in closed form.
     """
     goal = min(max(u, -limit), limit)
     gap, ramp = goal - v, 0.0
-    if abs(gap) > rate * lag:  # never where the rate is infinite: inf * 0 is NaN
+    if abs(gap) > rate * lag:  # false for an infinite rate, as inf * 0 is NaN
         ramp = min(abs(gap) / rate - lag, dt)
     climb = math.copysign(rate * ramp, gap) if ramp > 0.0 else 0.0
-    way = (v + 0.5 * climb) * ramp
+    path = (v + 0.5 * climb) * ramp
     gap, rest = gap - climb, dt - ramp
     if lag > 0.0:
-        way += goal * rest + gap * lag * math.expm1(-rest / lag)
+        path += goal * rest + gap * lag * math.expm1(-rest / lag)
         gap *= math.exp(-rest / lag)
     elif rest > 0.0:
-        way += goal * rest
+        path += goal * rest
         gap = 0.0
-    return goal - gap, way / dt
+    return goal - gap, path / dt
 
 
 @stage
@@ -43,7 +43,10 @@ def follow_commands(
     rates="n",
     each="each: command=row; v=row; mean=row",
 ):
-    """Let velocities follow: (n, dt, lag, limits, rates), and (command, v, mean) of each."""
+    """Update the velocities v of n joints that follow their commands, and their means over dt.
+
+    `limits` bound the speeds and `rates` the accelerations.
+    """
     dt, lag = dt * WIDTH, lag * WIDTH
     for i in range(n):
         u, v, mean = each[1 + 3 * i] * WIDTH, each[2 + 3 * i] * WIDTH, each[3 + 3 * i] * WIDTH
@@ -56,6 +59,6 @@ def follow_commands(
 
 @stage
 def quantise_encoders(w, step, n="count", steps="n", q="n", out="n"):
-    """Compute coordinates as encoders read them: (n, steps, q, out), steps of zero for none."""
+    """Quantise coordinates q to encoder steps. A step of zero means no quantisation."""
     for i in range(n):
         put(w, out + i, round_to_step(get(w, q + i), get(w, steps + i)))

@@ -1,23 +1,22 @@
-"""Poses and Jacobians of frames at many configurations, with the run first, as users have them.
+"""Poses and Jacobians of frames at many configurations, for run-first arrays of users.
 
-The stages of a program place a block of runs at a time, so that a million configurations cost
-each what a thousand do. All arrays of the user's are flat.
+The stages of a program place one block of runs at a time, so the cost of a configuration does not
+depend on their number. The arrays of users are flat.
 """
 
 from robsim.kernels.machine.jit import kernel
 from robsim.kernels.machine.lanes import WIDTH
 from robsim.kernels.machine.stages import perform_on_block
 
-USUAL_COORDINATE = (
-    12.0  # metres or radians: below two turns, from where on an angle may be in degrees
-)
+USUAL_COORDINATE = 12.0  # metres or radians: a larger angle, about two turns, may be in degrees
 
 
 @kernel
 def _load_configurations(q, start, first, block):
-    """Copy q[start..., n] to rows of a block; return whether all are finite and small.
+    """Copy q[start:, n] to rows of a block. Return whether all coordinates are finite and usual.
 
-    Then nobody needs to look at them. Where runs are left over, the last one stands in for them.
+    Usual coordinates need no further check in Python. If fewer than WIDTH runs remain, copies of
+    the last run fill the block.
     """
     unusual = 0
     for lane in range(WIDTH):
@@ -29,25 +28,27 @@ def _load_configurations(q, start, first, block):
 
 
 @kernel
-def fill_frame_poses(addresses, at, p, template, first, found, q, out):
-    """Compute homogeneous out[run, frame, 4, 4] of frames, whose poses stand in rows found[frame].
+def fill_frame_poses(addresses, at, p, template, first, pose_rows, q, out):
+    """Compute the homogeneous matrices out[run, frame, 4, 4] of frames.
 
-    Return whether all coordinates are usual: else they are for Python to check.
+    Rows from pose_rows[frame] on hold the pose of a frame. Return whether all coordinates are
+    usual. Python must check unusual coordinates.
     """
-    frames, block, usual = found.size, template.copy(), True
+    frames, block, usual = pose_rows.size, template.copy(), True
     runs = out.size // (16 * frames)
-    rows, placed = q.reshape(runs, q.size // max(runs, 1)), out.reshape(runs, frames, 4, 4)
+    rows, matrices = q.reshape(runs, q.size // max(runs, 1)), out.reshape(runs, frames, 4, 4)
     for start in range(0, runs, WIDTH):
         usual = _load_configurations(rows, start, first, block) and usual
         perform_on_block(addresses, at, p, block, 0)
         for lane in range(min(WIDTH, runs - start)):
             for f in range(frames):
-                _write_homogeneous(block, found[f], lane, placed[start + lane, f])
+                _write_homogeneous(block, pose_rows[f], lane, matrices[start + lane, f])
     return usual
 
 
 @kernel
 def _write_homogeneous(block, T, lane, out):
+    """Copy the pose in rows T of one lane to a homogeneous matrix out[4, 4]."""
     for r in range(3):
         for c in range(4):
             out[r, c] = block[(T + 4 * r + c) * WIDTH + lane]
@@ -55,10 +56,10 @@ def _write_homogeneous(block, T, lane, out):
 
 
 @kernel
-def fill_jacobians(addresses, at, p, template, first, found, q, out):
-    """Compute out[run, :], a Jacobian row by row, from rows that begin at `found`.
+def fill_jacobians(addresses, at, p, template, first, first_row, q, out):
+    """Compute out[run, :], a Jacobian in row-major order, from rows that start at `first_row`.
 
-    Return as `fill_frame_poses` does.
+    Return whether all coordinates are usual. Python must check unusual coordinates.
     """
     block, usual = template.copy(), True
     runs, size = out.shape
@@ -68,5 +69,5 @@ def fill_jacobians(addresses, at, p, template, first, found, q, out):
         perform_on_block(addresses, at, p, block, 0)
         for lane in range(min(WIDTH, runs - start)):
             for i in range(size):
-                out[start + lane, i] = block[(found + i) * WIDTH + lane]
+                out[start + lane, i] = block[(first_row + i) * WIDTH + lane]
     return usual

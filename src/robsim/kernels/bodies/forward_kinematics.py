@@ -1,7 +1,7 @@
-"""Stages that place the bodies of a kinematic tree, by kind of joint, and frames on them.
+"""Forward kinematics: stages that compute the poses of bodies, by kind of joint, and of frames.
 
-A joint is `place . motion(x) . tail`; tails are folded into constants (see `robsim.robot.tree`).
-A pose has twelve rows, [R | t] row by row.
+A joint is `place . motion(x) . tail`. The tails are part of constants (see `robsim.robot.tree`), so
+T = parent . place . motion(x). A pose has twelve rows, [R | t] row by row.
 """
 
 from robsim.kernels.formulas import plane_curves, se3, ties
@@ -15,14 +15,14 @@ from robsim.kernels.machine.stages import stage
 
 @stage
 def compose_frames(w, step, each="each: A=3, 4; B=3, 4; T=3, 4"):
-    """Compute T = A B for p[0] triples (A, B, T)."""
+    """Compute T = A B for each triple (A, B, T)."""
     for i in range(each[0]):
         compose_lanes(w, each[3 * i + 1], each[3 * i + 2], each[3 * i + 3])
 
 
 @part
 def _rotate_about_z(w, T, c, s):
-    """Replace T by T Rz of an angle with this cosine and sine."""
+    """Replace T by T Rz, with the cosine and sine of the angle of Rz."""
     for r in range(3):
         x, y = get(w, T + 4 * r), get(w, T + 4 * r + 1)
         put(w, T + 4 * r, c * x + s * y)
@@ -37,10 +37,10 @@ def _put_pair(w, row, pair):
 
 @stage
 def place_revolute(w, step, each="each: parent=3, 4; place=3, 4; x=row; T=3, 4"):
-    """Place p[0] bodies on revolute joints: (parent, place, x, T) of each.
+    """Compute the poses T of bodies on revolute joints, about z.
 
-    All cosines and sines come first, and wait in T: none of them waits for a parent, and no call
-    of a library is in their way.
+    All cosines and sines are computed first and stored in T. They do not depend on the poses of
+    parents, and the loop contains no library call.
     """
     align_stack()
     far = is_large_angle(get(w, each[3]))
@@ -65,7 +65,7 @@ def place_revolute(w, step, each="each: parent=3, 4; place=3, 4; x=row; T=3, 4")
 
 @stage
 def place_prismatic(w, step, each="each: parent=3, 4; place=3, 4; x=row; T=3, 4"):
-    """Place p[0] bodies on prismatic joints, along z."""
+    """Compute the poses T of bodies on prismatic joints, along z."""
     for i in range(each[0]):
         A, B, x, T = each[4 * i + 1], each[4 * i + 2], each[4 * i + 3], each[4 * i + 4]
         compose_lanes(w, A, B, T)
@@ -75,7 +75,7 @@ def place_prismatic(w, step, each="each: parent=3, 4; place=3, 4; x=row; T=3, 4"
 
 @stage
 def place_floating(w, step, each="each: parent=3, 4; place=3, 4; x=row; T=3, 4"):
-    """Place p[0] bodies on floating joints, of coordinates p and the unit quaternion x y z w."""
+    """Compute the poses T of floating bodies: position and unit quaternion (x, y, z, w)."""
     for i in range(each[0]):
         A, B, q, T = each[4 * i + 1], each[4 * i + 2], each[4 * i + 3], each[4 * i + 4]
         compose_lanes(w, A, B, T)
@@ -90,7 +90,7 @@ def place_floating(w, step, each="each: parent=3, 4; place=3, 4; x=row; T=3, 4")
 
 @stage
 def place_planar(w, step, each="each: parent=3, 4; place=3, 4; x=row; T=3, 4"):
-    """Place p[0] bodies that move in a plane, of coordinates x, y, theta."""
+    """Compute the poses T of bodies that move in a plane, with coordinates x, y, theta."""
     for i in range(each[0]):
         A, B, q, T = each[4 * i + 1], each[4 * i + 2], each[4 * i + 3], each[4 * i + 4]
         compose_lanes(w, A, B, T)
@@ -103,7 +103,7 @@ def place_planar(w, step, each="each: parent=3, 4; place=3, 4; x=row; T=3, 4"):
 
 @kernel
 def _load_curves(first, lengths, pieces, m, k):
-    """Return m curves of k pieces, whose tables stand at addresses."""
+    """Return m curves with k pieces in all from tables at addresses."""
     table = reals(pieces, 7 * k).reshape((-1, 7))
     return plane_curves.CurveTable(wholes(first, m + 1), reals(lengths, m), table)
 
@@ -124,7 +124,10 @@ def place_on_rail(
     T="3, 4",
     curvature="row",
 ):
-    """Place a body on a rail: (curves, which, parent, place, s, T, curvature)."""
+    """Compute the pose T of a body on a rail at arc length s, and the rail's curvature there.
+
+    `which` is the index of the rail among the curves.
+    """
     curves = _load_curves(first, lengths, pieces, m, k)
     A, B, bend = parent, place, curvature
     compose_lanes(w, A, B, T)
@@ -139,7 +142,7 @@ def place_on_rail(
 
 @stage
 def place_user_joint(w, step, each="each: parent=3, 4; place=3, 4; motion=3, 4; T=3, 4"):
-    """Place p[0] bodies of the user's kinds, whose motion stands in the rows of the third."""
+    """Compute the poses T of bodies on user-defined joints. The rows `motion` hold motion(x)."""
     for i in range(each[0]):
         A, B, motion, T = each[4 * i + 1], each[4 * i + 2], each[4 * i + 3], each[4 * i + 4]
         compose_lanes(w, A, B, T)
@@ -148,9 +151,10 @@ def place_user_joint(w, step, each="each: parent=3, 4; place=3, 4; motion=3, 4; 
 
 @stage
 def mimic_coordinate(w, step, source="row", x="row", ratio="row", above="row", numbers="3"):
-    """Compute a coordinate x = u source + v of numbers u and v.
+    """Compute a dependent coordinate x = u source + v, with numbers (u, v).
 
-    Its ratio is its derivative by the velocity that moves the first of those that follow.
+    `ratio` is the derivative of x by the velocity that moves the independent coordinate, and
+    `above` the same derivative of the source.
     """
     u = get(w, numbers)
     put(w, x, u * get(w, source) + get(w, numbers + 1))
@@ -159,14 +163,18 @@ def mimic_coordinate(w, step, source="row", x="row", ratio="row", above="row", n
 
 @part
 def _lane_triple(w, row, i):
-    """Return three numbers of a run."""
+    """Return three consecutive numbers of one lane."""
     at = row * WIDTH + i
     return w[at], w[at + WIDTH], w[at + 2 * WIDTH]
 
 
 @stage
 def steer_wheel(w, step, source="row", x="row", ratio="row", above="row", numbers="3"):
-    """Compute the angle of a wheel of a car: (source, x, ratio, ratio above, numbers)."""
+    """Compute the angle x of a car's wheel from the steering angle `source`.
+
+    The numbers are the wheelbase and the position (x, y) of the wheel. The ratios are described in
+    `mimic_coordinate`.
+    """
     number = numbers
     for i in range(WIDTH):
         base, X, Y = _lane_triple(w, number, i)
@@ -191,7 +199,13 @@ def evaluate_chord(
     which="whole",
     what="whole",
 ):
-    """Compute what a chord gives: (curves, source, x, ratio, ratio above, numbers, which, what)."""
+    """Compute a coordinate x that a chord between two wheels on a rail determines.
+
+    `source` is the arc length of the first wheel. `what` selects the quantity, as in
+    `robsim.kernels.formulas.plane_curves.chord_quantity`. The numbers are the length of the chord,
+    the radius of the wheels, and the position along the chord. The ratios are as in
+    `mimic_coordinate`.
+    """
     curves = _load_curves(first, lengths, pieces, m, k)
     number = numbers
     for i in range(WIDTH):
@@ -205,16 +219,16 @@ def evaluate_chord(
 
 @stage
 def scale_curvature(w, step, curvature="row", slope="row"):
-    """Multiply row p[0] by row p[1]: the curvature of a rail that follows another coordinate."""
+    """Multiply the curvature of a rail by the slope of its arc length, a dependent coordinate."""
     put(w, curvature, get(w, curvature) * get(w, slope))
 
 
 @stage
 def compute_wheel_ratios(w, step, steering="row or none", ratio="2", numbers="3"):
-    """Compute the factors of v and omega of a vehicle in the speed of a wheel, in rad/s.
+    """Compute the factors of v and omega of a vehicle in the angular speed of a wheel, in rad/s.
 
-    (steering angle or -1, ratio, numbers). The hub at (x, y) moves at (v - omega y, omega x); a
-    wheel of radius R, turned by the angle h, rolls at (cos(h) (v - omega y) + sin(h) omega x)/R.
+    The numbers are R, x, y. The hub at (x, y) moves at (v - omega y, omega x). A wheel of radius R
+    with the steering angle h rolls at (cos(h) (v - omega y) + sin(h) omega x)/R.
     """
     number = numbers
     R, X, Y = get(w, number), get(w, number + 1), get(w, number + 2)

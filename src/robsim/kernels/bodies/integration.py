@@ -1,4 +1,4 @@
-"""Stages that move coordinates by velocities that are held for a period, exactly."""
+"""Stages that integrate coordinates exactly for velocities that are constant over a period."""
 
 from robsim.kernels.formulas import se3, vehicle_motion
 from robsim.kernels.formulas.lane_math import cos_sin
@@ -10,7 +10,7 @@ from robsim.kernels.machine.stages import stage
 
 @stage
 def integrate_coordinates(w, step, dt="row", moves="each: q=row; v=row"):
-    """Compute q + dt v: (dt, n), and (q, v) of each."""
+    """Replace each coordinate q by q + dt v."""
     dt = get(w, dt)
     for i in range(moves[0]):
         q, v = moves[1 + 2 * i], moves[2 + 2 * i]
@@ -19,7 +19,7 @@ def integrate_coordinates(w, step, dt="row", moves="each: q=row; v=row"):
 
 @part
 def screw_coefficients(theta):
-    """Return the coefficients b and c of exp, sin(theta/2)/(theta/2), and cos(theta/2)."""
+    """Return b and c of `along_screw`, sin(theta/2)/(theta/2), and cos(theta/2)."""
     half, turns = 0.5 * theta, theta > 0.0
     cosine, sine = cos_sin(half)
     sinc = where(turns, sine / where(turns, half, 1.0), 1.0)
@@ -32,16 +32,17 @@ def screw_coefficients(theta):
 
 @stage
 def integrate_floating_body(w, step, dt="row", q="7", v="6"):
-    """Replace q of a floating body at T by that of T exp(V dt), for its twist V: (dt, q, v)."""
+    """Replace the pose T of a floating body, in coordinates q, by T exp(V dt) for its twist V."""
     dt = get(w, dt)
     vx, vy, vz = dt * get(w, v), dt * get(w, v + 1), dt * get(w, v + 2)
     wx, wy, wz = dt * get(w, v + 3), dt * get(w, v + 4), dt * get(w, v + 5)
     b, c, sinc, cosine = screw_coefficients(sqrt(wx * wx + wy * wy + wz * wz))
-    way = se3.along_screw(vx, vy, vz, wx, wy, wz, b, c)
+    shift = se3.along_screw(vx, vy, vz, wx, wy, wz, b, c)
     x, y, z, u = get(w, q + 3), get(w, q + 4), get(w, q + 5), get(w, q + 6)
     R, s = se3.quaternion_to_rotation(x, y, z, u), 0.5 * sinc
     for r in range(3):
-        put(w, q + r, get(w, q + r) + (R[r][0] * way[0] + R[r][1] * way[1] + R[r][2] * way[2]))
+        along = R[r][0] * shift[0] + R[r][1] * shift[1] + R[r][2] * shift[2]
+        put(w, q + r, get(w, q + r) + along)
     x, y, z, u = se3.quaternion_product(x, y, z, u, s * wx, s * wy, s * wz, cosine)
     norm = sqrt(x * x + y * y + z * z + u * u)
     put(w, q + 3, x / norm)
@@ -52,7 +53,7 @@ def integrate_floating_body(w, step, dt="row", q="7", v="6"):
 
 @stage
 def integrate_planar_body(w, step, dt="row", q="3", v="velocities", velocities="count"):
-    """Move a body in its plane: (dt, q, v, velocities)."""
+    """Integrate the coordinates q = (x, y, theta) of a body that moves in a plane."""
     v, q = vector(w, v, velocities), vector(w, q, 3)
     for b in range(WIDTH):
         vehicle_motion.integrate_in_plane(v[:, b : b + 1], w[dt * WIDTH + b], q[:, b : b + 1])
@@ -60,7 +61,10 @@ def integrate_planar_body(w, step, dt="row", q="3", v="velocities", velocities="
 
 @stage
 def steer_car(w, step, dt="row", angle="row", v="2", car="3"):
-    """Steer a car for a velocity: (dt, angle, v and omega, wheelbase, limit and rate)."""
+    """Turn the steering angle of a car towards the angle of its commanded velocity.
+
+    The rows v hold v and omega, the rows car the wheelbase and the limit and rate of the angle.
+    """
     angle, v, car = vector(w, angle, 1), vector(w, v, 2), car * WIDTH
     for b in range(WIDTH):
         numbers = w[car + b], w[car + WIDTH + b], w[car + 2 * WIDTH + b], w[dt * WIDTH + b]
@@ -69,7 +73,7 @@ def steer_car(w, step, dt="row", angle="row", v="2", car="3"):
 
 @stage
 def apply_steering_angle(w, step, angle="row", v="2", wheelbase="row"):
-    """Replace omega by that of a car's steering angle: (angle, v and omega, wheelbase)."""
+    """Replace omega of a car by the yaw rate of its steering angle. The rows v hold v and omega."""
     angle, v = vector(w, angle, 1), vector(w, v, 2)
     for b in range(WIDTH):
         vehicle_motion.set_yaw_rate(
@@ -79,17 +83,14 @@ def apply_steering_angle(w, step, angle="row", v="2", wheelbase="row"):
 
 @stage
 def roll_wheel(w, step, dt="row", angle="row", v="2", ratio="2"):
-    """Add the rolling of a wheel to its angle: (dt, angle, v of the vehicle, ratio)."""
+    """Integrate the angle of a rolling wheel. The rows v hold v and omega of the vehicle."""
     speed = get(w, ratio) * get(w, v) + get(w, ratio + 1) * get(w, v + 1)
     put(w, angle, get(w, angle) + get(w, dt) * speed)
 
 
 @stage
 def assemble_velocities(w, step, n="count", v="n", prescribed="n", commands="each: row or none"):
-    """Compute all velocities: those that are commanded, else those prescribed.
-
-    (n, v, prescribed), and of each the row of its command, or -1
-    """
+    """Collect the velocities v from the commands, or from `prescribed` if a command is -1."""
     for i in range(n):
         command = commands[1 + i]
         put(w, v + i, get(w, command if command >= 0 else prescribed + i))

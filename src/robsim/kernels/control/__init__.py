@@ -1,1 +1,1 @@
-"""From features to commands: laws, weights, limits, trajectories."""
+"""Stages of control laws, task priorities, weights, command limits and trajectories."""

@@ -1,7 +1,7 @@
-"""Stages of trajectories: where they are now and a period later, and how axes follow them.
+"""Stages that sample trajectories of axes, now and one period later, and track them.
 
-A trajectory stands in a table, or is planned from where each run starts. The rows of where it is a
-period later, `ahead`, follow those of now, `here`.
+A trajectory is stored in a table, or planned from the start of each run. `here` has two groups of
+rows: the positions now and the positions one period later (`ahead`).
 """
 
 from robsim.kernels.formulas.speed_profiles import motion_share, shortest_time
@@ -10,14 +10,14 @@ from robsim.kernels.machine.jit import kernel
 from robsim.kernels.machine.lanes import WIDTH, get, put, where
 from robsim.kernels.machine.stages import stage
 
-TIME_TOLERANCE = 1e-9  # of a period: times that differ by less are one
+TIME_TOLERANCE = 1e-9  # of a period: times with a smaller difference are equal
 
 
 @stage
 def look_up_trajectory(w, step, table="table: times, n", times="count", n="count", here="2, n"):
-    """Read a trajectory from a table [times, n], one row for each step: (address, times, n, here).
+    """Read a trajectory from a table [times, n] with one row for each step.
 
-    Its last row holds for ever.
+    The trajectory stays at its last row.
     """
     table = reals(table, times * n)
     for later in range(2):
@@ -28,7 +28,7 @@ def look_up_trajectory(w, step, table="table: times, n", times="count", n="count
 
 @stage
 def store_start(w, step, to="n", n="count", rows="each: row"):
-    """Keep rows as they are at the start: (to, n), and the rows."""
+    """Store the values of rows at step 0."""
     if step == 0:
         for i in range(n):
             put(w, to + i, get(w, rows[1 + i]))
@@ -36,16 +36,17 @@ def store_start(w, step, to="n", n="count", rows="each: row"):
 
 @stage
 def plan_shortest_time(w, step, n="count", ways="n", limits="2, n", ramps="n", seconds="row"):
-    """Plan the shortest time of n ways at the start: (n, ways, limits, ramps, seconds).
+    """Plan the shortest common duration of n axis motions at step 0.
 
-    The limits are n speeds and n accelerations.
+    `ways` are the signed lengths of the motions. The limits are n speeds and n accelerations.
+    `ramps` are the acceleration times of the axes as shares of the duration.
     """
     if step > 0:
         return
     for i in range(n):
         for b in range(WIDTH):
-            way, speed = abs(w[(ways + i) * WIDTH + b]), w[(limits + i) * WIDTH + b]
-            needed, ramp = shortest_time(way, speed, w[(limits + n + i) * WIDTH + b])
+            length, speed = abs(w[(ways + i) * WIDTH + b]), w[(limits + i) * WIDTH + b]
+            needed, ramp = shortest_time(length, speed, w[(limits + n + i) * WIDTH + b])
             at = seconds * WIDTH + b
             w[at] = max(w[at], needed) if i > 0 else needed
             w[(ramps + i) * WIDTH + b] = ramp
@@ -53,7 +54,7 @@ def plan_shortest_time(w, step, n="count", ways="n", limits="2, n", ramps="n", s
 
 @kernel
 def _sample_axes(w, step, n, dt, seconds, ramps, start, ways, goal, out):
-    """Fill the rows of `ahead` of `sample_axis_trajectory`, with the time of a step."""
+    """Write the positions of n axes at the time of a step to the rows `out`."""
     for b in range(WIDTH):
         t, T = step * w[dt * WIDTH + b], w[seconds * WIDTH + b]
         for i in range(n):
@@ -76,7 +77,7 @@ def sample_axis_trajectory(
     goal="n",
     here="2, n",
 ):
-    """Compute where axes are: (n, dt, seconds, ramps, start, ways, goal, here)."""
+    """Compute the positions of n axes on their planned motions, now and one period later."""
     ahead = here + n
     if step == 0:
         _sample_axes(w, 0, n, dt, seconds, ramps, start, ways, goal, ahead)
@@ -96,22 +97,22 @@ def track_axes(
     qd="n",
     axes="each: axis=whole; q=row",
 ):
-    """Compute the velocities of axes that take them on, and back: (n, here, gain, dt, qd).
+    """Compute velocities that move axes along their trajectories and reduce their deviations.
 
-    Then of each commanded velocity the number of its axis, and the row of its coordinate. What is
-    missed is made up for at the gain, at most all of it in a period.
+    The deviation decays with the gain, and within one period at the earliest. Each entry of axes is
+    the index of an axis and the row of its coordinate.
     """
     dt = get(w, duration)
     rate = get(w, gain)
     rate = where(rate < 1.0 / dt, rate, 1.0 / dt)
     for i in range(n):
         r = get(w, here + axes[1 + 2 * i])
-        on = (get(w, here + n + axes[1 + 2 * i]) - r) / dt
-        put(w, qd + i, on + rate * (r - get(w, axes[2 + 2 * i])))
+        feed_forward = (get(w, here + n + axes[1 + 2 * i]) - r) / dt
+        put(w, qd + i, feed_forward + rate * (r - get(w, axes[2 + 2 * i])))
 
 
 @stage
 def flag_running_trajectory(w, step, seconds="row", duration="row", out="row"):
-    """Compute whether trajectories are not over: (seconds, dt, out)."""
+    """Compute 1 while a trajectory is running, else 0."""
     dt = get(w, duration)
     put(w, out, where(step * dt < get(w, seconds) - TIME_TOLERANCE * dt, 1.0, 0.0 * dt))

@@ -1,4 +1,4 @@
-"""Broyden's update of an estimated Jacobian, in the layout with the run last."""
+"""Broyden's update of an estimated Jacobian. The run is the last axis."""
 
 import numpy as np
 
@@ -7,15 +7,15 @@ from robsim.kernels.machine.jit import kernel
 from robsim.kernels.machine.lanes import get, put
 from robsim.kernels.machine.stages import stage
 
-LEAST_STEP = 1e-9  # rad or m: next to the rounding of q and s, a shorter step says nothing
+LEAST_STEP = 1e-9  # rad or m: a shorter step has no information beside the rounding of q and s
 
 
 @kernel
 def update_broyden(A, ds, dq, out):
     """Compute out = A + (ds - A dq) dq'/(dq' dq) of A[k, n, b], ds[k, b] and dq[n, b].
 
-    It is A where dq is zero. Broyden 1965, "A class of methods for solving nonlinear simultaneous
-    equations".
+    If dq is zero, out = A. See Broyden 1965, "A class of methods for solving nonlinear
+    simultaneous equations".
     """
     runs = dq.shape[1]
     square, rest = np.zeros(runs), np.empty(runs)
@@ -48,9 +48,9 @@ def learn_jacobian(
     estimate="k, n",
     room="k*n + k + n",
 ):
-    """Learn A from the last step: (k, n, dt, s, s without it, qd, start, A, room).
+    """Update the estimate A from the last step by Broyden's formula. At step 0, A = start.
 
-    At the start A is the start.
+    s are the features now, and `without` the features predicted for a robot at rest.
     """
     A = matrix(w, estimate, k, n)
     if step == 0:

@@ -1,7 +1,8 @@
-"""The last stage of a command: what it may be at most for the joints to be able to stop in time.
+"""Limits of the command. They guarantee that the joints can always stop in time.
 
-Velocities are held for a period dt. A motion is safe if from the next period on it can be braked to
-rest within its limits; what is commanded is always safe if it was before, for braking stays so.
+Velocities are constant over a period dt. A motion is safe if from the next period on it can be
+braked to rest within its limits. If the last command was safe, braking is safe, so a safe command
+always exists.
 """
 
 import math
@@ -11,25 +12,23 @@ from robsim.kernels.machine.jit import kernel, part
 from robsim.kernels.machine.lanes import WIDTH
 from robsim.kernels.machine.stages import stage
 
-# why a command is not what the law wishes: bits of a row
+# bits of the row `reason`: why the command differs from the command of the law
 OLD_IMAGE, NOT_RELEASED, STOPPED, NOT_FINITE, FEW_MARKS = 1, 2, 4, 8, 16
 SPEED, ACCELERATION, JOINT_LIMIT, FENCE = 32, 64, 128, 256
 HELD = OLD_IMAGE | NOT_RELEASED | STOPPED | NOT_FINITE | FEW_MARKS
 
 FENCE_TOLERANCE = 1e-12  # metres
-AGE_TOLERANCE = 1e-3  # periods by which an image may be older, as clocks are not exact
-SPEED_TOLERANCE = (
-    1.0 + 1e-9
-)  # of a velocity that is compared with the largest one from which it stops
+AGE_TOLERANCE = 1e-3  # periods: tolerance of an image's age, as clocks are not exact
+SPEED_TOLERANCE = 1.0 + 1e-9  # factor on the largest safe velocity in comparisons
 
 
 @kernel
 def braking_speed(distance, deceleration, dt):
-    """Return the largest velocity >= 0 that, held for dt, can still be braked within a distance.
+    """Return the largest velocity v >= 0 that can be held for dt and then braked in a distance.
 
-    From the next period on it falls by a dt in each: after m of them the way is
+    From the next period on the velocity falls by a dt in each period. After m periods the path is
     dt (v + (v - a dt) + ... + (v - m a dt)) = dt ((m + 1) v - a dt m (m + 1) / 2), and
-    m is the largest with a dt^2 m (m + 1) / 2 <= distance.
+    m is the largest number with a dt^2 m (m + 1) / 2 <= distance.
     """
     if not distance > 0.0:
         return 0.0
@@ -51,13 +50,16 @@ def smoothstep(share):
 
 @kernel
 def remaining_share(rest, dt):
-    """Return which share of a velocity is left after a period, so many seconds before its rest."""
+    """Return the share of a velocity after one period of braking that takes `rest` seconds."""
     return 1.0 - dt / rest if rest > dt else 0.0
 
 
 @part
 def _braking_time(w, b, n, qd, most):
-    """Return how long it takes to brake, along its own direction, at the most that joints can."""
+    """Return the shortest time in seconds to brake velocities along their direction.
+
+    The rows `most` are the accelerations of the joints.
+    """
     longest = 0.0
     for j in range(n):
         longest = max(longest, abs(w[(qd + j) * WIDTH + b]) / w[(most + j) * WIDTH + b])
@@ -66,12 +68,13 @@ def _braking_time(w, b, n, qd, most):
 
 @part
 def _clamp(x, least, most):
+    """Return x clipped to [least, most]."""
     return min(max(x, least), most)
 
 
 @part
 def _hold_reasons(w, b, n, wished, age, dt, released, settings, latched, status):
-    """Return why the robot is not to move, if it is not, as bits."""
+    """Return the reasons to hold the robot as bits, 0 for none."""
     why = FEW_MARKS if w[status * WIDTH + b] != IN_IMAGE else 0
     if (w[age * WIDTH + b] - AGE_TOLERANCE) * w[dt * WIDTH + b] > w[settings * WIDTH + b]:
         why |= OLD_IMAGE
@@ -103,11 +106,12 @@ def hold_command(
     reason="row",
     status="row",
 ):
-    """Compute which share of a wish is commanded now, and why none is if none is.
+    """Compute the commanded share of the law's output `wished`, and the reasons to hold the robot.
 
-    (n, wished, dt, age in periods, released, settings, latched, seconds, share, why, status)
-    The settings are the age from which on an image is too old, whether that stops for good, and the
-    seconds in which the share grows from 0 to 1. The status is that of what is left to command by.
+    `age` is the age of the image in periods. The settings are the largest age of an image in
+    seconds, whether an older image stops the robot permanently (`latched`), and the rise time of
+    the share from 0 to 1 in seconds. `passed` is the time since the robot was held. The status is
+    IN_IMAGE if enough marks remain in the image.
     """
     seconds = passed * WIDTH
     for b in range(WIDTH):
@@ -123,15 +127,15 @@ def hold_command(
 
 
 @part
-def _reachable_velocity(wish, before, fall):
-    """Return the velocity nearest to a wish that a joint can reach, and why it is another."""
-    v = _clamp(wish, before - fall, before + fall)
-    return v, 0 if v == wish else ACCELERATION
+def _reachable_velocity(target, before, fall):
+    """Return the reachable velocity nearest to a target, and the reason bits if both differ."""
+    v = _clamp(target, before - fall, before + fall)
+    return v, 0 if v == target else ACCELERATION
 
 
 @part
 def _braking_bounds(w, b, x, low, high, most, dt):
-    """Return the least and the largest velocity with which a coordinate stays within its limits."""
+    """Return the least and the largest velocity that keep a coordinate within its limits."""
     least = -braking_speed(x - w[low * WIDTH + b], most, dt)
     return least, braking_speed(w[high * WIDTH + b] - x, most, dt)
 
@@ -157,11 +161,11 @@ def limit_command(
     places="each: whole",
     nq="count",
 ):
-    """Compute the command that joints can follow, and how they brake instead.
+    """Compute a command that joints can follow, and the braking velocities `brake`.
 
-    (n, wished, scaled, last, command, brake, share, why, dt, most, low, high, q, at_limit; where)
-    `scaled` is the wish within the speeds; `most` are accelerations, low and high limits of n
-    coordinates, each where it is in q, or -1. A robot that is held brakes.
+    `wished` is the output of the law, `scaled` this output scaled to the speed limits, and `last`
+    the last command. `low` and `high` are the limits of n coordinates, and `places` their indices
+    in q, or -1. A held robot brakes.
     """
     for b in range(WIDTH):
         dt, share, held = w[duration * WIDTH + b], w[shares * WIDTH + b], int(w[reason * WIDTH + b])
@@ -169,10 +173,10 @@ def limit_command(
         slower = remaining_share(rest, dt)
         for j in range(n):
             before, most = w[(last + j) * WIDTH + b], w[(accelerations + j) * WIDTH + b]
-            slow, asked = slower * before, w[(scaled + j) * WIDTH + b]
-            if not held and asked != w[(wished + j) * WIDTH + b]:
+            slow, target = slower * before, w[(scaled + j) * WIDTH + b]
+            if not held and target != w[(wished + j) * WIDTH + b]:
                 why |= SPEED
-            v, bits = _reachable_velocity(slow if held else share * asked, before, most * dt)
+            v, bits = _reachable_velocity(slow if held else share * target, before, most * dt)
             least, largest = -math.inf, math.inf
             if places[1 + j] >= 0:
                 x = w[(q + places[1 + j]) * WIDTH + b]
@@ -187,10 +191,10 @@ def limit_command(
 
 @part
 def _periods_until_rest(v_over_fall):
-    """Return for how many periods, at its first velocity, a motion goes as far as until its rest.
+    """Return the braking path in units of the first velocity times the period.
 
-    It is held for one, then falls evenly: with m = floor(T / dt) the sum of 1 - k dt / T is
-    m + 1 - (dt / T) m (m + 1) / 2.
+    The velocity is held for one period and then falls linearly to rest in the time T. With
+    m = floor(T / dt) the sum of 1 - k dt / T is m + 1 - (dt / T) m (m + 1) / 2.
     """
     m = math.floor(v_over_fall)
     return m + 1.0 if m == 0.0 else m + 1.0 - 0.5 * m * (m + 1.0) / v_over_fall
@@ -209,10 +213,10 @@ def compute_attempts(
     velocities="tries, n",
     seconds="tries",
 ):
-    """Compute velocities that may be commanded, and how long each would go on until its rest.
+    """Compute attempts of a command, and the time of each attempt for its braking path.
 
-    (n, command, brake, dt, most, count, qd[count, n], seconds[count]): all of the command, half of
-    what it is beside the braking, a quarter, ...
+    The attempts velocities[tries, n] are brake + share (command - brake) for share = 1, 1/2, 1/4,
+    ... An attempt covers its braking path at constant velocity in `seconds`.
     """
     for b in range(WIDTH):
         dt, share = w[duration * WIDTH + b], 1.0
@@ -228,14 +232,14 @@ def compute_attempts(
 
 @part
 def _distance_outside(w, b, T, box, c):
-    """Return how far the origin of a frame at T is out of a box along an axis; 0 inside."""
+    """Return the distance of a frame's origin from a box along an axis; 0 inside."""
     x = w[(T + 4 * c + 3) * WIDTH + b]
     return max(w[(box + c) * WIDTH + b] - x, x - w[(box + 3 + c) * WIDTH + b], 0.0)
 
 
 @part
 def _is_within_fence(w, b, box, now, poses, first, places):
-    """Return whether the poses of a frame on its way are no farther out than now, on any side."""
+    """Return whether no pose on a frame's path is farther outside along any axis than now."""
     for c in range(3):
         far = _distance_outside(w, b, now, box, c) + FENCE_TOLERANCE
         for i in range(places):
@@ -259,10 +263,10 @@ def fence_command(
     places="whole",
     poses="each: 3, 4",
 ):
-    """Command the first attempt from which a frame can be braked within a box, or brake.
+    """Command the first attempt that lets a frame brake within a box, or brake.
 
-    (n, qd[count, n], brake, out, why, box, now, count, places, poses[count, places]): the pose of
-    the frame now and, for each attempt, on its way to rest. From outside it may go on inwards.
+    `now` is the pose of the frame now, and `poses` are its poses on the braking path, `places`
+    poses for each attempt. A frame outside the box may move inwards.
     """
     for b in range(WIDTH):
         first = brake
@@ -277,10 +281,9 @@ def fence_command(
 
 @stage
 def store_command(w, step, n="count", out="n", last="n", reason="row", busy="row", share="row"):
-    """Remember what is commanded, and whether it may not count as an end: (n, out, last, why, busy,
-    share).
+    """Store the command as `last`, and `busy` = 1 while the run must not count as ended.
 
-    So it is while the robot is held or speeds up, and may yet go on.
+    The run is busy while the robot is held temporarily or accelerates.
     """
     for b in range(WIDTH):
         for j in range(n):

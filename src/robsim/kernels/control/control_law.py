@@ -1,6 +1,6 @@
-"""Stages from the features to the command: the Jacobian of a camera, L J, and least squares.
+"""Stages of the control law: the camera Jacobian J, A = L J, least squares, and the command.
 
-All matrices stand row by row: L[k, 6], a Jacobian J[6, n], and A = L J [k, n].
+All matrices are stored in row-major order: L[k, 6], J[6, n] and A[k, n].
 """
 
 from robsim.kernels.formulas.adaptive_gain import gain_at
@@ -12,14 +12,14 @@ from robsim.kernels.machine.stages import stage
 
 @part
 def _cross_axis(w, T, c, x, y, z):
-    """Return the axis c of T, crossed with a vector."""
+    """Return the cross product of axis c of T and a vector."""
     a, b, e = get(w, T + c), get(w, T + 4 + c), get(w, T + 8 + c)
     return b * z - e * y, e * x - a * z, a * y - b * x
 
 
 @part
 def _write_in_axes(w, T, J, n, x, y, z):
-    """Write a vector, in the axes of T, into a column of height n."""
+    """Write a vector, in the axes of T, to three rows of a column of J[6, n]."""
     for r in range(3):
         along = get(w, T + r) * x + get(w, T + 4 + r) * y + get(w, T + 8 + r) * z
         put(w, J + n * r, along)
@@ -38,11 +38,10 @@ def compute_camera_jacobian(
     bodies="count",
     r="count",
 ):
-    """Compute J of a camera against its target, in its axes: (bodies, ratio, T_w_c, J, n, moves).
+    """Compute the Jacobian J of a camera relative to its target, in camera axes.
 
-    Of each move: its column, body, whether it turns, axis, ratio, sign; see
-    `robsim.kernels.formulas.jacobian`. An axis a through o gives v = a x (p - o), omega = a; a
-    slide along a gives v = a.
+    `moves` are described in `robsim.kernels.formulas.jacobian`. A rotation about an axis a through
+    o gives v = a x (p - o) and omega = a. A translation along a gives v = a.
     """
     C = T_w_c
     zero = 0.0 * get(w, ratios)
@@ -71,7 +70,7 @@ def compute_camera_jacobian(
 
 @part
 def _load_six(w, first, apart):
-    """Return six rows that stand apart."""
+    """Return six rows at a stride `apart`."""
     return (
         get(w, first), get(w, first + apart), get(w, first + 2 * apart),
         get(w, first + 3 * apart), get(w, first + 4 * apart), get(w, first + 5 * apart),
@@ -80,16 +79,16 @@ def _load_six(w, first, apart):
 
 @part
 def _dot_six(a, b):
-    """Return the sum of six products."""
+    """Return the dot product of two vectors of six components."""
     total = a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
     return total + a[3] * b[3] + a[4] * b[4] + a[5] * b[5]
 
 
 @stage
 def compute_task_jacobian(w, step, L="k, 6", k="count", J="6, n", n="count", A="k, n"):
-    """Compute A = L J: (L, k, J, n, A).
+    """Compute A = L J.
 
-    Two rows of L at a time stay in registers; the last one of an odd number is its own neighbour.
+    Two rows of L at a time stay in registers. If k is odd, the last row is paired with itself.
     """
     for i in range(0, k, 2):
         j = min(i + 1, k - 1)
@@ -102,28 +101,28 @@ def compute_task_jacobian(w, step, L="k, 6", k="count", J="6, n", n="count", A="
 
 @stage
 def subtract_goal(w, step, k="count", s="k", s_goal="k", error="k"):
-    """Compute error = s - s_goal: (k, s, s_goal, error)."""
+    """Compute error = s - s_goal."""
     for i in range(k):
         put(w, error + i, get(w, s + i) - get(w, s_goal + i))
 
 
 @stage
 def compute_joint_command(w, step, n="count", gain="row", x="n", qd="n"):
-    """Compute qd = -gain x: (n, gain, x, qd)."""
+    """Compute the command qd = -gain x."""
     for i in range(n):
         put(w, qd + i, -(get(w, gain) * get(w, x + i)))
 
 
 @stage
 def copy_rows(w, step, n="count", rows="n", to="n"):
-    """Copy rows of a block to others: (n, from, to)."""
+    """Copy n rows of a block to the rows `to`."""
     for i in range(n):
         put(w, to + i, get(w, rows + i))
 
 
 @stage
 def multiply_transpose(w, step, A="k, n", k="count", n="count", y="k", x="n"):
-    """Compute x = A' y: (A, k, n, y, x)."""
+    """Compute x = A' y."""
     for j in range(n):
         total = get(w, A + j) * get(w, y)
         for i in range(1, k):
@@ -148,10 +147,12 @@ def solve_task(
     slides="whole",
     size="count",
 ):
-    """Compute x = A^+ y: (A, k, n, y, damping or -1, rcond, x, rank, J, scratch)."""
+    """Compute x = A^+ y, truncated or damped, and the rank of A.
+
+    J, or the number of leading columns `slides`, determines the columns of A that are per metre.
+    """
     metres = J if J >= 0 else -1 - slides
-    found = solve_block(w, A, k, n, y, damping, get(w, rcond), x, metres, scratch)
-    put(w, rank, found)
+    put(w, rank, solve_block(w, A, k, n, y, damping, get(w, rcond), x, metres, scratch))
 
 
 @stage
@@ -170,18 +171,16 @@ def solve_task_product(
     scratch="size",
     size="count",
 ):
-    """Compute x = (L J)^+ y: (L, k, J, n, L J, y, rcond, x, rank, scratch)."""
-    share = get(w, rcond)
-    found = solve_product_block(w, L, k, J, n, A, y, share, x, scratch)
-    put(w, rank, found)
+    """Compute x = A^+ y for A = L J, and the rank of A."""
+    put(w, rank, solve_product_block(w, L, k, J, n, A, y, get(w, rcond), x, scratch))
 
 
 @stage
 def scale_length_unit(w, step, A="n, m", n="count", m="count", length="row", how="whole", B="n, m"):
-    """Compute B, the matrix A[n, m] in another unit of length: (A, n, m, unit, how, B).
+    """Compute B, the matrix A in another unit of length.
 
-    The first three rows are divided by it (how 0) or multiplied (2), or the first three columns
-    multiplied (1).
+    how = 0 divides the first three rows by the length, how = 2 multiplies them, and how = 1
+    multiplies the first three columns.
     """
     unit = get(w, length)
     for i in range(n):
@@ -196,7 +195,7 @@ def scale_length_unit(w, step, A="n, m", n="count", m="count", length="row", how
 
 @stage
 def weight_matrix_rows(w, step, A="n, m", n="count", m="count", weights="n", B="n, m"):
-    """Compute B, each row that of A[n, m] times its own weight: (A, n, m, weights, B)."""
+    """Compute B, the matrix A with each row multiplied by its weight."""
     for i in range(n):
         for j in range(m):
             put(w, B + i * m + j, get(w, weights + i) * get(w, A + i * m + j))
@@ -204,14 +203,14 @@ def weight_matrix_rows(w, step, A="n, m", n="count", m="count", weights="n", B="
 
 @stage
 def average_rows(w, step, n="count", rows="n", others="n"):
-    """Replace rows by the mean of themselves and others: (n, rows, others)."""
+    """Replace n rows by the mean of these rows and `others`."""
     for i in range(n):
         put(w, rows + i, 0.5 * (get(w, rows + i) + get(w, others + i)))
 
 
 @stage
 def express_in_first_camera(w, step, L="k, 6", k="count", A="6, 6", out="k, 6"):
-    """Compute L of the first camera's twist, L A: (L, k, A, out), with V = A V_first."""
+    """Compute out = L A, the interaction matrix for the first camera's twist, V = A V_first."""
     for i in range(k):
         for j in range(6):
             total = 0.0 * get(w, L)
@@ -222,10 +221,10 @@ def express_in_first_camera(w, step, L="k, 6", k="count", A="6, 6", out="k, 6"):
 
 @stage
 def adapt_gain(w, step, n="count", size_of="n", numbers="3", largest="whole", gain="row"):
-    """Compute the gain at the size of an error or a command: (n, x, numbers, largest, gain).
+    """Compute the adaptive gain for the size of an error or a command.
 
-    The numbers are those at zero and at infinity and the slope; the size is the norm or, if
-    `largest`, the largest |x|.
+    The numbers are the gain at zero, the gain at infinity, and the slope. The size is the norm of
+    the rows `size_of`, or their largest magnitude if `largest` is nonzero.
     """
     zero = 0.0 * get(w, numbers)
     square, most = zero, zero
@@ -235,13 +234,13 @@ def adapt_gain(w, step, n="count", size_of="n", numbers="3", largest="whole", ga
     size = most if largest else sqrt(square)
     for i in range(WIDTH):
         at = numbers * WIDTH + i
-        found = gain_at(w[at], w[at + WIDTH], w[at + 2 * WIDTH], get_lane(size, i))
-        w[gain * WIDTH + i] = found
+        adapted_gain = gain_at(w[at], w[at + WIDTH], w[at + 2 * WIDTH], get_lane(size, i))
+        w[gain * WIDTH + i] = adapted_gain
 
 
 @stage
 def multiply_vector(w, step, A="n, m", n="count", m="count", x="m", out="n"):
-    """Compute out = A x: (A, n, m, x, out)."""
+    """Compute out = A x."""
     for i in range(n):
         total = 0.0 * get(w, A)
         for j in range(m):
@@ -251,7 +250,7 @@ def multiply_vector(w, step, A="n, m", n="count", m="count", x="m", out="n"):
 
 @stage
 def add_vectors(w, step, n="count", x="n", y="n", out="n"):
-    """Compute out = x + y: (n, x, y, out)."""
+    """Compute out = x + y."""
     for i in range(n):
         put(w, out + i, get(w, x + i) + get(w, y + i))
 
@@ -260,7 +259,7 @@ def add_vectors(w, step, n="count", x="n", y="n", out="n"):
 def add_scaled_vector(
     w, step, n="count", x="n", factor="row", more_of="n", divided="whole", out="n"
 ):
-    """Compute out = x + factor y, or x + y / factor: (n, x, factor, y, whether divided, out)."""
+    """Compute out = x + factor y, or x + y / factor if `divided`, for y in rows `more_of`."""
     factor = get(w, factor)
     for i in range(n):
         y = get(w, more_of + i)
@@ -272,9 +271,10 @@ def add_scaled_vector(
 def estimate_drift(
     w, step, k="count", errors="k", before="k", moved="k", drifts="k", lag="row", dt="row"
 ):
-    """Estimate the drift of the error that the command does not explain.
+    """Estimate the rate of the error that the command does not explain, by a first-order filter.
 
-    (k, error, error before, what was moved, drift, lag, dt): a first-order filter.
+    `before` holds the error of the last step, `moved` the error rate that the command caused, and
+    `lag` is the time constant of the filter.
     """
     share = get(w, dt) / (get(w, lag) + get(w, dt))
     for i in range(k):
@@ -289,7 +289,7 @@ def estimate_drift(
 
 @stage
 def mask_hidden_rows(w, step, A="n, m", n="count", m="count", hidden="n", out="n, m"):
-    """Compute out, A[n, m] with zeros in hidden rows: (A, n, m, hidden, out)."""
+    """Compute out, the matrix A with zeros in its hidden rows."""
     for i in range(n):
         for j in range(m):
             at = i * m + j
@@ -300,7 +300,7 @@ def mask_hidden_rows(w, step, A="n, m", n="count", m="count", hidden="n", out="n
 def widen_matrix(
     w, step, A="n, m", n="count", m="count", out="n, width", width="count", columns="each: whole"
 ):
-    """Copy A[n, m] into some columns of a wider matrix: (A, n, m, out, width), and the columns."""
+    """Copy the columns of A to the given columns of a wider matrix."""
     for i in range(n):
         for j in range(m):
             put(w, out + i * width + columns[1 + j], get(w, A + i * m + j))
@@ -308,23 +308,26 @@ def widen_matrix(
 
 @stage
 def compute_any(w, step, out="row", rows="each: row"):
-    """Compute whether any of some rows is true: (n, out), and the rows."""
-    found = 0.0 * get(w, rows[1])
+    """Compute 1 if any of the rows is positive, else 0."""
+    flag = 0.0 * get(w, rows[1])
     for i in range(rows[0]):
-        found = where(get(w, rows[1 + i]) > 0.0, 1.0, found)
-    put(w, out, found)
+        flag = where(get(w, rows[1 + i]) > 0.0, 1.0, flag)
+    put(w, out, flag)
 
 
 @stage
 def clear_rows(w, step, n="count", rows="n"):
-    """Set rows to zero: (n, first)."""
+    """Set n rows to zero."""
     for i in range(n):
         put(w, rows + i, 0.0)
 
 
 @stage
 def add_switched_velocity(w, step, n="count", qd="n", second="row", which="whole", to="each: row"):
-    """Add velocities where it is their scheme's turn: (n, qd, second, which), and rows for each."""
+    """Add the velocities qd of scheme `which` to rows `to` if this scheme commands.
+
+    The row `second` is 1 if the second scheme commands, else 0.
+    """
     turn = get(w, second) == 1.0 * which
     for i in range(n):
         put(w, to[1 + i], get(w, to[1 + i]) + where(turn, get(w, qd + i), 0.0))

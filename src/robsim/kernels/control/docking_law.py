@@ -1,4 +1,4 @@
-"""Stages of the docking of a unicycle."""
+"""Stages of the control law that docks a unicycle."""
 
 import math
 
@@ -11,16 +11,13 @@ from robsim.kernels.machine.lanes import WIDTH, get, put
 from robsim.kernels.machine.stages import stage
 
 LEAST_DISTANCE = (
-    1e-9  # metres; nearer, the bearing of the goal is rounding: the unicycle turns on the spot
+    1e-9  # metres; at a smaller distance the goal's bearing is rounding: turn on the spot
 )
 
 
 @stage
 def compute_planar_pose(w, step, error="6", T_b_c="3, 4", T_c_b="3, 4", room="30", x="3"):
-    """Compute x, y and heading in goal axes, from (c*t_c, theta u): (error, T_b_c, T_c_b, room, x).
-
-    The room has 30 rows.
-    """
+    """Compute the base's x, y and heading in goal axes from the camera's error (c*t_c, theta u)."""
     T, turned, twist = room, room + 12, room + 24
     for i in range(3):
         put(w, twist + i, 0.0)
@@ -38,7 +35,11 @@ def compute_planar_pose(w, step, error="6", T_b_c="3, 4", T_c_b="3, 4", room="30
 
 @stage
 def dock_unicycle(w, step, place="3", rate="row", numbers="2", qd="2"):
-    """Compute v and omega (Aicardi et al. 1995): (x, gain, numbers, qd); numbers are turn and h."""
+    """Compute v and omega of the unicycle (Aicardi et al. 1995).
+
+    `place` is x, y and heading in goal axes, `rate` the gain, and the numbers are the gain of the
+    turn and the weight h.
+    """
     for b in range(WIDTH):
         at = place * WIDTH + b
         x, y, heading = w[at], w[at + WIDTH], w[at + 2 * WIDTH]

@@ -1,6 +1,6 @@
-"""Stages of a frame that follows a path: straight motions, what is missed, and the twist on.
+"""Stages that sample a straight motion of a frame, and compute its deviation and its twist.
 
-Poses have twelve rows, [R | t] row by row, in the world.
+Poses in the world have twelve rows, [R | t] row by row.
 """
 
 from robsim.kernels.features.pose_features import theta_u_interaction
@@ -17,12 +17,12 @@ from robsim.kernels.machine.jit import kernel
 from robsim.kernels.machine.lanes import WIDTH, any_lane, get, put, sqrt, where
 from robsim.kernels.machine.stages import stage
 
-PATH_SCRATCH = 46  # rows in which these stages work
+PATH_SCRATCH = 46  # scratch rows of these stages
 
 
 @kernel
 def _rotation_between(w, A, B, room, out, fixed):
-    """Compute the turn from A to B, in axes of A or in `fixed` ones."""
+    """Compute the rotation vector from A to B, in axes of A or in `fixed` axes."""
     back, turned = matrix(w, room, 3, 4), matrix(w, room + 12, 3, 4)
     quaternion, turn = vector(w, room + 24, 4), vector(w, out, 3)
     if fixed:
@@ -37,15 +37,17 @@ def _rotation_between(w, A, B, room, out, fixed):
 
 @kernel
 def _vector_length(w, v):
+    """Return the length of a vector in three rows."""
     x, y, z = get(w, v), get(w, v + 1), get(w, v + 2)
     return sqrt(x * x + y * y + z * z)
 
 
 @stage
 def plan_straight_motion(w, step, start="3, 4", goal="3, 4", room="46", way="8"):
-    """Compute way and turn of a straight motion at the start: (start, goal, room, way).
+    """Compute the translation and the rotation of a straight motion at step 0.
 
-    The rows of the turn, in axes of the start, follow those of the way, and then their lengths.
+    The eight rows `way` are the translation, the rotation vector in axes of the start, and the
+    lengths of both.
     """
     if step > 0:
         return
@@ -58,15 +60,15 @@ def plan_straight_motion(w, step, start="3, 4", goal="3, 4", room="46", way="8")
 
 @kernel
 def _write_later_pose(w, step, dt, seconds, ramps, start, way, goal, room, out):
-    """Fill the rows of `ahead` of `sample_straight_motion`, with the time of a step."""
+    """Write the pose of a straight motion at the time of a step to rows `out` + 12."""
     for i in range(2):
         for b in range(WIDTH):
             t, ramp = step * w[dt * WIDTH + b], w[(ramps + i) * WIDTH + b]
             w[(room + i) * WIDTH + b], _, _ = motion_share(t, w[seconds * WIDTH + b], ramp)
     T, end, there = matrix(w, start, 3, 4), matrix(w, goal, 3, 4), matrix(w, out + 12, 3, 4)
     twist, turned = vector(w, room + 2, 6), matrix(w, room + 8, 3, 4)
-    given = vector(w, way, 3), vector(w, way + 3, 3), vector(w, room, 2)
-    interpolate_pose(T, *given, end, twist, turned, there)
+    motion = vector(w, way, 3), vector(w, way + 3, 3), vector(w, room, 2)
+    interpolate_pose(T, *motion, end, twist, turned, there)
 
 
 @stage
@@ -82,20 +84,20 @@ def sample_straight_motion(
     room="46",
     here="2, 3, 4",
 ):
-    """Compute where a straight motion is: (dt, seconds, ramps, start, way, goal, room, here)."""
-    given = dt, seconds, ramps, start, way, goal, room, here
+    """Compute the two poses `here` of a straight motion, now and one period later."""
+    arguments = dt, seconds, ramps, start, way, goal, room, here
     if step == 0:
-        _write_later_pose(w, 0, *given)
+        _write_later_pose(w, 0, *arguments)
     for i in range(12):
         put(w, here + i, get(w, here + 12 + i))
-    _write_later_pose(w, step + 1, *given)
+    _write_later_pose(w, step + 1, *arguments)
 
 
 @stage
 def compute_path_error(w, step, T="3, 4", end="3, 4", room="46", s="6", L="3, 6"):
-    """Compute s, position and turn from the end, and L of the turn: (T, end, room, s, L).
+    """Compute s, the position and the rotation vector from the end pose, and L of the rotation.
 
-    d(theta u)/dt = L(-theta u) omega in fixed axes.
+    In fixed axes d(theta u)/dt = L(-theta u) omega.
     """
     for i in range(3):
         put(w, s + i, get(w, T + 4 * i + 3))
@@ -107,7 +109,7 @@ def compute_path_error(w, step, T="3, 4", end="3, 4", room="46", s="6", L="3, 6"
 
 @kernel
 def _reduce_deviation(w, T, here, ahead, left, room, wanted):
-    """Compute `ahead`, and as much of what T is beside `here` as is left."""
+    """Compute `wanted`, the pose `ahead` displaced by the share `left` of T's deviation."""
     off, back, more = room + 28, room, room + 34
     _rotation_between(w, here, T, room, off + 3, True)
     for i in range(3):
@@ -126,9 +128,9 @@ def _reduce_deviation(w, T, here, ahead, left, room, wanted):
 def compute_path_twist(
     w, step, T="3, 4", here="2, 3, 4", gain="row", duration="row", room="46", wanted="3, 4", V="6"
 ):
-    """Compute the twist (v, omega) that takes a frame on: (T, here, gain, dt, room, wanted, V).
+    """Compute the twist V = (v, omega), in world axes, that moves a frame along its path.
 
-    In axes of the world. A period later as much is left of what is missed as the gain leaves.
+    One period later the share 1 - gain dt of the deviation of T from its path is left.
     """
     ahead, dt = here + 12, get(w, duration)
     rate = get(w, gain)

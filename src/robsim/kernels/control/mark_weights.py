@@ -1,7 +1,7 @@
-"""Stages of the weights of marks, and of the numbers that a feature makes of them.
+"""Stages that compute the weights of marks, and of the feature components that depend on the marks.
 
-A weight is 0 where a mark is not there or is not to count, 1 where it counts in full, and goes from
-one to the other by the polynomial 6 x^5 - 15 x^4 + 10 x^3, which is twice differentiable.
+The weight is 0 for a mark that is absent or excluded, and 1 for a mark that counts in full. Between
+0 and 1 it follows the polynomial 6 x^5 - 15 x^4 + 10 x^3, which is twice differentiable.
 """
 
 import numpy as np
@@ -17,7 +17,7 @@ from robsim.kernels.machine.stages import stage
 
 @part
 def _smooth_weight(x):
-    """Return the share from 0 at x = 0 to 1 at x = 1, constant beyond, and 0 where x is NaN."""
+    """Return the smooth weight, 0 for x <= 0 or NaN and 1 for x >= 1."""
     x = where(x > 0.0, x, 0.0)
     return quintic_profile(where(x < 1.0, x, 1.0))[0]
 
@@ -26,9 +26,9 @@ def _smooth_weight(x):
 def flag_measured_marks(
     w, step, N="count", pixels="N, 2", points="N, 2", camera="22", out="N", hidden="N or none"
 ):
-    """Compute 1 for marks that are measured in the image, else 0: (N, pixels, points, camera, out).
+    """Compute 1 for marks that are measured in the image, else 0.
 
-    Then the rows of whether they are hidden, or -1. A pixel without a direction is not measured.
+    A hidden mark is not measured. A mark without a finite normalised point is not measured either.
     """
     b = camera + BORDER
     for n in range(N):
@@ -36,17 +36,18 @@ def flag_measured_marks(
         x = get(w, points + 2 * n) + get(w, points + 2 * n + 1)
         inside = (u >= get(w, b)) & (u < get(w, b + 1)) & (v >= get(w, b + 2))
         inside = inside & (v < get(w, b + 3)) & (absolute(x) < np.inf)
-        found = where(inside, 1.0, 0.0)
+        flag = where(inside, 1.0, 0.0)
         if hidden >= 0:
-            found = where(get(w, hidden + n) > 0.0, 0.0, found)
-        put(w, out + n, found)
+            flag = where(get(w, hidden + n) > 0.0, 0.0, flag)
+        put(w, out + n, flag)
 
 
 @stage
 def weight_border_distance(w, step, N="count", pixels="N, 2", camera="22", width="row", out="N"):
-    """Compute the weights of marks by their way to the border: (N, pixels, camera, width, out).
+    """Compute weights of marks by their distance from the border of the image.
 
-    It is the product of a share for each of the four sides, each 1 from `width` pixels on.
+    The weight is the product of one factor for each side. A factor is 1 at a distance of `width`
+    pixels or more.
     """
     b, width = camera + BORDER, get(w, width)
     for n in range(N):
@@ -62,9 +63,9 @@ def weight_border_distance(w, step, N="count", pixels="N, 2", camera="22", width
 
 @stage
 def fade_weights(w, step, N="count", there="N", seconds="row", dt="row", ramp="N", out="N"):
-    """Compute the weights of marks that come and go within a time: (N, there, time, dt, ramp, out).
+    """Compute weights of marks that fade in and out within `seconds`.
 
-    At the start those that are there count in full. The ramps are kept from step to step.
+    At step 0 the present marks have weight 1. The rows `ramp` keep their values between steps.
     """
     change = get(w, dt) / get(w, seconds)
     for n in range(N):
@@ -79,26 +80,23 @@ def fade_weights(w, step, N="count", there="N", seconds="row", dt="row", ramp="N
 
 @stage
 def compute_smallest_weights(w, step, k="count", weights="k", numbers="each: each: row"):
-    """Compute the smallest weight of the marks that each number depends on: (k, weights).
+    """Compute the weight of each feature component, the smallest weight of its marks.
 
-    Then of each number: on how many marks it depends, and the rows of their weights.
+    `numbers` holds the rows of the marks' weights for each feature component.
     """
     at = 1
     for i in range(k):
-        found = get(w, numbers[at + 1])
+        smallest = get(w, numbers[at + 1])
         for j in range(1, numbers[at]):
             other = get(w, numbers[at + 1 + j])
-            found = where(other < found, other, found)
-        put(w, weights + i, found)
+            smallest = where(other < smallest, other, smallest)
+        put(w, weights + i, smallest)
         at += 1 + numbers[at]
 
 
 @stage
 def require_enough_marks(w, step, k="count", out="k", needed="whole", weights="each: row"):
-    """Compute k weights: 1 where enough marks are there, else 0: (k, out, enough, marks).
-
-    Then the rows of the weights of so many marks.
-    """
+    """Compute k weights, 1 if at least `needed` marks have a positive weight, else 0."""
     count = 0.0 * get(w, weights[1])
     for n in range(weights[0]):
         count = count + where(get(w, weights[1 + n]) > 0.0, 1.0, 0.0)
@@ -108,7 +106,7 @@ def require_enough_marks(w, step, k="count", out="k", needed="whole", weights="e
 
 @stage
 def flag_unused_numbers(w, step, k="count", weights="k", out="k"):
-    """Compute 1 for numbers of weight 0, else 0: (k, weights, out)."""
+    """Compute 1 for feature components of weight 0, else 0."""
     for i in range(k):
         put(w, out + i, where(get(w, weights + i) > 0.0, 0.0, 1.0))
 
@@ -132,12 +130,11 @@ def detect_too_few_marks(
     slides="whole",
     size="count",
 ):
-    """Compute whether too little is left to command: (k, n, A, J, weights, needed, rcond, ...).
+    """Compute the status OUT_OF_IMAGE if too few marks remain for a command, else IN_IMAGE.
 
-    Then how many marks are needed, the status, zeros, room, the number of images, and of each the
-    number of its marks and the rows of their weights. The status is that of a mark out of the image
-    where fewer marks are in use than needed; or where numbers are not, and the rank of A = L J is
-    below the needed one and that of J, where `J` is the row of J (see `solve_block`).
+    The status is OUT_OF_IMAGE if fewer than `marks` marks have a positive weight. If a feature
+    component is unused, the status is also OUT_OF_IMAGE if the rank of A = L J is below both the
+    number in the row least and the rank of J. See `solve_block` for J and slides.
     """
     rcond, metres = get(w, rcond), J if J >= 0 else -1 - slides
     unused = 0.0 * rcond
@@ -160,9 +157,9 @@ def detect_too_few_marks(
 
 @stage
 def compute_row_maximum(w, step, out="row", rows="each: row"):
-    """Compute the largest of some rows: (how many, out), and the rows."""
-    found = get(w, rows[1])
+    """Compute the maximum of rows."""
+    largest = get(w, rows[1])
     for i in range(1, rows[0]):
         other = get(w, rows[1 + i])
-        found = where(other > found, other, found)
-    put(w, out, found)
+        largest = where(other > largest, other, largest)
+    put(w, out, largest)

@@ -1,4 +1,4 @@
-"""Redundancy: the large projector, secondary motions, and the smooth start of a command."""
+"""Null-space motions, the large projector, and the smooth start of a command."""
 
 import math
 
@@ -12,7 +12,7 @@ from robsim.kernels.machine.stages import stage
 
 @kernel
 def sigmoid_switch(x, low, high):
-    """Return w: 0 up to low, 1 from high on, between them a sigmoid scaled to meet both ends.
+    """Return the weight w: 0 for x <= low, 1 for x >= high, and a scaled sigmoid in between.
 
     With u = (x - low)/(high - low), sig(u) = 1/(1 + exp(6 - 12 u)), this is
     (sig(u) - sig(0))/(sig(1) - sig(0)), since sig = (1 + tanh(6 u - 3))/2.
@@ -28,8 +28,8 @@ def sigmoid_switch(x, low, high):
 def blend_large_projector(A, e, low, high, P):
     """Replace the projector P by w (I - A'e e'A/(e'A A'e)) + (1 - w) P, w = switch(||e||).
 
-    At first P[n, n, b] is the projector of A[k, n, b] itself; e is [k, b]. Where A'e is zero but
-    for rounding, w is 0.
+    On entry P[n, n, b] is the projector onto the null space of A[k, n, b]. e has shape [k, b]. If
+    A'e is zero up to rounding, w is 0.
     """
     n, runs = A.shape[1], A.shape[2]
     u, square, most, norm = np.zeros((n, runs)), np.zeros(runs), np.zeros(runs), np.zeros(runs)
@@ -55,7 +55,7 @@ def blend_large_projector(A, e, low, high, P):
 
 @stage
 def apply_large_projector(w, step, A="k, n", k="count", n="count", error="k", bounds="2", P="n, n"):
-    """Replace a projector by the large one: (A, k, n, error, bounds of ||e||, P)."""
+    """Replace the projector P by the large projector. The bounds of ||e|| are low and high."""
     A, e, P = matrix(w, A, k, n), vector(w, error, k), matrix(w, P, n, n)
     blend_large_projector(A, e, w[bounds * WIDTH], w[(bounds + 1) * WIDTH], P)
 
@@ -64,9 +64,9 @@ def apply_large_projector(w, step, A="k, n", k="count", n="count", error="k", bo
 def compute_limit_avoidance(
     w, step, n="count", gain="row", lowest="n", highest="n", wish="n", q="each: row or none"
 ):
-    """Compute gain (q within bounds - q): (n, gain, lowest, highest, wish), and the rows of q.
+    """Compute the secondary motion gain (clip(q, lowest, highest) - q).
 
-    A velocity without a coordinate of its own, -1, has q = 0.
+    A velocity without a coordinate (q = -1) has q = 0.
     """
     gain, low, high = get(w, gain), lowest, highest
     for i in range(n):
@@ -78,7 +78,7 @@ def compute_limit_avoidance(
 
 @stage
 def add_projected_motion(w, step, n="count", P="n, n", wish="n", qd="n", out="n"):
-    """Compute out = qd + P wish: (n, P, wish, qd, out)."""
+    """Add a secondary motion, projected by P into the null space, to the command qd."""
     for i in range(n):
         total = 0.0 * get(w, P)
         for j in range(n):
@@ -88,7 +88,7 @@ def add_projected_motion(w, step, n="count", P="n, n", wish="n", qd="n", out="n"
 
 @stage
 def smooth_start_command(w, step, n="count", mu="row", dt="row", first="n", qd="n", out="n"):
-    """Compute qd - exp(-mu t) qd(0): (n, mu, dt, first, qd, out)."""
+    """Compute out = qd - exp(-mu t) qd(0). The rows `first` store qd(0)."""
     for i in range(WIDTH):
         left = math.exp(-w[mu * WIDTH + i] * (step * w[dt * WIDTH + i]))
         for j in range(n):

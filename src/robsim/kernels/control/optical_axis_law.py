@@ -1,4 +1,4 @@
-"""Stages of the partitioned law, in which area and angle drive the optical axis."""
+"""Stages of the partitioned law: area and angle command the motion along the optical axis."""
 
 import math
 
@@ -8,10 +8,10 @@ from robsim.kernels.machine.stages import stage
 
 @stage
 def command_optical_axis(w, step, k="count", s="k", errors="k", numbers="2", V="6"):
-    """Compute v_z and omega_z of a camera: (k, s, error, numbers, V).
+    """Compute v_z and omega_z of a camera's twist V.
 
-    The last of k features is the area, the one before the angle; the numbers are the gain of the
-    roll and the speed per unit of ln(sigma*/sigma), with sigma the square root of the area.
+    The last two of the k features are the angle and the area. The numbers are the gain of the roll,
+    and the speed per unit of ln(sigma*/sigma) with the square root sigma of the area.
     """
     last = k - 1
     put(w, V + 5, get(w, numbers) * get(w, errors + last - 1))
@@ -25,7 +25,7 @@ def command_optical_axis(w, step, k="count", s="k", errors="k", numbers="2", V="
 def compensate_optical_axis(
     w, step, k="count", gain="row", errors="k", L="k, 6", V="6", rates="k", out="k, 4"
 ):
-    """Compute -gain e - L_z V_z, and L without its columns z: (k, gain, error, L, V, rate, out)."""
+    """Compute rates = -gain e - L_z V_z, and `out`, the matrix L without its columns of z."""
     gain = get(w, gain)
     for i in range(k):
         row = L + 6 * i

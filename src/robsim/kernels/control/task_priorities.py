@@ -1,11 +1,11 @@
-"""Tasks in order of priority, each within what those before it leave free.
+"""Tasks in order of priority: each task is solved in the null space of the tasks before it.
 
-Usually each task has full rank within what is left, whose orthonormal basis N then has as many
-columns as there are numbers left: a QR factorisation of A N serves it, and shortens N. Only a run
-in which the condition of A N is doubtful goes through singular values, with the projector P onto
-what is left in place of N. There rank is decided once for each direction, relative to the largest
-singular value of the task's own matrix A. What a task of higher priority left of it, A P, may be
-nothing but rounding, and a threshold relative to A P would invert that.
+Usually the task matrix A has full rank in the remaining null space, and an orthonormal basis N of
+this space has as many columns as there are free numbers. A QR factorisation of A N then solves the
+task and shortens N. If the condition of A N is doubtful in a run, the run uses singular values, and
+the projector P onto the null space instead of N. The rank is decided for each direction, relative
+to the largest singular value of A. A threshold relative to A P would be wrong: tasks of higher
+priority may leave only rounding errors in A P, and these would be inverted.
 """
 
 import numpy as np
@@ -24,7 +24,7 @@ from robsim.kernels.machine.stages import stage
 
 
 def count_priority_rows(k: int, n: int) -> int:
-    """Return how many rows `solve_priority` needs to work in."""
+    """Return the number of scratch rows that `solve_priority` needs."""
     m = min(k, n)
     usual = k * n + 2 * m + 2 * m * m + max(k, n)
     return n + n * n + k + max(usual, svd.count_truncation_rows(k, n) + n + k * n)
@@ -49,29 +49,30 @@ def solve_priority(
 ):
     """Add (A P)^+ (rate - A qd) to qd (n,), and subtract (A P)^+ A P from P (n, n).
 
-    (A, k, n, rate, rcond, free, qd, P, N, usual, scratch). Singular values of A P below rcond times
-    the largest of A count as zero. `free` numbers are left, n for the first task; N (n, n) holds
-    their basis column by column in the runs in which the row `usual` is 1.
+    Singular values of A P below rcond times the largest singular value of A count as zero. `free`
+    is the dimension of the null space, n for the first task. N (n, n) holds a basis of the null
+    space in column-major order, in the runs with usual = 1.
     """
-    given = A, k, n, rate, rcond, free, qd, P, N, usual, scratch
+    numbers = A, k, n, rate, rcond, free, qd, P, N, usual, scratch
     if free == n:
         _begin_null_space(w, n, qd, P, N, usual)
-    late, left = scratch, scratch + n
-    _remaining_rate(w, given, left + n * n)
-    bound = _solve_by_reflections(w, given, late, left)
-    _shorten_basis(w, n, free, min(k, free), N, 0.0 * get(w, rcond), left)
+    new_qd, new_P = scratch, scratch + n
+    _remaining_rate(w, numbers, new_P + n * n)
+    bound = _solve_by_reflections(w, numbers, new_qd, new_P)
+    _shorten_basis(w, n, free, min(k, free), N, 0.0 * get(w, rcond), new_P)
     sound = (bound < 1.0) & (get(w, usual) > 0.0)
     put(w, usual, where(sound, 1.0, 0.0))
     if any_lane(~sound):
-        _solve_by_singular_values(w, given)
+        _solve_by_singular_values(w, numbers)
     for i in range(n):
-        put(w, qd + i, where(sound, get(w, late + i), get(w, qd + i)))
+        put(w, qd + i, where(sound, get(w, new_qd + i), get(w, qd + i)))
     for i in range(n * n):
-        put(w, P + i, where(sound, get(w, left + i), get(w, P + i)))
+        put(w, P + i, where(sound, get(w, new_P + i), get(w, P + i)))
 
 
 @part
 def _begin_null_space(w, n, qd, P, N, usual):
+    """Initialise qd to zero, and P and N to the identity."""
     for i in range(n):
         put(w, qd + i, 0.0)
         for j in range(n):
@@ -82,7 +83,7 @@ def _begin_null_space(w, n, qd, P, N, usual):
 
 @kernel
 def _remaining_rate(w, p, out):
-    """Compute what is left of a wanted rate, out = rate - A qd."""
+    """Compute the remaining rate of a task, out = rate - A qd."""
     A, n, qd = p[0], p[2], p[6]
     for i in range(p[1]):
         total = get(w, p[3] + i)
@@ -93,9 +94,9 @@ def _remaining_rate(w, p, out):
 
 @part
 def _solve_by_reflections(w, p, late, left):
-    """Compute qd + N (A N)^+ rest, and turn N so that its last columns are what is left.
+    """Compute qd + N (A N)^+ rest, and rotate N: its last columns span the new null space.
 
-    Return what is below 1 where A N certainly has full rank.
+    Return a bound. A N has full rank if the bound is below 1.
     """
     A, k, n, free, N = p[0], p[1], p[2], p[5], p[8]
     rest, m, wide = left + n * n, min(k, free), k < free
@@ -120,7 +121,7 @@ def _solve_by_reflections(w, p, late, left):
 
 @part
 def _multiply_basis(w, A, k, n, N, free, M, wide):
-    """Compute A N, column by column, or its transpose where it is `wide`."""
+    """Compute A N in column-major order, or its transpose if A N is `wide`."""
     for i in range(k):
         for j in range(free):
             total = get(w, A + n * i) * get(w, N + n * j)
@@ -131,7 +132,7 @@ def _multiply_basis(w, A, k, n, N, free, M, wide):
 
 @part
 def _add_null_space_motion(w, n, qd, N, free, x, out):
-    """Compute velocities with a share of the null space, out = qd + N x."""
+    """Compute out = qd + N x."""
     for i in range(n):
         total = get(w, qd + i)
         for j in range(free):
@@ -141,7 +142,7 @@ def _add_null_space_motion(w, n, qd, N, free, x, out):
 
 @part
 def _solve_least_norm(w, inverse, m, rest, M, height, betas, x):
-    """Compute x = H R^-T rest, the solution of least norm of R' H' x = rest."""
+    """Compute x = H R^-T rest, the least-norm solution of R' H' x = rest."""
     for j in range(height):
         total = 0.0 * get(w, rest)
         if j < m:
@@ -153,14 +154,14 @@ def _solve_least_norm(w, inverse, m, rest, M, height, betas, x):
 
 @part
 def _solve_least_squares(w, inverse, m, rest, M, height, betas, x):
-    """Compute x = R^-1 H' rest, of the least residual of H R x = rest; `rest` is spoilt."""
+    """Compute x = R^-1 H' rest, the least-squares solution of H R x = rest. Overwrite `rest`."""
     apply_reflections(w, M, height, m, betas, rest, 1)
     apply_inverse(w, inverse, m, rest, x)
 
 
 @part
 def _squared_condition_bound(w, A, size, inverse, m, rcond):
-    """Return (rcond ||A|| ||R^-1||)^2 in Frobenius' norms; NaN if A is not finite."""
+    """Return (rcond ||A|| ||R^-1||)^2 in Frobenius norms; NaN if A is not finite."""
     direct, back = 0.0 * rcond, 0.0 * rcond
     for i in range(size):
         direct = direct + get(w, A + i) * get(w, A + i)
@@ -172,7 +173,7 @@ def _squared_condition_bound(w, A, size, inverse, m, rcond):
 
 @part
 def _shorten_basis(w, n, free, m, N, zero, P):
-    """Keep the columns of N from m on, and compute the projector P = N N' onto what is left."""
+    """Keep the columns of N from m on, and compute the projector P = N N' onto their span."""
     for i in range(n * (free - m)):
         put(w, N + i, get(w, N + n * m + i))
     for i in range(n):
@@ -186,7 +187,7 @@ def _shorten_basis(w, n, free, m, N, zero, P):
 
 @part
 def _solve_by_singular_values(w, p):
-    """Compute the same with the singular values of A P, and P in place of N."""
+    """Update qd and P by the singular values of A P."""
     A, k, n, free, rcond, qd, P = p[0], p[1], p[2], p[5], get(w, p[4]), p[6], p[7]
     m, tall = min(k, n), max(k, n)
     rest = p[10] + n + n * n
@@ -205,8 +206,8 @@ def _solve_by_singular_values(w, p):
         for i in range(k):
             along = along + get(w, left + height * s + i) * get(w, rest + i)
         size = get(w, sigma + s)
-        taken = size > rcond * most
-        _take_direction(w, right + width * s, along / (size * size), taken, n, room, qd, P)
+        significant = size > rcond * most
+        _take_direction(w, right + width * s, along / (size * size), significant, n, room, qd, P)
     broken = ~(total * 0.0 == 0.0)
     _set_nan(w, qd, n, broken)
     _set_nan(w, P, n * n, broken)
@@ -214,13 +215,14 @@ def _solve_by_singular_values(w, p):
 
 @part
 def _set_nan(w, x, n, broken):
+    """Set n rows to NaN in the broken runs."""
     for i in range(n):
         put(w, x + i, where(broken, np.nan, get(w, x + i)))
 
 
 @part
 def _project_jacobian(w, A, k, n, P, out):
-    """Compute a task Jacobian within a null space, A P."""
+    """Compute out = A P, a task matrix restricted to the null space."""
     for i in range(k):
         for j in range(n):
             total = 0.0 * get(w, A)
@@ -230,12 +232,11 @@ def _project_jacobian(w, A, k, n, P, out):
 
 
 @part
-def _take_direction(w, direction, along, taken, n, free, qd, P):
-    """Add `along` times the free part P direction to qd, and remove that direction from P.
+def _take_direction(w, direction, along, significant, n, free, qd, P):
+    """Add `along` P direction to qd, and remove this direction from P, in the `significant` runs.
 
-    Only in the runs that are `taken`. The direction lies in the range of P but for rounding;
-    projecting it once more keeps what was taken before undisturbed even where the motion is large,
-    near a conflict.
+    The direction is in the range of P up to rounding. The second projection protects the tasks of
+    higher priority even if the motion is large, near a conflict of tasks.
     """
     square = 0.0 * along
     for i in range(n):
@@ -246,15 +247,15 @@ def _take_direction(w, direction, along, taken, n, free, qd, P):
         square = square + total * total
     for i in range(n):
         here = get(w, free + i)
-        put(w, qd + i, get(w, qd + i) + where(taken, here * along, 0.0))
+        put(w, qd + i, get(w, qd + i) + where(significant, here * along, 0.0))
         for j in range(n):
-            less = where(taken, here * get(w, free + j) / square, 0.0)
+            less = where(significant, here * get(w, free + j) / square, 0.0)
             put(w, P + n * i + j, get(w, P + n * i + j) - less)
 
 
 @kernel
 def _decompose_task(w, A, k, n, G, V, sigma):
-    """Decompose A = G V' or its transpose, whichever is tall; return the largest singular value."""
+    """Decompose A, or A' if A is wide, into G V'. Return the largest singular value."""
     p, m = max(k, n), min(k, n)
     for j in range(m):
         for i in range(p):
@@ -265,7 +266,7 @@ def _decompose_task(w, A, k, n, G, V, sigma):
 
 @part
 def _greatest_or_nan(w, x, n):
-    """Return the largest of n numbers; NaN or infinite if any of them is."""
+    """Return the largest of n numbers, or a number that is not finite if one of them is not."""
     total = 0.0 * get(w, x)
     for i in range(1, n):
         total = total + 0.0 * get(w, x + i)

@@ -1,4 +1,4 @@
-"""Stages that say in which runs a second scheme takes over."""
+"""Stages that determine whether a second scheme commands."""
 
 from robsim.kernels.machine.lanes import absolute, get, put, where
 from robsim.kernels.machine.stages import stage
@@ -6,7 +6,7 @@ from robsim.kernels.machine.stages import stage
 
 @stage
 def compare_error_bound(w, step, k="count", error="k", bound="row", out="row"):
-    """Compute whether all |e| are below a bound: (k, error, bound, out)."""
+    """Compute 1 if all |e| are below a bound, else 0."""
     bound = get(w, bound)
     below = absolute(get(w, error)) < bound
     for i in range(1, k):
@@ -16,10 +16,10 @@ def compare_error_bound(w, step, k="count", error="k", bound="row", out="row"):
 
 @stage
 def detect_near_border(w, step, numbers="3", out="row", images="each: pixels=N, 2; N=count"):
-    """Compute whether a mark is near the border of its image: (numbers, out, images).
+    """Compute 1 if a mark is near the border of its image, else 0.
 
-    Then of each image its pixels, and how many marks. The numbers are the margin, and the largest
-    x and y. A mark that is NaN is nowhere, and then none is near.
+    The numbers are the margin, the largest x and the largest y in pixels. The result is 0 if the
+    pixels of any mark are NaN.
     """
     margin = get(w, numbers)
     near, known = margin < 0.0, margin > 0.0
@@ -34,7 +34,10 @@ def detect_near_border(w, step, numbers="3", out="row", images="each: pixels=N, 
 
 @stage
 def latch_switch(w, step, stays="whole", holds="row", second="row"):
-    """Compute where the second scheme commands: (whether it stays so, holds, second)."""
+    """Compute `second`, 1 if the second scheme commands, else 0.
+
+    It commands while the condition `holds`, and permanently after the first time if `stays`.
+    """
     now = get(w, holds) > 0.0
     if stays and step > 0:
         now = now | (get(w, second) > 0.0)

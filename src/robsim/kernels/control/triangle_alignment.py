@@ -1,6 +1,6 @@
-"""Stages of a law that turns three marks a, b, c to where they are to go.
+"""Stages of a law that aligns a triangle of marks a, b, c with a goal triangle.
 
-Points have three rows each, and a twist (v, omega) six; v is that of the origin of the world.
+A point has three rows and a twist (v, omega) six rows. v is the velocity of the world origin.
 """
 
 from robsim.kernels.machine.jit import part
@@ -10,11 +10,13 @@ from robsim.kernels.machine.stages import stage
 
 @part
 def _load_point(w, row):
+    """Return the point in three rows."""
     return get(w, row), get(w, row + 1), get(w, row + 2)
 
 
 @part
 def _cross_product(a, b):
+    """Return the cross product a x b."""
     return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
 
 
@@ -28,7 +30,7 @@ def _unit_difference(a, b):
 
 @part
 def _triangle_normal(w, abc):
-    """Return P_ab x P_ac, normal to the plane of a, b, c, as long as the sine at a."""
+    """Return the normal P_ab x P_ac of the triangle; its length is the sine of the angle at a."""
     a = _load_point(w, abc)
     return _cross_product(
         _unit_difference(_load_point(w, abc + 3), a), _unit_difference(_load_point(w, abc + 6), a)
@@ -37,7 +39,7 @@ def _triangle_normal(w, abc):
 
 @part
 def _edge_axes(w, abc):
-    """Return unit vectors along ab, across ab in the plane of a, b, c, and normal to it."""
+    """Return unit vectors along ab, across ab in the plane of the triangle, and normal to it."""
     ab, normal = (
         _unit_difference(_load_point(w, abc + 3), _load_point(w, abc)),
         _triangle_normal(w, abc),
@@ -49,7 +51,7 @@ def _edge_axes(w, abc):
 
 @stage
 def transform_triangle(w, step, T="3, 4", points="3, 3", out="3, 3"):
-    """Compute three points in the world: (T, points, out)."""
+    """Compute three points in the world from points in a frame at T."""
     for i in range(0, 9, 3):
         x, y, z = _load_point(w, points + i)
         for r in range(3):
@@ -61,7 +63,10 @@ def transform_triangle(w, step, T="3, 4", points="3, 3", out="3, 3"):
 def compute_alignment_rotation(
     w, step, now="3, 3", goal="3, 3", gain="row", completed="whole", twist="6"
 ):
-    """Compute omega of the twist: (now, goal, gain, completed, twist)."""
+    """Compute omega of the twist that rotates a triangle towards its goal.
+
+    If `completed`, omega aligns all axes of the triangles, else their normals only.
+    """
     gain, omega = get(w, gain), twist + 3
     if completed:
         a, b = _edge_axes(w, now), _edge_axes(w, goal)
@@ -82,7 +87,7 @@ def compute_alignment_rotation(
 def compute_alignment_velocity(
     w, step, now="3, 3", goal="3, 3", gain="row", sign="whole", twist="6"
 ):
-    """Compute v of the twist: (now, goal, gain, sign, twist)."""
+    """Compute v of the twist that moves mark a to its goal, gain (a* - a) + sign omega x a."""
     a, goal, gain, sign = _load_point(w, now), _load_point(w, goal), get(w, gain), 1.0 * sign
     lever = _cross_product(_load_point(w, twist + 3), a)
     for r in range(3):
@@ -91,7 +96,7 @@ def compute_alignment_velocity(
 
 @stage
 def shift_twist_reference(w, step, T="3, 4", twist="6"):
-    """Replace v of a twist by the velocity of a frame at T, v + omega x t: (T, twist)."""
+    """Replace v of a twist by the velocity v + omega x t of a frame at T."""
     at = get(w, T + 3), get(w, T + 7), get(w, T + 11)
     lever = _cross_product(_load_point(w, twist + 3), at)
     for r in range(3):

@@ -1,4 +1,4 @@
-"""The limits of speeds by scaling of commands."""
+"""Scaling of commands to speed limits."""
 
 from robsim.kernels.machine.jit import part
 from robsim.kernels.machine.lanes import absolute, get, put, sqrt, where
@@ -19,9 +19,9 @@ def _twist_speed(w, J, n, first, qd):
 
 @stage
 def scale_command(w, step, n="count", J="6, n", limits="n + 2", qd="n", out="n"):
-    """Compute qd over the largest of 1 and each speed over its limit: (n, J, limits, qd, out).
+    """Compute out = qd / max(1, speed / limit) over all limited speeds.
 
-    The limits are n on |qd|, and two on |v| and |omega| of the twist J[6, n] qd.
+    The limits are n limits of |qd|, and the limits of |v| and |omega| of the twist J[6, n] qd.
     """
     excess = 0.0 * get(w, qd) + 1.0
     for h in range(2):

@@ -1,1 +1,1 @@
-"""Estimates from images: poses, depths, robust weights."""
+"""Estimation of poses, depths and robust weights from images."""

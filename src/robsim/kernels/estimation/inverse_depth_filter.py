@@ -1,7 +1,7 @@
-"""Depth from known motion, by an extended Kalman filter of each mark, with the run last.
+"""Depth from known camera motion, by an extended Kalman filter for each mark. The run is last.
 
-The state of a mark is (x, y, chi): its normalised image point and its inverse depth 1/Z, which is
-nearly linear in what the image shows (Matthies, Kanade and Szeliski 1989).
+The state of a mark is (x, y, chi), its normalised image point and its inverse depth chi = 1/Z. The
+image motion is nearly linear in chi (Matthies, Kanade and Szeliski 1989).
 """
 
 import math
@@ -14,23 +14,24 @@ from robsim.kernels.machine.jit import kernel, part
 from robsim.kernels.machine.lanes import WIDTH, get, put
 from robsim.kernels.machine.stages import stage
 
-NEAREST, FARTHEST = 0.01, 100.0  # metres: an estimate stays between them
-# Standard deviations that a second adds to what the motion predicts, for twists that are not quite
-# as believed: of x and y, and of chi relative to itself.
+NEAREST, FARTHEST = 0.01, 100.0  # metres: bounds of an estimate
+# Process noise for inaccurate twists: standard deviations after one second of x and y, and of chi
+# relative to its value.
 POINT_DRIFT, DEPTH_DRIFT = 1e-4, 1e-2
 
 
 @kernel
 def _clip_inverse_depth(chi):
+    """Return an inverse depth clipped to the bounds of an estimate."""
     return min(max(chi, 1.0 / FARTHEST), 1.0 / NEAREST)
 
 
 @kernel
 def move_mark(x, y, chi, T, b):
-    """Return (x', y', chi') and its Jacobian (three rows) of a mark seen after X' = T[3, 4, b] X.
+    """Return the state (x', y', chi') of a mark after X' = T[3, 4, b] X, and its Jacobian by rows.
 
-    Y = R (x, y, 1) + chi p is X' over the old depth: x' = Y1/Y3, y' = Y2/Y3, chi' = chi/Y3. A
-    mark that would come nearer than NEAREST stays there.
+    Y = R (x, y, 1) + chi p is X' divided by the old depth: x' = Y1/Y3, y' = Y2/Y3, chi' = chi/Y3.
+    The depth of the mark is at least NEAREST.
     """
     Y1 = T[0, 0, b] * x + T[0, 1, b] * y + T[0, 2, b] + chi * T[0, 3, b]
     Y2 = T[1, 0, b] * x + T[1, 1, b] * y + T[1, 2, b] + chi * T[1, 3, b]
@@ -57,9 +58,9 @@ def _covariance_term(f, g, P, n, b):
 
 @kernel
 def predict_depth(state, P, V, dt, state_out, P_out):
-    """Compute state[n, 3, b] and covariance P[n, 3, 3, b] after a camera motion exp(V[6, b] dt).
+    """Predict state[n, 3, b] and covariance P[n, 3, 3, b] after a camera motion exp(V[6, b] dt).
 
-    Exact in the state; the covariance follows its Jacobian, and grows by the drift.
+    The state is exact. The covariance is propagated by the Jacobian, plus the process noise.
     """
     back, T = np.empty(V.shape), np.empty((3, 4, V.shape[1]))
     for c in range(6):
@@ -87,7 +88,7 @@ def predict_depth(state, P, V, dt, state_out, P_out):
 
 @part
 def _correct_coordinate(r, measured, variance, n, b, state, P):
-    """Update by one coordinate r of the point (Kalman), in place."""
+    """Correct state and covariance of a mark by coordinate r of its measured point, in place."""
     a0, a1, a2 = P[n, 0, r, b], P[n, 1, r, b], P[n, 2, r, b]
     s = P[n, r, r, b] + variance
     k0, k1, k2, off = a0 / s, a1 / s, a2 / s, measured - state[n, r, b]
@@ -107,8 +108,9 @@ def _correct_coordinate(r, measured, variance, n, b, state, P):
 def correct_depth(state, P, x, sigma):
     """Correct state[n, 3, b] and P[n, 3, 3, b] in place by points x[n, 2, b].
 
-    Its two coordinates err independently, by sigma[2, b], and are taken one after the other. A
-    point that is not finite was not measured, and leaves the prediction as it is.
+    The errors of both coordinates are independent with standard deviations sigma[2, b], so the
+    coordinates are processed one after the other. A point that is not finite was not measured, and
+    its prediction stays unchanged.
     """
     for n in range(x.shape[0]):
         for b in range(x.shape[2]):
@@ -131,9 +133,10 @@ def filter_depths(
     room="12*N",
     depth="N",
 ):
-    """Filter depths: (N, points, dt, twist, numbers, state, covariance, room, depth).
+    """Filter the depths of N marks by the camera's twist and the measured points.
 
-    The numbers are 1/Z at the start and its standard deviation, and those of both coordinates.
+    The numbers are the initial 1/Z, its standard deviation, and the standard deviations of both
+    coordinates of a point.
     """
     numbers, dt = vector(w, numbers, 4), w[dt * WIDTH]
     x, state = matrix(w, points, N, 2), matrix(w, estimate, N, 3)
@@ -153,9 +156,10 @@ def filter_depths(
 
 @kernel
 def initialise_depth_filter(x, numbers, state, P):
-    """Compute state[n, 3, b] and P[n, 3, 3, b] at the first points x[n, 2, b].
+    """Initialise state[n, 3, b] and P[n, 3, 3, b] from the first points x[n, 2, b].
 
-    The numbers[4, b] are 1/Z and its standard deviation, and those of both coordinates.
+    The numbers[4, b] are 1/Z, its standard deviation, and the standard deviations of both
+    coordinates of a point.
     """
     P[:] = 0.0
     for n in range(x.shape[0]):

@@ -1,8 +1,9 @@
-"""Robust weights: how far marks are believed, from how far they are from where they should be.
+"""M-estimators: robust weights of marks from the distances to their expected points.
 
-An M-estimate makes a sum of rho(r / sigma) least, which is to weigh squares by w = rho'(u) / u at
-u = r / sigma (iteratively reweighted least squares; Holland and Welsch 1977). The constants give
-95 percent of the efficiency of least squares where errors are Gaussian and no mark lies.
+An M-estimator minimises a sum of rho(r / sigma). This is equivalent to least squares with weights
+w = rho'(u) / u at u = r / sigma (iteratively reweighted least squares; Holland and Welsch 1977).
+The constants give 95 percent of the efficiency of least squares for Gaussian errors without
+outliers.
 """
 
 import numpy as np
@@ -13,17 +14,19 @@ from robsim.kernels.machine.stages import stage
 
 HUBER, TUKEY, CAUCHY = 0, 1, 2
 HUBER_THRESHOLD, TUKEY_THRESHOLD, CAUCHY_SCALE = 1.345, 4.685, 2.385
-NORMAL_SCALE = 1.482602218505602  # 1 / Phi^-1(3/4): a standard deviation over the median deviation
-NO_DISTANCE = 1e300  # what counts as the distance of a mark that is not seen
-LEAST_WEIGHT = 1e-3  # weight: an error of 100 px counts as one of 0.1 px
+NORMAL_SCALE = (
+    1.482602218505602  # 1 / Phi^-1(3/4): standard deviation / median deviation, if Gaussian
+)
+NO_DISTANCE = 1e300  # distance of an unmeasured mark
+LEAST_WEIGHT = 1e-3  # least weight: an error of 100 px has the effect of 0.1 px
 
 
 @part
 def _robust_weight(kind, u):
-    """Return the weight of residuals u >= 0 over their scale; 0 where they are NaN.
+    """Return the weight of scaled residuals u >= 0; 0 if u is NaN.
 
-    Huber 1964: 1 up to c, then c / u. Tukey's biweight (Beaton and Tukey 1974): (1 - (u/c)^2)^2 up
-    to c, then 0. Cauchy: 1 / (1 + (u/c)^2).
+    Huber 1964: 1 for u <= c, else c / u. Tukey's biweight (Beaton and Tukey 1974):
+    (1 - (u/c)^2)^2 for u <= c, else 0. Cauchy: 1 / (1 + (u/c)^2).
     """
     if kind == HUBER:
         return where(
@@ -39,7 +42,7 @@ def _robust_weight(kind, u):
 
 @part
 def _sort_pair(w, a, b):
-    """Let the lower of two rows stand in the first of them, lane by lane."""
+    """Sort two rows in ascending order, lane by lane."""
     low, high = get(w, a), get(w, b)
     right = low <= high
     put(w, a, where(right, low, high))
@@ -48,7 +51,7 @@ def _sort_pair(w, a, b):
 
 @kernel
 def sort_rows(w, first, n):
-    """Sort n rows by Batcher's merge exchange (Knuth, volume 3, 5.2.2 M), the same in all lanes."""
+    """Sort n rows in each lane by Batcher's merge exchange (Knuth, volume 3, 5.2.2 M)."""
     top = 1
     while 2 * top < n:
         top *= 2
@@ -66,23 +69,23 @@ def sort_rows(w, first, n):
 
 @part
 def _median_of_lowest(w, first, n, count):
-    """Return the median of the lowest `count` of n rows, lane by lane; the rows are sorted."""
+    """Sort n rows and return the median of the lowest `count` rows, lane by lane."""
     sort_rows(w, first, n)
     low, high = floor(0.5 * (count - 1.0)), floor(0.5 * count)
-    found = 0.0 * count
+    median = 0.0 * count
     for i in range(n):
         row = 0.5 * get(w, first + i)
-        found = found + where(low == 1.0 * i, row, 0.0) + where(high == 1.0 * i, row, 0.0)
-    return found
+        median = median + where(low == 1.0 * i, row, 0.0) + where(high == 1.0 * i, row, 0.0)
+    return median
 
 
 @kernel
 def put_robust_weights(w, kind, N, distances, least, out):
-    """Compute the weights of N marks from how far they are from where they should be.
+    """Compute the weights of N marks from the distances to their expected points.
 
-    Their scale is 1.4826 times the median distance, as distances from a fit deviate from 0, and at
-    least the row `least`: where all fits well, small distances say nothing. A distance that is not
-    a number, of a mark that is not seen, does not count, and its weight is 0.
+    The scale is 1.4826 times the median distance, and at least the row `least`. The lower bound
+    prevents small weights if all marks fit well. An unmeasured mark has the distance NaN. It does
+    not enter the median, and its weight is 0.
     """
     count = 0.0 * get(w, least)
     for n in range(N):
@@ -116,10 +119,10 @@ def weight_by_distance(
     weights="N",
     room="3*N",
 ):
-    """Compute weights of N marks by the distances of their pixels from those at the goal.
+    """Compute weights of N marks from the distances between their pixels and the goal pixels.
 
-    (kind, N, pixels, goal, whether they are there, least scale, weights, room of 3 N rows). None of
-    them is less than LEAST, so that marks that seem to lie are there still.
+    `there` is 1 for measured marks, and `least` the least scale. The weight of an outlier is LEAST,
+    not 0, so the outlier remains among the marks in use.
     """
     for n in range(N):
         here = where(get(w, there + n) > 0.0, 0.0, np.nan)

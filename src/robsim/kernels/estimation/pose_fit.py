@@ -1,4 +1,4 @@
-"""The pose of a target in the camera, fitted to the image of its marks."""
+"""Fit of a target's pose in the camera to the image of its marks."""
 
 from typing import Any
 
@@ -14,21 +14,22 @@ from robsim.kernels.machine.lanes import absolute, any_lane, get, put, where
 from robsim.kernels.machine.program import Program, ProgramFunction
 from robsim.kernels.machine.stages import stage
 
-MOST_UPDATES = 30  # at most, halved ones included
+MOST_UPDATES = 30  # most updates, halved updates included
 LEAST_IMAGE_MOTION = (
-    4e-15  # an update that moves no image point by more is rounding: the run has arrived
+    4e-15  # a smaller image motion of all points is rounding: the fit has converged
 )
-ROUNDING = 1e-12  # of the sum of squares: an update that adds no more makes nothing worse
-ROWS_PER_MARK, OTHER_ROWS = 36, 78  # rows to work in for each mark, and besides
-SLOW_DECREASE = 0.5  # of the sum of squares: less is gained where what is left bends it, too
-RCOND = 1e-12  # a motion that the image shows so little is left as it was guessed
+ROUNDING = 1e-12  # of the sum of squares: a smaller increase is rounding
+ROWS_PER_MARK, OTHER_ROWS = 36, 78  # scratch rows for each mark, and further scratch rows
+SLOW_DECREASE = 0.5  # of the sum of squares: after a smaller decrease Newton's method takes over
+RCOND = 1e-12  # motions with a smaller relative effect on the image keep their initial guess
 
 
 @kernel
 def reproject_marks(w, marks, N, T, x, weights, image):
-    """Compute the image of marks at T: 2 N points, N inverse depths, 2 N weighted errors against x.
+    """Compute the image of N marks at the pose T, and its weighted errors from the points x.
 
-    They are NaN for marks behind the camera, and zero for those of weight 0.
+    `image` has 2 N rows of points, N rows of inverse depths, and 2 N rows of errors. The rows are
+    NaN for marks behind the camera. Errors of marks with weight 0 are zero.
     """
     now, inverse, error = image, image + 2 * N, image + 3 * N
     for n in range(N):
@@ -48,7 +49,7 @@ def reproject_marks(w, marks, N, T, x, weights, image):
 
 @part
 def _weighted_interaction(w, N, now, inverse, weights, L):
-    """Compute L of the marks in the image, weighted."""
+    """Compute the interaction matrix L of the marks, with weighted rows."""
     for n in range(N):
         x, y = get(w, now + 2 * n), get(w, now + 2 * n + 1)
         put_point_rates(w, L + 12 * n, x, y, get(w, inverse + n))
@@ -58,7 +59,7 @@ def _weighted_interaction(w, N, now, inverse, weights, L):
 
 @part
 def _largest_image_motion(w, L, V, rows):
-    """Return max |L V| over all image coordinates; NaN where V is."""
+    """Return max |L V| over all image coordinates; NaN if V is NaN."""
     most = 0.0 * get(w, V)
     for i in range(rows):
         rate = get(w, L + 6 * i) * get(w, V)
@@ -71,11 +72,12 @@ def _largest_image_motion(w, L, V, rows):
 
 @kernel
 def _cayley_exp(w, u, share, T):
-    """Compute T = exp(share u), to 1e-5 of the angle at 1 rad and far better below.
+    """Compute T = exp(share u) by Cayley's formula.
 
-    By Cayley's formula, with a = tan(theta/2) omega/theta: R = I + s ([a]x + [a]x^2) and
-    t = s/2 k (v + a x v) + g (omega.v) omega, for s = 2 / (1 + |a|^2), and series of
-    k = tan(theta/2) / (theta/2) and g = (1 - sin(theta)/theta) / theta^2.
+    With a = tan(theta/2) omega/theta, R = I + s ([a]x + [a]x^2) and
+    t = s/2 k (v + a x v) + g (omega.v) omega, where s = 2 / (1 + |a|^2). The functions
+    k = tan(theta/2) / (theta/2) and g = (1 - sin(theta)/theta) / theta^2 are series. The relative
+    error of the angle is 1e-5 at 1 rad and far smaller at small angles.
     """
     vx, vy, vz = share * get(w, u), share * get(w, u + 1), share * get(w, u + 2)
     ox, oy, oz = share * get(w, u + 3), share * get(w, u + 4), share * get(w, u + 5)
@@ -103,7 +105,7 @@ def _cayley_exp(w, u, share, T):
 
 @part
 def _compare_squares(w, error, ahead, rows):
-    """Return the sum of the squares of the error, and by how much that of `ahead` is less."""
+    """Return the sum of squares of the error, and its decrease from `error` to `ahead`."""
     square, gain = 0.0 * get(w, error), 0.0 * get(w, error)
     for i in range(rows):
         e, a = get(w, error + i), get(w, ahead + i)
@@ -113,20 +115,20 @@ def _compare_squares(w, error, ahead, rows):
 
 @part
 def _truncate_update(w, L, N, error, rcond, lost, back, other, scratch):
-    """Let an update be L^+ e, without the motions that the image hardly shows, in lost runs."""
+    """Replace the update by the truncated L^+ e in lost runs."""
     solve_block(w, L, 2 * N, 6, error, -1, rcond, other, -4, scratch)
     _replace_rows(w, lost, other, back, 6)
 
 
 @part
 def _replace_rows(w, mask, new, rows, count):
-    """Let rows be new ones where a mask is true."""
+    """Replace rows by new rows in the runs of a mask."""
     for i in range(count):
         put(w, rows + i, where(mask, get(w, new + i), get(w, rows + i)))
 
 
 def count_pose_fit_rows(N: int) -> int:
-    """Return how many rows `fit_pose_stage` needs to work in, for N marks."""
+    """Return the number of scratch rows that `fit_pose_stage` needs for N marks."""
     return ROWS_PER_MARK * N + OTHER_ROWS + count_solution_rows(2 * N, 6)
 
 
@@ -143,18 +145,20 @@ def fit_pose_stage(
     room="size",
     size="count",
 ):
-    """Fit the pose T_c_o = T to the image x of N marks: (N, marks, x, guess, T, weights, room).
+    """Fit the pose T = T_c_o to the normalised image points x of N marks, from a guess.
 
-    The sum of squared distances between measured and reprojected points, all normalised and
-    each times the weight of its mark, is made least: a virtual camera is servoed on its image
-    (Comport, Marchand, Pressigout and Chaumette 2006), by the method of Gauss and Newton. With
-    V = -L^+ (x(T) - x) the camera moves by exp(V), so T <- exp(-V) T. Where an update no longer
-    halves the sum, Newton's method goes on (see `robsim.kernels.estimation.pose_newton`). An update
-    that would make the image worse is halved. Each run stops on its own, and an exact guess is
-    returned as it is. It is the minimum to which the guess leads: three marks, or marks in a
-    plane, often have a second one. What 30 updates reach is returned, which is never worse than
-    the guess. Needs three marks that are not on one line. NaN where a mark is not seen, or was
-    guessed behind the camera, unless its weight is 0.
+    The fit minimises the sum of squared distances between measured and reprojected points, each
+    multiplied by the weight of its mark. It servoes a virtual camera on its image (Comport,
+    Marchand, Pressigout and Chaumette 2006) by the Gauss-Newton method. With V = -L^+ (x(T) - x)
+    the camera moves by exp(V), so T <- exp(-V) T. If an update does not halve the sum of squares,
+    Newton's method follows (see `robsim.kernels.estimation.pose_newton`). An update that increases
+    the sum is halved. Each run stops independently of the other runs, and an exact guess is
+    returned unchanged.
+
+    The result is the local minimum near the guess; three marks, or marks in a plane, often have a
+    second minimum. After 30 updates the last pose is returned, and it is never worse than the
+    guess. The fit needs three marks that are not collinear. The result is NaN if a mark of nonzero
+    weight is not measured, or is behind the camera at the guess.
     """
     here, there, L, bend = room, room + 5 * N, room + 10 * N, room + 22 * N
     back = bend + 14 * N + 42
@@ -176,30 +180,31 @@ def fit_pose_stage(
         reproject_marks(w, marks, N, updated, x, weights, there)
         square, gain = _compare_squares(w, here + 3 * N, there + 3 * N, 2 * N)
         worse = ~(gain >= -ROUNDING * square)
-        goes = moving & (
-            motion > LEAST_IMAGE_MOTION
-        )  # an update that is only rounding is not taken
+        goes = moving & (motion > LEAST_IMAGE_MOTION)  # an update within rounding is not accepted
         halved = goes & worse
-        taken = moving & ~halved & (goes | ~(motion >= 0.0))  # also where it is NaN
+        accepted = moving & ~halved & (goes | ~(motion >= 0.0))  # a NaN is accepted, too
         slow = slow | (gain < SLOW_DECREASE * square)
-        _replace_rows(w, taken, updated, T, 12)
-        _replace_rows(w, taken, there, here, 5 * N)
+        _replace_rows(w, accepted, updated, T, 12)
+        _replace_rows(w, accepted, there, here, 5 * N)
         twice = where(share < 0.5, 2.0 * share, 1.0)
-        share = where(halved, 0.5 * share, where(taken, twice, share))
+        share = where(halved, 0.5 * share, where(accepted, twice, share))
         moving = goes
         if not any_lane(goes):
             return
 
 
 def fit_pose(marks: Any, x: Any, guess: Any, T: Any, weights: Any = None) -> None:
-    """Fit the poses T[3, 4, b] to images x[n, 2, b] of marks[n, 3, b] from guesses, as `fit_pose_stage`."""
+    """Fit the poses T[3, 4, b] to images x[n, 2, b] of marks[n, 3, b], from guesses.
+
+    See `fit_pose_stage` for the method.
+    """
     N, runs, program = len(x), x.shape[2], Program()
     shapes = (N, 3), (N, 2), (3, 4), (N,)
-    first, seen, guessed, weighed = (program.rows(*shape) for shape in shapes)
-    found, room = program.rows(3, 4), program.rows(count_pose_fit_rows(N))
+    first, points, start, factors = (program.rows(*shape) for shape in shapes)
+    pose, room = program.rows(3, 4), program.rows(count_pose_fit_rows(N))
     program.add(
-        fit_pose_stage, marks=first, x=seen, guess=guessed, T=found, weights=weighed, room=room
+        fit_pose_stage, marks=first, x=points, guess=start, T=pose, weights=factors, room=room
     )
     each = np.ones((N, runs)) if weights is None else weights
-    given = np.concatenate([rows.reshape(-1, runs) for rows in (marks, x, guess, each)])
-    T[:] = ProgramFunction(program, first, found, 12)(given).reshape(T.shape)
+    arrays = np.concatenate([rows.reshape(-1, runs) for rows in (marks, x, guess, each)])
+    T[:] = ProgramFunction(program, first, pose, 12)(arrays).reshape(T.shape)

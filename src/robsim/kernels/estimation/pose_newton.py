@@ -1,21 +1,20 @@
-"""Newton's update of a pose that brings marks to where they are seen in the image.
+"""Newton's update of a pose that minimises the distances of marks from their measured points.
 
 For a small motion u = (v, omega) of the target, P' = exp(u) P, half the sum f of squared distances
-e in the image has the gradient -L' e, and its second derivatives are, mark by mark,
+e in the image has the gradient -L' e. The contribution of each mark to its second derivatives is
 
     sum_r b_r b_r' - |e|^2 z z' + the quadratic form of v.(c x omega) + (c.omega)(P.omega),
 
-with b_r = L_r + e_r z, z = (0, 0, 1/Z, y, -x, 0), c = (e_x, e_y, -(x e_x + y e_y)) / Z. Without e
-they are L' L, of the Gauss-Newton method, which takes some 30 updates where noise of a pixel bends
-f as much as the perspective of a small target does; with them five or six are usual.
+with b_r = L_r + e_r z, z = (0, 0, 1/Z, y, -x, 0), c = (e_x, e_y, -(x e_x + y e_y)) / Z. For e = 0
+the second derivatives are L' L, the matrix of the Gauss-Newton method. If a pixel of noise affects
+the curvature of f as much as the perspective of a small target, the Gauss-Newton method needs about
+30 updates and Newton's method five or six.
 """
 
 from robsim.kernels.machine.jit import kernel, part
 from robsim.kernels.machine.lanes import absolute, any_lane, get, put, where
 
-LEAST_PIVOT = (
-    1e-11  # of the diagonal: a smaller one says that f does not bend upwards, or too little
-)
+LEAST_PIVOT = 1e-11  # of the diagonal: with a smaller pivot f is not convex, or hardly convex
 
 
 @kernel
@@ -45,9 +44,9 @@ def _lower_gram(w, B, rows, H):
 
 @kernel
 def _add_curvature_terms(w, N, now, inverse, error, weights, H):
-    """Add what is no product of rows b_r to the lower half of H.
+    """Add the terms that are not products of rows b_r to the lower half of H.
 
-    Errors and rows are weighted once, and these products are to be twice.
+    Errors and rows are weighted once, and the products in these terms must be weighted twice.
     """
     H2, H3, H4, H5 = H + 12, H + 18, H + 24, H + 30
     for n in range(N):
@@ -73,9 +72,9 @@ def _add_curvature_terms(w, N, now, inverse, error, weights, H):
 
 @kernel
 def _factorise_ldl(w, H):
-    """Replace H by L and D^-1 with H = L D L', in place; return where a pivot is too small.
+    """Replace H by L and D^-1 with H = L D L', in place. Return the mask of too small pivots.
 
-    Above the diagonal stand the numbers of L D.
+    The numbers of L D are stored above the diagonal.
     """
     small = get(w, H) <= 0.0
     for j in range(6):
@@ -112,7 +111,7 @@ def _solve_ldl(w, H, u):
 
 @part
 def _descent_direction(w, L, error, rows, u):
-    """Compute u = L' e, which is minus the gradient."""
+    """Compute u = L' e, the negative gradient."""
     for i in range(6):
         total = get(w, L + i) * get(w, error)
         for r in range(1, rows):
@@ -122,7 +121,7 @@ def _descent_direction(w, L, error, rows, u):
 
 @part
 def pose_hessian(w, N, now, inverse, error, weights, L, room):
-    """Compute the lower half of the second derivatives H (6, 6), below 12 N rows of room."""
+    """Compute the lower half of the second derivatives H (6, 6) in room, after its 12 N rows."""
     H = room + 12 * N
     _curvature_rows(w, N, now, inverse, error, L, room)
     _lower_gram(w, room, 2 * N, H)
@@ -131,26 +130,27 @@ def pose_hessian(w, N, now, inverse, error, weights, L, room):
 
 @part
 def newton_update(w, N, image, weights, L, slow, moving, u, room):
-    """Compute the update u of moving runs, from N marks; return where L' L has no sound inverse.
+    """Compute the update u of moving runs from N marks. Return the mask of runs with singular L' L.
 
-    It is Newton's in slow runs where f bends upwards, and else that of Gauss and Newton. The image
-    has points, inverse depths and errors; errors and L are weighted. `room` has 14 N + 42 rows.
+    A slow run with a convex f receives Newton's update, any other run the Gauss-Newton update. The
+    image has points, inverse depths and errors. The errors and L are weighted. `room` has 14 N + 42
+    rows.
     """
     now, inverse, error = image
-    H, found, bending = room + 12 * N, room + 12 * N + 36, room + 12 * N + 42
+    H, solution, slow_error = room + 12 * N, room + 12 * N + 36, room + 12 * N + 42
     for i in range(2 * N):
-        put(w, bending + i, where(slow, get(w, error + i), 0.0))
+        put(w, slow_error + i, where(slow, get(w, error + i), 0.0))
     flat = moving
-    for attempt in range(2):  # a loop, so that what follows is compiled once
+    for attempt in range(2):  # a loop compiles the common code once
         if attempt == 0:
-            pose_hessian(w, N, now, inverse, bending, weights, L, room)
+            pose_hessian(w, N, now, inverse, slow_error, weights, L, room)
         else:
             _lower_gram(w, L, 2 * N, H)
         unsound = _factorise_ldl(w, H)
-        _descent_direction(w, L, error, 2 * N, found)
-        _solve_ldl(w, H, found)
+        _descent_direction(w, L, error, 2 * N, solution)
+        _solve_ldl(w, H, solution)
         for i in range(6):
-            put(w, u + i, where(flat, get(w, found + i), get(w, u + i)))
+            put(w, u + i, where(flat, get(w, solution + i), get(w, u + i)))
         flat = flat & unsound
         if not any_lane(flat):
             break

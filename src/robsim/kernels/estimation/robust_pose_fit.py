@@ -1,4 +1,4 @@
-"""The pose of a target whose marks may lie, by reweighted fits."""
+"""Robust fit of a target's pose to marks with outliers, by reweighted least squares."""
 
 from typing import Any
 
@@ -13,25 +13,25 @@ from robsim.kernels.machine.linked_stages import link_stage
 from robsim.kernels.machine.program import Program, ProgramFunction
 from robsim.kernels.machine.stages import stage
 
-MOST_FITS = 10  # reweighted fits, each from the last one
+MOST_FITS = 10  # most reweighted fits, each from the pose of the last fit
 
 _linked_fit = link_stage(fit_pose_stage)
 
 
 def count_robust_fit_rows(N: int) -> int:
-    """Return how many rows `fit_robust_pose_stage` needs to work in, for N marks."""
+    """Return the number of scratch rows that `fit_robust_pose_stage` needs for N marks."""
     return 7 * N + 12 + room_of_fit(N)
 
 
 @part
 def _has_changed(w, T, before):
-    """Return in which runs a pose is no longer what it was before; keep what it is."""
-    moved = get(w, T) < get(w, T)
+    """Return the mask of runs with a pose T that differs from `before`, and copy T to `before`."""
+    changed = get(w, T) < get(w, T)
     for i in range(12):
         now = get(w, T + i)
-        moved = moved | ~(now == get(w, before + i))
+        changed = changed | ~(now == get(w, before + i))
         put(w, before + i, now)
-    return moved
+    return changed
 
 
 @stage
@@ -48,11 +48,12 @@ def fit_robust_pose_stage(
     least="row",
     size="count",
 ):
-    """Refit a pose T to the image x of N marks: (N, marks, x, T, weights, room, kind, least).
+    """Refit a pose T to the image points x of N marks by an M-estimator.
 
-    Each fit weighs the squares by how far the marks are from where the last one sees them, in units
-    of their scale (see `robsim.kernels.estimation.m_estimator`). After ten fits, or when T does not
-    change any more; T and weights are then of one another. It is the minimum to which T leads.
+    Each fit weights the squares by the distances of the marks from their points at the last pose,
+    in units of the scale (see `robsim.kernels.estimation.m_estimator`). The iteration ends after
+    ten fits, or if T does not change; T and the weights are then consistent. The result is the
+    local minimum near the initial T.
     """
     distances, roots, before = room + 5 * N, room + 6 * N, room + 7 * N
     _has_changed(w, T, before)
@@ -72,15 +73,15 @@ def fit_robust_pose_stage(
 def fit_robust_pose(marks: Any, x: Any, T: Any, kind: int, least: float) -> Any:
     """Refit the poses T[3, 4, b] to images x[n, 2, b] of marks[n, 3, b], in place.
 
-    Return the weights [n, b] of the squares.
+    Return the weights [n, b] of the squared distances.
     """
     N, runs, program = len(x), x.shape[2], Program()
-    first, seen = program.rows(N, 3), program.rows(N, 2)
-    pose, found = program.rows(3, 4), program.rows(N)
-    rows = {"marks": first, "x": seen, "T": pose, "weights": found, "kind": kind}
+    first, points = program.rows(N, 3), program.rows(N, 2)
+    pose, weights = program.rows(3, 4), program.rows(N)
+    rows = {"marks": first, "x": points, "T": pose, "weights": weights, "kind": kind}
     room, scale = program.rows(count_robust_fit_rows(N)), program.constant(least)
     program.add(fit_robust_pose_stage, **rows, room=room, least=scale)
-    given = np.concatenate([each.reshape(-1, runs) for each in (marks, x, T)])
-    made = ProgramFunction(program, first, pose, 12 + N)(given)
-    T[:] = made[:12].reshape(T.shape)
-    return made[12:]
+    arrays = np.concatenate([each.reshape(-1, runs) for each in (marks, x, T)])
+    results = ProgramFunction(program, first, pose, 12 + N)(arrays)
+    T[:] = results[:12].reshape(T.shape)
+    return results[12:]

@@ -1,1 +1,1 @@
-"""Features and their interaction matrices."""
+"""Stages and kernels of features and their interaction matrices."""

@@ -1,4 +1,4 @@
-"""The images of a circle (an ellipse) and of a sphere of known radius."""
+"""Features of the images of a circle (an ellipse) and of a sphere of known radius."""
 
 import math
 
@@ -17,14 +17,14 @@ from robsim.kernels.machine.jit import kernel
 from robsim.kernels.machine.lanes import WIDTH
 from robsim.kernels.machine.stages import stage
 
-RCOND = 1e-12  # points that leave a conic less certain than this do not fix one
+RCOND = 1e-12  # with a smaller singular value the points do not determine a conic
 
 
 @kernel
 def _fit_conic(x, centre, size, q, rank):
     """Compute q[5, b] of the conic q . (u^2, u v, v^2, u, v) = 1 through x = centre + size (u, v).
 
-    The mean of points of an ellipse is inside it, so that the constant is never zero.
+    The mean of points of an ellipse is inside the ellipse, so the constant is never zero.
     """
     A, y = np.empty((x.shape[0], 5, x.shape[2])), np.ones((x.shape[0], x.shape[2]))
     mean_point(x, centre)
@@ -47,8 +47,9 @@ def _fit_conic(x, centre, size, q, rank):
 def fit_ellipse(x, centre, mu):
     """Compute centre[2, b] and area moments mu[k, b] of the ellipse through x[n, 2, b].
 
-    The ellipse (z - z0)' S (z - z0) = k has n = mu / area = k S^-1 / 4; its odd moments vanish and
-    the even ones above order 2 are left out, as zeros. NaN where the conic is no ellipse.
+    The ellipse (z - z0)' S (z - z0) = k has n = mu / area = k S^-1 / 4. Its odd moments are zero.
+    Its even moments above order 2 are not computed and set to zero. The results are NaN if the
+    conic is not an ellipse.
     """
     runs = x.shape[2]
     size, q, rank = np.empty(runs), np.empty((5, runs)), np.empty(runs, np.int64)
@@ -109,7 +110,7 @@ def ellipse_stage(
     s="5",
     L="5, 6",
 ):
-    """Compute s and L of an ellipse: (N, points, depth, centre, mu, plane, R, s, L)."""
+    """Compute s = (xg, yg, n20, n11, n02) and L of an ellipse through N image points."""
     centre, mu, ABC = vector(w, centre, 2), vector(w, mu, ORDER_3), vector(w, ABC, 3)
     x, R, s = matrix(w, points, N, 2), matrix(w, R, 6, 6), vector(w, s, 5)
     fit_ellipse(x, centre, mu)
@@ -123,7 +124,7 @@ def ellipse_stage(
 
 @stage
 def sphere_stage(w, step, point="1, 2", depth="1", radius="row", s="3", L="3, 6"):
-    """Compute s and L of a sphere: (point of its centre, its depth, radius, s, L)."""
+    """Compute s and L of a sphere from the image point and the depth of its centre."""
     x, Z, radius = vector(w, point, 2), vector(w, depth, 1)[0], vector(w, radius, 1)[0]
     s = vector(w, s, 3)
     sphere_coordinates(x, Z, radius, s)

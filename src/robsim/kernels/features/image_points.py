@@ -1,4 +1,4 @@
-"""Stages of image points: s and L, normalised or in pixels."""
+"""Stages that compute s and L of image points, normalised or in pixels."""
 
 from robsim.kernels.formulas.interaction import put_point_rates
 from robsim.kernels.formulas.perspective import pinhole_pixel
@@ -8,7 +8,7 @@ from robsim.kernels.machine.stages import stage
 
 @stage
 def points_stage(w, step, N="count", points="N, 2", depth="N", s="2*N", L="2*N, 6"):
-    """Compute s and L of image points: (N, points, depth, s, L)."""
+    """Compute s and L of normalised image points."""
     for n in range(N):
         x, y, inverse = get(w, points + 2 * n), get(w, points + 2 * n + 1), 1.0 / get(w, depth + n)
         put(w, s + 2 * n, x)
@@ -18,7 +18,7 @@ def points_stage(w, step, N="count", points="N, 2", depth="N", s="2*N", L="2*N, 
 
 @stage
 def pixels_stage(w, step, N="count", camera="22", s="2*N", L="2*N, 6"):
-    """Replace s and L of image points by those of their pixels: (N, camera, s, L)."""
+    """Convert s and L of normalised image points to pixels, in place."""
     K = camera
     for n in range(N):
         x, y, row = get(w, s + 2 * n), get(w, s + 2 * n + 1), L + 12 * n

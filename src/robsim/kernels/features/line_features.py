@@ -1,6 +1,6 @@
-"""Features of marks taken together: segments, straight lines and vanishing points.
+"""Features of several marks: segments, straight lines and vanishing points.
 
-As everywhere sdot = L V_c, with V_c = (v, omega) the camera's twist in its own axes.
+The interaction matrix satisfies sdot = L V_c with the camera's twist V_c = (v, omega) in its axes.
 """
 
 import math
@@ -17,7 +17,7 @@ from robsim.kernels.machine.stages import stage
 
 @kernel
 def segments(x, s):
-    """Compute s[2n, b] = (xc, yc, length, angle) of segments from x[0] to x[1], and so on."""
+    """Compute s[2n, b] = (xc, yc, length, angle) of segments x[0] to x[1], x[2] to x[3], ..."""
     for n in range(0, x.shape[0], 2):
         i = 2 * n
         for b in range(x.shape[2]):
@@ -41,9 +41,9 @@ def to_segment_rates(x, L):
 
 @kernel
 def line_normal(x0, y0, x1, y1):
-    """Return (cos theta, sin theta, distance) of the line from one point to the other.
+    """Return (cos theta, sin theta) of the line from point 0 to point 1, and their distance.
 
-    It is x cos theta + y sin theta = rho, and runs in the direction (-sin theta, cos theta).
+    The line is x cos theta + y sin theta = rho, with the direction (-sin theta, cos theta).
     """
     distance, _ = to_polar(x1 - x0, y1 - y0)
     return (y1 - y0) / distance, (x0 - x1) / distance, distance
@@ -51,7 +51,7 @@ def line_normal(x0, y0, x1, y1):
 
 @kernel
 def line_parameters(x, s):
-    """Compute s[n, b] = (rho, theta) of lines from x[0] to x[1], from x[2] to x[3] ..."""
+    """Compute s[n, b] = (rho, theta) of lines from x[0] to x[1], from x[2] to x[3], ..."""
     for n in range(0, x.shape[0], 2):
         for b in range(x.shape[2]):
             x0, y0 = x[n, 0, b], x[n, 1, b]
@@ -63,9 +63,9 @@ def line_parameters(x, s):
 def lines_interaction(x, Z, L):
     """Compute L[n, 6, b] of `line_parameters` through marks x[n, 2, b] at depths Z[n, b].
 
-    Its lambdas come from a plane through the line in space; along the line's image that makes 1/Z
-    linear. So lambda_theta is the slope of 1/Z, and -lambda_rho is 1/Z at the foot of the
-    perpendicular from the centre.
+    Its lambdas follow from a plane through the line in space. Along the image of the line 1/Z is
+    linear, so lambda_theta is the slope of 1/Z, and -lambda_rho is 1/Z at the foot of the
+    perpendicular from the principal point.
     """
     for n in range(0, x.shape[0], 2):
         for b in range(x.shape[2]):
@@ -83,7 +83,7 @@ def lines_interaction(x, Z, L):
 
 @kernel
 def intersections(x, p):
-    """Compute p[m, 2, b], where the lines through x[4m], x[4m + 1] and the next two meet."""
+    """Compute the intersections p[m, 2, b] of the lines x[4m] x[4m + 1] and x[4m + 2] x[4m + 3]."""
     for m in range(p.shape[0]):
         n = 4 * m
         for b in range(x.shape[2]):
@@ -99,7 +99,7 @@ def intersections(x, p):
 def segments_stage(
     w, step, N="count", points="N, 2", depth="N", goal="2*N or none", s="2*N", L="2*N, 6"
 ):
-    """Compute s and L of segments: (N, points, depth, goal or -1, s, L)."""
+    """Compute s and L of N / 2 segments, with angles near the goal's angles."""
     x, s, L = matrix(w, points, N, 2), vector(w, s, 2 * N), matrix(w, L, 2 * N, 6)
     segments(x, s)
     if goal >= 0:
@@ -110,7 +110,7 @@ def segments_stage(
 
 @stage
 def lines_stage(w, step, N="count", points="N, 2", depth="N", goal="N or none", s="N", L="N, 6"):
-    """Compute s and L of straight lines: (N, points, depth, goal or -1, s, L)."""
+    """Compute s and L of N / 2 straight lines, with angles near the goal's angles."""
     x, s = matrix(w, points, N, 2), vector(w, s, N)
     line_parameters(x, s)
     if goal >= 0:
@@ -120,7 +120,7 @@ def lines_stage(w, step, N="count", points="N, 2", depth="N", goal="N or none", 
 
 @stage
 def intersections_stage(w, step, N="count", points="N, 2", s="k", L="k, 6", k="count"):
-    """Compute s and L of vanishing points: (N, points, s, L)."""
+    """Compute s and L of N / 4 vanishing points, at infinite depth."""
     M = N // 4
     s = matrix(w, s, M, 2)
     intersections(matrix(w, points, N, 2), s)

@@ -1,4 +1,4 @@
-"""Triangulation: points in space from two images."""
+"""Triangulation of points in space from two images."""
 
 import numpy as np
 
@@ -7,11 +7,12 @@ from robsim.kernels.machine.array_views import matrix, vector
 from robsim.kernels.machine.jit import kernel, part
 from robsim.kernels.machine.stages import stage
 
-PARALLEL_SINE = 1e-30  # squared sine of the angle between two rays that meet nowhere
+PARALLEL_SINE = 1e-30  # largest squared sine of the angle between parallel rays
 
 
 @part
 def _cross_components(ax, ay, az, bx, by, bz):
+    """Return the cross product a x b."""
     return ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
 
 
@@ -22,7 +23,7 @@ def triangulate_midpoint(x, other, between, X):
     between[3, 4, b] = (R, t) is the pose of the second camera in the first. X is the midpoint of
     the common perpendicular of the rays l d and t + m e, with d = (x, 1), e = R (other, 1):
     l = (t x e).(d x e) / |d x e|^2, m = (t x d).(d x e) / |d x e|^2 (Hartley and Sturm 1997, the
-    mid-point method). Exact for exact images; NaN where the rays are parallel.
+    mid-point method). The result is exact for exact images, and NaN for parallel rays.
     """
     for n in range(x.shape[0]):
         for b in range(x.shape[2]):
@@ -47,7 +48,10 @@ def triangulate_midpoint(x, other, between, X):
 
 @stage
 def stereo_stage(w, step, N="count", points="N, 2", others="N, 2", T="3, 4", s="3*N", L="3*N, 6"):
-    """Compute s and L of points seen by two cameras: (N, points, others, pose, s, L)."""
+    """Compute s and L of points triangulated from two cameras.
+
+    T is the pose of the second camera in the first camera.
+    """
     X, between = matrix(w, s, N, 3), matrix(w, T, 3, 4)
     triangulate_midpoint(matrix(w, points, N, 2), matrix(w, others, N, 2), between, X)
     points_3d_interaction(vector(w, s, 3 * N), matrix(w, L, 3 * N, 6))

@@ -1,7 +1,7 @@
-"""Features of image moments: area, centre, orientation, and six decoupled ones.
+"""Features of image moments: area, centre, orientation, and six decoupled features.
 
-Centres centre[2, b], moments mu[k, b] and their rates R[k, 6, b] are those of
-`robsim.kernels.formulas.image_moments`.
+`robsim.kernels.formulas.image_moments` defines the centres centre[2, b], the moments mu[k, b] and
+their rates R[k, 6, b].
 """
 
 import math
@@ -21,28 +21,30 @@ from robsim.kernels.machine.array_views import matrix, vector
 from robsim.kernels.machine.jit import kernel, part
 from robsim.kernels.machine.stages import stage
 
-ANGLE_VOTE = 0.8  # what a small turn is worth against third moments that contradict it
+ANGLE_VOTE = 0.8  # weight of a small rotation against contradicting third moments
 
 
 @part
 def _moment_size(of_marks, m, b):
-    """Return the size: mu00 of a region, mu20 + mu02 of a set of marks."""
+    """Return the size: mu00 for a region, mu20 + mu02 for a set of marks."""
     return m[3, b] + m[5, b] if of_marks else m[0, b]
 
 
 @part
 def _moment_size_rate(of_marks, R, c, b):
-    """Return the rate of the size by component c of the twist."""
+    """Return the rate of the size for a unit of twist component c."""
     return R[3, c, b] + R[5, c, b] if of_marks else R[0, c, b]
 
 
 @part
 def _orientation(mu, b):
+    """Return the angle of the principal axis."""
     return 0.5 * math.atan2(2.0 * mu[4, b], mu[3, b] - mu[5, b])
 
 
 @part
 def _orientation_rate(mu, R, c, b):
+    """Return the rate of the orientation for a unit of twist component c."""
     across, twice = mu[3, b] - mu[5, b], 2.0 * mu[4, b]
     turn = across * 2.0 * R[4, c, b] - twice * (R[3, c, b] - R[5, c, b])
     return 0.5 * turn / (across * across + twice * twice)
@@ -50,7 +52,7 @@ def _orientation_rate(mu, R, c, b):
 
 @part
 def within_quarter_turn(goal, alpha):
-    """Add n pi to alpha[b], so that it is within a quarter turn of the goal, in place."""
+    """Add multiples of pi to alpha[b], to within a quarter turn of the goal, in place."""
     for b in range(alpha.shape[0]):
         turns = (alpha[b] - goal[b]) / math.pi
         alpha[b] -= math.pi * math.floor(turns + 0.5)
@@ -58,10 +60,10 @@ def within_quarter_turn(goal, alpha):
 
 @kernel
 def head_vector(mu, alpha, out):
-    """Compute out[2, b], third moments along and across the axis alpha[b], dimensionless.
+    """Compute out[2, b], the dimensionless third moments along and across the axis alpha[b].
 
-    p = (mu30 + mu12, mu21 + mu03), and its length is the rho of `decoupled_moments`. An axis has no head,
-    and p has: with alpha + pi it changes its sign.
+    The vector is p = (mu30 + mu12, mu21 + mu03) in axes of alpha. Its length is the rho of
+    `decoupled_moments`. For alpha + pi it changes its sign, so it has a direction, unlike the axis.
     """
     for b in range(alpha.shape[0]):
         px, py, spread = mu[6, b] + mu[8, b], mu[7, b] + mu[9, b], mu[3, b] + mu[5, b]
@@ -72,12 +74,13 @@ def head_vector(mu, alpha, out):
 
 @kernel
 def resolve_half_turn(goal, head_goal, mu, alpha):
-    """Add n pi to alpha[b], so that the head is where it is at the goal, in place.
+    """Add pi to alpha[b], or subtract it, if the third moments contradict the goal, in place.
 
-    h is `head_vector`, h* at the goal. In pictures that differ by a turn h = h*, or -h* where the axis
-    points the other way; a tilt bends h, and the nearer of both angles gets NEAR of a vote: alpha
-    is kept where h.h* / max(|h|, |h*|)^2 + NEAR cos(alpha - goal) is not below zero. Both change
-    their signs with alpha + pi, so there is no jump at a quarter turn.
+    Let h be the vector of `head_vector`, and h* this vector at the goal. If two images differ by a
+    rotation, h = h*, or h = -h* if the axis points in the opposite direction. A tilt of the camera
+    changes h, so the angle has a vote of weight NEAR: alpha is kept if
+    h.h* / max(|h|, |h*|)^2 + NEAR cos(alpha - goal) >= 0. Both terms change their signs with
+    alpha + pi, so the result does not jump at a quarter turn.
     """
     h = np.empty((2, alpha.shape[0]))
     head_vector(mu, alpha, h)
@@ -108,7 +111,7 @@ def basic_moment_rates(of_marks, mu, R, L):
 
 @part
 def _skewness(mu, b):
-    """Return (rho, px, py, spread): p = sum of r^2 (x, y), and rho, |p| without dimension."""
+    """Return (rho, px, py, spread): p = sum of r^2 (x, y), and the dimensionless length rho."""
     px, py, spread = mu[6, b] + mu[8, b], mu[7, b] + mu[9, b], mu[3, b] + mu[5, b]
     rho = math.sqrt(mu[0, b] * (px * px + py * py) / spread) / spread
     return rho, px, py, spread
@@ -118,8 +121,9 @@ def _skewness(mu, b):
 def decoupled_moments(of_marks, size_goal, Z_goal, centre, mu, s):
     """Compute s[6, b] = (xn, yn, an, Px, Py, alpha), an = Z* sqrt(a* / a), xn = an xg, yn = an yg.
 
-    (Px, Py) = rho (cos 2 phi, sin 2 phi): the size without unit and the direction from the
-    principal axis of p = (mu30 + mu12, mu21 + mu03), twice because an axis has no head.
+    (Px, Py) = rho (cos 2 phi, sin 2 phi), with the dimensionless length rho of
+    p = (mu30 + mu12, mu21 + mu03) and the angle phi of p from the principal axis. The angle is
+    doubled because the axis has no direction.
     """
     for b in range(mu.shape[1]):
         an = Z_goal[b] * math.sqrt(size_goal[b] / _moment_size(of_marks, mu, b))
@@ -157,7 +161,7 @@ def decoupled_moment_rates(of_marks, centre, mu, R, s, L):
 def marks_stage(
     w, step, N="count", points="N, 2", depth="N", centre="2", mu="o", R="m, 6", o="count", m="count"
 ):
-    """Compute the moments of marks and their rates: (N, points, depth, centre, mu, R)."""
+    """Compute the moments of a set of N marks, and their rates."""
     x, Z, centre = matrix(w, points, N, 2), vector(w, depth, N), vector(w, centre, 2)
     mark_moments(x, centre, vector(w, mu, ORDER_3))
     mark_moment_rates(x, Z, centre, matrix(w, R, ORDER_3, 6))
@@ -177,7 +181,7 @@ def region_stage(
     o="count",
     m="count",
 ):
-    """Compute the moments of a region and their rates: (N, points, depth, centre, mu, R, plane)."""
+    """Compute the moments of a polygon with N corners, and their rates."""
     x, Z, centre = matrix(w, points, N, 2), vector(w, depth, N), vector(w, centre, 2)
     mu, ABC = vector(w, mu, ORDER_4), vector(w, ABC, 3)
     region_moments(x, centre, mu)
@@ -199,7 +203,7 @@ def basic_stage(
     o="count",
     m="count",
 ):
-    """Compute s and L of size, centre and angle: (of marks, centre, mu, R, goal or -1, s, L)."""
+    """Compute s = (size, xg, yg, alpha) and L, with alpha near the angle of the goal."""
     of_marks, mu, s = of_marks != 0, vector(w, mu, ORDER_3), vector(w, s, 4)
     basic_moments(of_marks, vector(w, centre, 2), mu, s)
     if goal >= 0:
@@ -225,8 +229,8 @@ def decoupled_stage(
 ):
     """Compute s and L of the decoupled moments.
 
-    (of marks, centre, mu, R, goal, whether it has an angle, a head, s, L): of the goal
-    size, depth, angle, and the two numbers of the head.
+    The five rows of the goal are size, depth, angle and the vector of `head_vector`. `turned` is
+    nonzero if the goal has an angle, and `headed` if it has this vector.
     """
     of_marks, centre, mu = of_marks != 0, vector(w, centre, 2), vector(w, mu, ORDER_3)
     goal, s = vector(w, goal, 5), vector(w, s, 6)

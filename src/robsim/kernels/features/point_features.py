@@ -1,6 +1,6 @@
 """Features of single marks: polar coordinates, bearings, depth, points in space.
 
-As everywhere sdot = L V_c, with V_c = (v, omega) the camera's twist in its own axes.
+The interaction matrix satisfies sdot = L V_c with the camera's twist V_c = (v, omega) in its axes.
 """
 
 import math
@@ -21,7 +21,7 @@ def to_polar(x, y):
 
 @kernel
 def polar_rates(x, y, dx, dy):
-    """Return (rho', theta') of the vector (x, y) that changes at the rate (dx, dy)."""
+    """Return the rates (rho', theta') of the vector (x, y) with the rate (dx, dy)."""
     rho = math.sqrt(x * x + y * y)
     c, s = x / rho, y / rho
     return c * dx + s * dy, (c * dy - s * dx) / rho
@@ -47,9 +47,9 @@ def to_polar_rates(x, L):
 
 @kernel
 def unwrap_angles(goal, group, s):
-    """Shift angles of s[k, b], the last of each `group` rows, to within half a turn of the goal.
+    """Shift the angles of s[k, b] by whole turns to within half a turn of the goal.
 
-    Only whole turns are taken off, so an angle that is near already keeps its bits.
+    The angles are the last of each `group` rows. An angle near the goal keeps its bits.
     """
     for i in range(group - 1, s.shape[0], group):
         for b in range(s.shape[1]):
@@ -59,7 +59,7 @@ def unwrap_angles(goal, group, s):
 
 @kernel
 def bearings(x, s):
-    """Compute s[3n, b], unit vectors towards image points x[n, 2, b], in camera axes."""
+    """Compute s[3n, b], the unit vectors to image points x[n, 2, b], in camera axes."""
     for n in range(x.shape[0]):
         for b in range(x.shape[2]):
             u, v = x[n, 0, b], x[n, 1, b]
@@ -132,7 +132,7 @@ def log_depth_interaction(x, Z, L):
 def polar_stage(
     w, step, N="count", points="N, 2", depth="N", goal="2*N or none", s="2*N", L="2*N, 6"
 ):
-    """Compute s and L of polar coordinates: (N, points, depth, goal or -1, s, L)."""
+    """Compute s and L of polar coordinates, with angles near the goal's angles."""
     x, s, L = matrix(w, points, N, 2), vector(w, s, 2 * N), matrix(w, L, 2 * N, 6)
     polar_features(x, s)
     if goal >= 0:
@@ -143,7 +143,7 @@ def polar_stage(
 
 @stage
 def bearings_stage(w, step, N="count", points="N, 2", depth="N", s="3*N", L="3*N, 6"):
-    """Compute s and L of unit vectors to the marks: (N, points, depth, s, L)."""
+    """Compute s and L of unit vectors to the marks."""
     s = vector(w, s, 3 * N)
     bearings(matrix(w, points, N, 2), s)
     bearings_interaction(s, vector(w, depth, N), matrix(w, L, 3 * N, 6))
@@ -151,7 +151,7 @@ def bearings_stage(w, step, N="count", points="N, 2", depth="N", s="3*N", L="3*N
 
 @stage
 def points_3d_stage(w, step, N="count", points="N, 2", depth="N", s="3*N", L="3*N, 6"):
-    """Compute s and L of points in camera axes: (N, points, depth, s, L)."""
+    """Compute s and L of points in camera axes."""
     s = vector(w, s, 3 * N)
     points_3d(matrix(w, points, N, 2), vector(w, depth, N), s)
     points_3d_interaction(s, matrix(w, L, 3 * N, 6))
@@ -159,7 +159,7 @@ def points_3d_stage(w, step, N="count", points="N, 2", depth="N", s="3*N", L="3*
 
 @stage
 def log_depth_stage(w, step, N="count", points="N, 2", depth="N", goal="N", s="N", L="N, 6"):
-    """Compute s and L of the logarithm of depths: (N, points, depth, goal, s, L)."""
+    """Compute s and L of the logarithm of depths relative to the goal."""
     x, Z = matrix(w, points, N, 2), vector(w, depth, N)
     log_depth(Z, vector(w, goal, N), vector(w, s, N))
     log_depth_interaction(x, Z, matrix(w, L, N, 6))

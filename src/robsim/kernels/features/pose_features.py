@@ -1,4 +1,4 @@
-"""Interaction matrices L of a pose, for position-based servoing: sdot = L V_c."""
+"""Features of a pose and their interaction matrices, sdot = L V_c, for position-based servoing."""
 
 import math
 
@@ -22,10 +22,10 @@ from robsim.kernels.machine.stages import stage
 def theta_u_interaction(w, L):
     """Compute L[3, 6, b] of w[3, b] = theta u of R, for Rdot = R [omega]x of the camera.
 
-    L = [0, I + [w]x / 2 + c [w]x^2], c = (1 - (theta/2) cot(theta/2)) / theta^2: the inverse of
-    the right Jacobian of SO(3) (Malis, Chaumette and Boudet 1999; Chaumette and Hutchinson 2006,
-    the section on position-based servoing). The sign of [w]x belongs to this rotation: for its
-    inverse, w' = -w, it is L' = -(I - [w']x / 2 + c [w']x^2).
+    L = [0, I + [w]x / 2 + c [w]x^2] with c = (1 - (theta/2) cot(theta/2)) / theta^2. This is the
+    inverse of the right Jacobian of SO(3) (Malis, Chaumette and Boudet 1999; Chaumette and
+    Hutchinson 2006, the section on position-based servoing). The inverse rotation w' = -w has
+    L' = -(I - [w']x / 2 + c [w']x^2).
     """
     for b in range(w.shape[1]):
         x, y, z = w[0, b], w[1, b], w[2, b]
@@ -57,27 +57,27 @@ def camera_origin_interaction(T, L):
 
 @stage
 def flag_lost_pose(w, step, N="count", points="N, 2", T="3, 4", lost="row"):
-    """Note runs whose guess was behind the camera: (N, points, pose, lost), which stays noted.
+    """Set `lost` to 1 if the pose is NaN although all marks are measured.
 
-    Their pose is NaN although all marks are seen.
+    Then the guess of the pose was behind the camera. `lost` stays 1 until another stage resets it.
     """
-    seen = absolute(get(w, points))
+    size = absolute(get(w, points))
     for i in range(1, 2 * N):
-        seen = seen + absolute(get(w, points + i))
-    gone = (seen < np.inf) & ~(absolute(get(w, T)) < np.inf)
+        size = size + absolute(get(w, points + i))
+    gone = (size < np.inf) & ~(absolute(get(w, T)) < np.inf)
     put(w, lost, where(gone, 1.0, get(w, lost)))
 
 
 @stage
 def goal_camera_pose_stage(w, step, T_c_o="3, 4", T_o_goal="3, 4", room="3, 4", T="3, 4"):
-    """Compute the pose of the camera in the goal camera: (pose, target in it, room, out)."""
+    """Compute T, the pose of the camera in the goal camera, from T_c_o and the goal's T_o_goal."""
     compose_lanes(w, T_c_o, T_o_goal, room)
     inverse_pose(matrix(w, room, 3, 4), matrix(w, T, 3, 4))
 
 
 @stage
 def theta_u_stage(w, step, T="3, 4", room="4", s="3", L="3, 6"):
-    """Compute s and L of a rotation vector: (pose, room of 4, s, L)."""
+    """Compute s and L of the rotation vector of a pose T."""
     quaternion, s = vector(w, room, 4), vector(w, s, 3)
     rotation_to_quaternion(matrix(w, T, 3, 4), quaternion)
     rotation_vector(quaternion, s)
@@ -86,7 +86,11 @@ def theta_u_stage(w, step, T="3, 4", room="4", s="3", L="3, 6"):
 
 @stage
 def translation_stage(w, step, T="3, 4", in_goal="whole", s="3", L="3, 6"):
-    """Compute s and L of a translation: (pose, whether of the camera in the goal camera, s, L)."""
+    """Compute s and L of the translation of a pose T.
+
+    T is the pose of the camera in the goal camera if `in_goal`, else the pose of the target in the
+    camera.
+    """
     for r in range(3):
         put(w, s + r, get(w, T + 4 * r + 3))
     if in_goal:

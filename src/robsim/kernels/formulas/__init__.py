@@ -1,1 +1,1 @@
-"""Formulas without stages: rigid motions, joints, cameras, curves, time laws, random numbers."""
+"""Formulas without stages: rigid motions, vehicles, cameras, curves, time laws, random numbers."""

@@ -1,4 +1,4 @@
-"""A gain that depends on the size of the error, in the layout with the run last."""
+"""Adaptive gains, which depend on the size of the error. The run is the last axis."""
 
 import math
 

@@ -1,11 +1,11 @@
-"""The largest of several numbers of each run."""
+"""The largest magnitude of several numbers of each run."""
 
 from robsim.kernels.machine.jit import kernel
 
 
 @kernel
 def largest_magnitude(x, out):
-    """Compute out[b] = max_i |x[i, b]|; NaN or infinite if any of them is."""
+    """Compute out[b] = max_i |x[i, b]|. It is not finite if any x[i, b] is not finite."""
     out[:] = 0.0
     for i in range(x.shape[0]):
         for b in range(out.size):

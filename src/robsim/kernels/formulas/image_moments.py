@@ -1,8 +1,8 @@
-"""Image moments of a planar region or of a set of marks, and their rates with the camera.
+"""Image moments of a planar region or of a set of marks, and their rates by the camera's twist.
 
-What is kept are the centre[2, b] = (xg, yg) and the centred moments mu[k, b], k = at(i, j), order
-by order: mu00, mu10, mu01, mu20, mu11, mu02, mu30, ... Of a region, mu00 is the area; of a set of
-marks, their number. mu10 and mu01 are zero, so in the rates their two rows are those of the centre.
+The moments are stored as centre[2, b] = (xg, yg) and centred moments mu[k, b] with k = at(i, j) in
+ascending order: mu00, mu10, mu01, mu20, mu11, mu02, mu30, ... mu00 is the area of a region or the
+number of marks. mu10 and mu01 are zero, and their rows of the rates hold the rates of the centre.
 """
 
 import math
@@ -12,9 +12,9 @@ import numpy as np
 from robsim.kernels.formulas.interaction import points_interaction
 from robsim.kernels.machine.jit import kernel, part
 
-NODES = (0.5 - math.sqrt(0.15), 0.5, 0.5 + math.sqrt(0.15))  # of Gauss-Legendre on [0, 1]
+NODES = (0.5 - math.sqrt(0.15), 0.5, 0.5 + math.sqrt(0.15))  # Gauss-Legendre nodes on [0, 1]
 WEIGHTS = (5.0 / 18.0, 8.0 / 18.0, 5.0 / 18.0)  # exact up to the fifth power
-ORDER_3, ORDER_4 = 10, 15  # how many moments there are up to these orders
+ORDER_3, ORDER_4 = 10, 15  # number of moments up to these orders
 
 
 @kernel
@@ -25,7 +25,7 @@ def moment_index(i, j):
 
 @kernel
 def moment_powers(k):
-    """Return the (i, j) of the moment with index k."""
+    """Return the powers (i, j) of the moment with index k."""
     order = 0
     while (order + 1) * (order + 2) // 2 <= k:
         order += 1
@@ -47,11 +47,11 @@ def _monomials(u, terms):
 def _polygon_moments(x, origin, m):
     """Compute signed moments m[k, b] about origin[2, b] of a polygon with corners x[n, 2, b].
 
-    Green's theorem: a polygon is the sum of the triangles from the origin to its edges p + t (q-p).
-    Over such a triangle the integral of a monomial f of order d is (p x q) / (d + 2) times the
-    integral of f(p + t (q - p)) over 0 <= t <= 1, which three nodes of Gauss and Legendre give
-    exactly up to d = 5. The sums equal those of Steger (1996), On the calculation of arbitrary
-    moments of polygons, TU Munich, FGBV-96-05.
+    By Green's theorem a polygon is the sum of the triangles from the origin to its edges
+    p + t (q - p). The integral of a monomial f of order d over a triangle is (p x q) / (d + 2)
+    times the integral of f(p + t (q - p)) over 0 <= t <= 1. Three Gauss-Legendre nodes are exact up
+    to d = 5. The sums equal the formulas of Steger (1996), On the calculation of arbitrary moments
+    of polygons, TU Munich, FGBV-96-05.
     """
     u, terms = np.empty((2, x.shape[2])), np.empty(m.shape)
     m[:] = 0.0
@@ -72,9 +72,10 @@ def _polygon_moments(x, origin, m):
 
 @kernel
 def region_moments(x, centre, mu):
-    """Compute centre[2, b] and mu[k, b] of the polygon with corners x[n, 2, b], with area > 0.
+    """Compute centre[2, b] and mu[k, b] of the polygon with corners x[n, 2, b].
 
-    The corners follow one another along the border, either way round; it must not cross itself.
+    The corners follow the border in either orientation. The border must not cross itself. The area
+    is positive in both orientations.
     """
     first = np.empty((3, x.shape[2]))
     _polygon_moments(x, x[0], first)
@@ -99,7 +100,7 @@ def mean_point(x, centre):
 
 @part
 def _centred_monomials(x, n, centre, u, terms):
-    """Compute u[2, b], point n from the centre, and its monomials."""
+    """Compute u[2, b], point n relative to the centre, and its monomials."""
     for b in range(x.shape[2]):
         u[0, b], u[1, b], terms[0, b] = x[n, 0, b] - centre[0, b], x[n, 1, b] - centre[1, b], 1.0
     _monomials(u, terms)
@@ -122,7 +123,8 @@ def mark_moments(x, centre, mu):
 def fit_inverse_depth_plane(x, Z, ABC):
     """Compute ABC[3, b] of the plane 1/Z = A x + B y + C through marks x[n, 2, b] at depths Z.
 
-    Least squares in the inverse depths: exact if the marks lie in a plane that misses the camera.
+    The fit is a least-squares fit of the inverse depths. It is exact if the marks are in a plane
+    that does not contain the camera's centre.
     """
     centre, sums = np.empty((2, x.shape[2])), np.zeros((6, x.shape[2]))
     mean_point(x, centre)
@@ -165,9 +167,9 @@ def _centre_rates(ABC, centre, mu, R):
 def region_moment_rates(ABC, centre, mu, R):
     """Compute R[k, 6, b] of (mu00, xg, yg, mu20, mu11, ...) of a region in the plane ABC[3, b].
 
-    The interaction matrices of the area, the centre of gravity and the centred moments in Chaumette
-    (2004), Image moments: a general and useful set of features for visual servoing, IEEE T-RO 20,
-    with n_ij = mu_ij / a. Rows up to some order need mu up to the next one.
+    These are the interaction matrices of the area, the centre of gravity and the centred moments in
+    Chaumette (2004), Image moments: a general and useful set of features for visual servoing, IEEE
+    T-RO 20, with n_ij = mu_ij / a. Rows up to order d need mu up to order d + 1.
     """
     for k in range(R.shape[0]):
         i, j = moment_powers(k)
@@ -197,9 +199,10 @@ def region_moment_rates(ABC, centre, mu, R):
 def mark_moment_rates(x, Z, centre, R):
     """Compute R[k, 6, b] of (mu00, xg, yg, mu20, mu11, ...) of marks x[n, 2, b] at depths Z[n, b].
 
-    The chain rule through the interaction matrix of each mark, so the marks need not be coplanar;
-    for coplanar ones it is that of Tahri and Chaumette (2005), Point-based and region-based image
-    moments for visual servoing of planar objects, IEEE T-RO 21(6).
+    The rates follow by the chain rule from the interaction matrix of each mark, so the marks need
+    not be coplanar. For coplanar marks they equal the rates of Tahri and Chaumette (2005),
+    Point-based and region-based image moments for visual servoing of planar objects, IEEE T-RO
+    21(6).
     """
     N, runs = x.shape[0], x.shape[2]
     u, terms, Lx = np.empty((2, runs)), np.empty((R.shape[0], runs)), np.empty((2 * N, 6, runs))

@@ -1,21 +1,21 @@
-"""The moves of bodies by velocities, of which Jacobians are made for every kind of joint alike.
+"""Moves of bodies by velocities, the common input of Jacobians for all kinds of joints.
 
-A velocity of a tree moves one or several bodies: each such move is along or about an axis of that
-body's own frame, times a ratio. Ratio 0 is 1; the others are derivatives of coordinates that
-depend on others, curvatures of rails, what turns the wheels of vehicles, and the twists of joints
-of the user's own kinds.
+A velocity of a tree moves one or several bodies. Each move is a translation along an axis of the
+body's frame, or a rotation about it, times a ratio. Ratio 0 is 1. The other ratios are derivatives
+of dependent coordinates, curvatures of rails, wheel ratios of vehicles, and twists of user-defined
+joints.
 """
 
 from typing import Any, NamedTuple
 
 
 class BodyMoves(NamedTuple):
-    """The moves of some velocities of a tree: one row for each body that each of them moves."""
+    """The moves of selected velocities of a tree, one row for each pair of velocity and body."""
 
-    columns: Any  # the velocities
-    # (moves, 5): the number of its velocity among them, in order; body, whether it turns, axis,
-    # row of its ratio
+    columns: Any  # indices of the velocities
+    # (moves, 5): index among `columns`, in ascending order; body; 1 for a rotation; axis; row of
+    # its ratio
     rows: Any
-    # of each move: 1 where it carries the frame and 0 where not; for the motion of one frame
-    # relative to another the difference of the two, both taken at the same point
+    # (moves,): 1 if the move carries the frame, else 0; for a motion relative to another frame, the
+    # difference of both values, with the motions taken at the same point
     sign: Any

@@ -1,9 +1,9 @@
-"""Elementary functions on lanes, with the same bits in every lane, beside any others.
+"""Elementary functions on lanes. The bits of a lane do not depend on its neighbours.
 
-Sine and cosine: the argument is reduced by multiples of pi/2 in three parts (Cody and Waite 1980),
-then the polynomials of degree 13 and 14 that fdlibm prints (Sun Microsystems 1993); correct to one
-unit in the last place. An argument so large that the reduction would lose digits is left to the
-library, number by number.
+Sine and cosine reduce the argument by multiples of pi/2 in three parts (Cody and Waite 1980) and
+evaluate the polynomials of degree 13 and 14 of fdlibm (Sun Microsystems 1993). The results are
+correct to one unit in the last place. For large arguments the reduction would lose digits, so
+these are computed by the library, number by number.
 """
 
 import math
@@ -19,12 +19,13 @@ from robsim.kernels.machine.lanes import (
     where,
 )
 
-LARGE = 1e5  # radians: beyond, k * PI_2[0] is not exact any more
+LARGE = 1e5  # radians: for larger arguments k * PI_2[0] is not exact
 PI_2 = (1.57079632673412561417e00, 6.07710050630396597660e-11, 2.02226624879595063154e-21)
 
 
 @part
 def _sine(y, z):
+    """Return sin(y) for |y| <= pi/4 and z = y^2."""
     tail = 2.75573137070700676789e-6 + z * (
         -2.50507602534068634195e-8 + z * 1.58969099521155010221e-10
     )
@@ -36,6 +37,7 @@ def _sine(y, z):
 
 @part
 def _cosine(z):
+    """Return cos(y) for |y| <= pi/4 and z = y^2."""
     tail = -2.75573143513906633035e-7 + z * (
         2.08757232129817482790e-9 - z * 1.13596475577881948265e-11
     )
@@ -47,7 +49,7 @@ def _cosine(z):
 
 @part
 def _library_cos_sin(x, c, s):
-    """Return cosine and sine with those of large arguments computed number by number."""
+    """Return c and s with the lanes of large arguments replaced by the library's results."""
     for i in range(WIDTH):
         if abs(get_lane(x, i)) > LARGE:
             c = replace_lane(c, i, math.cos(get_lane(x, i)))
@@ -57,7 +59,7 @@ def _library_cos_sin(x, c, s):
 
 @part
 def near_cos_sin(x):
-    """Return cos(x) and sin(x) of lanes that are not `is_large_angle`, in radians, without a call."""
+    """Return cos(x) and sin(x) of lanes, in radians. No lane may be `is_large_angle`."""
     k = floor(x * (2.0 / math.pi) + 0.5)
     y = ((x - k * PI_2[0]) - k * PI_2[1]) - k * PI_2[2]
     z = y * y
@@ -71,7 +73,7 @@ def near_cos_sin(x):
 
 @part
 def is_large_angle(x):
-    """Return in which lanes an angle is left to the library."""
+    """Return the mask of lanes with large angles, which the library computes."""
     return absolute(x) > LARGE
 
 

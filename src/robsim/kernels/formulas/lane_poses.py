@@ -1,4 +1,4 @@
-"""Poses on lanes: twelve rows, [R | t] row by row."""
+"""Poses on lanes. A pose has twelve rows, [R | t] row by row."""
 
 from robsim.kernels.machine.jit import kernel, part
 from robsim.kernels.machine.lanes import get, put
@@ -6,19 +6,19 @@ from robsim.kernels.machine.lanes import get, put
 
 @part
 def pose_row(w, T, r):
-    """Return a row of a pose."""
+    """Return row r of a pose."""
     return get(w, T + 4 * r), get(w, T + 4 * r + 1), get(w, T + 4 * r + 2), get(w, T + 4 * r + 3)
 
 
 @part
 def times_column(a, w, B, c):
-    """Return a row of A times a column of B, without the translation of A."""
+    """Return a row of A times column c of B, without the translation of A."""
     return a[0] * get(w, B + c) + a[1] * get(w, B + 4 + c) + a[2] * get(w, B + 8 + c)
 
 
 @kernel
 def compose_lanes(w, A, B, T):
-    """Compute T = A B, which may stand in the place of A."""
+    """Compute T = A B. T and A may be the same rows."""
     for r in range(3):
         a = pose_row(w, A, r)
         for c in range(3):

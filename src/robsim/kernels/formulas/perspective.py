@@ -1,7 +1,8 @@
-"""The camera: camera axes, perspective, radial-tangential distortion, visibility.
+"""Camera axes, perspective, radial-tangential distortion, visibility.
 
-Camera axes: x to the right (columns), y down (rows), z along the optical axis. `lens` holds
-(k1, k2, p1, p2, k3, k4, k5, k6), the order of OpenCV; all zero is a pinhole.
+In camera axes x points to the right (columns), y down (rows) and z along the optical axis. `lens`
+holds (k1, k2, p1, p2, k3, k4, k5, k6) in the order of OpenCV. All coefficients of a pinhole camera
+are zero.
 """
 
 import numpy as np
@@ -14,7 +15,7 @@ IN_IMAGE, OUT_OF_IMAGE, BEHIND_CAMERA = 0, 1, 2
 
 @part
 def distort(x, y, lens):
-    """Return the distorted normalised point of (x, y), by Brown's model with rational radius.
+    """Return the distorted normalised point of (x, y), by Brown's model with a rational factor.
 
     x' = x f + 2 p1 x y + p2 (r2 + 2 x2), y' = y f + p1 (r2 + 2 y2) + 2 p2 x y, with
     f = (1 + k1 r2 + k2 r4 + k3 r6) / (1 + k4 r2 + k5 r4 + k6 r6).
@@ -47,7 +48,7 @@ def distort_jacobian(x, y, lens):
 
 @part
 def undistort(u, v, lens):
-    """Return the point that `distort` takes to (u, v), by Newton's method, or NaN."""
+    """Return the point that `distort` maps to (u, v), by Newton's method, or NaN."""
     x, y = u, v
     for _ in range(50):
         du, dv = distort(x, y, lens)
@@ -57,7 +58,7 @@ def undistort(u, v, lens):
         x, y = x - dx, y - dy
         if abs(dx) + abs(dy) <= 1e-15 * (1.0 + abs(x) + abs(y)):
             return x, y
-    du, dv = distort(x, y, lens)  # rounding can keep the last step above the threshold
+    du, dv = distort(x, y, lens)  # rounding may keep the last step above the threshold
     good = abs(du - u) + abs(dv - v) <= 1e-13 * (1.0 + abs(u) + abs(v))
     return (x, y) if good else (np.nan, np.nan)
 
@@ -70,7 +71,7 @@ def pinhole_pixel(x, y, fu, skew, u0, fv, v0):
 
 @kernel
 def pixel_jacobian(x, K, lens, J):
-    """Compute J[n, 2, 2, b], the Jacobian of the pixel by the normalised point x[n, 2, b]."""
+    """Compute J[n, 2, 2, b], the Jacobian of the pixel by the normalised point at x[n, 2, b]."""
     k = (lens[0], lens[1], lens[2], lens[3], lens[4], lens[5], lens[6], lens[7])
     for n in range(x.shape[0]):
         for b in range(x.shape[2]):

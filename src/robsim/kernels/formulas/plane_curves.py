@@ -1,8 +1,8 @@
-"""Plane curves by arc length, and the chord between two wheels that roll on one.
+"""Plane curves by arc length, and the chord between two wheels that roll on a curve.
 
-A curve is a row of pieces of constant curvature, or of a catenary; before its start and after its
-end it goes on straight. Some wheels roll beside it: their centres lie at p + radius n, where n is
-the normal, a quarter turn left of the tangent t.
+A curve is a sequence of pieces of constant curvature or of catenaries. It continues straight before
+its start and after its end. The centre of a wheel that rolls on the curve is p + radius n with the
+curve point p and the normal n, a quarter turn to the left of the tangent t.
 """
 
 import math
@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 from robsim.kernels.formulas import se3
 from robsim.kernels.machine.jit import kernel
 
-ANGLE, ARC, HEIGHT, TILT = 0, 1, 2, 3  # what a chord gives
+ANGLE, ARC, HEIGHT, TILT = 0, 1, 2, 3  # quantities of a chord
 ROUNDING = 4e-16  # relative
 
 
@@ -19,9 +19,9 @@ class CurveTable(NamedTuple):
     """The constants of curves: the pieces of curve c are rows first[c] to first[c + 1]."""
 
     first: Any
-    length: Any  # of each curve
-    # (pieces, 7): arc length, position and direction where it begins; curvature; of a catenary its
-    # parameter a and the arc length from its lowest point, else 0
+    length: Any  # (curves,) arc length of each curve
+    # (pieces, 7): arc length, position (2) and direction at its start; curvature; parameter a of a
+    # catenary and arc length from its lowest point to the start, both 0 for constant curvature
     pieces: Any
 
 
@@ -29,8 +29,9 @@ class CurveTable(NamedTuple):
 def curve_point(curves, which, s):
     """Return x, y, cos and sin of the direction, and curvature of a curve at arc length s.
 
-    Constant curvature k from direction f0: the chord sinc(k l/2) l at f0 + k l/2. A catenary from
-    its lowest point: x = a asinh(u/a), y = sqrt(a^2 + u^2), tan f = u/a, k = a/(a^2 + u^2).
+    A piece of constant curvature k and length l from direction f0 has the chord sinc(k l/2) l in
+    the direction f0 + k l/2. A catenary at arc length u from its lowest point has
+    x = a asinh(u/a), y = sqrt(a^2 + u^2), tan f = u/a, k = a/(a^2 + u^2).
     """
     inside = min(max(s, 0.0), curves.length[which])
     i = curves.first[which]
@@ -38,18 +39,18 @@ def curve_point(curves, which, s):
         i += 1
     x, y, direction, k = curves.pieces[i, 1:5]
     a, u = curves.pieces[i, 5:7]
-    way = inside - curves.pieces[i, 0]
+    along = inside - curves.pieces[i, 0]
     if a > 0.0:
-        v = u + way
+        v = u + along
         rise, length = math.hypot(a, v), math.hypot(a, u)
         x += a * (math.asinh(v / a) - math.asinh(u / a))
         y += (v - u) * (v + u) / (rise + length)
         c, s_, k = a / rise, v / rise, a / (rise * rise)
     else:
-        half = 0.5 * k * way
-        chord = way * se3.sinc(half)
-        x += chord * math.cos(direction + half)
-        y += chord * math.sin(direction + half)
+        half = 0.5 * k * along
+        straight = along * se3.sinc(half)
+        x += straight * math.cos(direction + half)
+        y += straight * math.sin(direction + half)
         c, s_ = math.cos(direction + 2.0 * half), math.sin(direction + 2.0 * half)
     beyond = s - inside
     if beyond != 0.0:
@@ -66,12 +67,12 @@ def wheel_contact(curves, which, s, radius):
 
 @kernel
 def _second_contact(curves, which, s, x, y, length, radius):
-    """Return where the second wheel touches, if the centre of the first, at s, is (x, y).
+    """Return the arc length of the second wheel. The first wheel is at s with its centre at (x, y).
 
-    Newton steps on |P2 - P1| = length, inside a bracket.
+    It solves |P2 - P1| = length by Newton steps inside a bracket.
     """
     low, high = s, s + length
-    while high > low:  # the straight way beyond the end leads away; far out there all s are one
+    while high > low:  # the straight continuation leads away; far out high == low by rounding
         far = wheel_contact(curves, which, high, radius)
         if math.hypot(far[0] - x, far[1] - y) >= length:
             break
@@ -97,7 +98,10 @@ def _second_contact(curves, which, s, x, y, length, radius):
 
 @kernel
 def _third_contact(curves, which, near, far, radius, x, y, ux, uy, at):
-    """Return where a wheel touches, centred `at` along the chord from (x, y) along (ux, uy)."""
+    """Return the arc length of a wheel with its centre at the distance `at` along a chord.
+
+    The chord starts at (x, y) in the direction (ux, uy).
+    """
     low, high = near, far
     s = near + (far - near) * 0.5
     for _ in range(64):
@@ -118,13 +122,17 @@ def _third_contact(curves, which, near, far, radius, x, y, ux, uy, at):
 
 @kernel
 def chord_quantity(curves, which, s, length, radius, at, gives):
-    """Return the quantity that a chord from the wheel at s gives, and its derivative by s.
+    """Return a quantity of the chord from the wheel at s, and its derivative by s.
 
-    P1, P2: wheel centres, P' = (1 - radius k) t, u = (P2 - P1)/length and n its left normal.
-    From |P2 - P1| = length: s2' = u.P1'/u.P2'; the chord turns by psi' = n.(P2' s2' - P1')/length,
-    against the tangent by psi' - k. From (P3 - P1).u = at, with height h = (P3 - P1).n:
-    s3' = (u.P1' - h psi')/(u.P3'), h' = n.(P3' s3' - P1') - at psi'; the tangent there turns
-    against the chord by k3 s3' - psi'. (Own derivation, checked against central differences.)
+    `gives` is ANGLE, the angle of the chord from the tangent at s, or a quantity of a third wheel
+    with its centre at the distance `at` along the chord: its arc length ARC, the HEIGHT of its
+    centre above the chord, or TILT, the angle of its tangent from the chord.
+
+    P1 and P2 are the wheel centres, P' = (1 - radius k) t, u = (P2 - P1)/length, n its left normal.
+    From |P2 - P1| = length: s2' = u.P1'/u.P2'. The chord turns at psi' = n.(P2' s2' - P1')/length,
+    and relative to the tangent at psi' - k. From (P3 - P1).u = at, with height h = (P3 - P1).n:
+    s3' = (u.P1' - h psi')/(u.P3'), h' = n.(P3' s3' - P1') - at psi'. The tangent there turns
+    relative to the chord at k3 s3' - psi'. (Own derivation, checked against central differences.)
     """
     x, y, c, d, rate = wheel_contact(curves, which, s, radius)
     far = _second_contact(curves, which, s, x, y, length, radius)

@@ -1,11 +1,11 @@
-"""The motion of points that are known by their image and depth."""
+"""Rigid motion of points that are represented by image point and depth."""
 
 from robsim.kernels.machine.jit import kernel
 
 
 @kernel
 def transform_image_points(x, Z, T, X):
-    """Compute X[n, 3, b] = T p, with p = Z (x, 1) of points x[n, 2, b] at depths Z[n, b]."""
+    """Compute X[n, 3, b] = T p with p = Z (x, 1) for points x[n, 2, b] at depths Z[n, b]."""
     for n in range(X.shape[0]):
         for r in range(3):
             for b in range(X.shape[2]):

@@ -1,4 +1,4 @@
-"""Straight motions of a frame, with rotation about a fixed axis, in the layout run last."""
+"""Straight motions of a frame with rotation about a fixed axis. The run is the last axis."""
 
 from robsim.kernels.formulas.se3 import (
     compose,
@@ -21,7 +21,7 @@ def rotation_in_start_axes(A, B, back, turned, quaternion, turn):
 
 @kernel
 def rotation_in_base_axes(A, B, back, turned, quaternion, turn):
-    """Compute the rotation vector turn[3, b] of R_b R_a', in the base axes of both."""
+    """Compute the rotation vector turn[3, b] of R_b R_a', in the common base axes."""
     inverse_pose(A, back)
     compose(B, back, turned)
     rotation_to_quaternion(turned, quaternion)
@@ -30,9 +30,10 @@ def rotation_in_base_axes(A, B, back, turned, quaternion, turn):
 
 @kernel
 def interpolate_pose(T, way, turn, share, end, twist, step, out):
-    """Compute the pose out[3, 4, b] after shares[2, b] of way[3, b] and turn[3, b] from T to end.
+    """Compute the pose out[3, 4, b] on the straight motion from T to end.
 
-    The turn is in axes of T; twist[6, b] and step[3, 4, b] are room.
+    share[2, b] are the shares of the translation way[3, b] and of the rotation vector turn[3, b] in
+    axes of T. twist[6, b] and step[3, 4, b] are scratch arrays. If both shares are 1, out = end.
     """
     for i in range(3):
         for b in range(T.shape[2]):

@@ -1,4 +1,4 @@
-"""The view of one object by one camera on the tree: all that follows from q at an instant."""
+"""The projection of one object into one camera at an instant."""
 
 from typing import Any, NamedTuple
 
@@ -6,7 +6,7 @@ from robsim.kernels.formulas import body_arrays
 
 
 class Projection(NamedTuple):
-    """The poses of a camera and its target, and the image of the marks, at one instant."""
+    """The poses of a camera and its target, and the image of the target's marks, at one instant."""
 
     bodies: body_arrays.Bodies
     T_w_c: Any  # (3, 4, B)

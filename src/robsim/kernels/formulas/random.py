@@ -1,7 +1,7 @@
-"""Counter-based random numbers with the same bits for any order, chunk or number of threads.
+"""Counter-based random numbers. Their bits do not depend on the order, chunks or threads.
 
-Philox4x32-10 (Salmon, Moraes, Dror, Shaw, "Parallel random numbers: as easy as 1, 2, 3", SC11),
-checked with the known answers published with Random123.
+The generator is Philox4x32-10 (Salmon, Moraes, Dror, Shaw, "Parallel random numbers: as easy as 1,
+2, 3", SC11), checked with the known answers published with Random123.
 """
 
 import math
@@ -27,15 +27,16 @@ def philox(c0, c1, c2, c3, k0, k1):
 
 @kernel
 def _uniform_double(high, low):
-    """Return a double in (0, 1): 53 bits of two words, half a step away from 0 and 1."""
+    """Return a double in (0, 1) from 53 bits of two words, half a step away from 0 and 1."""
     return (float(((high << _HIGH) | low) >> np.uint64(11)) + 0.5) * 2.0**-53
 
 
 @kernel
 def normal_pair(seed, run, step, stream, n):
-    """Return two independent standard normals, the n-th of a run at this step.
+    """Return two independent standard normal numbers, the n-th pair of a run at this step.
 
-    Key (seed low, run), counter (step, n, seed high, stream); Box-Muller makes two of each block.
+    The key is (seed low, run), the counter (step, n, seed high, stream). The Box-Muller method
+    computes two numbers from each block.
     """
     low, high = seed & _MASK, seed >> _HIGH
     w = philox(np.uint64(step), np.uint64(n), high, np.uint64(stream), low, run)
@@ -46,7 +47,10 @@ def normal_pair(seed, run, step, stream, n):
 
 @kernel
 def uniform_number(seed, run, step, stream, n):
-    """Return a number in (0, 1), the n-th of a run, from another stream of the same counter."""
+    """Return a uniform number in (0, 1), the n-th number of a run at this step.
+
+    It is independent of `normal_pair` if their streams differ.
+    """
     low, high = seed & _MASK, seed >> _HIGH
     w = philox(np.uint64(step), np.uint64(n), high, np.uint64(stream), low, run)
     return _uniform_double(w[0], w[1])
@@ -54,7 +58,7 @@ def uniform_number(seed, run, step, stream, n):
 
 @kernel
 def fill_normal_pairs(seed, runs, step, stream, out):
-    """Compute independent standard normals out[n, 2, b] for run runs[b] at this step."""
+    """Compute independent standard normal numbers out[n, 2, b] for run runs[b] at this step."""
     for n in range(out.shape[0]):
         for b in range(out.shape[2]):
             out[n, 0, b], out[n, 1, b] = normal_pair(seed, runs[b], step, stream, n)
@@ -62,7 +66,7 @@ def fill_normal_pairs(seed, runs, step, stream, out):
 
 @kernel
 def fill_uniform_numbers(seed, runs, step, stream, out):
-    """Compute out[n, b] in (0, 1) for run runs[b] at this step."""
+    """Compute uniform numbers out[n, b] in (0, 1) for run runs[b] at this step."""
     for n in range(out.shape[0]):
         for b in range(out.shape[1]):
             out[n, b] = uniform_number(seed, runs[b], step, stream, n)

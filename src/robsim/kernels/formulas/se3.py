@@ -1,8 +1,8 @@
 """Rotations and rigid motions: composition, exponential, quaternions (x, y, z, w).
 
-No switch at tiny angles: half-angle forms, one series that is good to 1 rad (see
-`exp_coefficients`) and one continued fraction (see `log_coefficient`). Checked against 60-digit
-numbers from 1e-12 to pi.
+The formulas need no special case for tiny angles. They use half-angle forms, a series that is
+accurate to 1 rad (see `exp_coefficients`), and a continued fraction (see `log_coefficient`). They
+are checked against 60-digit numbers for angles from 1e-12 to pi.
 """
 
 import math
@@ -14,15 +14,15 @@ from robsim.kernels.machine.jit import kernel, part
 
 @part
 def sinc(x):
-    """Return sin(x)/x, which is 1 at 0."""
+    """Return sin(x)/x, and 1 for x = 0."""
     return math.sin(x) / x if x != 0.0 else 1.0
 
 
 @part
 def cubic_coefficient(theta):
-    """Return (t - sin t)/t^3 for t up to 1, by a series that is good to 2e-16 there.
+    """Return (t - sin t)/t^3 for t <= 1 with an error of 2e-16.
 
-    1/6 (1 - t2/(4 5) (1 - t2/(6 7) (1 - ...))).
+    The series is 1/6 (1 - t2/(4 5) (1 - t2/(6 7) (1 - ...))) with t2 = t^2.
     """
     square = theta * theta
     nested = 1.0 + 0.0 * theta
@@ -33,7 +33,10 @@ def cubic_coefficient(theta):
 
 @part
 def exp_coefficients(theta):
-    """Return a = sin(t)/t, b = (1 - cos t)/t^2 and c = (t - sin t)/t^3 of exp, for t >= 0."""
+    """Return the coefficients of exp for t >= 0.
+
+    They are a = sin(t)/t, b = (1 - cos t)/t^2 and c = (t - sin t)/t^3.
+    """
     half = sinc(0.5 * theta)
     c = (theta - math.sin(theta)) / theta**3 if theta > 1.0 else cubic_coefficient(theta)
     return sinc(theta), 0.5 * half * half, c
@@ -43,10 +46,9 @@ def exp_coefficients(theta):
 def log_coefficient(theta):
     """Return (1 - h cot h) / theta^2 with h = theta/2, for 0 <= theta <= pi.
 
-    It is 1/12 at 0 and 1/pi^2 at pi.
-
-    By Lambert's continued fraction, h cot h = 1 - h2/(3 - h2/(5 - h2/(7 - ...))) with h2 = h^2:
-    there is nothing in it to cancel, so it serves every angle.
+    It is 1/12 at 0 and 1/pi^2 at pi. Lambert's continued fraction is
+    h cot h = 1 - h2/(3 - h2/(5 - h2/(7 - ...))) with h2 = h^2. It has no cancellation and is
+    accurate for every angle.
     """
     tail = 25.0
     for odd in range(23, 1, -2):
@@ -68,7 +70,7 @@ def compose(A, B, out):
 
 @part
 def inverse_pose(A, out):
-    """Compute out = A^-1 for poses A[3, 4, b]: R', -R' t."""
+    """Compute out = A^-1 = [R' | -R' t] for poses A[3, 4, b]."""
     for r in range(3):
         for b in range(A.shape[2]):
             out[r, 0, b], out[r, 1, b], out[r, 2, b] = A[0, r, b], A[1, r, b], A[2, r, b]
@@ -79,7 +81,7 @@ def inverse_pose(A, out):
 
 @part
 def quaternion_to_rotation(x, y, z, w):
-    """Return the rows of R for a unit quaternion, as nine numbers."""
+    """Return the three rows of R for a unit quaternion."""
     return (
         (1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - z * w), 2.0 * (x * z + y * w)),
         (2.0 * (x * y + z * w), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - x * w)),
@@ -89,7 +91,7 @@ def quaternion_to_rotation(x, y, z, w):
 
 @kernel
 def pose_from_quaternion(q, T):
-    """Compute T[3, 4, b] of a position and a unit quaternion x y z w, q[7, b]."""
+    """Compute T[3, 4, b] for q[7, b], a position and a unit quaternion (x, y, z, w)."""
     for b in range(q.shape[1]):
         rows = quaternion_to_rotation(q[3, b], q[4, b], q[5, b], q[6, b])
         for r in range(3):
@@ -118,7 +120,7 @@ def quaternion_product(ax, ay, az, aw, bx, by, bz, bw):
 
 @part
 def exp_translation(vx, vy, vz, wx, wy, wz):
-    """Return the translation of exp(v, w)."""
+    """Return the translation of the pose exp(v, w)."""
     _, b, c = exp_coefficients(math.sqrt(wx * wx + wy * wy + wz * wz))
     return along_screw(vx, vy, vz, wx, wy, wz, b, c)
 
@@ -153,9 +155,9 @@ def exp_se3(twist, T):
 
 @kernel
 def rotation_to_quaternion(T, quaternion):
-    """Compute quaternion[4, b] (w >= 0) of the rotation in T[3, 4, b].
+    """Compute the unit quaternion[4, b] with w >= 0 of the rotation in T[3, 4, b].
 
-    It divides by the largest component.
+    The formula divides by the largest component.
     """
     for b in range(T.shape[2]):
         d0, d1, d2 = T[0, 0, b], T[1, 1, b], T[2, 2, b]
@@ -178,7 +180,10 @@ def rotation_to_quaternion(T, quaternion):
 
 @part
 def rotation_vector(quaternion, w):
-    """Compute w[3, b] = theta u of a unit quaternion, theta in [0, pi]; at pi u has any sign."""
+    """Compute w[3, b] = theta u of a unit quaternion, theta in [0, pi].
+
+    The sign of u is arbitrary at theta = pi.
+    """
     for b in range(quaternion.shape[1]):
         x, y, z = quaternion[0, b], quaternion[1, b], quaternion[2, b]
         sine = np.hypot(np.hypot(x, y), z)

@@ -1,4 +1,4 @@
-"""The time laws of motions from rest to rest, number by number."""
+"""Time laws of motions from rest to rest."""
 
 import math
 
@@ -7,10 +7,10 @@ from robsim.kernels.machine.jit import kernel, part
 
 @part
 def quintic_profile(u):
-    """Return s = 10 u^3 - 15 u^4 + 6 u^5 and its derivatives, zero at u = 0 and u = 1.
+    """Return s = 10 u^3 - 15 u^4 + 6 u^5 and its first two derivatives.
 
-    The polynomial of least integral of the squared jerk (Craig 2005, section 7.3; Siciliano et
-    al. 2009, section 4.2.1).
+    The derivatives are zero at u = 0 and u = 1. The polynomial minimises the integral of the
+    squared jerk (Craig 2005, section 7.3; Siciliano et al. 2009, section 4.2.1).
     """
     v = 1.0 - u
     s = u * u * u * (10.0 + u * (6.0 * u - 15.0))
@@ -19,10 +19,10 @@ def quintic_profile(u):
 
 @part
 def _trapezoid_profile(u, ramp):
-    """Return s of a trapezoidal speed profile with acceleration for the share `ramp`.
+    """Return s of a trapezoidal speed profile and its first two derivatives.
 
-    It is symmetric, s(u) = 1 - s(1 - u), with the speed 1/(1 - ramp) in between (Siciliano et al.
-    2009, eqs 4.5 to 4.8). Its derivatives come with it.
+    `ramp` is the share of the time for acceleration. The profile is symmetric, s(u) = 1 - s(1 - u),
+    with the speed 1/(1 - ramp) between the ramps (Siciliano et al. 2009, eqs 4.5 to 4.8).
     """
     peak, early = 1.0 / (1.0 - ramp), min(u, 1.0 - u)
     if early < ramp:
@@ -35,12 +35,12 @@ def _trapezoid_profile(u, ramp):
 
 @kernel
 def motion_share(t, seconds, ramp):
-    """Return the share s of a motion that is done at a time t, and its time derivatives.
+    """Return the share s of a motion that is completed at time t, and its time derivatives.
 
-    `ramp` is the share of the time in which an axis speeds up, and in which it slows down again;
-    below 0 for the polynomial of order five.
+    `ramp` is the acceleration time, and the deceleration time, as a share of the duration. A
+    negative ramp selects the quintic polynomial.
     """
-    T = seconds if seconds > 0.0 else 1.0  # an axis that needs no time does not move
+    T = seconds if seconds > 0.0 else 1.0  # an axis with duration 0 does not move
     u = 1.0 if t >= seconds else min(max(t / T, 0.0), 1.0)
     s, rate, acceleration = quintic_profile(u) if ramp < 0.0 else _trapezoid_profile(u, ramp)
     if not 0.0 < t < seconds:
@@ -51,10 +51,10 @@ def motion_share(t, seconds, ramp):
 
 @kernel
 def shortest_time(way, speed, acceleration):
-    """Return seconds of an axis within its limits, and the share of them for acceleration.
+    """Return the shortest duration of a motion within its limits, and the share for acceleration.
 
-    T = d/v + v/a where the limit of the speed is reached, d >= v^2/a, and 2 sqrt(d/a) where not:
-    the trapezoid is a triangle then (Siciliano et al. 2009, section 4.2.1).
+    If the speed limit is reached, d >= v^2/a, the duration is d/v + v/a. Otherwise the speed
+    profile is a triangle and the duration is 2 sqrt(d/a) (Siciliano et al. 2009, section 4.2.1).
     """
     if way * acceleration > speed * speed:
         climb = speed / acceleration
@@ -65,13 +65,13 @@ def shortest_time(way, speed, acceleration):
 
 @kernel
 def compute_motion_shares(t, seconds, ramp, out):
-    """Compute out[i] = `motion_share` of many times (n,), each with its own motion."""
+    """Compute out[i] = share(t[i], seconds[i], ramp[i]) for n motions."""
     for i in range(t.size):
         out[i, 0], out[i, 1], out[i, 2] = motion_share(t[i], seconds[i], ramp[i])
 
 
 @kernel
 def compute_shortest_times(way, speed, acceleration, seconds, ramp):
-    """Compute `shortest_time` of many axes (n,)."""
+    """Compute seconds[i] and ramp[i] of the shortest motions of n axes, see `shortest_time`."""
     for i in range(way.size):
         seconds[i], ramp[i] = shortest_time(way[i], speed[i], acceleration[i])

@@ -1,4 +1,4 @@
-"""The motion of vehicles by held velocities, exactly."""
+"""Exact motion of vehicles with constant velocities."""
 
 import math
 
@@ -8,10 +8,10 @@ from robsim.kernels.machine.jit import kernel
 
 @kernel
 def integrate_in_plane(v, dt, q):
-    """Move along the arc of a held velocity (vx, vy, omega), or (v, omega) with vy = 0.
+    """Integrate q = (x, y, theta) for a constant velocity (vx, vy, omega), or (v, omega), over dt.
 
-    int_0^dt R(theta + omega t) dt = dt sinc(h) R(theta + h) with h = omega dt / 2: the chord of
-    the arc, in the direction that the body has halfway. theta is not wrapped.
+    int_0^dt R(theta + omega t) dt = dt sinc(h) R(theta + h) with h = omega dt / 2. The motion is
+    the chord of an arc, in the direction of the body at dt / 2. theta is not wrapped.
     """
     last = v.shape[0] - 1
     for b in range(q.shape[1]):
@@ -26,10 +26,10 @@ def integrate_in_plane(v, dt, q):
 
 @kernel
 def turn_steering_angle(row, velocity, wheelbase, limit, rate, dt, q, v):
-    """Turn the steering angle q[row, b] of a car towards that of the omega in v.
+    """Turn the steering angle q[row, b] of a car towards the angle of the velocity (v, omega).
 
-    tan(angle) = wheelbase omega/v, within the limit, and no more than rate |dt| from where it was.
-    A car that stands keeps its angle.
+    The target angle is atan(wheelbase omega/v) within the limit. The angle changes by at most
+    rate |dt|. A car at rest keeps its angle.
     """
     step = rate * abs(dt)
     for b in range(q.shape[1]):
@@ -43,6 +43,6 @@ def turn_steering_angle(row, velocity, wheelbase, limit, rate, dt, q, v):
 
 @kernel
 def set_yaw_rate(row, velocity, wheelbase, q, v):
-    """Replace omega of a car by that of its steering angle: v tan(angle)/wheelbase."""
+    """Replace omega of a car by the yaw rate of its steering angle, v tan(angle)/wheelbase."""
     for b in range(q.shape[1]):
         v[velocity + 1, b] = v[velocity, b] * math.tan(q[row, b]) / wheelbase

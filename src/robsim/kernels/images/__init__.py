@@ -1,1 +1,1 @@
-"""Images: what a camera sees, and how that is disturbed, hidden and delayed."""
+"""Projection of marks into images, and noise, occlusion and delay of images."""

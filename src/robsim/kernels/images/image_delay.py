@@ -1,6 +1,7 @@
-"""Stages of images that come late or not at all: a ring of past ones, and what is used meanwhile.
+"""Stages of delayed and lost images: a ring buffer of past images, and the image in use.
 
-An image is rows of N marks: their pixels, two of each, and below them their depths.
+An image has three rows for each of N marks: first the 2 N rows of pixels, then the N rows of
+depths.
 """
 
 import numpy as np
@@ -13,10 +14,10 @@ from robsim.kernels.machine.stages import stage
 def store_image(
     w, step, n="count", then="n", between="n", share="row", ring="length, n", length="count"
 ):
-    """Keep the image of the period that ends now: (count, then, between, share, ring, length).
+    """Store the image of the period that ends now in the ring buffer.
 
-    It was taken when the period began, in rows `then`, or, where a share of the period had passed,
-    in rows `between`.
+    If share = 0, the image was taken at the start of the period (rows `then`). Otherwise it was
+    taken after this share of the period (rows `between`).
     """
     entry = ring + n * ((step - 1) % length)
     began = get(w, share) == 0.0
@@ -37,9 +38,9 @@ def recall_image(
     delays="row",
     out="n",
 ):
-    """Compute the image of a period so long ago, or that of the start where it is older.
+    """Copy the image of `delays` periods ago from the ring buffer, or the first image.
 
-    (every, count, now, first, ring, length, delay, out)
+    The first image is used if the delay exceeds the number of steps.
     """
     if step % every:
         return
@@ -72,9 +73,10 @@ def receive_image(
     hides="N",
     age="row",
 ):
-    """Take an image; hidden marks stay where they were, and all do where the image is lost.
+    """Update the image in use, except for hidden marks. A lost image updates no mark.
 
-    Afterwards `hidden` and `lost` are zero, for the stages of the next step to set.
+    `age` is the age of the image in periods. Afterwards `hidden` and `lost` are zero, and the
+    stages of the next step set them.
     """
     if step % every:
         put(w, age, get(w, age) + 1.0)
@@ -82,16 +84,16 @@ def receive_image(
         for n in range(N):
             put(w, hidden + n, 0.0)
         return
-    none = np.inf if step == 0 else 0.0  # the first image is never lost, nor hidden
-    kept = get(w, lost) > none
+    threshold = np.inf if step == 0 else 0.0  # the first image is never lost, nor hidden
+    is_lost = get(w, lost) > threshold
     put(w, lost, 0.0)
     for n in range(N):
         hides_now = get(w, hidden + n)
-        gone = kept | (hides_now > none)
+        gone = is_lost | (hides_now > threshold)
         for i in range(2):
             at = 2 * n + i
             put(w, taken + at, where(gone, get(w, taken + at), get(w, pixels + at)))
         put(w, taken_depth + n, where(gone, get(w, taken_depth + n), get(w, depth + n)))
-        put(w, hides + n, where(kept, get(w, hides + n), hides_now))
+        put(w, hides + n, where(is_lost, get(w, hides + n), hides_now))
         put(w, hidden + n, 0.0)
-    put(w, age, where(kept, get(w, age) + 1.0, get(w, delay)))
+    put(w, age, where(is_lost, get(w, age) + 1.0, get(w, delay)))

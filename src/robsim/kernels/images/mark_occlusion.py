@@ -1,4 +1,4 @@
-"""Stages of marks that are hidden for a while, and of the features that are lost with them."""
+"""Stages that hide marks temporarily, and flag the feature components that depend on them."""
 
 import numpy as np
 
@@ -6,12 +6,12 @@ from robsim.kernels.formulas.perspective import IN_IMAGE
 from robsim.kernels.machine.lanes import get, put, where
 from robsim.kernels.machine.stages import stage
 
-TIME_ROUNDING = 1e-9  # seconds: rounding of the time of an image, step * dt - latency, is smaller
+TIME_ROUNDING = 1e-9  # seconds: larger than the rounding of an image's time, step * dt - latency
 
 
 @stage
 def hide_marks(w, step, dt="row", latency="row", start="row", end="row", marks="each: row"):
-    """Hide marks of an image that is taken within a time: `marks` are 1 for those hidden."""
+    """Set the rows of hidden marks to 1 if the image is taken between `start` and `end`."""
     seconds = step * get(w, dt) - get(w, latency)
     seconds = where(seconds > 0.0, seconds, 0.0) + TIME_ROUNDING
     now = (get(w, start) <= seconds) & (seconds < get(w, end))
@@ -23,9 +23,9 @@ def hide_marks(w, step, dt="row", latency="row", start="row", end="row", marks="
 def blank_missing_marks(
     w, step, N="count", pixels="N, 2", depth="N", status="N", seen="N, 2", seen_depth="N"
 ):
-    """Copy an image without the marks that are not in it: (N, pixels, depth, status, and both out).
+    """Copy an image with pixels that are NaN for marks outside the image.
 
-    The pixels of a mark with another status than that of one in the image are NaN.
+    A mark is in the image if its status is IN_IMAGE. The depths are copied for all marks.
     """
     for n in range(N):
         here = get(w, status + n) == 1.0 * IN_IMAGE
@@ -36,17 +36,18 @@ def blank_missing_marks(
 
 @stage
 def flag_lost_numbers(w, step, k="count", lost="k", numbers="each: each: row"):
-    """Compute which numbers depend on hidden marks, unless all of them do: (k, lost).
+    """Compute 1 for the feature components that depend on hidden marks, else 0.
 
-    Then of each number: on how many marks it depends, and the rows of whether these are hidden.
+    If all feature components depend on hidden marks, the result is 0 for all. `numbers` holds, for
+    each feature component, the rows that are 1 for hidden marks.
     """
-    at, whole = 1, 0.0 * get(w, lost) + 1.0
+    at, all_gone = 1, 0.0 * get(w, lost) + 1.0
     for i in range(k):
-        gone = 0.0 * whole
+        gone = 0.0 * all_gone
         for j in range(numbers[at]):
             gone = where(get(w, numbers[at + 1 + j]) > 0.0, 1.0, gone)
         put(w, lost + i, gone)
-        whole = where(gone > 0.0, whole, 0.0)
+        all_gone = where(gone > 0.0, all_gone, 0.0)
         at += 1 + numbers[at]
     for i in range(k):
-        put(w, lost + i, where(whole > 0.0, 0.0, get(w, lost + i)))
+        put(w, lost + i, where(all_gone > 0.0, 0.0, get(w, lost + i)))

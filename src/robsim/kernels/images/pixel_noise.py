@@ -1,7 +1,7 @@
-"""Stages of the errors of an image: noise, mismatched marks, pixels, and lost images.
+"""Stages of image errors: pixel noise, mismatched marks, quantisation, and lost images.
 
-Their first number is the count of periods from one image to the next: between them nothing is done.
-Standard deviations, shares and steps stand in rows, of each run its own.
+`every` is the number of periods between two images. Between images the stages do nothing. Standard
+deviations, shares and steps are rows and may differ between runs.
 """
 
 import numpy as np
@@ -26,7 +26,7 @@ def add_pixel_noise(
     stream="whole",
     out="N, 2",
 ):
-    """Compute pixels with Gaussian noise: (every, marks, pixels, sigma, seed, run, out)."""
+    """Compute out, the pixels with Gaussian noise of standard deviation sigma."""
     if step % every:
         return
     normal, sigma = matrix(w, out, N, 2), get(w, sigma)
@@ -48,9 +48,9 @@ def mismatch_marks(
     run="row",
     stream="whole",
 ):
-    """Add size times a standard normal to both coordinates of a share of the marks, in place.
+    """Add normal errors of standard deviation `deviation` to the pixels of some marks, in place.
 
-    (every, marks, pixels, share, size, seed, run)
+    A mark is affected with probability `share`.
     """
     if step % every:
         return
@@ -66,7 +66,7 @@ def mismatch_marks(
 
 @stage
 def quantise_rows(w, step, every="whole", n="count", values="n", size="row"):
-    """Round rows to whole multiples of a step, in place: (every, count, rows, step)."""
+    """Round n rows to multiples of a step, in place."""
     if step % every:
         return
     size = get(w, size)
@@ -78,7 +78,7 @@ def quantise_rows(w, step, every="whole", n="count", values="n", size="row"):
 def lose_image(
     w, step, every="whole", share="row", seed="whole", run="row", stream="whole", out="row"
 ):
-    """Mark the image of this step as lost by chance: (every, share, seed, run, out)."""
+    """Set `out` to 1 with probability `share`, to flag the image of this step as lost."""
     if step % every:
         return
     runs = unsigned_row(w, run)

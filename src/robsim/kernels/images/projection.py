@@ -1,7 +1,7 @@
-"""Stages of a camera: the marks of an object in its image, and what a pixel says of a direction.
+"""Stages that project marks into a camera's image, and normalise pixels.
 
-A camera has the rows of K, nine, of its lens, eight, of its border, four, and of the radius within
-which its lens is valid; marks have two rows in an image, column and row.
+The rows of a camera are K (nine), the lens coefficients (eight), the border of the image (four) and
+the largest valid radius of the lens. A mark has two rows in an image, column and row.
 """
 
 import math
@@ -21,13 +21,18 @@ from robsim.kernels.machine.jit import kernel, part
 from robsim.kernels.machine.lanes import WIDTH, get, put, where
 from robsim.kernels.machine.stages import stage
 
-LENS, BORDER, RADIUS = 9, 17, 21  # rows of a camera after those of K
-CAMERA_ROWS = 22  # rows in all
-WORST_STATUS, CONTINUED_STATUS, EACH_STATUS = 0, 1, 2  # what status is wanted
+LENS, BORDER, RADIUS = 9, 17, 21  # first rows of the parts of a camera after K
+CAMERA_ROWS = 22  # number of rows of a camera
+WORST_STATUS, CONTINUED_STATUS, EACH_STATUS = (
+    0,
+    1,
+    2,
+)  # status: the worst, the worst including earlier marks, of each mark
 
 
 @part
 def _lens_coefficients(w, eye):
+    """Return the eight lens coefficients of a camera."""
     at = eye + LENS
     return (
         get(w, at), get(w, at + 1), get(w, at + 2), get(w, at + 3),
@@ -37,7 +42,7 @@ def _lens_coefficients(w, eye):
 
 @part
 def _camera_to_mark(w, T_w_o, T_w_c, mark, r):
-    """Return a component, in world axes, of the way from the camera to a mark."""
+    """Return component r of the vector from the camera to a mark, in world axes."""
     o = T_w_o + 4 * r
     there = get(w, o) * get(w, mark) + get(w, o + 1) * get(w, mark + 1)
     there = there + get(w, o + 2) * get(w, mark + 2)
@@ -52,7 +57,7 @@ def _axis_component(w, T, c, x, y, z):
 
 @kernel
 def _mark_status(w, eye, X, Y, Z, u, v):
-    """Return whether a mark is in the image, outside it, or behind the camera."""
+    """Return the status of a mark: IN_IMAGE, OUT_OF_IMAGE or BEHIND_CAMERA."""
     b = eye + BORDER
     inside = (u >= get(w, b)) & (u < get(w, b + 1)) & (v >= get(w, b + 2)) & (v < get(w, b + 3))
     radius = get(w, eye + RADIUS) * Z
@@ -76,18 +81,18 @@ def project_to_pixels(
     which="whole",
     S="count",
 ):
-    """Compute pixels, NaN behind the camera, depths, and the worst status of all marks, or of each.
+    """Compute the pixels, depths and status of N marks. Pixels behind the camera are NaN.
 
-    (marks, their number, T_w_c, T_w_o, camera, whether its lens bends, pixels, depth, status,
-    FIRST, MORE where others were seen before, or EACH)
+    `bends` is nonzero for a lens with distortion. `which` selects the status: FIRST for the worst
+    status of the marks, MORE for the worst status including the current value, EACH for one status
+    of each mark.
     """
     C, O, eye = T_w_c, T_w_o, camera
     worst = get(w, status) if which == CONTINUED_STATUS else 0.0 * get(w, eye)
     for n in range(N):
         m = marks + 3 * n
-        x, y, z = (
-            _camera_to_mark(w, O, C, m, 0), _camera_to_mark(w, O, C, m, 1), _camera_to_mark(w, O, C, m, 2),
-        )  # fmt: skip
+        x, y = _camera_to_mark(w, O, C, m, 0), _camera_to_mark(w, O, C, m, 1)
+        z = _camera_to_mark(w, O, C, m, 2)
         X, Y, Z = (
             _axis_component(w, C, 0, x, y, z),
             _axis_component(w, C, 1, x, y, z),
@@ -112,6 +117,7 @@ def project_to_pixels(
 
 @part
 def _pixel_from_camera(w, K, x, y):
+    """Return the pixel of a normalised image point."""
     return pinhole_pixel(
         x, y, get(w, K), get(w, K + 1), get(w, K + 2), get(w, K + 4), get(w, K + 5)
     )
@@ -121,9 +127,9 @@ def _pixel_from_camera(w, K, x, y):
 def normalise_mark_pixels(
     w, step, camera="22", N="count", pixels="N, 2", points="N, 2", bends="whole"
 ):
-    """Compute normalised image points of pixels: (camera, number, pixels, points, bends).
+    """Compute normalised image points of pixels.
 
-    NaN where a distorted pixel has no point within the valid radius.
+    The point is NaN if a distorted pixel has no point within the valid radius of the lens.
     """
     K = camera
     for n in range(N):
@@ -139,7 +145,7 @@ def normalise_mark_pixels(
 
 @part
 def _undistort_lane(w, eye, point, i):
-    """Replace a distorted point of one run by that without distortion, or NaN."""
+    """Replace the distorted point of one lane by the undistorted point, or by NaN."""
     at, lens, radius = point * WIDTH + i, (eye + LENS) * WIDTH + i, w[(eye + RADIUS) * WIDTH + i]
     k = (
         w[lens], w[lens + WIDTH], w[lens + 2 * WIDTH], w[lens + 3 * WIDTH],
@@ -153,7 +159,7 @@ def _undistort_lane(w, eye, point, i):
 
 @part
 def put_relative_pose(w, A, B, T):
-    """Compute T = A^-1 B: the pose of frame b in frame a, from both in the world."""
+    """Compute T = A^-1 B, the pose of frame b in frame a, from their world poses."""
     for c in range(4):
         x, y, z = get(w, B + c), get(w, B + 4 + c), get(w, B + 8 + c)
         if c == 3:
@@ -164,5 +170,5 @@ def put_relative_pose(w, A, B, T):
 
 @stage
 def relative_pose_stage(w, step, A="3, 4", B="3, 4", T="3, 4"):
-    """Compute T = A^-1 B for poses (A, B, T)."""
+    """Compute T = A^-1 B."""
     put_relative_pose(w, A, B, T)

@@ -1,1 +1,1 @@
-"""Inverse kinematics, by search and in closed form."""
+"""Inverse kinematics by iterative search and in closed form."""

@@ -1,8 +1,8 @@
-"""Inverse kinematics in closed form: all solutions of arms whose axes allow it, in lanes.
+"""Inverse kinematics in closed form: all solutions of suitable arms, one solution in each lane.
 
-What the arms and the angles are is said in `robsim.robot.ik.closed_form`. All quantities are in the axes
-that joint 1 carries: z along axis 1, y along axis 2. In their plane x, z a point is the complex
-number z + i x, so a turn by t about y is the factor exp(i t).
+`robsim.robot.ik.closed_form` describes the arms and the angles.
+All quantities are in axes that joint 1 carries: z along axis 1, y along axis 2. A point in the
+plane of x and z is the complex number z + i x, so a rotation by t about y is the factor exp(i t).
 """
 
 import math
@@ -11,56 +11,62 @@ from robsim.kernels.machine.jit import kernel, part
 from robsim.kernels.machine.lanes import WIDTH, absolute, floor, get, put, where
 from robsim.kernels.machine.stages import perform_on_block, stage
 
-GEOMETRY_TOLERANCE = 1e-9  # metres or radians by which axes may deviate from such a geometry
-ROUNDING = 1e-12  # by which a sine or cosine may exceed 1 where an arm is fully stretched
+GEOMETRY_TOLERANCE = 1e-9  # metres or radians: tolerance of the axes' geometry
+ROUNDING = 1e-12  # tolerance of a sine or cosine above 1 for a fully stretched arm
 TURN = 2.0 * math.pi
 Y, Z = (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
 
-# Rows of the joint axes at q = 0, with c the point that joints 4 and up leave in place. In the base
-# the axes x, y, z that joint 1 carries, and a point on axis 1; in the axes of the link c, and the
-# directions of the last axis and the one before; the directions of axis 4 and up, two or three
+# Rows of the geometry at q = 0. Joints 4 and higher do not move the point c.
+# BASE: axes x, y, z that joint 1 carries, in base axes. ORIGIN: a point on axis 1 in the base.
+# TOOL: point c, direction of the last axis, direction of the axis before it, in axes of the link.
+# WRIST: directions of axes 4 and higher, two or three.
 BASE, ORIGIN, TOOL, WRIST = 0, 9, 12, 21
-# Four bars, as complex numbers: from axis 1 to 2, 2 to 3, and 3 to c; with five joints 3 to 4, and
-# 4 to c. Then the signs of the turns about axes 3 and 4 against those about axis 2, and c along y
+# BARS: four bars as complex numbers, from axis 1 to 2, 2 to 3, and 3 to c; with five joints 3 to 4,
+# and 4 to c. SIGNS: signs of the rotations about axes 3 and 4 relative to axis 2. ASIDE: c along y.
 BARS, SIGNS, ASIDE = 30, 38, 40
 
 
 @part
 def _lane_vector(w, row, i):
-    """Return three numbers of a lane."""
+    """Return three consecutive numbers of lane i."""
     at = row * WIDTH + i
     return w[at], w[at + WIDTH], w[at + 2 * WIDTH]
 
 
 @part
 def _planar_bar(w, axes, k, i):
+    """Return bar k of lane i as a complex number."""
     at = (axes + BARS + 2 * k) * WIDTH + i
     return complex(w[at], w[at + WIDTH])
 
 
 @part
 def _to_plane(v):
+    """Return the component of a vector in the plane of x and z as a complex number."""
     return complex(v[2], v[0])
 
 
 @part
 def _phase(z):
+    """Return the phase of a complex number."""
     return math.atan2(z.imag, z.real)
 
 
 @part
 def _dot_vectors(a, b):
+    """Return the dot product of two vectors."""
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
 @part
 def _cross_vectors(a, b):
+    """Return the cross product a x b."""
     return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
 
 
 @kernel
 def _multiply_lane_matrix(w, A, apart, v, i):
-    """Return A v, with the rows of A so far apart."""
+    """Return A v. The rows of A have the stride `apart`."""
     a, b, c = (
         _lane_vector(w, A, i),
         _lane_vector(w, A + apart, i),
@@ -71,7 +77,7 @@ def _multiply_lane_matrix(w, A, apart, v, i):
 
 @kernel
 def _rotate_about(axis, angle, v):
-    """Return v turned by an angle: v + sin a x v + (1 - cos) a x (a x v) (Rodrigues)."""
+    """Return v rotated about an axis: v + sin a x v + (1 - cos) a x (a x v) (Rodrigues)."""
     s, c = math.sin(angle), 1.0 - math.cos(angle)
     u = _cross_vectors(axis, v)
     w = _cross_vectors(axis, u)
@@ -80,22 +86,22 @@ def _rotate_about(axis, angle, v):
 
 @part
 def _angle_about(axis, start, end):
-    """Return the angle about `axis` from `start`, perpendicular to it, to `end`."""
+    """Return the angle about `axis` from `start` to `end`, for `start` perpendicular to `axis`."""
     return math.atan2(_dot_vectors(end, _cross_vectors(axis, start)), _dot_vectors(end, start))
 
 
 @part
 def _clip_cosine(x):
-    """Return a cosine clipped to [-1, 1], or NaN if it is outside by more than rounding."""
+    """Return x clipped to [-1, 1], or NaN if |x| exceeds 1 by more than rounding."""
     return min(max(x, -1.0), 1.0) if abs(x) <= 1.0 + ROUNDING else math.nan
 
 
 @kernel
 def _base_angle(C, aside, spare, shoulder):
-    """Return q1 that brings the plane of the arm, `aside` of axis 1, to the point C.
+    """Return the angle q1 that moves the plane of the arm, at distance `aside` from axis 1, to C.
 
-    Every plane through axis 1 holds a point on it: then the direction `spare` is brought into the
-    plane, and where this is zero, or along the axis too, q1 is 0 or half a turn.
+    If C is on axis 1, every plane through the axis contains C, and q1 moves the direction `spare`
+    into the plane. If `spare` is zero or parallel to axis 1, q1 is 0 or half a turn.
     """
     away, lean, turn = math.hypot(C[0], C[1]), 0.0, 0.0
     if away > GEOMETRY_TOLERANCE or abs(aside) > GEOMETRY_TOLERANCE:
@@ -116,9 +122,10 @@ def _two_bar_angles(along, u, w, elbow):
 
 @kernel
 def _solve_base(w, axes, goal, shoulder, spare, i):
-    """Return q1, and behind joint 1 the bars to c and the directions of the last two axes.
+    """Return q1, the complex vector from axis 2 to c, and the directions of the last two axes.
 
-    `spare` says whether the last axis is what q1 follows where c is on axis 1.
+    The last three are in axes that joint 1 carries. If c is on axis 1 and `spare` is 1, the last
+    axis determines q1.
     """
     c, origin = (
         _multiply_lane_matrix(w, goal, 4, _lane_vector(w, axes + TOOL, i), i),
@@ -140,9 +147,9 @@ def _solve_base(w, axes, goal, shoulder, spare, i):
 
 @stage
 def solve_five_joints(w, step, axes="n", goal="3, 4", angles="each: row", n="count"):
-    """Fill the angles of five joints, a branch in each lane: (axes, goal, five coordinates).
+    """Compute the angles of five joints, one branch of the solutions in each lane.
 
-    The pitch of axis 5 gives axis 4, and that the two bars.
+    The pitch of axis 5 determines axis 4, and the position of axis 4 the two bars.
     """
     for i in range(WIDTH):
         q1, along, last, before = _solve_base(w, axes, goal, i // 2 % 2, 1.0, i)
@@ -160,10 +167,10 @@ def solve_five_joints(w, step, axes="n", goal="3, 4", angles="each: row", n="cou
 
 @stage
 def solve_six_joints(w, step, axes="n", goal="3, 4", angles="each: row", n="count"):
-    """Fill the angles of six joints, a branch in each lane: (axes, goal, six coordinates).
+    """Compute the angles of six joints, one branch of the solutions in each lane.
 
-    What is left to the wrist is M = E4 E5 E6. The angle from axis 4 to M h6 gives q5, the way
-    round axis 4 gives q4, and what E6 does to axis 5 gives q6.
+    The wrist must rotate by M = E4 E5 E6. The angle from axis 4 to M h6 gives q5, the direction of
+    M h6 about axis 4 gives q4, and the rotation of axis 5 by E6 gives q6.
     """
     for i in range(WIDTH):
         q1, along, last, before = _solve_base(w, axes, goal, i // 4 % 2, 0.0, i)
@@ -184,7 +191,7 @@ def solve_six_joints(w, step, axes="n", goal="3, 4", angles="each: row", n="coun
             _dot_vectors(h6, side), zero
         )
         q4 = 0.0
-        if across > ROUNDING:  # else axes 4 and 6 coincide: their sum counts
+        if across > ROUNDING:  # else axes 4 and 6 coincide, and only q4 + q6 is determined
             q4 = math.atan2(sign * _dot_vectors(aim, up), sign * _dot_vectors(aim, side))
         left = _rotate_about(h5, -q5, _rotate_about(h4, -q4, carried))
         w[angles[1] * WIDTH + i], w[angles[2] * WIDTH + i] = q1, t2
@@ -194,9 +201,9 @@ def solve_six_joints(w, step, axes="n", goal="3, 4", angles="each: row", n="coun
 
 @stage
 def fold_angles(w, step, joints="each: x=row; limits=2"):
-    """Bring angles into (-pi, pi], or a full turn away where only this is within the limits.
+    """Shift angles by whole turns to (-pi, pi], or one turn further if only this angle is valid.
 
-    (n), and of each its row, and the first of the rows of its limits.
+    An angle is valid within its limits.
     """
     for i in range(joints[0]):
         row, low, high = joints[1 + 2 * i], get(w, joints[2 + 2 * i]), get(w, joints[2 + 2 * i] + 1)
@@ -219,14 +226,14 @@ def check_solution(
     valid_out="row",
     within_out="row",
 ):
-    """Compute whether T is the goal, and coordinates are within their limits too.
+    """Compute `valid_out`, 1 if T equals the goal within the tolerance, and `within_out`.
 
-    (T, goal, tolerance, coordinates, n, the rows of their limits, valid, within)
+    `within_out` is 1 if the solution is valid and all coordinates are within their bounds.
     """
-    off, none = get(w, tolerance), 0.0 * get(w, tolerance)
-    valid = none >= 0.0
+    largest, zero = get(w, tolerance), 0.0 * get(w, tolerance)
+    valid = zero >= 0.0
     for r in range(12):
-        valid = valid & (absolute(get(w, T + r) - get(w, goal + r)) <= off)
+        valid = valid & (absolute(get(w, T + r) - get(w, goal + r)) <= largest)
     within = valid
     for i in range(n):
         x, limits = get(w, q + i), bounds + 2 * i
@@ -237,10 +244,10 @@ def check_solution(
 
 @kernel
 def solve_closed_form(addresses, at, p, template, tolerance, goals, q, valid, within):
-    """Compute q[run, solution, n] for goals[run, 4, 4], by stages; NaN where there is none.
+    """Compute all solutions q[run, solution, n] for goals[run, 4, 4] by stages.
 
-    The first rows of the block are the tolerance, whether a solution is valid, whether it is within
-    the limits, the goal, and the coordinates.
+    Invalid solutions are NaN. The first rows of the block are the tolerance, the flags `valid` and
+    `within` of a solution, the goal, and the coordinates.
     """
     (runs, each), block = valid.shape, template.copy()
     put(block, 0, tolerance)

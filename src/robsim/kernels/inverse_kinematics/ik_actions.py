@@ -1,20 +1,19 @@
-"""What the search of inverse kinematics in each lane does next, and the rows in which it stands."""
+"""Actions of the search of inverse kinematics in each lane, and the rows of its block."""
 
 from robsim.kernels.machine.lanes import floor, get, put, where
 from robsim.kernels.machine.stages import stage
 
-IDLE, STEP, BACK, OVER, DONE = 0, 1, 2, 3, 4  # what a lane does after an iteration
-PERIOD, FALL = 4, 0.5  # a search goes on while e'e falls by this factor in so many iterations
-LAST_SEARCH_FACTOR = (
-    10  # times the iterations of others: the last search, which looks for the least error
-)
+IDLE, STEP, BACK, OVER, DONE = 0, 1, 2, 3, 4  # actions of a lane after an iteration
+PERIOD, FALL = 4, 0.5  # a search continues while e'e falls by FALL in PERIOD iterations
+LAST_SEARCH_FACTOR = 10  # factor on the iterations of the last search, which minimises the error
 
-# Rows of the block. Of a step: the error without weights, e'e, by how much that should fall, at
-# least, how many joints are held, whether a step gains next to nothing.
+# Rows of a step: unweighted error; e'e; lower bound of the predicted decrease of e'e; number of
+# held joints; 1 if the step is stationary.
 ERROR, SQUARE, GAIN, HELD, STILL = 0, 1, 2, 3, 4
-# Of a search: what its damping is boosted by; its run, or -1; its number, 0 from q0; its
-# iterations; how far from the goal it began; the least e'e of the run; e'e some iterations ago; by
-# how much it was to fall; what it does next; whether its coordinates are the best of the run.
+# Rows of a search: factor of the damping; run, or -1; index, 0 for the start q0; iterations;
+# squared distance of its start from the goal; least e'e of the run; reference e'e of an earlier
+# iteration; predicted decrease from the reference; action; 1 if its coordinates are the best of the
+# run.
 (
     BOOST,
     RUN,
@@ -27,16 +26,16 @@ ERROR, SQUARE, GAIN, HELD, STILL = 0, 1, 2, 3, 4
     ACTION,
     STORES_RESULT,
 ) = range(5, 15)
-# Of all searches: the tolerance of the error, the most iterations, how many begin elsewhere
+# Rows of all searches: tolerance of the error; most iterations; number of further starts.
 TOLERANCE, MOST_ITERATIONS, RESTARTS = range(15, 18)
-GOAL, Q = 18, 30  # the pose, in twelve rows, then the coordinates, and below them the step
+GOAL, Q = 18, 30  # first row of the goal's pose (twelve rows); of the coordinates, then the step
 
 
 @stage
 def choose_action(w, step, qd="n", n="count"):
-    """Set what each lane does: (the step, n), which is zero where it is not taken.
+    """Choose the action of each lane. The step qd becomes zero unless the action is STEP.
 
-    A search ends where it is still, stuck, or too long, or at the goal.
+    A search ends if it is stationary, stuck, too long, or at the goal.
     """
     at, square, mark = get(w, ITERATION), get(w, SQUARE), get(w, REFERENCE)
     last, best = get(w, SEARCH) > get(w, RESTARTS), get(w, BEST)
@@ -60,10 +59,10 @@ def choose_action(w, step, qd="n", n="count"):
 
 @stage
 def adapt_damping(w, step):
-    """Adapt the damping of the last search to the model.
+    """Adapt the damping of the last search by the ratio of the actual to the predicted decrease.
 
-    By the ratio of what was gained to what was promised (K. Madsen, H. B. Nielsen and O. Tingleff,
-    Methods for non-linear least squares problems, 2004, section 3.2).
+    See K. Madsen, H. B. Nielsen and O. Tingleff, Methods for non-linear least squares problems,
+    2004, section 3.2.
     """
     turn, boost, hoped = get(w, ACTION), get(w, BOOST), get(w, PREDICTED_GAIN)
     goes = (get(w, SEARCH) > get(w, RESTARTS)) & ((turn == STEP) | (turn == BACK))

@@ -1,7 +1,7 @@
-"""Inverse kinematics: searches from several starts, for many runs side by side.
+"""Inverse kinematics by searches from several starts, for many runs in parallel.
 
-The runs of a batch pass through the lanes of one block; where one is done, the next takes its
-lane. What happens in a lane depends on its own run alone, so its bits do too.
+The runs of a batch pass through the lanes of one block. When a run is done, the next run takes its
+lane. The computation in a lane depends on its own run only, and so do the bits of the result.
 """
 
 from typing import Any, NamedTuple
@@ -36,32 +36,32 @@ from robsim.kernels.machine.lanes import WIDTH, put
 from robsim.kernels.machine.stages import perform_on_block
 
 SOLVED, UNREACHABLE, LIMITS, ITERATIONS = 1, 2, 3, 4
-REASON, ITERATED, RESTARTED = 0, 1, 2  # rows of what is counted
+REASON, ITERATED, RESTARTED = 0, 1, 2  # rows of `counts`
 
 
 class Search(NamedTuple):
-    """The runs, and where their searches begin."""
+    """The goals of the runs, and the starts of their searches."""
 
     goals: Any  # (run, 4, 4)
-    q0: Any  # (run, nq), the first start
-    q: Any  # (nq, k), the others
-    poses: Any  # (k, 12) of the link there, [R | t] row by row
-    share: Any  # (12,) of the squared differences of poses in the distance of a start
-    rows: Any  # of the coordinates that begin elsewhere
+    q0: Any  # (run, nq), the first start of each run
+    q: Any  # (nq, k), the further starts
+    poses: Any  # (k, 12) poses of the link at the further starts, [R | t] row by row
+    share: Any  # (12,) weights of squared pose differences in the distance of a start
+    rows: Any  # indices of the coordinates that take values of further starts
     tolerance: float
-    iterations: int  # of a search, at most
+    iterations: int  # most iterations of a search
 
 
 class SearchResults(NamedTuple):
-    """The results of searches, with the run first: the best until now, at first `initial_results`."""
+    """The best results of the searches so far."""
 
     q: Any  # (run, nq)
-    error: Any  # the larger of the metres and the radians that count
-    counts: Any  # (3, run) the reason, iterations, restarts
+    error: Any  # (run,) the larger error of position in metres and rotation in radians
+    counts: Any  # (3, run) reason of the end, iterations, restarts
 
 
 def initial_results(q0: Any) -> SearchResults:
-    """Return what is found before the searches begin at q0[run, nq]."""
+    """Return the results before the searches start at q0[run, nq]."""
     counts = np.zeros((3, len(q0)), dtype=np.int64)
     counts[REASON] = ITERATIONS
     return SearchResults(q0.copy(), np.full(len(q0), np.inf), counts)
@@ -69,7 +69,7 @@ def initial_results(q0: Any) -> SearchResults:
 
 @part
 def begin_searches(block, search):
-    """Make all lanes ready for their first runs, at the first start."""
+    """Initialise all lanes for their first runs."""
     for i in range(search.q0.shape[1] if search.q0.shape[0] > 0 else 0):
         put(block, Q + i, search.q0[0, i])
     put(block, ACTION, DONE)
@@ -81,7 +81,7 @@ def begin_searches(block, search):
 
 @part
 def _enter_run(block, b, run, goals):
-    """Let the search of a run begin in a lane of a block."""
+    """Start the search of a run in lane b of a block."""
     for row in (SEARCH, ITERATION, REFERENCE, PREDICTED_GAIN):
         block[row * WIDTH + b] = 0.0
     block[RUN * WIDTH + b], block[BOOST * WIDTH + b] = run, 1.0
@@ -92,24 +92,24 @@ def _enter_run(block, b, run, goals):
 
 
 @part
-def _store_result(block, b, run, found):
-    """Store a result that is the best of its run."""
-    found.error[run] = block[ERROR * WIDTH + b]
-    for i in range(found.q.shape[1]):
-        found.q[run, i] = block[(Q + i) * WIDTH + b]
+def _store_result(block, b, run, results):
+    """Store the state of lane b as the best result of its run."""
+    results.error[run] = block[ERROR * WIDTH + b]
+    for i in range(results.q.shape[1]):
+        results.q[run, i] = block[(Q + i) * WIDTH + b]
     reason = ITERATIONS
-    if found.error[run] < block[TOLERANCE * WIDTH + b]:
+    if results.error[run] < block[TOLERANCE * WIDTH + b]:
         reason = SOLVED
     elif block[STILL * WIDTH + b] > 0.0:
         reason = LIMITS if block[HELD * WIDTH + b] > 0.0 else UNREACHABLE
-    found.counts[REASON, run] = reason
+    results.counts[REASON, run] = reason
 
 
 @part
 def _nearest_start(block, b, search):
-    """Return the unused start whose pose is nearest to the goal.
+    """Return the index of the unused start with the pose nearest to the goal.
 
-    The rotation counts |R - R_goal|^2/2 = 2 - 2 cos.
+    The squared distance of rotations is |R - R_goal|^2/2 = 2 - 2 cos.
     """
     begun, nearest, chosen = block[START_DISTANCE * WIDTH + b], np.inf, 0
     for k in range(search.q.shape[1]):
@@ -124,14 +124,14 @@ def _nearest_start(block, b, search):
 
 
 @part
-def _restart_search(block, b, run, search, found):
-    """Begin another search; after all starts the last one goes on from the best that was found."""
+def _restart_search(block, b, run, search, results):
+    """Start another search. After all starts the last search continues from the best result."""
     block[SEARCH * WIDTH + b] += 1.0
     block[ITERATION * WIDTH + b] = 0.0
     if block[SEARCH * WIDTH + b] > search.q.shape[1]:
         block[BEST * WIDTH + b] = np.inf
         return
-    found.counts[RESTARTED, run] += 1
+    results.counts[RESTARTED, run] += 1
     chosen = _nearest_start(block, b, search)
     for i in range(search.q0.shape[1]):
         block[(Q + i) * WIDTH + b] = search.q0[run, i]
@@ -140,29 +140,29 @@ def _restart_search(block, b, run, search, found):
 
 
 @part
-def schedule_lanes(block, after, search, found):
-    """Book what was found, and begin anew, go back, or take another run where that comes next.
+def schedule_lanes(block, after, search, results):
+    """Store results, then start the next run, the next search, or restore the best coordinates.
 
-    Return the number of the next run, and how many lanes go on.
+    Return the index of the next run and the number of busy lanes.
     """
     going = 0
     for b in range(WIDTH):
         run, turn = int(block[RUN * WIDTH + b]), block[ACTION * WIDTH + b]
         if block[STORES_RESULT * WIDTH + b] > 0.0:
-            _store_result(block, b, run, found)
+            _store_result(block, b, run, results)
         if run >= 0 and turn >= OVER:
-            found.counts[ITERATED, run] += int(block[ITERATION * WIDTH + b])
+            results.counts[ITERATED, run] += int(block[ITERATION * WIDTH + b])
         if turn == DONE:
-            run = after if after < found.error.size else -1
+            run = after if after < results.error.size else -1
             block[RUN * WIDTH + b] = run
             if run >= 0:
                 _enter_run(block, b, run, search.goals)
                 after += 1
         if run >= 0 and turn > STEP:
-            for i in range(found.q.shape[1]):
-                block[(Q + i) * WIDTH + b] = found.q[run, i]
+            for i in range(results.q.shape[1]):
+                block[(Q + i) * WIDTH + b] = results.q[run, i]
         if turn == OVER:
-            _restart_search(block, b, run, search, found)
+            _restart_search(block, b, run, search, results)
         going += 1 if run >= 0 else 0
     return after, going
 
@@ -185,16 +185,17 @@ def run_searches(
     error,
     counts,
 ):
-    """Search coordinates that bring a link to goals[run, 4, 4], to within the tolerance.
+    """Search coordinates that move a link to goals[run, 4, 4] within the tolerance.
 
-    The first search begins at q0, each further one at the start whose pose is nearest the goal.
-    The arguments are stages that take a step and propose the next, and a Search and a Found.
+    The first search starts at q0, and each further search at the start with the pose nearest to the
+    goal. The arguments are the stages of one iteration, then the fields of a `Search` and of a
+    `SearchResults`.
     """
     search = Search(goals, q0, starts, poses, share, rows, tolerance, iterations)
-    found, block = SearchResults(q, error, counts), template.copy()
+    results, block = SearchResults(q, error, counts), template.copy()
     begin_searches(block, search)
     after, going = 0, 1
     while going > 0:
-        after, going = schedule_lanes(block, after, search, found)
+        after, going = schedule_lanes(block, after, search, results)
         if going > 0:
             perform_on_block(addresses, at, p, block, 0)

@@ -1,6 +1,6 @@
-"""Stages of a step of inverse kinematics, by damped least squares.
+"""Stages of an iteration of inverse kinematics by damped least squares.
 
-The step is (J'J + w I)^-1 J'e with w in proportion to the squared error: S. K. Chan and
+The step is (J'J + w I)^-1 J'e with w proportional to the squared error: S. K. Chan and
 P. D. Lawrence, General inverse kinematics with the error damped pseudoinverse, ICRA 1988;
 T. Sugihara, Solvability-unconcerned inverse kinematics by the Levenberg-Marquardt method, IEEE
 T-RO 27(5), 2011.
@@ -14,16 +14,16 @@ from robsim.kernels.machine.jit import part
 from robsim.kernels.machine.lanes import WIDTH, floor, get, put, sqrt, where
 from robsim.kernels.machine.stages import stage
 
-DAMPING = 0.015  # times e'e
-FAR = 10.0  # of e'e: more than that does not damp more, or steps would be too small to arrive
-FLOOR = 1e-12  # of the damping: keeps Cholesky's pivots positive
-STILL = 1e-3  # cosine of e and the columns of J, and share of e'e that a step would gain
+DAMPING = 0.015  # factor of e'e
+FAR = 10.0  # upper bound of e'e in the damping: larger damping would make steps too small
+FLOOR = 1e-12  # least damping, which keeps Cholesky's pivots positive
+STILL = 1e-3  # a search is stationary below this cosine of e and columns, and this share of e'e
 TURN = 2.0 * math.pi
 
 
 @stage
 def compute_rotation_error(w, step, goal="3, 4", T="3, 4", room="16", vector_of="3"):
-    """Compute the rotation vector of R_goal R', in base axes: (goal, T, room of 16, vector)."""
+    """Compute the rotation vector of R_goal R' in base axes."""
     between, quaternion = room, vector(w, room + 12, 4)
     for r in range(0, 12, 4):
         for c in range(3):
@@ -36,16 +36,16 @@ def compute_rotation_error(w, step, goal="3, 4", T="3, 4", room="16", vector_of=
 
 @part
 def _rotation_axis(w, T, c, i):
-    """Return an axis of the rotation of a run."""
+    """Return axis c of the rotation of lane i."""
     at = (T + c) * WIDTH + i
     return w[at], w[at + 4 * WIDTH], w[at + 8 * WIDTH]
 
 
 @stage
 def compute_axis_error(w, step, goal="3, 4", T="3, 4", vector_of="3"):
-    """Compute the vector of the shortest rotation of the z axis of T to that of the goal.
+    """Compute the shortest rotation vector from the z axis of T to the z axis of the goal.
 
-    In base axes: (goal, T, vector).
+    The vector is in base axes.
     """
     for i in range(WIDTH):
         zx, zy, zz = _rotation_axis(w, T, 2, i)
@@ -53,7 +53,7 @@ def compute_axis_error(w, step, goal="3, 4", T="3, 4", vector_of="3"):
         x, y, z = zy * gz - zz * gy, zz * gx - zx * gz, zx * gy - zy * gx
         sine = math.sqrt(x * x + y * y + z * z)
         angle = math.atan2(sine, zx * gx + zy * gy + zz * gz)
-        if sine == 0.0:  # straight on, or straight back: then about x
+        if sine == 0.0:  # the axes are parallel or opposite: rotate about x
             x, y, z = _rotation_axis(w, T, 0, i)
             sine = 1.0
         at, scale = vector_of * WIDTH + i, angle / sine
@@ -62,7 +62,7 @@ def compute_axis_error(w, step, goal="3, 4", T="3, 4", vector_of="3"):
 
 @stage
 def ignore_roll(w, step, T="3, 4", n="count", J="6, n"):
-    """Remove rotation about the z axis of T from the lower rows of J[6, n]: (T, n, J)."""
+    """Remove the rotation about the z axis of T from the lower three rows of J[6, n]."""
     x, y, z = get(w, T + 2), get(w, T + 6), get(w, T + 10)
     for j in range(J + 3 * n, J + 4 * n):
         a, b, c = get(w, j), get(w, j + n), get(w, j + 2 * n)
@@ -74,7 +74,7 @@ def ignore_roll(w, step, T="3, 4", n="count", J="6, n"):
 
 @part
 def _weighted_length(w, e, weights):
-    """Return the length of three rows, without those of weight zero."""
+    """Return the length of three rows, excluding rows of weight zero."""
     square = 0.0 * get(w, weights)
     for r in range(3):
         x = get(w, e + r)
@@ -95,15 +95,15 @@ def compute_residual(
     boost="row",
     damping="row",
 ):
-    """Weigh e, of which the rotation is there, and add p_goal - p before it.
+    """Compute the weighted e, its square e'e, the unweighted error, and the damping.
 
-    (goal, T, weights, e, error, square, boost, damping): the error is that without weights, and
-    the damping follows from the square e'e.
+    The lower three rows of e hold the rotation error on entry. The upper three rows become
+    p_goal - p. The damping is proportional to e'e.
     """
     for r in range(3):
         put(w, e + r, get(w, goal + 4 * r + 3) - get(w, T + 4 * r + 3))
     far, turned = _weighted_length(w, e, weights), _weighted_length(w, e + 3, weights + 3)
-    put(w, error, where(turned > far, turned, far))  # where a turn is not a number, far is none
+    put(w, error, where(turned > far, turned, far))  # if the rotation is NaN, `far` is NaN, too
     square = 0.0 * get(w, weights)
     for r in range(6):
         x = get(w, e + r) * get(w, weights + r)
@@ -123,10 +123,10 @@ def hold_limited_joints(
     stopped="row",
     joints="each: column=whole; x=row; limits=2",
 ):
-    """Exclude joints at a limit that would move outwards from the step.
+    """Exclude joints from the step that are at a limit and would move outwards.
 
-    (n, J[6, n], J'e, how many are held, joints), and of each joint its column, its coordinate, and
-    the first of the rows of its limits.
+    `downhill` is J'e, and `stopped` the number of excluded joints. Their columns of J and numbers
+    of J'e become zero.
     """
     held = 0.0 * get(w, J)
     for i in range(joints[0]):
@@ -145,15 +145,16 @@ def hold_limited_joints(
 def detect_stationary(
     w, step, n="count", J="6, n", downhill="n", qd="n", squared="row", gained="row", still="row"
 ):
-    """Judge whether the step gains little, and e is normal to all columns of J.
+    """Compute `still`, 1 if the step gains little and e is normal to all columns of J, else 0.
 
-    (n, J[6, n], J'e, the step, e'e, gain, whether it is still)
+    `downhill` is J'e, qd the step, `squared` e'e, and `gained` a lower bound of the decrease of e'e
+    that the linear model predicts.
     """
     square = get(w, squared)
-    none = 0.0 * get(w, J)
-    gain, cosine = none, none  # the cosine squared, times e'e
+    zero = 0.0 * get(w, J)
+    gain, cosine = zero, zero  # `cosine` is the squared cosine times e'e
     for j in range(n):
-        slope, column = get(w, downhill + j), none
+        slope, column = get(w, downhill + j), zero
         for r in range(J + j, J + j + 6 * n, n):
             column = column + get(w, r) * get(w, r)
         gain = gain + slope * get(w, qd + j)
@@ -166,15 +167,16 @@ def detect_stationary(
 
 @stage
 def confine_coordinates(w, step, joints="each: x=row; limits=2; turns=whole"):
-    """Move coordinates into their limits: by whole turns where that helps, else to the limit.
+    """Move coordinates into their limits.
 
-    (n), and of each its row, the first of the rows of its limits, whether it turns.
+    A revolute joint (`turns`) moves by whole turns if this is sufficient. Otherwise the coordinate
+    moves to the nearest limit.
     """
     for i in range(joints[0]):
         row, limits = joints[1 + 3 * i], joints[2 + 3 * i]
         x, low, high = get(w, row), get(w, limits), get(w, limits + 1)
-        found = where(x < low, low, where(x > high, high, x))
+        inside = where(x < low, low, where(x > high, high, x))
         if joints[3 + 3 * i]:
             turned = x + TURN * floor((high - x) / TURN)
-            found = where((low <= turned) & (turned <= high), turned, found)
-        put(w, row, where((low <= x) & (x <= high), x, found))
+            inside = where((low <= turned) & (turned <= high), turned, inside)
+        put(w, row, where((low <= x) & (x <= high), x, inside))

@@ -1,1 +1,1 @@
-"""Linear algebra of many small matrices at once: least squares, singular values, reflections."""
+"""Linear algebra of many small matrices: least squares, singular values, QR factorisation."""

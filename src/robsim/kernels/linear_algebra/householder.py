@@ -1,7 +1,8 @@
-"""QR factorisations of many small matrices at once by Householder's reflections, run last.
+"""QR factorisation of many small matrices by Householder reflections.
 
-A matrix M stands column by column. Of M = H_0 H_1 ... R its columns keep the vectors v of the
-reflections H = I - beta v v' from the diagonal on (Golub and Van Loan 2013, section 5.2).
+A matrix M is stored in column-major order. The factorisation M = H_0 H_1 ... R stores the vectors v
+of the reflections H = I - beta v v' in the columns of M, from the diagonal on (Golub and Van Loan
+2013, section 5.2).
 """
 
 from robsim.kernels.machine.jit import kernel, part
@@ -10,7 +11,7 @@ from robsim.kernels.machine.lanes import absolute, get, put, sqrt, where
 
 @part
 def reflect_vector(w, v, first, rows, beta, x, stride):
-    """Replace a vector by its reflection I - beta v v', whose v begins at row `first`."""
+    """Replace x by (I - beta v v') x. The vector v is zero before row `first`."""
     total = get(w, v + first) * get(w, x + stride * first)
     for i in range(first + 1, rows):
         total = total + get(w, v + i) * get(w, x + stride * i)
@@ -22,7 +23,7 @@ def reflect_vector(w, v, first, rows, beta, x, stride):
 
 @kernel
 def factorise_qr(w, M, rows, n, betas, R):
-    """Factorise n columns of so many rows, in place; R (n, n) is upper triangular."""
+    """Factorise a matrix M (rows, n) in place. R (n, n) is upper triangular."""
     for j in range(n):
         v = M + j * rows
         square, head = get(w, v + j) * get(w, v + j), get(w, v + j)
@@ -40,7 +41,7 @@ def factorise_qr(w, M, rows, n, betas, R):
 
 @kernel
 def apply_reflections(w, M, rows, n, betas, x, stride):
-    """Replace a vector x by ... H_1 H_0 x, or by x' H_0 H_1 ..., which has the same numbers."""
+    """Replace a vector x by ... H_1 H_0 x, which equals the row vector x' H_0 H_1 ..."""
     for j in range(n):
         reflect_vector(w, M + j * rows, j, rows, betas + j, x, stride)
 

@@ -1,7 +1,8 @@
-"""Damped least squares by normal equations and Cholesky factors, on blocks of runs.
+"""Damped least squares by normal equations and Cholesky factorisation, on blocks of runs.
 
-Faster than `robsim.kernels.linear_algebra.pseudoinverse`, and good for steps that are damped: the condition
-number is squared, so an undamped system that is nearly singular is not for these.
+This is faster than `robsim.kernels.linear_algebra.pseudoinverse` and suitable for damped steps. The
+normal equations square the condition number, so they are not suitable for nearly singular systems
+without damping.
 """
 
 from robsim.kernels.machine.jit import part
@@ -11,7 +12,7 @@ from robsim.kernels.machine.stages import stage
 
 @part
 def _damped_gram(w, A, k, n, damping, H):
-    """Compute the lower half of H[m, m] = A'A, or A A' if that is smaller, plus damping."""
+    """Compute the lower half of H[m, m] = A'A, or of the smaller A A', plus damping I."""
     m, apart, along = (k, n, 1) if k < n else (n, 1, n)
     for i in range(m):
         for j in range(i + 1):
@@ -24,7 +25,7 @@ def _damped_gram(w, A, k, n, damping, H):
 
 @part
 def _factorise_cholesky(w, H, m):
-    """Replace the lower half of H by L with H = L L' and an inverted diagonal, in place."""
+    """Replace the lower half of H by L with H = L L', in place. The diagonal holds 1 / L_jj."""
     for j in range(m):
         for i in range(j, m):
             total = get(w, H + m * i + j)
@@ -52,7 +53,7 @@ def _solve_cholesky(w, H, m, x):
 
 
 def count_damped_step_rows(k: int, n: int) -> int:
-    """Return how many rows `damped_step` needs to work in."""
+    """Return the number of scratch rows that `damped_step` needs."""
     m = min(k, n)
     return m * m + m
 
@@ -71,9 +72,9 @@ def damped_step(
     room="size",
     size="count",
 ):
-    """Compute x = argmin ||A x - y||^2 + damping ||x||^2: (A, k, n, y, A' y, damping, x, room).
+    """Compute x = argmin ||A x - y||^2 + damping ||x||^2, with `downhill` = A' y.
 
-    (A'A + damping I)^-1 A' y = A' (A A' + damping I)^-1 y: the smaller system is solved.
+    The smaller system of (A'A + damping I)^-1 A' y = A' (A A' + damping I)^-1 y is solved.
     """
     m = min(k, n)
     H, z = room, room + m * m

@@ -1,11 +1,11 @@
-"""Least squares x = A^+ y for many small systems at once, truncated or damped.
+"""Least squares x = A^+ y for many small systems, truncated or damped.
 
-The usual way is a QR factorisation by modified Gram-Schmidt, which keeps the run innermost. It
-yields R^-1 explicitly, and ||R|| ||R^-1|| (Frobenius) bounds the condition number from above: only
-a run whose bound exceeds 1/rcond goes through its singular values, where those below
-rcond * largest count as zero. Wide systems (more unknowns than equations) get the solution of
-least norm, through the QR of A'. The columns of Q keep the lengths that they have: Q = V D^-1/2.
-For four points seen by a camera with six degrees of freedom the same code is `unroll_kernel`.
+The default method is a QR factorisation by modified Gram-Schmidt, with the run innermost. It
+computes R^-1 explicitly, and ||R|| ||R^-1|| (Frobenius) is an upper bound of the condition number.
+If the bound of a run exceeds 1/rcond, the run uses its singular values, and singular values below
+rcond * largest count as zero. Wide systems (more unknowns than equations) receive the least-norm
+solution by the QR factorisation of A'. The columns of V are not normalised: Q = V D^-1/2. For four
+points in a camera with six degrees of freedom the same code is `unroll_kernel`.
 """
 
 import numpy as np
@@ -40,11 +40,11 @@ def multiply_matrices(A, B, out):
 
 @part
 def _gram_schmidt(block, V, rows, n, count, R, inverse):
-    """Make n columns of V orthogonal: V_before = V D^-1 R, where D is the diagonal of R and V'V.
+    """Orthogonalise n columns of V: V_before = V D^-1 R with the diagonal D of R and V'V.
 
-    What is left of the columns after them, `count` in all, is orthogonal to these. V stands column
-    by column, of so many `rows`, and R too, of n; D^-1 becomes the diagonal of `inverse`. Without
-    lengths no square root is in the way of the next column.
+    The further columns, `count` in all, become orthogonal to the first n columns. V (rows, count)
+    and R (n, n) are stored in column-major order. D^-1 becomes the diagonal of `inverse`. Without
+    normalisation no square root delays the next column.
     """
     for j in range(n):
         at = V + j * rows
@@ -62,21 +62,24 @@ def _gram_schmidt(block, V, rows, n, count, R, inverse):
 
 @part
 def _subtract_projection(block, v, head, share, u, rows):
-    """Leave of u what is orthogonal to v, and return v'u: `head` of v is at hand, and 1/v'v."""
+    """Subtract the projection onto v from u, and return v'u.
+
+    `head` are the first rows of v, and share = 1/v'v.
+    """
     top = load_column(block, u)
     along = dot_columns(head, top)
     for i in range(HEIGHT, rows, HEIGHT):
         along = along + dot_columns(load_column(block, v + i), load_column(block, u + i))
-    part = along * share
-    put_difference(block, u, top, head, part)
+    factor = along * share
+    put_difference(block, u, top, head, factor)
     for i in range(HEIGHT, rows, HEIGHT):
-        put_difference(block, u + i, load_column(block, u + i), load_column(block, v + i), part)
+        put_difference(block, u + i, load_column(block, u + i), load_column(block, v + i), factor)
     return along
 
 
 @part
 def invert_triangle(block, R, n, inverse):
-    """Compute inverse = R^-1 for upper triangular R, column by column; its diagonal is given."""
+    """Compute inverse = R^-1 of an upper triangular R. On entry it holds the inverse diagonal."""
     for j in range(n):
         for i in range(j - 1, -1, -1):
             total = get(block, R + (i + 1) * n + i) * get(block, inverse + j * n + i + 1)
@@ -89,26 +92,26 @@ def invert_triangle(block, R, n, inverse):
 def _condition_bound(block, R, inverse, n):
     """Return ||D^-1/2 R||_F ||R^-1 D^1/2||_F >= the condition number, D the diagonal of R.
 
-    A number times its share of D, or by D, is at most as large as the square of a length, but the
-    square of a number might overflow.
+    The factors are multiplied in an order that avoids overflow: r * (r * share) is at most the
+    square of a length, but r * r might overflow.
     """
     direct, back = 0.0 * get(block, R), 0.0 * get(block, R)
     for j in range(n):
         square, share = get(block, R + j * n + j), get(block, inverse + j * n + j)
-        row, column = square, share  # what is on the diagonals, as square * share = 1
+        row, col = square, share  # the squares on the diagonals, as square * share = 1
         for k in range(j + 1, n):
             r = get(block, R + k * n + j)
             row = row + r * (r * share)
         for i in range(j):
             s = get(block, inverse + j * n + i)
-            column = column + s * (s * square)
-        direct, back = direct + row, back + column
+            col = col + s * (s * square)
+        direct, back = direct + row, back + col
     return sqrt(direct) * sqrt(back)
 
 
 @part
 def apply_inverse(block, inverse, n, y, x):
-    """Compute x = R^-1 y from R^-1, which stands column by column."""
+    """Compute x = R^-1 y from R^-1 in column-major order."""
     for i in range(n):
         total = get(block, inverse + i * n + i) * get(block, y + i)
         for j in range(i + 1, n):
@@ -132,7 +135,7 @@ def _solve_wide(block, V, rows, n, inverse, y, x, count):
 
 
 def count_solution_rows(k: int, n: int) -> int:
-    """Return how many rows `solve_block` needs to work in."""
+    """Return the number of scratch rows that `solve_block` needs."""
     m, p = min(k, n), max(k, n)
     by_triangle = 1 + (p + m + HEIGHT - 1 + m) * (m + 1) + m * m
     return max(by_triangle, 1 + p * m + m * m + m + 2 * n)
@@ -143,7 +146,10 @@ solution_rows = part(count_solution_rows)
 
 @part
 def _factorise_and_solve(numbers, block):
-    """Compute x = A^+ y, and a bound: (A, k, n, y, damping or -1, x, scratch, bound)."""
+    """Compute x = A^+ y and a bound of the condition number of A.
+
+    The numbers are (A, k, n, y, damping or -1, x, scratch, bound).
+    """
     A, k, n, y, damping, x = numbers[0], numbers[1], numbers[2], numbers[3], numbers[4], numbers[5]
     wide, m, p = k < n, min(k, n), max(k, n)
     rows = padded_height(p + m if damping >= 0 else p)
@@ -164,13 +170,13 @@ def _factorise_and_solve(numbers, block):
     if wide:
         _solve_wide(block, V, rows, m, inverse, wanted, x, p)
     else:
-        # V'y came step by step, which keeps Gram-Schmidt stable
+        # V'y was computed column by column, which keeps Gram-Schmidt stable
         apply_inverse(block, inverse, m, along, x)
 
 
 @part
 def _load_padded_column(block, at, rows, first, apart, count):
-    """Copy so many rows that stand apart into a column, and fill it up with zeros."""
+    """Copy `count` rows at a stride `apart` to a column, and fill the column with zeros."""
     for i in range(count):
         put(block, at + i, get(block, first + i * apart))
     for i in range(count, rows):
@@ -182,9 +188,9 @@ _solve_four_points = unroll_kernel(_factorise_and_solve, (0, 3, 5, 7), {1: 8, 2:
 
 @stage
 def by_triangle(numbers, block, step):
-    """Compute x = A^+ y by a QR factorisation: (A, k, n, y, damping or -1, x, scratch, bound).
+    """Compute x = A^+ y by a QR factorisation, and a bound of the condition number of A.
 
-    The last is the row of a bound of the condition number of A.
+    The numbers are (A, k, n, y, damping or -1, x, scratch, bound), and bound is a row.
     """
     align_stack()
     if numbers[1] == 8 and numbers[2] == 6 and numbers[4] < 0:
@@ -198,9 +204,9 @@ _linked_by_triangle = link_stage(by_triangle)
 
 @part
 def _solve_by_triangle(block, A, k, n, y, damping, x, scratch):
-    """Compute x = A^+ y by a QR factorisation; return a bound of the condition number of A.
+    """Compute x = A^+ y by a QR factorisation, and return a bound of the condition number of A.
 
-    `damping` is a row, or -1 where there is none.
+    `damping` is a row, or -1 for none.
     """
     _linked_by_triangle(block, (A, k, n, y, damping, x, scratch + 1, scratch))
     return get(block, scratch)
@@ -208,15 +214,15 @@ def _solve_by_triangle(block, A, k, n, y, damping, x, scratch):
 
 @part
 def _truncate_doubtful(block, A, k, n, y, rcond, doubtful, x, full, J, scratch):
-    """Replace x of the doubtful runs by that of their singular values; return the rank.
+    """Replace x of the doubtful runs by the truncated solution, and return the rank.
 
-    What only the unit of length makes singular is not, see
-    `robsim.kernels.linear_algebra.svd.truncate`. A run whose A is not finite is NaN.
+    The rank is the larger rank of two units of length, as a bad unit may make a matrix nearly
+    singular (see `robsim.kernels.linear_algebra.svd.truncate`). x is NaN if A is not finite.
     """
     other = scratch + truncated_rows(k, n)
     rank = solve_truncated(block, A, k, n, y, rcond, other, -1, scratch)
-    asks = doubtful & (rank < full)
-    if J != -1 and any_lane(asks & ~(choose_length_unit(block, A, k, n, J) == 1.0)):
+    deficient = doubtful & (rank < full)
+    if J != -1 and any_lane(deficient & ~(choose_length_unit(block, A, k, n, J) == 1.0)):
         another = other + n
         more = solve_truncated(block, A, k, n, y, rcond, another, J, scratch)
         for i in range(n):
@@ -235,10 +241,10 @@ def _truncate_doubtful(block, A, k, n, y, rcond, doubtful, x, full, J, scratch):
 def solve_block(block, A, k, n, y, damping, rcond, x, J, scratch):
     """Compute x = argmin ||A x - y||^2 + damping^2 ||x||^2 for A[k, n], and return the rank of A.
 
-    A stands row by row. Without damping (-1, else a row) singular values below
-    rcond * largest are truncated, in whatever unit of length leaves the more of them: J says which
-    columns are per metre (see `robsim.kernels.linear_algebra.svd.is_per_metre`). A damped rank
-    is not examined and reads as full.
+    A is stored in row-major order. `damping` is a row, or -1 for none. Without damping, singular
+    values below rcond * largest are truncated, in the unit of length with the larger rank. J
+    determines the columns per metre (see `robsim.kernels.linear_algebra.svd.is_per_metre`). With
+    damping, the returned rank is the full rank.
     """
     bound = _solve_by_triangle(block, A, k, n, y, damping, x, scratch)
     doubtful = ~(bound * rcond < 1.0)
@@ -249,7 +255,7 @@ def solve_block(block, A, k, n, y, damping, rcond, x, J, scratch):
 
 
 def count_product_rows(k: int, n: int) -> int:
-    """Return how many rows `solve_product_block` needs to work in."""
+    """Return the number of scratch rows that `solve_product_block` needs."""
     return max(
         count_solution_rows(k, n), max(count_solution_rows(k, 6), count_solution_rows(6, n)) + 6
     )
@@ -257,10 +263,11 @@ def count_product_rows(k: int, n: int) -> int:
 
 @part
 def solve_product_block(block, B, k, C, n, A, y, rcond, x, scratch):
-    """Compute x = A^+ y of A = B C, with B[k, 6] and C[6, n], 6 <= k, n.
+    """Compute x = A^+ y for A = B C, with B[k, 6] and C[6, n], 6 <= k, n, and return the rank.
 
-    Where B and C have rank 6, (B C)^+ = C^+ B^+ (Greville 1966), though A itself has no full rank
-    if 6 < k, n: so no singular values are needed. The product of both bounds is a bound for A.
+    If B and C have rank 6, (B C)^+ = C^+ B^+ (Greville 1966), although A is rank-deficient for
+    6 < k, n. Therefore no singular values are needed. The product of the bounds of B and C is a
+    bound for A.
     """
     z, rest = scratch, scratch + 6
     bound = _solve_by_triangle(block, B, k, 6, y, -1, z, rest)
@@ -275,32 +282,31 @@ def solve_product_block(block, B, k, C, n, A, y, rcond, x, scratch):
 def least_squares(A, y, damping, rcond, x, rank):
     """Compute x[n, b] = argmin ||A x - y||^2 + damping^2 ||x||^2, and rank[b] of A[m, n, b].
 
-    With damping 0 singular values below rcond * largest are truncated. A damped rank is not
-    examined and reads as full.
+    With damping 0, singular values below rcond * largest are truncated. With damping, the returned
+    rank is the full rank.
     """
     k, n, runs = A.shape
-    wanted = k * n
-    found = wanted + k
-    given = found + n
-    scratch = given + 3
+    first_y = k * n
+    first_x = first_y + k
+    first = first_x + n  # rows of damping, rcond and rank
+    scratch = first + 3
     block = np.zeros((scratch + solution_rows(k, n)) * WIDTH)
-    put(block, given, damping)
-    put(block, given + 1, rcond)
+    put(block, first, damping)
+    put(block, first + 1, rcond)
     for b in range(0, runs, WIDTH):
         _gather_matrix(A, b, 0, block)
-        gather_rows(y, b, wanted, block)
-        damped = given if damping > 0.0 else -1
-        share = get(block, given + 1)
-        put(
-            block, given + 2, solve_block(block, 0, k, n, wanted, damped, share, found, -1, scratch)
-        )
-        scatter_rows(block, found, b, x)
+        gather_rows(y, b, first_y, block)
+        damped = first if damping > 0.0 else -1
+        share = get(block, first + 1)
+        lanes = solve_block(block, 0, k, n, first_y, damped, share, first_x, -1, scratch)
+        put(block, first + 2, lanes)
+        scatter_rows(block, first_x, b, x)
         for lane in range(min(WIDTH, runs - b)):
-            rank[b + lane] = int(block[(given + 2) * WIDTH + lane])
+            rank[b + lane] = int(block[(first + 2) * WIDTH + lane])
 
 
 @kernel
 def _gather_matrix(A, b, row, block):
-    """Copy A[:, :, b...] to rows of a block, row by row."""
+    """Copy A[:, :, b:] to rows of a block in row-major order."""
     for i in range(A.shape[0]):
         gather_rows(A[i], b, row + i * A.shape[1], block)

@@ -1,18 +1,18 @@
-"""Columns of matrices in registers: eight rows at a time, all read before any is written.
+"""Columns of matrices in registers. Eight rows at a time are read before any row is written.
 
-The compiler cannot know that two columns of a block are apart, and would else read one anew after
-each number that is written to the other.
+The compiler cannot prove that two columns of a block do not overlap. If reads and writes alternate,
+it must reload one column after each number that is written to the other column.
 """
 
 from robsim.kernels.machine.jit import part
 from robsim.kernels.machine.lanes import get, put
 
-HEIGHT = 8  # rows; with another column and a sum they fit into the registers of AVX-512
+HEIGHT = 8  # rows; two columns and a sum fit into the registers of AVX-512
 
 
 @part
 def padded_height(rows):
-    """Return so many rows rounded up to whole columns."""
+    """Return a number of rows rounded up to a multiple of HEIGHT."""
     return -(-rows // HEIGHT) * HEIGHT
 
 
@@ -27,14 +27,14 @@ def load_column(block, at):
 
 @part
 def dot_columns(a, b):
-    """Return the sum of the products of two columns, by halves: few of them wait for others."""
+    """Return the dot product of two columns, summed pairwise for short dependency chains."""
     low = (a[0] * b[0] + a[1] * b[1]) + (a[2] * b[2] + a[3] * b[3])
     return low + ((a[4] * b[4] + a[5] * b[5]) + (a[6] * b[6] + a[7] * b[7]))
 
 
 @part
 def put_difference(block, at, a, b, share):
-    """Write a - share b to eight rows."""
+    """Write a - share b to eight rows at `at`."""
     put(block, at, a[0] - share * b[0])
     put(block, at + 1, a[1] - share * b[1])
     put(block, at + 2, a[2] - share * b[2])

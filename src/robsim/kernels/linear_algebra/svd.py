@@ -1,7 +1,7 @@
-"""Singular values of many small matrices at once, by one-sided Jacobi rotations, run last.
+"""Singular value decomposition of many small matrices by one-sided Jacobi rotations.
 
-A run whose columns are orthogonal is left as it is while others still turn, so that its bits do
-not depend on the runs beside it.
+A run with orthogonal columns stays unchanged while other runs are still rotated, so its bits do not
+depend on its neighbours.
 """
 
 import numpy as np
@@ -12,14 +12,14 @@ from robsim.kernels.machine.lanes import WIDTH, absolute, any_lane, get, put, sq
 from robsim.kernels.machine.linked_stages import link_stage
 from robsim.kernels.machine.stages import stage
 
-SWEEPS = 60  # at most; six or seven are usual
-FAR = 1e3  # metres; a camera that is as far, or as near as a millimetre, is out of scale
-ORTHOGONAL = 1e-15  # cosine of the angle between two columns that counts as zero
+SWEEPS = 60  # most sweeps; six or seven are usual
+FAR = 1e3  # metres: a unit of length above FAR or below 1/FAR is out of scale
+ORTHOGONAL = 1e-15  # columns with a smaller cosine of their angle are orthogonal
 
 
 @part
 def _jacobi_rotation(block, p, q, rows):
-    """Return cosine and sine of the rotation of two columns, and in which runs one is needed."""
+    """Return cosine and sine of the rotation of two columns, and the mask of runs that need it."""
     a, c, d = get(block, p), get(block, p), get(block, q)
     a, c, d = a * a, c * d, d * d
     for i in range(1, rows):
@@ -34,6 +34,7 @@ def _jacobi_rotation(block, p, q, rows):
 
 @part
 def _rotate_columns(block, p, q, rows, cosine, sine, needed):
+    """Rotate two columns in the runs of the mask `needed`."""
     for i in range(rows):
         x, y = get(block, p + i), get(block, q + i)
         put(block, p + i, where(needed, cosine * x - sine * y, x))
@@ -42,7 +43,7 @@ def _rotate_columns(block, p, q, rows, cosine, sine, needed):
 
 @part
 def _orthogonalise_columns(block, G, rows, n, V):
-    """Rotate n columns of so many rows, and those of V (n rows), until they are orthogonal."""
+    """Rotate the n columns of G until they are orthogonal. Apply the rotations to V (n, n), too."""
     for _ in range(SWEEPS):
         straight = True
         for p in range(n - 1):
@@ -69,7 +70,10 @@ def _column_lengths(block, G, rows, n, out):
 
 @stage
 def rotate(p, block, step):
-    """Rotate columns until they are orthogonal, of lengths sigma: (G, rows, n, V, sigma)."""
+    """Rotate the columns of G until they are orthogonal, with p = (G, rows, n, V, sigma).
+
+    V accumulates the rotations, and sigma are the lengths of the columns.
+    """
     G, rows, n, V, sigma = p[0], p[1], p[2], p[3], p[4]
     for j in range(n):
         for i in range(n):
@@ -83,16 +87,16 @@ _linked_rotate = link_stage(rotate)
 
 @part
 def decompose_columns(block, G, rows, n, V, sigma):
-    """Rotate n columns of so many rows until they are orthogonal, of lengths sigma; V' turns back.
+    """Decompose A = G V' with orthogonal columns of G (rows, n) and an orthogonal V (n, n).
 
-    Of a matrix A = G V' the columns G are replaced in place, and V (n, n) is orthogonal.
+    The columns of A are replaced by G in place. sigma are the lengths of the columns of G.
     """
     _linked_rotate(block, (G, rows, n, V, sigma))
 
 
 @part
 def greatest_row(block, x, n):
-    """Return the largest of n numbers that are not negative; NaN is passed over."""
+    """Return the largest of n nonnegative numbers, ignoring NaN after the first number."""
     most = get(block, x)
     for j in range(1, n):
         most = where(get(block, x + j) > most, get(block, x + j), most)
@@ -100,7 +104,7 @@ def greatest_row(block, x, n):
 
 
 def count_truncation_rows(k: int, n: int) -> int:
-    """Return how many rows `solve_truncated` needs to work in."""
+    """Return the number of scratch rows that `solve_truncated` needs."""
     p, q = max(k, n), min(k, n)
     return 1 + p * q + q * q + q
 
@@ -110,22 +114,24 @@ truncation_rows = part(count_truncation_rows)
 
 @part
 def is_per_metre(block, A, J, n, j):
-    """Return where column j of A (k, n) is per metre of a motion that does not turn.
+    """Return the mask of runs with a column j of A (k, n) that is per metre of a pure translation.
 
-    The motions are the columns of J (6, n), or J is -1 - c, and the first c of them are such.
+    The motions are the columns of J (6, n). A negative J is -1 - c, and the first c columns of A
+    are per metre.
     """
-    none = 0.0 * get(block, A)
+    zero = 0.0 * get(block, A)
     if J < 0:
-        return none == (0.0 if j < -1 - J else 1.0)
+        return zero == (0.0 if j < -1 - J else 1.0)
     turns = absolute(get(block, J + 3 * n + j)) + absolute(get(block, J + 4 * n + j))
-    return turns + absolute(get(block, J + 5 * n + j)) == none
+    return turns + absolute(get(block, J + 5 * n + j)) == zero
 
 
 @part
 def choose_length_unit(block, A, k, n, J):
-    """Return the length in whose unit columns of A per metre are as large as those per radian.
+    """Return the unit of length that makes columns of A per metre as large as columns per radian.
 
-    1 unless it is beyond FAR: what is within is as the user has it, who may choose another `rcond`.
+    The unit is 1 if it is between 1/FAR and FAR metres. Within this range the user's scale is kept,
+    and the user may choose `rcond`.
     """
     metres, radians = 0.0 * get(block, A), 0.0 * get(block, A)
     for j in range(n):
@@ -141,12 +147,13 @@ def choose_length_unit(block, A, k, n, J):
 
 @stage
 def truncate(p, block, step):
-    """Compute x = A^+ y without small singular values: (A, k, n, y, x, J, scratch).
+    """Compute x = A^+ y without small singular values, with p = (A, k, n, y, x, J, scratch).
 
-    The first row of `scratch` holds the share of the largest singular value below which they count
-    as zero, and then the rank. Where J says which columns of A are per metre (see `is_per_metre`),
-    these are in the unit of length in which they are as large as the others: x is
-    D (A D)^+ y with D = diag(length or 1), and world and robot may be of any size.
+    On entry the first row of `scratch` holds rcond: singular values below rcond times the largest
+    singular value count as zero. On exit it holds the rank. Columns of A per metre (see
+    `is_per_metre`) are scaled to a unit of length that makes them as large as the other columns.
+    Then x = D (A D)^+ y with D = diag(length or 1), and the result does not depend on the size of
+    the world and the robot.
     """
     A, k, n, y, x, J, scratch = p[0], p[1], p[2], p[3], p[4], p[5], p[6]
     length = choose_length_unit(block, A, k, n, J)
@@ -185,8 +192,8 @@ _linked_truncate = link_stage(truncate)
 def solve_truncated(block, A, k, n, y, rcond, x, J, scratch):
     """Compute x = A^+ y without singular values below rcond * largest, and return the rank.
 
-    `count_truncation_rows` says how many rows `scratch` has. J says which columns are per metre (see
-    `is_per_metre`); with -1 no unit of length is sought.
+    `count_truncation_rows` returns the number of scratch rows. J determines the columns per metre,
+    see `is_per_metre`. With J = -1 no unit of length is computed.
     """
     put(block, scratch, rcond)
     _linked_truncate(block, (A, k, n, y, x, J, scratch))
@@ -195,9 +202,9 @@ def solve_truncated(block, A, k, n, y, rcond, x, J, scratch):
 
 @kernel
 def decompose_matrices(A, G, V, sigma):
-    """Compute A[m, n, b] = G V' or its transpose; the columns of G have lengths sigma[k, b].
+    """Decompose A[m, n, b], or its transpose if A is wide, into G V'.
 
-    k = min(m, n), and V[k, k, b] is orthogonal.
+    The columns of G have the lengths sigma[k, b] with k = min(m, n). V[k, k, b] is orthogonal.
     """
     wide, (rows, n, runs) = A.shape[0] < A.shape[1], G.shape
     block = np.empty((rows + n + 1) * n * WIDTH)

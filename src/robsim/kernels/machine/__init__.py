@@ -1,1 +1,1 @@
-"""The machine: compiled stages and programs of them, lanes, memory, and kept machine code."""
+"""Compiled stages, programs of stages, lanes, memory, and the cache of machine code."""

@@ -1,4 +1,4 @@
-"""Machine code that nobody has used for a month goes, such as that of old sources and versions."""
+"""Cleanup of the cache: machine code that was not used for a month is deleted."""
 
 import math
 import os
@@ -7,19 +7,19 @@ from contextlib import suppress
 from pathlib import Path
 
 DAY, MONTH = 86400.0, 30 * 86400.0  # seconds
-LONGEST_WRITE = 600.0  # seconds, after which the file of a process that was killed goes
-STAMP = "used"  # a file that is touched when a folder is cleared, at most once a day
+LONGEST_WRITE = 600.0  # seconds: an older draft or lock belongs to a process that was killed
+STAMP = "used"  # file: its modification time is the time of the last cleanup
 
 
 def note_use(file: Path) -> None:
-    """Touch a file that is used, at most once a day; one that cannot be written stays as it is."""
+    """Set the modification time of a used file, at most once a day, if it is writable."""
     with suppress(OSError):
         if time.time() - file.stat().st_mtime > DAY:
             os.utime(file)
 
 
 def clear_old_files(folder: Path) -> None:
-    """Delete what is old in a folder, unless that was done today; what is not ours stays."""
+    """Delete the old cache files of a folder, at most once a day. Keep all other files."""
     now = time.time()
     with suppress(OSError):
         if abs(now - (folder / STAMP).stat().st_mtime) < DAY:
@@ -32,10 +32,10 @@ def clear_old_files(folder: Path) -> None:
 
 
 def _delete_if_old(each: "os.DirEntry[str]", now: float) -> None:
-    kept = {".nbc": MONTH, ".tmp": LONGEST_WRITE, ".lock": LONGEST_WRITE}.get(
-        Path(each.name).suffix, math.inf
-    )
+    """Delete a cache file that is older than files of its suffix are kept."""
+    limits = {".nbc": MONTH, ".tmp": LONGEST_WRITE, ".lock": LONGEST_WRITE}
+    limit = limits.get(Path(each.name).suffix, math.inf)
     with suppress(OSError):
-        old = now - each.stat(follow_symlinks=False).st_mtime > kept
-        if old and each.is_file(follow_symlinks=False):
+        is_old = now - each.stat(follow_symlinks=False).st_mtime > limit
+        if is_old and each.is_file(follow_symlinks=False):
             os.unlink(each.path)

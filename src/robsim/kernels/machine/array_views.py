@@ -1,4 +1,7 @@
-"""Arrays at an address, which a program keeps alive, for stages that read or write whole tables."""
+"""Array views of rows and of memory at an address, for use inside stages.
+
+If a program passes the address of an array to a stage, the program keeps the array alive.
+"""
 
 from typing import Any
 
@@ -11,6 +14,8 @@ from robsim.kernels.machine.lanes import WIDTH
 
 
 def _define_address_cast(kind: Any) -> Any:
+    """Return the function that casts an address to a pointer to numbers of a type."""
+
     @intrinsic
     def function(typing: Any, address: Any) -> Any:
         def emit(context: Any, builder: Any, sig: Any, args: Any) -> Any:
@@ -26,13 +31,13 @@ _to_real, _to_whole = _define_address_cast(types.float64), _define_address_cast(
 
 @part
 def reals(address, size):
-    """Return the numbers[size] at an address."""
+    """Return the float64 array [size] at an address."""
     return numba.carray(_to_real(address), (size,))
 
 
 @part
 def wholes(address, size):
-    """Return the whole numbers[size] at an address."""
+    """Return the int64 array [size] at an address."""
     return numba.carray(_to_whole(address), (size,))
 
 
@@ -71,7 +76,7 @@ def _as_unsigned(typing: Any, pointer: Any) -> Any:
 
 @part
 def unsigned_row(w, row):
-    """Return a row of whole numbers, which stand there bit by bit, as an array[lane]."""
+    """Return a row that stores the bits of whole numbers as a uint64 array[lane]."""
     return numba.carray(_as_unsigned(_row_pointer(w, row)), (WIDTH,))
 
 

@@ -1,6 +1,6 @@
-"""Blocks: rows of WIDTH numbers, one for each of some runs, copied from and to arrays.
+"""Copies between run-last arrays and rows of a block, which hold one number of WIDTH runs.
 
-Where fewer runs than WIDTH are left, the last one stands in the lanes that are left over.
+If fewer than WIDTH runs remain, copies of the last run fill the remaining lanes.
 """
 
 from robsim.kernels.machine.jit import kernel, part

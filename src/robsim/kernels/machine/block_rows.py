@@ -1,4 +1,4 @@
-"""Rows of a block, and tables in memory: a first number, and the shape of what stands there."""
+"""Rows of a block and addresses of arrays: integers with a shape."""
 
 from __future__ import annotations
 
@@ -9,7 +9,9 @@ from typing import Any
 
 
 class BlockRows(int):
-    """The first of some rows of a block, which hold numbers of a shape, the last axis in order.
+    """The index of the first of consecutive rows of a block, and the shape of these rows.
+
+    The rows hold an array of this shape in C order.
 
     >>> points = BlockRows(7, (4, 2))
     >>> points[1], points[2:], points.flat
@@ -22,19 +24,19 @@ class BlockRows(int):
         return block_rows_at(first, shape)
 
     def __getitem__(self, where: Any) -> BlockRows:
-        """Return the rows of one entry of the first axis, or of some that follow one another."""
+        """Return the rows of one entry, or of consecutive entries, of the first axis."""
         if where.__class__ is tuple:
             return reduce(BlockRows.__getitem__, where, self)
         try:
-            found = range(self.shape[0])[where]
+            entries = range(self.shape[0])[where]
         except IndexError:
             raise IndexError(f"{self!r} have no entry {where}") from None
         rest = self.shape[1:]
         if where.__class__ is not slice:
-            return block_rows_at(self + found * math.prod(rest), rest)
-        if found.step != 1:
-            raise IndexError(f"rows follow one another: {where}")
-        return block_rows_at(self + found.start * math.prod(rest), (len(found), *rest))
+            return block_rows_at(self + entries * math.prod(rest), rest)
+        if entries.step != 1:
+            raise IndexError(f"a slice of rows must have step 1, got {where}")
+        return block_rows_at(self + entries.start * math.prod(rest), (len(entries), *rest))
 
     def __iter__(self) -> Iterator[BlockRows]:
         rest = self.shape[1:]
@@ -48,16 +50,16 @@ class BlockRows(int):
 
     @property
     def flat(self) -> BlockRows:
-        """The same rows, one after the other."""
+        """The same rows with a shape of one axis."""
         return block_rows_at(self, (math.prod(self.shape),))
 
     @property
     def column(self) -> BlockRows:
-        """The same rows as a matrix of one column."""
+        """The same rows as a matrix with one column."""
         return block_rows_at(self, (self.size, 1))
 
     def reshape(self, *shape: int) -> BlockRows:
-        """Return the same rows in another shape, of which one axis may be -1."""
+        """Return the same rows with another shape. One axis may be -1."""
         if -1 in shape and (rest := -math.prod(shape)):
             shape = tuple(self.size // rest if n == -1 else n for n in shape)
         if math.prod(shape) != self.size:
@@ -72,14 +74,14 @@ class BlockRows(int):
 def block_rows_at(
     first: int, shape: tuple[int, ...], new: Callable[..., BlockRows] = int.__new__
 ) -> BlockRows:
-    """Return rows as `Rows(first, shape)` does, in half the time: programs make many."""
+    """Return `Rows(first, shape)` in half the time of the class call."""
     self = new(BlockRows, first)
     self.shape = shape
     return self
 
 
 class Address(int):
-    """The address of the first number of an array of a shape."""
+    """The address of an array's first number, and the shape of the array."""
 
     shape: tuple[int, ...]
 

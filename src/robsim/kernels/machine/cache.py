@@ -1,7 +1,8 @@
-"""What Numba asks for the machine code of a kernel: what came with the package, or was kept.
+"""The cache of kernels' machine code. It reads the package's precompiled code and the user's cache.
 
-Numba's own cache does not notice an edit in a callee of another file, asks for the place where
-the package lies and for the name of the processor, and believes whatever it reads.
+It replaces Numba's own cache for three reasons. Numba's cache does not detect an edit in a callee
+of another file, its keys contain the path of the package and the name of the processor, and it
+does not verify the files that it reads.
 """
 
 from collections.abc import Callable
@@ -13,79 +14,80 @@ from numba.core.compiler import CompileResult
 from robsim.kernels.machine import aged, cache_files, prebuilt, sources, stderr_messages
 from robsim.kernels.machine.compile_lock import CompileLock
 
-LINKED: dict[str, Any] = {}  # the stages that kernels may call, by their symbols
-_CLEARED: set[Path] = set()  # the folder, once this process has cleared it
+LINKED: dict[str, Any] = {}  # symbol: stage that kernels call by this symbol
+_CLEARED: set[Path] = set()  # the folders that this process has cleaned
 
 
 class KernelCache:
-    """The machine code of one kernel, a file for each list of argument types."""
+    """The machine code of one kernel, with a file for each list of argument types."""
 
     def __init__(self, function: Callable[..., Any]):
         code = function.__code__
         file = Path(code.co_filename).stem
         self.name = f"{file}.{function.__qualname__}-{code.co_firstlineno}".replace("<locals>", "")
-        self.module = function.__module__ or ""  # None of what `exec` made
+        self.module = function.__module__ or ""  # __module__ is None for functions of `exec`
         self.free = [_describe_value(cell.cell_contents) for cell in function.__closure__ or ()]
-        self.cache_path = str(cache_files.CACHE)  # which Numba shows in `stats`
-        self._claims: dict[Any, CompileLock] = {}  # to compile it for some argument types
+        self.cache_path = str(cache_files.CACHE)  # Numba shows it in `stats`
+        self._claims: dict[Any, CompileLock] = {}  # argument types: lock of their compilation
 
     @property
     def sources(self) -> str:
-        """The digest of its own file and all that it imports; "" where there is no file."""
+        """The digest of the kernel's file and of all imported sources; "" without a file."""
         return sources.digest_of(self.module)
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
-        """Return the compiled kernel for some argument types; None if it is nowhere.
+        """Return the compiled kernel for some argument types, or None if this process compiles it.
 
-        It is nowhere once this process has the claim to compile it: where another process compiles
-        it at this moment, its file is waited for.
+        If another process compiles the kernel at this moment, wait for its file. Before None is
+        returned, this process has acquired the lock to compile the kernel.
         """
         if not self.sources:
             return None
         _clear_once()
         target_context.refresh()
         host = target_context.codegen().magic_tuple()
-        found = self._found(sig, host, target_context)
-        if found is None:
+        compiled = self._search(sig, host, target_context)
+        if compiled is None:
             key = (sig, host, self.sources, self.free)
             self._claims[sig] = claim = CompileLock(
                 cache_files.CACHE / cache_files.code_file_name(self.name, key)
             )
             if claim.waited:
-                found = self._found(sig, host, target_context)
-        return found
+                compiled = self._search(sig, host, target_context)
+        return compiled
 
-    def _found(self, sig: Any, host: tuple[str, ...], target_context: Any) -> Any:
-        """Return the compiled kernel that came with the package or was kept; None if none did.
+    def _search(self, sig: Any, host: tuple[str, ...], target_context: Any) -> Any:
+        """Return the compiled kernel from the package or the user's cache, or None.
 
-        A file that is damaged is as none, whatever Python and Numba make of it.
+        Ignore a damaged file, and delete it from the user's cache.
         """
         places = [(prebuilt.FOLDER, (host[0], prebuilt.LEVEL, ""))] if prebuilt.FOLDER else []
         for folder, processor in (*places, (cache_files.CACHE, host)):
             key = (sig, processor, self.sources, self.free)
             try:
-                found = self._loaded(folder, key, target_context)
+                compiled = self._load(folder, key, target_context)
             except MemoryError:
                 raise
-            except Exception:  # noqa: BLE001  of which a wrong file may raise any
+            except Exception:  # noqa: BLE001  a damaged file may raise any exception
                 cache_files.drop_code(folder, self.name, key)
             else:
-                if found is not None:
-                    return found
+                if compiled is not None:
+                    return compiled
         return None
 
-    def _loaded(self, folder: Path, key: tuple[Any, ...], target_context: Any) -> Any:
-        found = cache_files.load_code(folder, self.name, key)
-        if found is None:
+    def _load(self, folder: Path, key: tuple[Any, ...], target_context: Any) -> Any:
+        """Return the compiled kernel of a file, or None if the file does not exist."""
+        content = cache_files.load_code(folder, self.name, key)
+        if content is None:
             return None
         aged.note_use(folder / cache_files.code_file_name(self.name, key))
-        symbols, made = found
+        symbols, reduced = content
         for symbol in symbols:
-            LINKED[symbol].link()  # else LLVM would end the process
-        return CompileResult._rebuild(target_context, *made)
+            LINKED[symbol].link()  # LLVM ends the process if a symbol is undefined
+        return CompileResult._rebuild(target_context, *reduced)
 
     def save_overload(self, sig: Any, data: Any) -> None:
-        """Keep a compiled kernel; without a place to write it serves this process alone."""
+        """Save a compiled kernel. If the cache is not writable, only this process can use it."""
         if not self.sources:
             return
         key = (sig, data.library.codegen.magic_tuple(), self.sources, self.free)
@@ -102,17 +104,17 @@ class KernelCache:
         _clear_once()
 
     def flush(self) -> None:
-        """Keep what there is, which Numba asks to forget when it compiles a function again."""
+        """Keep all files. Numba calls this method when it compiles a function again."""
 
 
 def _describe_value(value: Any) -> str:
-    """Return what a free variable of a function is; a kernel by its name, not its address."""
+    """Return a text for the value of a free variable. It contains a kernel's name, no address."""
     own = getattr(value, "_cache", None)
     return f"{own.name} {own.sources} {own.free}" if isinstance(own, KernelCache) else repr(value)
 
 
 def _clear_once() -> None:
-    """Clear the folder once in a process."""
+    """Clean the cache folder once in a process."""
     if cache_files.CACHE not in _CLEARED:
         _CLEARED.add(cache_files.CACHE)
         aged.clear_old_files(cache_files.CACHE)

@@ -1,8 +1,8 @@
-"""The files of machine code, whose names hash all that shapes it.
+"""The cache files of machine code. Their names contain a hash of all inputs of the compilation.
 
-A file is a container of the code, with the name of the kernel and the key for which it was
-compiled. It appears whole or not at all, under a name of its own: any number of processes may
-write here. Files of old sources and versions stay beside the others until they are aged.
+A file is a container of the code, the name of the kernel, and the key of its compilation. Files
+are renamed into place as a whole, so any number of processes may write to the folder. Files of old
+sources and versions stay until a cleanup deletes them.
 """
 
 import hashlib
@@ -27,11 +27,11 @@ VERSIONS = (
     f"Numba {numba.__version__}, llvmlite {llvmlite.__version__}, "
     f"Python {sys.version_info.major}.{sys.version_info.minor}"
 )
-_BOUNDS: Any = vars(numba.config)["BOUNDSCHECK"]  # indices may be looked at, for a test
+_BOUNDS: Any = vars(numba.config)["BOUNDSCHECK"]  # tests may check indices
 
 
 def _user_cache_folder() -> Path:
-    """Return `ROBSIM_CACHE_DIR`, or the usual folder for a user's cache files."""
+    """Return `ROBSIM_CACHE_DIR`, or the default folder of the user's cache files."""
     if os.environ.get("ROBSIM_CACHE_DIR"):
         return Path(os.environ["ROBSIM_CACHE_DIR"])
     fallback = "AppData/Local" if sys.platform == "win32" else ".cache"
@@ -52,9 +52,9 @@ def code_file_name(name: str, key: tuple[Any, ...]) -> str:
 
 
 def load_code(folder: Path, name: str, key: tuple[Any, ...]) -> Any:
-    """Return what was saved; None if there is no such file, or it cannot be read.
+    """Return the saved data, or None if the file does not exist or is not readable.
 
-    An error of any kind says that it is damaged, or that of another kernel.
+    Any exception means that the file is damaged or belongs to another kernel.
     """
     try:
         content = (folder / code_file_name(name, key)).read_bytes()
@@ -62,12 +62,12 @@ def load_code(folder: Path, name: str, key: tuple[Any, ...]) -> Any:
         return None
     header, (code,) = unpack_container(BytesIO(content))
     if header != [name, str(key)]:
-        raise ValueError("of another kernel")
+        raise ValueError("the file belongs to another kernel")
     return pickle.loads(code.data)
 
 
 def save_code(folder: Path, name: str, key: tuple[Any, ...], data: Any) -> None:
-    """Write a file at once; OSError where that cannot be."""
+    """Write a file as a whole. Raise OSError if the folder is not writable."""
     code = np.frombuffer(dumps(data), np.uint8)
     path = _write_draft(folder, pack_container([name, str(key)], [code]).getbuffer())
     try:
@@ -78,14 +78,14 @@ def save_code(folder: Path, name: str, key: tuple[Any, ...], data: Any) -> None:
 
 
 def drop_code(folder: Path, name: str, key: tuple[Any, ...]) -> None:
-    """Delete a damaged file of the user's; what came with the package stays as it is."""
+    """Delete a damaged file of the user's cache. Precompiled files of the package stay."""
     if folder == CACHE:
         with suppress(OSError):
             (folder / code_file_name(name, key)).unlink()
 
 
 def is_cache_writable() -> bool:
-    """Return whether machine code can be kept, as trying tells: permissions do not tell all."""
+    """Return whether the cache is writable, by writing a file: permissions are not sufficient."""
     try:
         _write_draft(CACHE, bytes(65536)).unlink()
     except OSError:
@@ -94,7 +94,7 @@ def is_cache_writable() -> bool:
 
 
 def _write_draft(folder: Path, content: bytes | memoryview) -> Path:
-    """Write a file that is not yet one of ours; OSError leaves nothing."""
+    """Write content to a new temporary file and return its path. An OSError leaves no file."""
     folder.mkdir(parents=True, exist_ok=True)
     path = folder / f"{uuid.uuid4().hex}.tmp"
     try:

@@ -1,21 +1,27 @@
-"""The claim of one process to compile a kernel, for which other processes wait."""
+"""The lock of one process that compiles a kernel while other processes wait for the file."""
 
 import time
 from contextlib import suppress
 from pathlib import Path
 
-LONGEST_WAIT = 20.0  # seconds to wait for another process, which may have stopped
-LOCK_POLL = 0.01
+LONGEST_WAIT = 20.0  # seconds: longest wait for another process, which may have stopped
+LOCK_POLL = 0.01  # seconds between two attempts
 
 
 class CompileLock:
-    """A lock of a file that is to be made: taken, or waited for until another process is done.
+    """The lock of a file that one process is about to write.
 
-    It ends with the object, and with the process. Without locks, as on Windows, or without a place
-    to write, every process compiles for itself.
+    The constructor acquires the lock, and waits if another process holds it. The lock ends with
+    the object or the process. If the system has no file locks (Windows) or the folder is not
+    writable, the constructor returns at once, and every process compiles for itself.
+
+    Attributes
+    ----------
+    waited : bool
+        Whether another process held the lock.
     """
 
-    waited = False  # for another process
+    waited = False
 
     def __init__(self, path: Path) -> None:
         self._file = None

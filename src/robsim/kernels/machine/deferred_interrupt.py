@@ -1,4 +1,4 @@
-"""Ctrl-C that waits for the compiler, which it would leave with half a kernel."""
+"""Deferral of Ctrl-C until Numba's compiler is in a consistent state."""
 
 import signal
 import threading
@@ -8,27 +8,28 @@ from numba.core import event
 
 
 class DeferredInterrupt(event.Listener):
-    """Listens to Numba, and lets KeyboardInterrupt wait while it compiles or loads kernels.
+    """A listener to Numba's events that defers KeyboardInterrupt while kernels compile or load.
 
-    It does so where Python's own handler is in force, and in the main thread, where handlers run. A
-    handler that does so itself has a list `waiting` of signals, for which it is called afterwards.
+    It acts in the main thread, where signal handlers run, if Python's default handler is in force.
+    A custom handler can defer signals itself: it collects them in a list `waiting`, and the
+    listener calls the handler afterwards.
     """
 
     def __init__(self) -> None:
         self._depth = 0
-        self._came = False
+        self._is_interrupted = False
 
-    def on_start(self, given: Any) -> None:
-        """Take over Ctrl-C where the outermost kernel begins."""
+    def on_start(self, occurrence: Any) -> None:
+        """Replace the handler of SIGINT when the outermost kernel starts."""
         if threading.current_thread() is threading.main_thread():
-            own = signal.getsignal(signal.SIGINT) is signal.default_int_handler
-            if own and not self._depth:
-                self._came = False
+            is_default = signal.getsignal(signal.SIGINT) is signal.default_int_handler
+            if is_default and not self._depth:
+                self._is_interrupted = False
                 signal.signal(signal.SIGINT, self._note)
-            self._depth += 1  # last: the line before may raise what came before it
+            self._depth += 1  # last, as signal.signal may raise an earlier KeyboardInterrupt
 
-    def on_end(self, given: Any) -> None:
-        """Give it back where that ends, and raise KeyboardInterrupt if it came."""
+    def on_end(self, occurrence: Any) -> None:
+        """Restore the handler after the outermost kernel. Raise KeyboardInterrupt if deferred."""
         if threading.current_thread() is not threading.main_thread():
             return
         self._depth -= 1
@@ -37,10 +38,10 @@ class DeferredInterrupt(event.Listener):
         handler: Any = signal.getsignal(signal.SIGINT)
         if handler == self._note:
             signal.signal(signal.SIGINT, signal.default_int_handler)
-            if self._came:
+            if self._is_interrupted:
                 raise KeyboardInterrupt
         for number in getattr(handler, "waiting", ())[:1]:
             handler(number, None)
 
     def _note(self, number: int, frame: Any) -> None:
-        self._came = True
+        self._is_interrupted = True

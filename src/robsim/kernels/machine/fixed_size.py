@@ -1,8 +1,8 @@
-"""Kernels for sizes that are known beforehand: one long line of code, with numbers in registers.
+"""Kernels for fixed sizes: straight-line code that keeps its temporary numbers in registers.
 
-The Python of a kernel is carried out while its code is made, on symbols instead of lanes: loops
-and rows of its own vanish, and what is left are operations in the same order, so the bits are
-those of the kernel as compiled for any sizes.
+The Python code of a kernel is executed on symbols instead of lanes while LLVM code is generated.
+Loops and temporary rows disappear. The operations and their order remain, so the results have the
+same bits as the general kernel.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ _WHOLE = ir.IntType(64)
 
 
 class _Symbol:
-    """Lanes that an instruction will compute, which is written down when it is first needed."""
+    """Lanes that an instruction computes. The first use of the value emits the instruction."""
 
     def __init__(self, builder: Any, emit: Callable[[], Any]) -> None:
         self._builder, self._emit = builder, emit
@@ -30,15 +30,15 @@ class _Symbol:
 
     @property
     def value(self) -> Any:
-        """The value in LLVM's code, written down once."""
+        """The LLVM value, emitted once."""
         if self._value is None:
             self._value = self._emit()
         return self._value
 
     def _with(self, instruction: str, *operands: Any) -> _Symbol:
-        """Return what an instruction computes from symbols or numbers."""
-        made = getattr(self._builder, instruction)(*map(_llvm_value, operands))
-        return _Symbol(self._builder, lambda: made)
+        """Return the result of an instruction with symbols or numbers as operands."""
+        result = getattr(self._builder, instruction)(*map(_llvm_value, operands))
+        return _Symbol(self._builder, lambda: result)
 
     def __add__(self, other: Any) -> _Symbol:
         return self._with("fadd", self, other)
@@ -60,22 +60,22 @@ class _Symbol:
 
     def sqrt(self) -> _Symbol:
         """Return the symbol of the square root of these lanes."""
-        known = f"llvm.sqrt.v{lanes.WIDTH}f64"
+        symbol = f"llvm.sqrt.v{lanes.WIDTH}f64"
         function = self._builder.module.declare_intrinsic(
-            known, (), ir.FunctionType(_REALS, [_REALS])
+            symbol, (), ir.FunctionType(_REALS, [_REALS])
         )
         return self._with("call", function, [self.value])
 
 
 def _llvm_value(operand: Any) -> Any:
-    """Return a symbol's value, a number as lanes, and all else as it is."""
+    """Return the LLVM value of a symbol or a number. Return any other operand unchanged."""
     if isinstance(operand, float):
         return ir.Constant(_REALS, [operand] * lanes.WIDTH)
     return operand.value if isinstance(operand, _Symbol) else operand
 
 
 class _MemoryRow:
-    """A row of the block in memory, of which only the machine knows the number."""
+    """A row of the block in memory. Its index is known only when the machine code runs."""
 
     def __init__(self, builder: Any, first: Any, row: int = 0) -> None:
         self.builder, self.first, self.row = builder, first, row
@@ -84,13 +84,13 @@ class _MemoryRow:
         return _MemoryRow(self.builder, self.first, self.row + rows)
 
     def address(self) -> Any:
-        """Return where its lanes stand."""
+        """Return the address of the row's lanes."""
         at = self.builder.gep(self.first, [ir.Constant(_WHOLE, self.row * lanes.WIDTH)])
         return self.builder.bitcast(at, _REALS.as_pointer())
 
 
 def _get_symbol(own: dict[int, Any], row: Any) -> Any:
-    """Return a row in memory, or one that the kernel has of its own."""
+    """Return a row in memory, or a temporary row of the kernel."""
     if not isinstance(row, _MemoryRow):
         return own[row]
 
@@ -103,7 +103,7 @@ def _get_symbol(own: dict[int, Any], row: Any) -> Any:
 
 
 def _put_symbol(own: dict[int, Any], row: Any, x: Any) -> None:
-    """Write a row in memory, or one that the kernel has of its own."""
+    """Write a row in memory, or a temporary row of the kernel."""
     if isinstance(row, _MemoryRow):
         row.builder.store(_llvm_value(x), row.address()).align = 8
     else:
@@ -114,25 +114,26 @@ _OPERATIONS = {id(lanes.get): _get_symbol, id(lanes.put): _put_symbol, id(lanes.
 
 
 def _make_symbolic(function: Any) -> Any:
-    """Return a kernel, and what it calls, as functions of symbols."""
+    """Return a kernel as a function of symbols, together with its callees."""
     if id(function) in _OPERATIONS:
         return _OPERATIONS[id(function)]
     if not hasattr(function, "py_func"):
         return function
     plain = function.py_func
-    known = {name: _make_symbolic(plain.__globals__[name]) for name in _global_names(plain)}
-    return FunctionType(plain.__code__, known)
+    namespace = {name: _make_symbolic(plain.__globals__[name]) for name in _global_names(plain)}
+    return FunctionType(plain.__code__, namespace)
 
 
 def _global_names(plain: Any) -> list[str]:
+    """Return the global names that a Python function uses."""
     return [name for name in plain.__code__.co_names if name in plain.__globals__]
 
 
 def unroll_kernel(kernel: Any, places: tuple[int, ...], sizes: dict[int, int]) -> Any:
-    """Return a function (p, w) that performs kernel(p, w) where some of p are known.
+    """Return a function (p, w) that performs kernel(p, w) for fixed entries of p.
 
-    `sizes` are those, by their index; the `places` are indices of rows in memory. All other rows
-    that the kernel names are its own, and must be known.
+    `sizes` maps indices of p to the fixed entries. `places` are the indices of p that hold rows in
+    memory. All other rows of the kernel are temporary and must have fixed indices.
     """
     perform = _make_symbolic(kernel)
 

@@ -1,4 +1,4 @@
-"""The decorator that compiles kernels."""
+"""The decorators that compile kernels."""
 
 from collections.abc import Callable
 from typing import Any
@@ -13,24 +13,25 @@ from robsim.kernels.machine.uncollected import CollectorPause
 
 for _listener in (NOTICE, CollectorPause()):
     event.register("numba:compile", _listener)
-event.register("numba:compiler_lock", DeferredInterrupt())  # which is held for loading, too
+event.register("numba:compiler_lock", DeferredInterrupt())  # Numba holds this lock for loading, too
 
 
 def kernel(
     function: Callable[..., Any], inline: str = "never", address: bool = False
 ) -> Callable[..., Any]:
-    """Compile for run-last float64 arrays: no GIL, IEEE division, no fast-math, cached on disk.
+    """Return a compiled function without GIL, with IEEE division, without fast-math.
 
-    It is called by Python and by kernels, or else by its `address`.
+    Its machine code is cached on disk. Python and other kernels can call it. With `address` only
+    machine code can call it, by the address of a C wrapper.
     """
     options: Any = {"nogil": True, "error_model": "numpy", "inline": inline}
     options |= {"no_cpython_wrapper": address, "no_cfunc_wrapper": not address}
     compiled: Any = numba.njit(**options)(function)
-    if compiled is not function:  # as it is where Numba is told not to compile
+    if compiled is not function:  # NUMBA_DISABLE_JIT returns the function itself
         compiled._cache = KernelCache(function)
     return compiled  # type: ignore[no-any-return]
 
 
 def part(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Compile a kernel that is inlined into its callers, so that it is not compiled alone."""
+    """Return a kernel that Numba inlines into its callers and does not compile alone."""
     return kernel(function, inline="always")

@@ -1,9 +1,9 @@
-"""Lanes: the same number of several runs in one register, as a type of Numba.
+"""Lanes: a Numba type that holds the same quantity of WIDTH runs in one vector register.
 
-A kernel on lanes reads like one for a single run: `x = a * b + c` computes WIDTH runs at once.
-Each lane is rounded as a number alone would be, and without contraction to fused operations, so
-that the bits of a run depend neither on its neighbours nor on the machine. A block of memory holds
-rows of WIDTH numbers, one for each run; `get` and `put` move a row.
+A kernel on lanes reads like a kernel for a single run: `x = a * b + c` computes WIDTH runs at once.
+Each lane is rounded like a scalar, and operations are not contracted to fused multiply-adds. The
+bits of a run therefore depend neither on the neighbouring runs nor on the machine. A block of
+memory holds rows of WIDTH numbers, one number for each run; `get` and `put` move a row.
 """
 
 import operator
@@ -30,7 +30,7 @@ class LanesType(types.Type):
 
 
 class MaskType(types.Type):
-    """The type of WIDTH truth values, as comparisons give them."""
+    """The type of WIDTH truth values, the results of comparisons."""
 
     def __init__(self) -> None:
         super().__init__("robsim.Mask")
@@ -52,21 +52,21 @@ class _MaskModel(models.PrimitiveModel):
 
 
 def _broadcast(context: Any, builder: Any, kind: Any, value: Any) -> Any:
-    """Return a value as lanes: a number stands in each of them."""
+    """Return a value as lanes: a scalar is copied into every lane."""
     if isinstance(kind, LanesType):
         return value
     number = context.cast(builder, value, kind, types.float64)
-    none = ir.Constant(_REALS, ir.Undefined)
-    first = builder.insert_element(none, number, ir.Constant(_I32, 0))
-    same = ir.Constant(ir.VectorType(_I32, WIDTH), [0] * WIDTH)
-    return builder.shuffle_vector(first, none, same)
+    undefined = ir.Constant(_REALS, ir.Undefined)
+    first = builder.insert_element(undefined, number, ir.Constant(_I32, 0))
+    zeros = ir.Constant(ir.VectorType(_I32, WIDTH), [0] * WIDTH)
+    return builder.shuffle_vector(first, undefined, zeros)
 
 
 class _OperatorTemplate(AbstractTemplate):
-    """What Numba asks for the type of an operator before its own templates, which are many."""
+    """Base of operator templates that Numba resolves before its many own templates."""
 
 
-_OperatorTemplate.metadata = {"target": "cpu"}  # more special than theirs, so that it comes first
+_OperatorTemplate.metadata = {"target": "cpu"}  # a more specific target takes precedence
 
 
 _NUMBER = (LanesType, types.Float, types.Integer)
@@ -75,12 +75,12 @@ _PAIRS += [pair for kind in _NUMBER[1:] for pair in ((LanesType, kind), (kind, L
 
 
 def _define_operator(function: Any, result: Any, emit: Any) -> None:
-    """Let an operator of two lanes, or of lanes and a number, give `result` by `emit`."""
+    """Define an operator on two lanes, or on lanes and a scalar: its result type and its code."""
 
     class ArithmeticTemplate(_OperatorTemplate):
         def generic(self, args: Any, kws: Any) -> Any:
-            each = len(args) == 2 and all(isinstance(kind, _NUMBER) for kind in args)
-            if each and any(isinstance(kind, LanesType) for kind in args):
+            are_numbers = len(args) == 2 and all(isinstance(kind, _NUMBER) for kind in args)
+            if are_numbers and any(isinstance(kind, LanesType) for kind in args):
                 return signature(result, *args)
             return None
 
@@ -126,15 +126,15 @@ def _lower_negative(context: Any, builder: Any, sig: Any, args: Any) -> Any:
 
 
 def _define_unary(name: str) -> Any:
-    """Return the function of one argument that LLVM knows by that name, lane by lane."""
+    """Return the function that applies an LLVM intrinsic of one argument to every lane."""
 
     @intrinsic
     def function(typing: Any, x: Any) -> Any:
         def emit(context: Any, builder: Any, sig: Any, args: Any) -> Any:
             kind = ir.FunctionType(_REALS, [_REALS])
-            known = f"llvm.{name}.v{WIDTH}f64"
+            symbol = f"llvm.{name}.v{WIDTH}f64"
             return builder.call(
-                cgutils.get_or_insert_function(builder.module, kind, known), list(args)
+                cgutils.get_or_insert_function(builder.module, kind, symbol), list(args)
             )
 
         return LANES(LANES), emit
@@ -146,7 +146,7 @@ sqrt, absolute, floor = _define_unary("sqrt"), _define_unary("fabs"), _define_un
 
 
 def _define_mask_operator(function: Any, instruction: str) -> None:
-    """Let an operator of two masks be an instruction."""
+    """Define an operator on two masks by an LLVM instruction."""
 
     class MaskTemplate(_OperatorTemplate):
         def generic(self, args: Any, kws: Any) -> Any:
@@ -178,7 +178,7 @@ def _lower_not(context: Any, builder: Any, sig: Any, args: Any) -> Any:
 
 @intrinsic
 def where(typing: Any, mask: Any, a: Any, b: Any) -> Any:
-    """Return a in the lanes in which the mask is true, and b in the others."""
+    """Return lanes of `a` if the mask is true, else lanes of `b`. Both may be scalars."""
 
     def emit(context: Any, builder: Any, sig: Any, args: Any) -> Any:
         _, *kinds = sig.args
@@ -190,7 +190,7 @@ def where(typing: Any, mask: Any, a: Any, b: Any) -> Any:
 
 @intrinsic
 def any_lane(typing: Any, mask: Any) -> Any:
-    """Return whether the mask is true in any lane."""
+    """Return whether a mask is true in any lane."""
 
     def emit(context: Any, builder: Any, sig: Any, args: Any) -> Any:
         bits = builder.bitcast(args[0], ir.IntType(WIDTH))
@@ -200,7 +200,7 @@ def any_lane(typing: Any, mask: Any) -> Any:
 
 
 def _row_address(context: Any, builder: Any, kinds: Any, block: Any, row: Any) -> Any:
-    """Return the address of a row; the block is an array, or a pointer to its first number."""
+    """Return the address of a row. The block is an array or a pointer to its first number."""
     pointer = isinstance(kinds[0], types.CPointer)
     data = block if pointer else make_array(kinds[0])(context, builder, block).data
     index = context.cast(builder, row, kinds[1], types.int64)
@@ -222,7 +222,7 @@ def get(typing: Any, block: Any, row: Any) -> Any:
 
 @intrinsic
 def put(typing: Any, block: Any, row: Any, x: Any) -> Any:
-    """Write lanes, or a number, into a row of a block[rows * WIDTH]."""
+    """Write lanes, or a scalar, to a row of a block[rows * WIDTH]."""
 
     def emit(context: Any, builder: Any, sig: Any, args: Any) -> Any:
         value = _broadcast(context, builder, sig.args[2], args[2])
@@ -235,7 +235,7 @@ def put(typing: Any, block: Any, row: Any, x: Any) -> Any:
 
 @intrinsic
 def get_lane(typing: Any, x: Any, i: Any) -> Any:
-    """Return the number in one of the lanes."""
+    """Return the number in lane i."""
 
     def emit(context: Any, builder: Any, sig: Any, args: Any) -> Any:
         index = context.cast(builder, args[1], sig.args[1], types.int32)
@@ -246,7 +246,7 @@ def get_lane(typing: Any, x: Any, i: Any) -> Any:
 
 @intrinsic
 def replace_lane(typing: Any, x: Any, i: Any, value: Any) -> Any:
-    """Return lanes in which one has another number."""
+    """Return a copy of lanes with another number in lane i."""
 
     def emit(context: Any, builder: Any, sig: Any, args: Any) -> Any:
         index = context.cast(builder, args[1], sig.args[1], types.int32)
@@ -258,16 +258,16 @@ def replace_lane(typing: Any, x: Any, i: Any, value: Any) -> Any:
 
 @intrinsic
 def align_stack(typing: Any) -> Any:
-    """Let lanes that find no register be kept where whole registers can be read from.
+    """Align the stack of the calling function for spilled vector registers.
 
-    LLVM aligns the stack of a function only if something on it asks for that beforehand.
+    LLVM aligns the stack of a function only if a variable on it requires the alignment.
     """
 
     def emit(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-        asking = cgutils.alloca_once(builder, _REALS)
-        asking.align = 8 * WIDTH
-        kind = ir.FunctionType(ir.VoidType(), [asking.type])
-        builder.asm(kind, "", "r", [asking], side_effect=True)
+        aligned = cgutils.alloca_once(builder, _REALS)
+        aligned.align = 8 * WIDTH
+        kind = ir.FunctionType(ir.VoidType(), [aligned.type])
+        builder.asm(kind, "", "r", [aligned], side_effect=True)
         return context.get_dummy_value()
 
     return types.void(), emit

@@ -1,7 +1,7 @@
-"""Stages that are called inside of other kernels by a symbol.
+"""Calls of stages from other kernels by a symbol.
 
-A kernel that calls another has its code within its own, and all of it is optimised again in each
-of them. What many kernels need and is long, such as least squares, is compiled once as a stage.
+A kernel that calls another kernel contains its code, and LLVM optimises this code again in every
+caller. Long code with many callers, such as least squares, is therefore compiled once as a stage.
 """
 
 from typing import Any
@@ -20,7 +20,7 @@ _STAGE_TYPE = ir.FunctionType(ir.VoidType(), [_WHOLE.as_pointer(), _REAL.as_poin
 
 
 def _store_numbers(context: Any, builder: Any, kinds: Any, values: Any) -> Any:
-    """Return the address of whole numbers that stand in a tuple."""
+    """Store the whole numbers of a tuple on the stack and return their address."""
     first = cgutils.alloca_once(builder, _WHOLE, size=len(kinds))
     for i, kind in enumerate(kinds):
         value = context.cast(builder, builder.extract_value(values, i), kind, types.int64)
@@ -29,7 +29,7 @@ def _store_numbers(context: Any, builder: Any, kinds: Any, values: Any) -> Any:
 
 
 def link_stage(stage: CompiledStage) -> Any:
-    """Return a function (w, numbers) by which kernels perform a stage, as at step 0."""
+    """Return a function (w, numbers) that performs a stage at step 0, for calls in kernels."""
     LINKED[stage.symbol] = stage
 
     @intrinsic

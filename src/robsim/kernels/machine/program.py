@@ -1,4 +1,4 @@
-"""Programs: stages in their order, and the rows of the block on which they work."""
+"""Programs: ordered stages and the rows of the block that the stages read and write."""
 
 from __future__ import annotations
 
@@ -20,17 +20,30 @@ Array = NDArray[np.float64]
 
 
 class Blocks:
-    """The numbers of some runs that go in lockstep: blocks of a few runs, and rows in each.
+    """The numbers of runs that advance in lockstep, stored in blocks of WIDTH runs.
 
-    Where fewer runs than lanes are left for the last block, the last run fills it.
+    If fewer than WIDTH runs remain for the last block, copies of the last run fill it.
+
+    Attributes
+    ----------
+    runs : int
+        Number of runs.
+    rows : ndarray of shape (runs,)
+        Indices of the runs in the program's values.
+    numbers : ndarray of shape (blocks, rows, WIDTH)
+        Current numbers.
+    memory : dict
+        Arrays that Python stages keep between steps. Their first axis is the run.
+    made : dict
+        Values that Python stages computed at the current step.
     """
 
     def __init__(self, program: Program, runs: NDArray[np.int64]) -> None:
         self.runs, self.rows = len(runs), runs
-        self.memory: dict[str, Any] = {}  # what stages in Python keep, arrays with the run first
-        self.made: dict[Any, Any] = {}  # what stages in Python made at this step
+        self.memory: dict[str, Any] = {}
+        self.made: dict[Any, Any] = {}
         self.numbers = _allocate_aligned(-(-len(runs) // WIDTH), program.size)
-        same = np.zeros(program.size)  # at once, as a row at a time takes ten times as long
+        same = np.zeros(program.size)  # one assignment for all rows is ten times faster
         for first, values in program.same:
             same[first : first + values.size] = values
         self.flat[:] = np.repeat(same, WIDTH)
@@ -39,12 +52,15 @@ class Blocks:
 
     @property
     def flat(self) -> Array:
-        """The blocks (n, rows * lanes)."""
+        """The blocks as an array of shape (n, rows * lanes)."""
         count, rows, _ = self.numbers.shape
         return self.numbers.reshape(count, rows * WIDTH)
 
     def get(self, row: int, *shape: int) -> Array:
-        """Return a copy (*shape, runs) of rows, or of others in a shape from the first."""
+        """Return a copy of rows as an array of shape (*shape, runs).
+
+        `row` is a `BlockRows`, or the index of the first row together with a shape.
+        """
         if not shape and isinstance(row, BlockRows):
             shape = row.shape
         count = math.prod(shape)
@@ -53,7 +69,7 @@ class Blocks:
         return np.ascontiguousarray(rows).reshape(*shape, self.runs)
 
     def put(self, row: int, values: Array) -> None:
-        """Write values (..., runs) to rows from the first."""
+        """Write values of shape (..., runs) to consecutive rows that start at `row`."""
         rows = values.reshape(math.prod(values.shape[:-1]), values.shape[-1])
         left = self.numbers.shape[0] * WIDTH - self.runs
         if left:
@@ -61,15 +77,15 @@ class Blocks:
         self._into(row, rows)
 
     def first(self, rows: BlockRows) -> Array:
-        """Return a copy of rows, in their shape, of the first run."""
+        """Return a copy of the first run's numbers, in the shape of the rows."""
         return self.numbers[0, rows : rows + rows.size, 0].reshape(rows.shape).copy()
 
     def fill(self, row: int, values: Array) -> None:
-        """Write numbers (n,), the same for all runs, to rows from the first."""
+        """Write values of shape (n,) to n rows that start at `row`, the same for all runs."""
         self.numbers[:, row : row + len(values)] = values[:, None]
 
     def keep(self, going: NDArray[np.bool_]) -> None:
-        """Go on with some of the runs (runs,)."""
+        """Keep the runs selected by the mask `going` of shape (runs,) and drop all others."""
         rows = self.numbers.shape[1]
         left, self.runs = self.get(0, rows) if going.any() else None, int(going.sum())
         self.rows = self.rows[going]
@@ -82,22 +98,32 @@ class Blocks:
         into[:] = lanes.reshape(len(lanes), len(into), WIDTH).transpose(1, 0, 2)
 
 
-PythonStage = Callable[[Any, int], None]  # a stage in Python, of blocks and the number of the step
+PythonStage = Callable[
+    [Any, int], None
+]  # a Python stage: a function of the blocks and the step number
 
 
 class PythonFallback(NamedTuple):
-    """A stage in Python that has nothing to do but where a row says so, of any run."""
+    """A Python stage that is needed only if a row is nonzero in some run.
+
+    Attributes
+    ----------
+    own : callable
+        The Python stage.
+    row : int
+        The row that a compiled stage sets to a nonzero number if Python is needed.
+    """
 
     own: PythonStage
     row: int
 
     def __call__(self, blocks: Blocks, step: int) -> None:
-        """Perform the stage in Python."""
+        """Perform the Python stage."""
         self.own(blocks, step)
 
 
 class CompiledStages:
-    """Stages that follow one another, as the kernels take them."""
+    """Consecutive compiled stages, in the arrays that the kernels require."""
 
     def __init__(self, calls: list[tuple[CompiledStage, Sequence[int]]]) -> None:
         self.addresses = np.array([stage.address for stage, _ in calls], dtype=np.int64)
@@ -112,116 +138,146 @@ class CompiledStages:
 
 
 class Program:
-    """Stages in their order, and the rows that they read and write.
+    """Ordered stages and the rows that the stages read and write.
 
-    A row holds one number of each run. It begins as zero, or as `constant` or `each` say.
+    A row holds one number of each run. Its initial value is zero unless `constant` or `each`
+    created it.
+
+    Attributes
+    ----------
+    size : int
+        Number of rows.
+    calls : list
+        Compiled stages with their packed numbers, and Python stages.
+    same : list of (int, ndarray)
+        First row and initial values that are equal in all runs.
+    given : list of (int, ndarray of shape (rows, runs))
+        First row and initial values of each run.
+    wholes : list of Rows
+        Rows of whole numbers that stages use as indices of memory.
+    kept : list
+        Arrays that must stay alive, as `calls` contains their addresses.
     """
 
     def __init__(self) -> None:
         self.size = 0
         self._scratch = BlockRows(0, (0,))
         self.calls: list[tuple[CompiledStage, Sequence[int]] | PythonStage | PythonFallback] = []
-        self.same: list[tuple[int, Array]] = []  # first rows, and what begins there in all runs
-        self.given: list[tuple[int, Array]] = []  # (rows, runs)
-        self.wholes: list[
-            BlockRows
-        ] = []  # rows of whole numbers, by which stages find places in memory
-        self.kept: list[Any] = []  # whose addresses stand among the numbers
+        self.same: list[tuple[int, Array]] = []
+        self.given: list[tuple[int, Array]] = []
+        self.wholes: list[BlockRows] = []
+        self.kept: list[Any] = []
 
     def rows(self, *shape: int) -> BlockRows:
-        """Return new rows of a shape, a single one by default."""
+        """Return new rows of a shape, a single row by default."""
         first = self.size
         self.size += math.prod(shape)
         return block_rows_at(first, shape)
 
     def scratch(self, *shape: int) -> BlockRows:
-        """Return rows of a shape in which any stage may work, but where none keeps."""
+        """Return rows for temporary values; any stage may overwrite them."""
         if math.prod(shape) > self._scratch.size:
             self._scratch = self.rows(math.prod(shape))
         return BlockRows(self._scratch, shape)
 
     def constant(self, values: Any) -> BlockRows:
-        """Return the rows of numbers that are the same in all runs."""
-        given = np.array(values, dtype=np.float64)
-        found = block_rows_at(self.size, given.shape)
-        self.size += given.size
-        self.same.append((found, given.ravel()))
-        return found
+        """Return new rows that start with the same values in all runs."""
+        array = np.array(values, dtype=np.float64)
+        rows = block_rows_at(self.size, array.shape)
+        self.size += array.size
+        self.same.append((rows, array.ravel()))
+        return rows
 
     def numbers(self, values: Any, axes: int) -> BlockRows:
-        """Return the rows of numbers with so many axes, and a last one of runs if they vary."""
-        given = np.asarray(values, dtype=np.float64)
-        return self.constant(given) if given.ndim == axes else self.each(given)
+        """Return new rows for values with `axes` axes.
+
+        A further, last axis holds the values of each run.
+        """
+        array = np.asarray(values, dtype=np.float64)
+        return self.constant(array) if array.ndim == axes else self.each(array)
 
     def each(self, values: Any) -> BlockRows:
-        """Return the rows of numbers (..., runs), of each run its own.
+        """Return new rows for values of shape (..., runs).
 
-        One column stands for all runs.
+        A last axis of length 1 holds the values of all runs.
         """
-        given = np.asarray(values, dtype=np.float64)
-        *shape, runs = given.shape
+        array = np.asarray(values, dtype=np.float64)
+        *shape, runs = array.shape
         if runs == 1:
-            return self.constant(given[..., 0])
-        found = self.rows(*shape)
-        self.given.append((found, given.reshape(-1, runs)))
-        return found
+            return self.constant(array[..., 0])
+        rows = self.rows(*shape)
+        self.given.append((rows, array.reshape(-1, runs)))
+        return rows
 
     def number(self, value: Any) -> BlockRows:
-        """Return the row of a number, the same in all runs or (runs,) of each its own."""
+        """Return a new row for a scalar, or for values of shape (runs,)."""
         is_one = isinstance(value, float | int | np.integer)
         return self.constant(value) if is_one else self.each(np.asarray(value).reshape(-1))
 
     @property
     def runs(self) -> int:
-        """The number of runs of which each has numbers of its own, or 1."""
+        """The number of runs in the values that were passed to `each`, or 1."""
         return max((values.shape[1] for _, values in self.given), default=1)
 
     def whole(self, values: Any) -> BlockRows:
-        """Return the row of whole numbers (runs,), which stand there bit by bit."""
+        """Return a new row for whole numbers of shape (runs,).
+
+        The row stores the bits of each int64 number as a float64.
+        """
         self.wholes.append(self.each(np.asarray(values, dtype=np.int64).view(np.float64)))
         return self.wholes[-1]
 
     def address(self, array: NDArray[Any]) -> Address:
-        """Return the address of the first number of an array, which is kept as long as this."""
+        """Return the address of an array's first number.
+
+        The program holds a reference to the array.
+        """
         self.kept.append(array)
         return Address(array.ctypes.data, array.shape)
 
     def add(self, stage: CompiledStage, /, **rows: Any) -> None:
-        """Let a stage come next, with what it takes by name; WrongRows if that does not fit."""
+        """Append a stage. Its rows and numbers are passed by name.
+
+        Raise WrongRows if they do not fit the stage's signature.
+        """
         self.calls.append((stage, stage.signature.pack(**rows)))
 
     def result(self, stage: CompiledStage, name: str, /, *shape: int, **rows: Any) -> BlockRows:
-        """Let a stage come next that fills new rows of a shape, under a name; return the rows."""
-        found = self.rows(*shape)
-        self.add(stage, **{name: found}, **rows)
-        return found
+        """Append a stage, pass new rows of a shape as its parameter `name`, and return the rows."""
+        output = self.rows(*shape)
+        self.add(stage, **{name: output}, **rows)
+        return output
 
     def call(self, own: PythonStage) -> None:
-        """Let a function in Python come next, which is given the chunk and the step."""
+        """Append a Python stage, a function of the blocks and the step number."""
         self.calls.append(own)
 
     def asked(self, ask: Callable[[Any, int], Array], *shape: int) -> BlockRows:
-        """Let a function in Python come next whose values fill new rows; return the rows."""
-        found = self.rows(*shape)
-        self.call(lambda blocks, step: blocks.put(found, ask(blocks, step)))
-        return found
+        """Append a Python stage, write its return value to new rows, and return the rows."""
+        output = self.rows(*shape)
+        self.call(lambda blocks, step: blocks.put(output, ask(blocks, step)))
+        return output
 
     def rescue(self, own: PythonStage, row: int) -> None:
-        """Let a function in Python come next, which is needed where a row is not zero only.
+        """Append a Python stage that is needed only if `row` is nonzero in some run.
 
-        A stage writes that row: who performs the others alone looks at it afterwards.
+        A compiled stage writes the row. A loop that performs only the compiled stages must check
+        the row afterwards.
         """
         self.calls.append(PythonFallback(own, row))
 
     @property
     def stages(self) -> list[tuple[CompiledStage, Sequence[int]]] | None:
-        """The stages, without what may be needed in Python; None if some always is."""
+        """The compiled stages without the conditional Python stages.
+
+        None if the program has an unconditional Python stage.
+        """
         rest = [each for each in self.calls if not isinstance(each, PythonFallback)]
         return rest if all(_is_compiled_call(each) for each in rest) else None  # type: ignore[return-value]
 
     @property
     def rescues(self) -> list[int]:
-        """The rows that say where Python is needed."""
+        """The rows that are nonzero in the runs that need a Python stage."""
         return [each.row for each in self.calls if isinstance(each, PythonFallback)]
 
     @property
@@ -230,46 +286,46 @@ class Program:
         return all(map(_is_compiled_call, self.calls))
 
     def segments(self, start: int = 0, end: int | None = None) -> list[PythonStage]:
-        """Return some of the calls, with stages that follow one another put together."""
-        found: list[PythonStage] = []
+        """Return the calls from `start` to `end`, with consecutive compiled stages joined."""
+        segments: list[PythonStage] = []
         for compiled, group in groupby(self.calls[start:end], _is_compiled_call):
             calls: list[Any] = list(group)
-            found += [CompiledStages(calls)] if compiled else calls
-        return found or [CompiledStages([])]
+            segments += [CompiledStages(calls)] if compiled else calls
+        return segments or [CompiledStages([])]
 
     def prepared(self) -> tuple[Any, ...]:
-        """Return what a kernel needs to perform all stages, and a block to begin with."""
-        made = cast(CompiledStages, self.segments()[0])
+        """Return the arguments of a kernel that performs all stages, and an initial block."""
+        segment = cast(CompiledStages, self.segments()[0])
         block = Blocks(self, np.zeros(1, dtype=np.int64)).flat[0]
-        return made.addresses, made.at, made.numbers, block
+        return segment.addresses, segment.at, segment.numbers, block
 
 
 class ProgramFunction:
-    """A program of compiled stages as a function from some rows to others.
+    """A function that writes input rows, performs compiled stages, and returns output rows.
 
-    It holds addresses of machine code, so it cannot leave its process.
+    It holds addresses of machine code, so it is valid in its own process only.
     """
 
-    def __init__(self, program: Program, first: int, found: int, count: int) -> None:
+    def __init__(self, program: Program, first: int, output: int, count: int) -> None:
         self.program, self.count = program, count
-        self.first, self.found = int(first), int(found)  # which kernels take faster than rows
+        self.first, self.output = int(first), int(output)  # kernels accept int faster than Rows
         self._prepared = program.prepared()
 
     def __reduce__(self) -> Any:
         raise TypeError("machine code of this process cannot be copied or pickled")
 
     def __call__(self, x: Array, runs: NDArray[np.int64] | None = None) -> Array:
-        """Return rows (count, B) with rows x (n, B) from the first.
+        """Return output rows of shape (count, B) for input rows x of shape (n, B).
 
-        Where each run has numbers of its own, `runs` (B,) says whose each column is; by default
-        the columns are those of the runs, or one column serves them all.
+        If the program has values for each run, `runs` of shape (B,) holds the index of each
+        column's run. By default column b belongs to run b, and a single column to all runs.
         """
         if self.program.runs > 1:
             return self._of_each(x, np.arange(self.program.runs) if runs is None else runs)
         out, (*stages, block) = np.empty((self.count, x.shape[1])), self._prepared
         own = _allocate_aligned(1, self.program.size).reshape(-1)
         own[:] = block
-        kernels.evaluate_block(*stages, own, self.first, x, self.found, out)
+        kernels.evaluate_block(*stages, own, self.first, x, self.output, out)
         return out
 
     def _of_each(self, x: Array, runs: NDArray[np.int64]) -> Array:
@@ -277,7 +333,7 @@ class ProgramFunction:
         blocks.put(self.first, np.broadcast_to(x, (len(x), len(runs))))
         for part in self.program.segments():
             part(blocks, 0)
-        return blocks.get(self.found, self.count)
+        return blocks.get(self.output, self.count)
 
 
 def _is_compiled_call(call: Any) -> bool:
@@ -290,16 +346,16 @@ def evaluated(
     shapes: Sequence[tuple[int, ...]] | None = None,
     runs: NDArray[np.int64] | None = None,
 ) -> list[Array]:
-    """Return arrays (*shape, B) that stages compute from others, all with the run last.
+    """Return the arrays of shape (*shape, B) that stages compute from other arrays.
 
-    `add(program, *rows)` adds the stages, given the first rows of the arrays, and returns the
-    first rows of the results, whose shapes are those of the rows unless others are given. Where
-    each run has numbers of its own, `runs` (B,) says whose the arrays are; by default all come in
-    order.
+    `add(program, *rows)` adds the stages to a new program. Its arguments are the rows of the
+    arrays, and it returns the rows of the results. `shapes` replaces the shapes of these rows. If
+    the program has values for each run, `runs` of shape (B,) holds the index of each column's run.
+    By default the columns are all runs in order.
     """
     program = Program()
     rows = [program.rows(*each.shape[:-1]) for each in arrays]
-    found = add(program, *rows)
+    outputs = add(program, *rows)
     count = arrays[0].shape[-1]
     if runs is None:
         runs = np.arange(count) if program.runs > 1 else np.zeros(count, dtype=np.int64)
@@ -308,12 +364,12 @@ def evaluated(
         blocks.put(row, values)
     for part in program.segments():
         part(blocks, 0)
-    others = [()] * len(found) if shapes is None else shapes
-    return [blocks.get(row, *shape) for row, shape in zip(found, others, strict=True)]
+    others = [()] * len(outputs) if shapes is None else shapes
+    return [blocks.get(row, *shape) for row, shape in zip(outputs, others, strict=True)]
 
 
 def _allocate_aligned(count: int, rows: int) -> Array:
-    """Return an array (count, rows, lanes) at an address that whole registers can be read from."""
+    """Return an array of shape (count, rows, lanes) that is aligned to vector registers."""
     size, register = count * rows * WIDTH, 8 * WIDTH
     memory = np.empty(size + WIDTH)
     start = -memory.ctypes.data % register // 8

@@ -1,14 +1,14 @@
-"""What a stage takes: the parameters of its function, whose defaults declare what each of them is.
+"""Signatures of stages. The default of each parameter declares the kind of its argument.
 
-    "N, 2"            rows of that shape; "row" is a single one
-    "2*N or none"     rows that may be absent: None, and -1 in the stage
-    "count"           a whole number that shapes name, found from an axis that is N, or 2*N
-    "whole"           any whole number, or True and False
-    "table: times, n" the address of an array of that shape
-    "each: row"       a list, in the stage an array: its length, and then its entries
-    "each: T=3, 4; x=row; turns=whole" a list of records: a tuple of these for each
+- "N, 2": rows of this shape. "row" declares a single row.
+- "2*N or none": rows of this shape, or None. The stage receives -1 for None.
+- "count": a whole number that shapes refer to, computed from an axis N or 2*N.
+- "whole": any whole number, or True or False.
+- "table: times, n": the address of an array of this shape.
+- "each: row": a list. The stage receives an array of its length and entries.
+- "each: T=3, 4; x=row; turns=whole": a list of records, each a tuple of these fields.
 
-Rows are passed by name, and checked once, where a program is put together.
+Rows are passed by name. They are checked once, when a program is assembled.
 """
 
 from __future__ import annotations
@@ -25,16 +25,16 @@ from robsim.kernels.machine.block_rows import Address, BlockRows
 
 _SYMBOL = re.compile(r"[A-Za-z]\w*")
 _MULTIPLE = re.compile(r"(?:(\d+)\*)?([A-Za-z]\w*)")
-_UNFIT = (AttributeError, IndexError, TypeError, ValueError)  # what looking at a wrong value raises
+_UNFIT = (AttributeError, IndexError, TypeError, ValueError)  # errors that a wrong value may raise
 _MISSING = object()
 
 
 class WrongRows(TypeError):
-    """A stage is given what it does not take."""
+    """The arguments of a stage do not fit its signature."""
 
 
 class RowShape:
-    """Rows, or a table in memory, of a shape that may name counts."""
+    """Rows, or the address of an array, of a declared shape. The shape may refer to counts."""
 
     def __init__(self, text: str, kind: type[BlockRows] | type[Address] = BlockRows) -> None:
         text, *rest = text.split(" or ")
@@ -43,138 +43,142 @@ class RowShape:
         self.dims = [] if self.text == "row" else [dim.strip() for dim in self.text.split(",")]
 
     @cached_property
-    def found(self) -> dict[str, tuple[int, int]]:
-        """The counts that are found from this shape: which axis is how many times each of them."""
+    def count_axes(self) -> dict[str, tuple[int, int]]:
+        """The axis and the factor of each count that can be computed from this shape."""
         each = ((i, _MULTIPLE.fullmatch(dim)) for i, dim in enumerate(self.dims))
         axes = {match[2]: (i, int(match[1] or 1)) for i, match in each if match}
         return {} if self.may_be_absent else axes
 
     def expected(self, counts: dict[str, int]) -> str:
-        """Return the shape in words, with counts that are known."""
-        what = "rows" if self.kind is BlockRows else "the address of an array"
-        some = {name: counts[name] for name in _SYMBOL.findall(self.text) if name in counts}
-        known = ", ".join(f"{name} = {n}" for name, n in some.items())
+        """Return a description of the shape, with the values of known counts."""
+        noun = "rows" if self.kind is BlockRows else "the address of an array"
+        known = {name: counts[name] for name in _SYMBOL.findall(self.text) if name in counts}
+        values = ", ".join(f"{name} = {n}" for name, n in known.items())
         return (
-            f"{'a row' if not self.dims else f'{what} ({self.text})'}"
-            f"{f' where {known}' if known else ''}{' or None' if self.may_be_absent else ''}"
+            f"{'a row' if not self.dims else f'{noun} ({self.text})'}"
+            f"{f' where {values}' if values else ''}{' or None' if self.may_be_absent else ''}"
         )
 
     def test(self, name: str) -> str:
-        """Return the expression that says whether what is given fits."""
+        """Return the expression that is true if the argument fits."""
         shape = f"({', '.join(self.dims)}{',' if self.dims else ''})"
         same = f"{name}.__class__ is {self.kind.__name__} and {name}.shape == {shape}"
         return f"({name} is None or {same})" if self.may_be_absent else same
 
     def value(self, name: str) -> str:
-        """Return the expression of the whole number that stands for what is given."""
+        """Return the expression that packs the argument into a whole number."""
         return f"-1 if {name} is None else {name}" if self.may_be_absent else name
 
 
 class WholeNumber:
     """A whole number."""
 
-    found: ClassVar[dict[str, tuple[int, int]]] = {}
+    count_axes: ClassVar[dict[str, tuple[int, int]]] = {}
     may_be_absent = False
 
     def expected(self, counts: dict[str, int]) -> str:
-        """Return what is expected, in words."""
+        """Return a description of the expected argument."""
         return "a whole number"
 
     def test(self, name: str) -> str:
-        """Return the expression that says whether what is given fits."""
+        """Return the expression that is true if the argument fits."""
         return f"({name}.__class__ is int or is_whole({name}))"
 
     def value(self, name: str) -> str:
-        """Return the expression of the whole number that stands for what is given."""
+        """Return the expression that packs the argument into a whole number."""
         return f"int({name})"
 
 
 def is_whole(value: Any) -> bool:
-    """Return whether a value is a whole number, and no rows."""
+    """Return whether a value is a whole number and neither rows nor an address."""
     whole = isinstance(value, int | np.integer | np.bool_)
     return whole and not isinstance(value, BlockRows | Address)
 
 
 class DeclaredFields:
-    """Values with names, of which each is declared: of a stage, or of each record of a list.
+    """Declared, named values: the parameters of a stage or the fields of a record.
 
-    What is given is checked, and made into whole numbers, by code that is written in Python and
-    compiled, since programs are put together for every run.
+    Generated Python code checks the arguments and packs them into whole numbers. Programs are
+    assembled for every run, and generated code is faster than a loop over the declarations.
     """
 
     def __init__(self, texts: dict[str, str]) -> None:
         self.kinds = {name: _parse_declaration(text) for name, text in texts.items()}
-        found = {count for kind in self.kinds.values() for count in kind.found}
-        self.given = [name for name, text in texts.items() if text != "count" or name not in found]
+        computed = {count for kind in self.kinds.values() for count in kind.count_axes}
+        self.given = [
+            name for name, text in texts.items() if text != "count" or name not in computed
+        ]
         named: tuple[Any, ...] = (BlockRows, Address, is_whole)
-        self.known = {each.__name__: each for each in named}
-        self.known |= {f"_{name}": kind for name, kind in self.kinds.items()}
+        self.namespace = {each.__name__: each for each in named}
+        self.namespace |= {f"_{name}": kind for name, kind in self.kinds.items()}
 
-    def counted(self) -> list[str]:
-        """Return the lines that find counts from shapes."""
+    def count_lines(self) -> list[str]:
+        """Return the code lines that compute counts from shapes."""
         lines: dict[str, str] = {}
         for name, kind in self.kinds.items():
-            for count, (axis, times) in kind.found.items():
+            for count, (axis, times) in kind.count_axes.items():
                 divided = f" // {times}" if times > 1 else ""
                 lines.setdefault(count, f"{count} = {name}.shape[{axis}]{divided}")
         return [line for count, line in lines.items() if count not in self.given]
 
-    def compiled(self, name: str, code: list[str], **more: Any) -> Any:
-        """Return a function that is written in Python and knows the kinds by their names."""
-        known = {**self.known, **more}
-        exec("\n".join(code), known)
-        return known[name]
+    def compile_function(self, name: str, code: list[str], **more: Any) -> Any:
+        """Return the function `name` of generated code that can refer to the declarations."""
+        namespace = {**self.namespace, **more}
+        exec("\n".join(code), namespace)
+        return namespace[name]
 
 
 class RecordList(DeclaredFields):
-    """A list of records, each a tuple of the fields but counts, or of values of a single kind."""
+    """A list of records or of values of a single kind. A record is a tuple without the counts."""
 
-    found: ClassVar[dict[str, tuple[int, int]]] = {}
+    count_axes: ClassVar[dict[str, tuple[int, int]]] = {}
     may_be_absent = False
 
     def __init__(self, text: str) -> None:
-        self.alone = "=" not in text
+        self.is_single = "=" not in text
         named = (
-            [("entry", "=", text)] if self.alone else [f.partition("=") for f in text.split(";")]
+            [("entry", "=", text)]
+            if self.is_single
+            else [f.partition("=") for f in text.split(";")]
         )
         super().__init__({name.strip(): kind.strip() for name, _, kind in named})
 
     def expected(self, counts: dict[str, int]) -> str:
-        """Return what is expected, in words."""
-        if self.alone:
+        """Return a description of the expected list."""
+        if self.is_single:
             return f"a list, each {self.kinds['entry'].expected(counts)}"
         each = [f"{name} {self.kinds[name].expected(counts)}" for name in self.given]
         return f"a list of tuples ({'; '.join(each)})"
 
     def test(self, name: str) -> str:
-        """Return the expression that says whether what is given fits."""
+        """Return the expression that is true if the argument fits."""
         return f"_{name}.encode({name}) is not None"
 
     def value(self, name: str) -> str:
-        """Return the expression of the whole numbers that stand for what is given."""
+        """Return the expression that packs the argument into whole numbers."""
         return f"*_{name}.encode({name})"
 
     @cached_property
     def encode(self) -> Callable[[Any], list[int] | None]:
-        """A function that returns the length and the numbers of entries; None for a misfit."""
-        entry = "entry" if self.alone else f"({', '.join(self.given)},)"
+        """A function that returns the length and the packed entries, or None for a misfit."""
+        entry = "entry" if self.is_single else f"({', '.join(self.given)},)"
         tests = " and ".join(self.kinds[name].test(name) for name in self.given)
         values = ", ".join(kind.value(name) for name, kind in self.kinds.items())
         code = ["def encode(value):", " found_ = [len(value)]", f" for {entry} in value:"]
         code += [
-            *(f"  {line}" for line in self.counted()),
+            *(f"  {line}" for line in self.count_lines()),
             f"  if not ({tests}):",
             "   return None",
         ]
         code += [f"  found_ += [{values}]", " return found_"]
-        return self.compiled("encode", code)  # type: ignore[no-any-return]
+        return self.compile_function("encode", code)  # type: ignore[no-any-return]
 
 
 DeclaredKind = RowShape | WholeNumber | RecordList
 
 
 def _parse_declaration(text: str) -> DeclaredKind:
-    """Return what a declaration says."""
+    """Return the kind that a declaration describes."""
     if text in ("count", "whole"):
         return WholeNumber()
     if text.startswith("each:"):
@@ -185,40 +189,40 @@ def _parse_declaration(text: str) -> DeclaredKind:
 
 
 class StageSignature(DeclaredFields):
-    """The parameters of a stage, beside the block and the number of the step."""
+    """The parameters of a stage after the block and the step number."""
 
     def __init__(self, name: str, function: Callable[..., Any]) -> None:
-        _, _, *given = inspect.signature(function).parameters.values()
-        super().__init__({each.name: each.default for each in given})
+        _, _, *parameters = inspect.signature(function).parameters.values()
+        super().__init__({each.name: each.default for each in parameters})
         self.name = name
         self.lists = [each for each, kind in self.kinds.items() if isinstance(kind, RecordList)]
 
     @cached_property
     def pack(self) -> Callable[..., list[int]]:
-        """A function that checks what is given by name, and returns it as whole numbers.
+        """A function that checks arguments passed by name and packs them into whole numbers.
 
-        WrongRows: it does not fit.
+        It raises WrongRows if the arguments do not fit.
         """
         absent = {n: "None" if self.kinds[n].may_be_absent else "missing" for n in self.given}
         heads = [*(f"{name}={default}" for name, default in absent.items()), "**others_"]
         tests = [self.kinds[n].test(n) for n in self.given if n not in self.lists]
         values = ("0" if n in self.lists else k.value(n) for n, k in self.kinds.items())
         code = [f"def pack({', '.join(heads)}):", " try:"]
-        code += [f"  {line}" for line in self.counted()]
+        code += [f"  {line}" for line in self.count_lines()]
         code += [f"  if {' and '.join(['not others_', *tests])}:"]
         code += [f"   packed_ = [{', '.join(values)}]"]
-        for name in self.lists:  # None, for one that does not fit, is nothing that can be added
+        for name in self.lists:  # `encode` returns None for a misfit, and += None raises TypeError
             code += [f"   packed_[{list(self.kinds).index(name)}] = len(packed_)"]
             code += [f"   packed_ += _{name}.encode({name})"]
         code += ["   return packed_", " except unfit:", "  pass"]
         rows = [*(f"{name!r}: {name}" for name in self.given), "**others_"]
         code += [f" refuse({{{', '.join(rows)}}})"]
-        known = {"unfit": _UNFIT, "missing": _MISSING, "refuse": self._refuse}
-        return self.compiled("pack", code, **known)  # type: ignore[no-any-return]
+        more = {"unfit": _UNFIT, "missing": _MISSING, "refuse": self._refuse}
+        return self.compile_function("pack", code, **more)  # type: ignore[no-any-return]
 
     @property
     def wrapper(self) -> str:
-        """The function (p, w, step) that calls the stage with the numbers that p holds."""
+        """The code of a function (p, w, step) that calls the stage with the numbers in p."""
         numbers = (
             f"rest(p, p[{i}])" if name in self.lists else f"p[{i}]"
             for i, name in enumerate(self.kinds)
@@ -226,31 +230,33 @@ class StageSignature(DeclaredFields):
         return f"def wrapper(p, w, step):\n    body({', '.join(['w', 'step', *numbers])})\n"
 
     def _refuse(self, rows: dict[str, Any]) -> NoReturn:
-        """Raise WrongRows for the first parameter that is not what the stage takes."""
-        named = {name: value for name, value in rows.items() if value is not _MISSING}
+        """Raise WrongRows for the first argument that does not fit the signature."""
+        passed = {name: value for name, value in rows.items() if value is not _MISSING}
         needed = {name for name in self.given if not self.kinds[name].may_be_absent}
-        if not needed <= named.keys() <= set(self.given):
-            given = ", ".join(name for name, value in named.items() if value is not None)
+        if not needed <= passed.keys() <= set(self.given):
+            got = ", ".join(name for name, value in passed.items() if value is not None)
             takes = f"takes {', '.join(self.given) or 'nothing'}"
-            raise WrongRows(f"stage '{self.name}' {takes}; it was given {given or 'nothing'}")
-        counts = {name: named[name] for name in named if isinstance(self.kinds[name], WholeNumber)}
-        for name in [*named, *named]:  # once more with all counts
+            raise WrongRows(f"stage '{self.name}' {takes}; it was given {got or 'nothing'}")
+        counts = {
+            name: passed[name] for name in passed if isinstance(self.kinds[name], WholeNumber)
+        }
+        for name in [*passed, *passed]:  # the second pass has all counts
             known = dict(counts)
-            if not self._fits(name, named, counts):
+            if not self._fits(name, passed, counts):
                 expected = self.kinds[name].expected(known)
                 raise WrongRows(
-                    f"stage '{self.name}': {name} takes {expected}, got {named[name]!r}"
+                    f"stage '{self.name}': {name} takes {expected}, got {passed[name]!r}"
                 )
-        raise WrongRows(f"stage '{self.name}' cannot take {named}")
+        raise WrongRows(f"stage '{self.name}' cannot take {passed}")
 
     def _fits(self, name: str, rows: dict[str, Any], counts: dict[str, int]) -> bool:
-        """Return whether one value fits the counts that are known; those that it has are found."""
+        """Return whether one argument fits, and add the counts of its shape to `counts`."""
         kind = self.kinds[name]
         try:
-            for count, (axis, times) in kind.found.items():
+            for count, (axis, times) in kind.count_axes.items():
                 counts.setdefault(count, rows[name].shape[axis] // times)
-            return bool(eval(kind.test(name), {**self.known, **counts, **rows}))
-        except NameError:  # of a count that is found later
+            return bool(eval(kind.test(name), {**self.namespace, **counts, **rows}))
+        except NameError:  # a count that a later argument defines
             return True
         except _UNFIT:
             return False

@@ -1,4 +1,4 @@
-"""Digests of sources: what a kernel is compiled from is its own file and all that it imports."""
+"""Digests of the sources of a kernel: its own file and all files that it imports."""
 
 import hashlib
 import re
@@ -29,9 +29,9 @@ def digest_of_all() -> str:
 
 @cache
 def digest_of(module: str) -> str:
-    """Return a digest of the sources of a module and of all that it imports; "" without a source.
+    """Return a digest of the sources of a module and of all its imports; "" without a source.
 
-    Libraries do not count: their versions stand beside the digest.
+    Libraries are not part of the digest. The keys of the cache contain their versions.
     """
     return (
         _digest_sources(sorted(import_closure(module))) if _read_source(module) is not None else ""
@@ -39,29 +39,31 @@ def digest_of(module: str) -> str:
 
 
 def import_closure(module: str) -> set[str]:
-    """Return a module and all that it imports, by itself or through others, and has a source."""
-    found, waiting = set(), {module}
+    """Return a module and all modules with a source that it imports directly or indirectly."""
+    reached, waiting = set(), {module}
     while waiting:
-        found |= waiting
-        waiting = {name for each in waiting for name in imported_modules(each)} - found
-    return found
+        reached |= waiting
+        waiting = {name for each in waiting for name in imported_modules(each)} - reached
+    return reached
 
 
 @cache
 def imported_modules(module: str) -> frozenset[str]:
-    """Return the modules with a source that a module imports itself."""
+    """Return the modules with a source that a module imports directly."""
     text = (_read_source(module) or b"").decode().replace("\\\n", " ")
     names = {
-        name for origin, what in _IMPORT.findall(text) for name in _candidate_modules(origin, what)
+        name
+        for origin, items in _IMPORT.findall(text)
+        for name in _candidate_modules(origin, items)
     }
     package = getattr(sys.modules.get(module), "__package__", None) or PACKAGE
     absolute = {resolve_name(name, package) if name[0] == "." else name for name in names}
     return frozenset(name for name in absolute if _read_source(name) is not None)
 
 
-def _candidate_modules(origin: str, what: str) -> list[str]:
-    """Return the modules that an import may be of: "from a import b" is of a, and perhaps a.b."""
-    names = _NAME.findall(what)
+def _candidate_modules(origin: str, items: str) -> list[str]:
+    """Return the modules that an import may load: a and a.b for "from a import b"."""
+    names = _NAME.findall(items)
     if not origin:
         return names
     parent = origin if origin.endswith(".") else f"{origin}."
@@ -70,7 +72,7 @@ def _candidate_modules(origin: str, what: str) -> list[str]:
 
 @cache
 def _read_source(module: str) -> bytes | None:
-    """Return the source of a module of kernels, or of a user; None for all others."""
+    """Return the source of a kernel module or a user's module; None for all other modules."""
     if module in SOURCES or module.partition(".")[0] in _ELSEWHERE:
         return SOURCES.get(module)
     path = Path(getattr(sys.modules.get(module), "__file__", None) or "")

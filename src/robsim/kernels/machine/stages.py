@@ -1,9 +1,9 @@
-"""Stages: the compiled parts of a step, called one after the other on a block of runs.
+"""Stages: the compiled parts of a step, performed one after the other on a block of runs.
 
-A stage is a function of the block w, of the number of the step, and of whole numbers that say where
-things stand, such as rows of the block. It is compiled as a function (p, w, step), with these in p:
-all have one signature, so that each is compiled once and alone, for any scene, and a program of
-them is a list of addresses.
+A stage is a function of the block w, the step number, and whole numbers such as row indices. It is
+compiled as a function (p, w, step); the array p holds these whole numbers. All stages share this
+machine-level signature. Each stage is therefore compiled once, independently of the scene, and a
+program of stages is a list of addresses.
 """
 
 from collections.abc import Callable
@@ -26,7 +26,7 @@ _WHOLE, _REAL = ir.IntType(64), ir.DoubleType()
 
 
 class CompiledStage:
-    """A compiled part of a step, which is compiled when its address is first asked for."""
+    """A compiled part of a step. The first use of `address` compiles it."""
 
     def __init__(self, function: Callable[..., Any]) -> None:
         self.name = function.__qualname__
@@ -36,7 +36,7 @@ class CompiledStage:
 
     @cached_property
     def signature(self) -> StageSignature:
-        """What it takes."""
+        """The declared parameters of the stage."""
         return StageSignature(self.name, self.function)
 
     @property
@@ -46,11 +46,11 @@ class CompiledStage:
             compiled: Any = kernel(self._plain(), address=True)
             if not hasattr(compiled, "compile"):
                 raise RuntimeError("kernels need Numba's compiler: unset NUMBA_DISABLE_JIT")
-            with global_compiler_lock:  # for Ctrl-C to wait until all is done
+            with global_compiler_lock:  # defers Ctrl-C until compilation ends
                 compiled.compile(SIGNATURE)
-                made = compiled.overloads[SIGNATURE]
-                wrapper = made.fndesc.llvm_cfunc_wrapper_name
-                self._address = made.library.get_pointer_to_function(wrapper)
+                overload = compiled.overloads[SIGNATURE]
+                wrapper = overload.fndesc.llvm_cfunc_wrapper_name
+                self._address = overload.library.get_pointer_to_function(wrapper)
         return self._address
 
     def _plain(self) -> Callable[..., Any]:
@@ -58,9 +58,9 @@ class CompiledStage:
         function = self.function
         if is_plain_stage(function):
             return function
-        known: dict[str, Any] = {"body": part(function), "rest": _numbers_from}
-        exec(self.signature.wrapper, known)
-        wrapper: Any = known["wrapper"]
+        namespace: dict[str, Any] = {"body": part(function), "rest": _numbers_from}
+        exec(self.signature.wrapper, namespace)
+        wrapper: Any = namespace["wrapper"]
         own = function.__code__
         wrapper.__code__ = wrapper.__code__.replace(
             co_filename=own.co_filename, co_firstlineno=own.co_firstlineno, co_name=own.co_name
@@ -69,15 +69,16 @@ class CompiledStage:
         return wrapper  # type: ignore[no-any-return]
 
     def link(self) -> None:
-        """Let machine code find it by its symbol."""
+        """Register the stage's symbol and address with LLVM."""
         binding.add_symbol(self.symbol, self.address)
 
 
 def stage(function: Callable[..., Any]) -> CompiledStage:
-    """Return a function (w, step, ...) as a stage, whose further parameters say what it takes.
+    """Return a function (w, step, ...) as a stage.
 
-    See `robsim.kernels.machine.signature`. A stage that only other kernels call, by its symbol, is
-    a function (p, w, step) of whole numbers p.
+    The defaults of the further parameters declare the stage's rows and numbers, see
+    `robsim.kernels.machine.signature`. A stage that only other kernels call by its symbol is a
+    function (p, w, step) of whole numbers p.
     """
     return CompiledStage(function)
 
@@ -115,14 +116,14 @@ def _call_stage(typing: Any, address: Any, p: Any, at: Any, w: Any, first: Any, 
 
 @kernel
 def perform_on_block(addresses, at, p, block, step):
-    """Perform stages on one block, one step."""
+    """Perform stages on one block for one step."""
     for i in range(addresses.size):
         _call_stage(addresses[i], p, at[i], block, 0, step)
 
 
 @kernel
 def perform_stages(addresses, at, p, blocks, step):
-    """Perform stages on each of some blocks[i, :], one step."""
+    """Perform stages on each block blocks[i, :] for one step."""
     size = blocks.shape[1]
     flat = blocks.reshape(-1)
     for block in range(blocks.shape[0]):
@@ -132,10 +133,10 @@ def perform_stages(addresses, at, p, blocks, step):
 
 @kernel
 def advance_blocks(addresses, at, p, skipped, blocks, alive, step, until):
-    """Perform stages on each of some blocks[i, :], from `step` until before a later one.
+    """Perform stages on each block blocks[i, :] from `step` to `until` - 1.
 
-    At the start, step 0, the first ones are skipped. A block of which no run is alive any more, as
-    its row `alive` says, is left as it is.
+    Step 0 skips the first `skipped` stages. A block stays unchanged once its row `alive` is zero in
+    all runs.
     """
     size = blocks.shape[1]
     flat = blocks.reshape(-1)
@@ -156,9 +157,13 @@ def _is_any_alive(block, row):
 
 
 @kernel
-def evaluate_block(addresses, at, p, block, first, x, found, out):
-    """Perform stages for each run of x[i, b], which go to rows from `first`; fill out[j, b]."""
+def evaluate_block(addresses, at, p, block, first, x, output, out):
+    """Perform stages for each run of x[i, b] and fill out[j, b].
+
+    The inputs are written to rows that start at `first`, the outputs read from rows that start at
+    `output`.
+    """
     for b in range(0, x.shape[1], WIDTH):
         gather_rows(x, b, first, block)
         perform_on_block(addresses, at, p, block, 0)
-        scatter_rows(block, found, b, out)
+        scatter_rows(block, output, b, out)

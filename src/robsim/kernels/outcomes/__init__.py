@@ -1,1 +1,1 @@
-"""Outcomes of runs, and the tables in which what happened is kept."""
+"""Outcomes of runs, and the tables that record the runs."""

@@ -1,4 +1,4 @@
-"""Stages that keep what happened in tables of all runs."""
+"""Stages that record runs in tables of all runs."""
 
 from robsim.kernels.machine.array_views import reals, unsigned_row
 from robsim.kernels.machine.jit import part
@@ -19,9 +19,9 @@ def record_instant(
     groups="each: rows=n; n=count",
     runs="count",
 ):
-    """Keep every so many steps: (every, table, instants, width, run, alive), and groups of rows.
+    """Write the rows of the groups to the table kept[run, instant, :] at every `every`-th step.
 
-    table[run, instant, :] are the rows of the groups, each (first row, how many).
+    `which` is the index of the run, and a group is (first row, number of rows).
     """
     if step % every:
         return
@@ -34,6 +34,7 @@ def record_instant(
 
 @part
 def _copy_groups(groups, w, i, table):
+    """Copy the numbers of one lane from the groups of rows to a table."""
     done = 0
     for group in range(groups[0]):
         for j in range(groups[2 + 2 * group]):
@@ -53,10 +54,10 @@ def record_ending(
     groups="each: rows=n; n=count",
     runs="count",
 ):
-    """Keep the end of runs that have an outcome: (table, width, run, alive, outcome), and groups.
+    """Write the final state of runs with an outcome to the table kept[run, :], and end these runs.
 
-    table[run, :] are the rows of the groups, the number of the step, and the outcome; from then on
-    the run is not alive.
+    A line of the table holds the rows of the groups, the step number and the outcome. The row
+    `alive` of an ended run is 0.
     """
     for i in range(WIDTH):
         if w[alive * WIDTH + i] != 0.0 and w[outcome * WIDTH + i] != 0.0:

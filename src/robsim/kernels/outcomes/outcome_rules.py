@@ -1,8 +1,9 @@
-"""Stages that judge whether and why each run of a block ends, from one instant.
+"""Stages that determine whether a run ends at an instant, and its outcome.
 
-Where several reasons hold, the first of this order is given: a state that is not finite, a joint
-limit, a mark behind the camera, a mark out of the image, convergence, divergence, a command that
-is not finite, a stall (a singularity if L J has lost rank, else a local minimum), the end of time.
+If several conditions hold, the first of this order is the outcome: a state that is not finite, a
+joint limit, a mark behind the camera, a mark out of the image, convergence, divergence, a command
+that is not finite, a stall (a singularity if L J has lost rank, else a local minimum), the end of
+the simulated time.
 """
 
 import numpy as np
@@ -38,7 +39,7 @@ def _larger_magnitude(most, x):
 
 @part
 def _largest_row_magnitude(w, x, n, zero):
-    """Return the largest |x|; NaN if any of them is NaN or infinite."""
+    """Return the largest |x| of n rows; NaN if any x is NaN or infinite."""
     most = zero
     for i in range(n):
         most = _larger_magnitude(most, get(w, x + i))
@@ -47,9 +48,9 @@ def _largest_row_magnitude(w, x, n, zero):
 
 @stage
 def measure_error(w, step, k="count", errors="k", scale="k", size="row", norm="row"):
-    """Compute the largest |error| in units of the first tolerance, and its norm.
+    """Compute the size and the norm of the error, in units of the first tolerance.
 
-    (k, error, scale, size, norm)
+    The size is the largest |error| after multiplication by `scale`.
     """
     most = 0.0 * get(w, scale)
     square = most
@@ -73,9 +74,9 @@ def count_still_periods(
     tolerance="row",
     periods="row",
 ):
-    """Count the periods in which the command hardly moves the features over 1/pace.
+    """Count consecutive periods with a command that hardly moves the features.
 
-    (A, k, n, qd, scale, pace, tolerance, count)
+    The motion of the features over the time 1/pace must be below the share STALL of the tolerance.
     """
     least = (STALL * get(w, tolerance)) * get(w, pace)
     most = 0.0 * get(w, scale)
@@ -90,7 +91,7 @@ def count_still_periods(
 
 @stage
 def accumulate_path_length(w, step, T="3, 4", before="3", length="row"):
-    """Add the way of the origin of T to a length: (T, before, length)."""
+    """Add the motion of the origin of T since the last step to a path length."""
     x, y, z = get(w, T + 3), get(w, T + 7), get(w, T + 11)
     if step > 0:
         dx, dy, dz = x - get(w, before), y - get(w, before + 1), z - get(w, before + 2)
@@ -102,10 +103,10 @@ def accumulate_path_length(w, step, T="3, 4", before="3", length="row"):
 
 @part
 def _store_divergence_bounds(w, norm, tolerance, hold, depth, N, watch):
-    """Store the values with which later instants are compared.
+    """Store the bounds of the error and of the depth that mark divergence.
 
-    An error below many tolerances is no scale. A run that is held may start at its goal and lag
-    behind it later: its error is not compared.
+    The bound of the error is at least DIVERGENCE^2 tolerances. A run with `hold` may start at its
+    goal and lag behind it later, so its error has no bound.
     """
     least = DIVERGENCE * tolerance
     scale = where(norm > least, norm, least)
@@ -136,9 +137,9 @@ def judge_outcome(
 ):
     """Compute the outcome of each run.
 
-    (q, nq, limits, status, depth, N, qd, n, size, norm, tolerance, hold, watch, still, steps,
-    outcome). The limits are nq lowest and nq highest values; with `hold` a run that has converged
-    or stalled goes on until the end of time.
+    The limits are nq lowest and nq highest coordinates. With `hold` a converged or stalled run
+    continues until the last step. `still` counts the periods without motion, and the two rows
+    `watch` hold the bounds of divergence.
     """
     size, norm, tolerance, hold = get(w, size), get(w, norm), get(w, tolerance), get(w, hold) > 0.0
     zero = 0.0 * tolerance
@@ -179,9 +180,9 @@ def classify_stall(
     scratch="room",
     room="count",
 ):
-    """Turn a local minimum into a singularity where L J, scaled, has not the rank that it can have.
+    """Replace the outcome LOCAL_MINIMUM by SINGULAR if the scaled A = L J has lost rank.
 
-    (A, k, n, scale, rcond, full rank, outcome, scratch)
+    `full` is the largest rank that A can have.
     """
     stalled = get(w, outcome) == 1.0 * LOCAL_MINIMUM
     if any_lane(stalled):
@@ -214,12 +215,11 @@ def defer_convergence(
     steps="whole",
     rates="each: row",
 ):
-    """Let runs go on that only pass their goal, and have moved since the image was taken.
+    """Continue a converged run if it only passes its goal, or moved after its image was taken.
 
-    (A, k, n, qd, scale, pace, tolerance, size, age, near, outcome, steps, rates or -1), and the
-    velocities that are commanded. The error must have been below the tolerance in every period
-    since then; and what the joints do otherwise than commanded must not move a feature by the
-    tolerance in the time 1/pace.
+    A run converges only if its error was below the tolerance in every period since the image was
+    taken (`age` periods), and if the difference between the joint velocities `rates` and the
+    command qd moves no feature by the tolerance in the time 1/pace.
     """
     tolerance = get(w, tolerance)
     near = get(w, size) < tolerance
