@@ -18,8 +18,9 @@ from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 ASKED = os.environ.get("ROBSIM_PREBUILT") == "1"
 TARGET = "robsim/kernels/_prebuilt"
 ABOUT = """
-from robsim.kernels.machine import prebuilt, store
-print(store.CACHE.name, prebuilt.MADE_WITH, store.VERSIONS, store.KERNEL_HASH, sep="\\n")
+from robsim.kernels.machine import cache_files as files
+from robsim.kernels.machine import prebuilt
+print(files.CACHE.name, prebuilt.MADE_WITH, files.VERSIONS, files.KERNEL_HASH, sep="\\n")
 print(*prebuilt.levels(), sep="\\n")
 """
 

@@ -23,12 +23,12 @@ PATIENCE = 120.0  # seconds: what is damaged is compiled anew
 
 SIMULATE = """
 import json
-from robsim.kernels.machine import store
-names, load = set(), store.load
+from robsim.kernels.machine import cache_files
+names, load = set(), cache_files.load_code
 def noted(folder, name, key):
-    names.add(store.file_name(name, key))
+    names.add(cache_files.code_file_name(name, key))
     return load(folder, name, key)
-store.load = noted
+cache_files.load_code = noted
 import robsim as rs
 scenario = rs.load_scenario(rs.examples.path("visp_tutorial"))
 run = scenario.run(duration=0.4)

@@ -20,7 +20,7 @@ import numpy as np
 from robsim.declare import Number, Stacked, register
 from robsim.kernels.formulas import random
 from robsim.kernels.machine.lanes import WIDTH
-from robsim.kernels.machine.array_views import unsigned
+from robsim.kernels.machine.array_views import unsigned_row
 from robsim.kernels.machine.stages import stage
 from robsim.world.imperfections.image_effect import ImageEffect
 
@@ -33,7 +33,7 @@ def shake(
     """Move all marks together."""
     if step % every:
         return
-    runs = unsigned(w, run)
+    runs = unsigned_row(w, run)
     for b in range(WIDTH):
         dx, dy = random.normal_pair(np.uint64(seed), runs[b], step, stream, 0)
         size = w[amplitude * WIDTH + b]

@@ -312,7 +312,7 @@ SWAY = '''
 from dataclasses import dataclass
 
 from robsim.declare import register
-from robsim.kernels.formulas.lane_poses import compose
+from robsim.kernels.formulas.lane_poses import compose_lanes
 from robsim.kernels.machine.lanes import get, put
 from robsim.kernels.machine.stages import stage
 from robsim.robot.joints.joint_kind import JointKind
@@ -323,7 +323,7 @@ def sway(w, step, each="each: parent=3, 4; place=3, 4; x=row; T=3, 4"):
     """Place bodies that slide along y."""
     for i in range(each[0]):
         A, B, x, T = each[4 * i + 1], each[4 * i + 2], each[4 * i + 3], each[4 * i + 4]
-        compose(w, A, B, T)
+        compose_lanes(w, A, B, T)
         for r in range(0, 12, 4):
             put(w, T + r + 3, get(w, T + r + 3) + get(w, T + r + 1) * get(w, x))
 

@@ -21,29 +21,29 @@ import json, sys
 sys.path.insert(0, sys.argv[1])
 import numpy as np
 from robsim.kernels.features import line_features
-from robsim.kernels.machine import store
+from robsim.kernels.machine import cache_files
 x, s = np.array([[[0.0], [0.0]], [[3.0], [0.0]]]), np.empty((4, 1))
 line_features.segments(x, s)
 stats = line_features.segments.stats
 hits, misses = (sum(count.values()) for count in (stats.cache_hits, stats.cache_misses))
-print(json.dumps([line_features.__file__, s[2:, 0].tolist(), hits, misses, str(store.CACHE)]))
+print(json.dumps([line_features.__file__, s[2:, 0].tolist(), hits, misses, str(cache_files.CACHE)]))
 """
 SOLVE = """
 import json, sys
 sys.path.insert(0, sys.argv[1])
 import numpy as np
-from robsim.kernels.linear_algebra import solve
+from robsim.kernels.linear_algebra import pseudoinverse
 x, rank = np.empty((2, 1)), np.empty(1, np.int64)
-solve.least_squares(np.ones((2, 2, 1)), np.ones((2, 1)), 0.0, 1e-9, x, rank)
-hits = sum(solve.least_squares.stats.cache_hits.values())
-print(json.dumps([solve.__file__, x[:, 0].round(14).tolist(), int(rank[0]), hits]))
+pseudoinverse.least_squares(np.ones((2, 2, 1)), np.ones((2, 1)), 0.0, 1e-9, x, rank)
+hits = sum(pseudoinverse.least_squares.stats.cache_hits.values())
+print(json.dumps([pseudoinverse.__file__, x[:, 0].round(14).tolist(), int(rank[0]), hits]))
 """
 OWN = """
 import json, sys
 sys.path.insert(0, sys.argv[1])
 import numpy as np
 from mine import scaling
-from robsim.kernels.machine import store
+from robsim.kernels.machine import cache_files
 x = np.ones(2)
 scaling.scale(x)
 scaling.twice(x)
@@ -94,7 +94,7 @@ for module, path in json.loads(sys.argv[2]).items():
     before = after
 print(json.dumps(changed))
 """
-LENGTH = "math.sqrt(x * x + y * y), math.atan2(y, x)"  # of polar_of
+LENGTH = "math.sqrt(x * x + y * y), math.atan2(y, x)"  # of to_polar
 
 
 @pytest.fixture
@@ -164,7 +164,7 @@ def test_a_kept_kernel_finds_the_stages_that_it_calls_by_symbol_kept_or_not(copy
     before = compiled(cache)
     assert start(copy, cache, SOLVE) == [[0.5, 0.5], 1, 1]
     assert compiled(cache) == before
-    for stage in ("solve.by_triangle", "singular.truncate", "singular.rotate"):
+    for stage in ("pseudoinverse.by_triangle", "svd.truncate", "svd.rotate"):
         (file,) = cache.rglob(f"{stage}-*.nbc")
         file.unlink()
     assert start(copy, cache, SOLVE) == [[0.5, 0.5], 1, 1]

@@ -7,11 +7,11 @@ import sys
 from robsim.kernels.machine.compile_lock import CompileLock
 
 COUNTED = """
-from robsim.kernels.machine import store
+from robsim.kernels.machine import cache_files
 from robsim.kernels.formulas import se3
 import numpy as np
-se3.exp(np.zeros((6, 1)), np.empty((3, 4, 1)))
-print(len(store.SAVED))
+se3.exp_se3(np.zeros((6, 1)), np.empty((3, 4, 1)))
+print(len(cache_files.SAVED))
 """
 
 

@@ -15,8 +15,8 @@ from robsim.kernels.machine import cache_files, compile_notice, stderr_messages
 CODE = """
 import numpy as np
 from robsim.kernels.formulas import interaction
-from robsim.kernels.machine import notice
-notice.PATIENCE = 0.0
+from robsim.kernels.machine import compile_notice
+compile_notice.PATIENCE = 0.0
 for _ in range(2):
     interaction.points_interaction(np.ones((1, 2, 1)), np.ones((1, 1)), np.empty((2, 6, 1)))
 """

@@ -8,7 +8,7 @@ import pytest
 from numba import types
 
 from robsim.kernels.formulas import adaptive_gain, interaction
-from robsim.kernels.machine import aged, cache, cache_files, prebuilt
+from robsim.kernels.machine import cache, cache_files, prebuilt
 
 KEY = ((types.float64, types.Array(types.float64, 2, "C")), ("x86_64", "cpu", "+avx2"), [])
 ALL = prebuilt.LEVELS["x86_64"]["x86-64-v4"]
@@ -104,7 +104,7 @@ def test_a_full_disk_leaves_no_draft(tmp_path, monkeypatch):
     assert list(tmp_path.iterdir()) == []
 
 
-OLD, YOUNG = 31 * aged.DAY, 29 * aged.DAY
+OLD, YOUNG = 31 * cache.DAY, 29 * cache.DAY
 
 
 def put(path, age=OLD):
@@ -125,7 +125,7 @@ def test_files_that_nobody_used_for_a_month_go_and_what_is_not_ours_stays(tmp_pa
     put(tmp_path / "mine.txt")
     (tmp_path / "folder.nbc").mkdir()
     (tmp_path / "link.nbc").symlink_to(tmp_path / "mine.txt")
-    aged.clear_old_files(tmp_path)
+    cache.clear_old_files(tmp_path)
     assert names(tmp_path) == ["folder.nbc", "link.nbc", "mine.txt", "used", "young.nbc"]
 
 
@@ -133,24 +133,24 @@ def test_a_file_that_is_loaded_is_as_young_as_that_day(tmp_path):
     used, other = put(tmp_path / "used.nbc"), put(tmp_path / "other.nbc")
     now, today = time.time(), put(tmp_path / "today.nbc", 100.0).stat().st_mtime
     for path in (used, tmp_path / "today.nbc", tmp_path / "none.nbc"):
-        aged.note_use(path)
+        cache.note_use(path)
     assert abs(used.stat().st_mtime - now) < 100.0
     assert (tmp_path / "today.nbc").stat().st_mtime == today  # written once a day at most
-    aged.clear_old_files(tmp_path)
+    cache.clear_old_files(tmp_path)
     assert not other.exists() and names(tmp_path) == ["today.nbc", "used", "used.nbc"]
 
 
 def test_drafts_of_killed_processes_go_and_a_folder_is_looked_at_once_a_day(tmp_path):
     put(tmp_path / "killed.tmp"), put(tmp_path / "writing.tmp", 10.0)
-    aged.clear_old_files(tmp_path)
+    cache.clear_old_files(tmp_path)
     assert names(tmp_path) == ["used", "writing.tmp"]
     again = put(tmp_path / "again.tmp")
-    aged.clear_old_files(tmp_path)
+    cache.clear_old_files(tmp_path)
     assert again.exists()
-    put(tmp_path / "used", 2 * aged.DAY)
-    aged.clear_old_files(tmp_path)
+    put(tmp_path / "used", 2 * cache.DAY)
+    cache.clear_old_files(tmp_path)
     assert not again.exists()
-    aged.clear_old_files(tmp_path / "none")
+    cache.clear_old_files(tmp_path / "none")
     assert not (tmp_path / "none").exists()
 
 

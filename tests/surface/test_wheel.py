@@ -29,8 +29,8 @@ print(json.dumps([robsim.__file__, prebuilt.LEVEL, NOTICE.compiled, q]))
 ONE_KERNEL = """
 import numpy as np
 from robsim.kernels.formulas import interaction
-from robsim.kernels.machine import notice
-notice.PATIENCE = 0.0
+from robsim.kernels.machine import compile_notice
+compile_notice.PATIENCE = 0.0
 interaction.points_interaction(np.ones((1, 2, 1)), np.ones((1, 1)), np.empty((2, 6, 1)))
 """
 FILE_OF_ONE = "formulas/interaction.py"
@@ -122,11 +122,11 @@ def test_each_level_and_the_compiler_give_the_same_bits(installed):
 
 def test_truncated_files_are_compiled_anew(installed):
     _, _, motion, _ = demo(installed)
-    for path in (installed / "kernels/_prebuilt").rglob("judging.*.nbc"):
+    for path in (installed / "kernels/_prebuilt").rglob("outcome_rules.*.nbc"):
         path.write_bytes(path.read_bytes()[:-100])
     _, compiled, again, _ = demo(installed)
     assert again == motion and compiled
-    assert {name.partition(".")[0] for name in compiled} == {"judging"}
+    assert {name.partition(".")[0] for name in compiled} == {"outcome_rules"}
 
 
 def test_a_wheel_of_other_sources_or_versions_is_told_in_one_line(installed):

@@ -4,7 +4,9 @@ A joint is `place . motion(x) . tail`. The tails are part of constants (see `rob
 T = parent . place . motion(x). A pose has twelve rows, [R | t] row by row.
 """
 
-from robsim.kernels.formulas import plane_curves, se3, ties
+import math
+
+from robsim.kernels.formulas import plane_curves, se3
 from robsim.kernels.formulas.lane_math import cos_sin, is_large_angle, near_cos_sin
 from robsim.kernels.formulas.lane_poses import compose_lanes, pose_row, times_column
 from robsim.kernels.machine.array_views import reals, wholes
@@ -168,6 +170,18 @@ def _lane_triple(w, row, i):
     return w[at], w[at + WIDTH], w[at + 2 * WIDTH]
 
 
+@kernel
+def wheel_steering_angle(angle, wheelbase, x, y):
+    """Return the angle of a car's wheel at (x, y), and its derivative by the steering angle a.
+
+    The tangent of the wheel's angle is x sin(a)/(wheelbase cos(a) - y sin(a)), so all axles meet in
+    one point (R. N. Jazar, Vehicle Dynamics, 2008, section 7.1).
+    """
+    c, s = math.cos(angle), math.sin(angle)
+    near, far = wheelbase * c - y * s, x * s
+    return math.atan2(far, near), x * wheelbase / (near * near + far * far)
+
+
 @stage
 def steer_wheel(w, step, source="row", x="row", ratio="row", above="row", numbers="3"):
     """Compute the angle x of a car's wheel from the steering angle `source`.
@@ -178,7 +192,7 @@ def steer_wheel(w, step, source="row", x="row", ratio="row", above="row", number
     number = numbers
     for i in range(WIDTH):
         base, X, Y = _lane_triple(w, number, i)
-        w[x * WIDTH + i], slope = ties.wheel_steering_angle(w[source * WIDTH + i], base, X, Y)
+        w[x * WIDTH + i], slope = wheel_steering_angle(w[source * WIDTH + i], base, X, Y)
         w[ratio * WIDTH + i] = slope * w[above * WIDTH + i]
 
 

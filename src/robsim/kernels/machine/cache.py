@@ -2,17 +2,25 @@
 
 It replaces Numba's own cache for three reasons. Numba's cache does not detect an edit in a callee
 of another file, its keys contain the path of the package and the name of the processor, and it
-does not verify the files that it reads.
+does not verify the files that it reads. Code that was not used for a month is deleted.
 """
 
+import math
+import os
+import time
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 from numba.core.compiler import CompileResult
 
-from robsim.kernels.machine import aged, cache_files, prebuilt, sources, stderr_messages
+from robsim.kernels.machine import cache_files, prebuilt, sources, stderr_messages
 from robsim.kernels.machine.compile_lock import CompileLock
+
+DAY, MONTH = 86400.0, 30 * 86400.0  # seconds
+LONGEST_WRITE = 600.0  # seconds: an older draft or lock belongs to a process that was killed
+STAMP = "used"  # file: its modification time is the time of the last cleanup
 
 LINKED: dict[str, Any] = {}  # symbol: stage that kernels call by this symbol
 _CLEARED: set[Path] = set()  # the folders that this process has cleaned
@@ -80,7 +88,7 @@ class KernelCache:
         content = cache_files.load_code(folder, self.name, key)
         if content is None:
             return None
-        aged.note_use(folder / cache_files.code_file_name(self.name, key))
+        note_use(folder / cache_files.code_file_name(self.name, key))
         symbols, reduced = content
         for symbol in symbols:
             LINKED[symbol].link()  # LLVM ends the process if a symbol is undefined
@@ -117,4 +125,34 @@ def _clear_once() -> None:
     """Clean the cache folder once in a process."""
     if cache_files.CACHE not in _CLEARED:
         _CLEARED.add(cache_files.CACHE)
-        aged.clear_old_files(cache_files.CACHE)
+        clear_old_files(cache_files.CACHE)
+
+
+def note_use(file: Path) -> None:
+    """Set the modification time of a used file, at most once a day, if it is writable."""
+    with suppress(OSError):
+        if time.time() - file.stat().st_mtime > DAY:
+            os.utime(file)
+
+
+def clear_old_files(folder: Path) -> None:
+    """Delete the old cache files of a folder, at most once a day. Keep all other files."""
+    now = time.time()
+    with suppress(OSError):
+        if abs(now - (folder / STAMP).stat().st_mtime) < DAY:
+            return
+    with suppress(OSError):
+        if folder.is_dir():
+            (folder / STAMP).touch()
+            for each in os.scandir(folder):
+                _delete_if_old(each, now)
+
+
+def _delete_if_old(each: "os.DirEntry[str]", now: float) -> None:
+    """Delete a cache file that is older than files of its suffix are kept."""
+    limits = {".nbc": MONTH, ".tmp": LONGEST_WRITE, ".lock": LONGEST_WRITE}
+    limit = limits.get(Path(each.name).suffix, math.inf)
+    with suppress(OSError):
+        is_old = now - each.stat(follow_symlinks=False).st_mtime > limit
+        if is_old and each.is_file(follow_symlinks=False):
+            os.unlink(each.path)
