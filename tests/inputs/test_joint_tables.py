@@ -145,7 +145,7 @@ MISTAKES = {
     "a knuckle that leans": (
         '"30, 10, 5 cm"',
         '"30, 10, 5 cm", rpy = "5, 0, 0 deg"',
-        "links: 'wheel': what steers it must turn about the vertical",
+        "links: 'wheel': its steering joint must turn about the vertical",
     ),
     "a wheel that lies": ('place = { rpy = "-90, 0, 0 deg" }', "", "links: 'wheel': its axis must"),
     "no radius": ('"rolling", radius = "5 cm"', '"rolling"', "wheel.follows.radius: missing"),
@@ -158,7 +158,11 @@ MISTAKES = {
     "a speed of another kind": ('"10 cm/s"', '"1 deg/s"', "finger.speed: '1 deg/s': expected one"),
     "a speed backwards": ('"10 cm/s"', '"-1 cm/s"', "finger.speed: must be greater than 0"),
     "no effort": ("effort = 20", "effort = 0", "finger.effort: must be greater than 0"),
-    "nobody to mimic": ('of = "finger"', 'of = "fingr"', "follows 'fingr', and there is none; did"),
+    "nobody to mimic": (
+        'of = "finger"',
+        'of = "fingr"',
+        "follows 'fingr', which does not exist; did",
+    ),
     "itself to mimic": ('of = "finger"', 'of = "other"', "links: 'other' follows itself"),
     "a wheel to mimic": (
         'of = "finger"',
@@ -171,7 +175,8 @@ MISTAKES = {
     "limits that exclude each other": (
         'follows = { kind = "mimic"',
         'limits = ["5 cm", "6 cm"]\nfollows = { kind = "mimic"',
-        "links: joint 'finger' of 'train' and what mimics it are never within their limits at once",
+        "links: joint 'finger' of 'train' and the joints that mimic it are never within their "
+        "limits at once",
     ),
     "an unknown curve": ("catenary", "catenry", "rear.curve.kind: no kind 'catenry'; did you mean"),
     "a cable too short": ('"10 m"', '"9 m"', "rear.curve: a catenary of 9 m does not hang"),

@@ -893,7 +893,7 @@ WRONG_LINKS = [
     ('["0 cm", "50 cm"]', '["0 cm"]', ["links.slide.limits", "expected 2: lowest, highest"]),
     ('name = "plate"', 'name = "plate"\nlimits = ["0 m", "1 m"]', ["plate.limits", "fixed"]),
     ('parent = "turn"', 'parent = "trun"', ["robots.arm.links", "'trun'", "mean 'turn'"]),
-    ('parent = "turn"', 'parent = "plate"', ["robots.arm.links", "hangs from itself"]),
+    ('parent = "turn"', 'parent = "plate"', ["robots.arm.links", "is its own ancestor"]),
     ('name = "plate"', 'name = "nod"', ["robots.arm.links", "two frames", "'nod'"]),
     ('name = "base"', 'name = "base"\njoint = "revolute"', ["links.base", "first link"]),
     ('name = "base"', 'name = "base"\nparent = "nod"', ["links.base", "first link"]),
@@ -915,7 +915,7 @@ WRONG_LINKS = [
     ('0, 0, 0, "1"', '0, 0, 0, "2"', ["robots.fly.home", "quaternion"]),
     ('0, 0, 0, "1"', '0, 0, 0, "1 rad"', ["robots.fly.home[6]", "1 rad", "bare number"]),
     ('0, 0, 0, "1"', "0, 0, 0, nan", ["robots.fly.home[6]", "nan"]),
-    ('on = "arm.plate"', 'on = "fly.body"', ["hangs from itself"]),
+    ('on = "arm.plate"', 'on = "fly.body"', ["is its own ancestor"]),
 ]
 
 

@@ -51,8 +51,8 @@ SPEED = 'rates = ["1 m/s", "0 m/s", "0 m/s", "0 rad/s", "0 rad/s", "0 rad/s"]'
     ("said", "key"),
     [
         ({"old": EYE, "new": f"{EYE}, {EYE}"}, "cameras.eye: two things in the scene are called"),
-        ({"old": '{ name = "dots"', "new": BOX}, "objects.box: 'box' hangs from itself"),
-        ({"old": '{ model = "free_camera" }', "new": ARM}, "robots.a.b: 'a.b' hangs from itself"),
+        ({"old": '{ name = "dots"', "new": BOX}, "objects.box: 'box' is its own ancestor"),
+        ({"old": '{ model = "free_camera" }', "new": ARM}, "robots.a.b: 'a.b' is its own ancestor"),
         (
             {"more": f'[[motions]]\nrobot = "free_camera"\n{SPEED}\n' * 2},
             "motions.free_camera: two motions for one robot",

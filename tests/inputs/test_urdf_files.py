@@ -85,11 +85,11 @@ CORPUS_SAYS = {
     "02_xxe_file": "a DOCTYPE is not allowed",
     "03_mesh_traversal": "<link 'a'> <visual> <geometry> <mesh>: mesh 'package://p/../",
     "03b_mesh_absolute": "mesh '/opt/outside/secret.obj': absolute, or not a file name",
-    "04_cycle": "a loop: 'a' hangs from itself in the end",
-    "05_two_roots": "<robot 'r'>: 2 links hang from nothing: 'a', 'b'; one is allowed",
+    "04_cycle": "a loop: 'a' is its own ancestor",
+    "05_two_roots": "<robot 'r'>: 2 links have no parent: 'a', 'b'; one is allowed",
     "06_two_parents": "<joint 'j2'>: 'c' is also the child of <joint 'j1'> in line 1",
-    "07_dup_joint": "<joint 'j'>: there is a joint of that name in line 1",
-    "08_dup_link": "<link 'b'>: there is a link of that name in line 1; one is allowed",
+    "07_dup_joint": "<joint 'j'>: line 1 has a joint of the same name",
+    "08_dup_link": "<link 'b'>: line 1 has a link of the same name; one is allowed",
     "09_nan_origin": "<joint 'j'> <origin>: xyz = 'nan 0 0': every number must be finite",
     "10_inf_1e400": "<joint 'j'> <origin>: xyz = '1e400 0 0': every number must be finite",
     "11_zero_axis": "<joint 'j'> <axis>: the axis is zero; a revolute joint needs one",
@@ -151,7 +151,7 @@ def test_the_rest_of_the_corpus_is_read():
         ('<parent link="base"/>', "<parent/>", "<joint 'shoulder'> <parent>: link is missing"),
         ('link="base"', 'link="bass"', "parent: no link 'bass'; did you mean 'base'?"),
         ('type="continuous"', "", "<joint 'elbow'>: type is missing"),
-        ('type="continuous"', 'type="floating"', "mimic: 'elbow' is floating, and has not one"),
+        ('type="continuous"', 'type="floating"', "mimic: 'elbow' is floating, and has no single"),
         ('type="prismatic"', 'type="planar"', "a planar joint cannot follow another"),
         ('joint="elbow"', 'joint="grip"', "<joint 'grip'>: mimics itself in the end"),
         ('name="arm"', "", "<robot>: name is missing"),
@@ -232,7 +232,7 @@ def test_loops_of_mimics_end(read):
 def test_names_that_become_the_same_are_refused(read):
     text = ARM.replace('link="lower"', 'link="up/er"').replace('name="lower"', 'name="up/er"')
     text = text.replace('name="upper"', 'name="up_er"').replace('link="upper"', 'link="up_er"')
-    assert "'up_er', as it is read, is taken by line 5" in refused(read, text=text)
+    assert "line 5 has the same converted name 'up_er'" in refused(read, text=text)
 
 
 @pytest.mark.parametrize("text", ["", "  \n", "robot", "<robot", "<a/>", "\0", "<robot name='r'/>"])
@@ -283,7 +283,7 @@ def test_endless_numbers_are_refused_at_once(read, digits):
         ('name="tube"', 'name="tube" mood="calm"', "unknown attribute 'mood', left out"),
         ("</gazebo>", "</gazebo><rumour/>", ":38: <rumour>: unknown element, left out"),
         ('xyz="0 1 0"', 'xyz="0 5 0"', "the axis has length 5, and is read with length 1"),
-        ('velocity="3"', "", "velocity is missing, which the specification asks for"),
+        ('velocity="3"', "", "velocity is missing, which the specification requires"),
         ('lower="-1.5" upper="2"', "", "lower 0 and upper 0 are read as without limits"),
         ('lower="-1.5" upper="2"', 'lower="-1e16" upper="1e16"', "are read as without limits"),
         ('izz="2.5"', 'izz="9"', "none can exceed the sum of the other two; left out"),
@@ -291,9 +291,9 @@ def test_endless_numbers_are_refused_at_once(read, digits):
         ('name="arm"', 'name="2 arms"', "its name is read as 'robot_2_arms'"),
         ('<mass value="2"/>', "", ":5: <link 'upper'> <inertial>: without <mass>, left out"),
         (INERTIAL, "<inertial/>", "<inertial>: without <mass> and <inertia>, left out"),
-        ('ixy="0.1"', 'ixy="0.1" iyx="0.1"', "attribute 'iyx' says again what the tensor says"),
-        ('radius="0.05"', 'radius="0"', "<cylinder>: radius is 0, so that there is nothing to see"),
-        ('length="0.4"', 'length="0"', "length is 0, so that there is nothing to see; left out"),
+        ('ixy="0.1"', 'ixy="0.1" iyx="0.1"', "attribute 'iyx' repeats an entry of the tensor"),
+        ('radius="0.05"', 'radius="0"', "<cylinder>: radius is 0, so nothing is visible"),
+        ('length="0.4"', 'length="0"', "length is 0, so nothing is visible; left out"),
         ("package://arm/lower.stl", "../../lower.stl", "leaves its package by '..'"),
         ("package://arm/", "file://../../", "leaves its package by '..'"),
         ("package://arm/", "$(find arm)/", ":15: <link 'lower'> <collision> <geometry> <mesh>:"),

@@ -416,7 +416,7 @@ def test_a_rounded_polyline_is_smooth_and_as_long_as_its_parts():
         (lambda: curves.Catenary((0, 0), (3, 4), 5.0), "does not hang between points 5 m apart"),
         (lambda: curves.Catenary((3, 0), (0, 0), 5.0), "goes to larger x"),
         (lambda: curves.Polyline([(0, 0), (1, 0), (1, 1)], 2.0), "do not fit between points"),
-        (lambda: curves.Polyline([(0, 0), (0, 0)], 1.0), "are one"),
+        (lambda: curves.Polyline([(0, 0), (0, 0)], 1.0), "are equal"),
         (lambda: curves.Arc(1.0, 0.0), "must not be 0"),
         (lambda: curves.Line(-1.0), "must be a positive number"),
         (lambda: curves.Catenary((0, 0), (1, 0), 1e200), "too large or too small"),
@@ -426,7 +426,7 @@ def test_a_rounded_polyline_is_smooth_and_as_long_as_its_parts():
         (lambda: curves.Polyline([(0, 0), (1, 0), (0, 0)], 0.01), "do not fit between points"),
         (
             lambda: Joint("revolute", limits=(0, 1), follows=Chord("a", 1.0, gives="angle")),
-            "limits of a joint that follows by Chord are not looked at: limit 'a'",
+            "limits of a joint that follows by Chord are not checked: limit 'a'",
         ),
         (lambda: Steering(0.5).rates([1, 2], [0.1, 0.2, 0.3]), "batches of unequal shapes"),
     ],
@@ -495,7 +495,7 @@ def linked(joint, *more):
             lambda: linked(
                 Joint("revolute", follows=Mimic("d")), Link("c", "a", Joint("revolute"))
             ),
-            "follows 'd', and there is none",
+            "follows 'd', which does not exist",
         ),
         (lambda: linked(Joint("revolute", follows=Mimic("b"))), "'b' follows itself"),
         (lambda: linked(Joint("revolute", follows=Rolling(0.1))), "stands on no vehicle"),
@@ -545,7 +545,7 @@ def linked(joint, *more):
                 Link("c", "b", Joint("prismatic", follows=Mimic("b.steering"))),
                 Link("d", "c", Joint("revolute", LEFT, follows=Rolling(0.1))),
             ),
-            "what steers it must turn about the vertical",
+            "its steering joint must turn about the vertical",
         ),
         (
             lambda: linked(
@@ -553,7 +553,7 @@ def linked(joint, *more):
                 Link("c", "b", Joint("revolute", follows=Chord("b", 1.0, gives="angle"))),
                 Link("d", "b", Joint("revolute", limits=(0, 1), follows=Mimic("c"))),
             ),
-            "limits of 'd' are not looked at, because what it mimics follows by Chord: limit 'b'",
+            "limits of 'd' are not checked, because 'c' follows by Chord: limit 'b'",
         ),
     ],
 )

@@ -347,7 +347,10 @@ LACKING = {
     "no coordinates": ({"coordinates": ()}, "expected coordinates and their units, velocities"),
     "a unit too few": ({"units": ("rad",)}, "expected coordinates and their units"),
     "degrees": ({"units": ("deg", "deg")}, "Mine.units: expected rad, m, 1, got 'deg'"),
-    "names without a dot": ({"coordinates": ("a", "b")}, "after a dot, as in '.roll', got 'a'"),
+    "names without a dot": (
+        {"coordinates": ("a", "b")},
+        "begin with a dot, as in '.roll', got 'a'",
+    ),
     "velocities that are no rates": (
         {"velocities": (".w",), "rates": ("rad/s",)},
         r"2 coordinates and 1 velocities need an integrate\(q, v, dt\)",

@@ -329,9 +329,9 @@ def robot_of(*links):
 @pytest.mark.parametrize(
     ("links", "words"),
     [
-        ([("a", "a")], "'a' hangs from itself, through 'a'"),
-        ([("a", "b"), ("b", "a")], "'a' hangs from itself, through 'b'"),
-        ([("ok", "base"), ("a", "c"), ("b", "a"), ("c", "b")], "'a' hangs from itself, through"),
+        ([("a", "a")], "'a' is its own ancestor, through 'a'"),
+        ([("a", "b"), ("b", "a")], "'a' is its own ancestor, through 'b'"),
+        ([("ok", "base"), ("a", "c"), ("b", "a"), ("c", "b")], "'a' is its own ancestor, through"),
         ([("a", "bas")], "'a' stands on 'bas', and there is no such frame; did you mean 'base'?"),
         ([("a", "bas")], "frames: world, base, a"),
         ([("a", "base"), ("a", "base")], "two frames are called 'a'"),
@@ -369,7 +369,7 @@ def test_only_the_base_has_no_parent():
     ids=["moves", "hangs"],
 )
 def test_the_base_neither_moves_nor_hangs_from_anything(base):
-    with pytest.raises(rs.errors.InputError, match="it hangs from nothing and does not move"):
+    with pytest.raises(rs.errors.InputError, match="it has no parent and does not move"):
         rs.Robot("odd", [base, rs.joints.Link("a", "base", rs.joints.Joint("revolute"))])
 
 

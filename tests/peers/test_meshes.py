@@ -123,7 +123,7 @@ WRONG = {
     "bomb.dae": (BOMB, "a DOCTYPE"),
     "coded.dae": (b'<?xml version="1.0" encoding="utf-7"?><COLLADA/>', "an encoding"),
     "empty.obj": (b"v 0 0 0\n", "no triangles|not readable"),
-    "beyond.obj": (b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n", "not readable|does not have"),
+    "beyond.obj": (b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n", "not readable|do not exist"),
     "huge.obj": (b"v 0 0 0\nv 1e30 0 0\nv 0 1 0\nf 1 2 3\n", "not finite, or beyond"),
     "nan.stl": (nan_mesh(), "not finite"),
     "text.txt": (b"v 0 0 0\n", "no format of .stl"),

@@ -1,1 +1,1 @@
-"""Poses, primitives, curves and inertias."""
+"""Poses, primitive solids, curves and inertias."""

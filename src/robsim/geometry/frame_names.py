@@ -1,4 +1,4 @@
-"""The names (a, b) of the frames of a pose T_a_b."""
+"""Names (a, b) of the frames of a pose T_a_b."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ FrameNames = tuple[str, str]
 
 
 def check_frame_names(frames: Any) -> FrameNames | None:
-    """Return two names as a tuple, or None for None; raise FrameError for anything else."""
-    named = isinstance(frames, tuple | list) and [type(f) for f in frames] == [str, str]
-    if frames is not None and not named:
+    """Return two names as a tuple, or None for None; raise FrameError for any other value."""
+    is_pair = isinstance(frames, tuple | list) and [type(f) for f in frames] == [str, str]
+    if frames is not None and not is_pair:
         raise FrameError(f"frames are two names (a, b) for the pose of b in a, got {frames!r}")
-    return (frames[0], frames[1]) if named else None
+    return (frames[0], frames[1]) if is_pair else None
 
 
 def join_frame_names(left: FrameNames | None, right: FrameNames | None) -> FrameNames | None:
-    """Return the names of T_a_b @ T_b_c; raise FrameError if the inner ones differ."""
+    """Return the names of T_a_b @ T_b_c; raise FrameError if the inner names differ."""
     if left is None or right is None:
         return None
     if left[1] != right[0]:

@@ -1,4 +1,4 @@
-"""The convex hull of a solid, with the directions along which it can be apart from another."""
+"""Convex hull of a solid, with the normals and edge directions of the separating-axis test."""
 
 from __future__ import annotations
 
@@ -11,27 +11,40 @@ from robsim.geometry.pose import Pose
 
 
 class Hull(NamedTuple):
-    """A convex polytope, and all within `beyond` metres of it; lengths in metres.
+    """Convex polytope, or all points within the distance `beyond` of a polytope.
 
-    Parallel faces and parallel edges are listed once. `core` is half of the segment through the
-    centre that the hull of something long and round is, and zero for others.
+    Parallel faces and parallel edges are listed once.
+
+    Attributes
+    ----------
+    points : ndarray of shape (V, 3)
+        Corners of the polytope, in metres.
+    normals : ndarray of shape (F, 3)
+        Normals of the faces, of any length. `at` makes them unit vectors.
+    edges : ndarray of shape (E, 3)
+        Directions of the edges, of any length. `at` makes them unit vectors.
+    beyond : float, default 0
+        Distance from the polytope to the surface, in metres: the radius of a ball.
+    core : ndarray of shape (3,)
+        Half of the axis of a long round hull such as a capsule, from the centre, in metres. Zero
+        for other hulls.
     """
 
-    points: Array  # (V, 3)
-    normals: Array  # (F, 3) of its faces; of any length, and unit once moved
-    edges: Array  # (E, 3) along its edges, likewise
-    beyond: float = 0.0  # from the polytope to the surface: the radius of a ball
-    core: Array = np.zeros(3)  # (3,)
+    points: Array
+    normals: Array
+    edges: Array
+    beyond: float = 0.0
+    core: Array = np.zeros(3)
 
     @property
     def centre(self) -> Array:
-        """The middle (3,) of the box around its points."""
+        """Centre (3,) of the bounding box of the points, in metres."""
         centre: Array = 0.5 * (self.points.min(axis=0) + self.points.max(axis=0))
         return centre
 
     @property
     def radius(self) -> float:
-        """The radius of a ball around the centre that holds it."""
+        """Radius of a ball around the centre that contains the hull, in metres."""
         return float(np.sqrt(((self.points - self.centre) ** 2).sum(axis=-1)).max()) + self.beyond
 
     def at(self, pose: Pose) -> Self:
@@ -47,5 +60,6 @@ class Hull(NamedTuple):
 
 
 def _normalize_vectors(vectors: Array) -> Array:
+    """Return the vectors (N, 3) divided by their lengths."""
     units: Array = vectors / np.sqrt((vectors * vectors).sum(axis=-1))[:, None]
     return units

@@ -1,4 +1,4 @@
-"""The inertia of a rigid body: its mass, centre of mass and inertia tensor."""
+"""Inertia of a rigid body: mass, centre of mass and inertia tensor."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from robsim.declare import Quantity, Role, Vector
 from robsim.declare.spec import Context
 from robsim.geometry.pose import check_single_pose
 
-MOMENT_SLACK = 1e-9  # fraction of the trace by which rounding may break the triangle inequality
+MOMENT_SLACK = 1e-9  # relative tolerance of the symmetry and of the inequalities of the moments
 
 
 MOMENTS = Vector("inertia")
@@ -23,7 +23,7 @@ MOMENTS = Vector("inertia")
 
 @dataclass(frozen=True)
 class InertiaTable:
-    """The text form of an inertia: mass, centre, moments and products of the tensor."""
+    """Text form of an inertia: mass, centre, and moments and products of the tensor."""
 
     mass: Annotated[float, Quantity(above=0, dimension="mass"), Role.FILE, "Mass of the body."]
     moments: Annotated[Any, MOMENTS, Role.FILE, "Moments ixx, iyy, izz about the centre of mass."]
@@ -51,13 +51,28 @@ _PRODUCTS = (0, 1), (0, 2), (1, 2)
 
 @dataclass(frozen=True, eq=False)
 class Inertia(Value):
-    """The mass (kg), centre of mass (3,) in metres, and inertia tensor (3, 3) in kg m^2.
+    """Mass, centre of mass and inertia tensor of a rigid body.
 
-    The tensor is taken about the centre of mass, in the axes of the frame that the centre is
-    given in: the diagonal of a ball of radius r is 2/5 m r^2. InputError: what no body can have,
-    a tensor that is not symmetric, not positive, or with a principal moment above the sum of the
-    other two.
+    Inertias in one frame are added by `+`, as for bodies that are joined rigidly.
 
+    Parameters
+    ----------
+    mass : float
+        Mass in kg, above 0.
+    centre : array_like of shape (3,), default (0, 0, 0)
+        Centre of mass in metres, in the frame of the body.
+    tensor : array_like of shape (3, 3)
+        Inertia tensor about the centre of mass, in the axes of the frame of the body, in kg m^2.
+        The diagonal of a ball of radius r is 2/5 m r^2.
+
+    Raises
+    ------
+    InputError
+        If no rigid body has this inertia: the mass is not positive, or the tensor is not symmetric,
+        has a negative principal moment, or has one above the sum of the other two.
+
+    Examples
+    --------
     >>> ball = Inertia(2.0, tensor=0.8 * np.eye(3))
     >>> (ball + ball).tensor.diagonal()
     array([1.6, 1.6, 1.6])
@@ -79,38 +94,50 @@ class Inertia(Value):
         put(self, "tensor", make_read_only((tensor + tensor.T) / 2))
 
     def __add__(self, other: Inertia) -> Inertia:
-        """Return the inertia of two bodies in the same frame that are joined rigidly.
+        """Return the inertia of two rigidly joined bodies, both given in the same frame.
 
-        Each tensor is taken about the common centre.
-
-        Parallel axes (Goldstein, Classical Mechanics, section 5.3): about a point r away a tensor
-        grows by m (r'r 1 - r r').
+        Both tensors are moved to the common centre of mass by the parallel axis theorem,
+        I_P = I_C + m (r'r 1 - r r'), for a point P at r from the centre C (Goldstein, Classical
+        Mechanics, section 5.3).
         """
         if not isinstance(other, Inertia):
             return NotImplemented
         mass = self.mass + other.mass
         centre = (self.mass * self.centre + other.mass * other.centre) / mass
-        return Inertia(mass, centre, self._about(centre) + other._about(centre))
+        return Inertia(mass, centre, self._tensor_about(centre) + other._tensor_about(centre))
 
     def at(self, pose: Any) -> Inertia:
         """Return a copy that is moved rigidly by `pose`.
 
+        Parameters
+        ----------
+        pose : Pose or array_like of shape (4, 4)
+            Pose of the frame of the inertia in the frame of the result.
+
+        Returns
+        -------
+        Inertia
+            The same body, with centre and tensor in the new frame.
+
+        Examples
+        --------
         >>> from robsim.geometry.pose import Pose
         >>> Inertia(1, (1, 0, 0), np.eye(3)).at(Pose.at(0, 2, 0)).centre
         array([1., 2., 0.])
         """
-        moved = check_single_pose(pose, "pose to move an inertia by")
-        R = moved.rotation
-        return Inertia(self.mass, moved @ self.centre, R @ self.tensor @ R.T)
+        transform = check_single_pose(pose, "pose to move an inertia by")
+        R = transform.rotation
+        return Inertia(self.mass, transform @ self.centre, R @ self.tensor @ R.T)
 
-    def _about(self, point: Array) -> Array:
+    def _tensor_about(self, point: Array) -> Array:
         """Return the tensor about another point."""
         r = self.centre - point
-        grown: Array = self.tensor + self.mass * (r @ r * np.eye(3) - np.outer(r, r))
-        return grown
+        tensor: Array = self.tensor + self.mass * (r @ r * np.eye(3) - np.outer(r, r))
+        return tensor
 
 
 def _read_fixed_array(value: ArrayLike, what: str, shape: tuple[int, ...]) -> Array:
+    """Return an array of exactly this shape, or raise an InputError that names `what`."""
     array = as_floats(value, what, shape)
     if array.shape != shape:
         raise InputError(f"{what}: expected shape {shape}, got {array.shape}")

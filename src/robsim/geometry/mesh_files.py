@@ -1,7 +1,7 @@
-"""Mesh files as surfaces to draw, read by trimesh: the extra `mesh`.
+"""Mesh files as surfaces for figures, read by trimesh (the extra `mesh`).
 
-A mesh file is untrusted data: its size is looked at before it is read, no other file that it names
-is opened, and what is wrong with it is told in one line.
+A mesh file is untrusted data. Its size is checked before it is read, no other file that it names is
+opened, and every error is reported in one line.
 """
 
 from __future__ import annotations
@@ -22,34 +22,38 @@ from robsim.base.errors import FileError, format_value
 SUFFIXES = (".stl", ".obj", ".dae", ".glb")
 LARGEST_FILE = 50_000_000  # bytes
 MOST_TRIANGLES = 1_000_000  # in a file
-DRAWN_TRIANGLES = 3000  # triangles of a mesh that is drawn, about
+DRAWN_TRIANGLES = 3000  # approximate number of triangles in figures
 AGGRESSIVENESS = (
     2.0,
     5.0,
     7.0,
     7.0,
-)  # of passes, until there are few enough: the first keeps the form best
+)  # aggressiveness of each simplification pass; low keeps the form best
 MOST_COLORS = 8
 LARGEST_COORDINATE = 1e6  # metres
-SHARP_ANGLE = np.radians(30)  # angle between triangles from which an edge is drawn
-ENCODINGS = "utf-8", "us-ascii", "ascii", "iso-8859-1"  # that a COLLADA file may declare
+SHARP_ANGLE = np.radians(30)  # smallest angle between the triangles of an edge that is drawn
+ENCODINGS = "utf-8", "us-ascii", "ascii", "iso-8859-1"  # permitted encodings of COLLADA files
 _ENCODING = re.compile(rb"encoding\s*=\s*[\"']([ -~]*?)[\"']")
-CACHED_MESHES = 128  # files in memory, at most
+CACHED_MESHES = 128  # largest number of meshes in memory
 
 
 class ColoredMesh(NamedTuple):
-    """Triangles of one colour, with the edges where they bend."""
+    """Triangles of one colour, with the sharp edges between them."""
 
     points: Array  # (P, 3), metres
-    triangles: Any  # (F, 3) numbers of points
-    sharp: Any  # (E, 2)
-    color: str | None  # "#rrggbb" if the file gives one
+    triangles: Any  # (F, 3) indices of points
+    sharp: Any  # (E, 2) indices of points
+    color: str | None  # "#rrggbb", or None if the file has no colour
 
 
 def load_mesh(path: Path) -> tuple[ColoredMesh, ...]:
-    """Return a mesh file as few triangles as show its form, by colour.
+    """Return the simplified triangles of a mesh file, grouped by colour.
 
-    FileError: it cannot be read, is too large, or is not a mesh; or the extra is not installed.
+    Raises
+    ------
+    FileError
+        If the file cannot be read, is too large, or is not a mesh, or if the extra is not
+        installed.
     """
     try:
         stat = path.stat()
@@ -59,15 +63,18 @@ def load_mesh(path: Path) -> tuple[ColoredMesh, ...]:
         raise FileError(f"no format of {', '.join(SUFFIXES)}")
     if stat.st_size > LARGEST_FILE:
         raise FileError(f"larger than {LARGEST_FILE // 1_000_000} MB")
-    found = _parse_mesh_file(path, stat.st_mtime_ns, stat.st_size)
-    if isinstance(found, str):
-        raise FileError(found)
-    return found
+    result = _parse_mesh_file(path, stat.st_mtime_ns, stat.st_size)
+    if isinstance(result, str):
+        raise FileError(result)
+    return result
 
 
 @lru_cache(CACHED_MESHES)
 def _parse_mesh_file(path: Path, changed: int, size: int) -> tuple[ColoredMesh, ...] | str:
-    """Return the pieces of a file as it was when it changed, or what is wrong with it."""
+    """Return the coloured parts of a file, or an error message.
+
+    The arguments `changed` and `size` make the cache notice a new version of the file.
+    """
     try:
         import fast_simplification
         import trimesh
@@ -88,42 +95,45 @@ def _parse_mesh_file(path: Path, changed: int, size: int) -> tuple[ColoredMesh, 
             )
     except FileError as error:
         return str(error)
-    except Exception as error:  # noqa: BLE001  # whatever a library makes of a wrong file
+    except Exception as error:  # noqa: BLE001  # a library may raise anything for a wrong file
         return f"not readable: {type(error).__name__}: {format_value(str(error))}"
 
 
 def _check_collada_text(path: Path, data: bytes) -> None:
-    """Raise FileError for XML that defines entities, which could name files or multiply."""
+    """Raise FileError for XML with entity definitions, which could name files or multiply."""
     if path.suffix.lower() != ".dae":
         return
     encoding = _ENCODING.search(data[:200])
-    known = encoding is None or encoding[1].decode().lower() in ENCODINGS
-    if not known or b"\0" in data[:64] or b"<!DOCTYPE" in data or b"<!ENTITY" in data:
+    is_permitted = encoding is None or encoding[1].decode().lower() in ENCODINGS
+    if not is_permitted or b"\0" in data[:64] or b"<!DOCTYPE" in data or b"<!ENTITY" in data:
         raise FileError("not readable: a DOCTYPE, or an encoding that is not allowed")
 
 
 def _read_scene_meshes(
     trimesh: Any, path: Path, data: bytes
 ) -> list[tuple[Array, Any, str | None]]:
-    """Return points in metres, triangles and colour of each geometry, where its file places it."""
+    """Return points in metres, triangles and colour of each geometry, in the frame of the scene."""
     kind = path.suffix.lower()[1:]
     scene = trimesh.load_scene(io.BytesIO(data), file_type=kind, process=False)
     graph, shapes = scene.graph, scene.geometry
     nodes = [(name, *graph[name]) for name in graph.nodes_geometry]
-    solid = [(T, shapes[key]) for _, T, key in nodes if hasattr(shapes[key], "faces")]
-    if sum(len(each.faces) for _, each in solid) > MOST_TRIANGLES:
+    meshes = [(T, shapes[key]) for _, T, key in nodes if hasattr(shapes[key], "faces")]
+    if sum(len(each.faces) for _, each in meshes) > MOST_TRIANGLES:
         raise FileError(f"more than {MOST_TRIANGLES} triangles")
-    found = [_place_scene_mesh(each, T, kind) for T, each in solid]
-    if not any(len(triangles) for _, triangles, _ in found):
+    placed = [_place_scene_mesh(each, T, kind) for T, each in meshes]
+    if not any(len(triangles) for _, triangles, _ in placed):
         raise FileError("no triangles")
-    return [each for each in found if len(each[1])]
+    return [each for each in placed if len(each[1])]
 
 
 def _place_scene_mesh(mesh: Any, T: Array, kind: str) -> tuple[Array, Any, str | None]:
-    """Return what a mesh has, in the axes of its file; FileError: numbers that make no sense."""
+    """Return points in metres, triangles and colour of a mesh at its pose T in the scene.
+
+    Raise FileError if indices or coordinates are not valid.
+    """
     points, triangles = np.asarray(mesh.vertices, dtype=float), np.asarray(mesh.faces)
     if len(triangles) and not 0 <= triangles.min() <= triangles.max() < len(points):
-        raise FileError("triangles of points that it does not have")
+        raise FileError("triangles refer to points that do not exist")
     placed = (points @ T[:3, :3].T + T[:3, 3]) * _find_length_unit(mesh, kind)
     if not (np.abs(placed) <= LARGEST_COORDINATE).all():
         raise FileError(f"points that are not finite, or beyond {LARGEST_COORDINATE:g} m")
@@ -131,13 +141,13 @@ def _place_scene_mesh(mesh: Any, T: Array, kind: str) -> tuple[Array, Any, str |
 
 
 def _find_length_unit(mesh: Any, kind: str) -> float:
-    """Return the metres of a unit of length, which only COLLADA files tell."""
-    told = str(mesh.metadata.get("units", "")) if kind == "dae" else ""
-    return float(told.partition(" * ")[0]) if " * meters" in told else 1.0
+    """Return the length of the file's unit in metres, which only COLLADA files define."""
+    units = str(mesh.metadata.get("units", "")) if kind == "dae" else ""
+    return float(units.partition(" * ")[0]) if " * meters" in units else 1.0
 
 
 def _find_mesh_color(mesh: Any) -> str | None:
-    """Return the main colour of a mesh whose file gives it one."""
+    """Return the main colour of a mesh as "#rrggbb", or None if the file has none."""
     visual = mesh.visual
     if not visual.defined:
         return None
@@ -149,46 +159,52 @@ def _find_mesh_color(mesh: Any) -> str | None:
 def _group_by_color(
     parts: Iterable[tuple[Array, Any, str | None]],
 ) -> list[tuple[Array, Any, str | None]]:
-    """Return the parts with those of one colour joined; of many colours, all are joined."""
+    """Return the parts merged by colour; further colours beyond the limit join the first group."""
     groups: dict[str | None, list[tuple[Array, Any]]] = {}
     for points, triangles, color in parts:
-        rare = len(groups) >= MOST_COLORS and color not in groups
-        groups.setdefault(next(iter(groups)) if rare else color, []).append((points, triangles))
+        is_excess = len(groups) >= MOST_COLORS and color not in groups
+        groups.setdefault(next(iter(groups)) if is_excess else color, []).append(
+            (points, triangles)
+        )
     return [(*_merge_meshes(group), color) for color, group in groups.items()]
 
 
 def _merge_meshes(parts: list[tuple[Array, Any]]) -> tuple[Array, Any]:
-    """Return the points, each once, and the triangles of several parts."""
+    """Return the distinct points and the triangles of several parts, without flat triangles."""
     starts = np.cumsum([0, *(len(points) for points, _ in parts[:-1])])
     triangles = np.concatenate([t + s for (_, t), s in zip(parts, starts, strict=True)])
     corners = np.concatenate([points for points, _ in parts])
     order = np.lexsort(corners.T)
     ranked = corners[order]
-    new = np.r_[True, (ranked[1:] != ranked[:-1]).any(axis=1)]
-    number = np.empty(len(corners), dtype=np.int64)
-    number[order] = np.cumsum(new) - 1
-    points, found = ranked[new], number[triangles]
-    flat = (found == np.roll(found, 1, axis=1)).any(axis=1)
-    return points, found[~flat]
+    is_first = np.r_[True, (ranked[1:] != ranked[:-1]).any(axis=1)]
+    index = np.empty(len(corners), dtype=np.int64)
+    index[order] = np.cumsum(is_first) - 1
+    points, merged = ranked[is_first], index[triangles]
+    is_degenerate = (merged == np.roll(merged, 1, axis=1)).any(axis=1)
+    return points, merged[~is_degenerate]
 
 
 def _simplify_mesh(library: Any, points: Array, triangles: Any, share: float) -> tuple[Array, Any]:
-    """Return a surface of a share of the triangles, and at least a few."""
+    """Return the surface simplified to about this share of its triangles, but at least 40."""
     target = max(round(share * len(triangles)), 40)
-    for haste in AGGRESSIVENESS:
+    for aggressiveness in AGGRESSIVENESS:
         if len(triangles) <= 1.1 * target:
             break
-        fewer, faces = library.simplify(
-            points.astype(np.float32), triangles.astype(np.int32), target_count=target, agg=haste
+        vertices, faces = library.simplify(
+            points.astype(np.float32),
+            triangles.astype(np.int32),
+            target_count=target,
+            agg=aggressiveness,
         )
-        if len(faces) and np.isfinite(fewer).all():
-            points, triangles = fewer.astype(float), faces
+        if len(faces) and np.isfinite(vertices).all():
+            points, triangles = vertices.astype(float), faces
     return points, triangles
 
 
 def _make_colored_mesh(
     trimesh: Any, points: Array, triangles: Any, color: str | None
 ) -> ColoredMesh:
+    """Return the triangles of one colour with their sharp edges."""
     mesh = trimesh.Trimesh(points, triangles, process=False)
-    bent = mesh.face_adjacency_edges[mesh.face_adjacency_angles > SHARP_ANGLE]
-    return ColoredMesh(points, triangles, np.sort(bent, axis=1).reshape(-1, 2), color)
+    sharp = mesh.face_adjacency_edges[mesh.face_adjacency_angles > SHARP_ANGLE]
+    return ColoredMesh(points, triangles, np.sort(sharp, axis=1).reshape(-1, 2), color)

@@ -1,4 +1,4 @@
-"""Where the mesh that a model's file names lies on disk, if it may lie there."""
+"""Lookup of the mesh file that a model file names, within the folders that it may refer to."""
 
 from __future__ import annotations
 
@@ -13,30 +13,33 @@ SEARCH_PATH = "ROS_PACKAGE_PATH"  # the variable that lists folders of packages
 
 
 def find_mesh_file(name: str, folder: Path) -> Path:
-    """Return the path of a mesh that a model's file in `folder` names, links of the disk followed.
+    """Return the resolved path of a mesh that a model file in `folder` names.
 
-    "package://arm/elbow.stl" lies in the folder "arm": one that contains `folder`, stands beside
-    one that does, or is on the ROS_PACKAGE_PATH. Other names, with or without "file://", are
-    relative to `folder` or absolute. A file outside of its package, and without a package outside
-    of the parent of `folder`, is not looked at.
+    "package://arm/elbow.stl" refers to the folder "arm", which is an ancestor of `folder`, a
+    sibling of such an ancestor, or in a folder of ROS_PACKAGE_PATH. Other names, with or without
+    "file://", are absolute or relative to `folder`. The file must be inside its package, or inside
+    the parent of `folder` if it names no package. Symbolic links are followed.
 
-    FileError: there is none, or it lies elsewhere.
+    Raises
+    ------
+    FileError
+        If no such file exists, or the file is outside of the permitted folder.
     """
     try:
-        tried = [_resolve_inside(root, path) for root, path in _list_mesh_candidates(name, folder)]
-    except (OSError, ValueError, RuntimeError):  # names that the disk does not take; loops of links
-        tried = []
-    found = [path for path in tried if path is not None and path.is_file()]
-    if found:
-        return found[0]
-    raise FileError("outside of its package" if tried and None in tried else "not found")
+        paths = [_resolve_inside(root, path) for root, path in _list_mesh_candidates(name, folder)]
+    except (OSError, ValueError, RuntimeError):  # invalid file names; loops of symbolic links
+        paths = []
+    files = [path for path in paths if path is not None and path.is_file()]
+    if files:
+        return files[0]
+    raise FileError("outside of its package" if paths and None in paths else "not found")
 
 
 def _list_mesh_candidates(name: str, folder: Path) -> Iterator[tuple[Path, Path]]:
-    """Yield folders that may hold the file, each with where it would be."""
+    """Yield pairs of a permitted folder and the path that the file would have in it."""
     if not name.startswith(PACKAGE_SCHEME):
-        plain = name.removeprefix(FILE_SCHEME)
-        yield folder.parent, folder / plain
+        relative = name.removeprefix(FILE_SCHEME)
+        yield folder.parent, folder / relative
         return
     package, _, rest = name.removeprefix(PACKAGE_SCHEME).lstrip("/").partition("/")
     for root in _find_package_folders(package, folder):
@@ -44,16 +47,16 @@ def _list_mesh_candidates(name: str, folder: Path) -> Iterator[tuple[Path, Path]
 
 
 def _find_package_folders(package: str, folder: Path) -> Iterator[Path]:
-    """Yield the folders of that name: upwards from `folder`, then on the search path."""
-    listed = [Path(part) for part in os.environ.get(SEARCH_PATH, "").split(os.pathsep) if part]
-    for above in (folder, *folder.parents, *listed):
-        if above.name == package:
-            yield above
-        if (above / package).is_dir():
-            yield above / package
+    """Yield the folders named `package`, first at or above `folder`, then on the search path."""
+    search_path = [Path(part) for part in os.environ.get(SEARCH_PATH, "").split(os.pathsep) if part]
+    for parent in (folder, *folder.parents, *search_path):
+        if parent.name == package:
+            yield parent
+        if (parent / package).is_dir():
+            yield parent / package
 
 
 def _resolve_inside(root: Path, path: Path) -> Path | None:
-    """Return the path with its links followed, or None if that leads out of the folder."""
+    """Return the resolved path, or None if it is outside of the folder `root`."""
     real = path.resolve()
     return real if real.is_relative_to(root.resolve()) else None

@@ -17,11 +17,38 @@ from robsim.kernels.formulas import se3
 
 
 class Pose:
-    """The pose of frame b in frame a, T_a_b with p_a = T_a_b @ p_b, or a batch of such poses.
+    """Pose of a frame b in a frame a, or a batch of such poses.
 
-    `matrix` is (..., 4, 4), read-only. Frame names are optional; where both poses of a product
-    carry them they must meet: (a, b) @ (b, c).
+    The rigid transform T_a_b maps the coordinates of a point in b to its coordinates in a,
 
+        p_a = T_a_b @ p_b,
+
+    and poses compose by the product T_a_c = T_a_b @ T_b_c. A pose is immutable. The frame names are
+    optional. If both factors of a product have names, the inner names must agree: (a, b) @ (b, c).
+
+    Parameters
+    ----------
+    matrix : array_like of shape (..., 4, 4), Pose, scipy RigidTransform or spatialmath SE3
+        Homogeneous matrix with the position in metres. Leading dimensions make a batch of poses.
+    frames : tuple of two str, optional
+        Names (a, b) of the two frames.
+
+    Attributes
+    ----------
+    matrix : ndarray of shape (..., 4, 4)
+        Homogeneous matrix, read-only.
+    frames : tuple of two str, or None
+        Names (a, b) of the two frames.
+
+    Raises
+    ------
+    InputError
+        If a matrix is not a rigid transform, to 1e-6 in R'R.
+    FrameError
+        If `frames` is not a pair of names.
+
+    Examples
+    --------
     >>> T_w_b = Pose.at(1, 0, 0, rpy=(0, 0, np.pi / 2), frames=("world", "base"))
     >>> np.round(T_w_b @ [1, 0, 0], 12) + 0.0
     array([1., 1., 0.])
@@ -52,12 +79,39 @@ class Pose:
         rotvec: ArrayLike | None = None,
         frames: tuple[str, str] | None = None,
     ) -> Pose:
-        """Return a pose by position (metres) and roll, pitch, yaw (radians) as in URDF.
+        """Return a pose by its position and by roll, pitch and yaw, as in URDF.
 
-        The rotation is R = Rz(yaw) Ry(pitch) Rx(roll), or that of a rotation vector theta u
-        (radians) where `rotvec` is given. UnitWarning for what looks like degrees. Positions
-        (...) and rotations (..., 3) with leading dimensions give a batch of poses.
+        The rotation is R = Rz(yaw) Ry(pitch) Rx(roll), or R = exp([rotvec]) if `rotvec` is given.
+        Positions (...) and rotations (..., 3) with leading dimensions give a batch of poses.
 
+        Parameters
+        ----------
+        x, y, z : array_like of shape (...), default 0
+            Position of the origin, in metres.
+        rpy : array_like of shape (..., 3), default (0, 0, 0)
+            Roll, pitch and yaw, in radians.
+        rotvec : array_like of shape (..., 3), optional
+            Rotation vector, the unit axis times the angle in radians. It replaces `rpy`.
+        frames : tuple of two str, optional
+            Names (a, b) of the two frames.
+
+        Returns
+        -------
+        Pose
+            The pose, or a batch of poses.
+
+        Raises
+        ------
+        InputError
+            If both `rpy` and `rotvec` are given, or if the batches have unequal shapes.
+
+        Warns
+        -----
+        UnitWarning
+            If an angle looks like degrees.
+
+        Examples
+        --------
         >>> Pose.at(0, 0, 1, rotvec=(0, 0, np.pi)).matrix[:3, 3]
         array([0., 0., 1.])
         """
@@ -84,10 +138,28 @@ class Pose:
 
     @classmethod
     def exp(cls, twist: ArrayLike) -> Pose:
-        """Return the motion of a twist (..., 6) = (v, omega) that is held for one unit of time.
+        """Return the motion of a constant twist over one unit of time.
 
-        InputError: a twist so large that its motion cannot be told, from about 1e154 on.
+        This is the exponential map of SE(3).
 
+        Parameters
+        ----------
+        twist : array_like of shape (..., 6)
+            Twist (v, omega): velocity of the origin and angular velocity, in axes of the moving
+            frame.
+
+        Returns
+        -------
+        Pose
+            Pose of the frame after the motion, in the frame before it.
+
+        Raises
+        ------
+        InputError
+            If the twist is so large that the motion is not finite, from about 1e154 on.
+
+        Examples
+        --------
         >>> Pose.exp([1, 0, 0, 0, 0, 0]).position
         array([1., 0., 0.])
         """
@@ -95,8 +167,27 @@ class Pose:
 
     @classmethod
     def from_quaternion(cls, position: ArrayLike, quaternion: ArrayLike) -> Pose:
-        """Return a pose by position (..., 3) and unit quaternion (..., 4) = (x, y, z, w).
+        """Return a pose by its position and a unit quaternion.
 
+        Parameters
+        ----------
+        position : array_like of shape (..., 3)
+            Position of the origin, in metres.
+        quaternion : array_like of shape (..., 4)
+            Unit quaternion (x, y, z, w), scalar last.
+
+        Returns
+        -------
+        Pose
+            The pose, or a batch of poses.
+
+        Raises
+        ------
+        InputError
+            If the norm of a quaternion differs from 1 by more than 1e-6.
+
+        Examples
+        --------
         >>> Pose.from_quaternion([0, 0, 1], [0, 0, 0, 1]).position
         array([0., 0., 1.])
         """
@@ -113,17 +204,17 @@ class Pose:
 
     @property
     def position(self) -> Array:
-        """The position (..., 3) of the origin, in metres."""
+        """Position (..., 3) of the origin, in metres."""
         return self.matrix[..., :3, 3]
 
     @property
     def rotation(self) -> Array:
-        """The rotation matrix (..., 3, 3)."""
+        """Rotation matrix (..., 3, 3)."""
         return self.matrix[..., :3, :3]
 
     @property
     def quaternion(self) -> Array:
-        """The unit quaternion (..., 4) = (x, y, z, w) with w >= 0."""
+        """Unit quaternion (..., 4) = (x, y, z, w) with w >= 0."""
         T = move_runs_last(self.matrix[..., :3, :], 2)
         out = np.empty((4, T.shape[-1]))
         se3.rotation_to_quaternion(T, out)
@@ -131,7 +222,7 @@ class Pose:
 
     @property
     def rotvec(self) -> Array:
-        """The rotation vector theta u (..., 3) in radians, with theta in [0, pi]."""
+        """Rotation vector theta u (..., 3) in radians, with theta in [0, pi]."""
         quaternion = move_runs_last(self.quaternion, 1)
         out = np.empty((3, quaternion.shape[-1]))
         se3.rotation_vector(quaternion, out)
@@ -143,7 +234,24 @@ class Pose:
         return np.array(rotation_to_rpy(self.rotation))
 
     def revised(self, **changes: Any) -> Pose:
-        """Return a copy with another position, rotation, rpy or rotvec, of one pose or of more."""
+        """Return a copy with another position, rotation, rpy or rotvec.
+
+        Parameters
+        ----------
+        **changes : array_like
+            New values of `position` (..., 3) in metres, and of `rotation` (..., 3, 3), `rpy` (...,
+            3) or `rotvec` (..., 3) in radians. Leading dimensions give a batch of poses.
+
+        Returns
+        -------
+        Pose
+            The pose, without frame names.
+
+        Examples
+        --------
+        >>> Pose.at(1, 2, 3).revised(position=(0, 0, 1)).position
+        array([0., 0., 1.])
+        """
         if changes.keys() & {"rpy", "rotvec"}:
             return Pose.at(*np.moveaxis(self.position, -1, 0), **changes)
         position = np.asarray(changes.get("position", self.position), dtype=float)
@@ -156,17 +264,19 @@ class Pose:
         return Pose(T)
 
     def held(self, **changes: Any) -> Pose:
-        """Return poses with numbers (..., runs) that differ from run to run."""
+        """Return a batch of poses from values (..., runs), which have the run as last axis."""
         return self.revised(**{name: np.moveaxis(x, -1, 0) for name, x in changes.items()})
 
     @property
     def q(self) -> Array:
-        """The coordinates (..., 7) of a floating joint: position and quaternion (x, y, z, w)."""
+        """Coordinates (..., 7) of a floating joint: position and quaternion (x, y, z, w)."""
         return np.concatenate([self.position, self.quaternion], axis=-1)
 
     def inv(self) -> Pose:
-        """Return the inverse pose: T_b_a of T_a_b.
+        """Return the inverse pose, T_b_a of T_a_b.
 
+        Examples
+        --------
         >>> Pose.at(1, 2, 3).inv().position
         array([-1., -2., -3.])
         """
@@ -181,7 +291,26 @@ class Pose:
     @overload
     def __matmul__(self, other: Any) -> Any: ...
     def __matmul__(self, other: Any) -> Any:
-        """Return T_a_b @ T_b_c as a Pose, or the points T_a_b @ p_b (..., N, 3) or (3,) in a."""
+        """Return the product T_a_b @ T_b_c as a Pose, or points in frame a.
+
+        Parameters
+        ----------
+        other : Pose, array_like, or an object with a method `at`
+            A pose or its 4 x 4 matrix, points (3,) or (..., N, 3) in frame b in metres, or a
+            primitive or robot, which is moved by the pose.
+
+        Returns
+        -------
+        Pose, ndarray or the type of `other`
+            The composed pose, the points (3,) or (..., N, 3) in frame a, or the moved object.
+
+        Raises
+        ------
+        FrameError
+            If both poses have frame names and the inner names differ.
+        InputError
+            If the batches have unequal shapes, or the product is not finite.
+        """
         if hasattr(other, "at") and not isinstance(other, Pose):
             return other.at(self)  # a primitive, a robot
         if isinstance(other, Pose) or is_pose_like(other):
@@ -189,7 +318,7 @@ class Pose:
             frames = join_frame_names(self.frames, right.frames)
             lead = self.matrix.shape[:-2], right.matrix.shape[:-2]
             broadcast_leading_shape(*lead, "poses that are joined")
-            with np.errstate(over="ignore", invalid="ignore"):  # which is told
+            with np.errstate(over="ignore", invalid="ignore"):  # overflow raises an error below
                 product = self.matrix @ right.matrix
             return _make_pose(_check_finite_pose(product, "product of poses"), frames)
         points = as_floats(other, "points", (3,))
@@ -244,7 +373,7 @@ class Pose:
 
 
 def _exponentiate_twists(V: Array, what: str) -> Pose:
-    """Return the motions of twists (..., 6); InputError names `what` if one is not finite."""
+    """Return the motions of twists (..., 6); raise an InputError that names `what` on overflow."""
     columns = move_runs_last(V, 1)
     T = np.empty((3, 4, columns.shape[-1]))
     se3.exp_se3(columns, T)
@@ -252,7 +381,7 @@ def _exponentiate_twists(V: Array, what: str) -> Pose:
 
 
 def _check_finite_pose(T: Array, what: str) -> Array:
-    """Return an array, or raise an InputError that names `what` if it overflowed."""
+    """Return an array, or raise an InputError that names `what` if an entry is not finite."""
     if not np.isfinite(T).all():
         raise InputError(f"{what}: too large, so that the pose is not finite")
     return T
@@ -260,21 +389,22 @@ def _check_finite_pose(T: Array, what: str) -> Array:
 
 def _stack_positions(x: ArrayLike, y: ArrayLike, z: ArrayLike) -> Array:
     """Return positions (..., 3) from numbers or batches of numbers."""
-    given: Any = (x, y, z)
-    if all(isinstance(each, int | float) for each in given):
-        return as_floats(given, "position", (3,))
-    each = [
-        as_floats(value, f"position {name}", ()) for name, value in zip("xyz", given, strict=True)
+    coordinates: Any = (x, y, z)
+    if all(isinstance(arrays, int | float) for arrays in coordinates):
+        return as_floats(coordinates, "position", (3,))
+    arrays = [
+        as_floats(value, f"position {name}", ())
+        for name, value in zip("xyz", coordinates, strict=True)
     ]
     try:
-        return np.stack(np.broadcast_arrays(*each), axis=-1)
+        return np.stack(np.broadcast_arrays(*arrays), axis=-1)
     except ValueError:
-        shapes = ", ".join(str(value.shape) for value in each)
+        shapes = ", ".join(str(value.shape) for value in arrays)
         raise InputError(f"position: batches of unequal shapes {shapes}") from None
 
 
 def broadcast_leading_shape(a: tuple[int, ...], b: tuple[int, ...], what: str) -> tuple[int, ...]:
-    """Return the leading shape of two batches, or raise an InputError that names them."""
+    """Return the leading shape of two batches; raise an InputError that names `what` on a clash."""
     if a == b:
         return a
     try:
@@ -289,7 +419,7 @@ def as_pose(value: Any) -> Pose:
 
 
 def check_single_pose(value: Any, what: str) -> Pose:
-    """Return a single pose, or raise an InputError that names `what`."""
+    """Return a single pose; raise an InputError that names `what` for any other value."""
     try:
         pose = as_pose(value)
     except InputError as error:
@@ -300,7 +430,7 @@ def check_single_pose(value: Any, what: str) -> Pose:
 
 
 def as_matrix(value: Any) -> Any:
-    """Return the matrix of a pose of this or of another library, or the value itself."""
+    """Return the matrix of a pose of RobSim, SciPy or spatialmath, or the value itself."""
     if isinstance(value, Pose):
         return value.matrix
     if hasattr(value, "as_matrix"):  # scipy.spatial.transform.RigidTransform
@@ -309,14 +439,14 @@ def as_matrix(value: Any) -> Any:
 
 
 def homogeneous_matrix(T: Array, lead: tuple[int, ...] = (-1,)) -> Array:
-    """Return matrices (3, 4, b) of the kernels as homogeneous ones (*lead, 4, 4)."""
+    """Return homogeneous matrices (*lead, 4, 4) from matrices (3, 4, b) of the kernels."""
     out = np.zeros((T.shape[-1], 4, 4))
     out[:, :3], out[:, 3, 3] = np.moveaxis(T, -1, 0), 1.0
     return out.reshape(*lead, 4, 4)
 
 
 def is_pose_like(value: Any) -> bool:
-    """Return whether this is a Pose, a (..., 4, 4) array, or a pose of another library."""
+    """Return whether a value is a Pose, a (..., 4, 4) array, or a pose of SciPy or spatialmath."""
     matrix = as_matrix(value)
     if matrix is not value:
         return True
@@ -327,7 +457,7 @@ def is_pose_like(value: Any) -> bool:
 
 
 def _make_pose(T: Array, frames: tuple[str, str] | None) -> Pose:
-    """Return a Pose with a matrix that is known to be rigid."""
+    """Return a Pose from a matrix that is rigid by construction, without a check."""
     pose = object.__new__(Pose)
     _set_pose_slots(pose, T, frames)
     return pose

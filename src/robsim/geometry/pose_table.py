@@ -1,4 +1,4 @@
-"""The text form of poses: a position and at most one of three rotations."""
+"""Text form of poses: a position and at most one of three rotations."""
 
 from __future__ import annotations
 
@@ -19,36 +19,34 @@ ROTATION_ROWS = ListOf(ListOf(Number(), 3, 3), 3, 3)
 
 @dataclass(frozen=True)
 class PoseTable:
-    """The text form of a pose; a rotation in a text is in at most one of three forms."""
+    """Text form of a pose: a position, and a rotation in at most one of three forms."""
 
     stands: ClassVar[Mapping[str, str]] = {
         key: key for key in ("position", "rpy", "rotvec", "rotation")
     }
     rivals: ClassVar[Any] = ((("rpy",), ("rotvec",), ("rotation",)),)
 
-    position: Annotated[Any, Vector("length"), PerRun((3,)), "Where the origin is."] = None
+    position: Annotated[Any, Vector("length"), PerRun((3,)), "Position of the origin."] = None
     rpy: Annotated[
         Any, Vector("angle"), PerRun((3,)), "Roll, pitch and yaw: R = Rz(yaw) Ry(pitch) Rx(roll)."
     ] = None
     rotvec: Annotated[
-        Any, Vector("angle"), PerRun((3,)), "The axis of the rotation times its angle."
+        Any, Vector("angle"), PerRun((3,)), "Rotation vector: the unit axis times the angle."
     ] = None
-    rotation: Annotated[Any, ROTATION_ROWS, PerRun((3, 3)), "The rotation matrix, row by row."] = (
-        None
-    )
+    rotation: Annotated[Any, ROTATION_ROWS, PerRun((3, 3)), "Rotation matrix, row by row."] = None
 
     @classmethod
     def of(cls, value: Pose, c: Context) -> PoseTable:
-        """Return the table that describes a pose, where it is not at the origin or turned."""
+        """Return the table of a pose; a position at the origin and no rotation are left out."""
         T = value.matrix
         if T.ndim > 2:
             raise NoTextError(f"a text holds one pose, not a batch of shape {T.shape[:-2]}")
         if c.facts.get("by_hand"):
             return cls(value.position, rotvec=value.rotvec)
-        whole = c.facts.get("changes")  # in which nothing goes without saying
-        moved = value.position.tobytes() != np.zeros(3).tobytes()  # bit for bit: -0.0 is not 0.0
-        position = value.position if moved or whole else None
-        if value.rotation.tobytes() == np.eye(3).tobytes() and not whole:
+        keeps_defaults = c.facts.get("changes")  # a list of changes states default values too
+        displaced = value.position.tobytes() != np.zeros(3).tobytes()  # by bits: -0.0 is not 0.0
+        position = value.position if displaced or keeps_defaults else None
+        if value.rotation.tobytes() == np.eye(3).tobytes() and not keeps_defaults:
             return cls(position)
         angles = find_exact_angles(value) if c.facts.get("short") else None
         key, numbers = angles or ("rotation", value.rotation.tolist())
@@ -71,7 +69,7 @@ class PoseTable:
 
 @dataclass(frozen=True)
 class PoseSpec(Table):
-    """The declaration of a pose: a table, or, if `flat`, keys in the table that surrounds it."""
+    """Declaration of a pose: a table, or keys of the surrounding table if `flat`."""
 
     kind: type[Any] = Pose
     says: type[Any] | None = PoseTable

@@ -1,4 +1,4 @@
-"""Rotation matrices about an axis, and the check of rigid transforms."""
+"""Rotation matrices, random quaternions, and the check of rigid transforms."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ ROTATION_TOLERANCE = 1e-6
 
 
 def axis_rotation(axis: str, angle: Any) -> Array:
-    """Return the rotation matrices (..., 3, 3) by angles (...) about the x, y or z axis."""
+    """Return the rotation matrices (..., 3, 3) by angles (...) in rad about the x, y or z axis."""
     c, s, i = np.cos(angle), np.sin(angle), "xyz".index(axis)
     u, w = (i + 1) % 3, (i + 2) % 3
     R = np.zeros((*np.shape(angle), 3, 3))
@@ -25,10 +25,10 @@ def axis_rotation(axis: str, angle: Any) -> Array:
 
 
 def rotation_to_rpy(R: Array) -> tuple[float, float, float]:
-    """Return roll, pitch and yaw of R = Rz(y) Ry(p) Rx(r), accurate to rounding everywhere.
+    """Return roll, pitch and yaw, in radians, of R = Rz(y) Ry(p) Rx(r), accurate to rounding.
 
-    Yaw first, from the first column, and the others from Rz(-y) R = Ry(p) Rx(r): near p = +-90
-    degrees, where yaw is any number, the roll then fits it.
+    Yaw follows from the first column, and pitch and roll from Rz(-y) R = Ry(p) Rx(r). Near
+    p = +-90 degrees, where yaw is arbitrary, this roll still belongs to the computed yaw.
 
     >>> rotation_to_rpy(axis_rotation("y", np.pi / 2))[1] == np.pi / 2
     True
@@ -41,9 +41,9 @@ def rotation_to_rpy(R: Array) -> tuple[float, float, float]:
 
 
 def random_quaternions(share: Array) -> Array:
-    """Return quaternions (B, 4) of rotations uniform over SO(3), of uniform numbers (B, 3).
+    """Return quaternions (B, 4) = (x, y, z, w) of uniform rotations from uniform numbers (B, 3).
 
-    Shoemake 1992, "Uniform random rotations", Graphics Gems III.
+    Source: Shoemake 1992, "Uniform random rotations", Graphics Gems III.
 
     >>> random_quaternions(np.array([[0.5, 0.25, 0.0]])).round(3) + 0.0
     array([[0.707, 0.   , 0.   , 0.707]])
@@ -54,16 +54,16 @@ def random_quaternions(share: Array) -> Array:
 
 
 def check_rigid(T: Array) -> None:
-    """Raise InputError unless T (..., 4, 4) are rigid transforms."""
-    one = T.ndim == 2  # then of plain floats, which take a tenth of the time of small arrays
-    rows: Any = T.tolist() if one else np.moveaxis(T, (-2, -1), (0, 1))
-    largest: Callable[[Iterable[Any]], float] = max if one else _max_without_warnings
+    """Raise InputError unless the matrices T (..., 4, 4) are rigid transforms."""
+    is_single = T.ndim == 2  # floats of Python take a tenth of the time of small arrays
+    rows: Any = T.tolist() if is_single else np.moveaxis(T, (-2, -1), (0, 1))
+    largest: Callable[[Iterable[Any]], float] = max if is_single else _max_without_warnings
     x, y, z = zip(*(row[:3] for row in rows[:3]), strict=True)
     pairs = (x, x, 1.0), (y, y, 1.0), (z, z, 1.0), (x, y, 0.0), (y, z, 0.0), (z, x, 0.0)
-    off = largest(abs(_dot_product_3d(a, b) - wanted) for a, b, wanted in pairs)
-    if not off <= ROTATION_TOLERANCE:
+    deviation = largest(abs(_dot_product_3d(a, b) - expected) for a, b, expected in pairs)
+    if not deviation <= ROTATION_TOLERANCE:
         raise InputError(
-            f"not a rotation: R'R differs from the identity by {off:.2g} "
+            f"not a rotation: R'R differs from the identity by {deviation:.2g} "
             f"(allowed {ROTATION_TOLERANCE:g})"
         )
     normal = [y[i - 2] * z[i - 1] - y[i - 1] * z[i - 2] for i in range(3)]
@@ -74,9 +74,11 @@ def check_rigid(T: Array) -> None:
 
 
 def _dot_product_3d(a: Sequence[Any], b: Sequence[Any]) -> Any:
+    """Return the dot product of two vectors of three numbers or arrays."""
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
 def _max_without_warnings(values: Iterable[Any]) -> float:
+    """Return the largest entry of all arrays and 0; overflow gives no warning."""
     with np.errstate(over="ignore", invalid="ignore"):
         return float(np.max(list(values), initial=0.0))

@@ -36,25 +36,25 @@ def build_dh_links(
             f"DH convention must be 'standard' or 'modified', got {format_value(convention)}"
         )
     kinds = _read_joint_letters("R" * n if joints is None else joints, n)
-    spans = [None] * n if limits is None else _read_dh_limits(limits, n)
+    ranges = [None] * n if limits is None else _read_dh_limits(limits, n)
     if links is not None and (isinstance(links, str) or not isinstance(links, Sequence)):
         raise InputError(f"links: expected a list of {n} names, got {format_value(links)}")
     names = ["base", *(links or [f"link{i + 1}" for i in range(n)])]
-    drawn = _check_shape_lists([()] * (n + 1) if shapes is None else shapes)
-    if len(names) != n + 1 or len(drawn) != n + 1:
+    solids = _check_shape_lists([()] * (n + 1) if shapes is None else shapes)
+    if len(names) != n + 1 or len(solids) != n + 1:
         raise InputError(f"{n} DH rows need {n} link names and {n + 1} lists of shapes")
-    parts = [Link("base", shapes=drawn[0])]
+    parts = [Link("base", shapes=solids[0])]
     for i in range(n):
         theta, d, a, alpha = table[i].tolist()
         row = DHRow(theta, d, a, alpha, convention)
-        joint = Joint(kinds[i], limits=spans[i], dh=row)
-        parts.append(Link(names[i + 1], names[i], joint, drawn[i + 1]))
+        joint = Joint(kinds[i], limits=ranges[i], dh=row)
+        parts.append(Link(names[i + 1], names[i], joint, solids[i + 1]))
     return tuple(parts)
 
 
-def _check_shape_lists(given: Any) -> list[tuple[Primitive, ...]]:
+def _check_shape_lists(lists: Any) -> list[tuple[Primitive, ...]]:
     """Return the shapes of each link, from a list of lists."""
-    rows = given if isinstance(given, list | tuple) else [given]
+    rows = lists if isinstance(lists, list | tuple) else [lists]
     for row in rows:
         if not isinstance(row, list | tuple):
             raise InputError(
@@ -64,18 +64,19 @@ def _check_shape_lists(given: Any) -> list[tuple[Primitive, ...]]:
 
 
 def _read_dh_limits(limits: ArrayLike, n: int) -> list[Any]:
-    """Return the limits of each joint; those of a joint without limits are given as (-inf, inf)."""
+    """Return the limits of each joint, or None for a joint without limits, (-inf, inf)."""
     try:
-        given = np.asarray(limits, dtype=np.float64)
+        pairs = np.asarray(limits, dtype=np.float64)
     except (TypeError, ValueError, OverflowError):
         raise InputError(f"limits: expected shape ({n}, 2), got {format_value(limits)}") from None
-    free: Any = given == np.array([-np.inf, np.inf]) if given.shape == (n, 2) else np.False_
-    spans = as_floats(np.where(free, 0.0, given), "limits", (n, 2))
-    each = zip(free, np.where(free, given, spans).tolist(), strict=True)
+    is_free: Any = pairs == np.array([-np.inf, np.inf]) if pairs.shape == (n, 2) else np.False_
+    ranges = as_floats(np.where(is_free, 0.0, pairs), "limits", (n, 2))
+    each = zip(is_free, np.where(is_free, pairs, ranges).tolist(), strict=True)
     return [None if np.all(ends) else tuple(span) for ends, span in each]
 
 
 def _read_joint_letters(joints: object, n: int) -> list[Literal["revolute", "prismatic"]]:
+    """Return the kind of each joint from its letter."""
     if not isinstance(joints, str) or len(joints) != n or set(joints) - set("RP"):
         raise InputError(f"joints: expected {n} letters R or P, as in {'R' * n!r}, got {joints!r}")
     return ["revolute" if letter == "R" else "prismatic" for letter in joints]

@@ -1,4 +1,4 @@
-"""Rows of a Denavit-Hartenberg table, and the constants of a joint that they give."""
+"""Rows of a Denavit-Hartenberg table, and the constants of a joint that follow from a row."""
 
 from __future__ import annotations
 
@@ -19,31 +19,50 @@ DH_CONVENTIONS = ("standard", "modified")
 
 @dataclass(frozen=True)
 class DHConvention(Word):
-    """The convention of a row, which a text says once for all rows of a robot, or in a row."""
+    """Declaration of the convention of a row, given once for all rows of a robot or for one row."""
 
     choices: tuple[str, ...] = DH_CONVENTIONS
     noun: str = "convention"
 
     def pick(self, table: Mapping[str, Raw], name: str, c: Context) -> Any:
-        """Return the convention of the row, or that of the robot around it."""
+        """Return the convention of the row, or the convention of the robot around it."""
         if name not in table:
             return c.facts.get("convention", "standard")
         return super().pick(table, name, c)
 
     def put(self, table: dict[str, Raw], name: str, value: Any, c: Context) -> None:
-        """Write the convention where the robot around the row has another one."""
+        """Write the convention if it differs from the convention of the robot around the row."""
         if value != c.facts.get("convention", "standard"):
             super().put(table, name, value, c)
 
     def controls(self, value: Any, place: Any) -> Iterable[Any]:
-        """Return nothing: another convention is another robot."""
+        """Return no controls: another convention describes another robot."""
         return ()
 
 
 @dataclass(frozen=True, eq=False)
 class DHRow(DeclaredValue):
-    """A row of a Denavit-Hartenberg table, from which a `Joint` gets its constants.
+    """Row of a Denavit-Hartenberg table.
 
+    The row determines the constants of a `Joint`. The coordinate of the joint is added to theta if
+    it turns, and to d if it slides.
+
+    Parameters
+    ----------
+    theta : float
+        Rotation about z, in rad.
+    d : float
+        Translation along z, in m.
+    a : float
+        Translation along x, in m.
+    alpha : float
+        Rotation about x, in rad.
+    convention : {"standard", "modified"}, default "standard"
+        Order of the transforms: Rz(theta) Tz(d) Tx(a) Rx(alpha) in the standard convention, and
+        Rx(alpha) Tx(a) Rz(theta) Tz(d) in the modified convention (Craig).
+
+    Examples
+    --------
     >>> DHRow(0.0, 0.1, 0.5, 0.0).constants(turns=True)[1].position
     array([0.5, 0. , 0.1])
     """
@@ -52,21 +71,21 @@ class DHRow(DeclaredValue):
     d: Annotated[float, Length(), PerRun(()), "Translation along z."]
     a: Annotated[float, Length(), PerRun(()), "Translation along x."]
     alpha: Annotated[float, Angle(), PerRun(()), "Rotation about x."]
-    convention: Annotated[str, DHConvention(), "Order of the four; None: that of the robot."] = (
-        "standard"
-    )
+    convention: Annotated[
+        str, DHConvention(), "Order of the transforms. None: as in the robot."
+    ] = "standard"
 
     def constants(self, turns: bool) -> tuple[Pose, Pose]:
-        """Return (place, tail) of a joint that turns about z, or slides along it."""
+        """Return the poses (place, tail) of a joint that turns about z, or slides along z."""
         row = np.broadcast_arrays(self.theta, self.d, self.a, self.alpha)
         return compute_dh_constants(np.stack(row, axis=-1), self.convention, turns)
 
 
 def compute_dh_constants(row: Array, convention: str, turns: bool) -> tuple[Pose, Pose]:
-    """Return (place, tail) of a DH row (..., 4), so that the joint is place . motion(q) . tail."""
+    """Return (place, tail) of DH rows (..., 4), with the joint place @ motion(q) @ tail."""
     theta, d, a, alpha = row[..., 0], row[..., 1], row[..., 2], row[..., 3]
-    turn, rise = _elementary_transform("z", turned=theta), _elementary_transform("z", moved=d)
-    reach = _elementary_transform("x", moved=a) @ _elementary_transform("x", turned=alpha)
+    turn, rise = _elementary_transform("z", angle=theta), _elementary_transform("z", distance=d)
+    reach = _elementary_transform("x", distance=a) @ _elementary_transform("x", angle=alpha)
     if convention == "standard":
         place, tail = (turn, rise @ reach) if turns else (turn @ rise, reach)
     else:
@@ -74,19 +93,19 @@ def compute_dh_constants(row: Array, convention: str, turns: bool) -> tuple[Pose
     return Pose(place), Pose(tail)
 
 
-def _elementary_transform(axis: str, turned: Any = None, moved: Any = None) -> Array:
+def _elementary_transform(axis: str, angle: Any = None, distance: Any = None) -> Array:
     """Return the transform (..., 4, 4) that turns about an axis, or moves along it."""
-    T = np.zeros((*np.shape(moved if turned is None else turned), 4, 4))
+    T = np.zeros((*np.shape(distance if angle is None else angle), 4, 4))
     T[..., range(4), range(4)] = 1.0
-    if turned is None:
-        T[..., "xyz".index(axis), 3] = moved
+    if angle is None:
+        T[..., "xyz".index(axis), 3] = distance
     else:
-        T[..., :3, :3] = axis_rotation(axis, turned)
+        T[..., :3, :3] = axis_rotation(axis, angle)
     return T
 
 
 def pose_from_rotation(R: Array) -> Pose:
-    """Return poses of rotations (..., 3, 3) at the origin; InputError if they are none."""
+    """Return poses at the origin with rotations (..., 3, 3); raise InputError if they are none."""
     T = np.zeros((*R.shape[:-2], 4, 4))
     T[..., :3, :3], T[..., 3, 3] = R, 1.0
     return Pose(T)

@@ -1,4 +1,4 @@
-"""The stages that place the bodies of a tree, and where in a program their poses stand."""
+"""Stages of forward kinematics, and the rows of a program that hold the poses of bodies."""
 
 from __future__ import annotations
 
@@ -22,42 +22,47 @@ _IDENTITY_POSE = np.eye(3, 4)[None]
 
 
 class FKStages:
-    """The rows of a program in which the bodies of a tree stand, at coordinates q (nq,).
+    """Rows of a program with the poses of the bodies of a tree, at coordinates q (nq,).
 
-    `poses` are those of all bodies, `ratio` the ratios by which velocities move bodies.
+    Attributes
+    ----------
+    poses : Rows of shape (bodies, 3, 4)
+        Poses of all bodies in the world.
+    ratio : Rows of shape (ratios,)
+        Ratios between the velocities of coordinates and the motions of bodies.
     """
 
     def __init__(self, program: Program, joints: JointTables, q: BlockRows) -> None:
         self.program, self.joints, self.q, (self.nq,) = program, joints, q, q.shape
         own = [each for each in joints.members if each.kind.own]
-        self._called = [each for each in own if each.is_called]
+        self._python_joints = [each for each in own if each.is_called]
         self.poses = program.constant(np.repeat(_IDENTITY_POSE, len(joints.bodies), axis=0))
         self.ratio = program.constant(np.ones(joints.ratios))
         motions = program.rows(len(own), 3, 4)
         self.place = program.numbers(joints.place, 3)
-        self._poses, self._places = list(self.poses), list(self.place)  # body by body
-        self._motion = {each.body: rows for each, rows in zip(own, motions, strict=True)}
+        self._poses, self._places = list(self.poses), list(self.place)  # one per body
+        self._motion_rows = {each.body: rows for each, rows in zip(own, motions, strict=True)}
 
     def add(self) -> None:
-        """Add the stages: what depends on others first, then bodies after their parents."""
-        if self._called:
-            self.program.call(self._call)
+        """Add the stages: dependent coordinates first, then bodies after their parents."""
+        if self._python_joints:
+            self.program.call(self._evaluate_python_kinds)
         self.follow()
-        self._stage()
-        bodies = [self._stands(i) for i in range(1, len(self.joints.bodies))]
-        for _, some in groupby(bodies, lambda each: each.body.kind.fused):
-            alike = list(some)
-            alike[0].body.kind.add_placing(self, alike)
+        self._add_compiled_kinds()
+        bodies = [self._collect_body_rows(i) for i in range(1, len(self.joints.bodies))]
+        for _, members in groupby(bodies, lambda each: each.body.kind.fused):
+            group = list(members)
+            group[0].body.kind.add_placing(self, group)
 
     def follow(self) -> None:
-        """Add the stages of coordinates that depend on others, and of the ratios of wheels."""
+        """Add the stages of dependent coordinates, and of the ratios of rolling wheels."""
         self._followers = self.program.rows(len(self.joints.ties))
         for i, tie in enumerate(self.joints.ties):
             above = max(1 + tie.source - self.nq, 0)
             tie.follows.add_stages(
                 self,
                 tie.curve,
-                source=self._x(tie.source),
+                source=self._coordinate_row(tie.source),
                 x=self._followers[i],
                 ratio=self.ratio[1 + i],
                 above=self.ratio[above],
@@ -66,38 +71,39 @@ class FKStages:
         for wheel in self.joints.wheels:
             self.program.add(
                 forward_kinematics.compute_wheel_ratios,
-                steering=self._x(wheel.steering) if wheel.steering >= 0 else None,
+                steering=self._coordinate_row(wheel.steering) if wheel.steering >= 0 else None,
                 ratio=self.ratio[wheel.ratio : wheel.ratio + 2],
                 numbers=self.program.constant(wheel.numbers),
             )
 
-    def _stage(self) -> None:
-        """Add the stages of the motions and twists of joints of the user's compiled kinds."""
+    def _add_compiled_kinds(self) -> None:
+        """Add the stages of the motions and twists of joints of compiled user kinds."""
         for each in self.joints.members:
             if each.kind.placing is not None:
                 self.program.add(
                     each.kind.placing,
                     q=self.q[each.q],
                     numbers=self.program.constant(each.constants),
-                    motion=self._motion[each.body],
-                    twists=self._twists(each).reshape(-1, 6),
+                    motion=self._motion_rows[each.body],
+                    twists=self._twist_rows(each).reshape(-1, 6),
                 )
 
     def take(self, own: IndependentJoint, motion: BlockRows, twists: BlockRows) -> None:
-        """Let a joint of a user's kind have its motion and twists from given rows."""
-        self._motion[own.body] = motion
-        self.program.add(copy_rows, rows=twists, to=self._twists(own))
-        self._called.remove(own)
+        """Use given rows as motion and twists of a joint of a Python kind."""
+        self._motion_rows[own.body] = motion
+        self.program.add(copy_rows, rows=twists, to=self._twist_rows(own))
+        self._python_joints.remove(own)
 
-    def _call(self, blocks: Blocks, step: int) -> None:
-        """Write the motions and twists of joints of the user's kinds in Python."""
+    def _evaluate_python_kinds(self, blocks: Blocks, step: int) -> None:
+        """Write the motions and twists of joints of Python kinds."""
         q = blocks.get(self.q)
-        for each in self._called:
+        for each in self._python_joints:
             motion, twists = each.at(q)
-            blocks.put(self._motion[each.body], motion)
-            blocks.put(self._twists(each), twists)
+            blocks.put(self._motion_rows[each.body], motion)
+            blocks.put(self._twist_rows(each), twists)
 
-    def _twists(self, own: IndependentJoint) -> BlockRows:
+    def _twist_rows(self, own: IndependentJoint) -> BlockRows:
+        """Return the rows of the twists of a joint of a user's kind."""
         return self.ratio[own.first : own.first + own.twists]
 
     def frames(self, some: list[tuple[int, Array]]) -> list[BlockRows]:
@@ -117,19 +123,19 @@ class FKStages:
             self.program.add(copy_rows, rows=T[r, 3:], to=here[r, 3:])
         return add_jacobian_stage(self.program, self.poses, self.ratio, here, moves)
 
-    def _stands(self, i: int) -> BodyRows:
-        """Return the rows of a body, and of what moves it."""
+    def _collect_body_rows(self, i: int) -> BodyRows:
+        """Return the rows of a body, its parent and its joint."""
         body = self.joints.bodies[i]
-        x = self._motion[i] if i in self._motion else self._x(body.x)
+        x = self._motion_rows[i] if i in self._motion_rows else self._coordinate_row(body.x)
         return BodyRows(self._poses[body.parent], self._places[i], x, self._poses[i], body)
 
-    def _x(self, i: int) -> BlockRows:
-        """Return the row of a coordinate: of the tree, or of those that depend on others."""
+    def _coordinate_row(self, i: int) -> BlockRows:
+        """Return the row of an independent or dependent coordinate."""
         return self.q[i] if i < self.nq else self._followers[i - self.nq]
 
     @cached_property
     def curves(self) -> dict[str, Address]:
-        """The tables of the curves of all rails."""
+        """Tables of the curves of all rails."""
         tables = zip(("first", "lengths", "pieces"), self.joints.curves, strict=True)
         return {name: self.program.address(array) for name, array in tables}
 

@@ -1,4 +1,4 @@
-"""The frames of a tree: their parents, their order and their coordinates."""
+"""Frames of a tree: parents, order and coordinates."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from robsim.robot.joint import Joint
 
 @dataclass(frozen=True)
 class Frame:
-    """A frame of the tree, connected to the frame `parent` by `joint`."""
+    """Frame of a tree, connected to the frame `parent` by `joint`."""
 
     name: str
     parent: str
@@ -20,7 +20,7 @@ class Frame:
 
     @property
     def label(self) -> str:
-        """The name of its coordinates: that of the joint, if it has one, else that of the frame."""
+        """Name of the coordinates: the name of the joint if given, else the name of the frame."""
         if self.joint.name is None:
             return self.name
         prefix, dot, _ = self.name.rpartition(".")
@@ -28,34 +28,34 @@ class Frame:
 
     @property
     def coordinates(self) -> list[str]:
-        """The names of the coordinates that the frame has of its own."""
+        """Names of the independent coordinates of the frame."""
         return [self.label + part for part in self.joint.parts.coordinates]
 
 
 def is_steering_angle(owner: Frame, name: str) -> bool:
     """Return whether a coordinate of this frame is a steering angle.
 
-    The name alone is not enough: a link may be called "steering" too.
+    The frame is checked as well as the name, because a link may also have the name "steering".
     """
     return owner.joint.steering is not None and name.endswith(".steering")
 
 
 def check_coupling_source(frame: Frame, owners: dict[str, Frame]) -> None:
-    """Raise InputError if a frame follows a coordinate that is missing or does not suit."""
+    """Raise InputError if a frame follows a coordinate that is missing or not suitable."""
     follows = frame.joint.follows
     name: str = follows.of  # type: ignore[union-attr]
     if name not in owners:
         hint = suggest_names(name, owners, "coordinates")
-        raise InputError(f"'{frame.name}' follows '{name}', and there is none; {hint}")
+        raise InputError(f"'{frame.name}' follows '{name}', which does not exist; {hint}")
     assert follows is not None
     if not follows.fits(owners[name].joint, is_steering_angle(owners[name], name)):
         raise InputError(f"'{frame.name}' must follow {follows.wanted}, and '{name}' is none")
 
 
 def sort_coupled_frames(tied: list[Frame]) -> list[Frame]:
-    """Return the frames that follow others, each after the one it follows.
+    """Return the coupled frames, each after its source.
 
-    The robot has checked the names.
+    The names of the sources are checked elsewhere.
     """
     by_label = {frame.label: frame for frame in tied}
     sources = {frame.label: [frame.joint.follows.of] for frame in tied}  # type: ignore[union-attr]
@@ -69,21 +69,21 @@ def sort_coupled_frames(tied: list[Frame]) -> list[Frame]:
 def sort_parents_first(frames: list[Frame]) -> list[Frame]:
     """Return the same frames, each after its parent."""
     number = {frame.name: i for i, frame in enumerate(frames)}
-    hung: dict[str, list[int]] = {}
+    children: dict[str, list[int]] = {}
     for i, frame in enumerate(frames):
-        hung.setdefault(frame.parent, []).append(i)
+        children.setdefault(frame.parent, []).append(i)
     order: list[int] = []
-    layer = hung.pop("world", [])
+    layer = children.pop("world", [])
     while layer:
         order += layer
-        layer = sorted(i for k in layer for i in hung.pop(frames[k].name, []))
-    if hung:
-        lost = frames[min(i for some in hung.values() for i in some)]
-        with prefix_path(lost.name):
-            if lost.parent in number:
-                raise FrameError(f"'{lost.name}' hangs from itself, through '{lost.parent}'")
+        layer = sorted(i for k in layer for i in children.pop(frames[k].name, []))
+    if children:
+        orphan = frames[min(i for some in children.values() for i in some)]
+        with prefix_path(orphan.name):
+            if orphan.parent in number:
+                raise FrameError(f"'{orphan.name}' is its own ancestor, through '{orphan.parent}'")
             raise FrameError(
-                f"'{lost.name}' stands on '{lost.parent}', and there is no such frame; "
-                f"{suggest_names(lost.parent, ['world', *number], 'frames')}"
+                f"'{orphan.name}' stands on '{orphan.parent}', and there is no such frame; "
+                f"{suggest_names(orphan.parent, ['world', *number], 'frames')}"
             )
     return [frames[i] for i in order]

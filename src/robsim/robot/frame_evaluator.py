@@ -1,4 +1,4 @@
-"""Frames of a tree at configurations that a user gives, without looking anything up again."""
+"""Evaluation of frames of a tree at configurations of the user, without repeated lookups."""
 
 from __future__ import annotations
 
@@ -18,34 +18,39 @@ from robsim.robot.tree import Tree
 
 
 class FrameEvaluator:
-    """Some frames of a tree, with the program that places them."""
+    """Some frames of a tree, with the compiled program that evaluates their poses."""
 
     def __init__(self, tree: Tree, names: Sequence[str]):
         self.tree, self.names = tree, names
 
     def poses(self, q: Array, out: Array) -> bool:
-        """Fill out (..., frames, 4, 4) at q (..., nq); return whether q is known to be usual."""
+        """Fill out (..., frames, 4, 4) at q (..., nq); return whether the kernel checked q.
+
+        A result of True means that q passed the checks of the kernel.
+        """
         if self.tree.compiled:
-            usual: bool = kernels.fill_frame_poses(
-                *self._poses, _flatten_coordinates(q), out.reshape(-1)
+            is_checked: bool = kernels.fill_frame_poses(
+                *self._pose_arguments, _flatten_coordinates(q), out.reshape(-1)
             )
-            return usual
+            return is_checked
         bodies = self.tree.bodies(move_runs_last(q, 1))
-        placed = [homogeneous_matrix(self.tree.frame(bodies, name)) for name in self.names]
-        out[:] = np.stack(placed, axis=1).reshape(out.shape)
+        poses = [homogeneous_matrix(self.tree.frame(bodies, name)) for name in self.names]
+        out[:] = np.stack(poses, axis=1).reshape(out.shape)
         return False
 
     def jacobian(self, q: Array, out: Array) -> bool:
-        """Fill out (..., 6, nv) of the first frame at q (..., nq), and return likewise."""
+        """Fill out (..., 6, nv) of the first frame at q (..., nq); return as `poses` does."""
         if self.tree.compiled and out.size:
             flat = out.reshape(-1, 6 * self.tree.nv)
-            usual: bool = kernels.fill_jacobians(*self._twists, _flatten_coordinates(q), flat)
-            return usual
+            is_checked: bool = kernels.fill_jacobians(
+                *self._jacobian_arguments, _flatten_coordinates(q), flat
+            )
+            return is_checked
         bodies = self.tree.bodies(move_runs_last(q, 1))
         out[:] = move_runs_first(self.tree.jacobian(bodies, self.names[0]), q.shape[:-1])
         return False
 
-    def _placed(self) -> tuple[FKStages, list[BlockRows]]:
+    def _build_program(self) -> tuple[FKStages, list[BlockRows]]:
         """Return the bodies in a program, and the rows of the frames."""
         program = Program()
         placed = FKStages(program, self.tree.joints, program.rows(self.tree.nq))
@@ -53,19 +58,20 @@ class FrameEvaluator:
         return placed, placed.frames([self.tree.find(name) for name in self.names])
 
     @cached_property
-    def _poses(self) -> tuple[Any, ...]:
-        """The arguments of the kernel that places the frames."""
-        placed, frames = self._placed()
+    def _pose_arguments(self) -> tuple[Any, ...]:
+        """Arguments of the kernel that evaluates the frames."""
+        placed, frames = self._build_program()
         return *placed.program.prepared(), int(placed.q), np.array(frames, dtype=np.int64)
 
     @cached_property
-    def _twists(self) -> tuple[Any, ...]:
-        """The arguments of the kernel of the Jacobian, at the frame in axes of the world."""
-        placed, (T, *_) = self._placed()
+    def _jacobian_arguments(self) -> tuple[Any, ...]:
+        """Arguments of the kernel of the Jacobian, at the frame in axes of the world."""
+        placed, (T, *_) = self._build_program()
         moves = self.tree.moves(self.tree.carried(self.names[0]))
         J = placed.base_jacobian(T, moves)
         return *placed.program.prepared(), int(placed.q), int(J)
 
 
 def _flatten_coordinates(q: Array) -> Array:
-    return q if q.ndim == 1 else q.reshape(-1)  # one configuration is flat, and to ask is quicker
+    """Return coordinates (..., nq) as one flat array."""
+    return q if q.ndim == 1 else q.reshape(-1)  # the test is quicker than a needless reshape

@@ -1,4 +1,4 @@
-"""The joints of a tree that have coordinates of their own, of built-in and of the user's kinds."""
+"""Joints of a tree with independent coordinates, of built-in kinds and kinds of the user."""
 
 from __future__ import annotations
 
@@ -13,28 +13,28 @@ from robsim.robot.joints.joint_kind import JointKind
 
 
 class IndependentJoint(NamedTuple):
-    """A joint that has coordinates of its own.
+    """Joint with independent coordinates.
 
-    The motion of one of a user's kind is written by its stage or Python, where the stages read it.
-    The twist of each of its velocities is six moves along and about the axes of its body, whose
-    ratios are the components of the twist.
+    The motion of a joint of a user's kind is computed by a stage or in Python, and stored in rows
+    that later stages read. The twist of each velocity is expressed by six moves along and about the
+    axes of the body, with the components of the twist as ratios.
     """
 
     body: int
     kind: JointKind
-    q: slice  # its rows among the coordinates of the tree
-    v: slice  # and among the velocities
-    rolls: bool  # whether it is a wheel that rolls under its vehicle
-    first: int  # row of the first of these ratios
+    q: slice  # rows of the coordinates of the tree
+    v: slice  # rows of the velocities of the tree
+    rolls: bool  # whether the joint is a wheel that rolls below its vehicle
+    first: int  # index of the first ratio of the twists
 
     @property
     def is_called(self) -> bool:
-        """Whether it is of a user's kind in Python."""
+        """Whether the joint is of a user's kind that is computed in Python."""
         return self.kind.own and self.kind.placing is None
 
     @property
     def moves(self) -> list[tuple[int, int, int, int, int]]:
-        """The rows (velocity, body, whether it turns, axis, ratio) of the twists' components."""
+        """Moves (velocity, body, whether it turns, axis, ratio) of all components of the twists."""
         return [
             (self.v.start + i // 6, self.body, i % 6 // 3, i % 3, self.first + i)
             for i in range(self.twists)
@@ -42,23 +42,23 @@ class IndependentJoint(NamedTuple):
 
     def at(self, q: Array) -> tuple[Array, Array]:
         """Return the motion (12, B), row by row, and the twists (6 nv, B) at q[n, b]."""
-        some, runs = [_copy_runs_first(q, self.q)], q.shape[1]
-        T = _call_kind_method(self.kind, "motion", (4, 4), some)
-        twists = _call_kind_method(self.kind, "twists", (self.twists // 6, 6), some)
+        own, runs = [_copy_runs_first(q, self.q)], q.shape[1]
+        T = _call_kind_method(self.kind, "motion", (4, 4), own)
+        twists = _call_kind_method(self.kind, "twists", (self.twists // 6, 6), own)
         return T[:, :3].reshape(runs, 12).T, twists.reshape(runs, self.twists).T
 
     @property
     def constants(self) -> Array:
-        """The numbers that the stages of its kind are given."""
+        """Numbers for the stages of the kind."""
         return np.array(self.kind.constants or (0.0,))
 
     @property
     def twists(self) -> int:
-        """The number of the components of all twists."""
+        """Number of components of all twists."""
         return 6 * len(self.kind.velocities)
 
     def advance(self, q: Array, v: Array, dt: float) -> None:
-        """Move its rows of q[n, b] by velocities v[m, b] held for dt seconds, in place."""
+        """Move the rows of q[n, b] by velocities v[m, b] over dt seconds, in place."""
         both, shape = (
             [_copy_runs_first(q, self.q), _copy_runs_first(v, self.v)],
             (len(self.kind.coordinates),),
@@ -74,15 +74,17 @@ def _copy_runs_first(values: Array, rows: slice) -> Array:
 def _call_kind_method(
     kind: JointKind, method: str, shape: tuple[int, ...], arrays: Sequence[Array], *more: Any
 ) -> Array:
-    """Return the results of a method for each run, NaN for runs that ended or failed.
+    """Return the results (B, *shape) of a method, with NaN for runs that are not finite.
 
-    InputError if it is of another shape.
+    Raise InputError if the method returns another shape.
     """
-    fine = np.all([np.isfinite(array).all(axis=1) for array in arrays], axis=0)
-    out = np.full((len(fine), *shape), np.nan)
-    if fine.any():
-        given = getattr(kind, method)(*(make_read_only(array[fine]) for array in arrays), *more)
-        out[fine] = _check_method_result(kind, method, given, (int(fine.sum()), *shape))
+    is_finite = np.all([np.isfinite(array).all(axis=1) for array in arrays], axis=0)
+    out = np.full((len(is_finite), *shape), np.nan)
+    if is_finite.any():
+        result = getattr(kind, method)(
+            *(make_read_only(array[is_finite]) for array in arrays), *more
+        )
+        out[is_finite] = _check_method_result(kind, method, result, (int(is_finite.sum()), *shape))
     return out
 
 
@@ -90,9 +92,9 @@ def _check_method_result(kind: JointKind, method: str, given: Any, shape: tuple[
     """Return the result of a method as an array; raise InputError if its shape is wrong."""
     try:
         values = np.asarray(given, dtype=np.float64)
-    except (TypeError, ValueError):  # no numbers, or rows of unequal lengths
+    except (TypeError, ValueError):  # not numbers, or rows of unequal lengths
         values = np.empty(())
     if values.shape != shape:
-        got = f"shape {values.shape}" if values.ndim else f"{format_value(given)}"
-        raise InputError(f"{type(kind).__name__}.{method}: expected shape {shape}, got {got}")
+        actual = f"shape {values.shape}" if values.ndim else f"{format_value(given)}"
+        raise InputError(f"{type(kind).__name__}.{method}: expected shape {shape}, got {actual}")
     return values

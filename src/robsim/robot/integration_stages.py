@@ -1,4 +1,4 @@
-"""The stages that move the coordinates of a tree by velocities that are held."""
+"""Stages that integrate the coordinates of a tree over a step of constant velocities."""
 
 from __future__ import annotations
 
@@ -20,27 +20,30 @@ def add_integration(
     rates: Sequence[BlockRows | None],
     dt: BlockRows,
 ) -> None:
-    """Add the stages that move coordinates q (nq,) by velocities, each in a row, for dt.
+    """Add the stages that move coordinates q (nq,) by velocities, each in a row, over dt.
 
-    One without a row, None, is zero. What depends on others moves with them, and wheels that roll
-    (see `add_wheel_rolling`) and joints of the user's kinds in Python (see `add_python_integration`) are not moved
-    here.
+    A velocity without a row (None) is zero. Dependent coordinates follow from their sources.
+    Rolling wheels and joints of Python kinds are moved by other stages.
     """
-    steady: list[tuple[Any, Any]] = []
-    each = list(q)
+    straight: list[tuple[Any, Any]] = []
+    coordinates = list(q)
     for member in joints.members:
         stage, v = member.kind.moving, rates[member.v]
         if member.is_called or not v or v[0] is None:
             continue
         if stage is None:
-            steady += zip(each[member.q], v, strict=True)
+            straight += zip(coordinates[member.q], v, strict=True)
             continue
-        given = {"dt": dt, "q": q[member.q][: member.kind.moved], "v": BlockRows(v[0], (len(v),))}
+        arguments = {
+            "dt": dt,
+            "q": q[member.q][: member.kind.moved],
+            "v": BlockRows(v[0], (len(v),)),
+        }
         if "numbers" in stage.signature.given:
-            given["numbers"] = program.constant(member.constants)
-        program.add(stage, **given)
-    if steady:
-        program.add(integration.integrate_coordinates, dt=dt, moves=steady)
+            arguments["numbers"] = program.constant(member.constants)
+        program.add(stage, **arguments)
+    if straight:
+        program.add(integration.integrate_coordinates, dt=dt, moves=straight)
 
 
 def add_python_integration(
@@ -50,8 +53,8 @@ def add_python_integration(
     rates: Sequence[BlockRows | None],
     dt: BlockRows,
 ) -> None:
-    """Let Python move the coordinates of joints of the user's kinds, likewise."""
-    called = [member for member in joints.members if member.is_called]
+    """Add a Python call that moves the coordinates of joints of Python kinds over dt."""
+    python_joints = [member for member in joints.members if member.is_called]
 
     def move(blocks: Blocks, step: int) -> None:
         times, x, v = blocks.get(dt), blocks.get(q), np.zeros((len(rates), blocks.runs))
@@ -59,14 +62,14 @@ def add_python_integration(
             if rate is not None:
                 v[i] = blocks.get(rate)
         for seconds in np.unique(times):
-            some = times == seconds
-            moved = x[:, some]
-            for each in called:
-                each.advance(moved, v[:, some], float(seconds))
-            x[:, some] = moved
+            selected = times == seconds
+            moved = x[:, selected]
+            for each in python_joints:
+                each.advance(moved, v[:, selected], float(seconds))
+            x[:, selected] = moved
         blocks.put(q, x)
 
-    if called:
+    if python_joints:
         program.call(move)
 
 
@@ -78,7 +81,7 @@ def add_wheel_rolling(
     ratio: BlockRows,
     dt: BlockRows,
 ) -> None:
-    """Add the stages that roll the wheels of vehicles, by ratios in rows that hold before."""
+    """Add the stages that roll the wheels of vehicles, with the ratios of the start of the step."""
     for wheel in joints.wheels:
         m, k = wheel.v, wheel.ratio
         program.add(

@@ -1,4 +1,4 @@
-"""The joints by which one frame moves against another."""
+"""Joints by which one frame moves against another."""
 
 from __future__ import annotations
 
@@ -27,30 +27,60 @@ from robsim.robot.joints.rolling_wheel import Rolling
 __all__ = ["Ackermann", "Chord", "Coupling", "Joint", "JointKind", "Mimic", "Rolling", "Steering"]
 
 LIMIT_SLACK = 1e-9  # metres or radians by which rounding may exceed a limit
-DH_POSES = ("place", "tail")  # that a row gives
+DH_POSES = ("place", "tail")  # constants of a joint that follow from a DH row
 _REQUIRED_PARTS: dict[str, type[Any]] = {
     "curve": Curve,
     "steering": Steering,
-}  # fields that a kind needs
+}  # fields that kinds require
 
 
 @dataclass(frozen=True)
 class Joint:
-    """A joint: a constant pose `place`, a motion by q, a constant pose `tail`.
+    """Joint between a link and its parent: two constant poses with a motion between them.
 
-    A revolute joint turns about z and a prismatic one slides along it. A floating joint moves
-    freely, a planar one in the plane z = 0; so do a unicycle and a car, which cannot move
-    sideways, and a rail, which follows its `curve`, x along it. A car has a `steering`. A kind of
-    your own is a `JointKind`.
+    The pose of the link in its parent is
 
-    `limits` is (lowest, highest) in radians or metres, None for none, or for a rail for its ends.
-    `follows` says that the coordinate depends on others (`Mimic`, `Chord`, `Ackermann`, `Rolling`),
-    `name` how it is called where the link's name will not do. `speed` (rad/s or m/s) and `effort`
-    (N m or N) are what the drive can do: files keep them, and nothing here is held to them.
+        T = place @ motion(q) @ tail.
 
-    `dh` is a row of a Denavit-Hartenberg table, which gives `place` and `tail` of a fixed, revolute
-    or prismatic joint. To give another row, or poses instead, use `with_constants`.
+    A revolute joint turns about the z axis of its place, and a prismatic joint slides along it. A
+    floating joint moves freely, and a planar joint in the plane z = 0. A unicycle and a car move in
+    this plane but not sideways. A rail moves along its curve, with x tangent to the curve.
 
+    Parameters
+    ----------
+    kind : str or JointKind, default "fixed"
+        "fixed", "revolute", "prismatic", "floating", "planar", "unicycle", "car" or "rail", or a
+        kind that you define as a `JointKind`.
+    place : Pose, default the identity
+        Pose of the joint in the parent link.
+    tail : Pose, default the identity
+        Pose of the link in the moved frame of the joint.
+    limits : tuple of two float, optional
+        Lowest and highest coordinate, in rad or m. Default: no limits, or the ends of a rail.
+    name : str, optional
+        Name of the joint and of its coordinates. Default: the name of the link.
+    speed : float, optional
+        Largest speed of the drive, in rad/s or m/s. Written to files; simulations do not enforce
+        it.
+    effort : float, optional
+        Largest torque or force of the drive, in N m or N. Written to files only, like `speed`.
+    curve : Curve, optional
+        Curve of a rail, required for this kind.
+    steering : Steering, optional
+        Steering of a car, required for this kind.
+    follows : Mimic, Chord, Ackermann or Rolling, optional
+        Coupling by which the coordinate depends on other coordinates.
+    dh : DHRow, optional
+        Denavit-Hartenberg row that determines `place` and `tail` of a fixed, revolute or prismatic
+        joint. Use `with_constants` to change it.
+
+    Raises
+    ------
+    InputError
+        If the parameters do not fit the kind, or contradict each other.
+
+    Examples
+    --------
     >>> Joint("prismatic", limits=(0.0, 0.5)).limits
     (0.0, 0.5)
     """
@@ -72,50 +102,51 @@ class Joint:
         for part in ("place", "tail"):
             object.__setattr__(self, part, check_single_pose(getattr(self, part), f"joint {part}"))
         if self.dh is not None:
-            self._take_row(self.dh)
+            self._store_dh_row(self.dh)
         if self.name is not None:
             check_name(self.name, "joint")
         for part in ("speed", "effort"):
             if getattr(self, part) is not None:
                 object.__setattr__(self, part, as_positive(getattr(self, part), f"joint {part}"))
                 if not self.model.single:
+                    others = list_single_kinds()
                     raise InputError(
-                        f"a {self.model.name} joint has no {part} of its own; {list_single_kinds()} have"
+                        f"a {self.model.name} joint has no {part} of its own; {others} have"
                     )
         for part, expected in _REQUIRED_PARTS.items():
-            self._check(part, expected)
+            self._check_part(part, expected)
         self._check_follows()
         self._check_limits()
 
     @cached_property
     def model(self) -> JointKind:
-        """The kind of the joint as a `JointKind`."""
+        """Kind of the joint as a `JointKind`."""
         return find_joint_kind(self.kind)
 
     @property
     def moves(self) -> bool:
-        """Whether the joint has a coordinate, its own or one that follows others."""
+        """Whether the joint has a coordinate, independent or coupled."""
         return bool(self.model.coordinates)
 
     @property
     def tied(self) -> bool:
-        """Whether its coordinate depends on others; that of a rolling wheel is its own."""
+        """Whether the coordinate is a function of others. A rolling wheel's angle is a state."""
         return self.follows is not None and self.follows.tied
 
     @cached_property
     def parts(self) -> JointKind | JointParts:
-        """The own coordinates and velocities; none if the joint follows others."""
+        """Independent coordinates and velocities; none if the coordinate is coupled."""
         if self.follows is None:
             return self.model
         return JointParts() if self.tied else JointParts(self.model.coordinates, self.model.units)
 
     @property
     def needed(self) -> Any:
-        """The curve or the steering of the joint, if its kind needs one."""
+        """Curve or steering of the joint, if its kind requires one."""
         return None if self.model.needs is None else getattr(self, self.model.needs)
 
     def within(self, prefix: str) -> Joint:
-        """Return the joint in a scene, where a prefix precedes the names of coordinates."""
+        """Return the joint in a scene, in which names of coordinates have a prefix."""
         if self.follows is None or not self.tied:
             return self
         return self.following(f"{prefix}.{self.follows.of}")
@@ -128,8 +159,22 @@ class Joint:
     def with_constants(
         self, place: Any = IDENTITY, tail: Any = IDENTITY, dh: DHRow | None = None
     ) -> Joint:
-        """Return a copy with other constants: two poses, or a row of a Denavit-Hartenberg table.
+        """Return a copy with other constants: two poses, or a Denavit-Hartenberg row.
 
+        Parameters
+        ----------
+        place, tail : Pose, default the identity
+            Pose of the joint in the parent, and of the link in the moved frame.
+        dh : DHRow, optional
+            Row that determines both poses.
+
+        Returns
+        -------
+        Joint
+            Joint with these constants; the old constants are dropped.
+
+        Examples
+        --------
         >>> joint = Joint("revolute", dh=DHRow(theta=0, d=0, a=0.5, alpha=0))
         >>> joint.with_constants(dh=replace(joint.dh, a=0.6)).tail.position
         array([0.6, 0. , 0. ])
@@ -137,7 +182,7 @@ class Joint:
         return replace(self, place=place, tail=tail, dh=dh)
 
     def revised(self, **changes: Any) -> Joint:
-        """Return a copy in which only numbers differ; a row gives its own constants."""
+        """Return a copy with other numbers; a new DH row also replaces `place` and `tail`."""
         if "dh" in changes:
             return self.held(**changes)
         if self.dh is not None and changes.keys() & {"place", "tail"}:
@@ -145,34 +190,35 @@ class Joint:
         return replace(self, **changes)
 
     def held(self, **changes: Any) -> Joint:
-        """Return a copy with numbers that may differ from run to run."""
+        """Return a copy with numbers that may differ between runs."""
         row = changes.get("dh")
         constants = (
             {} if row is None else dict(zip(DH_POSES, row.constants(self.model.turns), strict=True))
         )
         return replace_unchecked(self, **changes, **constants)
 
-    def _take_row(self, row: Any) -> None:
-        """Keep the constants of a row; InputError if poses are given that are not these."""
+    def _store_dh_row(self, row: Any) -> None:
+        """Store the constants of a DH row; raise InputError for poses that contradict it."""
         if not isinstance(row, DHRow):
             raise InputError(f"joint dh: expected a DHRow, got {format_value(row)}")
         if not self.model.rowed:
             raise InputError(f"a {self.model.name} joint has place and tail, not dh")
-        given = self.place, self.tail
+        poses = self.place, self.tail
         place, tail = row.constants(self.model.turns)
-        if given not in ((IDENTITY, IDENTITY), (place, tail)):
+        if poses not in ((IDENTITY, IDENTITY), (place, tail)):
             raise InputError("dh and place or tail: give one of the two only")
         object.__setattr__(self, "place", place)
         object.__setattr__(self, "tail", tail)
 
     def _check_kind(self) -> None:
+        """Store a built-in kind by its name, and check a kind of the user."""
         if not self.model.own and JOINTS.get(self.model.name) is type(self.model):
-            object.__setattr__(self, "kind", self.model.name)  # built-in kinds are stored by name
+            object.__setattr__(self, "kind", self.model.name)
         else:
             check_joint_kind(self.model)
 
-    def _check(self, part: str, expected: type) -> None:
-        """Raise InputError unless the part is present exactly if the kind of the joint needs it."""
+    def _check_part(self, part: str, expected: type) -> None:
+        """Raise InputError unless a part is present exactly if the kind requires it."""
         value, needs = getattr(self, part), self.model.needs == part
         if value is None and needs:
             raise InputError(f"a {self.model.name} joint needs a {part}")
@@ -183,6 +229,7 @@ class Joint:
             raise InputError(f"{part}: expected a {expected.__name__}, got {format_value(value)}")
 
     def _check_follows(self) -> None:
+        """Raise InputError unless the coupling suits the kind of the joint."""
         if self.follows is None:
             return
         if not isinstance(self.follows, Coupling):
@@ -199,6 +246,7 @@ class Joint:
             raise InputError(f"{what}, and a {self.model.name} joint moves otherwise")
 
     def _check_limits(self) -> None:
+        """Store the limits as floats, or the default of the kind; raise InputError if wrong."""
         if self.limits is None:
             if self.follows is None:
                 object.__setattr__(self, "limits", self.model.span(self.needed))
@@ -210,8 +258,8 @@ class Joint:
             raise InputError(f"joint limits must be (lowest, highest), got {self.limits}")
         if self.follows is not None and not self.follows.limited:
             raise InputError(
-                f"limits of a joint that follows by {type(self.follows).__name__} are not looked "
-                f"at: limit '{self.follows.of}'"
+                f"limits of a joint that follows by {type(self.follows).__name__} are not checked: "
+                f"limit '{self.follows.of}'"
             )
         if self.kind == "revolute":
             warn_of_degrees(self.limits, "joint limits")

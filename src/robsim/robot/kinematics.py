@@ -1,4 +1,4 @@
-"""The kinematics of a robot: forward and inverse kinematics, Jacobian, exact motion."""
+"""Kinematics of a robot: forward and inverse kinematics, Jacobian, exact motion."""
 
 from __future__ import annotations
 
@@ -30,53 +30,98 @@ from robsim.robot.robot_coordinates import RobotCoordinates
 
 
 class Kinematics(RobotCoordinates):
-    """The motion of a `Robot`."""
+    """Motion of a `Robot`."""
 
     home: Any
     tip: str
 
     def fk(self, q: Any, link: str | None = None) -> Array:
-        """Return the pose (..., 4, 4) of a link (the tip by default) in the base link's frame.
+        """Return the pose of a link in the frame of the base link (forward kinematics).
 
+        Parameters
+        ----------
+        q : array_like of shape (..., nq)
+            Coordinates in rad and m. Their limits are not checked.
+        link : str, optional
+            Name of the link. Default: the tip.
+
+        Returns
+        -------
+        ndarray of shape (..., 4, 4)
+            Homogeneous matrices T_base_link, in metres.
+
+        Examples
+        --------
         >>> from robsim import Robot
         >>> Robot.from_dh([[0, 0, 1, 0]]).fk([np.pi / 2]).round(9)[:3, 3]
         array([0., 1., 0.])
         """
-        return self._evaluated(self._placement(link).poses, q, (4, 4))
+        return self._evaluate(self._placement(link).poses, q, (4, 4))
 
     def frames(self, q: Any) -> Array:
-        """Return poses (..., links, 4, 4) of all links, the base first, in the base link's frame.
+        """Return the poses of all links in the frame of the base link.
 
+        Parameters
+        ----------
+        q : array_like of shape (..., nq)
+            Coordinates in rad and m. Their limits are not checked.
+
+        Returns
+        -------
+        ndarray of shape (..., links, 4, 4)
+            Homogeneous matrices, the base first, in metres.
+
+        Examples
+        --------
         >>> from robsim import Robot
         >>> Robot.from_dh([[0, 0, 1, 0]] * 2).frames([0.0, 0.0])[:, 0, 3]
         array([0., 1., 2.])
         """
-        return self._evaluated(self._every_frame.poses, q, (len(self.links), 4, 4))
+        return self._evaluate(self._every_frame.poses, q, (len(self.links), 4, 4))
 
     def jacobian(self, q: Any, link: str | None = None) -> Array:
-        """Return the geometric Jacobian (..., 6, nv) of a link's origin, (v, omega) in base axes.
+        """Return the geometric Jacobian of a link.
 
+        The Jacobian J maps velocities to the twist of the link, (v, omega) = J(q) qdot, with the
+        velocity v of the origin of the link and the angular velocity omega in the axes of the base
+        link.
+
+        Parameters
+        ----------
+        q : array_like of shape (..., nq)
+            Coordinates in rad and m. Their limits are not checked.
+        link : str, optional
+            Name of the link. Default: the tip.
+
+        Returns
+        -------
+        ndarray of shape (..., 6, nv)
+            Rows v (m/s) and omega (rad/s) for a unit of each velocity.
+
+        Examples
+        --------
         >>> from robsim import Robot
         >>> Robot.from_dh([[0, 0, 1, 0]]).jacobian([0.0])[:, 0]
         array([0., 1., 0., 0., 0., 1.])
         """
-        return self._evaluated(self._placement(link).jacobian, q, (6, self.tree.nv))
+        return self._evaluate(self._placement(link).jacobian, q, (6, self.tree.nv))
 
-    def _evaluated(
+    def _evaluate(
         self, fill: Callable[[Array, Array], bool], q: Any, shape: tuple[int, ...]
     ) -> Array:
-        """Return an array (..., *shape) that `fill` computes of q (..., nq), once it is checked.
+        """Return an array (..., *shape) that `fill` computes from q (..., nq).
 
-        What is usual is checked on the way, by the kernel, and the rest afterwards: looking at one
-        configuration in Python takes longer than placing it.
+        The kernel checks coordinates while it evaluates them, since a check in Python takes longer
+        than the evaluation of one configuration. If the kernel objects, Python checks them and
+        raises.
         """
-        plain, nq = self._is_plain, self.tree.nq
-        if not plain:
+        is_plain, nq = self._is_plain, self.tree.nq
+        if not is_plain:
             values = self.coordinates(q, limits=False)
         else:
             values = q if is_kernel_array(q, nq) else as_floats(q, "q", (nq,))
         out = np.empty(values.shape[:-1] + shape)
-        if not fill(values, out) and plain:
+        if not fill(values, out) and is_plain:
             self.coordinates(values, limits=False)
         return out
 
@@ -94,26 +139,60 @@ class Kinematics(RobotCoordinates):
         limits: bool = True,
         threads: int | None = None,
     ) -> IKResult:
-        """Return coordinates that bring a link (or the tip) to poses T (..., 4, 4) in the base.
+        """Return coordinates that bring a link to a pose (numerical inverse kinematics).
 
-        q0          (..., nq), where the search begins; None is home
-        mask        what counts: None for the whole pose, "position", "pointing" (position and the
-                    direction of the link's z axis), or six weights of (p_goal - p, rotation vector
-                    of R_goal R'), in the axes of the base: each 0 or from a thousandth of the
-                    largest on
-        tolerance   of `error`, the larger of the metres and the radians that count
-        iterations  of each search at most; it ends sooner where it is not worth going on. The last
-                    one goes on from the best that was found, ten times as long if it has to
-        restarts    how many more searches, from random coordinates, nearest pose first
-        seed        of these; they are the same for every row
-        limits      False to search without them
-        threads     how many; None for one per processor. The result is the same for any number
+        Damped least squares, with a damping in proportion to the squared error (Chan and Lawrence
+        1988; Sugihara 2011). A joint at a limit is held there while the step would leave the
+        limits. Floating and planar joints take part; vehicles do not. Each row of a batch has the
+        same bits as a single call.
 
-        Damped least squares with a damping in proportion to the squared error (Chan and Lawrence
-        1988; Sugihara 2011); joints at their limits are held there. What moves freely may take
-        part, a vehicle not. A row has the same bits alone and in any batch. InputError: T is no
-        pose, q0 does not fit, no joint moves the link, it rides on a vehicle.
+        Parameters
+        ----------
+        T : Pose or array_like of shape (..., 4, 4)
+            Goal poses of the link in the frame of the base link.
+        q0 : array_like of shape (..., nq), optional
+            Start of the first search, in rad and m. Default: home.
+        link : str, optional
+            Name of the link. Default: the tip.
+        mask : {"pose", "position", "pointing"} or array_like of shape (6,), optional
+            Parts of the pose that count. "pointing" is the position and the direction of the z axis
+            of the link. Six weights apply to the position error p_goal - p and to the rotation
+            vector of R_goal R', in axes of the base; each is 0 or at least a thousandth of the
+            largest. Default: the whole pose.
+        tolerance : float, default 1e-8
+            Largest `error` of a solution: the larger of the position error in m and the angle in
+            rad.
+        iterations : int, default 40
+            Largest number of iterations of a search. A search without progress ends sooner. The
+            last search continues from the best coordinates so far, for up to ten times as many
+            iterations.
+        restarts : int, default 100
+            Largest number of further searches from random coordinates, in order of the distance of
+            their poses from the goal.
+        seed : int, default 0
+            Seed of these coordinates, which are the same for all rows.
+        limits : bool, default True
+            Whether to respect the limits of the coordinates.
+        threads : int, optional
+            Number of threads. Default: one per processor. It does not affect the result.
 
+        Returns
+        -------
+        IKResult
+            Coordinates, success, error, counts and reasons.
+
+        Raises
+        ------
+        InputError
+            If T is not a pose, q0 does not fit, no joint moves the link, or the link rides on a
+            vehicle.
+
+        See Also
+        --------
+        closed_ik : All solutions in closed form, for arms that have one.
+
+        Examples
+        --------
         >>> from robsim import Pose, Robot
         >>> arm = Robot.from_dh([[0, 0, 1, 0], [0, 0, 1, 0]], home=[0.1, 0.1])
         >>> found = arm.ik(Pose.at(1, 1, 0), mask="position")
@@ -128,14 +207,34 @@ class Kinematics(RobotCoordinates):
     def closed_ik(
         self, T: Any, *, link: str | None = None, tolerance: float = 1e-9
     ) -> ClosedFormIK:
-        """Return all solutions for poses T (..., 4, 4), if the arm has a closed form.
+        """Return all coordinates that bring a link to a pose, for arms with a closed form.
 
-        Six joints with a spherical wrist have eight (Pieper 1968; Paul and Zhang 1986), five like
-        those of the Rhino four (Schilling 1990, section 3.5); axes 2 and 3 are parallel, and axis
-        1 is square to them. The arm is known by its geometry, not by its name. A solution is valid
-        if the entries of its pose differ from T by no more than the tolerance. InputError: T is no
-        pose, or the arm has no such form, and why.
+        An arm with six revolute joints and a spherical wrist has eight solutions (Pieper 1968; Paul
+        and Zhang 1986), and an arm with five joints like the Rhino has four (Schilling 1990,
+        section 3.5). In both, axis 1 is perpendicular to axis 2, and axis 3 is parallel to axis 2.
+        The geometry of the arm is recognized from its constants.
 
+        Parameters
+        ----------
+        T : Pose or array_like of shape (..., 4, 4)
+            Goal poses of the link in the frame of the base link.
+        link : str, optional
+            Name of the link. Default: the tip.
+        tolerance : float, default 1e-9
+            Largest difference between entries of T and of the pose of a valid solution.
+
+        Returns
+        -------
+        ClosedIK
+            All solutions, with flags for existing solutions and solutions within the limits.
+
+        Raises
+        ------
+        InputError
+            If T is not a pose, or the arm has no such closed form. The message gives the reason.
+
+        Examples
+        --------
         >>> from robsim import Robot
         >>> a = np.pi / 2
         >>> rows = [[0, 0.3, 0, -a], [0, 0, 0.2, 0], [0, 0, 0.2, 0], [0, 0, 0, -a], [0, 0.1, 0, 0]]
@@ -147,7 +246,7 @@ class Kinematics(RobotCoordinates):
         return solve_closed(self._arm(link, True), T, tolerance)
 
     def _arm(self, link: str | None, limits: bool) -> IKArm:
-        """Return the problem of inverse kinematics for a link of this robot, computed once."""
+        """Return the inverse kinematics problem of a link of this robot, computed once."""
         key = self._link(link), as_bool(limits, "limits")
         if key not in self._arms:
             rows = self._ranges if limits else np.tile([-np.inf, np.inf], (self.nq, 1))
@@ -157,56 +256,78 @@ class Kinematics(RobotCoordinates):
 
     @cached_property
     def _arms(self) -> dict[tuple[str, bool], IKArm]:
-        """What `_arm` has returned, by link and whether there are limits."""
+        """Problems that `_arm` has computed, by link and use of limits."""
         return {}
 
     def integrate(self, q: Any, v: ArrayLike, dt: float) -> Array:
-        """Return coordinates (..., nq) after velocity v (..., nv) was held for dt seconds, exactly.
+        """Return the coordinates after a constant velocity over a time, exactly.
 
-        A floating joint moves by T exp(V dt), a planar one or a unicycle along an arc, a car too,
-        once it has steered; limits of coordinates are not looked at.
+        A floating joint moves by T exp(V dt), and a planar joint or unicycle along an arc. A car
+        first steers, within its limits, and then moves along an arc. Limits of other coordinates
+        are not applied.
 
+        Parameters
+        ----------
+        q : array_like of shape (..., nq)
+            Coordinates at the start, in rad and m.
+        v : array_like of shape (..., nv)
+            Velocities, in rad/s and m/s.
+        dt : float
+            Time in seconds.
+
+        Returns
+        -------
+        ndarray of shape (..., nq)
+            Coordinates at the end.
+
+        Raises
+        ------
+        InputError
+            If the shapes do not fit, or the result is not finite.
+
+        Examples
+        --------
         >>> from robsim import Robot
         >>> Robot.from_dh([[0, 0, 1, 0]]).integrate([0.1], [2.0], 0.5)
         array([1.1])
         """
         start, rate = self.coordinates(q, limits=False), as_floats(v, "v", (self.nv,))
         lead = broadcast_leading_shape(start.shape[:-1], rate.shape[:-1], "q and v")
-        moved = move_runs_last(np.broadcast_to(start, (*lead, self.nq)), 1).copy()
+        coordinates = move_runs_last(np.broadcast_to(start, (*lead, self.nq)), 1).copy()
         rates = move_runs_last(np.broadcast_to(rate, (*lead, self.nv)), 1)
-        self.tree.advance(moved, rates, as_float(dt, "dt"))
-        if not np.isfinite(moved).all():
-            raise InputError("q, v and dt: too large, so that where they lead is not finite")
-        return move_runs_first(moved, lead)
+        self.tree.advance(coordinates, rates, as_float(dt, "dt"))
+        if not np.isfinite(coordinates).all():
+            raise InputError("q, v and dt: too large, so that the result is not finite")
+        return move_runs_first(coordinates, lead)
 
     def _link(self, name: str | None) -> str:
+        """Return the name of a link, or of the tip for None; raise FrameError if no link has it."""
         if name is None:
             return self.tip
         names = [link.name for link in self.links]
         if not is_known_name(name, names):
-            raise FrameError(
-                f"no frame {format_value(name)} in robot '{self.name}'; {suggest_names(name, names, 'frames')}"
-            )
+            hint = suggest_names(name, names, "frames")
+            raise FrameError(f"no frame {format_value(name)} in robot '{self.name}'; {hint}")
         return name
 
     def _placement(self, link: str | None) -> FrameEvaluator:
-        """Return the link as the kernels know it, or the tip for None."""
-        found = self._placements.get(link) if link is None or isinstance(link, str) else None
-        if found is None:
-            found = self._placements[link] = FrameEvaluator(self.tree, [self._link(link)])
-        return found
+        """Return the compiled evaluation of a link, or of the tip for None."""
+        known = self._placements.get(link) if link is None or isinstance(link, str) else None
+        if known is None:
+            known = self._placements[link] = FrameEvaluator(self.tree, [self._link(link)])
+        return known
 
     @cached_property
     def _placements(self) -> dict[str | None, FrameEvaluator]:
-        """What `_placement` has returned, by link."""
+        """Evaluations that `_placement` has made, by link."""
         return {}
 
     @cached_property
     def _every_frame(self) -> FrameEvaluator:
-        """All links, in their order."""
+        """Compiled evaluation of all links, in their order."""
         return FrameEvaluator(self.tree, [link.name for link in self.links])
 
     @cached_property
     def _is_plain(self) -> bool:
-        """Whether coordinates are used as they are given, and a kernel can look at them."""
-        return self.tree.compiled and not self._checked and not self._floats
+        """Whether coordinates need no conversion, so that a kernel can check them."""
+        return self.tree.compiled and not self._kind_checks and not self._is_floating

@@ -1,4 +1,4 @@
-"""The limits of coordinates, from those of joints and of the joints that mimic them."""
+"""Limits of coordinates, from the limits of joints and of joints that mimic them."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from robsim.robot.link import Link, list_coordinate_names
 
 
 def combine_limits(links: Sequence[Link]) -> Array:
-    """Return the limits (nq, 2), read-only, that also keep mimicking joints within theirs.
+    """Return the limits (nq, 2), read-only, with the limits of mimicking joints applied.
 
-    InputError: one with limits mimics in the end what follows in another way.
+    Raise InputError if a joint with limits mimics a coordinate that follows by another coupling.
     """
     names = list_coordinate_names(links)
     own = (link.joint for link in links if link.joint.parts.coordinates)
@@ -31,8 +31,8 @@ def combine_limits(links: Sequence[Link]) -> Array:
             if root.of not in number:
                 above = follows[root.of]
                 raise InputError(
-                    f"limits of '{link.name}' are not looked at, because what it mimics follows "
-                    f"by {type(above).__name__}: limit '{above.of}'"
+                    f"limits of '{link.name}' are not checked, because '{root.of}' follows by "
+                    f"{type(above).__name__}: limit '{above.of}'"
                 )
             source, (low, high) = number[root.of], root.source_limits(link.joint.limits)
             rows[source] = max(rows[source, 0], low), min(rows[source, 1], high)
@@ -40,11 +40,11 @@ def combine_limits(links: Sequence[Link]) -> Array:
 
 
 def check_common_limits(rows: Array, names: Iterable[str], robot: str) -> None:
-    """Raise InputError if a coordinate and those that mimic it have no limits in common."""
+    """Raise InputError if a coordinate and the joints that mimic it have no limits in common."""
     for name, (low, high) in zip(names, rows, strict=True):
         if not (low <= high and low < np.inf and high > -np.inf):
             raise InputError(
-                f"joint '{name}' of '{robot}' and what mimics it are never within their "
+                f"joint '{name}' of '{robot}' and the joints that mimic it are never within their "
                 "limits at once"
             )
 

@@ -1,4 +1,4 @@
-"""The links of a robot: rigid parts, each with the joint that connects it to its parent."""
+"""Links of a robot: rigid parts, each with the joint that connects it to its parent."""
 
 from __future__ import annotations
 
@@ -17,18 +17,36 @@ from robsim.robot.joint import FIXED, Joint
 
 def check_shapes(given: Any, owner: str) -> tuple[Primitive, ...]:
     """Return one or several primitives as a tuple, or raise an InputError that names the owner."""
-    shapes = (given,) if isinstance(given, Primitive) else given
-    if not isinstance(shapes, list | tuple) or not all(isinstance(s, Primitive) for s in shapes):
+    solids = (given,) if isinstance(given, Primitive) else given
+    if not isinstance(solids, list | tuple) or not all(isinstance(s, Primitive) for s in solids):
         raise InputError(f"{owner}: shapes are Block, Wheel, Ball, ..., got {format_value(given)}")
-    return tuple(shapes)
+    return tuple(solids)
 
 
 @dataclass(frozen=True)
 class Link:
-    """A rigid part, connected to the link `parent` by `joint` and drawn by `shapes`.
+    """Rigid part of a robot, connected to its parent by a joint.
 
-    `inertia` is in the link's frame; where it is not given, the shapes may weigh something.
+    Parameters
+    ----------
+    name : str
+        Name of the link. It becomes the frame "robot.link" of a scene.
+    parent : str, optional
+        Name of the parent link. Only the base link has no parent.
+    joint : Joint, default a fixed joint
+        Joint between the parent and the link.
+    shapes : sequence of Primitive, default none
+        Solids in the frame of the link, for figures, files and distances.
+    inertia : Inertia, optional
+        Inertia in the frame of the link. Default: the sum over the shapes.
 
+    Raises
+    ------
+    InputError
+        If the name is not valid, or a part has another type.
+
+    Examples
+    --------
     >>> Link("body", "base", Joint("floating")).joint.kind
     'floating'
     """
@@ -41,7 +59,7 @@ class Link:
 
     @property
     def label(self) -> str:
-        """The name of its coordinates: that of the joint, if it has one, else that of the link."""
+        """Name of the coordinates: the name of the joint if given, else the name of the link."""
         return self.joint.name or self.name
 
     def __post_init__(self) -> None:
@@ -58,8 +76,10 @@ class Link:
 
     @property
     def inertial(self) -> Inertia | None:
-        """The given inertia, or the sum over the shapes, or None if there is no mass.
+        """Given inertia, or the sum over the shapes, or None if all are massless.
 
+        Examples
+        --------
         >>> from robsim.geometry.primitives import Ball
         >>> Link("tool", shapes=(Ball(0.1, mass=2), Ball(0.1, mass=1))).inertial.mass
         3.0
@@ -67,15 +87,15 @@ class Link:
         if self.inertia is not None:
             return self.inertia
         parts = [shape.inertia for shape in self.shapes]
-        weighed = [part for part in parts if part is not None]
-        return reduce(add, weighed) if weighed else None
+        inertias = [part for part in parts if part is not None]
+        return reduce(add, inertias) if inertias else None
 
 
 def list_coordinate_names(links: Iterable[Link]) -> tuple[str, ...]:
-    """Return the names of the joints' own coordinates: joint or link, with a suffix like .x."""
+    """Return the names of independent coordinates: joint or link, with a suffix such as ".x"."""
     return tuple(link.label + part for link in links for part in link.joint.parts.coordinates)
 
 
 def list_velocity_names(links: Iterable[Link]) -> tuple[str, ...]:
-    """Return the names of the joints' own velocities: joint or link, with a suffix like .x."""
+    """Return the names of independent velocities: joint or link, with a suffix such as ".x"."""
     return tuple(link.label + part for link in links for part in link.joint.parts.velocities)

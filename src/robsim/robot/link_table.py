@@ -1,4 +1,4 @@
-"""The text form of a link with its joint."""
+"""Text form of a link with its joint."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ POSE_KEYS = ("place", "tail")
 
 @dataclass(frozen=True)
 class JointKindChoice(KindOf):
-    """The declaration of a kind of joint: its name, or a table with its parameters."""
+    """Declaration of a kind of joint: its name, or a table with its parameters."""
 
     __hash__ = KindOf.__hash__
 
@@ -44,13 +44,13 @@ class JointKindChoice(KindOf):
 
 
 def _find_limit_axes(c: Context) -> Axes:
-    """Return the ends of the range of the joint whose table is around."""
+    """Return the axes of the limits of the joint in the surrounding table."""
     return Axes([get_joint_unit(c)] * 2, ["lowest", "highest"])
 
 
 @dataclass(frozen=True)
 class JointLimits(PerJoint):
-    """The declaration of joint limits: the lowest and highest coordinate, in the joint's unit."""
+    """Declaration of joint limits: the lowest and highest coordinate, in the unit of the joint."""
 
     def controls(self, value: Any, place: Any) -> Iterable[Any]:
         return ()
@@ -61,7 +61,7 @@ class JointLimits(PerJoint):
 
 @dataclass(frozen=True)
 class LinkTable:
-    """The text form of a link; the constants of its joint are a row `dh`, or `place` and `tail`."""
+    """Text form of a link; the constants of its joint are a row `dh`, or `place` and `tail`."""
 
     stands: ClassVar[Mapping[str, str]] = {
         "joint": "joint.kind",
@@ -70,14 +70,12 @@ class LinkTable:
     }
 
     name: Annotated[str, LINK_NAME, "Name of the link."]
-    parent: Annotated[
-        str | None, LINK_NAME, "Link that carries the joint; None: the one before."
-    ] = None
+    parent: Annotated[str | None, LINK_NAME, "Parent link. None: the previous link."] = None
     joint: Annotated[Any, JointKindChoice(JOINTS), "Kind of the joint that moves the link."] = (
         "fixed"
     )
     joint_name: Annotated[
-        str | None, LINK_NAME, "Name of the joint and its coordinates; None: that of the link."
+        str | None, LINK_NAME, "Name of the joint and its coordinates. None: the name of the link."
     ] = None
     speed: Annotated[
         float | None, OfJoint("/s", above=0), Role.FILE, "Largest speed of the drive."
@@ -88,12 +86,10 @@ class LinkTable:
         Role.FILE,
         "Largest torque or force of the drive, in N m or N.",
     ] = None
-    curve: Annotated[Any, KindOf(CURVES, short=False), "Curve that a joint on a rail follows."] = (
-        None
-    )
+    curve: Annotated[Any, KindOf(CURVES, short=False), "Curve of a rail."] = None
     steering: Annotated[Steering | None, Table(Steering), "Steering of a car."] = None
     follows: Annotated[
-        Any, KindOf(COUPLINGS, short=False), "Coupling by which the coordinate follows others."
+        Any, KindOf(COUPLINGS, short=False), "Coupling of the coordinate to other coordinates."
     ] = None
     dh: Annotated[DHRow | None, Table(DHRow), "Row of Denavit-Hartenberg constants."] = None
     place: Annotated[Pose | None, POSE, PerRun(), "Pose of the joint in the parent."] = None
@@ -102,7 +98,7 @@ class LinkTable:
     ] = None
     limits: Annotated[Any, JointLimits(_find_limit_axes), "Lowest and highest coordinate."] = None
     shapes: Annotated[
-        tuple[Primitive, ...], SHAPE_LIST, Role.FIGURE, "Solids that figures show of the link."
+        tuple[Primitive, ...], SHAPE_LIST, Role.FIGURE, "Solids of the link, for figures."
     ] = ()
     inertia: Annotated[
         Inertia | None, Table(Inertia), Role.FILE, "Mass, centre of mass and moments of inertia."
@@ -112,7 +108,7 @@ class LinkTable:
 
     @classmethod
     def facts(cls, own: Any, c: Context) -> Context:
-        """Return the context with the kind of joint, which has the units of other values."""
+        """Return the context with the kind of joint, which determines the units of other values."""
         joint = own.get("joint")
         return c.knowing(joint=joint and find_joint_kind(joint))
 
@@ -121,9 +117,9 @@ class LinkTable:
         if self.dh is not None and (self.place is not None or self.tail is not None):
             raise InputError("dh and place or tail: give one of the two only")
         poses: dict[str, Any] = {key: getattr(self, key) or IDENTITY for key in POSE_KEYS}
-        own = {key: getattr(self, key) for key in JOINT_KEYS}
+        parts = {key: getattr(self, key) for key in JOINT_KEYS}
         with prefix_path("limits") if self.limits is not None else prefix_path():
-            joint = Joint(self.joint, **poses, **own, name=self.joint_name)
+            joint = Joint(self.joint, **poses, **parts, name=self.joint_name)
         return Link(self.name, self.parent, joint, self.shapes, self.inertia)
 
     @classmethod
@@ -132,9 +128,9 @@ class LinkTable:
         joint = value.joint
         if type(value) is not Link or type(joint) is not Joint:
             raise NoTextError(f"{type(value).__name__} is Python code")
-        own = {key: getattr(joint, key) for key in JOINT_KEYS}
+        parts = {key: getattr(joint, key) for key in JOINT_KEYS}
         for key in POSE_KEYS:
             pose = getattr(joint, key)
-            own[key] = None if joint.dh or pose == IDENTITY else pose
-        own |= {"joint": joint.kind, "joint_name": joint.name}
-        return cls(value.name, value.parent, shapes=value.shapes, inertia=value.inertia, **own)
+            parts[key] = None if joint.dh or pose == IDENTITY else pose
+        parts |= {"joint": joint.kind, "joint_name": joint.name}
+        return cls(value.name, value.parent, shapes=value.shapes, inertia=value.inertia, **parts)

@@ -27,16 +27,32 @@ from robsim.robot.link import Link
 from robsim.robot.robot_origin import RobotOrigin
 from robsim.robot.tool import mount_tool
 
-# what is the same in robots whose numbers differ
+# properties that robots with the same structure share
 SHARED_PROPERTIES = (
     *("coordinate_names", "coordinate_units", "velocity_names", "velocity_units"),
-    *("nq", "nv", "_angles", "_floats"),
+    *("nq", "nv", "_angle_indices", "_is_floating"),
 )
 
 
 @dataclass(frozen=True, eq=False)
 class Mounting:
-    """A tool on a link of the robot `before`, at `pose`, and the links and tip `of` both."""
+    """Tool on a link of a robot, and the links and tip of both together.
+
+    Attributes
+    ----------
+    before : Robot
+        Robot without the tool.
+    tool : Robot
+        Tool.
+    pose : Pose
+        Pose of the base of the tool in the link `on`.
+    on : str
+        Link of `before` that carries the tool.
+    bare : bool
+        Whether the shapes of this link are left out.
+    of : tuple
+        Links and tip of the robot with the tool.
+    """
 
     before: Robot
     tool: Robot
@@ -48,22 +64,62 @@ class Mounting:
 
 @dataclass(frozen=True, eq=False)
 class Robot(Kinematics):
-    """A tree of links, of which the first is the base; it stands at `base` on the frame `on`.
+    """Tree of links on joints, with a base, a tip and a home configuration.
 
-    `tip` is the link that methods use by default: the last one, unless it is given. `home` is
-    (nq,) or a mapping from the names of coordinates to values; missing values are zero, or the
-    nearest that the limits allow.
+    The first link is the base. It is placed at `base` on the frame `on` of a scene. Forward
+    kinematics, Jacobians and inverse kinematics refer to the base link.
 
-    Coordinates q (..., nq) come joint by joint: one each for revolute (radians) and prismatic
-    (metres) joints, seven for floating ones (position, unit quaternion x y z w), three for planar
-    joints and unicycles (x, y, theta), a fourth for cars (the steering angle), one for rails (arc
-    length, metres). Velocities (..., nv) likewise, in the axes that the link has before its tail:
-    the body twist (v, omega) of a floating joint, (vx, vy, omega) of a planar one, (v, omega) of
-    a unicycle or car, along x and about z, the speed along a rail. A joint that follows others has
-    none of its own; a rolling wheel has its angle as a coordinate, and no velocity.
+    Parameters
+    ----------
+    name : str
+        Name of the robot, and of its frames "name.link" in a scene.
+    links : sequence of Link
+        Links, the base first.
+    home : array_like of shape (nq,) or mapping of str to float, optional
+        Coordinates at home, in rad and m. Missing values are zero, or the nearest value within the
+        limits.
+    base : Pose, default the identity
+        Pose of the base link in the frame `on`.
+    on : str, default "world"
+        Frame of the scene that carries the robot.
+    tip : str, optional
+        Link that methods use by default. Default: the last link.
+    origin : RobotOrigin, optional
+        Library robot or URDF file that the robot was read from. It is kept by later changes and has
+        no effect on equality.
+    mounting : Mounting, optional
+        The latest tool of `with_tool`. It has no effect on equality.
 
-    `origin` is the library robot or the URDF file that it was read from, also where it was changed
-    since, and `mounting` the last tool that `with_tool` gave it; both have no part in equality.
+    Raises
+    ------
+    InputError
+        If the links do not form a tree, the base link moves, or home is outside of the limits.
+    FrameError
+        If a parent or the tip is not the name of a link.
+
+    Notes
+    -----
+    Coordinates q (..., nq) are listed joint by joint, and velocities v (..., nv) likewise, in the
+    axes of the moved frame before the tail:
+
+    - revolute: angle (rad); angular velocity (rad/s)
+    - prismatic: distance (m); velocity (m/s)
+    - floating: position (m) and unit quaternion x, y, z, w; body twist (v, omega)
+    - planar: x, y (m) and theta (rad); vx, vy (m/s) and omega (rad/s)
+    - unicycle: x, y and theta; v along x (m/s) and omega about z (rad/s)
+    - car: x, y, theta and the steering angle (rad); v along x and omega about z
+    - rail: arc length (m); speed along the curve (m/s)
+
+    A joint that follows other joints adds no coordinates. A rolling wheel adds its angle as a
+    coordinate, and no velocity.
+
+    Examples
+    --------
+    >>> from robsim.joints import Joint
+    >>> base, arm = Link("base"), Link("arm", "base", Joint("revolute"))
+    >>> robot = Robot("lever", [base, arm], home={"arm": 0.5})
+    >>> robot.coordinate_names, robot.home
+    (('arm',), array([0.5]))
     """
 
     name: str
@@ -80,47 +136,49 @@ class Robot(Kinematics):
         object.__setattr__(self, "base", check_single_pose(self.base, f"base of '{self.name}'"))
         if not isinstance(self.on, str):
             raise InputError(f"on: expected the name of a frame, got {format_value(self.on)}")
-        given = (self.links,) if isinstance(self.links, Link) else self.links
-        if not isinstance(given, Sequence) or not all(isinstance(link, Link) for link in given):
-            raise InputError(f"robot '{self.name}' needs a list of Link, got {format_value(given)}")
-        if not given:
+        links = (self.links,) if isinstance(self.links, Link) else self.links
+        if not isinstance(links, Sequence) or not all(isinstance(link, Link) for link in links):
+            raise InputError(f"robot '{self.name}' needs a list of Link, got {format_value(links)}")
+        if not links:
             raise InputError(f"robot '{self.name}' needs at least one Link, its base")
-        object.__setattr__(self, "links", tuple(given))
+        object.__setattr__(self, "links", tuple(links))
         base = self.links[0]
         if base.joint.moves or base.parent is not None:
             raise InputError(
-                f"link '{base.name}' is the base of '{self.name}': it hangs from nothing and does "
+                f"link '{base.name}' is the base of '{self.name}': it has no parent and does "
                 "not move; let the next link move"
             )
         for link in self.links[1:]:
             if link.parent is None:
                 raise InputError(f"link '{link.name}' has no parent; only the base has none")
-        _ = self.tree  # an unknown parent is an error now, not later
-        last = isinstance(self.tip, str) and not self.tip
-        object.__setattr__(self, "tip", self._link(self.links[-1].name if last else self.tip))
+        _ = self.tree  # raises for an unknown parent
+        unset = isinstance(self.tip, str) and not self.tip
+        object.__setattr__(self, "tip", self._link(self.links[-1].name if unset else self.tip))
         check_common_limits(self._ranges, self.coordinate_names, self.name)
-        home = self._full_home(f"{self.name}.home")
+        home = self._complete_home(f"{self.name}.home")
         if home.ndim != 1:
             raise InputError(f"{self.name}.home: expected shape ({self.nq},), got {home.shape}")
         object.__setattr__(self, "home", make_read_only(home))
 
     def revised(self, **changes: Any) -> Robot:
-        """Return a copy in which only numbers differ; what they do not touch is as it was."""
-        made = replace_unchecked(self, **changes)
-        copy_cached(self, made, SHARED_PROPERTIES)
-        if made.links is self.links:
-            copy_cached(self, made, ("tree",))
-        elif _list_wheel_mounts(made.links) != _list_wheel_mounts(self.links):
-            _ = made.tree  # whether what follows others still fits together
-        same = _list_limit_sources(made.links) == _list_limit_sources(self.links)
-        if same:
-            copy_cached(self, made, ("_ranges",))
+        """Return a copy with other numbers and the same structure, reusing unchanged results."""
+        robot = replace_unchecked(self, **changes)
+        copy_cached(self, robot, SHARED_PROPERTIES)
+        if robot.links is self.links:
+            copy_cached(self, robot, ("tree",))
+        elif _list_wheel_mounts(robot.links) != _list_wheel_mounts(self.links):
+            _ = robot.tree  # raises if wheels no longer fit their vehicles
+        same_limits = _list_limit_sources(robot.links) == _list_limit_sources(self.links)
+        if same_limits:
+            copy_cached(self, robot, ("_ranges",))
         else:
-            _check_chord_curves(made.links)
-            check_common_limits(made._ranges, made.coordinate_names, made.name)
-        if not same or "home" in changes:
-            object.__setattr__(made, "home", make_read_only(made._full_home(f"{made.name}.home")))
-        return made
+            _check_chord_curves(robot.links)
+            check_common_limits(robot._ranges, robot.coordinate_names, robot.name)
+        if not same_limits or "home" in changes:
+            object.__setattr__(
+                robot, "home", make_read_only(robot._complete_home(f"{robot.name}.home"))
+            )
+        return robot
 
     def __str__(self) -> str:
         coordinates = ", ".join(self.coordinate_names) or "none"
@@ -146,13 +204,51 @@ class Robot(Kinematics):
         links: Sequence[str] | None = None,
         shapes: Sequence[Sequence[Primitive]] | None = None,
     ) -> Robot:
-        """Return a robot from a Denavit-Hartenberg table (n, 4) of theta, d, a, alpha in SI units.
+        """Return a robot from a Denavit-Hartenberg table.
 
-        Standard (chapter, eq. 3): T = Rz(theta) Tz(d) Tx(a) Rx(alpha). Modified (Craig):
-        T = Rx(alpha) Tx(a) Rz(theta) Tz(d). The coordinate is added to theta of an "R" joint and
-        to d of a "P" joint. `limits` is (n, 2); links are called link1 ... unless named. `shapes`
-        lists the primitives of the base and of each link, in that link's axes.
+        A row is the transform from one link to the next, in the standard convention (chapter, eq.
+        3)
 
+            T = Rz(theta) Tz(d) Tx(a) Rx(alpha),
+
+        and in the modified convention (Craig)
+
+            T = Rx(alpha) Tx(a) Rz(theta) Tz(d).
+
+        The coordinate is added to theta of a revolute joint and to d of a prismatic joint.
+
+        Parameters
+        ----------
+        rows : array_like of shape (n, 4)
+            Rows (theta, d, a, alpha) in rad and m.
+        convention : {"standard", "modified"}, default "standard"
+            Order of the four elementary transforms.
+        joints : str, optional
+            One letter for each joint, "R" for revolute and "P" for prismatic. Default: all
+            revolute.
+        home : array_like of shape (n,), optional
+            Coordinates at home. Default: zero, or the nearest values within the limits.
+        limits : array_like of shape (n, 2), optional
+            Lowest and highest value of each coordinate; (-inf, inf) for a joint without limits.
+        name : str, default "robot"
+            Name of the robot.
+        links : sequence of str, optional
+            Names of the n links after the base. Default: "link1", "link2" and so on.
+        shapes : sequence of sequences of Primitive, optional
+            Solids of the base and of each link, n + 1 lists, in the axes of the link.
+
+        Returns
+        -------
+        Robot
+            Robot with a base link "base" and n moving links.
+
+        Raises
+        ------
+        InputError
+            If the arguments do not fit together.
+
+        Examples
+        --------
         >>> arm = Robot.from_dh([[0, 0, 1, 0], [0, 0, 1, 0]], name="planar")
         >>> arm.fk([0, 0])[:3, 3]
         array([2., 0., 0.])
@@ -164,89 +260,195 @@ class Robot(Kinematics):
     def from_urdf(
         cls, path: str | os.PathLike[str], tip: str | None = None, home: Any = None
     ) -> Robot:
-        """Read a robot from a URDF file; its meshes are opened when they are drawn.
+        """Return a robot from a URDF file.
 
-        path   of the file
-        tip    the link that methods use by default. None takes, of the links that joints
-               move and nothing hangs from, one called tcp, tool0, tool, ee, flange or the like,
-               else the one behind the most joints; a FileWarning names all that would do as well
-        home   (nq,) or {coordinate: value}, rad and m. None is zero, or what the limits allow
-               next to it
+        The coordinates have the names of the joints, in the order of the file, and links keep their
+        names. The shapes of a link are its visual shapes, or its collision shapes if it has no
+        visual shapes; opacities and textures are ignored. Mesh files are opened only when they are
+        drawn. The kinematics are read strictly. Shapes and inertias that cannot be used are left
+        out, and long names are shortened, with one warning.
 
-        Coordinates are called after the joints, in their order; a link has the name that it has
-        there. Shapes are what is to be seen of a link, or what it collides by where nothing is;
-        opacities and textures are left out. The kinematics are read strictly: FileError lists all
-        errors with their lines. Shapes and inertias that cannot be used are left out, and long
-        names shortened; one FileWarning lists where. FrameError: no link is called `tip`.
-        InputError: `home` does not fit the coordinates or their limits.
+        Parameters
+        ----------
+        path : str or path-like
+            URDF file.
+        tip : str, optional
+            Link that methods use by default. Default: among the moving links without children, a
+            link with a name such as tcp, tool0, tool, ee or flange, else the link behind the most
+            joints.
+        home : array_like of shape (nq,) or mapping of str to float, optional
+            Coordinates at home, in rad and m. Default: zero, or the nearest values within the
+            limits.
 
+        Returns
+        -------
+        Robot
+            The robot, with `origin` set to the path of the file.
+
+        Raises
+        ------
+        FileError
+            If the file is not valid. The message lists all errors with their lines.
+        FrameError
+            If no link has the name `tip`.
+        InputError
+            If `home` does not fit the coordinates or their limits.
+
+        Warns
+        -----
+        FileWarning
+            If parts of the file are left out or changed, or if several links are equally likely
+            tips.
+
+        Examples
+        --------
         >>> Robot.from_dh([[0, 0, 1, 0], [0, 0, 1, 0]], name="planar").to_urdf("planar.urdf")
         >>> Robot.from_urdf("planar.urdf", home={"link2": 0.5}).home
         array([0. , 0.5])
         """
-        from robsim.robot import urdf  # only where it is used, for a quick start
+        from robsim.robot import urdf  # imported here to keep the start of RobSim quick
 
-        robot, found = urdf.read_urdf(path, lambda name, links, end: cls(name, links, tip=end))
-        if tip is None and found.others:
-            warnings.warn(f"{path}: {found.warning}", FileWarning, stacklevel=2)
+        robot, choice = urdf.read_urdf(path, lambda name, links, end: cls(name, links, tip=end))
+        if tip is None and choice.others:
+            warnings.warn(f"{path}: {choice.warning}", FileWarning, stacklevel=2)
         origin = RobotOrigin(urdf=os.path.abspath(path))
         if tip is None and home is None:
             return replace(robot, origin=origin)
-        return replace(robot, tip=found.name if tip is None else tip, home=home, origin=origin)
+        return replace(robot, tip=choice.name if tip is None else tip, home=home, origin=origin)
 
     def to_urdf(self, path: str | os.PathLike[str]) -> None:
-        """Write a URDF file, from which the same links, poses, limits and inertias can be read.
+        """Write a URDF file that reproduces links, poses, limits and inertias when it is read.
 
-        Where the base stands, home, and the `n` of circles are not written. A link beside the axis
-        of its joint (as with DH rows) takes a second one, "elbow.axis", which RobSim removes again
-        when it reads the file. A camera body becomes two boxes. A link that moves and weighs
-        nothing gets 1 g and 1e-6 kg m^2, so that simulators take it. InputError: rails, vehicles
-        and what follows by other than Mimic, which the format cannot express, by name.
+        The pose of the base, home, and the number `n` of points of circles are not written. If the
+        origin of a link is not on the axis of its joint, as with many DH rows, the file contains an
+        auxiliary link such as "elbow.axis", which `from_urdf` removes. A camera body becomes two
+        boxes. Each moving link without mass gets 1 g and 1e-6 kg m^2, which simulators require.
+
+        Parameters
+        ----------
+        path : str or path-like
+            File to write.
+
+        Raises
+        ------
+        InputError
+            If the robot has rails, vehicles or couplings other than `Mimic`, which URDF cannot
+            express. The message names them.
+
+        Examples
+        --------
+        >>> Robot.from_dh([[0, 0, 1, 0]], name="arm").to_urdf("arm.urdf")
+        >>> Robot.from_urdf("arm.urdf").fk([0.0])[:3, 3]
+        array([1., 0., 0.])
         """
-        from robsim.robot import urdf  # only where it is used, for a quick start
+        from robsim.robot import urdf  # imported here to keep the start of RobSim quick
 
         urdf.write_urdf(self.name, self.links, self.tip, path)
 
     def to_mjcf(self, path: str | os.PathLike[str]) -> None:
         """Write a MuJoCo model with bodies, joints, geoms, inertias, and equalities for mimics.
 
-        Joints are called as our coordinates; a planar one becomes two slides and a hinge, "deck.x",
-        "deck.y" and "deck.theta". What floats must stand on what does not move; the coordinates
-        of its free joint are the pose of the body in the world. The base stands at the origin.
-        Meshes are left out, with a FileWarning; the rest is as in `to_urdf`.
+        Joints have the names of the coordinates. A planar joint becomes two slides and a hinge,
+        such as "deck.x", "deck.y" and "deck.theta". The coordinates of a free joint are the pose of
+        the body in the world. The base is at the origin. Meshes are left out; other shapes and
+        missing masses are treated as in `to_urdf`.
+
+        Parameters
+        ----------
+        path : str or path-like
+            File to write.
+
+        Raises
+        ------
+        InputError
+            If MJCF cannot express a joint, such as a floating joint on a moving link.
+
+        Warns
+        -----
+        FileWarning
+            If meshes are left out.
+
+        Examples
+        --------
+        >>> Robot.from_dh([[0, 0, 1, 0]], name="arm").to_mjcf("arm.xml")
+        >>> from pathlib import Path
+        >>> 'type="hinge"' in Path("arm.xml").read_text()
+        True
         """
-        from robsim.robot import urdf  # only where it is used, for a quick start
+        from robsim.robot import urdf  # imported here to keep the start of RobSim quick
 
         urdf.write_mjcf(self.name, self.links, self.tree, path)
 
     def at(self, pose: Any, on: str | None = None) -> Robot:
-        """Return a copy whose base is moved by `pose`, or stands on another frame of the scene.
+        """Return a copy with its base moved by `pose`, or placed at `pose` on another frame.
 
+        Parameters
+        ----------
+        pose : Pose or array_like of shape (4, 4)
+            If `on` is None, the new base is pose @ base. Otherwise the pose of the base in the
+            frame `on`.
+        on : str, optional
+            Frame of the scene that carries the robot.
+
+        Returns
+        -------
+        Robot
+            The moved robot.
+
+        Examples
+        --------
         >>> Robot.from_dh([[0, 0, 1, 0]]).at(Pose.at(0, 0, 1)).base.position
         array([0., 0., 1.])
         """
-        moved = check_single_pose(pose, f"base of '{self.name}'")
+        placement = check_single_pose(pose, f"base of '{self.name}'")
         if on is None:
-            return replace(self, base=moved @ self.base)
-        return replace(self, base=moved, on=on)
+            return replace(self, base=placement @ self.base)
+        return replace(self, base=placement, on=on)
 
     def named(self, name: str) -> Robot:
-        """Return a copy with another name, for a second one in a scene."""
+        """Return a copy with another name, so that a scene can contain several equal robots.
+
+        Examples
+        --------
+        >>> Robot.from_dh([[0, 0, 1, 0]]).named("left").name
+        'left'
+        """
         return replace(self, name=name)
 
     def with_tool(
         self, tool: Robot, pose: Any = IDENTITY, on: str | None = None, bare: bool = False
     ) -> Robot:
-        """Return a copy with a tool at `pose` on its link `on` (the tip by default).
+        """Return a copy with a tool on one of its links.
 
-        Links and coordinates of the tool come after its own, at home as the tool is, and its tip
-        is that of the tool; a name that both have gets that of the tool in front, as in
-        "gripper_base". The base link of the tool no longer is one, but a link that does not move.
-        `bare` takes the shapes of the link `on` away, for a tool that stands for what was drawn
-        there.
+        The links and coordinates of the tool follow the links and coordinates of the robot, with
+        the tool at its own home. The tip becomes the tip of the tool. If both use a name, the
+        tool's gets a prefix, as in "gripper_base". The base link of the tool becomes a fixed link.
 
+        Parameters
+        ----------
+        tool : Robot
+            Tool on the frame "world".
+        pose : Pose or array_like of shape (4, 4), default the identity
+            Pose of the tool on the link.
+        on : str, optional
+            Link that carries the tool. Default: the tip.
+        bare : bool, default False
+            Whether to remove the shapes of the link `on`, for a tool that replaces them.
+
+        Returns
+        -------
+        Robot
+            The robot with the tool.
+
+        Raises
+        ------
+        InputError
+            If names clash even with the prefix, or the tool is on another frame than "world".
+
+        Examples
+        --------
         >>> import robsim as rs
-        >>> at = Pose.at(z=-0.1083)  # the tool frame of this arm lies between the finger tips
+        >>> at = Pose.at(z=-0.1083)  # the tool frame of this arm is between the finger tips
         >>> rhino = rs.robots.rhino_xr4().with_tool(rs.robots.rhino_gripper(), at, bare=True)
         >>> rhino.coordinate_names[-1], rhino.tip
         ('opening', 'tip')
@@ -270,36 +472,36 @@ class Robot(Kinematics):
 
     @property
     def mountings(self) -> tuple[Mounting, ...]:
-        """The tools that it was given, the first one first; none where its links are others now."""
+        """Tools in order of their mounting; empty if links or tip were changed afterwards."""
         last = self.mounting
         if last is None or last.of != (self.links, self.tip):
             return ()
         return (*last.before.mountings, last)
 
-    def _full_home(self, what: str) -> Array:
-        """Return home as it was given, with missing coordinates as close to zero as allowed."""
+    def _complete_home(self, what: str) -> Array:
+        """Return home (nq,), with missing coordinates as close to zero as the limits allow."""
         if self.home is not None and not isinstance(self.home, Mapping):
             return self.coordinates(self.home, what)
-        given, names = dict(self.home or {}), self.coordinate_names
-        for name in given:
+        values, names = dict(self.home or {}), self.coordinate_names
+        for name in values:
             if name not in names:
                 hint = suggest_names(name, names, "coordinates")
                 raise InputError(f"{what}: no coordinate {format_value(name)}; {hint}")
         nearest = np.clip(self.rest, *self.limits.T).tolist()
-        full = [given.get(name, zero) for name, zero in zip(names, nearest, strict=True)]
-        home = self._valid(full, what)
-        warn_of_degrees(home[[i for i in self._angles if names[i] in given]], what)
+        completed = [values.get(name, zero) for name, zero in zip(names, nearest, strict=True)]
+        home = self._validate(completed, what)
+        warn_of_degrees(home[[i for i in self._angle_indices if names[i] in values]], what)
         return home
 
 
 def _list_limit_sources(links: Sequence[Link]) -> list[Any]:
-    """Return what the limits of coordinates follow from."""
+    """Return the parts of joints that determine the limits of the coordinates."""
     joints = [link.joint for link in links]
     return [(joint.limits, joint.follows, joint.needed) for joint in joints]
 
 
 def _list_wheel_mounts(links: Sequence[Link]) -> list[Any]:
-    """Return from what follows whether wheels fit on their vehicles."""
+    """Return the parts of joints that determine whether wheels fit their vehicles."""
     joints = [link.joint for link in links]
     if not any(isinstance(joint.follows, Ackermann | Rolling) for joint in joints):
         return []

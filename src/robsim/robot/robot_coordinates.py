@@ -1,4 +1,4 @@
-"""The coordinates of a robot: their names, units and limits, and how they are checked."""
+"""Coordinates of a robot: names, units, limits and checks."""
 
 from __future__ import annotations
 
@@ -19,83 +19,111 @@ from robsim.robot.tree import Tree
 
 
 class RobotCoordinates(Value):
-    """The coordinates and velocities of a `Robot`."""
+    """Coordinates and velocities of a `Robot`."""
 
     name: str
     links: tuple[Link, ...]
 
     @cached_property
     def tree(self) -> Tree:
-        """The kinematic tree of the robot alone, with its base link at the world frame."""
+        """Kinematic tree of the robot alone, with its base link at the world frame."""
         base, *others = self.links
-        frames = [Frame(base.name, "world", FIXED)]  # the scene places the base
+        frames = [Frame(base.name, "world", FIXED)]  # `base` is applied by the scene
         return Tree([*frames, *(Frame(k.name, k.parent or "world", k.joint) for k in others)])
 
     @cached_property
     def nq(self) -> int:
-        """The number of coordinates."""
+        """Number of coordinates."""
         return len(self.coordinate_names)
 
     @cached_property
     def nv(self) -> int:
-        """The number of velocities."""
+        """Number of velocities."""
         return len(self.velocity_names)
 
     @property
     def rest(self) -> Array:
-        """The coordinates (nq,) at rest: zero, or the identity of a floating joint."""
+        """Coordinates (nq,) at rest: zero, or the identity of a floating joint."""
         own = (link.joint.model for link in self.links if link.joint.parts.coordinates)
         return np.concatenate([np.empty(0), *(kind.rest for kind in own)])
 
     @property
     def limits(self) -> Array:
-        """The limits (nq, 2): lowest and highest value of each coordinate, or infinity.
+        """Lowest and highest value (nq, 2) of each coordinate in rad or m, or infinity.
 
-        A coordinate that others mimic is also held where they are within theirs.
+        The limits of mimicking joints also restrict the coordinate that they follow.
         """
         return self._ranges.copy()
 
     @cached_property
     def _ranges(self) -> Array:
-        """The same limits (nq, 2), read-only."""
+        """Limits (nq, 2) as in `limits`, read-only."""
         return combine_limits(self.links)
 
     @cached_property
     def coordinate_names(self) -> tuple[str, ...]:
-        """The name of each coordinate: the link's, with ".x" and so on if there are several."""
+        """Name of each coordinate: the name of the joint or link, with a suffix such as ".x"."""
         return list_coordinate_names(self.links)
 
     @cached_property
     def coordinate_units(self) -> tuple[str, ...]:
-        """The unit of each coordinate: "rad", "m" or "1"."""
+        """Unit of each coordinate: "rad", "m" or "1"."""
         return list_coordinate_units([link.joint for link in self.links])
 
     @cached_property
     def velocity_names(self) -> tuple[str, ...]:
-        """The name of each velocity."""
+        """Name of each velocity."""
         return list_velocity_names(self.links)
 
     @cached_property
     def velocity_units(self) -> tuple[str, ...]:
-        """The unit of each velocity: "rad/s" or "m/s"."""
+        """Unit of each velocity: "rad/s" or "m/s"."""
         return tuple(unit for link in self.links for unit in link.joint.parts.rates)
 
     def coordinates(self, q: Any, what: str = "q", limits: bool = True) -> Array:
-        """Return a checked copy (..., nq) of q; a Pose may stand for one floating joint.
+        """Return coordinates as a checked array.
 
-        InputError: wrong length, not finite, quaternion without length 1, outside the limits.
-        UnitWarning: an angle that looks like degrees.
+        Parameters
+        ----------
+        q : array_like of shape (..., nq), or Pose
+            Coordinates in rad and m. A robot on a single floating joint also accepts a pose.
+        what : str, default "q"
+            Name of the coordinates in error messages.
+        limits : bool, default True
+            Whether to check the limits.
+
+        Returns
+        -------
+        ndarray of shape (..., nq)
+            Copy, with normalized quaternions.
+
+        Raises
+        ------
+        InputError
+            If the shape is wrong, a number is not finite, a quaternion does not have length 1, or a
+            coordinate is outside of its limits.
+
+        Warns
+        -----
+        UnitWarning
+            If an angle looks like degrees.
+
+        Examples
+        --------
+        >>> from robsim import Robot
+        >>> Robot.from_dh([[0, 0, 1, 0]]).coordinates([1])
+        array([1.])
         """
-        values = self._valid(q, what, as_bool(limits, "limits"))
-        warn_of_degrees(values[..., self._angles], what)
+        values = self._validate(q, what, as_bool(limits, "limits"))
+        warn_of_degrees(values[..., self._angle_indices], what)
         return values
 
-    def _valid(self, q: Any, what: str, limits: bool = True) -> Array:
-        """The same, whatever angles look like."""
-        if self._floats and is_pose_like(q):
+    def _validate(self, q: Any, what: str, limits: bool = True) -> Array:
+        """Return checked coordinates (..., nq) as `coordinates` does, without a degree warning."""
+        if self._is_floating and is_pose_like(q):
             q = as_pose(q).q
         values = as_floats(q, what, (self.nq,))
-        for kind, rows, name in self._checked:
+        for kind, rows, name in self._kind_checks:
             values[..., rows] = kind.checked(values[..., rows], what, name)
         if limits:
             names, units = self.coordinate_names, self.coordinate_units
@@ -103,25 +131,25 @@ class RobotCoordinates(Value):
         return values
 
     @cached_property
-    def _checked(self) -> list[tuple[JointKind, slice, str]]:
-        """The kinds that check coordinates themselves, with their rows and names of links."""
-        found, start = [], 0
+    def _kind_checks(self) -> list[tuple[JointKind, slice, str]]:
+        """Kinds that check their coordinates themselves, with rows and names of links."""
+        checks, start = [], 0
         for link in self.links:
             kind, rows = link.joint.model, slice(start, start + len(link.joint.parts.coordinates))
             if type(kind).checked is not JointKind.checked:
-                found.append((kind, rows, link.name))
+                checks.append((kind, rows, link.name))
             start = rows.stop
-        return found
+        return checks
 
     @cached_property
-    def _angles(self) -> list[int]:
-        """Which coordinates are angles that people write by hand: not those of rolling wheels."""
+    def _angle_indices(self) -> list[int]:
+        """Indices of coordinates that users give as angles, without rolling wheels."""
         own = [link.joint for link in self.links]
         rolling = [isinstance(joint.follows, Rolling) for joint in own for _ in joint.parts.units]
         units = zip(self.coordinate_units, rolling, strict=True)
         return [i for i, (unit, rolls) in enumerate(units) if unit == "rad" and not rolls]
 
     @cached_property
-    def _floats(self) -> bool:
-        """Whether all coordinates are those of one floating joint, so that a pose defines them."""
+    def _is_floating(self) -> bool:
+        """Whether a pose defines all coordinates, because the only joint is floating."""
         return [link.joint.model.free for link in self.links if link.joint.moves] == [True]

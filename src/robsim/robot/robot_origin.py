@@ -1,4 +1,4 @@
-"""The library robot or the file that a robot was read from."""
+"""Library robot or file that a robot was read from."""
 
 from __future__ import annotations
 
@@ -7,13 +7,13 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class RobotOrigin:
-    """The name of a library robot, or the absolute path of a URDF file."""
+    """Name of a library robot, or absolute path of a URDF file."""
 
     model: str | None = None
     urdf: str | None = None
 
 
 ORIGIN_KEYS = {
-    "model": "The name of a robot of the library.",
-    "urdf": "The path of a URDF file from here.",
+    "model": "Name of a robot of the library.",
+    "urdf": "Path of a URDF file, relative to this file.",
 }

@@ -1,4 +1,4 @@
-"""Overviews of a robot: as text, and as a table for notebooks."""
+"""Overviews of a robot, as text and as a table for notebooks."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from robsim.base import html
 if TYPE_CHECKING:
     from robsim.robot.robot import Robot
 
-MOST_NAMES = 8  # names in a text
+MOST_NAMES = 8  # largest number of names in a text
 
 
 def join_names(names: tuple[str, ...]) -> str:
-    """Return names separated by commas; of more than eight the first ones, and their number.
+    """Return names separated by commas; of more than eight, the first eight and the number.
 
     >>> join_names(("x", "y")), join_names(())
     ('x, y', 'none')
@@ -25,30 +25,32 @@ def join_names(names: tuple[str, ...]) -> str:
 
 
 def describe_robot(robot: Robot) -> str:
-    """Return one line: the name, the number of links, and the coordinates."""
+    """Return one line with the name, the number of links, and the coordinates."""
     links = f"{len(robot.links)} links" if len(robot.links) > 1 else "one link"
     names = join_names(robot.coordinate_names)
     return f"<Robot '{robot.name}': {links} to '{robot.tip}', coordinates: {names}>"
 
 
 def render_robot_table(robot: Robot) -> str:
-    """Return a table of the coordinates, with their limits and home, as HTML."""
+    """Return an HTML table of the coordinates, with their limits and home."""
     names, units = robot.coordinate_names, robot.coordinate_units
     numbers = np.column_stack([robot.limits, robot.home])
     rows = [
         (name, *(format_coordinate(float(value), unit) for value in row))
         for name, unit, row in zip(names, units, numbers, strict=True)
     ]
-    where = f"{len(robot.links)} links to '{robot.tip}', on {robot.on}"
+    description = f"{len(robot.links)} links to '{robot.tip}', on {robot.on}"
     head = ("coordinate", "lowest", "highest", "home")
-    return html.format_html_table(f"Robot {robot.name}: {where}", rows, head if rows else ())
+    return html.format_html_table(f"Robot {robot.name}: {description}", rows, head if rows else ())
 
 
 def format_coordinate(value: float, unit: str) -> str:
-    """Return a coordinate as text, in degrees or metres; empty where it is infinite.
+    """Return a coordinate as text, in degrees or metres; an infinite value is empty.
 
-    >>> format_coordinate(np.pi / 2, "rad"), format_coordinate(0.25, "m"), format_coordinate(np.inf, "rad")
-    ('90°', '0.25 m', '')
+    >>> format_coordinate(np.pi / 2, "rad"), format_coordinate(0.25, "m")
+    ('90°', '0.25 m')
+    >>> format_coordinate(np.inf, "rad")
+    ''
     """
     if not np.isfinite(value):
         return ""

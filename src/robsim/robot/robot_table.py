@@ -1,4 +1,4 @@
-"""The text form of a robot with its tools."""
+"""Text form of a robot with its tools."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from robsim.robot.robot_origin import ORIGIN_KEYS, RobotOrigin
 
 LINK_SPEC = Table(Link, LinkTable)
 MOST_LINKS = 256
-MOST_LISTED_PARTS = 64  # robots of a scene, tools of a robot, and other parts of one kind
+MOST_LISTED_PARTS = 64  # largest number of robots in a scene, tools of a robot, and similar parts
 BASE_MESSAGE = (
     "the first link is the base: it has no parent, joint or dh; a robot that moves as a "
     "whole gets a base link first, and then its moving link"
@@ -34,7 +34,7 @@ BASE_MESSAGE = (
 
 @dataclass(frozen=True)
 class LinkList(ListOf):
-    """The declaration of a robot's links, each on the one before it unless it has a `parent`."""
+    """Declaration of the links of a robot; the default parent of a link is the previous link."""
 
     item: Spec = LINK_SPEC
     least: int = 1
@@ -54,7 +54,7 @@ class LinkList(ListOf):
 
 
 def _drop_default_parents(links: Sequence[Link]) -> list[Link]:
-    """Return links that do not name the link before, which is theirs where none is named."""
+    """Return the links without parents that are the previous link, the default."""
     before = [None, *(link.name for link in links)]
     return [
         replace(link, parent=None) if link.parent == name else link
@@ -64,41 +64,41 @@ def _drop_default_parents(links: Sequence[Link]) -> list[Link]:
 
 @dataclass(frozen=True)
 class LinkTreeSpec(Table):
-    """Links of a text: all of them, or those of a library robot or a URDF file with changes."""
+    """Declaration of a robot or tool: its links, or a library robot or URDF file with changes."""
 
     def read(self, raw: Raw, c: Context) -> Any:
-        given = [key for key in ORIGIN_KEYS if isinstance(raw, Mapping) and key in raw]
-        if not given or "library" not in c.facts:
+        origin = [key for key in ORIGIN_KEYS if isinstance(raw, Mapping) and key in raw]
+        if not origin or "library" not in c.facts:
             return super().read(raw, c)
-        if len(given) > 1:
+        if len(origin) > 1:
             raise InputError("model and urdf: give one of the two only")
         rest = {key: part for key, part in raw.items() if key not in ORIGIN_KEYS}
-        plain = c.facts["library"](raw)
-        return super().read(rest, c.changing(self._in_text(plain)))
+        original = c.facts["library"](raw)
+        return super().read(rest, c.changing(self._as_text_form(original)))
 
     def written(self, value: Any, c: Context, key: str | None = None) -> dict[str, Raw]:
         if c.over is MISSING and "read_origin" in c.facts:
             with suppress(InputError, UnwritableChange):
-                keys, plain = c.facts["read_origin"](value)
-                plain = self._in_text(plain)
-                own = replace(value, origin=plain.origin)
-                return {**keys, **super().written(own, c.changing(plain))}
+                keys, original = c.facts["read_origin"](value)
+                original = self._as_text_form(original)
+                own = replace(value, origin=original.origin)
+                return {**keys, **super().written(own, c.changing(original))}
         return super().written(value, c, key)
 
     def schema(self, define: Any) -> dict[str, Any]:
         form = self.says or self.kind
-        taken = {"oneOf": [{"required": [key]} for key in ORIGIN_KEYS]}
-        changed = {"allOf": [define.changes(form), taken]}
-        return {"anyOf": [define(form), changed]}
+        origins = {"oneOf": [{"required": [key]} for key in ORIGIN_KEYS]}
+        changes = {"allOf": [define.changes(form), origins]}
+        return {"anyOf": [define(form), changes]}
 
-    def _in_text(self, robot: Robot) -> Any:
-        """Return a robot in the form that the text changes: a robot, or a tool."""
+    def _as_text_form(self, robot: Robot) -> Any:
+        """Return a robot in the form that the text changes: a robot, or the table of a tool."""
         return robot if self.kind is Robot else make_tool_table(robot, robot.home)
 
 
 @dataclass(frozen=True)
 class OriginSpec(Spec):
-    """The declaration of the keys `model` and `urdf`, which `LinkTreeSpec` reads and writes."""
+    """Declaration of the keys `model` and `urdf`, which the table of links reads and writes."""
 
     phrase: ClassVar[str] = "a text"
 
@@ -109,17 +109,17 @@ class OriginSpec(Spec):
         return MISSING
 
     def put(self, table: dict[str, Raw], name: str, value: Any, c: Context) -> None:
-        """Write nothing: the links stand in the table."""
+        """Write nothing: the links are in the table."""
 
     def properties(self, name: str, define: Any) -> dict[str, Any]:
         return {key: {"type": "string", "description": about} for key, about in ORIGIN_KEYS.items()}
 
     def rows(self, name: str) -> list[tuple[str, str]]:
-        return []  # the documentation speaks of both keys above the table
+        return []  # the documentation describes both keys above the table
 
 
 def _find_home_axes(c: Context) -> Axes | None:
-    """Return the coordinates of the robot whose table is being read or written."""
+    """Return the coordinates of the robot in the table that is read or written."""
     links = c.facts["own"].get("links")
     if links is None:
         return None
@@ -128,7 +128,7 @@ def _find_home_axes(c: Context) -> Axes | None:
 
 @dataclass(frozen=True)
 class LinkTreeTable:
-    """The text form that robots and tools have in common: links on joints."""
+    """Common text form of robots and tools: links on joints."""
 
     name: Annotated[str, Name(), "Name of the robot or tool."]
     links: Annotated[tuple[Link, ...], LinkList(), "LinkList, the base first."]
@@ -146,7 +146,7 @@ class LinkTreeTable:
     home: Annotated[
         Any, PerJoint(_find_home_axes), "Coordinates at home, where runs start by default."
     ] = None
-    tip: Annotated[str | None, Name(), "Link that is taken where none is named."] = None
+    tip: Annotated[str | None, Name(), "Link that methods use by default."] = None
     origin: Annotated[
         RobotOrigin | None, OriginSpec(), "Library robot or URDF file of the links."
     ] = None
@@ -156,8 +156,8 @@ class LinkTreeTable:
     @classmethod
     def facts(cls, own: Any, c: Context) -> Context:
         """Return the context with the convention of the Denavit-Hartenberg rows of the links."""
-        said = own.get("convention") or find_dh_convention(own.get("links") or ())
-        return c.knowing(convention=said or "standard")
+        convention = own.get("convention") or find_dh_convention(own.get("links") or ())
+        return c.knowing(convention=convention or "standard")
 
     def robot(self) -> Robot:
         """Return a robot in the world with these links."""
@@ -172,17 +172,17 @@ class LinkTreeTable:
         )
         try:
             return Robot(self.name, links, self.home, tip=self.tip or "", origin=self.origin)
-        except InputError as error:  # of home, or of links that do not go together
+        except InputError as error:  # wrong home, or links that do not fit together
             with prefix_path("home" if str(error).startswith(f"{self.name}.home") else "links"):
                 raise
 
 
 @dataclass(frozen=True)
 class ToolTable(LinkTreeTable):
-    """The text form of a tool on a link, see `Robot.with_tool`."""
+    """Text form of a tool on a link, see `Robot.with_tool`."""
 
-    on: Annotated[str | None, Name(), "Link that carries the tool; None: the last."] = None
-    bare: Annotated[bool, Flag(), Role.FIGURE, "Whether the shapes of that link are left out."] = (
+    on: Annotated[str | None, Name(), "Link that carries the tool. None: the last link."] = None
+    bare: Annotated[bool, Flag(), Role.FIGURE, "Whether to leave out the shapes of this link."] = (
         False
     )
 
@@ -192,18 +192,18 @@ TOOL_LIST = ListOf(LinkTreeSpec(ToolTable), most=MOST_LISTED_PARTS)
 
 @dataclass(frozen=True)
 class RobotTable(LinkTreeTable):
-    """The text form of a robot; `model` names one of the library, `urdf` a file."""
+    """Text form of a robot; `model` names a library robot, `urdf` a file."""
 
     on: Annotated[str, FrameReference, "Frame that carries the robot."] = "world"
-    tools: Annotated[tuple[Any, ...], TOOL_LIST, "Tools, each on those before."] = ()
+    tools: Annotated[tuple[Any, ...], TOOL_LIST, "Tools, in order of mounting."] = ()
 
     def made(self, c: Context) -> Robot:
         """Return the robot with its tools."""
-        made = self.robot()
+        robot = self.robot()
         for tool in self.tools:
             with prefix_path("tools", tool.name):
-                made = made.with_tool(tool.robot(), tool.pose or IDENTITY, tool.on, tool.bare)
-        return replace(made, base=self.pose or IDENTITY, on=self.on)
+                robot = robot.with_tool(tool.robot(), tool.pose or IDENTITY, tool.on, tool.bare)
+        return replace(robot, base=self.pose or IDENTITY, on=self.on)
 
     @classmethod
     def of(cls, value: Robot, c: Context) -> RobotTable:
@@ -218,31 +218,31 @@ class RobotTable(LinkTreeTable):
 
 
 def _make_table_with_tools(value: Robot, c: Context) -> RobotTable:
-    """Return the table of a robot with the tools that it was given, each with its part of home."""
+    """Return the table of a robot with its tools, each with its part of home."""
     mountings, tools = value.mountings, []
     first = mountings[0].before
     arm = replace(first, home=value.home[: first.nq], base=value.base, on=value.on)
     for each in mountings:
         at = each.before.nq
-        given = {"pose": each.pose, "on": each.on, "bare": each.bare}
-        tools.append(make_tool_table(each.tool, value.home[at : at + each.tool.nq], **given))
+        options = {"pose": each.pose, "on": each.on, "bare": each.bare}
+        tools.append(make_tool_table(each.tool, value.home[at : at + each.tool.nq], **options))
     table = RobotTable.of(replace(arm, name=value.name, origin=value.origin), c)
     return replace(table, tools=tuple(tools))
 
 
 def make_tool_table(tool: Robot, home: Any, **given: Any) -> ToolTable:
-    """Return the table of a tool at home somewhere."""
+    """Return the table of a tool with its home and position."""
     own: Any = {"convention": find_dh_convention(tool.links), "origin": tool.origin, **given}
     return ToolTable(tool.name, tool.links, home=home, tip=tool.tip, **own)
 
 
 def _is_default_home(robot: Robot) -> bool:
-    """Return whether home is where it is if none is given."""
+    """Return whether home equals the default home."""
     return is_identical(robot.home, replace(robot, home=None).home)
 
 
 def find_dh_convention(links: Sequence[Link]) -> str | None:
-    """Return the convention of the first Denavit-Hartenberg row of some links; None: of no row."""
+    """Return the convention of the first Denavit-Hartenberg row of the links, or None."""
     return next((link.joint.dh.convention for link in links if link.joint.dh), None)
 
 

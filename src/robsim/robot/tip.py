@@ -1,4 +1,4 @@
-"""The default choice of a robot's tip link."""
+"""Default choice of the tip link of a robot."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 from robsim.robot.link import Link
 
-# what robot makers call the frame of the tool, the nearest to the work first: the tool centre
-# point; tool0 of ROS-Industrial; tool, end effector and flange of the others
+# common names of the tool frame, the nearest to the work first: the tool centre point; tool0 of
+# ROS-Industrial; tool, end effector and flange of other manufacturers
 TOOL_NAMES = (
     "tcp",
     "tool_center_point",
@@ -32,19 +32,19 @@ FILLER_WORDS = {"link", "frame", "left", "right", "l", "r"}  # words without a m
 
 @dataclass(frozen=True)
 class Tip:
-    """The name of the chosen link, and those of others that would do as well."""
+    """Chosen tip link, and the names of other links that are equally suitable."""
 
     name: str
     others: tuple[str, ...] = ()
 
     @property
     def warning(self) -> str:
-        """The text of a warning about the choice."""
-        listed = ", ".join(f"'{name}'" for name in self.others[:MOST_LISTED])
+        """Text of a warning about the choice."""
+        names = ", ".join(f"'{name}'" for name in self.others[:MOST_LISTED])
         more = len(self.others) - MOST_LISTED
         rest = f" and {more} more" if more > 0 else ""
         return (
-            f"the tip is taken to be '{self.name}', and could as well be {listed}{rest}; "
+            f"the tip is taken to be '{self.name}', and could as well be {names}{rest}; "
             f"choose by tip='{self.others[0]}'"
         )
 
@@ -52,9 +52,10 @@ class Tip:
 def find_tip(links: Sequence[Link]) -> Tip:
     """Return the link that is most likely the hand or the tool of a robot.
 
-    Among the links that joints move and nothing hangs from: those called as in TOOLS, else all;
-    of these the one behind the most joints. Where there are several, as with two arms, the first;
-    where these are the fingers of one hand, that hand. The last link where nothing moves.
+    Candidates are the moving links without children: links with a common name of tools if there are
+    any, else all. The choice is the candidate behind the most joints. Of several, as with two arms,
+    it is the first; if they are the fingers of one hand, it is this hand. If no link moves, it is
+    the last link.
 
     >>> from robsim.robot.joint import Joint
     >>> arm, tool = Link("arm", "base", Joint("revolute")), Link("tool0", "arm")
@@ -70,9 +71,9 @@ def find_tip(links: Sequence[Link]) -> Tip:
     leaves = [name for name in depth if depth[name] and name not in carriers]
     if not leaves:
         return Tip(links[-1].name)
-    found = _match_first_word(leaves, TOOL_NAMES) or leaves
-    most = max(depth[name] for name in found)
-    deepest = [name for name in found if depth[name] == most]
+    candidates = _match_first_word(leaves, TOOL_NAMES) or leaves
+    most = max(depth[name] for name in candidates)
+    deepest = [name for name in candidates if depth[name] == most]
     if len(deepest) == 1:
         return Tip(deepest[0])
     first, *others = (list(_iterate_ancestors(name, parents)) for name in deepest)
@@ -90,16 +91,16 @@ def _iterate_ancestors(name: str | None, parents: Mapping[str, str | None]) -> I
 
 
 def _match_first_word(names: Sequence[str], words: Iterable[str]) -> list[str]:
-    """Return the names that match the first word that any name matches."""
+    """Return the names that match the first word with any match."""
     for word in words:
-        found = [name for name in names if _ends_in_word(name, (word,))]
-        if found:
-            return found
+        matches = [name for name in names if _ends_in_word(name, (word,))]
+        if matches:
+            return matches
     return []
 
 
 def _is_hand(name: str) -> bool:
-    """Return whether the name is that of a hand, or of a tool."""
+    """Return whether the name is the name of a hand or of a tool."""
     return bool(PALM_NAMES & set(_split_link_name(name))) or _ends_in_word(name, TOOL_NAMES)
 
 

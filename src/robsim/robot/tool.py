@@ -1,4 +1,4 @@
-"""Tools: the links of one robot, attached to a link of another."""
+"""Tools: links of one robot, attached to a link of another."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ from robsim.robot.link import Link
 def mount_tool(
     arm: Sequence[Link], tool: Sequence[Link], name: str, on: str, pose: Pose, bare: bool
 ) -> tuple[Link, ...]:
-    """Return the links of an arm and of a tool whose base is at `pose` on the link `on`.
+    """Return the links of an arm and of a tool with its base at `pose` on the link `on`.
 
-    With `bare` that link loses its shapes. InputError: names that clash, also with that of the
-    tool in front.
+    With `bare`, the link `on` loses its shapes. Raise InputError for names that clash, even with
+    the name of the tool in front.
     """
     taken = {link.name for link in arm}
     links = {link.name: _prefix_if_taken(link.name, taken, name) for link in tool}
@@ -30,15 +30,16 @@ def mount_tool(
     _check_distinct_names(taken_too, labels.values(), name)
     base = tool[0]
     place = Joint(place=pose @ base.joint.place @ base.joint.tail)
-    hung = [Link(links[base.name], on, place, base.shapes, base.inertia)]
+    tool_links = [Link(links[base.name], on, place, base.shapes, base.inertia)]
     for link in tool[1:]:
         joint, parent = _rename_joint(link, links[link.name], labels), links[str(link.parent)]
-        hung.append(replace(link, name=links[link.name], parent=parent, joint=joint))
-    bared = [replace(link, shapes=()) if bare and link.name == on else link for link in arm]
-    return (*bared, *hung)
+        tool_links.append(replace(link, name=links[link.name], parent=parent, joint=joint))
+    arm_links = [replace(link, shapes=()) if bare and link.name == on else link for link in arm]
+    return (*arm_links, *tool_links)
 
 
 def _list_moving_links(links: Iterable[Link]) -> list[Link]:
+    """Return the links with a joint that moves."""
     return [link for link in links if link.joint.moves]
 
 
@@ -48,6 +49,7 @@ def _prefix_if_taken(name: str, taken: set[str], prefix: str) -> str:
 
 
 def _check_distinct_names(taken: set[str], names: Iterable[str], tool: str) -> None:
+    """Raise InputError if two links or coordinates have the same name."""
     every = [*taken, *names]
     twice = sorted({name for name in every if every.count(name) > 1})
     if twice:

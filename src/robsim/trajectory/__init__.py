@@ -1,4 +1,4 @@
-"""Trajectories of joints, or of a frame, over time, from rest to rest."""
+"""Trajectories of joints or of a frame over time, from rest to rest."""
 
 from robsim.base.lazy_names import attach_names
 

@@ -1,4 +1,4 @@
-"""The limits of speed and acceleration of each axis."""
+"""Limits of speed and acceleration of each axis."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from robsim.base.arrays import Array, as_one_or_each
 from robsim.base.errors import InputError
 from robsim.declare.joint_numbers import OneOrEach, PerJoint, get_followed_axes
 
-PerAxis = float | tuple[float, ...]  # one number for all, or one for each
+PerAxis = float | tuple[float, ...]  # one number for all axes, or one for each axis
 SPEEDS = OneOrEach(get_followed_axes, "/s")
 ACCELERATIONS = OneOrEach(get_followed_axes, "/s^2")
 AxisSpeed = Annotated[Any, SPEEDS, "Largest speed of each axis."]
@@ -21,8 +21,17 @@ AXIS_COORDINATES = PerJoint(get_followed_axes)
 
 @dataclass(frozen=True)
 class Limits:
-    """The limits of speed and acceleration: one positive number for all axes, or one for each.
+    """Limits of speed and acceleration: one positive number for all axes, or one for each axis.
 
+    Attributes
+    ----------
+    speed : float or tuple of float
+        Largest speed, in rad/s or m/s.
+    acceleration : float or tuple of float
+        Largest acceleration, in rad/s^2 or m/s^2.
+
+    Examples
+    --------
     >>> Limits(1.0, [2, 3]).of(2)
     (array([1., 1.]), array([2., 3.]))
     """

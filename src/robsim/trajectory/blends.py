@@ -25,15 +25,18 @@ from robsim.trajectory.axis_limits import (
 )
 from robsim.trajectory.time_law import check_times
 
-STRETCH_ROUNDS, FIT_FACTOR = 200, 1.0 + 1e-9  # rounds of making segments longer; a factor that fits
+STRETCH_ROUNDS, FIT_FACTOR = (
+    200,
+    1.0 + 1e-9,
+)  # largest number of stretching rounds; factor that ends them
 
 
 class BlendPlan(NamedTuple):
-    """The segments between m points, and the blends at these."""
+    """Blends at m points, and thereby the segments between them."""
 
-    change: Array  # (m, n) of the velocity at each point
-    seconds: Array  # (m,) of each blend
-    middle: Array  # (m,) time of each blend's middle
+    change: Array  # (m, n) change of velocity at each point
+    seconds: Array  # (m,) duration of each blend
+    middle: Array  # (m,) time of the middle of each blend
 
 
 VIA_POINTS = ListOf(AXIS_COORDINATES, 2)
@@ -42,19 +45,19 @@ CORNER_DISTANCES = OneOrEach(get_followed_axes)
 
 @dataclass(frozen=True)
 class BlendsTable:
-    """The text form of a trajectory through points."""
+    """Text form of a trajectory through points."""
 
     points: Annotated[
         Any,
         VIA_POINTS,
-        "Two or more points, expand_per_axis of one number for expand_per_axis axis.",
+        "Two or more points, expand_per_axis with one number for expand_per_axis axis.",
     ]
     speed: AxisSpeed
     acceleration: AxisAcceleration
     corner: Annotated[
         PerAxis | None,
         CORNER_DISTANCES,
-        "Largest distance at which points in between may be passed; None: any.",
+        "Largest distance between the path and each intermediate point. None: no limit.",
     ] = None
 
     def made(self, c: Context) -> Blends:
@@ -70,25 +73,51 @@ class BlendsTable:
 @register("trajectory", "blends")
 @dataclass(frozen=True, eq=False, init=False)
 class Blends(Value):
-    """Straight segments between points, joined by parabolic blends, with rest at the ends only.
+    """Straight segments between points, joined by parabolic blends, with rest at both ends.
 
-    points                (m, n) of n axes, in rad or m, m >= 2
-    speed, acceleration   limits in rad/s or m/s and rad/s^2 or m/s^2: one number for all, or (n,)
-    corner                how far the way may pass by a point in between, in rad or m: one number
-                          for all axes, or (n,); None for whatever the limits give
+    On a segment the velocity is constant. At each point it changes by dw at constant acceleration
+    for a time tau, half before and half after the point, so the path passes the point at the
+    distance |dw| tau / 8 (linear segments with parabolic blends: Craig 2005, section 7.3; Siciliano
+    et al. 2009, section 4.2.3). Each blend takes the least time that the acceleration allows, and
+    each segment about the least time that the speed, its two blends and `corner` allow: segments
+    that are too short are stretched until everything fits.
 
-    On a segment the velocity w is constant; at each point it changes at constant acceleration for
-    a time tau, half of it before and half after the point, so that the way passes by the point
-    at |w_after - w_before| tau/8 (`misses`): linear segments with parabolic blends (Craig 2005,
-    section 7.3; Siciliano et al. 2009, section 4.2.3). At the first and the last point it rests.
-    Each blend takes the least time that the limits allow, each segment the least that they, its
-    two blends and `corner` allow, or not much more: segments where something does not fit are made
-    longer until it does.
+    Use it to pass points without stopping. A smaller `corner` keeps the path closer to the points
+    and makes the motion slower.
 
-    >>> way = Blends([[0, 0], [1, 0], [1, 1]], speed=1.0, acceleration=4.0)
-    >>> way.duration, way.misses.round(5).tolist()
+    Parameters
+    ----------
+    points : array_like of shape (m, n)
+        Points of n axes, in rad or m, with m >= 2. Consecutive points differ.
+    speed : float or array_like of shape (n,)
+        Largest speed of all axes or of each axis, in rad/s or m/s.
+    acceleration : float or array_like of shape (n,)
+        Largest acceleration of all axes or of each axis, in rad/s^2 or m/s^2.
+    corner : float or array_like of shape (n,), optional
+        Largest distance between the path and each intermediate point, per axis, in rad or m.
+        Default: no limit.
+
+    Attributes
+    ----------
+    points : ndarray of shape (m, n)
+        Points, read-only.
+    limits : Limits
+        Speed and acceleration limits.
+    corner : float, tuple of float or None
+        Largest distance from intermediate points.
+
+    Raises
+    ------
+    InputError
+        If the points do not have the shape (m, n), two consecutive points are equal, or the number
+        of limits differs from n.
+
+    Examples
+    --------
+    >>> path = Blends([[0, 0], [1, 0], [1, 1]], speed=1.0, acceleration=4.0)
+    >>> path.duration, path.misses.round(5).tolist()
     (2.25, [[0.0, 0.0], [0.03125, 0.03125], [0.0, 0.0]])
-    >>> way.velocity(1.125)
+    >>> path.velocity(1.125)
     array([0.5, 0.5])
     """
 
@@ -98,105 +127,107 @@ class Blends(Value):
     text_form: ClassVar[type[Any]] = BlendsTable
 
     def __init__(self, points: Any, *, speed: Any, acceleration: Any, corner: Any = None):
-        given = as_floats(points, "points", ("m", "n"))
-        if given.ndim != 2 or len(given) < 2 or not given.shape[1]:
-            raise InputError(f"points: expected shape (m, n) with m > 1, got {given.shape}")
-        same = np.flatnonzero((given[1:] == given[:-1]).all(axis=1))
-        if same.size:
-            raise InputError(f"points: number {same[0]} and {same[0] + 1} are the same")
+        array = as_floats(points, "points", ("m", "n"))
+        if array.ndim != 2 or len(array) < 2 or not array.shape[1]:
+            raise InputError(f"points: expected shape (m, n) with m > 1, got {array.shape}")
+        repeated = np.flatnonzero((array[1:] == array[:-1]).all(axis=1))
+        if repeated.size:
+            raise InputError(f"points: number {repeated[0]} and {repeated[0] + 1} are the same")
         put = object.__setattr__
-        put(self, "points", make_read_only(given))
+        put(self, "points", make_read_only(array))
         put(self, "limits", Limits(speed, acceleration))
         put(self, "corner", None if corner is None else check_per_axis(corner, "corner"))
-        _ = self._plan  # the number of limits is checked now, not later
+        _ = self._plan  # raises if the number of limits is wrong
 
     @property
     def duration(self) -> float:
-        """The duration in seconds."""
+        """Duration in seconds."""
         return float(self._plan.middle[-1] + 0.5 * self._plan.seconds[-1])
 
     @property
     def times(self) -> Array:
-        """The times (m,) in seconds of the start, of each point in between, and of the end."""
+        """Times (m,) in seconds of the start, of each intermediate point, and of the end."""
         return np.concatenate([[0.0], self._plan.middle[1:-1], [self.duration]])
 
     @property
     def misses(self) -> Array:
-        """The distances (m, n) at which the path passes each point, per axis; zero at the ends."""
-        found: Array = np.abs(self._plan.change) * self._plan.seconds[:, None] / 8.0
-        found[[0, -1]] = 0.0
-        return found
+        """Distances (m, n) between the path and each point, per axis; zero at both ends."""
+        distances: Array = np.abs(self._plan.change) * self._plan.seconds[:, None] / 8.0
+        distances[[0, -1]] = 0.0
+        return distances
 
     def at(self, t: Any) -> Array:
-        """Return the positions (..., n) of the axes at times t (...), in seconds."""
+        """Return the positions (..., n) of the axes at times t (...) in seconds."""
         times = check_times(t)
         T, (change, tau, _) = self.duration, self._plan
         x = self._since(times)
         blend = 0.5 * (x + 0.5 * tau) * (x + 0.5 * tau) / np.where(tau > 0, tau, 1.0)
-        gone = np.where(np.abs(x) < 0.5 * tau, blend, np.maximum(x, 0.0))
-        there = self.points[0] + _sum_over_points(gone, change)
+        progress = np.where(np.abs(x) < 0.5 * tau, blend, np.maximum(x, 0.0))
+        moving = self.points[0] + _sum_over_points(progress, change)
         inside = (times > 0.0) & (times < T)
         rest: Array = np.where((times >= T)[..., None], self.points[-1], self.points[0])
-        return np.where(inside[..., None], there, rest)
+        return np.where(inside[..., None], moving, rest)
 
     def velocity(self, t: Any) -> Array:
-        """Return the velocities (..., n) at times t (...), in rad/s or m/s."""
+        """Return the velocities (..., n) in rad/s or m/s at times t (...) in seconds."""
         times, (change, tau, _) = check_times(t), self._plan
         share = np.clip(self._since(times) / np.where(tau > 0, tau, 1.0) + 0.5, 0.0, 1.0)
         inside = (times > 0.0) & (times < self.duration)
         return np.where(inside[..., None], _sum_over_points(share, change), 0.0)
 
     def acceleration(self, t: Any) -> Array:
-        """Return the accelerations (..., n) at times t (...), in rad/s^2 or m/s^2."""
+        """Return the accelerations (..., n) in rad/s^2 or m/s^2 at times t (...) in seconds."""
         times, (change, tau, _) = check_times(t), self._plan
-        on = (np.abs(self._since(times)) < 0.5 * tau) / np.where(tau > 0, tau, 1.0)
-        return _sum_over_points(on, change)
+        rate = (np.abs(self._since(times)) < 0.5 * tau) / np.where(tau > 0, tau, 1.0)
+        return _sum_over_points(rate, change)
 
     def _since(self, times: Array) -> Array:
-        """Return seconds (..., m) since the middle of each blend, clipped to the duration."""
+        """Return seconds (..., m) since the middle of each blend; times are clipped."""
         return np.asarray(np.clip(times, 0.0, self.duration)[..., None] - self._plan.middle)
 
     @cached_property
     def _plan(self) -> BlendPlan:
-        """The plan: segments long enough for the limits, for their blends and for the corners."""
+        """Blends with segments that are long enough for speeds, blends and corners."""
         axes = self.points.shape[1]
         speed, acceleration = self.limits.of(axes)
         corner = np.full(axes, np.inf)
         if self.corner is not None:
             corner = expand_per_axis(self.corner, "corner", axes)
-        way = np.diff(self.points, axis=0)
-        seconds = np.asarray((np.abs(way) / speed).max(axis=1))
-        shortages = _compute_shortages(way, seconds, acceleration, corner)
+        sides = np.diff(self.points, axis=0)
+        seconds = np.asarray((np.abs(sides) / speed).max(axis=1))
+        shortages = _compute_shortages(sides, seconds, acceleration, corner)
         for _ in range(STRETCH_ROUNDS):
             if (shortages <= FIT_FACTOR).all():
                 break
             seconds = seconds * np.sqrt(shortages)
-            shortages = _compute_shortages(way, seconds, acceleration, corner)
-        seconds = seconds * np.sqrt(shortages.max())  # one factor for all, so that all fit
-        change, tau = _plan_blends(way, seconds, acceleration)
+            shortages = _compute_shortages(sides, seconds, acceleration, corner)
+        seconds = seconds * np.sqrt(shortages.max())  # one factor that makes all segments fit
+        change, tau = _plan_blends(sides, seconds, acceleration)
         middle = 0.5 * tau[0] + np.concatenate([[0.0], np.cumsum(seconds)])
         return BlendPlan(make_read_only(change), make_read_only(tau), make_read_only(middle))
 
 
-def _plan_blends(way: Array, seconds: Array, acceleration: Array) -> tuple[Array, Array]:
-    """Return the velocity change (m, n) at each point, and the least time (m,) for it."""
-    rest = np.zeros((1, way.shape[1]))
-    change = np.diff(np.concatenate([rest, way / seconds[:, None], rest]), axis=0)
+def _plan_blends(sides: Array, seconds: Array, acceleration: Array) -> tuple[Array, Array]:
+    """Return the velocity change (m, n) at each point, and the least duration (m,) of it."""
+    rest = np.zeros((1, sides.shape[1]))
+    change = np.diff(np.concatenate([rest, sides / seconds[:, None], rest]), axis=0)
     return change, (np.abs(change) / acceleration).max(axis=1)
 
 
-def _compute_shortages(way: Array, seconds: Array, acceleration: Array, corner: Array) -> Array:
+def _compute_shortages(sides: Array, seconds: Array, acceleration: Array, corner: Array) -> Array:
     """Return the square of the factor (m - 1,) >= 1 by which each segment is too short.
 
-    Where blends do not fit into a segment, its neighbours are made longer as well: if all times
-    grow by a factor, blends shrink by it, and what they need of a segment by its square.
+    If blends do not fit into a segment, its neighbours are stretched as well. If all times grow by
+    a factor, the blends shrink by this factor, and their share of a segment by its square.
     """
-    change, tau = _plan_blends(way, seconds, acceleration)
+    change, tau = _plan_blends(sides, seconds, acceleration)
     need = np.concatenate([[1.0], 0.5 * (tau[:-1] + tau[1:]) / seconds, [1.0]])
-    off = (np.abs(change) / corner).max(axis=1) * tau / 8.0
-    off[[0, -1]] = 0.0
-    found: Array = np.max([need[1:-1], need[:-2], need[2:], off[:-1], off[1:]], axis=0, initial=1.0)
-    return found
+    distance = (np.abs(change) / corner).max(axis=1) * tau / 8.0
+    distance[[0, -1]] = 0.0
+    factors: Array = np.max(
+        [need[1:-1], need[:-2], need[2:], distance[:-1], distance[1:]], axis=0, initial=1.0
+    )
+    return factors
 
 
 def _sum_over_points(share: Array, change: Array) -> Array:

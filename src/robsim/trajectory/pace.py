@@ -1,4 +1,4 @@
-"""The timing of a frame's motion from one pose to another."""
+"""Timing of the motion of a frame from one pose to another."""
 
 from __future__ import annotations
 
@@ -30,11 +30,27 @@ TurnAcceleration = Annotated[
 
 @dataclass(frozen=True)
 class Pace:
-    """A duration for a minimum-jerk motion, or limits for the shortest motion within them.
+    """Duration of a minimum-jerk motion, or limits of the fastest motion.
 
-    speed and acceleration are limits of the origin, turn and turn_acceleration of the orientation;
-    they come in pairs, and a pair that is not given limits nothing.
+    Give either `duration`, or a pair of limits for the origin, for the orientation, or for both.
+    Without a pair of limits, the position or the orientation does not restrict the motion.
 
+    Attributes
+    ----------
+    duration : float or None
+        Duration in seconds.
+    speed, acceleration : float or None
+        Limits of the origin, in m/s and m/s^2.
+    turn, turn_acceleration : float or None
+        Limits of the orientation, in rad/s and rad/s^2.
+
+    Raises
+    ------
+    InputError
+        If neither or both of duration and limits are given, or a pair is incomplete.
+
+    Examples
+    --------
     >>> Pace(speed=1.0, acceleration=2.0).timing(np.array(2.0), np.array(0.5)).seconds
     array(2.5)
     """
@@ -46,37 +62,37 @@ class Pace:
     turn_acceleration: TurnAcceleration = None
 
     def __post_init__(self) -> None:
-        given = [each.name for each in fields(self) if getattr(self, each.name) is not None]
-        if ("duration" in given) == (len(given) > ("duration" in given)):
-            listed = " and ".join(given) or "nothing"
+        present = [each.name for each in fields(self) if getattr(self, each.name) is not None]
+        if ("duration" in present) == (len(present) > ("duration" in present)):
+            names = " and ".join(present) or "nothing"
             raise InputError(
                 "give either duration, or speed and acceleration, turn and turn_acceleration, or "
-                f"both pairs of limits; got {listed}"
+                f"both pairs of limits; got {names}"
             )
         check_fields(self)
         for name in ("speed", "turn"):
             pair = (name, "acceleration" if name == "speed" else "turn_acceleration")
-            if len({*pair} & {*given}) == 1:
+            if len({*pair} & {*present}) == 1:
                 raise InputError(f"{pair[0]} and {pair[1]}: give both of them, or none")
 
     @property
     def limits(self) -> Array:
-        """The limits (2, 2) of speed and turn, then of their accelerations; infinite for none."""
+        """Limits (2, 2): speed and turn rate, then their accelerations; infinite if not given."""
         limits = (self.speed, self.turn), (self.acceleration, self.turn_acceleration)
         return np.array([[math.inf if x is None else x for x in each] for each in limits])
 
     def timing(self, way: Array, angle: Array) -> Timing:
         """Return the timing of distances (...) in metres and angles (...) in radians.
 
-        InputError: nothing limits one of them.
+        Raise InputError if no limit applies to a motion that has a distance or an angle.
         """
         if self.duration is not None:
             return Timing(np.asarray(self.duration))
-        ways = np.stack([way, angle], axis=-1)
-        made = Timing.shortest(ways, *self.limits)
-        if ((made.seconds == 0) & (ways > 0).any(axis=-1)).any():
+        displacements = np.stack([way, angle], axis=-1)
+        timing = Timing.shortest(displacements, *self.limits)
+        if ((timing.seconds == 0) & (displacements > 0).any(axis=-1)).any():
             missing = (
                 "speed and acceleration" if self.speed is None else "turn and turn_acceleration"
             )
             raise InputError(f"this motion would take no time: give {missing} as well")
-        return made
+        return timing

@@ -1,4 +1,4 @@
-"""Several straight motions of a frame, one after the other."""
+"""Sequence of straight motions of a frame."""
 
 from __future__ import annotations
 
@@ -14,13 +14,29 @@ from robsim.base.value import Value
 from robsim.trajectory.straight import Straight
 from robsim.trajectory.time_law import check_times
 
-LARGEST_GAP = 1e-6  # metres, and entries of rotations: the largest gap between two parts
+LARGEST_GAP = 1e-6  # largest gap between two parts, in metres and in entries of rotation matrices
 
 
 @dataclass(frozen=True, eq=False)
 class Path(Value):
-    """A sequence of single `Straight`s, each from the end of the one before, with rest in between.
+    """Sequence of straight motions of a frame, with rest between them.
 
+    Each motion starts at the end of the previous motion. Use a `Path` to guide a frame through
+    several poses; the task `FollowPath` accepts it like a single `Straight`.
+
+    Parameters
+    ----------
+    parts : list of Straight
+        Single motions (no batches), in their order. The end of each motion and the start of the
+        next agree to 1e-6 in metres and in the entries of the rotation matrix.
+
+    Raises
+    ------
+    InputError
+        If a part is no single `Straight`, or does not start at the end of the previous part.
+
+    Examples
+    --------
     >>> from robsim import Pose
     >>> A, B, C = Pose.at(0, 0, 0), Pose.at(1, 0, 0), Pose.at(1, 1, 0)
     >>> path = Path([Straight(A, B, 2.0), Straight(B, C, 1.0)])
@@ -48,37 +64,38 @@ class Path(Value):
 
     @property
     def duration(self) -> float:
-        """The duration in seconds."""
+        """Duration in seconds."""
         return float(self._starts[-1])
 
     @property
     def start(self) -> Any:
-        """The first pose."""
+        """First pose."""
         return self.parts[0].start
 
     @property
     def end(self) -> Any:
-        """The last pose."""
+        """Last pose."""
         return self.parts[-1].end
 
     def at(self, t: Any) -> Array:
-        """Return poses (..., 4, 4) in the base frame at times t (...), in seconds."""
-        return self._of(t, "at", (4, 4))
+        """Return poses (..., 4, 4) in the base frame at times t (...) in seconds."""
+        return self._evaluate(t, "at", (4, 4))
 
     def twist(self, t: Any) -> Array:
-        """Return twists (..., 6) = (v, omega) of the frame in base axes at times t (...)."""
-        return self._of(t, "twist", (6,))
+        """Return twists (..., 6) = (v, omega) in m/s and rad/s, in base axes, at times t (...)."""
+        return self._evaluate(t, "twist", (6,))
 
-    def _of(self, t: Any, name: str, tail: tuple[int, ...]) -> Array:
+    def _evaluate(self, t: Any, name: str, tail: tuple[int, ...]) -> Array:
+        """Return the values (..., *tail) of the method `name` of the parts at times t (...)."""
         times, starts = check_times(t), self._starts
-        which = np.clip(np.searchsorted(starts, times, "right") - 1, 0, len(self.parts) - 1)
+        index = np.clip(np.searchsorted(starts, times, "right") - 1, 0, len(self.parts) - 1)
         out = np.empty((*times.shape, *tail))
         for i, part in enumerate(self.parts):
-            mine = which == i
-            out[mine] = getattr(part, name)(times[mine] - starts[i])
+            selected = index == i
+            out[selected] = getattr(part, name)(times[selected] - starts[i])
         return out
 
     @property
     def _starts(self) -> Array:
-        """The times at which the parts start, and of the end, in seconds."""
+        """Start times of the parts, and the end time, in seconds."""
         return np.concatenate([[0.0], np.cumsum([part.duration for part in self.parts])])

@@ -16,11 +16,18 @@ from robsim.trajectory.time_law import Timing
 @register("trajectory", "quintic")
 @dataclass(frozen=True, eq=False)
 class Quintic(RestToRest):
-    """A minimum-jerk motion from rest to rest in `duration` seconds.
+    """Minimum-jerk motion from rest to rest in a given duration.
 
-    q = start + (10 u^3 - 15 u^4 + 6 u^5) (end - start), u = t/duration: the polynomial of least
-    jerk (Craig 2005, section 7.3; Siciliano et al. 2009, section 4.2.1). Each axis is fastest
-    halfway, 15/8 of its mean speed; its largest acceleration is 10/sqrt(3) way/duration^2.
+    The positions follow the polynomial of least jerk (Craig 2005, section 7.3; Siciliano et al.
+    2009, section 4.2.1),
+
+        q = start + (10 u^3 - 15 u^4 + 6 u^5) (end - start),  u = t / duration.
+
+    The largest speed of an axis is 15/8 of its mean speed, halfway. The largest acceleration is
+    10/sqrt(3) |end - start| / duration^2. Use it for smooth motions of known duration, and
+    `Trapezoid` for fast motions within limits. Before and after the motion the axes rest at `start`
+    and `end`. Leading dimensions (...) of `start` and `end` are several motions at once, and times
+    are broadcast against them.
 
     >>> move = Quintic([0.0, 1.0], [2.0, 1.0], duration=4.0)
     >>> move.at([1.0, 2.0, 9.0])
@@ -39,5 +46,5 @@ class Quintic(RestToRest):
 
     @cached_property
     def timing(self) -> Timing:
-        """The timing of the motion, the same for all axes."""
+        """Timing of the motion, the same for all axes."""
         return Timing(np.asarray(self.duration))

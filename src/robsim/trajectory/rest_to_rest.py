@@ -1,4 +1,4 @@
-"""The base class of motions of axes from rest to rest."""
+"""Base class of motions of axes from rest to rest."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from robsim.trajectory.time_law import Timing, check_times
 
 @dataclass(frozen=True)
 class EndCoordinates(PerJoint):
-    """The declaration of coordinates of the axes; in Python also of several motions at once."""
+    """Declaration of coordinates of the axes; in Python also of several motions at once."""
 
     def check(self, value: Any, what: str) -> Array:
         return make_read_only(as_floats(value, what, ("n",)))
@@ -30,10 +30,13 @@ END_COORDINATES = EndCoordinates(get_followed_axes)
 
 @dataclass(frozen=True, eq=False)
 class RestToRest(Value, ABC):
-    """Axes that start and stop together; before and after, they rest at `start` and `end`.
+    """Axes that start and stop together, and rest at `start` before and at `end` after the motion.
 
-    start, end   (..., n) in rad or m; leading axes are several motions at once, and times are
-                 broadcast against them
+    Attributes
+    ----------
+    start, end : ndarray of shape (..., n)
+        Coordinates of n axes in rad or m. Leading dimensions are several motions at once, and times
+        are broadcast against them.
     """
 
     start: Annotated[Any, END_COORDINATES, "Coordinates of the axes at the start."]
@@ -50,23 +53,23 @@ class RestToRest(Value, ABC):
     @property
     @abstractmethod
     def timing(self) -> Timing:
-        """The timing of the motion."""
+        """Timing of the motion."""
 
     def at(self, t: Any) -> Array:
-        """Return the positions (..., n) of the axes at times t (...), in seconds."""
+        """Return the positions (..., n) of the axes, in rad or m, at times t (...) in seconds."""
         share = self.timing.at(check_times(t)).s
-        there: Array = np.where(share < 1.0, self.start + share * self._way, self.end)
-        return there
+        position: Array = np.where(share < 1.0, self.start + share * self._displacement, self.end)
+        return position
 
     def velocity(self, t: Any) -> Array:
-        """Return the velocities (..., n) at times t (...), in rad/s or m/s."""
-        return self.timing.at(check_times(t)).rate * self._way
+        """Return the velocities (..., n) in rad/s or m/s at times t (...) in seconds."""
+        return self.timing.at(check_times(t)).rate * self._displacement
 
     def acceleration(self, t: Any) -> Array:
-        """Return the accelerations (..., n) at times t (...), in rad/s^2 or m/s^2."""
-        return self.timing.at(check_times(t)).acceleration * self._way
+        """Return the accelerations (..., n) in rad/s^2 or m/s^2 at times t (...) in seconds."""
+        return self.timing.at(check_times(t)).acceleration * self._displacement
 
     @cached_property
-    def _way(self) -> Array:
-        """The displacement (..., n) from start to end."""
+    def _displacement(self) -> Array:
+        """Displacement (..., n) from start to end."""
         return np.asarray(self.end - self.start)

@@ -1,4 +1,4 @@
-"""Straight motions of a frame, with a rotation about one axis."""
+"""Straight motions of a frame, with rotation about a fixed axis."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from robsim.trajectory.time_law import TimeLawShares, Timing, check_times
 
 @dataclass(frozen=True)
 class StraightTable:
-    """The text form of a straight motion."""
+    """Text form of a straight motion."""
 
     start: Annotated[Pose, POSE, "Pose at the start."]
     end: Annotated[Pose, POSE, "Pose at the end."]
@@ -50,20 +50,45 @@ class StraightTable:
 
 @dataclass(frozen=True, eq=False, init=False)
 class Straight(Value):
-    """A motion from one pose to another along a straight line, with rotation about a fixed axis.
+    """Straight motion of a frame from one pose to another, with rotation about a fixed axis.
 
-    start, end            poses in one base frame; batches (...) of them are several motions at
-                          once, and times are broadcast against these
-    duration              seconds, of a motion of least jerk as `Quintic`; or limits, of the
-                          shortest motion under these as `Trapezoid`:
-    speed, acceleration   of the origin, m/s and m/s^2
-    turn, turn_acceleration
-                          of the orientation, rad/s and rad/s^2
+    With the fraction s of the motion from 0 to 1, the origin is at (1 - s) p_start + s p_end, and
+    the orientation is R_start exp(s [theta u]) for the rotation vector theta u from start to end,
+    in axes of the start: spherical linear interpolation (Shoemake 1985; Siciliano et al. 2009,
+    section 4.3.3). For a rotation by half a turn both directions are equally short, and one of them
+    is chosen.
 
-    The orientation is start exp(s theta u), with theta u the rotation vector from start to end:
-    spherical linear interpolation (Shoemake 1985; Siciliano et al. 2009, section 4.3.3). Of half a
-    circle either way is right, and one is taken.
+    Give either the duration, for a minimum-jerk motion as in `Quintic`, or limits, for the fastest
+    motion within them as in `Trapezoid`. The speed and acceleration limit the origin, the turn rate
+    and turn acceleration the orientation.
 
+    Parameters
+    ----------
+    start, end : Pose or array_like of shape (..., 4, 4)
+        Poses in one base frame. Batches are several motions at once, and times are broadcast
+        against them.
+    duration : float, optional
+        Duration in seconds.
+    speed, acceleration : float, optional
+        Limits of the origin in m/s and m/s^2, both or none.
+    turn, turn_acceleration : float, optional
+        Limits of the orientation in rad/s and rad/s^2, both or none.
+
+    Attributes
+    ----------
+    start, end : Pose
+        Poses without frame names.
+    pace : Pace
+        Duration or limits.
+
+    Raises
+    ------
+    InputError
+        If neither or both of duration and limits are given, or a limit is missing for a part of the
+        motion.
+
+    Examples
+    --------
     >>> move = Straight(Pose.at(0, 0, 1), Pose.at(2, 0, 1, rpy=(0, 0, np.pi / 2)), duration=4.0)
     >>> Pose(move.at(2.0))
     <Pose position [1.0, 0.0, 1.0] rotvec [0.0, 0.0, 0.7854]>
@@ -94,29 +119,31 @@ class Straight(Value):
             self.start.matrix.shape[:-2], self.end.matrix.shape[:-2], "start and end"
         )
         put(self, "pace", Pace(duration, speed, acceleration, turn, turn_acceleration))
-        _ = self._timing  # limits that are missing are an error now, not later
+        _ = self._timing  # raises if a limit is missing
 
     @property
     def duration(self) -> Any:
-        """The duration in seconds, (...) for several motions."""
+        """Duration in seconds, (...) for several motions."""
         seconds = self._timing.seconds
         return seconds if seconds.ndim else float(seconds)
 
     def at(self, t: Any) -> Array:
-        """Return poses (..., 4, 4) in the base frame at times t (...), in seconds."""
+        """Return poses (..., 4, 4) in the base frame at times t (...) in seconds."""
         s = self._shares(t).s
-        T, way, turn, end = self._wide(s, self._start, self._way, self._turn, self._end)
+        T, displacement, turn, end = self._wide(
+            s, self._start, self._displacement, self._turn, self._end
+        )
         runs = T.shape[-1]
         twist, step, out = np.empty((6, runs)), np.empty(T.shape), np.empty(T.shape)
-        kernels.interpolate_pose(T, way, turn, move_runs_last(s, 1), end, twist, step, out)
+        kernels.interpolate_pose(T, displacement, turn, move_runs_last(s, 1), end, twist, step, out)
         return homogeneous_matrix(out, s.shape[:-1])
 
     def twist(self, t: Any) -> Array:
-        """Return twists (..., 6) = (v, omega) of the frame in base axes, in m/s and rad/s."""
+        """Return twists (..., 6) = (v, omega) in m/s and rad/s, in base axes, at times t (...)."""
         rate = self._shares(t).rate
-        T, way, turn = self._wide(rate, self._start, self._way, self._turn)
+        T, displacement, turn = self._wide(rate, self._start, self._displacement, self._turn)
         share, out = move_runs_last(rate, 1), np.zeros((6, T.shape[-1]))
-        out[:3] = share[0] * way
+        out[:3] = share[0] * displacement
         for r in range(3):
             for c in range(3):
                 out[3 + r] += T[r, c] * turn[c]  # the axis in base axes
@@ -124,10 +151,10 @@ class Straight(Value):
         return move_runs_first(out, rate.shape[:-1])
 
     def _shares(self, t: Any) -> TimeLawShares:
-        """Return the shares (..., 2) of distance and angle, for all times and motions."""
-        found, lead = self._timing.at(check_times(t)), self._lead
-        shape = (*np.broadcast_shapes(found.s.shape[:-1], lead), 2)
-        return TimeLawShares(*(np.broadcast_to(part, shape) for part in found))
+        """Return the fractions (..., 2) of distance and angle, for all times and motions."""
+        shares, lead = self._timing.at(check_times(t)), self._lead
+        shape = (*np.broadcast_shapes(shares.s.shape[:-1], lead), 2)
+        return TimeLawShares(*(np.broadcast_to(part, shape) for part in shares))
 
     def _wide(self, like: Array, *parts: Array) -> tuple[Array, ...]:
         """Return parts (*lead, ...) broadcast to all times and motions, with the run last."""
@@ -137,26 +164,27 @@ class Straight(Value):
 
     @property
     def _lead(self) -> tuple[int, ...]:
+        """Leading shape of start and end, broadcast."""
         return np.broadcast_shapes(self.start.matrix.shape[:-2], self.end.matrix.shape[:-2])
 
     @cached_property
     def _start(self) -> Array:
-        """The start poses (*lead, 3, 4)."""
+        """Start poses (*lead, 3, 4)."""
         return np.broadcast_to(self.start.matrix[..., :3, :], (*self._lead, 3, 4))
 
     @cached_property
     def _end(self) -> Array:
-        """The end poses (*lead, 3, 4)."""
+        """End poses (*lead, 3, 4)."""
         return np.broadcast_to(self.end.matrix[..., :3, :], (*self._lead, 3, 4))
 
     @cached_property
-    def _way(self) -> Array:
-        """The displacement (*lead, 3) in metres, in base axes."""
+    def _displacement(self) -> Array:
+        """Displacement (*lead, 3) in metres, in base axes."""
         return np.asarray(self._end[..., 3] - self._start[..., 3])
 
     @cached_property
     def _turn(self) -> Array:
-        """The rotation vector (*lead, 3) from start to end, in axes of the start."""
+        """Rotation vector (*lead, 3) in radians from start to end, in axes of the start."""
         T0, T1 = (move_runs_last(T, 2) for T in (self._start, self._end))
         runs = T0.shape[-1]
         back, between, quaternion = np.empty(T0.shape), np.empty(T0.shape), np.empty((4, runs))
@@ -166,13 +194,16 @@ class Straight(Value):
 
     @cached_property
     def _timing(self) -> Timing:
-        """The timing of distance and angle."""
-        ways = (euclidean_length(np.moveaxis(part, -1, 0)) for part in (self._way, self._turn))
-        return self.pace.timing(*ways)
+        """Timing of distance and angle."""
+        lengths = (
+            euclidean_length(np.moveaxis(part, -1, 0)) for part in (self._displacement, self._turn)
+        )
+        return self.pace.timing(*lengths)
 
 
 def _check_end_pose(value: Any, what: str) -> Pose:
+    """Return poses without frame names; raise an InputError that names `what` for other values."""
     try:
-        return Pose(as_pose(value).matrix)  # in the one base frame, whatever names it has
+        return Pose(as_pose(value).matrix)
     except InputError as error:
         raise InputError(f"{what}: {error}") from None

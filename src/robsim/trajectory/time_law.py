@@ -1,4 +1,4 @@
-"""The time laws of motions from rest to rest."""
+"""Time laws of motions from rest to rest."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from robsim.declare import family
 from robsim.kernels.formulas import speed_profiles as kernels
 
 TRAJECTORIES = family("trajectory")
-QUINTIC_RAMP = -1.0  # stands for the ramp of a polynomial of order five
+QUINTIC_RAMP = -1.0  # ramp value that selects the polynomial of order five in the kernel
 
 
 class TimeLawShares(NamedTuple):
-    """The share s of a motion that is done, and its time derivatives."""
+    """Completed fraction s of a motion, and its first and second time derivatives."""
 
     s: Array
     rate: Array
@@ -26,13 +26,18 @@ class TimeLawShares(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Timing:
-    """The timing of axes that start and stop together, which broadcasts against times.
+    """Time law of axes that start and stop together, broadcast against times.
 
-    `ramp` (..., n) is the share of the time in which an axis speeds up, and in which it slows down
-    again; None is for a polynomial of order five, the same for every axis.
+    Attributes
+    ----------
+    seconds : ndarray of shape (...)
+        Duration of the motion.
+    ramp : ndarray of shape (..., n), optional
+        Fraction of the duration during which each axis speeds up, and again slows down. Default: a
+        polynomial of order five, the same for every axis.
     """
 
-    seconds: Array  # (...,)
+    seconds: Array
     ramp: Array | None = None
 
     @classmethod
@@ -44,18 +49,18 @@ class Timing:
         return cls(np.asarray(seconds.max(axis=-1)), ramp)
 
     def at(self, t: Any) -> TimeLawShares:
-        """Return shares (..., n), or (..., 1) where all axes are alike, at times t (...)."""
+        """Return fractions (..., n) at times t (...), or (..., 1) if all axes have one time law."""
         ramp = np.array([QUINTIC_RAMP]) if self.ramp is None else self.ramp
         times, seconds = np.asarray(t, dtype=float)[..., None], self.seconds[..., None]
         shape = np.broadcast_shapes(times.shape, seconds.shape, ramp.shape)
         flat = [np.broadcast_to(x, shape).ravel() for x in (times, seconds, ramp)]
-        found = np.empty((flat[0].size, 3))
-        kernels.compute_motion_shares(*flat, found)
-        return TimeLawShares(*(np.array(each).reshape(shape) for each in found.T))
+        shares = np.empty((flat[0].size, 3))
+        kernels.compute_motion_shares(*flat, shares)
+        return TimeLawShares(*(np.array(each).reshape(shape) for each in shares.T))
 
 
 def check_times(t: Any) -> Array:
-    """Return times of any shape in seconds, also infinite; raise InputError for others."""
+    """Return times of any shape in seconds, also infinite times; raise InputError for others."""
     try:
         times = np.asarray(t, dtype=float)
     except (TypeError, ValueError):

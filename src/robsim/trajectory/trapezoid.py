@@ -1,4 +1,4 @@
-"""The shortest motions within limits of speed and acceleration."""
+"""Fastest motions within limits of speed and acceleration."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from robsim.trajectory.time_law import Timing
 
 @dataclass(frozen=True)
 class TrapezoidTable:
-    """The text form of a motion within limits."""
+    """Text form of a motion within limits."""
 
     start: Annotated[Any, END_COORDINATES, "Coordinates of the axes at the start."]
     end: Annotated[Any, END_COORDINATES, "Coordinates of the axes at the end."]
@@ -38,13 +38,17 @@ class TrapezoidTable:
 @register("trajectory", "trapezoid")
 @dataclass(frozen=True, eq=False, init=False)
 class Trapezoid(RestToRest):
-    """The shortest motion from rest to rest in which no axis exceeds its limits.
+    """Fastest motion from rest to rest within limits of speed and acceleration.
 
-    speed, acceleration   in rad/s or m/s and rad/s^2 or m/s^2: one number for all, or (n,)
+    Each axis accelerates, moves at constant speed and decelerates; over a short distance it never
+    reaches its speed limit (Siciliano et al. 2009, section 4.2.1). The slowest axis determines the
+    duration, and all other axes are slowed down to this duration. Use it for fast motions, and
+    `Quintic` for smooth motions of a given duration.
 
-    Each axis speeds up, goes on at constant speed, and slows down; where its way is short, it never
-    reaches its limit of speed (Siciliano et al. 2009, section 4.2.1). The slowest axis sets the
-    time, to which the motion of every other one is stretched.
+    The keyword arguments `speed` in rad/s or m/s and `acceleration` in rad/s^2 or m/s^2 are the
+    limits: one number for all axes, or (n,). Leading dimensions (...) of `start` and `end` are
+    several motions at once, and times are broadcast against them. InputError is raised if the
+    number of limits differs from n.
 
     >>> move = Trapezoid([0.0, 0.0], [2.0, 0.1], speed=1.0, acceleration=2.0)
     >>> move.duration, move.at(0.5).round(12), move.velocity(1.0).round(12)
@@ -63,12 +67,12 @@ class Trapezoid(RestToRest):
 
     @property
     def duration(self) -> Any:
-        """The duration in seconds, (...) for several motions."""
+        """Duration in seconds, (...) for several motions."""
         seconds = self.timing.seconds
         return seconds if seconds.ndim else float(seconds)
 
     @cached_property
     def timing(self) -> Timing:
-        """The timing of the motion."""
-        way: Array = np.abs(self.end - self.start)
-        return Timing.shortest(way, *self.limits.of(way.shape[-1]))
+        """Timing of the motion."""
+        distance: Array = np.abs(self.end - self.start)
+        return Timing.shortest(distance, *self.limits.of(distance.shape[-1]))

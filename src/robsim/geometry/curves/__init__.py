@@ -1,7 +1,8 @@
-"""The curves that rails follow, by arc length: line, arc, rounded polyline, catenary.
+"""Plane curves for rails, by arc length: line, arc, rounded polyline and catenary.
 
-A curve lies in the plane z = 0 of the frame that it is given in. It begins at its first point (of
-a line and an arc the origin, along x), and goes on straight before it and after its end.
+A curve is in the plane z = 0 of its frame. A line and an arc begin at the origin, along x; other
+curves begin at their first point. Every curve continues straight before its beginning and after
+its end.
 """
 
 from robsim.geometry.curves.arc import Arc as Arc

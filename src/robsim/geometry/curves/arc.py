@@ -1,4 +1,4 @@
-"""An arc of a circle."""
+"""Arc of a circle."""
 
 from __future__ import annotations
 
@@ -18,14 +18,16 @@ from robsim.geometry.curves.curve import Curve, CurveRadius
 @register("curve", "arc")
 @dataclass(frozen=True)
 class Arc(Curve):
-    """An arc of a circle of `radius` metres and `angle` radians, to the left if it is positive.
+    """Arc of a circle that begins at the origin, along x.
+
+    The curvature is sign(angle) / radius, and the length is radius |angle|.
 
     >>> round(Arc(2.0, -math.pi / 2).length, 9)
     3.141592654
     """
 
     radius: CurveRadius
-    angle: Annotated[float, Angle(), "Angle through which the arc turns, positive to the left."]
+    angle: Annotated[float, Angle(), "Angle of the arc, positive to the left. Not 0."]
 
     def __post_init__(self) -> None:
         check_fields(self)
@@ -35,12 +37,12 @@ class Arc(Curve):
 
     @property
     def length(self) -> float:
-        """The length of the arc, in metres."""
+        """Length of the arc, in metres."""
         return self.radius * abs(self.angle)
 
     @cached_property
     def pieces(self) -> Array:
-        """The single piece (1, 7) of the arc, see `robsim.kernels.formulas.plane_curves.CurveTable`."""
+        """Single piece (1, 7) of the arc, in the format of `Curve.pieces`."""
         return make_read_only(
             np.array([[0, 0, 0, 0, math.copysign(1 / self.radius, self.angle), 0, 0.0]])
         )

@@ -1,4 +1,4 @@
-"""The curve of a cable that hangs between two points."""
+"""Curve of a cable that hangs between two points."""
 
 from __future__ import annotations
 
@@ -18,18 +18,23 @@ from robsim.geometry.curves.curve import Curve, CurveLength
 @register("curve", "catenary")
 @dataclass(frozen=True)
 class Catenary(Curve):
-    """A cable that hangs from `start` to `end`, (x, y) with y up, `length` metres long.
+    """Curve of a cable that hangs between two points in the plane, with y up.
 
-    Its parameter a solves sqrt(length^2 - v^2) = 2 a sinh(h/(2 a)) for h across and v up (e.g.
-    H. M. Irvine, Cable Structures, 1981).
+    With the lowest point at x = 0, the curve is y = a cosh(x / a) + constant. The parameter a
+    solves
+
+        sqrt(length^2 - v^2) = 2 a sinh(h / (2 a))
+
+    for points h apart across and v apart in height (e.g. H. M. Irvine, Cable Structures, 1981). The
+    points must go to larger x, and the cable must be longer than their distance.
 
     >>> cable = Catenary((0, 0), (10, 0), 10.2)
-    >>> cable.at(5.1).position.round(3)  # its middle hangs lowest
+    >>> cable.at(5.1).position.round(3)  # the middle is the lowest point
     array([ 5.   , -0.872,  0.   ])
     """
 
-    start: Annotated[Any, Vector("length", 2), "Point (x, y) at which the curve begins, y up."]
-    end: Annotated[Any, Vector("length", 2), "Point (x, y) at which the curve ends."]
+    start: Annotated[Any, Vector("length", 2), "First point (x, y) of the curve, with y up."]
+    end: Annotated[Any, Vector("length", 2), "Last point (x, y) of the curve, with y up."]
     length: CurveLength
 
     def __post_init__(self) -> None:
@@ -49,7 +54,7 @@ class Catenary(Curve):
 
     @cached_property
     def parameter(self) -> float:
-        """The parameter a in metres: the radius of curvature at the lowest point."""
+        """Parameter a in metres, the radius of curvature at the lowest point."""
         h: float = self.end[0] - self.start[0]
         v: float = self.end[1] - self.start[1]
         apart = math.hypot(h, v)
@@ -66,9 +71,9 @@ class Catenary(Curve):
 
     @cached_property
     def pieces(self) -> Array:
-        """The single piece (1, 7) of the catenary, see `robsim.kernels.formulas.plane_curves.CurveTable`."""
+        """Single piece (1, 7) of the catenary, in the format of `Curve.pieces`."""
         h, v, a = self.end[0] - self.start[0], self.end[1] - self.start[1], self.parameter
-        middle = a * math.atanh(v / self.length)  # of the span, from the lowest point
+        middle = a * math.atanh(v / self.length)  # x of the middle, from the lowest point
         u = a * math.sinh((middle - 0.5 * h) / a)
         return make_read_only(np.array([[0.0, *self.start, math.atan2(u, a), 0.0, a, u]]))
 

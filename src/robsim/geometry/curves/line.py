@@ -1,4 +1,4 @@
-"""A straight line."""
+"""Straight line."""
 
 from __future__ import annotations
 
@@ -15,7 +15,10 @@ from robsim.geometry.curves.curve import Curve, CurveLength
 @register("curve", "line")
 @dataclass(frozen=True)
 class Line(Curve):
-    """A straight line along x, `length` metres long.
+    """Straight line from the origin along x.
+
+    It is the curve of a straight rail. Its curvature is zero, and its pose at arc length s is the
+    translation by (s, 0, 0):
 
     >>> Line(3.0).at(2.0).position
     array([2., 0., 0.])
@@ -28,5 +31,5 @@ class Line(Curve):
 
     @cached_property
     def pieces(self) -> Array:
-        """The single piece (1, 7) of the line, see `robsim.kernels.formulas.plane_curves.CurveTable`."""
+        """Single piece (1, 7) of the line, in the format of `Curve.pieces`."""
         return make_read_only(np.zeros((1, 7)))

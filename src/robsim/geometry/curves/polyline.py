@@ -1,4 +1,4 @@
-"""A polyline with rounded corners."""
+"""Polyline with rounded corners."""
 
 from __future__ import annotations
 
@@ -18,14 +18,17 @@ from robsim.geometry.curves.curve import Curve
 @register("curve", "polyline")
 @dataclass(frozen=True)
 class Polyline(Curve):
-    """Straight lines between points (x, y), each corner rounded by an arc of `radius` metres.
+    """Straight lines between points, with each corner rounded by an arc.
+
+    An arc of radius r that turns by the angle t replaces r tan(t / 2) of both sides of its corner,
+    so consecutive points must be far enough apart.
 
     >>> round(Polyline([(0, 0), (1, 0), (1, 1)], radius=0.2).length, 9)  # 0.8 + 0.1 pi + 0.8
     1.914159265
     """
 
-    points: Annotated[Any, ListOf(Vector("length", 2), 2, 1000), "Points (N, 2) of the line."]
-    radius: Annotated[float, Length(above=0), "Radius by which corners are rounded."]
+    points: Annotated[Any, ListOf(Vector("length", 2), 2, 1000), "Points (N, 2) of the polyline."]
+    radius: Annotated[float, Length(above=0), "Radius of the arcs at the corners."]
 
     def __post_init__(self) -> None:
         check_fields(self)
@@ -33,21 +36,22 @@ class Polyline(Curve):
 
     @property
     def length(self) -> float:
-        """The length of the curve, in metres."""
-        return float(self._built[1])
+        """Length of the curve, in metres."""
+        return float(self._pieces_and_length[1])
 
     @cached_property
     def pieces(self) -> Array:
-        """The pieces (P, 7), lines and arcs, see `robsim.kernels.formulas.plane_curves.CurveTable`."""
-        return make_read_only(self._built[0])
+        """Pieces (P, 7), lines and arcs, in the format of `Curve.pieces`."""
+        return make_read_only(self._pieces_and_length[0])
 
     @cached_property
-    def _built(self) -> tuple[Array, float]:
-        ways = np.diff(np.array(self.points), axis=0)
-        lengths, directions = np.hypot(*ways.T), np.arctan2(ways[:, 1], ways[:, 0])
+    def _pieces_and_length(self) -> tuple[Array, float]:
+        """Pieces (P, 7) and length of the rounded polyline."""
+        sides = np.diff(np.array(self.points), axis=0)
+        lengths, directions = np.hypot(*sides.T), np.arctan2(sides[:, 1], sides[:, 0])
         if not lengths.all():
             i = int(np.argmin(lengths))
-            raise InputError(f"points {i} and {i + 1} of a polyline are one: {self.points[i]}")
+            raise InputError(f"points {i} and {i + 1} of a polyline are equal: {self.points[i]}")
         turns = _wrap_to_pi(np.diff(directions))
         cut = self.radius * np.abs(np.tan(0.5 * turns))  # removed at each corner from its sides
         before, after = np.r_[0.0, cut], np.r_[cut, 0.0]

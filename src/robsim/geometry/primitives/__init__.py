@@ -1,4 +1,4 @@
-"""The primitive shapes of robots: block, wheel, ball, capsule, camera body, mesh, ....
+"""Primitive solids of robots and objects, such as block, wheel, ball, capsule and mesh.
 
 Sizes are in metres (in `robsim.classic`, as in the chapter, in centimetres).
 """

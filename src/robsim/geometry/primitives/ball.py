@@ -1,4 +1,4 @@
-"""A sphere."""
+"""Sphere."""
 
 from __future__ import annotations
 
@@ -27,10 +27,11 @@ from robsim.geometry.primitives.revolution import (
 @register("shape", "ball")
 @dataclass(frozen=True)
 class Ball(Primitive):
-    """A sphere around its origin, drawn as three circles of `n` points, about x, y and z.
+    """Sphere around its origin, drawn as three circles about x, y and z.
 
-    3n vertices, 3n edges; its faces are the three discs, its skin is round. Its inertia is that of
-    the round ball.
+    The circles have `n` points each: 3n vertices and 3n edges. The faces are the three discs, the
+    skin is a sphere. The inertia is the inertia of a homogeneous sphere, 2/5 m r^2 about every
+    axis.
 
     >>> len(Ball(0.1, n=16).edges)
     48
@@ -42,13 +43,13 @@ class Ball(Primitive):
 
     @property
     def faces(self) -> tuple[Face, ...]:
-        """The vertex numbers of the three discs."""
+        """Vertex indices of the three discs."""
         n = self.n
         return tuple(tuple(range(start, start + n)) for start in (0, n, 2 * n))
 
     @property
     def skin(self) -> tuple[Array, tuple[Face, ...]]:
-        """The vertices and the points of n/2 circles of latitude, and the faces between these."""
+        """Vertices, points of n/2 circles of latitude, and the faces between these points."""
         radii, heights = hemisphere_rings(self.radius, self.n)
         rings = np.r_[radii[:0:-1], radii], np.r_[-heights[:0:-1], heights]
         round_ = self.pose @ revolution_points(*rings, self.radius, self.n)

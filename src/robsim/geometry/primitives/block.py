@@ -1,4 +1,4 @@
-"""A box."""
+"""Box."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from robsim.declare import register
 from robsim.geometry.hull import Hull
 from robsim.geometry.primitives.primitive import Face, FigureColour, Primitive, SideLength
 
-# a rectangular tube of two rings of four corners, 0-3 and 4-7
+# a rectangular tube between two rings of four corners, 0-3 and 4-7
 RING_CORNERS = ((-1, -1), (1, -1), (1, 1), (-1, 1))
 TUBE_SIDES: tuple[Face, ...] = tuple((i, (i + 1) % 4, (i + 1) % 4 + 4, i + 4) for i in range(4))
 
@@ -20,9 +20,9 @@ TUBE_SIDES: tuple[Face, ...] = tuple((i, (i + 1) % 4, (i + 1) % 4 + 4, i + 4) fo
 @register("shape", "block")
 @dataclass(frozen=True)
 class Block(Primitive):
-    """A box with x along its length, y along its width, z along its height, centred at the origin.
+    """Box, centred at the origin: x along its length, y along its width, z along its height.
 
-    8 vertices, 12 edges, 6 faces (chapter, section 2.1).
+    It has 8 vertices, 12 edges and 6 faces (chapter, section 2.1).
 
     >>> block = Block(0.3, 0.2, 0.1, color="r")
     >>> block.vertices.max(axis=0), len(block.edges), len(block.faces)
@@ -36,7 +36,7 @@ class Block(Primitive):
 
     @property
     def faces(self) -> tuple[Face, ...]:
-        """The vertex numbers of the bottom, the top and the four sides."""
+        """Vertex indices of the bottom, the top and the four sides."""
         return ((3, 2, 1, 0), (4, 5, 6, 7), *TUBE_SIDES)
 
     def _solid(self) -> tuple[float, Array, tuple[float, float, float]]:

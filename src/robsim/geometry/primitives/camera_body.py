@@ -1,4 +1,4 @@
-"""The body of a camera: a box with a flared front."""
+"""Body of a camera: a box with a flared front."""
 
 from __future__ import annotations
 
@@ -17,12 +17,13 @@ from robsim.geometry.primitives.primitive import Face, FigureColour, Primitive, 
 @register("shape", "camera")
 @dataclass(frozen=True)
 class CameraBody(Primitive):
-    """A box whose front flares into a larger opening, as the lens of a camera.
+    """Box with a front that flares into a larger opening, like the lens of a camera.
 
-    The frame sits at the centre of the back face, where the image is formed: z along the length
-    is the optical axis, x along the height, y along the width. 12 vertices, 20 edges, 9 faces:
-    the front is open (chapter, section 2.3). The box is three quarters of the length, the opening
-    1.5 times the box. Its inertia is that of box and flare as if both were solid.
+    The origin is the centre of the back face, the position of the image plane. The z axis, along
+    the length, is the optical axis; x is along the height and y along the width. There are 12
+    vertices, 20 edges and 9 faces; the front is open (chapter, section 2.3). The box takes three
+    quarters of the length, and the opening is 1.5 times as wide and high as the box. For the
+    inertia, box and flare are solid.
 
     >>> body = CameraBody(0.08, 0.04, 0.03)
     >>> len(body.vertices), len(body.edges), len(body.faces)
@@ -36,19 +37,19 @@ class CameraBody(Primitive):
 
     @property
     def faces(self) -> tuple[Face, ...]:
-        """The vertex numbers of the back, the sides of the box and the sides of the flare."""
+        """Vertex indices of the back, the sides of the box and the sides of the flare."""
         flare = tuple(tuple(i + 4 for i in side) for side in TUBE_SIDES)
         return ((3, 2, 1, 0), *TUBE_SIDES, *flare)
 
     def _solid(self) -> tuple[float, Array, tuple[float, float, float]]:
         """Return volume, centre and mean squares, by integrals over slices across z.
 
-        A slice is s(z) times the box: s = 1 in the box, and up to 1.5 in the flare. With
-        t in [0, 1] along the flare and s = 1 + t / 2, the integrals of s^2, s^2 t, s^2 t^2 and s^4
-        are 19/12, 43/48, 19/30 and 211/80.
+        A slice is the cross-section of the box scaled by s(z), with s = 1 in the box. Along the
+        flare, s = 1 + t / 2 for t in [0, 1], and the integrals of s^2, s^2 t, s^2 t^2 and s^4 over
+        t are 19/12, 43/48, 19/30 and 211/80.
         """
         box, flare = 0.75 * self.length, 0.25 * self.length
-        area = box + flare * 19 / 12  # all integrals over z, per area of the box
+        area = box + flare * 19 / 12  # integrals over z, divided by the cross-section of the box
         first = box * box / 2 + flare * (box * 19 / 12 + flare * 43 / 48)
         second = box * box * box / 3 + flare * (
             box * box * 19 / 12 + 2 * box * flare * 43 / 48 + flare * flare * 19 / 30
@@ -59,7 +60,7 @@ class CameraBody(Primitive):
         return volume, np.array([0.0, 0.0, z]), (x2, y2, second / area - z * z)
 
     def _corners(self) -> Array:
-        rings = ((1.0, 0.0), (1.0, 0.75), (1.5, 1.0))  # (scale, share of the length)
+        rings = ((1.0, 0.0), (1.0, 0.75), (1.5, 1.0))  # (scale, fraction of the length)
         half = np.array([self.height / 2, self.width / 2])
         return np.array(
             [
@@ -70,7 +71,7 @@ class CameraBody(Primitive):
         )
 
     def simpler(self) -> tuple[Primitive, ...]:
-        """Return two blocks: the box, and one of the mean size of the flare."""
+        """Return two blocks: the box, and a block of the mean size of the flare."""
         blocks = []
         for start, end, scale in ((0.0, 0.75, 1.0), (0.75, 1.0, 1.25)):
             middle = Pose.at(0, 0, self.length * (start + end) / 2)

@@ -1,4 +1,4 @@
-"""A cylinder with round ends."""
+"""Cylinder with hemispherical ends."""
 
 from __future__ import annotations
 
@@ -31,12 +31,12 @@ from robsim.geometry.primitives.wheel import Wheel
 @register("shape", "capsule")
 @dataclass(frozen=True)
 class Capsule(Primitive):
-    """A cylinder about z with half a ball on either end: all within `radius` of a segment.
+    """Cylinder about z with a hemisphere at each end: all points within `radius` of a segment.
 
-    `length` is that of the cylinder, so the whole is `length + 2 radius` long; the origin lies in
-    the middle. The vertices are circles of n points, and its edges two of these and two outlines.
-    Its inertia is that of the round solid. MuJoCo has capsules; in URDF, which has none, it is
-    written as a cylinder and two spheres.
+    The length is the length of the cylinder, so the whole capsule is `length + 2 radius` long. The
+    origin is in the middle. The vertices are circles of n points; the edges are the two circles at
+    the ends of the cylinder and two outlines. The inertia is the inertia of the round solid. MuJoCo
+    has capsules; `Robot.to_urdf` writes a cylinder and two spheres, because URDF has none.
 
     >>> float(np.ptp(Capsule(0.1, 0.3).vertices, axis=0)[2])
     0.5
@@ -49,7 +49,7 @@ class Capsule(Primitive):
 
     @property
     def faces(self) -> tuple[Face, ...]:
-        """The vertex numbers of the faces between the circles, and of those around the poles."""
+        """Vertex indices of the faces between the circles, then of the faces around the poles."""
         return revolution_faces(2 * self._rings, self.n)
 
     def simpler(self) -> tuple[Primitive, ...]:
@@ -60,13 +60,14 @@ class Capsule(Primitive):
 
     @property
     def _rings(self) -> int:
+        """Number of circles of one hemisphere."""
         return len(hemisphere_rings(self.radius, self.n)[0])
 
     def _solid(self) -> tuple[float, Array, tuple[float, float, float]]:
         """Return volume, centre and mean squares.
 
-        The mean squares are those of cylinder and ball, weighed by volume; the centre of half a
-        ball is 3/8 r from its disc.
+        The mean squares are the means over cylinder and ball, weighted by volume. The centre of
+        mass of a hemisphere is 3/8 r from its disc.
         """
         r, h = self.radius, self.length
         tube, ball = np.pi * r * r * h, 4 / 3 * np.pi * r * r * r
@@ -82,7 +83,7 @@ class Capsule(Primitive):
         return revolution_points(*rings, self.length / 2 + self.radius, self.n)
 
     def _edges(self) -> list[tuple[int, int]]:
-        """Return the two circles where the ends begin, and two outlines from pole to pole."""
+        """Return the circles at both ends of the cylinder, and two outlines from pole to pole."""
         n, rings = self.n, self._rings
         poles = 2 * rings * n, 2 * rings * n + 1
         around = [(i + k * n, (i + 1) % n + k * n) for k in (rings - 1, rings) for i in range(n)]
@@ -92,7 +93,7 @@ class Capsule(Primitive):
         return around
 
     def _hull(self) -> Hull:
-        """Return the segment, with the radius beyond it."""
+        """Return the segment, with the radius as `beyond`."""
         z = np.array([0.0, 0.0, 1.0])
         core = self.length / 2 * z
         return Hull(np.stack([-core, core]), np.eye(3), z[None], self.radius, core)

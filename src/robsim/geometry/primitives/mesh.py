@@ -1,4 +1,4 @@
-"""A mesh by its file name, which is opened for figures alone."""
+"""Mesh by the name of its file, which is opened for figures only."""
 
 from __future__ import annotations
 
@@ -21,7 +21,10 @@ from robsim.geometry.primitives.surface import Surface
 
 @dataclass(frozen=True)
 class MeshSource:
-    """The folder of the file that named a mesh, and shapes in place of it, in its own axes."""
+    """Folder of the model file that names a mesh, and substitute shapes in the axes of the mesh.
+
+    `stand_ins` are the collision shapes that figures draw if the mesh file cannot be read.
+    """
 
     folder: Path
     stand_ins: tuple[Primitive, ...] = ()
@@ -30,13 +33,13 @@ class MeshSource:
 @register("shape", "mesh")
 @dataclass(frozen=True)
 class Mesh(Primitive):
-    """A mesh by its file name; figures draw it where a URDF file named it and the extra is there.
+    """Mesh by its file name, for figures.
 
-    `filename` is "package://name/..." or a name relative to the folder of the model's file; it
-    may climb one folder, to that of the package, and no further. "file://" may stand before it, and
-    before an absolute name. `scale` is along x, y and z. The mass of a mesh is not known: the link
-    gives it. `source`, which `Robot.from_urdf` sets, is no part of its value: equality, hashes and
-    text forms do not know it, and no result of a run depends on it.
+    Figures draw the mesh if it comes from a URDF file and the extra `mesh` is installed. The file
+    name is "package://name/..." or relative to the folder of the model file; it may lead out of
+    this folder by one level at most. An absolute name needs the prefix "file://". The mass of a
+    mesh is unknown, so its link must give the inertia. `Robot.from_urdf` sets `source`, which has
+    no effect on equality, hashes, text forms and results of runs.
 
     >>> Mesh("package://arm/meshes/elbow.stl").vertices.shape
     (0, 3)
@@ -45,7 +48,7 @@ class Mesh(Primitive):
     pose: Annotated[
         Pose, FLAT_POSE, Role.FILE, "Pose of the mesh in the frame that carries it."
     ] = field(default=IDENTITY, kw_only=True)
-    filename: Annotated[str, Text(1000), Role.FILE, "Name of the file of the mesh."]
+    filename: Annotated[str, Text(1000), Role.FILE, "Name of the mesh file."]
     scale: Annotated[
         tuple[float, float, float], ListOf(Number(), 3, 3), Role.FILE, "Scale along x, y and z."
     ] = (1.0, 1.0, 1.0)
@@ -63,24 +66,26 @@ class Mesh(Primitive):
             raise InputError("the inertia of a mesh is not known: give the link's")
 
     def shown(self) -> tuple[Primitive, ...]:
-        """Return the surfaces of its file, each in its colour, or what stands for it.
+        """Return the surfaces of the mesh file, or its substitute shapes.
 
-        A colour of its own comes before those of the file, unless it is black.
+        Each surface has the colour in the file, unless the mesh has a colour other than black.
         """
-        found = self._found()
-        if isinstance(found, tuple):
-            return tuple(self._surface(piece) for piece in found)
+        content = self._load()
+        if isinstance(content, tuple):
+            return tuple(self._make_surface(piece) for piece in content)
         stand_ins = self.source.stand_ins if self.source else ()
         return tuple(replace(each, color=self.color).at(self.pose) for each in stand_ins)  # type: ignore[call-arg]
 
     @property
     def lack(self) -> str | None:
-        """Why its file is not drawn, in words, or None: it is, or is not to be."""
-        found = self._found()
-        return f"{format_value(self.filename)}: {found}" if isinstance(found, FileError) else None
+        """Reason why the mesh file cannot be drawn, or None if it can or no source is known."""
+        content = self._load()
+        return (
+            f"{format_value(self.filename)}: {content}" if isinstance(content, FileError) else None
+        )
 
-    def _found(self) -> tuple[ColoredMesh, ...] | FileError:
-        """Return what its file holds, if it is to be drawn, or what is wrong with it."""
+    def _load(self) -> tuple[ColoredMesh, ...] | FileError:
+        """Return the parts of the mesh file, none if no source is known, or the error."""
         if self.source is None:
             return ()
         try:
@@ -88,20 +93,21 @@ class Mesh(Primitive):
         except FileError as error:
             return error
 
-    def _surface(self, piece: ColoredMesh) -> Surface:
+    def _make_surface(self, piece: ColoredMesh) -> Surface:
+        """Return a part of the mesh as a surface, scaled and with faces turned outwards."""
         scale = np.array(self.scale)
-        turned = piece.triangles[:, ::-1] if scale.prod() < 0 else piece.triangles  # still outwards
+        triangles = piece.triangles[:, ::-1] if scale.prod() < 0 else piece.triangles  # outwards
         color = piece.color if self.color == "k" and piece.color else self.color
-        return Surface(piece.points * scale, turned, piece.sharp, color, pose=self.pose)
+        return Surface(piece.points * scale, triangles, piece.sharp, color, pose=self.pose)
 
     @property
     def edges(self) -> Array:
-        """The edges (0, 2): it has none, but what it shows may have."""
+        """Edges (0, 2): a mesh has none; the surfaces of `shown` have edges."""
         return np.empty((0, 2), dtype=np.int64)
 
     @property
     def faces(self) -> tuple[Face, ...]:
-        """The faces: it has none, but what it shows has."""
+        """Faces: a mesh has none; the surfaces of `shown` have faces."""
         return ()
 
     def _corners(self) -> Array:
@@ -109,7 +115,7 @@ class Mesh(Primitive):
 
 
 def _check_mesh_name(name: object) -> None:
-    """Raise InputError unless the name stays within its package, or that of the model."""
+    """Raise InputError unless the name stays within its package, or the package of the model."""
     good = 'expected "package://name/..." or a name relative to the folder of the file'
     if not isinstance(name, str) or not 0 < len(name) <= 1000 or not name.isprintable():
         raise InputError(f"mesh {format_value(name)}: {good}")

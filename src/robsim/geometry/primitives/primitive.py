@@ -1,7 +1,7 @@
-"""The base class of solids: pose, inertia, vertices, edges, faces and hull.
+"""Base class of solids: pose, inertia, vertices, edges, faces and hull.
 
-All that figures, files of simulators and distances need of a solid is asked of it here, so that a
-new one is a file of its own.
+Figures, exporters and distance computations use this interface only, so a new solid needs no
+change elsewhere.
 """
 
 from __future__ import annotations
@@ -25,16 +25,36 @@ Face = tuple[int, ...]
 SHAPES = family("shape")
 SideLength = Annotated[float, Length(above=0), "Size along one axis."]
 SolidRadius = Annotated[float, Length(above=0), "Radius of the solid."]
-CirclePoints = Annotated[int, Integer(3, 4096), "Number of points that draw a circle."]
+CirclePoints = Annotated[int, Integer(3, 4096), "Number of points of a drawn circle."]
 FigureColour = Annotated[str, Color, Role.LABEL, "Colour in figures."]
 
 
 @dataclass(frozen=True)
 class Primitive:
-    """A wire-frame solid at a `pose`; a subclass adds its shape.
+    """Base class of wire-frame solids at a pose; a subclass defines the shape.
 
-    It weighs nothing unless its `mass` (kg) is given, or its `density` (kg/m^3): it is solid then,
-    and the same all through.
+    A solid is massless unless its mass or its density is given. With a mass or density it is a
+    homogeneous body.
+
+    Parameters
+    ----------
+    pose : Pose, default the identity
+        Pose of the solid in the frame that carries it.
+    mass : float, optional
+        Mass in kg.
+    density : float, optional
+        Density in kg/m^3, in place of the mass.
+
+    Raises
+    ------
+    InputError
+        If both mass and density are given.
+
+    Examples
+    --------
+    >>> from robsim.shapes import Ball
+    >>> isinstance(Ball(0.1), Primitive), Ball(0.1).inertia
+    (True, None)
     """
 
     pose: Annotated[Pose, FLAT_POSE, "Pose of the solid in the frame that carries it."] = field(
@@ -44,13 +64,13 @@ class Primitive:
         float | None,
         Quantity(above=0, dimension="mass"),
         Role.FILE,
-        "Mass of the solid; None: none, or from its density.",
+        "Mass of the solid. None: no mass, or the mass that follows from the density.",
     ] = field(default=None, kw_only=True)
     density: Annotated[
         float | None,
         Quantity(above=0, dimension="density"),
         Role.FILE,
-        "Density of the solid, instead of its mass.",
+        "Density of the solid, in place of its mass.",
     ] = field(default=None, kw_only=True)
 
     def __post_init__(self) -> None:
@@ -61,17 +81,31 @@ class Primitive:
     def at(self, pose: Any) -> Self:
         """Return a copy that is moved rigidly by `pose`: each vertex p becomes pose @ p.
 
+        Parameters
+        ----------
+        pose : Pose or array_like of shape (4, 4)
+            Pose of the present frame of the solid in the new frame.
+
+        Returns
+        -------
+        Primitive
+            Solid of the same type.
+
+        Examples
+        --------
         >>> from robsim import Block
         >>> float(Block(2, 2, 2).at(Pose.at(1, 0, 0)).vertices[:, 0].max())
         2.0
         """
-        moved = check_single_pose(pose, "pose to move a primitive by")
-        return replace(self, pose=moved @ self.pose)
+        transform = check_single_pose(pose, "pose to move a primitive by")
+        return replace(self, pose=transform @ self.pose)
 
     @property
     def inertia(self) -> Inertia | None:
-        """The inertia of the solid in the frame of its `pose`, or None if it has no mass.
+        """Inertia in the frame that carries the solid, or None if the solid is massless.
 
+        Examples
+        --------
         >>> from robsim import Block
         >>> Block(2, 1, 1, mass=12).inertia.tensor.diagonal()
         array([2., 5., 5.])
@@ -80,44 +114,49 @@ class Primitive:
             return None
         volume, centre, (x2, y2, z2) = self._solid()
         mass = self.mass or volume * (self.density or 0.0)
-        with np.errstate(over="ignore", invalid="ignore"):  # what overflows is refused
+        with np.errstate(over="ignore", invalid="ignore"):  # Inertia raises for overflow
             tensor = np.diag(mass * np.array([y2 + z2, x2 + z2, x2 + y2]))
         return Inertia(mass, centre, tensor).at(self.pose)
 
     @cached_property
     def vertices(self) -> Array:
-        """The corner points (V, 3), in metres."""
+        """Corner points (V, 3) in the frame that carries the solid, in metres."""
         return make_read_only(self.pose @ self._corners())
 
     @property
     def edges(self) -> Array:
-        """The edges (E, 2), as pairs of vertex numbers."""
+        """Edges (E, 2), as pairs of vertex indices."""
         return np.array(sorted({tuple(sorted(e)) for e in self._edges()}))
 
     @property
     def color(self) -> str:
-        """The colour of the lines: a letter as in the chapter, or any colour of Matplotlib."""
+        """Colour of the lines: a letter as in the chapter, or any colour of Matplotlib."""
         raise NotImplementedError
 
     @property
     def faces(self) -> tuple[Face, ...]:
-        """The vertex numbers around each face."""
+        """Vertex indices around each face."""
         raise NotImplementedError
 
     @property
     def skin(self) -> tuple[Array, tuple[Face, ...]]:
-        """The points (P, 3) and faces that solid drawings show; the vertices are the first points.
+        """Points (P, 3) in metres and faces for solid drawings; the points begin with the vertices.
 
-        By default there are no others. What is drawn by a few lines has more.
+        By default these are the vertices and faces. A solid that is drawn by a few lines has more.
         """
         return self.vertices, self.faces
 
     @property
     def hull(self) -> Hull:
-        """The convex hull in the axes of the frame that carries it, or a little more than that.
+        """Convex hull in the frame that carries the solid, or a slightly larger convex body.
 
-        InputError: none is known.
+        Raises
+        ------
+        InputError
+            If no hull is defined for this type of solid.
 
+        Examples
+        --------
         >>> from robsim import Block
         >>> [len(part) for part in Block(1, 2, 3).hull[:3]]
         [8, 3, 3]
@@ -125,11 +164,11 @@ class Primitive:
         return self._hull().at(self.pose)
 
     def shown(self) -> tuple[Primitive, ...]:
-        """Return what figures draw of it: itself, or of a file what that holds."""
+        """Return the solids that figures draw: the solid itself, or the content of a mesh file."""
         return (self,)
 
     def simpler(self) -> tuple[Primitive, ...]:
-        """Return solids in its place for a file that does not know its kind; by default none."""
+        """Return equivalent simpler solids for file formats without this type; by default none."""
         return ()
 
     def _solid(self) -> tuple[float, Array, tuple[float, float, float]]:
@@ -137,12 +176,13 @@ class Primitive:
         raise NotImplementedError
 
     def _corners(self) -> Array:
+        """Return the vertices (V, 3) in the axes of the solid."""
         raise NotImplementedError
 
     def _hull(self) -> Hull:
-        """Return the hull in its own axes."""
+        """Return the hull in the axes of the solid."""
         raise InputError(f"no hull of a {type(self).__name__} is known")
 
     def _edges(self) -> list[tuple[int, int]]:
-        """Return the edges: by default every side of every face."""
+        """Return the edges, by default every side of every face."""
         return [(a, b) for f in self.faces for a, b in zip(f, f[1:] + f[:1], strict=True)]

@@ -9,7 +9,7 @@ from robsim.geometry.primitives.primitive import Face
 
 
 def circle_points(radius: float, n: int) -> Array:
-    """Return n points (n, 2) of a circle, the first at angle 0."""
+    """Return n points (n, 2) of a circle about the origin, the first at angle 0."""
     angle = 2 * np.pi * np.arange(n) / n
     return radius * np.stack([np.cos(angle), np.sin(angle)], axis=1)
 
@@ -20,9 +20,9 @@ def unit_circle_points(angle: Array) -> Array:
 
 
 def hemisphere_rings(radius: float, n: int) -> tuple[Array, Array]:
-    """Return radii and heights of the circles of half a sphere, from its equator up, less the pole.
+    """Return radii and heights of circles on a hemisphere, from the equator up, without the pole.
 
-    They are about as far apart as n points of the equator.
+    The circles are about as far apart as n points of the equator.
     """
     count = max(n // 4, 1)
     angle = np.pi / 2 * np.arange(count) / count
@@ -37,7 +37,7 @@ def revolution_points(radii: Array, heights: Array, top: float, n: int) -> Array
 
 
 def revolution_faces(rings: int, n: int, first: int = 0) -> tuple[Face, ...]:
-    """Return the faces, turned outwards, between `revolution_points` that are numbered from `first` on."""
+    """Return the outward faces between circles of n points and two poles, from index `first` on."""
     sides = [(i, (i + 1) % n) for i in range(n)]
     starts = range(first, first + n * (rings - 1), n)
     tread = [(s + i, s + j, s + j + n, s + i + n) for s in starts for i, j in sides]

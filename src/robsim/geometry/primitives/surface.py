@@ -1,4 +1,4 @@
-"""A surface of triangles, as a mesh file holds it."""
+"""Surface of triangles, the content of a mesh file."""
 
 from __future__ import annotations
 
@@ -11,28 +11,41 @@ from robsim.geometry.primitives.primitive import Face, FigureColour, Primitive
 
 @dataclass(frozen=True, eq=False)
 class Surface(Primitive):
-    """Triangles (F, 3), numbers of `points` (P, 3) in metres, drawn in a colour.
+    """Triangles of one colour, for figures only.
 
-    It is drawn and no more: it has no inertia, no hull and no text.
+    A surface has no inertia, no hull and no text form.
 
+    Parameters
+    ----------
+    points : ndarray of shape (P, 3)
+        Corners of the triangles, in metres.
+    triangles : ndarray of shape (F, 3)
+        Indices of the points of each triangle.
+    sharp : ndarray of shape (E, 2)
+        Indices of the points of each sharp edge.
+    color : str, default "k"
+        Colour in figures.
+
+    Examples
+    --------
     >>> corner = Surface(np.eye(3), np.array([[0, 1, 2]]), np.array([[0, 1]]))
     >>> corner.faces, len(corner.edges)
     (((0, 1, 2),), 1)
     """
 
     points: Annotated[Any, "Corners of the triangles."]
-    triangles: Annotated[Any, "Numbers of the points at their corners."]
-    sharp: Annotated[Any, "Edges (E, 2) where it bends, as numbers of points."]
+    triangles: Annotated[Any, "Indices (F, 3) of the points of each triangle."]
+    sharp: Annotated[Any, "Sharp edges (E, 2), as indices of points."]
     color: FigureColour = "k"
 
     @property
     def faces(self) -> tuple[Face, ...]:
-        """The point numbers of each triangle."""
+        """Point indices of each triangle."""
         return tuple(map(tuple, self.triangles.tolist()))
 
     @property
     def edges(self) -> Array:
-        """The edges (E, 2) where the surface bends or ends."""
+        """Edges (E, 2) along bends and ends of the surface."""
         edges: Array = self.sharp
         return edges
 

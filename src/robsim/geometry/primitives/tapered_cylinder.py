@@ -1,4 +1,4 @@
-"""A cylinder that becomes thinner or thicker along its axis."""
+"""Cylinder with a radius that changes along its axis."""
 
 from __future__ import annotations
 
@@ -23,35 +23,35 @@ from robsim.geometry.primitives.primitive import (
 from robsim.geometry.primitives.revolution import circle_points, unit_circle_points
 from robsim.geometry.primitives.wheel import Wheel
 
-EXPORT_SLICES = 4  # cylinders that stand for it in files of simulators
+EXPORT_SLICES = 4  # number of cylinders that replace the solid in files of simulators
 
 
 @register("shape", "tapered_cylinder")
 @dataclass(frozen=True)
 class TaperedCylinder(Primitive):
-    """A truncated cone about z, of `radius` at its lower end and `end_radius` at its upper one.
+    """Truncated cone about z, from `radius` at its lower end to `end_radius` at its upper end.
 
-    The origin lies midway between the ends. 2n vertices, 2n + 4 edges (the two circles, and four
-    lines between them), n + 2 faces. Its inertia is that of the round solid. Neither URDF nor MJCF
-    has it: it is written as four cylinders of the same volumes as its four slices.
+    The origin is midway between the ends. There are 2n vertices, 2n + 4 edges (two circles and four
+    lines between them) and n + 2 faces. The inertia is the inertia of the round solid. URDF and
+    MJCF lack this shape: exported files contain four cylinders with the volumes of four slices.
 
     >>> float(np.ptp(TaperedCylinder(0.1, 0.05, 0.3).vertices, axis=0)[2])
     0.3
     """
 
     radius: SolidRadius
-    end_radius: Annotated[float, Length(above=0), "SolidRadius of the solid at its upper end."]
+    end_radius: Annotated[float, Length(above=0), "SolidRadius at the upper end."]
     length: SideLength
     n: CirclePoints = 32
     color: FigureColour = "k"
 
     @property
     def faces(self) -> tuple[Face, ...]:
-        """The vertex numbers of the tread, then of the two discs."""
+        """Vertex indices of the tread, then of the two discs."""
         return self._tube.faces
 
     def simpler(self) -> tuple[Primitive, ...]:
-        """Return four wheels, each of the volume of its slice."""
+        """Return four wheels, each with the volume of its slice."""
         edges = np.linspace(self.radius, self.end_radius, EXPORT_SLICES + 1)
         height = self.length / EXPORT_SLICES
         wheels = []
@@ -63,15 +63,15 @@ class TaperedCylinder(Primitive):
 
     @property
     def _tube(self) -> Wheel:
-        """A cylinder with the same faces between vertices of the same numbers."""
+        """Cylinder with the same vertex indices in edges and faces."""
         return Wheel(self.radius, self.length, self.n)
 
     def _solid(self) -> tuple[float, Array, tuple[float, float, float]]:
         """Return volume, centre and mean squares, by integrals over slices across z.
 
-        With t in [0, 1] along it and s = r + (R - r) t, the integrals of s^2, s^2 t, s^2 t^2 and
-        s^4 are (r^2 + r R + R^2)/3, (r^2 + 2 r R + 3 R^2)/12, (r^2 + 3 r R + 6 R^2)/30 and
-        (r^4 + r^3 R + r^2 R^2 + r R^3 + R^4)/5.
+        With the radius s = r + (R - r) t for t in [0, 1] along the axis, the integrals of s^2, s^2
+        t, s^2 t^2 and s^4 are (r^2 + r R + R^2)/3, (r^2 + 2 r R + 3 R^2)/12, (r^2 + 3 r R + 6
+        R^2)/30 and (r^4 + r^3 R + r^2 R^2 + r R^3 + R^4)/5.
         """
         r, R, h = self.radius, self.end_radius, self.length
         rr, rR, RR = r * r, r * R, R * R
@@ -92,7 +92,7 @@ class TaperedCylinder(Primitive):
         return [*self._tube._edges(), *((i, i + n) for i in (0, n // 4, n // 2, 3 * n // 4))]
 
     def _hull(self) -> Hull:
-        """Return the truncated pyramid around it, whose sides touch the circles."""
+        """Return the circumscribed truncated pyramid, whose sides touch the circles."""
         n, h = self.n, self.length
         corner = 2 * np.pi * np.arange(n) / n
         unit, z = unit_circle_points(corner) / np.cos(np.pi / n), np.array([[0.0, 0.0, 1.0]])

@@ -1,4 +1,4 @@
-"""A wheel, drawn as a flat cylinder."""
+"""Wheel, drawn as a flat cylinder."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ from robsim.geometry.primitives.revolution import circle_points, unit_circle_poi
 @register("shape", "wheel")
 @dataclass(frozen=True)
 class Wheel(Primitive):
-    """A cylinder drawn by two circles of `n` points; z is its axis, x points to angle 0.
+    """Cylinder about z, drawn by two circles; x points to the angle 0 of the circles.
 
-    The origin lies midway between the centres. 2n vertices, 2n edges (the two circles), n + 2
-    faces for solid drawing (chapter, section 2.2). Its inertia is that of the round cylinder, not
-    of the prism that is drawn.
+    The origin is midway between the centres. There are 2n vertices, 2n edges (two circles) and n +
+    2 faces for solid drawing (chapter, section 2.2). The inertia is the inertia of the round
+    cylinder, not of the drawn prism.
 
     >>> len(Wheel(0.1, 0.02, n=16).edges)
     32
@@ -40,7 +40,7 @@ class Wheel(Primitive):
 
     @property
     def faces(self) -> tuple[Face, ...]:
-        """The vertex numbers of the tread, then of the two discs."""
+        """Vertex indices of the tread, then of the two discs."""
         n = self.n
         tread = tuple((i, (i + 1) % n, (i + 1) % n + n, i + n) for i in range(n))
         return (*tread, tuple(range(n - 1, -1, -1)), tuple(range(n, 2 * n)))
@@ -60,7 +60,7 @@ class Wheel(Primitive):
     def _hull(self) -> Hull:
         """Return the prism around the circle.
 
-        Its sides touch the circle in their middles, so its corners are R/cos(pi/n) from the axis.
+        Its sides touch the circle at their middles, so the corners are R/cos(pi/n) from the axis.
         """
         n, z = self.n, [[0.0, 0.0, 1.0]]
         corner = 2 * np.pi * np.arange(n) / n

@@ -1,4 +1,4 @@
-"""The problem of inverse kinematics: a link, and the joints that bring it to poses."""
+"""Problem of inverse kinematics: a link, and the joints that bring it to poses."""
 
 from __future__ import annotations
 
@@ -18,48 +18,48 @@ from robsim.robot.frame_evaluator import FrameEvaluator
 from robsim.robot.tree import Tree
 
 LARGEST_POSITION = (
-    1e9  # metres or radians: larger numbers could overflow; files use them for no limit
+    1e9  # metres or radians: larger numbers could overflow; in files they mean no limit
 )
-START_SPREAD = {"rad": math.pi, "m": 1.0}  # how far from home a search begins, without limits
+START_SPREAD = {"rad": math.pi, "m": 1.0}  # largest distance from home of starts, without limits
 
 
 class CoordinateBounds(NamedTuple):
-    """The limits of coordinates."""
+    """Limits of coordinates."""
 
-    row: NDArray[np.int64]  # of each velocity that carries the link, its only coordinate, or -1
-    low: Array  # (nq,), infinite where there is none
+    row: NDArray[np.int64]  # coordinate of each velocity that carries the link, or -1
+    low: Array  # (nq,), infinite without a limit
     high: Array
-    turns: NDArray[np.bool_]  # (nq,) whether a whole turn changes nothing
+    turns: NDArray[np.bool_]  # (nq,) whether a whole turn gives the same pose
 
 
 @dataclass(frozen=True, eq=False)
 class IKArm:
-    """A link of a tree, the coordinates that may move it, and their names.
+    """Link of a tree, the coordinates that may move it, and their names.
 
-    What follows from these is computed once; a robot keeps its arms.
+    Derived values are computed once, and a robot stores its problems.
     """
 
     tree: Tree
     link: str
-    limits: Array  # (nq, 2), infinite where there are none
+    limits: Array  # (nq, 2), infinite without limits
     home: Array
-    units: Sequence[str]  # of the coordinates
+    units: Sequence[str]  # units of the coordinates
     velocities: Sequence[str]
 
     @cached_property
     def columns(self) -> NDArray[np.int64]:
-        """The velocities that move the link."""
+        """Indices of the velocities that move the link."""
         return as_int64(np.flatnonzero(self.tree.carries(self.link)))
 
     @cached_property
     def free(self) -> IKArm:
-        """The arm without its joint limits."""
-        nowhere = np.full_like(self.limits, np.inf) * [-1.0, 1.0]
-        return IKArm(self.tree, self.link, nowhere, self.home, self.units, self.velocities)
+        """Problem without joint limits."""
+        unlimited = np.full_like(self.limits, np.inf) * [-1.0, 1.0]
+        return IKArm(self.tree, self.link, unlimited, self.home, self.units, self.velocities)
 
     @cached_property
     def bounds(self) -> CoordinateBounds:
-        """The limits; a joint without limits is kept within half a turn of zero."""
+        """Limits; a joint without limits is kept within half a turn of zero."""
         row = self.tree.alone(self.columns)
         turns = np.zeros(len(self.limits), dtype=np.bool_)
         turning = np.array([kind.turns for kind in self.tree.kinds(self.columns)], dtype=np.bool_)
@@ -73,23 +73,23 @@ class IKArm:
         )
 
     def starts(self, count: int, seed: int) -> tuple[Array, Array]:
-        """Return starts of further searches, q (nq, k), and the link's poses (k, 12) there.
+        """Return starts of further searches, q (nq, k), and the poses (k, 12) of the link there.
 
-        Uniform within the limits, by the seed and the number of the start alone, the same for every
-        run: so a run has the same bits in every batch.
+        The starts are uniform within the limits. They depend only on the seed and on the index of
+        the start, so each run has the same bits in every batch.
         """
-        of, found = self.kept.get("starts", (None, None))
-        if of != (count, seed):
-            found = self._drawn(count, seed)
-            self.kept["starts"] = (count, seed), found  # the last are those that will be wanted
-        return found  # type: ignore[no-any-return]
+        key, starts = self.kept.get("starts", (None, None))
+        if key != (count, seed):
+            starts = self._sample_starts(count, seed)
+            self.kept["starts"] = (count, seed), starts  # only the latest starts are stored
+        return starts  # type: ignore[no-any-return]
 
-    def _drawn(self, count: int, seed: int) -> tuple[Array, Array]:
-        """Return the starts, computed."""
+    def _sample_starts(self, count: int, seed: int) -> tuple[Array, Array]:
+        """Compute the starts of `starts`."""
         bounds = self.bounds
-        free = np.array([START_SPREAD.get(unit, 0.0) for unit in self.units])
-        low = np.where(bounds.low < -LARGEST_POSITION, self.home - free, bounds.low)
-        high = np.where(bounds.high > LARGEST_POSITION, self.home + free, bounds.high)
+        spread = np.array([START_SPREAD.get(unit, 0.0) for unit in self.units])
+        low = np.where(bounds.low < -LARGEST_POSITION, self.home - spread, bounds.low)
+        high = np.where(bounds.high > LARGEST_POSITION, self.home + spread, bounds.high)
         share = np.empty((len(low), count))
         random.fill_uniform_numbers(np.uint64(seed), np.arange(count, dtype=np.uint64), 0, 0, share)
         q = np.repeat(self.home[:, None], count, axis=1)
@@ -101,5 +101,5 @@ class IKArm:
 
     @cached_property
     def kept(self) -> dict[Any, Any]:
-        """What the ways to solve it have computed of it, by names of theirs."""
+        """Results that the solvers store, by their names."""
         return {}

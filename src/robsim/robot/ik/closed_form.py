@@ -1,11 +1,13 @@
-"""Inverse kinematics in closed form, with all solutions, of arms whose axes allow it.
+"""Inverse kinematics in closed form, with all solutions, for suitable arms.
 
-Axis 1 is square to axis 2, and axis 3 parallel to it. Then either axes 4, 5, 6 meet in one point,
-4 and 6 square to 5 (a spherical wrist: D. L. Pieper, The kinematics of manipulators under computer
-control, 1968; R. P. Paul and H. Zhang, Computationally efficient kinematics for manipulators with
-spherical wrists, Int. J. Robotics Research 5(2), 1986), or axis 4 is parallel to 2 and 3 too, axis
-5 is square to it, and there are no more (R. J. Schilling, Fundamentals of Robotics, 1990, section
-3.5: the Rhino).
+Axis 1 must be perpendicular to axis 2, and axis 3 parallel to axis 2. There are two forms:
+
+- Six joints with a spherical wrist: axes 4, 5 and 6 meet in one point, with axes 4 and 6
+  perpendicular to axis 5 (D. L. Pieper, The kinematics of manipulators under computer control,
+  1968; R. P. Paul and H. Zhang, Computationally efficient kinematics for manipulators with
+  spherical wrists, Int. J. Robotics Research 5(2), 1986).
+- Five joints: axis 4 is parallel to axes 2 and 3, and axis 5 is perpendicular to axis 4 (R. J.
+  Schilling, Fundamentals of Robotics, 1990, section 3.5: the Rhino).
 """
 
 from __future__ import annotations
@@ -30,16 +32,24 @@ from robsim.robot.joint import LIMIT_SLACK
 
 @dataclass(frozen=True, eq=False)
 class ClosedFormIK(Value):
-    """All coordinates that bring an arm to a pose, with NaN for solutions that do not exist.
+    """All solutions of inverse kinematics in closed form.
 
-    q       (..., n, nq), each angle within its limits if a whole turn can bring it there
-    valid   (..., n) whether there is the solution: forward kinematics gives the pose
-    within  (..., n) whether it is within the limits too
+    A spherical wrist has n = 8 solutions with the index 4 shoulder + 2 elbow + wrist, each 0 or 1:
+    shoulder 1 is turned about and leans back, the elbow is on either side, and wrist 1 is flipped.
+    An arm with five joints has n = 4 solutions, without the wrist.
 
-    A spherical wrist has n = 8, and the index is 4 shoulder + 2 elbow + wrist, each 0 or 1: the
-    arm ahead or turned about and leaning back, the elbow on either side, the wrist flipped. An arm
-    of five joints has n = 4, without the wrist.
+    Attributes
+    ----------
+    q : ndarray of shape (..., n, nq)
+        Coordinates in rad, each angle within its limits if a whole turn can bring it there. NaN for
+        solutions that do not exist.
+    valid : ndarray of bool of shape (..., n)
+        Whether the solution exists: forward kinematics gives the pose.
+    within : ndarray of bool of shape (..., n)
+        Whether the solution exists and is within the limits.
 
+    Examples
+    --------
     >>> from robsim.files import robots
     >>> puma = robots.puma560()
     >>> found = puma.closed_ik(puma.fk(puma.home))
@@ -55,9 +65,9 @@ class ClosedFormIK(Value):
 def solve_closed(arm: IKArm, T: object, tolerance: float) -> ClosedFormIK:
     """Return all solutions for poses T (..., 4, 4) of the link in the base.
 
-    InputError: T is no pose; the arm has no closed form that is known here, and why.
+    Raise InputError if T is no pose, or if the arm has no known closed form.
     """
-    pose, off = as_pose(T).matrix, as_positive(tolerance, "tolerance (metres and radians)")
+    pose, deviation = as_pose(T).matrix, as_positive(tolerance, "tolerance (metres and radians)")
     if "closed form" not in arm.kept:
         arm.kept["closed form"] = _derive_closed_form(arm)
     goals = make_read_only(pose.reshape(-1, 4, 4))
@@ -65,17 +75,17 @@ def solve_closed(arm: IKArm, T: object, tolerance: float) -> ClosedFormIK:
     shape = *pose.shape[:-2], rows[1]
     q = np.empty((*shape, len(arm.home)))
     valid, within = np.empty(shape, dtype=np.bool_), np.empty(shape, dtype=np.bool_)
-    found = q.reshape(*rows, len(arm.home)), valid.reshape(rows), within.reshape(rows)
-    kernels.solve_closed_form(*arm.kept["closed form"], off, goals, *found)
+    results = q.reshape(*rows, len(arm.home)), valid.reshape(rows), within.reshape(rows)
+    kernels.solve_closed_form(*arm.kept["closed form"], deviation, goals, *results)
     return ClosedFormIK(make_read_only(q), make_read_only(valid), make_read_only(within))
 
 
 def _derive_closed_form(arm: IKArm) -> tuple[Any, ...]:
-    """Return what the kernel needs of the stages of an arm; InputError if it has no closed form."""
+    """Return the arguments of the kernel for an arm; raise InputError without a closed form."""
     h, p, T, rows = _find_joint_axes(arm)
-    centre, turned = _find_wrist_centre(h, p, arm.link), T[:3, :3].T
+    centre, rotation = _find_wrist_centre(h, p, arm.link), T[:3, :3].T
     base = np.stack([np.cross(h[1], h[0]), h[1], h[0]])  # rows: x, y, z that joint 1 carries
-    tool = np.stack([turned @ (centre - T[:3, 3]), turned @ h[-1], turned @ h[-2]])
+    tool = np.stack([rotation @ (centre - T[:3, 3]), rotation @ h[-1], rotation @ h[-2]])
     corners = np.stack([p[0], p[1], p[2], *p[3:][: len(h) == 5], centre]) - p[0]
     z, x = base[2] @ corners.T, base[0] @ corners.T
     axes = np.zeros(41)
@@ -87,7 +97,7 @@ def _derive_closed_form(arm: IKArm) -> tuple[Any, ...]:
 
 
 def _prepare_closed_form(arm: IKArm, axes: Array, rows: NDArray[np.int64]) -> tuple[Any, ...]:
-    """Return what the kernel needs of the stages that find solutions and judge them."""
+    """Return the arguments of the kernel: the stages that compute solutions and check them."""
     program = Program()
     tolerance, valid, within = program.rows(), program.rows(), program.rows()
     goal, q = program.rows(3, 4), program.constant(arm.home)
@@ -114,8 +124,8 @@ def _prepare_closed_form(arm: IKArm, axes: Array, rows: NDArray[np.int64]) -> tu
 def _find_joint_axes(arm: IKArm) -> tuple[Array, Array, Array, NDArray[np.int64]]:
     """Return the axes of the joints that carry the link, from the base on, at q = 0.
 
-    These are h (n, 3) along them, p (n, 3) on them, T of the link, and the rows of coordinates.
-    InputError: one of these joints is not revolute.
+    The values are the directions h (n, 3), points p (n, 3) on the axes, the pose T of the link, and
+    the rows of the coordinates. Raise InputError if one of the joints is not revolute.
     """
     tree = arm.tree
     columns = arm.columns[np.argsort(tree.owners[arm.columns])]
@@ -134,7 +144,7 @@ def _find_joint_axes(arm: IKArm) -> tuple[Array, Array, Array, NDArray[np.int64]
 
 
 def _find_wrist_centre(h: Array, p: Array, link: str) -> Array:
-    """Return the point that joints 4 and up leave in place; raise InputError for other arms."""
+    """Return the point that joints 4 and up leave fixed; raise InputError for other arms."""
     needs = [
         (_is_perpendicular(h[0], h[1]), "axis 2 is square to axis 1"),
         (_is_parallel(h[1], h[2]), "axis 3 is parallel to axis 2"),
@@ -151,7 +161,7 @@ def _find_wrist_centre(h: Array, p: Array, link: str) -> Array:
             raise _make_no_form_error(link, need)
     if len(h) == 5:
         return np.asarray(p[4])
-    centre = np.asarray(p[3] + h[3] * (h[3] @ (p[4] - p[3])))  # of axis 4, nearest to axis 5
+    centre = np.asarray(p[3] + h[3] * (h[3] @ (p[4] - p[3])))  # point of axis 4 nearest to p[4]
     apart = max(float(np.linalg.norm(np.cross(centre - p[i], h[i]))) for i in (4, 5))
     if apart > GEOMETRY_TOLERANCE:
         raise _make_no_form_error(
@@ -161,6 +171,7 @@ def _find_wrist_centre(h: Array, p: Array, link: str) -> Array:
 
 
 def _make_no_form_error(link: str, needs: str) -> InputError:
+    """Return the error for an arm that lacks a property that the closed form needs."""
     return InputError(
         f"no closed form is known for link '{link}': it would need that {needs}; robot.ik "
         "searches for coordinates of any arm"
@@ -168,8 +179,10 @@ def _make_no_form_error(link: str, needs: str) -> InputError:
 
 
 def _is_perpendicular(a: Array, b: Array) -> bool:
+    """Return whether two unit vectors are perpendicular."""
     return bool(abs(a @ b) < GEOMETRY_TOLERANCE)
 
 
 def _is_parallel(a: Array, b: Array) -> bool:
+    """Return whether two unit vectors are parallel."""
     return bool(np.linalg.norm(np.cross(a, b)) < GEOMETRY_TOLERANCE)

@@ -1,4 +1,4 @@
-"""The stages of a step of the search for the coordinates of an arm."""
+"""Stages of a step of the search for the coordinates of an arm."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ from robsim.robot.integration_stages import add_integration, add_python_integrat
 
 
 class IKDescent:
-    """A search for the coordinates of an arm, by what of a pose counts.
+    """Search for the coordinates of an arm, with weights of the pose error.
 
-    `weight` (6,) is of the rows (v, omega) in the axes of the base; if `pointing`, the rotation
-    counts only where the z axis points. The program takes a step, and proposes the next.
+    The weights (6,) apply to the rows (v, omega) in axes of the base. If `pointing`, the rotation
+    counts only by the direction of the z axis. The program takes a step and proposes the next.
     """
 
     def __init__(self, arm: IKArm, weight: Array, pointing: bool) -> None:
@@ -41,40 +41,40 @@ class IKDescent:
             for i in arm.bounds.row
             if i >= 0 and np.isfinite(arm.bounds.low[i])
         }
-        self._move()
-        self._propose(self._measure())
+        self._add_step()
+        self._add_next_step(self._add_error())
 
     @cached_property
     def prepared(self) -> tuple[Any, ...]:
-        """What the compiled search needs of the stages."""
+        """Arguments of the compiled search."""
         return self.program.prepared()
 
     @cached_property
     def share(self) -> Array:
-        """What the entries (12,) of the difference of two poses count for in the square of it."""
-        found = np.full((3, 4), (self.weight[3:] ** 2).sum() / 6.0)
-        found[:, : 2 if self.pointing else 0] = 0.0
-        found[:, 3] = self.weight[:3] ** 2
-        return make_read_only(found.ravel())
+        """Weights of the entries (12,) of the difference of two poses in its square."""
+        weights = np.full((3, 4), (self.weight[3:] ** 2).sum() / 6.0)
+        weights[:, : 2 if self.pointing else 0] = 0.0
+        weights[:, 3] = self.weight[:3] ** 2
+        return make_read_only(weights.ravel())
 
     @cached_property
     def rows(self) -> Any:
-        """The coordinates that begin elsewhere at each search."""
+        """Rows of the coordinates that start elsewhere in each search."""
         return as_int64(self.arm.bounds.row[self.arm.bounds.row >= 0])
 
-    def _move(self) -> None:
+    def _add_step(self) -> None:
         """Move coordinates by the step, into their limits, and place the bodies."""
-        program, moved = self.program, dict(zip(self.arm.columns.tolist(), self.step, strict=True))
-        rates = [moved.get(column) for column in range(self.tree.nv)]
+        program, steps = self.program, dict(zip(self.arm.columns.tolist(), self.step, strict=True))
+        rates = [steps.get(column) for column in range(self.tree.nv)]
         for add in (add_integration, add_python_integration):
             add(program, self.tree.joints, self.q, rates, program.constant(1.0))
-        limited = self._limits.items()
-        joints = [(self.q[i], limits, self.arm.bounds.turns[i]) for i, limits in limited]
+        limits_of = self._limits.items()
+        joints = [(self.q[i], limits, self.arm.bounds.turns[i]) for i, limits in limits_of]
         program.add(ik_step.confine_coordinates, joints=joints)
         self.placed.add()
 
-    def _measure(self) -> tuple[BlockRows, BlockRows, BlockRows]:
-        """Add the stages of the error and the Jacobian; return their rows, and of the damping."""
+    def _add_error(self) -> tuple[BlockRows, BlockRows, BlockRows]:
+        """Add the stages of error and Jacobian; return the rows of error, damping and Jacobian."""
         program, state = self.program, self.state
         goal = state[turns.GOAL : turns.GOAL + 12].reshape(3, 4)
         (T,) = self.placed.frames([self.tree.find(self.arm.link)])
@@ -108,7 +108,7 @@ class IKDescent:
             program.add(weight_matrix_rows, A=J, weights=weights, B=J)
         return e, damping, J
 
-    def _propose(self, rows: tuple[BlockRows, BlockRows, BlockRows]) -> None:
+    def _add_next_step(self, rows: tuple[BlockRows, BlockRows, BlockRows]) -> None:
         """Add the stages of the next step."""
         (e, damping, J), n, program = rows, self.n, self.program
         downhill, room = (
@@ -116,9 +116,12 @@ class IKDescent:
             program.rows(normal_equations.count_damped_step_rows(6, n)),
         )
         program.add(multiply_transpose, A=J, y=e, x=downhill)
-        given, state = {"J": J, "downhill": downhill}, self.state
+        arguments, state = {"J": J, "downhill": downhill}, self.state
         program.add(
-            ik_step.hold_limited_joints, **given, stopped=state[turns.HELD], joints=self._held()
+            ik_step.hold_limited_joints,
+            **arguments,
+            stopped=state[turns.HELD],
+            joints=self._list_limited_joints(),
         )
         program.add(
             normal_equations.damped_step,
@@ -131,7 +134,7 @@ class IKDescent:
         )
         program.add(
             ik_step.detect_stationary,
-            **given,
+            **arguments,
             qd=self.step,
             squared=state[turns.SQUARE],
             gained=state[turns.GAIN],
@@ -140,11 +143,11 @@ class IKDescent:
         program.add(turns.choose_action, qd=self.step)
         program.add(turns.adapt_damping)
 
-    def _held(self) -> list[tuple[int, BlockRows, BlockRows]]:
-        """Return of each joint that a limit may hold its column, its coordinate, its limits."""
-        found, (row, *limits, turns) = [], self.arm.bounds
+    def _list_limited_joints(self) -> list[tuple[int, BlockRows, BlockRows]]:
+        """Return column, coordinate and limits of each joint that a limit may hold."""
+        joints, (row, *limits, turns) = [], self.arm.bounds
         low, high = (values.tolist() for values in limits)
         for j, i in enumerate(row.tolist()):
             if i in self._limits and not (turns[i] and high[i] - low[i] >= 2.0 * math.pi):
-                found.append((j, self.q[i], self._limits[i]))
-        return found
+                joints.append((j, self.q[i], self._limits[i]))
+        return joints

@@ -1,4 +1,4 @@
-"""The result of inverse kinematics, with the reason why the search ended."""
+"""Result of inverse kinematics, with the reason why the search ended."""
 
 from __future__ import annotations
 
@@ -12,7 +12,9 @@ from robsim.kernels.inverse_kinematics import ik_scheduler as kernels
 
 
 class IKReason(IntEnum):
-    """The reason why the search for coordinates ended; `message` explains it.
+    """Reason why the search for coordinates ended.
+
+    The members are SOLVED, UNREACHABLE, LIMITS and ITERATIONS; `message` explains each.
 
     >>> IKReason.SOLVED.message
     'solved: the link is at the pose, within the limits'
@@ -25,19 +27,19 @@ class IKReason(IntEnum):
 
     @property
     def message(self) -> str:
-        """The explanation of the reason, in one sentence."""
+        """Explanation of the reason, in one sentence."""
         return f"{self.name.lower()}: {_MESSAGES[self]}"
 
 
 _MESSAGES = {
     IKReason.SOLVED: "the link is at the pose, within the limits",
     IKReason.UNREACHABLE: (
-        "no small motion lessens the least error that was found, and without limits it was not "
-        "reached either; the pose is out of reach, or try more restarts"
+        "no small motion reduces the smallest error of the searches, and the pose was not reached "
+        "without limits either; the pose is out of reach, or try more restarts"
     ),
     IKReason.LIMITS: (
-        "limits of joints stand in the way of the pose: without them it was reached, or they hold "
-        "the least error that was found; try more restarts"
+        "limits of joints prevent the pose: it was reached without them, or joints are at their "
+        "limits at the smallest error of the searches; try more restarts"
     ),
     IKReason.ITERATIONS: "the error was still falling at the end; try more iterations or restarts",
 }
@@ -45,16 +47,26 @@ _MESSAGES = {
 
 @dataclass(frozen=True, eq=False)
 class IKResult(Value):
-    """The result of `Robot.ik`, row by row; for a single pose without the leading axes.
+    """Result of `Robot.ik`, row by row. For a single pose, all fields lack the leading axes.
 
-    q           (..., nq) with the least error that was found, within the limits
-    success     (...,) whether that is a solution: `error` is below the tolerance
-    error       (...,) the larger of the metres and the radians that count, by forward kinematics
-                of q: |p_goal - p| and the angle from R to R_goal (or from z axis to z axis)
-    iterations  (...,) how often the link was placed, over all searches within the limits
-    restarts    (...,) how many searches began elsewhere than at q0
-    reason      (...,) codes of `IKReason`; for a single pose one of these
+    Attributes
+    ----------
+    q : ndarray of shape (..., nq)
+        Coordinates with the smallest error of all searches, within the limits, in rad and m.
+    success : bool or ndarray of bool of shape (...)
+        Whether q is a solution: `error` is below the tolerance.
+    error : float or ndarray of shape (...)
+        The larger of |p_goal - p| in m and the angle in rad from R to R_goal (or between the z
+        axes), as far as the mask includes them, by forward kinematics of q.
+    iterations : int or ndarray of int of shape (...)
+        Number of evaluations of the pose, over all searches within the limits.
+    restarts : int or ndarray of int of shape (...)
+        Number of searches from other starts than q0.
+    reason : IKReason or ndarray of int of shape (...)
+        Reason why the search ended, or codes of `IKReason`.
 
+    Examples
+    --------
     >>> from robsim import Robot
     >>> arm = Robot.from_dh([[0, 0, 1, 0]], limits=[[-1, 1]])
     >>> found = arm.ik(arm.fk([[0.5], [1.5]]))

@@ -1,4 +1,4 @@
-"""The searches of inverse kinematics for many runs: compiled, in chunks, on threads."""
+"""Searches of inverse kinematics for many runs: compiled, in chunks, on threads."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ from robsim.kernels.machine.lanes import WIDTH
 from robsim.kernels.machine.program import Blocks
 from robsim.robot.ik.descent import IKDescent
 
-LARGEST_CHUNK = 16384  # runs that one thread takes at a time
-SMALLEST_CHUNK = 64  # runs that are not worth another thread
+LARGEST_CHUNK = 16384  # largest number of runs that one thread takes at a time
+SMALLEST_CHUNK = 64  # smallest number of runs that justifies another thread
 SMALLEST_TOLERANCE = 1e-12  # metres or radians: smaller errors are rounding
 
 
 class SearchBudget(NamedTuple):
-    """The accuracy and the amount of work of a search."""
+    """Accuracy and amount of work of a search."""
 
     tolerance: float
     iterations: int
@@ -55,42 +55,42 @@ def search_coordinates(
 ) -> kernels.SearchResults:
     """Return the results of a search for goals[run, 4, 4] from q0[run, nq]."""
     starts, runs = descent.arm.starts(effort.restarts, effort.seed), len(goals)
-    found = kernels.initial_results(q0)
-    rest = *starts, descent.share, descent.rows, effort.tolerance, effort.iterations
+    results = kernels.initial_results(q0)
+    settings = *starts, descent.share, descent.rows, effort.tolerance, effort.iterations
     solve = _search_compiled if descent.tree.compiled else _search_in_python
 
     def job(start: int, end: int) -> None:
         if end - start == runs:
-            solve(descent, kernels.Search(goals, q0, *rest), found)
+            solve(descent, kernels.Search(goals, q0, *settings), results)
             return
-        q, error, counted = found
-        part = kernels.SearchResults(q[start:end], error[start:end], counted[:, start:end].copy())
-        solve(descent, kernels.Search(goals[start:end], q0[start:end], *rest), part)
-        counted[:, start:end] = part.counts
+        q, error, counts = results
+        part = kernels.SearchResults(q[start:end], error[start:end], counts[:, start:end].copy())
+        solve(descent, kernels.Search(goals[start:end], q0[start:end], *settings), part)
+        counts[:, start:end] = part.counts
 
     _run_in_chunks(job, runs, effort.threads)
-    return found
+    return results
 
 
 def _search_compiled(
-    descent: IKDescent, search: kernels.Search, found: kernels.SearchResults
+    descent: IKDescent, problem: kernels.Search, results: kernels.SearchResults
 ) -> None:
-    """Fill `found` by one kernel, whose arguments are what is in these tuples."""
-    kernels.run_searches(*descent.prepared, *search, *found)
+    """Fill the results by one kernel, with the members of these tuples as arguments."""
+    kernels.run_searches(*descent.prepared, *problem, *results)
 
 
 def _search_in_python(
-    descent: IKDescent, search: kernels.Search, found: kernels.SearchResults
+    descent: IKDescent, problem: kernels.Search, results: kernels.SearchResults
 ) -> None:
-    """Fill `found` as the kernel does, for trees with joints of the user's own kinds."""
+    """Fill the results as the kernel does, for trees with joints of Python kinds."""
     blocks = Blocks(descent.program, np.zeros(WIDTH, dtype=np.int64))
     block, parts = blocks.flat[0], descent.program.segments()
-    kernels.begin_searches(block, search)
-    after, going = kernels.schedule_lanes(block, 0, search, found)
-    while going > 0:
+    kernels.begin_searches(block, problem)
+    state, active = kernels.schedule_lanes(block, 0, problem, results)
+    while active > 0:
         for part in parts:
             part(blocks, 0)
-        after, going = kernels.schedule_lanes(block, after, search, found)
+        state, active = kernels.schedule_lanes(block, state, problem, results)
 
 
 def _run_in_chunks(job: Callable[[int, int], None], runs: int, threads: int) -> None:
@@ -105,4 +105,4 @@ def _run_in_chunks(job: Callable[[int, int], None], runs: int, threads: int) -> 
         try:
             list(pool.map(job, *zip(*ends, strict=True)))  # the first error is raised here
         finally:
-            pool.shutdown(cancel_futures=True)  # after Ctrl-C the others need not begin
+            pool.shutdown(cancel_futures=True)  # after Ctrl-C no further jobs start

@@ -19,7 +19,7 @@ from robsim.robot.ik.ik_search import SearchBudget, search_coordinates
 
 IK_MASKS = {"pose": (1,) * 6, "position": (1, 1, 1, 0, 0, 0), "pointing": (1,) * 6}
 SMALLEST_WEIGHT = (
-    1e-3  # smallest weight relative to the largest: smaller ones could not reach a tolerance
+    1e-3  # smallest relative weight: with a smaller weight no tolerance could be reached
 )
 
 
@@ -30,18 +30,18 @@ def solve_numeric(arm: IKArm, T: Any, q0: Array, mask: Any, effort: SearchBudget
         raise InputError(f"T: no position may be farther than {LARGEST_POSITION:g} m")
     lead = broadcast_leading_shape(goal.shape[:-2], q0.shape[:-1], "T and q0")
     goals, first = _broadcast_to_runs(goal, lead, 2), _broadcast_to_runs(q0, lead, 1)
-    found = search_coordinates(_find_descent(arm, mask), goals, first, effort)
-    solved = found.counts[kernels.REASON] == kernels.SOLVED
+    results = search_coordinates(_find_descent(arm, mask), goals, first, effort)
+    solved = results.counts[kernels.REASON] == kernels.SOLVED
     if np.isfinite(arm.limits).any() and np.count_nonzero(solved) < solved.size:
-        _attribute_to_limits(arm, mask, goals, found, effort)
-    return _make_ik_result(found, solved, lead)
+        _attribute_to_limits(arm, mask, goals, results, effort)
+    return _make_ik_result(results, solved, lead)
 
 
 def _broadcast_to_runs(array: Array, lead: tuple[int, ...], axes: int) -> Array:
-    """Return an array (..., a, b), of `axes` trailing axes, as a read-only one (run, a, b)."""
+    """Return an array (..., a, b) with `axes` trailing axes as a read-only array (run, a, b)."""
     tail = array.shape[-axes:]
-    wide = array if array.shape[:-axes] == lead else np.broadcast_to(array, lead + tail)
-    return make_read_only(np.ascontiguousarray(wide).reshape(math.prod(lead), *tail))
+    broadcast = array if array.shape[:-axes] == lead else np.broadcast_to(array, lead + tail)
+    return make_read_only(np.ascontiguousarray(broadcast).reshape(math.prod(lead), *tail))
 
 
 def _attribute_to_limits(
@@ -49,25 +49,25 @@ def _attribute_to_limits(
 ) -> None:
     """Set whether failures are due to the limits, by a search without limits."""
     reasons = found.counts[kernels.REASON]
-    lost = np.flatnonzero(np.isin(reasons, (kernels.UNREACHABLE, kernels.LIMITS)))
-    if lost.size:
-        free, starts = _find_descent(arm.free, mask), make_read_only(found.q[lost])
-        reason = search_coordinates(free, make_read_only(goals[lost]), starts, effort).counts[
-            kernels.REASON
-        ]
-        reasons[lost[reason == kernels.SOLVED]] = kernels.LIMITS
-        reasons[lost[reason == kernels.UNREACHABLE]] = kernels.UNREACHABLE
+    failed = np.flatnonzero(np.isin(reasons, (kernels.UNREACHABLE, kernels.LIMITS)))
+    if failed.size:
+        unlimited, starts = _find_descent(arm.free, mask), make_read_only(found.q[failed])
+        reason = search_coordinates(
+            unlimited, make_read_only(goals[failed]), starts, effort
+        ).counts[kernels.REASON]
+        reasons[failed[reason == kernels.SOLVED]] = kernels.LIMITS
+        reasons[failed[reason == kernels.UNREACHABLE]] = kernels.UNREACHABLE
 
 
 def _find_descent(arm: IKArm, mask: Any) -> IKDescent:
-    """Return the search of an arm for what of a pose counts; InputError if no joint moves it."""
-    named = mask is None or isinstance(mask, str)
-    if named and mask in arm.kept:
+    """Return the search of an arm for a mask; raise InputError if no joint moves the link."""
+    is_name = mask is None or isinstance(mask, str)
+    if is_name and mask in arm.kept:
         known: IKDescent = arm.kept[mask]
         return known
     _check_movable_link(arm)
-    descent = IKDescent(arm, _read_mask(mask), named and mask == "pointing")
-    if named:
+    descent = IKDescent(arm, _read_mask(mask), is_name and mask == "pointing")
+    if is_name:
         arm.kept[mask] = descent
     return descent
 
@@ -85,19 +85,17 @@ def _check_movable_link(arm: IKArm) -> None:
 
 
 def _read_mask(mask: Any) -> Array:
-    """Return the weights (6,) of the rows (v, omega)."""
+    """Return the weights (6,) of the rows (v, omega) for a mask."""
     if mask is None or isinstance(mask, str):
         name = "pose" if mask is None else mask
         if name not in IK_MASKS:
-            raise InputError(
-                f"no mask {name!r}; {suggest_names(name, IK_MASKS, 'masks')}, or six weights (v, omega)"
-            )
+            hint = suggest_names(name, IK_MASKS, "masks")
+            raise InputError(f"no mask {name!r}; {hint}, or six weights (v, omega)")
         return make_read_only(np.array(IK_MASKS[name], dtype=float))
     weight = as_floats(mask, "mask: weights of (v, omega) in base axes", (6,))
     if weight.ndim > 1 or (weight < 0).any() or not weight.any():
-        raise InputError(
-            f"mask: expected six weights not below 0 and not all 0, got {format_value(weight.tolist())}"
-        )
+        value = format_value(weight.tolist())
+        raise InputError(f"mask: expected six weights not below 0 and not all 0, got {value}")
     weight = weight / weight.max()
     if (weight[weight > 0] < SMALLEST_WEIGHT).any():
         raise InputError(f"mask: a weight is 0, or at least {SMALLEST_WEIGHT:g} of the largest one")
@@ -107,7 +105,7 @@ def _read_mask(mask: Any) -> Array:
 def _make_ik_result(
     found: kernels.SearchResults, solved: NDArray[np.bool_], lead: tuple[int, ...]
 ) -> IKResult:
-    """Return what was found for each run as arrays (...,), or for a single pose as numbers."""
+    """Return the results as arrays (...), or as numbers for a single pose."""
     reason, iterations, restarts = found.counts
     rows = solved, found.error, iterations, restarts, reason
     q = make_read_only(found.q.reshape(*lead, found.q.shape[1]))

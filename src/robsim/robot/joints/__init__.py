@@ -1,1 +1,1 @@
-"""The kinds of joint, one in each file, and the ways in which coordinates follow others."""
+"""Kinds of joint, one in each file, and couplings between coordinates."""

@@ -1,4 +1,4 @@
-"""Steered wheels whose axles all meet in one point (Ackermann steering)."""
+"""Steered wheels with axles that meet in one point (Ackermann steering)."""
 
 from __future__ import annotations
 
@@ -13,10 +13,11 @@ from robsim.robot.joints.couplings import Coupling, SourceName
 @register("coupling", "ackermann")
 @dataclass(frozen=True)
 class Ackermann(Coupling):
-    """The angle of a steered wheel of a car, by the steering angle at the middle of the axle.
+    """Angle of a steered wheel of a car, as a function of the steering angle.
 
-    All axles point at the centre of the turn; `of` is the name of the steering coordinate, and
-    where the wheel is follows from where its joint stands on the car: in front as a rule.
+    The steering angle refers to the middle of the front axle. The axles of all wheels point at the
+    centre of the turn, so the angle of a wheel depends on the position of its joint on the car,
+    usually at the front.
 
     >>> Ackermann("body.steering").of
     'body.steering'
@@ -34,7 +35,7 @@ class Ackermann(Coupling):
 
     @property
     def relation(self) -> str:
-        """The steering angle that it follows, for overviews."""
+        """Name of the steering angle, for overviews."""
         return f"{self.of}, by Ackermann"
 
     def fits(self, source: Any, steers: bool) -> bool:

@@ -1,4 +1,4 @@
-"""The coordinates of a body that hangs from a rail by two wheels."""
+"""Coordinates of a body that hangs from a rail by two wheels."""
 
 from __future__ import annotations
 
@@ -14,24 +14,24 @@ from robsim.kernels.bodies import forward_kinematics
 from robsim.kernels.machine.block_rows import BlockRows
 from robsim.robot.joints.couplings import CoordinateType, Coupling, SourceName
 
-CHORD_QUANTITIES = ("angle", "arc", "height", "tilt")  # in the order of the kernel's numbers
+CHORD_QUANTITIES = ("angle", "arc", "height", "tilt")  # in the order of the codes of the kernel
 
 
 @register("coupling", "chord")
 @dataclass(frozen=True)
 class Chord(Coupling):
-    """A coordinate of a body that hangs from a rail by two wheels, `length` apart.
+    """Coordinate of a body that hangs from a rail by two wheels.
 
-    The first wheel touches the curve of the rail joint `of` at its coordinate s, and its centre
-    lies `radius` beside the curve (metres, to the left of the way); the centre of the second lies
-    `length` from that of the first, as far beside the curve, further along it. A third wheel may
-    touch the curve between them, `at` metres along the chord; by default it is the second. What
-    the coordinate is:
+    The first wheel touches the curve of the rail joint `of` at its coordinate s. Its centre is at
+    the distance `radius` from the curve, to the left of the direction of travel. The centre of the
+    second wheel is at the same distance from the curve and `length` from the first centre, further
+    along the curve. A third wheel may touch the curve between them, at the distance `at` along the
+    chord; by default it is the second wheel. The coordinate is one of
 
-    "angle"   of the chord, from the tangent at the first wheel (radians)
-    "arc"     s of the point where the third wheel touches the curve (metres)
-    "height"  of the centre of the third wheel above the chord (metres)
-    "tilt"    of the tangent where the third wheel touches, from the chord (radians)
+    - "angle": of the chord, from the tangent at the first wheel (rad)
+    - "arc": arc length s of the contact point of the third wheel (m)
+    - "height": of the centre of the third wheel above the chord (m)
+    - "tilt": of the tangent at the third wheel, from the chord (rad)
 
     >>> Chord("rear", 0.4, gives="angle").at
     0.4
@@ -43,17 +43,17 @@ class Chord(Coupling):
     of: SourceName
     length: Annotated[float, Length(above=0), "Distance between the centres of the two wheels."]
     radius: Annotated[
-        float, Length(), "Radius of the wheels, whose centres lie to the left of the curve."
+        float, Length(), "Radius of the wheels, with their centres to the left of the curve."
     ] = 0.0
     at: Annotated[
         float | None,
         Length(above=0),
-        "Distance along the chord of the third wheel; None: at its end.",
+        "Distance of the third wheel along the chord. None: at its end.",
     ] = None
     gives: Annotated[
         Literal["angle", "arc", "height", "tilt"],
         Word(CHORD_QUANTITIES),
-        "Quantity that the coordinate is.",
+        "Quantity of the coordinate.",
     ] = "arc"
 
     def __post_init__(self) -> None:
@@ -67,26 +67,26 @@ class Chord(Coupling):
 
     @property
     def yields(self) -> CoordinateType:
-        """The kind of coordinate that it gives: an angle, or a length."""
+        """Type of the coordinate: an angle or a length."""
         return "an angle" if self.gives in ("angle", "tilt") else "a length"
 
     @property
     def relation(self) -> str:
-        """The quantity that it gives, and the chord, for overviews."""
+        """Quantity and length of the chord, for overviews."""
         return f"{self.gives} of the chord of {self.length:g} m from {self.of}"
 
     def fits(self, source: Any, steers: bool) -> bool:
-        """Return whether the source is a rail that follows nothing."""
+        """Return whether the source is a rail that follows no other coordinate."""
         return source.model.needs == "curve" and source.follows is None
 
     @property
     def constants(self) -> tuple[float, float, float]:
-        """The length, the radius, and the position of the third wheel."""
+        """Length, radius, and position of the third wheel, in metres."""
         assert self.at is not None  # set in __post_init__
         return self.length, self.radius, self.at
 
     def add_stages(self, placed: Any, which: int, **rows: BlockRows) -> None:
-        """Add the stage of what it gives, on the curve with this number."""
+        """Add the stage that computes the coordinate on the curve number `which`."""
         what = CHORD_QUANTITIES.index(self.gives)
         placed.program.add(
             forward_kinematics.evaluate_chord, **placed.curves, **rows, which=which, what=what
@@ -95,8 +95,9 @@ class Chord(Coupling):
     def check(self, name: str, curve: Curve) -> None:
         """Raise InputError if a wheel does not fit a bend, or the chord does not fit the curve.
 
-        Wheel centres beside a circle of curvature k are on one of radius |1/k - radius|. Around
-        half of it and more, a chord as long as its diameter would jump from one side to the other.
+        The centres of wheels beside a circle of curvature k are on a circle of radius |1/k -
+        radius|. On half a circle or more, a chord as long as the diameter would jump from one side
+        to the other.
         """
         sharpest = max(curve.bends, key=lambda k: k * self.radius)
         if sharpest * self.radius >= 1.0:

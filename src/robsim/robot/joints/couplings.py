@@ -1,4 +1,4 @@
-"""The base of all ways in which a coordinate depends on others."""
+"""Base class of couplings, by which a coordinate depends on others."""
 
 from __future__ import annotations
 
@@ -11,14 +11,16 @@ from robsim.kernels.machine.stages import CompiledStage
 COUPLINGS = family("coupling")
 SourceName = Annotated[str, Text(129, least=1), "Name of the coordinate that this one follows."]
 CoordinateType = Literal["an angle", "a length"]
-UPRIGHT_TOLERANCE = 1e-9  # how far the axis of a wheel may point from where it should
+UPRIGHT_TOLERANCE = (
+    1e-9  # largest deviation of components of a wheel axis from the required direction
+)
 
 
 class Coupling:
-    """The base class of all ways in which a coordinate follows another."""
+    """Base class of all couplings, by which a coordinate depends on others."""
 
-    stage: ClassVar[CompiledStage | None] = None  # that computes the coordinate
-    tied: ClassVar[bool] = True  # whether the coordinate is not a state of its own
+    stage: ClassVar[CompiledStage | None] = None  # stage that computes the coordinate
+    tied: ClassVar[bool] = True  # whether the coordinate is a function of others, not a state
     limited: ClassVar[bool] = True  # whether limits of the coordinate are checked
     on_a_car: ClassVar[bool] = False  # whether it needs its position on a car
     on_a_curve: ClassVar[bool] = False  # whether it needs the curve of its rail
@@ -27,23 +29,23 @@ class Coupling:
 
     @property
     def yields(self) -> CoordinateType | None:
-        """The kind of coordinate that it gives: an angle, a length, or None for either."""
+        """Type of the coordinate: an angle, a length, or None for either."""
         return None
 
     @property
     def relation(self) -> str:
-        """The coupling in a few words, for overviews."""
+        """Short description of the coupling, for overviews."""
         return ""
 
     @property
     def constants(self) -> tuple[float, float, float]:
-        """The constants of its stage, but for what is on a car: wheelbase, and x and y on it."""
+        """Constants of the stage; a wheel on a car gets the wheelbase and its x and y instead."""
         return 0.0, 0.0, 0.0
 
     def fits(self, source: Any, steers: bool) -> bool:
-        """Return whether the source, a joint, is a suitable one; `steers`: by a steering angle."""
+        """Return whether a joint can be the source; `steers` if its steering angle is."""
         return False
 
     def add_stages(self, placed: Any, which: int, **rows: BlockRows) -> None:
-        """Add the stage of the coordinate to what is placed; `which` numbers the curve it is on."""
+        """Add the stage that computes the coordinate; `which` is the number of its curve."""
         placed.program.add(self.stage, **rows)

@@ -1,4 +1,4 @@
-"""The joint that does not move."""
+"""Joint without motion."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from robsim.robot.joints.joint_kind import JointKind
 @register("joint kind", "fixed")
 @dataclass(frozen=True)
 class FixedJoint(JointKind):
-    """A joint that does not move."""
+    """Joint without motion."""
 
     name = "fixed"
     rowed = True
-    fused = None  # it is folded into the constants of other joints
+    fused = None  # fixed joints are folded into the constants of other joints

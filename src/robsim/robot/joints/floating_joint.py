@@ -1,4 +1,4 @@
-"""The joint that moves freely."""
+"""Joint with six degrees of freedom."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from robsim.robot.joints.joint_kind import SAMPLE_REACH, JointKind
 @register("joint kind", "floating")
 @dataclass(frozen=True)
 class FloatingJoint(JointKind):
-    """A joint that moves freely, by a position and a unit quaternion (x, y, z, w).
+    """Joint that moves freely, with a position and a unit quaternion (x, y, z, w) as coordinates.
 
     Its velocity is the body twist (v, omega).
     """
@@ -35,15 +35,15 @@ class FloatingJoint(JointKind):
 
     @property
     def rest(self) -> Array:
-        """The coordinates (7,) of the identity."""
+        """Coordinates (7,) of the identity."""
         return np.array([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0])
 
     def checked(self, q: Array, what: str, name: str) -> Array:
-        """Return q (..., 7) with its quaternion normalised; raise InputError if it is far off."""
+        """Return q (..., 7) with its quaternion normalized; raise InputError if it is far off."""
         size = np.linalg.norm(q[..., 3:], axis=-1, keepdims=True)
         if (np.abs(size - 1) > 1e-6).any():
             raise InputError(f"{what}: the quaternion of '{name}' must have length 1")
-        if (np.abs(size - 1) <= 1e-12).all():  # exact values stay as they are
+        if (np.abs(size - 1) <= 1e-12).all():  # exact values are not changed
             return q
         return np.concatenate([q[..., :3], q[..., 3:] / size], axis=-1)
 
@@ -53,16 +53,16 @@ class FloatingJoint(JointKind):
         return np.concatenate([place, random_quaternions(share[:, 3:6])], axis=1)
 
     def between(self, a: Array, b: Array, share: Array) -> Array:
-        """Return poses on the way from a to b (B, 7), along the shorter rotation."""
+        """Return poses between a and b (B, 7), on the shorter rotation."""
         b = b.copy()
-        opposite = (a[:, 3:] * b[:, 3:]).sum(axis=1) < 0  # q and -q are one rotation
+        opposite = (a[:, 3:] * b[:, 3:]).sum(axis=1) < 0  # q and -q are the same rotation
         b[:, 3:] *= np.where(opposite, -1.0, 1.0)[:, None]
         q = super().between(a, b, share)
         q[:, 3:] /= euclidean_length(q[:, 3:].T)[:, None]
         return q
 
     def distance(self, a: Array, b: Array) -> Array:
-        """Return the larger of the distance and the angle between poses (..., 7)."""
+        """Return the larger of the distance in m and the angle in rad between poses (..., 7)."""
         place, turn, against = (
             euclidean_length(np.moveaxis(difference, -1, 0))
             for difference in (
@@ -71,6 +71,6 @@ class FloatingJoint(JointKind):
                 a[..., 3:] + b[..., 3:],
             )
         )
-        # |a -+ b| = 2 sin(angle/4), for the sign that brings the two together
+        # |a -+ b| = 2 sin(angle/4), for the sign with the smaller result
         angle = 4.0 * np.arcsin(np.minimum(0.5 * np.minimum(turn, against), 1.0))
         return np.maximum(place, angle)

@@ -1,4 +1,4 @@
-"""The base class of kinds of joint: coordinates, motion, sampling and wrapping."""
+"""Base class of kinds of joint: coordinates, motion, sampling and wrapping."""
 
 from __future__ import annotations
 
@@ -14,12 +14,15 @@ from robsim.kernels.bodies.forward_kinematics import place_user_joint
 from robsim.kernels.machine.block_rows import BlockRows
 from robsim.kernels.machine.stages import CompiledStage
 
-SAMPLE_REACH = 0.5  # metres either way of home, for joints without limits; angles have a full turn
+SAMPLE_REACH = 0.5  # half range in metres of samples around home, for joints without limits
 COORDINATE_UNITS = "rad", "m", "1"
 
 
 class JointParts(NamedTuple):
-    """The part of a kind of joint that one has which follows others, named as `JointKind` does."""
+    """Independent coordinates and velocities of a joint, with the attributes of `JointKind`.
+
+    A joint that follows others has none, and a rolling wheel has a coordinate without a velocity.
+    """
 
     coordinates: tuple[str, ...] = ()
     units: tuple[str, ...] = ()
@@ -29,47 +32,84 @@ class JointParts(NamedTuple):
 
 
 class BodyRows(NamedTuple):
-    """A body that stages place: the rows that they read and write, and how it is joined."""
+    """Rows of a body that the stages of forward kinematics read and write."""
 
     parent: BlockRows
     place: BlockRows
-    x: BlockRows  # its first coordinate, or the motion of a user's kind
+    x: BlockRows  # first coordinate, or the motion of a kind of the user
     pose: BlockRows
     body: Any
 
 
 class JointKind:
-    """The base class of all kinds of joint: how one frame moves against another.
+    """Base class of all kinds of joint: how one frame moves relative to another.
 
-    A kind of the user's own is a frozen dataclass that derives from this; its parameters are its
-    fields. It has a `name`, `coordinates` and their `units`, and the methods `motion` and
-    `twists`, in plain NumPy with the run first, called from several threads with a part of the
-    runs each. Arrays of coordinates q are (B, n), in the order of `coordinates`.
+    A kind of your own is a frozen dataclass that derives from this class, with its parameters as
+    fields. It defines `name`, `coordinates`, `units` and the methods `motion` and `twists` in
+    NumPy. Arrays of coordinates q have the shape (B, n), with the run first and the coordinates in
+    the order of `coordinates`. The methods are called from several threads, each with a part of the
+    runs.
 
-    name         as in messages, and in files once it is registered
-    coordinates  what follows the name of the joint: ("",) for one, (".roll", ".pitch") for several
-    units        of each: "rad", "m" or "1"
-    velocities   likewise; those of the coordinates where they are not given
-    rates        units of the velocities, "rad/s" or "m/s"
-    moves        of RobSim's kinds what each velocity is: (whether it turns, about or along which
-                 axis of the moving frame)
-    straight     whether each velocity is the rate of one coordinate: so it is where a kind has no
-                 `integrate` of its own
-    turns        whether it only turns about its z axis by its coordinate, so that a whole turn
-                 changes nothing
-    roams        whether it flies or drives about, as no part of an arm does
-    wheeled      whether it cannot move sideways, (v, omega) being its velocities
-    free         whether its coordinates are a pose: a position and a unit quaternion
-    follower     whether its coordinate may depend on others, as `Mimic` does
-    rowed        whether a Denavit-Hartenberg row gives its constants
-    needs        the field that its `Joint` must have: "curve", "steering" or none
-    placing      the compiled stage that computes motion and twists instead of the methods, from
-                 the coordinates and the `constants` of the joint
-    moving       likewise the stage that moves the coordinates by velocities that are held; without
-                 it, if `placing` is given, each velocity is the rate of one coordinate
-    moved        how many of its coordinates `moving` moves, the first ones; None: all
-    fused        of RobSim's kinds the stage that places bodies at once, from their first
-                 coordinates
+    Attributes
+    ----------
+    name : str
+        Name in messages, and in files after registration.
+    coordinates : tuple of str
+        Suffixes of the name of the joint: ("",) for one coordinate, such as (".roll", ".pitch") for
+        several.
+    units : tuple of str
+        Unit of each coordinate: "rad", "m" or "1".
+    velocities : tuple of str
+        Suffixes of the velocities. Default: `coordinates`.
+    rates : tuple of str
+        Units of the velocities, "rad/s" or "m/s". Default: the units of the coordinates per second.
+    moves : tuple of (bool, int)
+        For built-in kinds, whether each velocity turns, and about or along which axis of the moving
+        frame.
+    straight : bool
+        Whether each velocity is the rate of one coordinate. Default: True for a kind without its
+        own `integrate`.
+    turns : bool
+        Whether the joint only turns about its z axis, so that a whole turn changes nothing.
+    roams : bool
+        Whether the joint flies or drives, unlike a joint of an arm.
+    wheeled : bool
+        Whether the joint cannot move sideways, with the velocities (v, omega).
+    free : bool
+        Whether the coordinates are a pose: a position and a unit quaternion.
+    follower : bool
+        Whether the coordinate may follow others, as with `Mimic`.
+    rowed : bool
+        Whether a Denavit-Hartenberg row can give the constants.
+    needs : {"curve", "steering"} or None
+        Field that the `Joint` must have.
+    placing : Stage or None
+        Compiled stage that replaces `motion` and `twists`. It computes both from the coordinates
+        and the `constants` of the joint.
+    moving : Stage or None
+        Compiled stage that replaces `integrate`. Without it, if `placing` is given, each velocity
+        is the rate of one coordinate.
+    moved : int or None
+        Number of leading coordinates that `moving` changes; None for all.
+    fused : Stage or None
+        For built-in kinds, the stage that places bodies directly from their first coordinates.
+
+    Examples
+    --------
+    >>> from dataclasses import dataclass
+    >>> from robsim.joints import Joint, Link
+    >>> from robsim import Pose, Robot
+    >>> @dataclass(frozen=True)
+    ... class Screw(JointKind):
+    ...     lead: float = 0.01  # metres per radian
+    ...     name, coordinates, units = "screw", ("",), ("rad",)
+    ...     def motion(self, q):
+    ...         return np.array(Pose.at(z=self.lead * q[:, 0], rotvec=q * [0, 0, 1]))
+    ...     def twists(self, q):
+    ...         return np.tile([0, 0, self.lead, 0, 0, 1], (len(q), 1, 1))
+    >>> robot = Robot("jack", [Link("base"), Link("nut", "base", Joint(Screw()))])
+    >>> robot.fk([2.0])[:3, 3]
+    array([0.  , 0.  , 0.02])
     """
 
     name: ClassVar[str] = ""
@@ -92,7 +132,7 @@ class JointKind:
     fused: ClassVar[CompiledStage | None] = place_user_joint
 
     def __init_subclass__(cls, **options: Any) -> None:
-        """Fill in the attributes that follow from those that the class defines."""
+        """Fill in the attributes that follow from the attributes of the class."""
         super().__init_subclass__(**options)
         own = vars(cls)
         if "coordinates" in own and "velocities" not in own:
@@ -104,39 +144,39 @@ class JointKind:
 
     @property
     def own(self) -> bool:
-        """Whether it is of the user's own: its motion comes first, and then is carried along."""
+        """Whether the kind is defined by the user: its motion is computed first, then applied."""
         return self.fused is place_user_joint
 
     @property
     def single(self) -> bool:
-        """Whether it has one coordinate, with limits and a drive of its own."""
+        """Whether the joint has one coordinate, with limits and a drive."""
         return len(self.coordinates) == 1 and self.straight
 
     @property
     def alone(self) -> tuple[int, ...]:
-        """The only coordinate that each velocity changes, by number, or -1."""
+        """Index of the only coordinate that each velocity changes, or -1."""
         count = len(self.velocities)
         return tuple(range(count)) if self.straight else (-1,) * count
 
     @property
     def constants(self) -> tuple[float, ...]:
-        """The numbers that its stages are given: those of its fields."""
+        """Numbers for the stages: the values of the fields."""
         own: tuple[Any, ...] = fields(self) if is_dataclass(self) else ()
         return tuple(float(getattr(self, each.name)) for each in own)
 
     def motion(self, q: Array) -> Array:
         """Return the pose (B, 4, 4) of the moved frame in the frame of the joint."""
-        raise InputError(f"the motion of a {self.name} joint is compiled; ask Robot.fk")
+        raise InputError(f"the motion of a {self.name} joint is compiled; use Robot.fk")
 
     def twists(self, q: Array) -> Array:
-        """Return the twist (B, nv, 6) of the moved frame for a unit of each velocity.
+        """Return the twists (B, nv, 6) of the moved frame for a unit of each velocity.
 
-        (v, omega) at the origin of the moved frame and in its own axes: V of T^-1 dT/dt.
+        A twist is (v, omega) at the origin of the moved frame in its own axes: V of T^-1 dT/dt.
         """
-        raise InputError(f"the twists of a {self.name} joint are compiled; ask Robot.jacobian")
+        raise InputError(f"the twists of a {self.name} joint are compiled; use Robot.jacobian")
 
     def integrate(self, q: Array, v: Array, dt: float) -> Array:
-        """Return coordinates (B, n) after velocities v (B, nv) were held for dt seconds."""
+        """Return coordinates (B, n) after velocities v (B, nv) over dt seconds."""
         return q + v * dt
 
     def add_placing(self, placed: Any, bodies: Iterable[BodyRows]) -> None:
@@ -145,39 +185,39 @@ class JointKind:
 
     @property
     def rest(self) -> Array:
-        """The coordinates (n,) of a joint at rest."""
+        """Coordinates (n,) of a joint at rest."""
         return np.zeros(len(self.coordinates))
 
     def span(self, part: Any) -> tuple[float, float] | None:
-        """Return the default limits of its coordinate; `part` is the part that the kind needs."""
+        """Return the default limits of the coordinate; `part` is the required curve or steering."""
         return None
 
     def ranges(self, limits: tuple[float, float] | None, part: Any) -> Array:
         """Return the lowest and highest value (n, 2) of each coordinate, or infinity.
 
-        `limits` are those of the joint, which only a kind of one coordinate has, and `part` is the
-        curve or the steering of a kind that needs one.
+        The argument `limits` holds the limits of a joint with one coordinate, and `part` the curve
+        or steering of a kind that requires one.
         """
         rows = np.empty((len(self.coordinates), 2))
         rows[:] = (-np.inf, np.inf) if limits is None else limits
         return rows
 
     def checked(self, q: Array, what: str, name: str) -> Array:
-        """Return coordinates (..., n) as they are used; raise InputError if they cannot be."""
+        """Return coordinates (..., n) in the form for computation, or raise InputError."""
         return q
 
     def sample(self, share: Array, home: Array, limits: Array) -> Array:
         """Return random coordinates (B, n), uniform within limits (n, 2).
 
-        A coordinate without a limit stays within half a metre or half a turn of home (n,). `share`
-        (B, n) are uniform numbers in (0, 1).
+        A coordinate without a limit is within half a metre or half a turn of home (n,). The numbers
+        `share` (B, n) are uniform in (0, 1).
         """
         reach = np.where(np.array(self.units) == "rad", np.pi, SAMPLE_REACH)[:, None] * [-1.0, 1.0]
         low, high = np.where(np.isfinite(limits), limits, home[:, None] + reach).T
         return np.asarray(low + (high - low) * share)
 
     def wrap(self, q: Array, limits: Array) -> Array:
-        """Return coordinates (B, n) of the same pose, within limits (n, 2) where that helps."""
+        """Return equivalent coordinates (B, n), moved into limits (n, 2) by whole turns."""
         low, high = limits.T
         if not self.turns or not np.isfinite(limits).all():
             return q
@@ -185,21 +225,21 @@ class JointKind:
         return np.asarray(q - 2.0 * np.pi * turns)
 
     def between(self, a: Array, b: Array, share: Array) -> Array:
-        """Return coordinates on the way from a to b (B, n), where `share` (B,) goes from 0 to 1."""
+        """Return coordinates between a and b (B, n), for `share` (B,) from 0 to 1."""
         return np.asarray((1.0 - share)[:, None] * a + share[:, None] * b)
 
     def distance(self, a: Array, b: Array) -> Array:
-        """Return the distance between coordinates (..., n), the largest in metres or radians."""
+        """Return the distance between coordinates (..., n): the largest, in metres or radians."""
         return np.asarray((wrap_magnitude(a - b) if self.turns else np.abs(a - b)).max(axis=-1))
 
 
 def wrap_magnitude(angle: Array) -> Array:
-    """Return the equivalent rotation, from 0 to pi, of an angle."""
+    """Return the magnitude from 0 to pi of the rotation by an angle in radians."""
     return np.asarray(np.abs(angle - 2.0 * np.pi * np.round(angle / (2.0 * np.pi))))
 
 
 def check_joint_kind(kind: JointKind) -> None:
-    """Raise InputError unless a kind of the user's own is complete and consistent."""
+    """Raise InputError unless a kind of the user is complete and consistent."""
     who = type(kind).__name__
     if not kind.name or not isinstance(kind.name, str):
         raise InputError(
@@ -220,13 +260,13 @@ def check_joint_kind(kind: JointKind) -> None:
     for ending in (*kind.coordinates, *kind.velocities):
         if not isinstance(ending, str) or ending[:1] not in starts:
             raise InputError(
-                f"{who}: names of several coordinates follow that of the joint after a dot, as in "
+                f"{who}: several coordinates need names that begin with a dot, as in "
                 f"'.roll', got {format_value(ending)}"
             )
 
 
 def _check_coordinate_counts(kind: JointKind, who: str) -> None:
-    """Raise InputError unless each coordinate has a unit, and each velocity a rate."""
+    """Raise InputError unless each coordinate has a unit and each velocity a rate."""
     nq, nv = len(kind.coordinates), len(kind.velocities)
     if not nq or not 0 < nv <= 6 or (nq, nv) != (len(kind.units), len(kind.rates)):
         raise InputError(

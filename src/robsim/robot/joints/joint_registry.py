@@ -1,4 +1,4 @@
-"""The kinds of joint by name: those of RobSim, and those that the user adds."""
+"""Kinds of joint by name: built-in kinds and kinds of the user."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ def list_single_kinds() -> str:
 
 
 def make_bare_kind(kind: type[JointKind]) -> JointKind:
-    """Return an instance of a kind without its parameters, which is enough to know its units."""
+    """Return an instance of a kind without its parameters, which is enough for its units."""
     return kind.__new__(kind)
 
 
@@ -24,14 +24,13 @@ def find_joint_kind(given: object) -> JointKind:
     if isinstance(given, JointKind):
         return given
     if not isinstance(given, str):
-        made = f"; write {given.__name__}(...)" if isinstance(given, type) else ""
-        raise InputError(
-            f"no joint kind {given!r}{made or '; ' + suggest_names(given, JOINTS.names, 'joint kinds')}"
-        )
+        advice = f"; write {given.__name__}(...)" if isinstance(given, type) else ""
+        hint = advice or "; " + suggest_names(given, JOINTS.names, "joint kinds")
+        raise InputError(f"no joint kind {given!r}{hint}")
     kind: type[JointKind] = JOINTS.find(given)
     try:
         return kind()
-    except TypeError:  # it has parameters without defaults
+    except TypeError:  # the kind has parameters without defaults
         who = kind.__name__
         raise InputError(
             f"joint kind '{given}' has parameters: give the joint {who}(...) instead of the name"

@@ -17,7 +17,9 @@ from robsim.robot.joints.couplings import Coupling, SourceName
 @register("coupling", "mimic")
 @dataclass(frozen=True)
 class Mimic(Coupling):
-    """A coordinate ratio * q_of + offset of the coordinate with the name `of`.
+    """Coordinate that is a linear function of another, ratio * q_of + offset.
+
+    It is the <mimic> of URDF, for example for the second finger of a gripper.
 
     >>> Mimic("finger_left").ratio
     1.0
@@ -25,40 +27,42 @@ class Mimic(Coupling):
 
     stage = forward_kinematics.mimic_coordinate
     of: SourceName
-    ratio: Annotated[float, Number(), "Ratio of its change to that of the other coordinate."] = 1.0
-    offset: Annotated[float, OfJoint(), "Value where the other coordinate is zero."] = 0.0
+    ratio: Annotated[float, Number(), "Ratio of the changes of both coordinates."] = 1.0
+    offset: Annotated[float, OfJoint(), "Value if the other coordinate is zero."] = 0.0
 
     def __post_init__(self) -> None:
         check_fields(self)
 
     @property
     def relation(self) -> str:
-        """The ratio, name and offset, for overviews."""
+        """Ratio, name and offset, for overviews."""
         offset = f" {self.offset:+g}" if self.offset else ""
         return f"{self.ratio:g} {self.of}{offset}"
 
     def fits(self, source: Any, steers: bool) -> bool:
-        """Return whether the source is one coordinate of its own speed, or a steering angle."""
+        """Return whether the source is a single independent coordinate, or a steering angle."""
         rolls = source.follows is not None and not source.follows.tied
         return steers or (source.model.single and not rolls)
 
     @property
     def constants(self) -> tuple[float, float, float]:
-        """The ratio and the offset."""
+        """Ratio and offset."""
         return self.ratio, self.offset, 0.0
 
     def through(self, above: Mimic) -> Mimic:
-        """Return how this coordinate follows the source of its source, which is `above`.
+        """Return the coupling to the source of `above`, the coupling of the present source.
 
+        Examples
+        --------
         >>> Mimic("b", 2.0, 1.0).through(Mimic("a", 3.0, -1.0))
         Mimic(of='a', ratio=6.0, offset=-1.0)
         """
         return Mimic(above.of, self.ratio * above.ratio, self.ratio * above.offset + self.offset)
 
     def root(self, follows: Mapping[str, Any]) -> Mimic:
-        """Return how this coordinate follows the last source of a chain of mimics.
+        """Return the coupling to the last source of a chain of mimics.
 
-        `follows` has the couplings of coordinates by their names.
+        The mapping `follows` holds the couplings of coordinates by their names.
         """
         tie = self
         while isinstance(above := follows.get(tie.of), Mimic):
@@ -66,8 +70,10 @@ class Mimic(Coupling):
         return tie
 
     def source_limits(self, limits: tuple[float, float]) -> tuple[float, float]:
-        """Return (lowest, highest) of the source that keep this coordinate in its limits.
+        """Return (lowest, highest) of the source that keep this coordinate within its limits.
 
+        Examples
+        --------
         >>> Mimic("finger_left", -2.0, 1.0).source_limits((0.0, 2.0))
         (-0.5, 0.5)
         """

@@ -13,7 +13,7 @@ from robsim.robot.joints.joint_kind import SAMPLE_REACH, JointKind, wrap_magnitu
 
 
 class PlanarKind(JointKind):
-    """The base of kinds whose first coordinates are x, y and heading theta in the plane z = 0."""
+    """Base class of kinds with the first coordinates x, y and heading theta in the plane z = 0."""
 
     fused = forward_kinematics.place_planar
     moving = integration.integrate_planar_body
@@ -27,15 +27,18 @@ class PlanarKind(JointKind):
         return q
 
     def distance(self, a: Array, b: Array) -> Array:
-        """Return the larger of the distance and the turn between coordinates (..., n)."""
-        way = euclidean_length(np.moveaxis(a[..., :2] - b[..., :2], -1, 0))
-        return np.maximum(way, wrap_magnitude(a[..., 2] - b[..., 2]))
+        """Return the larger of the distance in m and the turn in rad of coordinates (..., n)."""
+        offset = euclidean_length(np.moveaxis(a[..., :2] - b[..., :2], -1, 0))
+        return np.maximum(offset, wrap_magnitude(a[..., 2] - b[..., 2]))
 
 
 @register("joint kind", "planar")
 @dataclass(frozen=True)
 class PlanarJoint(PlanarKind):
-    """A joint that moves in the plane z = 0; q is x, y, theta, and v is (vx, vy, omega)."""
+    """Joint that moves in the plane z = 0.
+
+    Its coordinates are x, y and theta, and its velocities are vx, vy and omega.
+    """
 
     name = "planar"
     coordinates = (".x", ".y", ".theta")

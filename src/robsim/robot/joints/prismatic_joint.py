@@ -12,7 +12,7 @@ from robsim.robot.joints.joint_kind import JointKind
 @register("joint kind", "prismatic")
 @dataclass(frozen=True)
 class PrismaticJoint(JointKind):
-    """A joint that slides along z, by a distance in metres."""
+    """Joint that slides along z, by a distance in metres."""
 
     name = "prismatic"
     coordinates = ("",)

@@ -15,12 +15,12 @@ from robsim.robot.joints.joint_kind import BodyRows, JointKind
 @register("joint kind", "rail")
 @dataclass(frozen=True)
 class Rail(JointKind):
-    """A joint that follows the `curve` of its `Joint`, x along it, by an arc length in metres."""
+    """Joint that follows the `curve` of its `Joint`, with x tangent, by an arc length in metres."""
 
     name = "rail"
     coordinates = ("",)
     units = ("m",)
-    moves = ((False, 0),)  # and the bend of the curve
+    moves = ((False, 0),)  # the turn by the curvature is added separately
     fused = forward_kinematics.place_on_rail
     follower = True
     needs = "curve"
@@ -30,9 +30,9 @@ class Rail(JointKind):
         return 0.0, part.length
 
     def add_placing(self, placed: Any, bodies: Iterable[BodyRows]) -> None:
-        """Add the stages that place bodies on their curves, whose bends are ratios.
+        """Add the stages that place bodies on their curves and compute the curvature as a ratio.
 
-        The bend of a rail that follows another coordinate counts per metre of its own.
+        If the rail follows another coordinate, the curvature is per unit of that coordinate.
         """
         for parent, place, s, T, body in bodies:
             given = {"which": body.curve, "parent": parent, "place": place, "s": s, "T": T}

@@ -12,7 +12,7 @@ from robsim.robot.joints.joint_kind import JointKind
 @register("joint kind", "revolute")
 @dataclass(frozen=True)
 class RevoluteJoint(JointKind):
-    """A joint that turns about z, by an angle in radians."""
+    """Joint that turns about z, by an angle in radians."""
 
     name = "revolute"
     coordinates = ("",)

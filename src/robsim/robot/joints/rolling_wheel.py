@@ -12,16 +12,18 @@ from robsim.robot.joints.couplings import Coupling
 @register("coupling", "rolling")
 @dataclass(frozen=True)
 class Rolling(Coupling):
-    """The angle of a wheel that rolls without slipping below its vehicle; radius in metres.
+    """Angle of a wheel that rolls without slipping below its vehicle.
 
-    The vehicle is the unicycle or car that carries the wheel, or carries what steers it.
+    The vehicle is a unicycle or car. It carries the wheel, or the joint that steers the wheel. The
+    angle of the wheel is a state: it is integrated from the motion of the vehicle. With the speed v
+    of the hub along the rolling direction, the wheel turns at the rate v / radius.
 
     >>> Rolling(0.1).radius
     0.1
     """
 
     yields = "an angle"
-    tied = False  # its angle is a state, integrated from the motion
+    tied = False  # the angle is a state, integrated from the motion
     radius: Annotated[float, Length(above=0), "Radius of the wheel."]
 
     def __post_init__(self) -> None:

@@ -11,7 +11,7 @@ from robsim.robot.joints.planar_joint import PlanarKind
 @register("joint kind", "unicycle")
 @dataclass(frozen=True)
 class Unicycle(PlanarKind):
-    """A vehicle that cannot move sideways; q is x, y, theta, v is (v along x, omega about z)."""
+    """Vehicle that cannot move sideways; q is x, y, theta, and v is (v along x, omega about z)."""
 
     name = "unicycle"
     coordinates = (".x", ".y", ".theta")

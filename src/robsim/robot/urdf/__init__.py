@@ -1,7 +1,7 @@
-"""The URDF reader, which is strict, and the writers of URDF and MJCF for simulators.
+"""Reader of URDF, and writers of URDF and MJCF for simulators.
 
-A file that is read is untrusted data: it is never executed, meshes that it names are opened for
-figures alone, and errors in it are reported with their lines.
+The reader is strict. A file is untrusted data: nothing in it is executed, its meshes are opened for
+figures only, and errors are reported with their lines.
 """
 
 from robsim.robot.urdf.mjcf_writer import write_mjcf as write_mjcf

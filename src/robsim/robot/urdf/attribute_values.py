@@ -1,4 +1,4 @@
-"""Reading of numbers, vectors and poses of a URDF file."""
+"""Numbers, vectors and poses of a URDF file."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from robsim.robot.urdf.diagnostics import Diagnostics
 from robsim.robot.urdf.vocabulary import XACRO_HINT, find_child, require_attribute
 
 LARGEST_NUMBER = 1e9  # largest number, so that no product of poses overflows
-LONGEST_NUMBER = 64  # characters in a number
+LONGEST_NUMBER = 64  # largest number of characters in a number
 _BLANKS = re.compile(f"[{XML_BLANKS}]+")
 _NUMBER = re.compile(r"[-+]?(\d+(\.\d*)?|\.\d+)([eE][-+]?\d+)?", re.ASCII)
 
@@ -32,10 +32,10 @@ def read_attribute_number(
     if default is not None and name not in element.attributes:
         return default
     text = require_attribute(element, name, findings)
-    found = (
+    values = (
         None if text is None else _parse_attribute_numbers(element, name, text, 1, findings, most)
     )
-    return None if found is None else found[0]
+    return None if values is None else values[0]
 
 
 def read_positive_number(element: Element, name: str, findings: Diagnostics) -> float | None:
@@ -46,7 +46,7 @@ def read_positive_number(element: Element, name: str, findings: Diagnostics) -> 
     if value < 0:
         findings.error(element, f"{name} is {value:g}; it must be above 0")
     else:
-        findings.odd(element, f"{name} is 0, so that there is nothing to see; left out")
+        findings.odd(element, f"{name} is 0, so nothing is visible; left out")
     return None
 
 
@@ -56,17 +56,19 @@ def read_attribute_vector(
     """Return an array of `count` numbers that are separated by spaces, or None after an error."""
     text = element.attributes.get(name, default)
     text = require_attribute(element, name, findings) if text is None else text
-    found = None if text is None else _parse_attribute_numbers(element, name, text, count, findings)
-    return None if found is None else np.array(found)
+    values = (
+        None if text is None else _parse_attribute_numbers(element, name, text, count, findings)
+    )
+    return None if values is None else np.array(values)
 
 
 def read_origin_pose(element: Element, findings: Diagnostics) -> Pose:
-    """Return the pose of an <origin>, which is the identity by default."""
-    where = find_child(element, "origin")
-    if where is None:
+    """Return the pose of an <origin>, by default the identity."""
+    tag = find_child(element, "origin")
+    if tag is None:
         return IDENTITY
-    xyz = read_attribute_vector(where, "xyz", findings, "0 0 0")
-    rpy = read_attribute_vector(where, "rpy", findings, "0 0 0")
+    xyz = read_attribute_vector(tag, "xyz", findings, "0 0 0")
+    rpy = read_attribute_vector(tag, "rpy", findings, "0 0 0")
     if xyz is None or rpy is None:
         return IDENTITY
     return Pose.at(*xyz, rpy=rpy)
@@ -95,16 +97,17 @@ def _parse_attribute_numbers(
     findings: Diagnostics,
     most: float = LARGEST_NUMBER,
 ) -> list[float] | None:
+    """Return the numbers of a text, or None after an error."""
     words = split_words(text, count)
-    wrong = _describe_wrong_words(words, count, most)
-    if wrong is not None:
-        findings.error(element, f"{name} = {format_value(text)}: {wrong}")
+    message = _describe_wrong_words(words, count, most)
+    if message is not None:
+        findings.error(element, f"{name} = {format_value(text)}: {message}")
         return None
     return [float(word) for word in words]
 
 
 def _describe_wrong_words(words: list[str], count: int, most: float) -> str | None:
-    """Return what is wrong with words that should be numbers; None: nothing."""
+    """Return an error message for words that are not `count` valid numbers, or None."""
     for word in words[:count]:
         if len(word) > LONGEST_NUMBER or not _NUMBER.fullmatch(word):
             return _describe_wrong_number(word)
@@ -118,7 +121,7 @@ def _describe_wrong_words(words: list[str], count: int, most: float) -> str | No
 
 
 def split_words(text: str, count: int) -> list[str]:
-    """Return the words of a text, which blanks of XML separate: so many, and the rest.
+    """Return the first `count` words of a text, and the rest as one word, separated at XML blanks.
 
     >>> split_words("0 1\\t2 3 4", 3)
     ['0', '1', '2', '3 4']
@@ -127,10 +130,12 @@ def split_words(text: str, count: int) -> list[str]:
 
 
 def _describe_wrong_number(word: str) -> str:
+    """Return the error message for a word that is not a number."""
     if word.lower().lstrip("+-") in ("nan", "inf", "infinity"):
         return "every number must be finite"
     if "," in word:
-        return f"{format_value(word)} is no number; a decimal point is allowed, and spaces between numbers"
+        allowed = "a decimal point is allowed, and spaces between numbers"
+        return f"{format_value(word)} is no number; {allowed}"
     if "$" in word:
         return XACRO_HINT
     return f"{format_value(word)} is no number"

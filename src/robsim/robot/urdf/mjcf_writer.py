@@ -21,15 +21,16 @@ from robsim.robot.urdf.urdf_writer import check_exportable
 from robsim.robot.urdf.xml_writer import XmlWriter, join_numbers
 
 MJCF_SOLIDS = (Block, Wheel, Ball, Capsule)
-LEAST_MOMENT = 1e-12  # kg m^2, the least moment of a body
+LEAST_MOMENT = 1e-12  # kg m^2, the smallest moment of a body
 _FULL_INERTIA = (0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)  # the order of MuJoCo's fullinertia
 
 
 def write_mjcf(name: str, links: Sequence[Link], tree: Tree, path: str | os.PathLike[str]) -> None:
-    """Write a MuJoCo model of these links; InputError names what the format cannot express."""
+    """Write a MuJoCo model of these links; raise InputError with all that MJCF cannot express."""
     tops = dict(_find_world_bodies(links, tree))
-    lost = [f"'{name}' floats on what moves" for name, pose in tops.items() if pose is None]
-    check_exportable(name, links, "MJCF", lost)
+    floating = [name for name, pose in tops.items() if pose is None]
+    unsupported = [f"'{name}' floats on a moving link" for name in floating]
+    check_exportable(name, links, "MJCF", unsupported)
     text = XmlWriter()
     with text.inside("mujoco", model=name):
         text.put("compiler", angle="radian", autolimits="true", inertiafromgeom="false")
@@ -42,15 +43,16 @@ def write_mjcf(name: str, links: Sequence[Link], tree: Tree, path: str | os.Path
     text.save(path)
     meshes = [k.name for k in links if any(isinstance(shape, Mesh) for shape in k.shapes)]
     if meshes:
-        listed = ", ".join(meshes[:9])
-        message = f"{path}: meshes are left out, which MuJoCo would open: those of {listed}"
-        warnings.warn(message, FileWarning, stacklevel=3)  # where Robot.to_mjcf is called
+        names = ", ".join(meshes[:9])
+        message = f"{path}: meshes are left out, which MuJoCo would open: those of {names}"
+        warnings.warn(message, FileWarning, stacklevel=3)  # points at the call of Robot.to_mjcf
 
 
 def _find_world_bodies(links: Sequence[Link], tree: Tree) -> Iterator[tuple[str, Pose | None]]:
-    """Yield the links that are bodies of the world, the base and floating ones, with their poses.
+    """Yield the links that are bodies of the world, the base and floating links, with their poses.
 
-    None for what floats on a link that moves: MuJoCo has free joints in the world alone.
+    The pose is None for a floating link on a moving link: MuJoCo permits free joints only in the
+    world.
     """
     start = links[0].joint.place @ links[0].joint.tail
     yield links[0].name, start
@@ -62,11 +64,11 @@ def _find_world_bodies(links: Sequence[Link], tree: Tree) -> Iterator[tuple[str,
 
 
 def _write_body_tree(text: XmlWriter, top: Link, pose: Pose, links: Sequence[Link]) -> None:
-    """Write a body with its descendants, each inside its parent; floating ones are elsewhere."""
-    hung: dict[str | None, list[Link]] = {}
+    """Write a body with its descendants, each inside its parent, except floating links."""
+    children: dict[str | None, list[Link]] = {}
     for link in links:
         if link.joint.kind != "floating":
-            hung.setdefault(link.parent, []).append(link)
+            children.setdefault(link.parent, []).append(link)
     stack: list[tuple[Link, Pose] | None] = [(top, pose)]
     while stack:
         item = stack.pop()
@@ -77,8 +79,8 @@ def _write_body_tree(text: XmlWriter, top: Link, pose: Pose, links: Sequence[Lin
         text.start("body", name=link.name, **_make_pose_attributes(where))
         _write_body_parts(text, link)
         stack.append(None)
-        below = reversed(hung.get(link.name, []))
-        stack += [(k, k.joint.place @ k.joint.tail) for k in below]
+        inner = reversed(children.get(link.name, []))
+        stack += [(k, k.joint.place @ k.joint.tail) for k in inner]
 
 
 def _write_body_parts(text: XmlWriter, link: Link) -> None:
@@ -91,16 +93,16 @@ def _write_body_parts(text: XmlWriter, link: Link) -> None:
     _write_mjcf_joints(text, link.joint, link.label)
     for shape in link.shapes:
         for solid in split_into_solids(shape, MJCF_SOLIDS):
-            form, sizes = _find_geom_type(solid)
-            color, where = (
+            geom, sizes = _find_geom_type(solid)
+            color, place = (
                 join_numbers(color_to_rgba(solid.color)),
                 _make_pose_attributes(solid.pose),
             )
-            text.put("geom", type=form, size=join_numbers(sizes), rgba=color, **where)
+            text.put("geom", type=geom, size=join_numbers(sizes), rgba=color, **place)
 
 
 def _find_geom_type(solid: Primitive) -> tuple[str, tuple[float, ...]]:
-    """Return the type of a geom and its sizes, which are halves of lengths."""
+    """Return the type of a geom and its sizes, which are half lengths."""
     match solid:
         case Block():
             return "box", (solid.length / 2, solid.width / 2, solid.height / 2)
@@ -110,11 +112,11 @@ def _find_geom_type(solid: Primitive) -> tuple[str, tuple[float, ...]]:
             return "capsule", (solid.radius, solid.length / 2)
         case Ball():
             return "sphere", (solid.radius,)
-    raise TypeError(solid)  # it is none of SOLIDS
+    raise TypeError(solid)  # a type that MJCF lacks
 
 
 def _write_mjcf_joints(text: XmlWriter, joint: Joint, name: str) -> None:
-    """Write one joint, or three for a planar one; axes and points are in the body's axes."""
+    """Write one joint, or three for a planar joint; axes and points are in axes of the body."""
     R, point = joint.tail.rotation, join_numbers(joint.tail.inv().position)
     span = None if joint.limits is None else join_numbers(joint.limits)
     force = None if joint.effort is None else join_numbers((-joint.effort, joint.effort))
@@ -135,30 +137,30 @@ def _write_mjcf_joints(text: XmlWriter, joint: Joint, name: str) -> None:
 
 def _write_equalities(text: XmlWriter, links: Sequence[Link]) -> None:
     """Write the constraints of joints that mimic a coordinate q: offset + ratio q."""
-    tied = [link for link in links if isinstance(link.joint.follows, Mimic)]
-    if not tied:
+    mimics = [link for link in links if isinstance(link.joint.follows, Mimic)]
+    if not mimics:
         return
     with text.inside("equality"):
-        for link in tied:
+        for link in mimics:
             follows = link.joint.follows
             assert isinstance(follows, Mimic)
-            name, curve = link.label, (follows.offset, follows.ratio, 0, 0, 0)
-            text.put("joint", joint1=name, joint2=follows.of, polycoef=join_numbers(curve))
+            name, polynomial = link.label, (follows.offset, follows.ratio, 0, 0, 0)
+            text.put("joint", joint1=name, joint2=follows.of, polycoef=join_numbers(polynomial))
 
 
 def _write_mjcf_inertial(text: XmlWriter, inertia: Inertia) -> None:
-    """Write an inertia, with its moments raised to a minimum: MuJoCo takes none of zero."""
-    lack = max(LEAST_MOMENT - float(np.linalg.eigvalsh(inertia.tensor)[0]), 0.0)
-    tensor = inertia.tensor + lack * np.eye(3)
+    """Write an inertia with its moments raised to a minimum, as MuJoCo accepts no zero moments."""
+    shortage = max(LEAST_MOMENT - float(np.linalg.eigvalsh(inertia.tensor)[0]), 0.0)
+    tensor = inertia.tensor + shortage * np.eye(3)
     full = join_numbers(tensor[i, j] for i, j in _FULL_INERTIA)
     text.put("inertial", pos=join_numbers(inertia.centre), mass=inertia.mass, fullinertia=full)
 
 
 def _make_pose_attributes(pose: Pose) -> dict[str, str | None]:
-    """Return the attributes pos and quat (w x y z), or None for those of the identity."""
+    """Return the attributes pos and quat (w x y z), each None for the identity."""
     x, y, z, w = pose.quaternion
-    turned = not (pose.rotation == np.eye(3)).all()
+    is_rotated = not (pose.rotation == np.eye(3)).all()
     return {
         "pos": join_numbers(pose.position) if pose.position.any() else None,
-        "quat": join_numbers((w, x, y, z)) if turned else None,
+        "quat": join_numbers((w, x, y, z)) if is_rotated else None,
     }

@@ -1,4 +1,4 @@
-"""Conversion of shapes to those that a format has, and of colours."""
+"""Conversion of shapes to the shapes of a file format, and of colours."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ from collections.abc import Container, Iterator
 from robsim.geometry.primitives import Primitive
 from robsim.robot.urdf.urdf_link import COLOR_LETTERS
 
-GREY = "#808080"  # for colours that only figures know by their names
+GREY = "#808080"  # for names of colours that only figures support
 _CODE = re.compile(r"#(?:[0-9a-fA-F]{3}|[0-9a-fA-F]{6}|[0-9a-fA-F]{8})")
 
 
 def split_into_solids(shape: Primitive, kinds: Container[type[Primitive]]) -> Iterator[Primitive]:
-    """Yield the shape if its kind is one of these, else the simpler ones that stand for it."""
+    """Yield the shape if its type is one of these, else the simpler shapes that replace it."""
     if type(shape) in kinds:
         yield shape
     else:

@@ -1,4 +1,4 @@
-"""Conversion of <joint> to Joint."""
+"""Conversion of <joint> elements to joints."""
 
 from __future__ import annotations
 
@@ -36,13 +36,13 @@ JOINT_TYPES: dict[str, str] = {
     "floating": "floating",
     "planar": "planar",
 }
-UNIT_AXIS = 1e-3  # how far the length of an axis may be from 1, as numbers are rounded
+UNIT_AXIS = 1e-3  # largest deviation of the length of an axis from 1, for rounded numbers
 SHORTEST_AXIS = 1e-6
 
 
 @dataclass(frozen=True)
 class UrdfJoint:
-    """A joint and the names, as written in the file, of the links that it connects."""
+    """Joint, and the names in the file of the links that it connects."""
 
     element: Element
     name: str
@@ -56,12 +56,12 @@ def read_joint(
 ) -> UrdfJoint | None:
     """Return the joint of a <joint> element, or None if its names are wrong.
 
-    `tails` holds the fixed joints behind links that the writer added.
+    The mapping `tails` holds the fixed joints behind auxiliary links of our writer.
     """
     name, kind = read_safe_name(element, findings), _read_joint_type(element, findings)
     ends = [_read_connected_link(element, tag, findings) for tag in ("parent", "child")]
     place = read_origin_pose(element, findings)
-    turn = _read_axis_rotation(element, kind, findings)
+    rotation = _read_axis_rotation(element, kind, findings)
     speed, effort = _read_drive_limits(element, kind, findings)
     limits = _read_position_limits(element, kind, findings)
     follows = _read_mimic(element, kind, findings)
@@ -73,8 +73,8 @@ def read_joint(
         below = tails[below].attributes["name"].removesuffix(TAIL_SUFFIX)
     joint = Joint(
         JOINT_TYPES[kind],
-        place @ turn,
-        turn.inv() @ tail,
+        place @ rotation,
+        rotation.inv() @ tail,
         limits,
         name=name if name != make_safe_name(below, "link") else None,
         speed=speed,
@@ -85,6 +85,7 @@ def read_joint(
 
 
 def _read_joint_type(element: Element, findings: Diagnostics) -> str | None:
+    """Return the type of the joint, or None after an error."""
     kind = require_attribute(element, "type", findings)
     if kind is not None and kind not in JOINT_TYPES:
         findings.error(
@@ -96,7 +97,7 @@ def _read_joint_type(element: Element, findings: Diagnostics) -> str | None:
 
 
 def _read_connected_link(element: Element, tag: str, findings: Diagnostics) -> str | None:
-    """Return the link name of the parent or the child."""
+    """Return the link name of the parent or the child, or None after an error."""
     end = find_child(element, tag)
     if end is None:
         findings.error(element, f"<{tag}> is missing; it must be given")
@@ -106,19 +107,19 @@ def _read_connected_link(element: Element, tag: str, findings: Diagnostics) -> s
 
 def _read_axis_rotation(element: Element, kind: str | None, findings: Diagnostics) -> Pose:
     """Return a rotation that takes z to the axis of the joint, which is x by default."""
-    given = find_child(element, "axis")
+    tag = find_child(element, "axis")
     axis = np.array([1.0, 0.0, 0.0])
-    if given is not None:
-        read = read_attribute_vector(given, "xyz", findings)
-        axis = axis if read is None else read
+    if tag is not None:
+        xyz = read_attribute_vector(tag, "xyz", findings)
+        axis = axis if xyz is None else xyz
     if kind in (None, "fixed", "floating"):
         return IDENTITY
     length = float(np.linalg.norm(axis))
-    if given is not None and length < SHORTEST_AXIS:
-        findings.error(given, f"the axis is zero; a {kind} joint needs one, as in xyz='0 0 1'")
+    if tag is not None and length < SHORTEST_AXIS:
+        findings.error(tag, f"the axis is zero; a {kind} joint needs one, as in xyz='0 0 1'")
         return IDENTITY
-    if given is not None and abs(length - 1) > UNIT_AXIS:
-        findings.odd(given, f"the axis has length {length:.6g}, and is read with length 1")
+    if tag is not None and abs(length - 1) > UNIT_AXIS:
+        findings.odd(tag, f"the axis has length {length:.6g}, and is read with length 1")
     T = np.eye(4)
     T[:3, :3] = find_axis_rotation(axis / length)
     return Pose(T)
@@ -127,19 +128,19 @@ def _read_axis_rotation(element: Element, kind: str | None, findings: Diagnostic
 def _read_drive_limits(
     element: Element, kind: str | None, findings: Diagnostics
 ) -> tuple[float | None, float | None]:
-    """Return the largest speed and effort; None where it is missing or 0."""
+    """Return the largest speed and effort, each None if it is missing or 0."""
     limit = find_child(element, "limit")
     if limit is None or kind not in ("revolute", "continuous", "prismatic"):
         return None, None
-    found = []
+    values = []
     for name in ("velocity", "effort"):
         if name not in limit.attributes:
-            findings.odd(limit, f"{name} is missing, which the specification asks for")
+            findings.odd(limit, f"{name} is missing, which the specification requires")
         value = read_attribute_number(limit, name, findings, 0.0, most=np.inf) or 0.0
         if value < 0:
             findings.error(limit, f"{name} is {value:g}; it must not be below 0")
-        found.append(value if value > 0 else None)
-    return found[0], found[1]
+        values.append(value if value > 0 else None)
+    return values[0], values[1]
 
 
 def _read_position_limits(
@@ -158,11 +159,11 @@ def _read_position_limits(
     )
     if (
         lower is None or upper is None or -lower == upper == LARGEST_NUMBER
-    ):  # our writer's for no limits
+    ):  # as our writer, no limits
         return None
-    wrong = _describe_wrong_limits(lower, upper)
-    if wrong is not None:
-        findings.error(limit, wrong)
+    message = _describe_wrong_limits(lower, upper)
+    if message is not None:
+        findings.error(limit, message)
         return None
     if lower == upper or (lower <= -LARGEST_NUMBER and upper >= LARGEST_NUMBER):
         findings.odd(limit, f"lower {lower:g} and upper {upper:g} are read as without limits")
@@ -176,7 +177,7 @@ def _read_position_limits(
 
 
 def _describe_wrong_limits(lower: float, upper: float) -> str | None:
-    """Return what is wrong with limits; None: nothing."""
+    """Return an error message for wrong limits, or None."""
     if lower > upper:
         return f"lower {lower:g} is above upper {upper:g}; it must be below"
     if lower == upper != 0:
@@ -187,6 +188,7 @@ def _describe_wrong_limits(lower: float, upper: float) -> str | None:
 
 
 def _read_mimic(element: Element, kind: str | None, findings: Diagnostics) -> Mimic | None:
+    """Return the coupling of a <mimic> element, or None without one or after an error."""
     mimic = find_child(element, "mimic")
     if mimic is None:
         return None
@@ -197,7 +199,7 @@ def _read_mimic(element: Element, kind: str | None, findings: Diagnostics) -> Mi
     ratio = read_attribute_number(mimic, "multiplier", findings, 1.0)
     offset = read_attribute_number(mimic, "offset", findings, 0.0)
     if kind is not None and not find_joint_kind(JOINT_TYPES[kind]).single:
-        findings.error(mimic, f"a {kind} joint cannot follow another; it has not one coordinate")
+        findings.error(mimic, f"a {kind} joint cannot follow another; it has no single coordinate")
         return None
     if of is None or ratio is None or offset is None:
         return None

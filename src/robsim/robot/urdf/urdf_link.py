@@ -1,4 +1,4 @@
-"""Conversion of <link> to the inertia, shapes and colours of a Link."""
+"""Conversion of <link> elements to inertia, shapes and colours."""
 
 from __future__ import annotations
 
@@ -31,9 +31,9 @@ from robsim.robot.urdf.vocabulary import (
     require_attribute,
 )
 
-# our writers' inertia of moving links without mass, so that simulators accept them
+# inertia that our writers give to massless moving links, so that simulators accept them
 TOKEN_INERTIA = Inertia(1e-3, tensor=1e-6 * np.eye(3))
-COLOR_LETTERS = {  # the letters of the chapter, as MATLAB shows them
+COLOR_LETTERS = {  # letters of the chapter, with the colours of MATLAB
     "k": "#000000",
     "w": "#ffffff",
     "r": "#ff0000",
@@ -47,16 +47,16 @@ _LETTER_OF_CODE = {code: letter for letter, code in COLOR_LETTERS.items()}
 
 
 def read_inertia(link: Element, findings: Diagnostics) -> Inertia | None:
-    """Return the inertia of a link; None if there is no <inertial>, or no mass."""
-    given = find_child(link, "inertial")
-    if given is None:
+    """Return the inertia of a link, or None if there is no <inertial> or no mass."""
+    inertial = find_child(link, "inertial")
+    if inertial is None:
         return None
-    where = read_origin_pose(given, findings)
-    weight, moments = find_child(given, "mass"), find_child(given, "inertia")
+    pose = read_origin_pose(inertial, findings)
+    weight, moments = find_child(inertial, "mass"), find_child(inertial, "inertia")
     if weight is None or moments is None:
-        both = ("<mass>", weight), ("<inertia>", moments)
-        lacking = [tag for tag, part in both if part is None]
-        findings.odd(given, f"without {' and '.join(lacking)}, left out")
+        parts = ("<mass>", weight), ("<inertia>", moments)
+        missing = [tag for tag, part in parts if part is None]
+        findings.odd(inertial, f"without {' and '.join(missing)}, left out")
         return None
     mass, tensor = (
         read_attribute_number(weight, "value", findings),
@@ -68,17 +68,18 @@ def read_inertia(link: Element, findings: Diagnostics) -> Inertia | None:
         return None
     if mass == 0:
         if tensor.any():
-            findings.odd(given, "a tensor without a mass, left out")
+            findings.odd(inertial, "a tensor without a mass, left out")
         return None
     try:
-        found = Inertia(mass, tensor=tensor).at(where)
+        result = Inertia(mass, tensor=tensor).at(pose)
     except InputError as error:
-        findings.odd(given, f"{error}; left out")
+        findings.odd(inertial, f"{error}; left out")
         return None
-    return found
+    return result
 
 
 def _read_inertia_tensor(element: Element, findings: Diagnostics) -> Array | None:
+    """Return the inertia tensor (3, 3), or None after an error."""
     numbers = {}
     for name in VOCABULARY["inertia"].attributes:
         numbers[name] = read_attribute_number(
@@ -95,9 +96,10 @@ def read_shapes(
 ) -> tuple[Primitive, ...]:
     """Return the visual shapes of a link, or its collision shapes if there are none.
 
-    A mesh knows the folder of the file, and the first one the collision shapes in place of it.
+    Each mesh stores the folder of the file, and the first mesh also the collision shapes as
+    substitutes.
     """
-    seen, hit = (
+    visual, collision = (
         [
             shape
             for each in find_children(link, tag)
@@ -105,37 +107,37 @@ def read_shapes(
         ]
         for tag in ("visual", "collision")
     )
-    stand_ins = [shape for shape in hit if not isinstance(shape, Mesh)] if seen else []
+    stand_ins = [shape for shape in collision if not isinstance(shape, Mesh)] if visual else []
     folder = Path(findings.source).absolute().parent
-    found: list[Primitive] = []
-    for shape in seen or hit:
+    result: list[Primitive] = []
+    for shape in visual or collision:
         if isinstance(shape, Mesh):
-            here = tuple(each.at(shape.pose.inv()) for each in stand_ins)
-            found.append(replace(shape, source=MeshSource(folder, here)))
+            moved = tuple(each.at(shape.pose.inv()) for each in stand_ins)
+            result.append(replace(shape, source=MeshSource(folder, moved)))
             stand_ins = []
         else:
-            found.append(shape)
-    return tuple(found)
+            result.append(shape)
+    return tuple(result)
 
 
 def read_material_colors(robot: Element, findings: Diagnostics) -> dict[str, str]:
-    """Return the colours of all materials with a name, wherever they are defined."""
-    drawn = [v for k in find_children(robot, "link") for v in k.children if v.tag in _SHAPE_TAGS]
-    found = {}
-    for owner in (*drawn, robot):  # materials of the robot take precedence
+    """Return the colours of all named materials, from every place of definition."""
+    visuals = [v for k in find_children(robot, "link") for v in k.children if v.tag in _SHAPE_TAGS]
+    palette = {}
+    for owner in (*visuals, robot):  # materials of the robot take precedence
         for material in find_children(owner, "material"):
             color = _read_color(material, findings)
             name = material.attributes.get("name")
             if color is not None and name:
-                found[name] = color
-    return found
+                palette[name] = color
+    return palette
 
 
 _SHAPE_TAGS = ("visual", "collision")
 
 
 def _read_color(material: Element, findings: Diagnostics) -> str | None:
-    """Return the colour of a <material> without opacity, as a letter where that is exact."""
+    """Return the colour of a <material> without opacity, as a letter if it is exact."""
     element = find_child(material, "color")
     rgba = None if element is None else read_attribute_vector(element, "rgba", findings, count=4)
     if element is None or rgba is None:
@@ -148,9 +150,10 @@ def _read_color(material: Element, findings: Diagnostics) -> str | None:
 
 
 def _read_shape(
-    element: Element, named: Mapping[str, str], findings: Diagnostics
+    element: Element, palette: Mapping[str, str], findings: Diagnostics
 ) -> Primitive | None:
-    where = read_origin_pose(element, findings)
+    """Return the shape of a <visual> or <collision>, or None after an error."""
+    pose = read_origin_pose(element, findings)
     geometry = find_child(element, "geometry")
     if geometry is None or not geometry.children:
         findings.error(element, "<geometry> is missing or empty; a box, cylinder, ... is allowed")
@@ -164,11 +167,12 @@ def _read_shape(
     material = find_child(element, "material")
     color = None if material is None else _read_color(material, findings)
     if material is not None and color is None:
-        color = named.get(material.attributes.get("name", ""))
-    return replace(shape, color=color or "k").at(where)  # type: ignore[call-arg]
+        color = palette.get(material.attributes.get("name", ""))
+    return replace(shape, color=color or "k").at(pose)  # type: ignore[call-arg]
 
 
 def _read_solid(element: Element, findings: Diagnostics) -> Primitive | None:
+    """Return the primitive of a geometry element, or None after an error."""
     if element.tag == "box":
         return _read_box(element, findings)
     if element.tag == "mesh":
@@ -181,6 +185,7 @@ def _read_solid(element: Element, findings: Diagnostics) -> Primitive | None:
 
 
 def _read_box(element: Element, findings: Diagnostics) -> Block | None:
+    """Return a block, or None after an error."""
     sides = read_attribute_vector(element, "size", findings)
     if sides is None:
         return None
@@ -189,11 +194,12 @@ def _read_box(element: Element, findings: Diagnostics) -> Block | None:
     if (sides < 0).any():
         findings.error(element, "size: three numbers above 0 are allowed")
     else:
-        findings.odd(element, "a size is 0, so that there is nothing to see; left out")
+        findings.odd(element, "a size is 0, so nothing is visible; left out")
     return None
 
 
 def _read_mesh_element(element: Element, findings: Diagnostics) -> Mesh | None:
+    """Return a mesh, or None if its name or scale cannot be used."""
     name, scale = element.attributes.get("filename", ""), element.attributes.get("scale", "1 1 1")
     if is_xacro_expression(name):
         findings.odd(element, f"filename = {format_value(name)}: {XACRO_HINT}; left out")
@@ -215,10 +221,11 @@ def _read_mesh_element(element: Element, findings: Diagnostics) -> Mesh | None:
 
 
 def _is_outside_model(mesh: str) -> bool:
-    """Return whether a mesh name refers to a folder outside that of the model.
+    """Return whether a mesh name refers to a folder outside of the folder of the model.
 
-    Exporters write "../../meshes/arm.stl" and "file://meshes/arm.stl". None writes a package that
-    is left by "..", or an absolute place without a scheme: these stay mistakes, or worse.
+    Exporters write "../../meshes/arm.stl" and "file://meshes/arm.stl", which are reported as
+    oddities. No exporter writes a package that is left by "..", or an absolute path without a
+    scheme; these are errors.
     """
     if mesh.startswith("file://"):
         return True

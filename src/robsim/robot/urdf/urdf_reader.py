@@ -35,16 +35,24 @@ from robsim.robot.urdf.vocabulary import (
 )
 
 R = TypeVar("R")
-BuildRobot = Callable[[str, tuple[Link, ...], str], R]  # of a name, the links and the tip
-LinksByName = dict[str, tuple[Element, Link]]  # by the name in the file
+BuildRobot = Callable[[str, tuple[Link, ...], str], R]  # function of a name, links and a tip
+LinksByName = dict[str, tuple[Element, Link]]  # links by their names in the file
 MOST_LINKS = 2048
 MOST_MIMICS = 256
 
 
 def read_urdf(path: str | os.PathLike[str], build: BuildRobot[R]) -> tuple[R, Tip]:
-    """Return what `build` makes of a file, and the choice of the robot's tip.
+    """Return the result of `build` for a file, and the choice of the tip of the robot.
 
-    FileError lists all errors, one on each line; a FileWarning lists the oddities.
+    Raises
+    ------
+    FileError
+        If the file has errors. The message lists one error on each line.
+
+    Warns
+    -----
+    FileWarning
+        If the file has oddities.
     """
     data = read_bytes(path, "a URDF file", LARGEST_FILE)
     root = parse_xml(data, str(path), "a URDF file, <robot name=...> ... </robot>")
@@ -63,7 +71,7 @@ def read_urdf(path: str | os.PathLike[str], build: BuildRobot[R]) -> tuple[R, Ti
 
 
 def _read_tip(root: Element, links: Sequence[Link], findings: Diagnostics) -> Tip:
-    """Return the tip that our writer put into the file, or the one that the links suggest."""
+    """Return the tip that our writer put into the file, or the tip that the links suggest."""
     element = find_child(root, "robsim")
     name = None if element is None else require_attribute(element, "tip", findings)
     names = [link.name for link in links]
@@ -76,75 +84,76 @@ def _read_tip(root: Element, links: Sequence[Link], findings: Diagnostics) -> Ti
 def _read_link_tree(root: Element, findings: Diagnostics) -> tuple[str, list[Link]]:
     """Return the name of the robot, and its links on their joints."""
     tails = _find_tail_joints(root)
-    drawn = [k for k in find_children(root, "link") if k.attributes.get("name") not in tails]
-    behind = set(tails.values())
-    joints = [j for j in find_children(root, "joint") if j not in behind]
-    if not 0 < len(drawn) <= MOST_LINKS:
-        findings.error(root, f"{len(drawn)} links; from 1 to {MOST_LINKS} are allowed")
+    elements = [k for k in find_children(root, "link") if k.attributes.get("name") not in tails]
+    tail_joints = set(tails.values())
+    joints = [j for j in find_children(root, "joint") if j not in tail_joints]
+    if not 0 < len(elements) <= MOST_LINKS:
+        findings.error(root, f"{len(elements)} links; from 1 to {MOST_LINKS} are allowed")
     name = read_safe_name(root, findings)
-    links = _read_links(drawn, read_material_colors(root, findings), findings)
+    links = _read_links(elements, read_material_colors(root, findings), findings)
     hinges = [h for each in joints if (h := read_joint(each, tails, findings)) is not None]
-    if not links or len(links) + len(hinges) < len(drawn) + len(joints):
-        findings.stop()  # their tree cannot be checked
-    order = _connect_links(root, links, hinges, findings)
+    if not links or len(links) + len(hinges) < len(elements) + len(joints):
+        findings.stop()  # the tree cannot be checked
+    tree = _connect_links(root, links, hinges, findings)
     findings.stop()
     assert name is not None
-    return name, order
+    return name, tree
 
 
 def _find_tail_joints(root: Element) -> dict[str, Element]:
-    """Return the <joint> "elbow.tail" behind each added <link> "elbow.axis".
+    """Return the <joint> "elbow.tail" behind each auxiliary <link> "elbow.axis".
 
-    Only what is as our writer makes it: a link on a joint that shows nothing, and carries but
-    "elbow".
+    An auxiliary link must be exactly as our writer makes it: on a joint, without shapes, and with
+    "elbow" as its only child.
     """
     above, behind = _index_joints_by_link(root, "child"), _index_joints_by_link(root, "parent")
-    found = {}
+    tails = {}
     for link in find_children(root, "link"):
         name = link.attributes.get("name", "")
-        stem, hung = name.removesuffix(AXIS_SUFFIX), behind.get(name, [])
-        if stem == name or name not in above or len(hung) != 1 or not _is_bare_link(link):
+        stem, joints = name.removesuffix(AXIS_SUFFIX), behind.get(name, [])
+        if stem == name or name not in above or len(joints) != 1 or not _is_bare_link(link):
             continue
-        end = find_child(hung[0], "child")
-        written = hung[0].attributes == {"name": stem + TAIL_SUFFIX, "type": "fixed"}
-        if written and end is not None and end.attributes.get("link") == stem:
-            found[name] = hung[0]
-    return found
+        end = find_child(joints[0], "child")
+        is_ours = joints[0].attributes == {"name": stem + TAIL_SUFFIX, "type": "fixed"}
+        if is_ours and end is not None and end.attributes.get("link") == stem:
+            tails[name] = joints[0]
+    return tails
 
 
 def _is_bare_link(link: Element) -> bool:
-    """Return whether a link has nothing but the inertia that our writer gives what moves."""
+    """Return whether a link has nothing but the inertia that our writer gives to moving links."""
     findings = Diagnostics("")
     weight = read_inertia(link, findings)
-    plain = not (findings.errors or findings.oddities) and weight in (None, TOKEN_INERTIA)
-    return plain and all(part.tag == "inertial" for part in link.children)
+    is_ours = not (findings.errors or findings.oddities) and weight in (None, TOKEN_INERTIA)
+    return is_ours and all(part.tag == "inertial" for part in link.children)
 
 
 def _index_joints_by_link(root: Element, tag: str) -> dict[str, list[Element]]:
-    """Return the joints that have a link as their <parent> or <child>, by its name."""
-    found: dict[str, list[Element]] = {}
+    """Return the joints by the name of their <parent> or <child> link."""
+    joints_of: dict[str, list[Element]] = {}
     for joint in find_children(root, "joint"):
         end = find_child(joint, tag)
         if end is not None:
-            found.setdefault(end.attributes.get("link", ""), []).append(joint)
-    return found
+            joints_of.setdefault(end.attributes.get("link", ""), []).append(joint)
+    return joints_of
 
 
 def _read_links(
-    drawn: Iterable[Element], palette: Mapping[str, str], findings: Diagnostics
+    elements: Iterable[Element], palette: Mapping[str, str], findings: Diagnostics
 ) -> LinksByName:
-    found: LinksByName = {}
-    for element in drawn:
+    """Return the links without joints, by their names in the file."""
+    links: LinksByName = {}
+    for element in elements:
         name = read_safe_name(element, findings)
         weight, solids = read_inertia(element, findings), read_shapes(element, palette, findings)
         if name is None:
             continue
-        given = element.attributes["name"]
-        if given in found:
-            line = found[given][0].line
-            findings.error(element, f"there is a link of that name in line {line}; one is allowed")
-        found[given] = element, Link(name, shapes=solids, inertia=weight)
-    return found
+        original = element.attributes["name"]
+        if original in links:
+            line = links[original][0].line
+            findings.error(element, f"line {line} has a link of the same name; one is allowed")
+        links[original] = element, Link(name, shapes=solids, inertia=weight)
+    return links
 
 
 def _connect_links(
@@ -158,20 +167,20 @@ def _connect_links(
     above = {h.child: h for h in hinges}
     roots = [name for name in links if name not in above]
     if len(roots) > 1:
-        listed = ", ".join(repr(name) for name in roots[:9])
-        findings.error(root, f"{len(roots)} links hang from nothing: {listed}; one is allowed")
+        names = ", ".join(repr(name) for name in roots[:9])
+        findings.error(root, f"{len(roots)} links have no parent: {names}; one is allowed")
     _check_link_loops(links, above, findings)
     findings.stop()
     base = links[roots[0]][1]
-    both = zip(hinges, _drop_impossible_limits(hinges, findings), strict=True)
+    pairs = zip(hinges, _drop_impossible_limits(hinges, findings), strict=True)
     return [
         base,
-        *(_attach_link(joint, links[h.child][1], links[h.parent][1]) for h, joint in both),
+        *(_attach_link(joint, links[h.child][1], links[h.parent][1]) for h, joint in pairs),
     ]
 
 
 def _attach_link(joint: Joint, link: Link, parent: Link) -> Link:
-    """Return a link on its joint, without the inertia that our writer gives what moves."""
+    """Return a link on its joint, without the inertia that our writer gives to moving links."""
     token = joint.moves and link.inertia == TOKEN_INERTIA
     weight = None if token else link.inertia
     return replace(link, parent=parent.name, joint=joint, inertia=weight)
@@ -180,7 +189,7 @@ def _attach_link(joint: Joint, link: Link, parent: Link) -> Link:
 def _drop_impossible_limits(hinges: Iterable[UrdfJoint], findings: Diagnostics) -> Iterator[Joint]:
     """Yield the joints, without the limits of a mimic that leave its source no range.
 
-    There are such files, and other programs do not look at the limits of what mimics.
+    Such files exist, and other programs ignore the limits of mimicking joints.
     """
     joints = {h.name: h.joint for h in hinges}
     follows = {name: joint.follows for name, joint in joints.items()}
@@ -204,25 +213,25 @@ def _drop_impossible_limits(hinges: Iterable[UrdfJoint], findings: Diagnostics) 
 def _check_repeated_names(
     links: LinksByName, hinges: Iterable[UrdfJoint], findings: Diagnostics
 ) -> None:
-    """Report names of links and of joints that occur twice, also after they are made safe."""
+    """Report names of links and of joints that occur twice, also after their conversion."""
     taken: dict[str, Element] = {}
     for element, link in links.values():
         if link.name in taken:
             line = taken[link.name].line
-            findings.error(element, f"'{link.name}', as it is read, is taken by line {line}")
+            findings.error(element, f"line {line} has the same converted name '{link.name}'")
         taken[link.name] = element
     joints: dict[str, Element] = {}
     for h in hinges:
         if h.name in joints:
             line = joints[h.name].line
-            findings.error(h.element, f"there is a joint of that name in line {line}; give another")
+            findings.error(h.element, f"line {line} has a joint of the same name; give another")
         joints[h.name] = h.element
 
 
 def _check_joint_ends(
     links: LinksByName, hinges: Iterable[UrdfJoint], findings: Diagnostics
 ) -> bool:
-    """Return whether every joint connects two existing links; report those that do not."""
+    """Return whether every joint connects two existing links; report other joints."""
     carried: dict[str, UrdfJoint] = {}
     before = len(findings.errors)
     for h in hinges:
@@ -250,12 +259,12 @@ def _check_link_loops(
 ) -> None:
     """Report links that are their own ancestors."""
     for name in _find_loops({name: above[name].parent for name in links if name in above}):
-        text = f"a loop: {format_value(name)} hangs from itself in the end"
+        text = f"a loop: {format_value(name)} is its own ancestor"
         findings.error(above[name].element, text)
 
 
 def _find_loops(above: Mapping[str, str]) -> Iterator[str]:
-    """Yield a name of each loop, from what each name hangs from or follows."""
+    """Yield one name of each loop; `above` maps a name to its parent or source."""
     done: set[str] = set()
     for start in above:
         path, name = set[str](), start
@@ -286,7 +295,7 @@ def _check_mimic_joints(hinges: Iterable[UrdfJoint], findings: Diagnostics) -> N
 def _check_mimic_chain(
     h: UrdfJoint, joints: Mapping[str, UrdfJoint], findings: Diagnostics
 ) -> None:
-    """Report a mimic whose ratio or offset to what it follows in the end is too large."""
+    """Report a mimic with a too large ratio or offset to the last source of its chain."""
     tie = h.joint.follows
     while isinstance(tie, Mimic) and tie.of in joints:
         if max(abs(tie.ratio), abs(tie.offset)) > LARGEST_NUMBER:
@@ -304,8 +313,9 @@ def _check_mimic_chain(
 def _check_mimic_source(
     h: UrdfJoint, of: str, joints: dict[str, UrdfJoint], findings: Diagnostics
 ) -> None:
+    """Report a mimic of a joint that is missing or has no single coordinate."""
     if of not in joints:
         findings.error(h.element, f"mimic: no joint {format_value(of)}; {suggest_name(of, joints)}")
     elif not joints[of].joint.model.single:
         kind = joints[of].joint.kind
-        findings.error(h.element, f"mimic: '{of}' is {kind}, and has not one coordinate to follow")
+        findings.error(h.element, f"mimic: '{of}' is {kind}, and has no single coordinate")

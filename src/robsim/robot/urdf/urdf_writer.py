@@ -26,13 +26,13 @@ from robsim.robot.urdf.vocabulary import AXIS_SUFFIX, TAIL_SUFFIX
 from robsim.robot.urdf.xml_writer import XmlWriter, join_numbers
 
 URDF_SOLIDS = (Block, Wheel, Ball, Mesh)
-ON_AXIS = 1e-14  # metres by which rounding may put a link beside the axis of its joint
+ON_AXIS = 1e-14  # metres by which rounding may move a link off the axis of its joint
 
 
 def write_urdf(name: str, links: Sequence[Link], tip: str, path: str | os.PathLike[str]) -> None:
-    """Write a URDF file of these links; InputError names what the format cannot express.
+    """Write a URDF file of these links; raise InputError with all that URDF cannot express.
 
-    The tip is written, in an element of ours, only where the links do not suggest it.
+    The tip is written, in an element of RobSim, only if the reader would choose another tip.
     """
     check_exportable(name, links, "URDF")
     text = XmlWriter()
@@ -50,33 +50,33 @@ def write_urdf(name: str, links: Sequence[Link], tip: str, path: str | os.PathLi
 
 
 def check_exportable(name: str, links: Iterable[Link], what: str, more: Iterable[str] = ()) -> None:
-    """Raise InputError with all that neither URDF nor MJCF can express, and with `more`."""
-    wrong = []
+    """Raise InputError with all properties that neither URDF nor MJCF can express, and `more`."""
+    reasons = []
     for link in links:
         joint = link.joint
         if joint.model.name not in JOINT_TYPES.values():
-            wrong.append(f"'{link.name}' moves as a {joint.model.name}")
+            reasons.append(f"'{link.name}' moves as a {joint.model.name}")
         elif joint.follows is not None and not isinstance(joint.follows, Mimic):
             kind = type(joint.follows).__name__
-            wrong.append(f"'{link.name}' follows by {kind}, not Mimic")
+            reasons.append(f"'{link.name}' follows by {kind}, not Mimic")
         for color in (shape.color for shape in link.shapes):
             if not isinstance(color, str) or not color.isprintable():
-                wrong.append(f"'{link.name}' has a colour that is no word: {format_value(color)}")
-    wrong += more
-    if wrong:
-        raise InputError(f"robot '{name}' cannot be written as {what}: {'; '.join(wrong)}")
+                reasons.append(f"'{link.name}' has a colour that is no word: {format_value(color)}")
+    reasons += more
+    if reasons:
+        raise InputError(f"robot '{name}' cannot be written as {what}: {'; '.join(reasons)}")
 
 
 def _check_number_sizes(name: str, links: Iterable[Link]) -> None:
-    """Raise InputError for numbers that our reader would not take."""
+    """Raise InputError for numbers that our reader would reject."""
     for link in links:
         joint, inertia = link.joint, link.inertial
-        given = [*joint.place.position, *joint.tail.position, *(joint.limits or ())]
+        values = [*joint.place.position, *joint.tail.position, *(joint.limits or ())]
         if isinstance(joint.follows, Mimic):
-            given += [joint.follows.ratio, joint.follows.offset]
+            values += [joint.follows.ratio, joint.follows.offset]
         if inertia is not None:
-            given += [inertia.mass, *inertia.centre, *inertia.tensor.flat]
-        largest = max(map(abs, given))
+            values += [inertia.mass, *inertia.centre, *inertia.tensor.flat]
+        largest = max(map(abs, values))
         if largest > LARGEST_NUMBER:
             raise InputError(
                 f"robot '{name}' cannot be written as URDF: '{link.name}' has a number of "
@@ -85,6 +85,7 @@ def _check_number_sizes(name: str, links: Iterable[Link]) -> None:
 
 
 def _write_link(text: XmlWriter, link: Link) -> None:
+    """Write a link with its inertia and shapes, and an auxiliary link if it is beside its axis."""
     moves, inertial = link.joint.moves, link.inertial
     if moves and inertial is None:
         inertial = TOKEN_INERTIA
@@ -103,6 +104,7 @@ def _write_link(text: XmlWriter, link: Link) -> None:
 
 
 def _write_inertial(text: XmlWriter, inertia: Inertia) -> None:
+    """Write an <inertial>."""
     I = inertia.tensor
     with text.inside("inertial"):
         text.put("origin", xyz=join_numbers(inertia.centre))
@@ -112,6 +114,7 @@ def _write_inertial(text: XmlWriter, inertia: Inertia) -> None:
 
 
 def _write_shape(text: XmlWriter, tag: str, shape: Primitive) -> None:
+    """Write a <visual> or <collision>."""
     with text.inside(tag):
         _write_origin(text, shape.pose)
         with text.inside("geometry"):
@@ -122,6 +125,7 @@ def _write_shape(text: XmlWriter, tag: str, shape: Primitive) -> None:
 
 
 def _write_solid(text: XmlWriter, shape: Primitive) -> None:
+    """Write the element of a solid."""
     match shape:
         case Block():
             text.put("box", size=join_numbers((shape.length, shape.width, shape.height)))
@@ -145,9 +149,9 @@ def _write_origin(text: XmlWriter, pose: Pose) -> None:
 
 
 def _resolve_mimic_chains(links: Sequence[Link]) -> list[Link]:
-    """Return links whose chains of mimics are resolved: each follows the last source.
+    """Return links with resolved chains of mimics: each follows the last source.
 
-    Pinocchio and yourdfpy know no others.
+    Pinocchio and yourdfpy do not support chains.
     """
     follows = {k.label: k.joint.follows for k in links}
     return [
@@ -159,9 +163,9 @@ def _resolve_mimic_chains(links: Sequence[Link]) -> list[Link]:
 
 
 def _find_coupled_links(links: Iterable[Link]) -> set[str]:
-    """Return the names of links whose coordinates follow others or are followed.
+    """Return the names of links with coordinates that follow others or are followed.
 
-    Without limits they are written as revolute: Pinocchio has no continuous joints that mimic.
+    Without limits they are written as revolute: Pinocchio supports no continuous joints that mimic.
     """
     follows = {link.name: link.joint.follows for link in links}
     sources = {each.of for each in follows.values() if isinstance(each, Mimic)}
@@ -169,7 +173,7 @@ def _find_coupled_links(links: Iterable[Link]) -> set[str]:
 
 
 def _assign_joint_names(links: Sequence[Link]) -> dict[str, str]:
-    """Return a unique joint name for each link; fixed joints give way to moving ones."""
+    """Return a unique joint name for each link; moving joints take precedence over fixed joints."""
     names = {k.name: k.label for k in links if k.joint.moves}
     taken = set(names.values())
     for link in links[1:]:
@@ -181,7 +185,7 @@ def _assign_joint_names(links: Sequence[Link]) -> dict[str, str]:
 
 
 def _write_joint(text: XmlWriter, link: Link, name: str, tied: set[str]) -> None:
-    """Write the joint of a link, or two with a link between if it is beside the axis."""
+    """Write the joint of a link, or two with a link between if the link is beside the axis."""
     joint = link.joint
     if joint.limits is None and (joint.kind == "prismatic" or link.name in tied):
         joint = replace(joint, limits=(-LARGEST_NUMBER, LARGEST_NUMBER))
@@ -203,7 +207,7 @@ def _write_joint(text: XmlWriter, link: Link, name: str, tied: set[str]) -> None
 
 
 def _is_on_axis(joint: Joint) -> bool:
-    """Return whether the link's frame can be the frame of the joint, moved along its axis."""
+    """Return whether the frame of the link can be the frame of the joint, moved along its axis."""
     p, R = joint.tail.position, joint.tail.rotation
     match joint.kind:
         case "revolute":
@@ -227,8 +231,9 @@ def _write_joint_element(
     joint: Joint,
     axis: Array | None = None,
 ) -> None:
-    free = joint.kind == "revolute" and joint.limits is None
-    with text.inside("joint", name=name, type="continuous" if free else joint.model.name):
+    """Write a <joint>."""
+    is_continuous = joint.kind == "revolute" and joint.limits is None
+    with text.inside("joint", name=name, type="continuous" if is_continuous else joint.model.name):
         _write_origin(text, origin)
         text.put("parent", link=parent)
         text.put("child", link=child)

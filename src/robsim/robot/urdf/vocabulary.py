@@ -1,8 +1,8 @@
-"""The vocabulary of URDF files: the allowed attributes and elements, and names.
+"""Vocabulary of URDF files: the permitted attributes and elements, and names.
 
-It follows the specification at https://wiki.ros.org/urdf/XML. Misspelt words are errors; other
-unknown words are left out with a warning; known extensions that do not affect kinematics, and
-words with a prefix as in "drake:", are left out without one.
+It follows the specification at https://wiki.ros.org/urdf/XML. Misspelt words are errors, and other
+unknown words are left out with a warning. Known extensions without effect on the kinematics, and
+words with a prefix as in "drake:", are left out without a warning.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from robsim.robot.urdf.diagnostics import Diagnostics
 
 
 class ElementWords(NamedTuple):
-    """The vocabulary of an element; `silent` lists extensions, `spare` redundant attributes."""
+    """Vocabulary of an element; `silent` lists extensions, `spare` redundant attributes."""
 
     attributes: tuple[str, ...] = ()
     children: tuple[str, ...] = ()
@@ -37,7 +37,7 @@ VOCABULARY = {
         ("link", "joint", "material", "robsim"),
         ("gazebo", "transmission", "sensor", "ros2_control", "mujoco"),
     ),
-    "robsim": ElementWords(("tip",)),  # our own element, which other programs ignore
+    "robsim": ElementWords(("tip",)),  # element of RobSim, which other programs ignore
     "link": ElementWords(
         ("name", "type"),
         ("inertial", "visual", "collision"),
@@ -69,13 +69,13 @@ VOCABULARY = {
     "parent": ElementWords(("link",)),
     "child": ElementWords(("link",)),
 }
-MISLEADING_WORDS = {"quat_xyzw": "rpy"}  # unknown words that matter, and the known ones to use
+MISLEADING_WORDS = {"quat_xyzw": "rpy"}  # unknown words that matter, and their known replacements
 REPEATED_TAGS = ("link", "joint", "visual", "collision", "material")
 XACRO_HINT = 'an expression of xacro; expand the file first: "xacro in.xacro > out.urdf"'
 AXIS_SUFFIX, TAIL_SUFFIX = (
     ".axis",
     ".tail",
-)  # suffixes that our writer adds to the name of a link beside its axis
+)  # suffixes of the writer for links with an origin beside the axis
 _UNSAFE = re.compile(r"[^A-Za-z0-9_-]")
 
 
@@ -88,7 +88,7 @@ def check_words(element: Element, findings: Diagnostics) -> None:
         )
     for name in element.attributes:
         if name in word.spare:
-            findings.odd(element, f"attribute '{name}' says again what the tensor says; left out")
+            findings.odd(element, f"attribute '{name}' repeats an entry of the tensor; left out")
         elif name not in word.attributes and not _has_prefix(name):
             _report_unknown_word(
                 element, f"attribute '{name:.60}'", name, word.attributes, findings
@@ -135,25 +135,29 @@ def is_xacro_expression(text: str) -> bool:
 
 
 def read_safe_name(element: Element, findings: Diagnostics) -> str | None:
-    """Return the name of an element made safe for paths; report it if that changes it."""
-    given = require_attribute(element, "name", findings)
-    if given is None:
+    """Return the name of an element as a safe name for paths; report a change."""
+    original = require_attribute(element, "name", findings)
+    if original is None:
         return None
-    name = make_safe_name(given, element.tag)
-    if name != given:
-        fits = "short enough" if len(given) > LONGEST_NAME else "safe"
-        findings.odd(element, f"its name is read as '{name}', which is {fits} in paths and figures")
+    name = make_safe_name(original, element.tag)
+    if name != original:
+        reason = "short enough" if len(original) > LONGEST_NAME else "safe"
+        findings.odd(
+            element, f"its name is read as '{name}', which is {reason} in paths and figures"
+        )
     return name
 
 
 def make_safe_name(name: str, kind: str) -> str:
     """Return a name of at most 64 letters, digits, _ and -, with a letter in front.
 
-    Other characters become _; of a longer name the beginning is kept, and eight digits that stand
-    for the whole.
+    Other characters become _. A longer name is cut and gets eight digits that are a hash of the
+    whole.
 
-    >>> make_safe_name("tool0/cam", "link"), make_safe_name("2r", "robot"), make_safe_name("world", "link")
-    ('tool0_cam', 'robot_2r', 'world_link')
+    >>> make_safe_name("tool0/cam", "link"), make_safe_name("2r", "robot")
+    ('tool0_cam', 'robot_2r')
+    >>> make_safe_name("world", "link")
+    'world_link'
     >>> make_safe_name("left_" * 14, "link")
     'left_left_left_left_left_left_left_left_left_left_left__40b9b432'
     """
@@ -168,10 +172,12 @@ def make_safe_name(name: str, kind: str) -> str:
 
 
 def find_nearest_word(name: str, names: Iterable[str]) -> str | None:
-    """Return the name of which this one is likely a misspelling, or None.
+    """Return the name that this name probably misspells, or None.
 
-    >>> find_nearest_word("xzy", ["xyz", "rpy"]), find_nearest_word("current", ["effort", "velocity"])
-    ('xyz', None)
+    >>> find_nearest_word("xzy", ["xyz", "rpy"])
+    'xyz'
+    >>> find_nearest_word("current", ["effort", "velocity"]) is None
+    True
     """
     allowed = 1 if len(name) <= 4 else 2
     near = [n for n in names if abs(len(n) - len(name)) <= allowed and min(len(n), len(name)) > 1]
@@ -182,16 +188,18 @@ def find_nearest_word(name: str, names: Iterable[str]) -> str | None:
 def suggest_name(name: str, names: Iterable[str]) -> str:
     """Return the end of a message about a name that does not exist."""
     near = find_nearest_word(name, islice(names, 256))
-    return f"did you mean '{near}'?" if near else "there is nothing near that name"
+    return f"did you mean '{near}'?" if near else "no similar name exists"
 
 
 def _has_prefix(name: str) -> bool:
+    """Return whether a word has a prefix of a namespace."""
     return ":" in name or name == "xmlns"
 
 
 def _report_unknown_word(
     element: Element, what: str, name: str, known: tuple[str, ...], findings: Diagnostics
 ) -> None:
+    """Report an unknown word: as an error if it is near a known word, else as an oddity."""
     near = MISLEADING_WORDS.get(name) or find_nearest_word(name, known)
     if near is None:
         findings.odd(element, f"unknown {what}, left out")

@@ -13,7 +13,7 @@ INDENT = "  "
 
 
 class XmlWriter:
-    """The lines of an XML file, indented by the depth of the elements."""
+    """Lines of an XML file, indented by the depth of the elements."""
 
     def __init__(self) -> None:
         self.lines = ['<?xml version="1.0" encoding="utf-8"?>']
@@ -24,7 +24,7 @@ class XmlWriter:
         self.lines.append(f"{self._indent}<{_format_start_tag(tag, attributes)}/>")
 
     def start(self, tag: str, **attributes: str | float | None) -> None:
-        """Add the start of an element whose children follow, until `end`."""
+        """Add the start of an element with children; `end` closes it."""
         self.lines.append(f"{self._indent}<{_format_start_tag(tag, attributes)}>")
         self._open.append(tag)
 
@@ -35,17 +35,18 @@ class XmlWriter:
 
     @contextmanager
     def inside(self, tag: str, **attributes: str | float | None) -> Iterator[None]:
-        """Add an element around what is added within a `with` block."""
+        """Add an element around all elements that are added within a `with` block."""
         self.start(tag, **attributes)
         yield
         self.end()
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the file; raise FileError if that fails."""
+        """Write the file; raise FileError if writing fails."""
         write_whole(path, "\n".join([*self.lines, ""]))
 
     @property
     def _indent(self) -> str:
+        """Indentation of the present depth."""
         return INDENT * len(self._open)
 
 
@@ -59,7 +60,7 @@ def join_numbers(numbers: Iterable[float]) -> str:
 
 
 def _format_start_tag(tag: str, attributes: Mapping[str, str | float | None]) -> str:
-    """Return the text between < and >; a key that is a Python keyword has a _ at its end."""
-    given = {k.rstrip("_"): v for k, v in attributes.items() if v is not None}
-    texts = {k: v if isinstance(v, str) else join_numbers([v]) for k, v in given.items()}
+    """Return the text between < and >; a key with a _ at its end stands for a Python keyword."""
+    present = {k.rstrip("_"): v for k, v in attributes.items() if v is not None}
+    texts = {k: v if isinstance(v, str) else join_numbers([v]) for k, v in present.items()}
     return " ".join([tag, *(f"{key}={quoteattr(text)}" for key, text in texts.items())])
