@@ -1,4 +1,4 @@
-"""`python -m robsim` is the command `robsim`."""
+"""Run the command `robsim` by `python -m robsim`."""
 
 from robsim.cli import main
 

@@ -1,7 +1,7 @@
-"""The chapter's ten functions, under its names and with its arguments, in centimetres.
+"""The ten functions of the chapter, with its names and arguments, in centimetres.
 
-A block is a `Block`, a circ (wheel) a `Wheel`, a cam a `CameraBody` with its intrinsic parameters;
-here their numbers are centimetres, and nothing is converted. Moving makes a moved copy.
+A block is a `Block`, a circ (wheel) a `Wheel`, and a cam a `CameraBody` with intrinsic parameters.
+Their numbers are centimetres and are not converted. The move functions return moved copies.
 
 >>> from robsim.classic import *
 >>> cam = init_cam(8, 4, 3, 0.8, 1e-3, 1e-3, 0, 240, 320, "b")
@@ -48,31 +48,47 @@ C = TypeVar("C", bound=CameraBody)
 
 @dataclass(frozen=True)
 class ClassicCamera(CameraBody):
-    """A camera body with its `intrinsics` (f, px, py, alpha, u0, v0); see `init_cam`."""
+    """A camera body with intrinsic parameters, as `init_cam` returns it.
+
+    Attributes
+    ----------
+    intrinsics : (float, float, float, float, float, float)
+        Focal length f, pixel sizes px and py, skew angle alpha, and image centre u0 and v0.
+    """
 
     intrinsics: tuple[float, ...] = field(kw_only=True)
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        given = as_floats(self.intrinsics, "intrinsics (f, px, py, alpha, u0, v0)", (6,))
-        if given.ndim > 1:
-            raise InputError(f"intrinsics: expected six numbers, got shape {given.shape}")
-        object.__setattr__(self, "intrinsics", tuple(given.tolist()))
+        values = as_floats(self.intrinsics, "intrinsics (f, px, py, alpha, u0, v0)", (6,))
+        if values.ndim > 1:
+            raise InputError(f"intrinsics: expected six numbers, got shape {values.shape}")
+        object.__setattr__(self, "intrinsics", tuple(values.tolist()))
         chapter_intrinsics(*self.intrinsics)  # raises InputError for invalid parameters
 
     @cached_property
     def Ki(self) -> Array:
-        """The intrinsic matrix (3, 3) of the chapter's eq. (10), as `point_view` takes it."""
+        """The intrinsic matrix (3, 3) of eq. (10) of the chapter, as used by `point_view`."""
         return make_read_only(chapter_intrinsics(*self.intrinsics))
 
 
 def init_block(L: float, W: float, H: float, color: str) -> Block:
-    """Return a block of length L along x, width W along y and height H along z, in cm.
+    """Return a block with its origin at the centre.
 
-    The origin is its centre.
+    Parameters
+    ----------
+    L, W, H : float
+        Length along x, width along y and height along z in cm.
+    color : str
+        Any colour of Matplotlib, such as "r".
 
-    `color` is any colour of Matplotlib, such as "r".
+    Returns
+    -------
+    Block
+        The block.
 
+    Examples
+    --------
     >>> init_block(30, 20, 10, "r").vertices.max(axis=0)
     array([15., 10.,  5.])
     """
@@ -80,10 +96,28 @@ def init_block(L: float, W: float, H: float, color: str) -> Block:
 
 
 def init_circ(R: float, W: float, n: int, color: str) -> Wheel:
-    """Return a wheel: two circles of radius R and n points each, W apart along z, in cm.
+    """Return a wheel: two circles with their origin midway between the centres.
 
-    The origin lies midway between the centres, x points to the first point of each circle.
+    The x axis points to the first point of each circle, and the z axis along the axle.
 
+    Parameters
+    ----------
+    R : float
+        Radius in cm.
+    W : float
+        Distance of the circles along z in cm.
+    n : int
+        Number of points of each circle.
+    color : str
+        Any colour of Matplotlib.
+
+    Returns
+    -------
+    Wheel
+        The wheel.
+
+    Examples
+    --------
     >>> init_circ(10, 4, 16, "k").vertices[[0, 16]].tolist()
     [[10.0, 0.0, -2.0], [10.0, 0.0, 2.0]]
     """
@@ -102,12 +136,30 @@ def init_cam(
     v0: float,
     color: str,
 ) -> ClassicCamera:
-    """Return a camera of length L along z, height H along x and width W along y, in cm.
+    """Return a camera with its origin at the centre of the back face.
 
-    The origin is the centre of the back face. f, the focal length, and px, py, the sizes of a
-    pixel, share one unit of length; alpha is the skew angle in radians; (u0, v0) = (row, column)
-    is the image centre in pixels. `cam.Ki` is their matrix for `point_view`.
+    Parameters
+    ----------
+    L, W, H : float
+        Length along z, width along y and height along x in cm.
+    f : float
+        Focal length.
+    px, py : float
+        Sizes of a pixel, in the same unit as f.
+    alpha : float
+        Skew angle in radians.
+    u0, v0 : float
+        Row and column of the image centre in pixels.
+    color : str
+        Any colour of Matplotlib.
 
+    Returns
+    -------
+    ClassicCamera
+        The camera. `cam.Ki` is its intrinsic matrix for `point_view`.
+
+    Examples
+    --------
     >>> init_cam(8, 4, 3, 0.8, 1e-3, 1e-3, 0, 240, 320, "b").Ki
     array([[-800.,    0.,  240.],
            [   0.,  800.,  320.],
@@ -117,10 +169,29 @@ def init_cam(
 
 
 def move_block(blk_i: Block, R: ArrayLike, t: ArrayLike) -> Block:
-    """Return the block with every point p moved to R p + t.
+    """Return a copy of a block with every point p moved to R p + t.
 
-    R (3, 3) is a rotation, and t is (3,) or (3, 1) in cm.
+    Parameters
+    ----------
+    blk_i : Block
+        Block to move.
+    R : array_like of shape (3, 3)
+        Rotation matrix.
+    t : array_like of shape (3,) or (3, 1)
+        Translation in cm.
 
+    Returns
+    -------
+    Block
+        The moved block.
+
+    Raises
+    ------
+    InputError
+        If `blk_i` is no block, or R no rotation.
+
+    Examples
+    --------
     >>> move_block(init_block(30, 20, 10, "r"), np.eye(3), [0, 0, 5]).vertices.max(axis=0)
     array([15., 10., 10.])
     """
@@ -128,10 +199,29 @@ def move_block(blk_i: Block, R: ArrayLike, t: ArrayLike) -> Block:
 
 
 def move_circ(circ_i: Wheel, R: ArrayLike, t: ArrayLike) -> Wheel:
-    """Return the wheel with every point p moved to R p + t.
+    """Return a copy of a wheel with every point p moved to R p + t.
 
-    R (3, 3) is a rotation, and t is (3,) or (3, 1) in cm.
+    Parameters
+    ----------
+    circ_i : Wheel
+        Wheel to move.
+    R : array_like of shape (3, 3)
+        Rotation matrix.
+    t : array_like of shape (3,) or (3, 1)
+        Translation in cm.
 
+    Returns
+    -------
+    Wheel
+        The moved wheel.
+
+    Raises
+    ------
+    InputError
+        If `circ_i` is no wheel, or R no rotation.
+
+    Examples
+    --------
     >>> move_circ(init_circ(10, 4, 16, "k"), np.eye(3), [[0], [0], [2]]).vertices[0]
     array([10.,  0.,  0.])
     """
@@ -139,12 +229,29 @@ def move_circ(circ_i: Wheel, R: ArrayLike, t: ArrayLike) -> Wheel:
 
 
 def move_cam(cam_i: C, R: ArrayLike, t: ArrayLike) -> C:
-    """Return the camera with every point p moved to R p + t.
+    """Return a copy of a camera with every point p moved to R p + t.
 
-    R (3, 3) is a rotation, and t is (3,) or (3, 1) in cm.
+    Parameters
+    ----------
+    cam_i : CameraBody
+        Camera to move.
+    R : array_like of shape (3, 3)
+        Rotation matrix.
+    t : array_like of shape (3,) or (3, 1)
+        Translation in cm.
 
-    `cam.pose` is then T_c, the pose of the camera in the base frame.
+    Returns
+    -------
+    CameraBody
+        The moved camera, of the same class. `cam.pose` is T_c, its pose in the base frame.
 
+    Raises
+    ------
+    InputError
+        If `cam_i` is no camera body, or R no rotation.
+
+    Examples
+    --------
     >>> cam = init_cam(8, 4, 3, 0.8, 1e-3, 1e-3, 0, 240, 320, "b")
     >>> move_cam(cam, np.eye(3), [0, 0, 5]).pose
     <Pose position [0.0, 0.0, 5.0] rotvec [0.0, 0.0, 0.0]>
@@ -153,11 +260,22 @@ def move_cam(cam_i: C, R: ArrayLike, t: ArrayLike) -> C:
 
 
 def plot_block(block: Block) -> list[LineCollection]:
-    """Draw the block's 12 edges in the current 3-D axes (cm), as Matlab's plot3 would.
+    """Draw the 12 edges of a block in the current 3-D axes (cm), as plot3 of Matlab would.
 
-    3-D axes are made where the current figure has none. Returns the artists: a list of one
-    Line3DCollection.
+    3-D axes are created if the current figure has none.
 
+    Parameters
+    ----------
+    block : Block
+        Block to draw.
+
+    Returns
+    -------
+    list of Line3DCollection
+        The artist, as a list of one element.
+
+    Examples
+    --------
     >>> import matplotlib.pyplot as plt
     >>> [lines] = plot_block(init_block(30, 20, 10, "r"))
     >>> lines.axes.get_xlabel()
@@ -168,8 +286,22 @@ def plot_block(block: Block) -> list[LineCollection]:
 
 
 def plot_circ(circ: Wheel) -> list[LineCollection]:
-    """Draw the wheel's two circles in the current 3-D axes (cm); returns as `plot_block`.
+    """Draw the two circles of a wheel in the current 3-D axes (cm).
 
+    3-D axes are created if the current figure has none.
+
+    Parameters
+    ----------
+    circ : Wheel
+        Wheel to draw.
+
+    Returns
+    -------
+    list of Line3DCollection
+        The artist, as a list of one element.
+
+    Examples
+    --------
     >>> import matplotlib.pyplot as plt
     >>> len(plot_circ(init_circ(10, 4, 16, "k")))
     1
@@ -179,8 +311,22 @@ def plot_circ(circ: Wheel) -> list[LineCollection]:
 
 
 def plot_cam(cam: CameraBody) -> list[LineCollection]:
-    """Draw the camera's 20 edges in the current 3-D axes (cm); returns as `plot_block`.
+    """Draw the 20 edges of a camera in the current 3-D axes (cm).
 
+    3-D axes are created if the current figure has none.
+
+    Parameters
+    ----------
+    cam : CameraBody
+        Camera to draw.
+
+    Returns
+    -------
+    list of Line3DCollection
+        The artist, as a list of one element.
+
+    Examples
+    --------
     >>> import matplotlib.pyplot as plt
     >>> len(plot_cam(init_cam(8, 4, 3, 0.8, 1e-3, 1e-3, 0, 240, 320, "b")))
     1
@@ -190,18 +336,36 @@ def plot_cam(cam: CameraBody) -> list[LineCollection]:
 
 
 def point_view(p3D: ArrayLike, Ki: ArrayLike, T_c: Any) -> Array:
-    """Return the pixel (u, v) = (row, column) at which a camera sees a point: eq. (10).
+    """Return the pixels (u, v) = (row, column) of points in a camera image, by eq. (10).
 
-    u = u0 - X f / (Z px cos alpha), v = v0 + Y f / (Z py) + X f tan alpha / (Z py)
+        u = u0 - X f / (Z px cos alpha)
+        v = v0 + Y f / (Z py) + X f tan alpha / (Z py)
 
-    (X, Y, Z) is the point in the camera's frame: X up along its height, Y to the right along its
-    width, Z along the optical axis; so rows u grow downwards. (`Camera.project` gives the same
-    pixel as (column, row) = (v, u).)
+    (X, Y, Z) is the point in the frame of the camera: X up along its height, Y to the right along
+    its width, Z along the optical axis; rows u therefore grow downwards. `Camera.project` returns
+    the same pixel as (column, row) = (v, u).
 
-    `p3D` (3,) or (N, 3) in the base frame, cm; `Ki` (3, 3) as in `cam.Ki`; `T_c` (4, 4), the pose
-    of the camera in the base frame, as in `cam.pose`. Returns (2,) or (N, 2); NaN for a point
-    behind the camera.
+    Parameters
+    ----------
+    p3D : array_like of shape (3,) or (N, 3)
+        Points in the base frame in cm.
+    Ki : array_like of shape (3, 3)
+        Intrinsic matrix, such as `cam.Ki`.
+    T_c : array_like of shape (4, 4) or Pose
+        Pose of the camera in the base frame, such as `cam.pose`.
 
+    Returns
+    -------
+    array of shape (2,) or (N, 2)
+        Pixels; NaN for a point behind the camera.
+
+    Raises
+    ------
+    InputError
+        If `Ki` is not the matrix of eq. (10), or `T_c` is no pose.
+
+    Examples
+    --------
     >>> Ki = init_cam(8, 4, 3, 0.8, 1e-3, 1e-3, 0, 240, 320, "b").Ki
     >>> point_view([[10, 0, 100], [0, 10, 100], [0, 0, -100]], Ki, np.eye(4))
     array([[160., 320.],
@@ -229,14 +393,15 @@ def _build_chapter_camera(Ki: ArrayLike) -> Camera:
         ) from None
 
 
-def _check_primitive(given: P, kind: type[Primitive], what: str) -> P:
-    if not isinstance(given, kind):
-        raise InputError(f"{what}: expected a {kind.__name__}, got a {type(given).__name__}")
-    return given
+def _check_primitive(primitive: P, kind: type[Primitive], what: str) -> P:
+    """Return the primitive; raise InputError unless it is of a kind."""
+    if not isinstance(primitive, kind):
+        raise InputError(f"{what}: expected a {kind.__name__}, got a {type(primitive).__name__}")
+    return primitive
 
 
 def _move_primitive(primitive: P, R: ArrayLike, t: ArrayLike) -> P:
-    """Return a copy of the primitive, moved rigidly."""
+    """Return a copy of the primitive, moved by R and t."""
     T = np.eye(4)
     T[:3, :3] = _check_matrix_shape(R, "R", (3, 3))
     T[:3, 3] = _check_matrix_shape(t, "t", (3,), (3, 1)).ravel()
@@ -244,6 +409,7 @@ def _move_primitive(primitive: P, R: ArrayLike, t: ArrayLike) -> P:
 
 
 def _check_matrix_shape(value: ArrayLike, what: str, *shapes: tuple[int, ...]) -> Array:
+    """Return an array; raise InputError unless it has one of the shapes."""
     array = as_floats(value, what, ())
     if array.shape not in shapes:
         expected = " or ".join(map(str, shapes))
@@ -252,13 +418,13 @@ def _check_matrix_shape(value: ArrayLike, what: str, *shapes: tuple[int, ...]) -
 
 
 def _build_rigid_pose(T: Array, what: str) -> Pose:
-    """Return the pose of a matrix; an error names the argument `what`."""
+    """Return the pose of a matrix; the error message names the argument `what`."""
     with prefix_errors(what):
         return Pose(T)
 
 
 def _draw_primitive(primitive: Block | Wheel | CameraBody) -> list[LineCollection]:
-    """Add the primitive's wire frame to the current 3-D axes."""
+    """Draw the edges of the primitive in the current 3-D axes."""
     from matplotlib.colors import is_color_like
     from mpl_toolkits.mplot3d import art3d  # type: ignore[import-untyped]
 
@@ -275,7 +441,7 @@ def _draw_primitive(primitive: Block | Wheel | CameraBody) -> list[LineCollectio
 
 
 def _find_3d_axes() -> Any:
-    """Return the current axes if 3-D, else others of the figure that are, else new ones."""
+    """Return the current axes if they are 3-D, else other 3-D axes of the figure, else new ones."""
     import matplotlib.pyplot as plt
 
     figure = plt.gcf()

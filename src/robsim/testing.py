@@ -1,4 +1,6 @@
-"""Checks for your own features, laws and joints; each returns a list of problems, empty if none.
+"""Checks for user-defined features, laws and joints.
+
+Each function returns a list of problems, which is empty if all is correct.
 
 >>> from robsim.features import Points
 >>> from robsim.laws import JointLaw
@@ -30,7 +32,7 @@ MOST = 10_000  # runs, marks, joints or features
 CAMERA = Camera([[800, 0, 320], [0, 820, 240], [0, 0, 1]])
 OTHER_CAMERA = Camera([[700, 3, 330], [0, 690, 250], [0, 0, 1]], distortion=(-0.1, 0.02, 0, 0))
 BETWEEN = Pose.at(0.25, 0.02, -0.03, rpy=(0.02, -0.15, 0.05))  # the second camera in the first
-ROUNDING = 1e-12  # of the largest number: what differs by less is the order of sums
+ROUNDING = 1e-12  # of the largest number: smaller differences come from the order of sums
 MOTIONS = ("vx", "vy", "vz", "wx", "wy", "wz")  # of a camera
 STEPS = (1e-2, 5e-3, 2.5e-3)  # of camera motion, metres and radians
 
@@ -38,13 +40,45 @@ STEPS = (1e-2, 5e-3, 2.5e-3)  # of camera motion, metres and radians
 def check_feature(
     feature: Feature, marks: Any = MARKS, seed: int = 0, runs: int = RUNS, *, bits: bool = False
 ) -> list[str]:
-    """Check that a feature's interaction is the derivative of measure, run by run.
+    """Check that the interaction matrix of a feature is the derivative of its measurement.
 
-    L is compared with central differences of s along each of the six camera motions; their
-    error must shrink with the square of the step, which a wrong sign or factor cannot do. A row
-    alone may differ from the same row in a batch by rounding, 1e-12 of the largest number; with
-    `bits` it must be the same to the last bit, as of RobSim's own features.
-    `marks` are (N, 3) in axes of the target, or how many, scattered; `runs` views are random.
+    The interaction matrix L is compared with central differences of the feature s along each of the
+    six camera motions in random views. The error of these differences must decrease with the square
+    of the step, which it does not for a wrong sign or factor. Units and tolerance of the feature
+    are checked as well, and that each run gives the same numbers alone and in a batch.
+
+    Parameters
+    ----------
+    feature : Feature
+        Feature to check.
+    marks : array_like of shape (N, 3) or int, default 4
+        Feature points in axes of the target, or the number of random points.
+    seed : int, default 0
+        Seed of the random views and points.
+    runs : int, default 5
+        Number of views.
+    bits : bool, default False
+        Whether a run alone must agree with the same run in a batch to the last bit, as for the
+        features of RobSim. By default they may differ by 1e-12 of the largest number.
+
+    Returns
+    -------
+    list of str
+        The problems; empty if all is correct.
+
+    Raises
+    ------
+    InputError
+        If `feature` is no feature, or an option is invalid.
+
+    Examples
+    --------
+    >>> from robsim.features import Points
+    >>> class Flipped(Points):
+    ...     def interaction(self, seen):
+    ...         return -super().interaction(seen)
+    >>> len(check_feature(Flipped()))
+    6
     """
     least = 0.0 if as_bool(bits, "bits") else ROUNDING
     if isinstance(feature, type) or not isinstance(feature, Feature):
@@ -55,9 +89,9 @@ def check_feature(
     if hasattr(feature, "towards"):
         goal = _RandomViews.random(views.marks, seed + 1, 1, rotation=0.3)
         feature = feature.towards(goal.observed(feature))
-    seen = views.observed(feature)
+    observation = views.observed(feature)
     problems = _check_attributes(feature)
-    s, failures = _call_and_check(feature, "measure", seen, (runs, None))
+    s, failures = _call_and_check(feature, "measure", observation, (runs, None))
     if failures:
         return [*problems, *failures]
 
@@ -67,7 +101,7 @@ def check_feature(
     problems += _check_rows_alone(lambda rows: feature.measure(alone(rows)), s, "measure", least)
     if not hasattr(feature, "interaction"):
         return problems
-    L, failures = _call_and_check(feature, "interaction", seen, (runs, s.shape[1], 6))
+    L, failures = _call_and_check(feature, "interaction", observation, (runs, s.shape[1], 6))
     if failures:
         return [*problems, *failures]
     columns = [f"{type(feature).__name__}.interaction, column {motion}" for motion in MOTIONS]
@@ -83,11 +117,43 @@ def check_feature(
 def check_law(
     law: Law, joints: int = 6, features: int = 8, seed: int = 0, *, bits: bool = False
 ) -> list[str]:
-    """Check that a law returns finite velocities that reduce the error, zero at the goal.
+    """Check that a law returns finite velocities that reduce the error, and zero at the goal.
 
-    The error decreases where e' L J qdot < 0 with an exact model; the goal is s = 0. A run alone
-    may differ from the same run in a batch as with `check_feature`. Only with the same `bits` do
-    the runs of a simulation not depend on how they are divided among threads.
+    With an exact model, the error decreases if e' L J qdot < 0; the goal is s = 0. The law is also
+    checked to give the same numbers for a run alone and in a batch.
+
+    Parameters
+    ----------
+    law : Law
+        Law to check.
+    joints : int, default 6
+        Number of joint velocities.
+    features : int, default 8
+        Number of feature components.
+    seed : int, default 0
+        Seed of the random errors and matrices.
+    bits : bool, default False
+        Whether a run alone must agree with the same run in a batch to the last bit. If it does, the
+        runs of a simulation do not depend on their distribution among threads.
+
+    Returns
+    -------
+    list of str
+        The problems; empty if all is correct.
+
+    Raises
+    ------
+    InputError
+        If an option is invalid.
+
+    Examples
+    --------
+    >>> from robsim.laws import JointLaw
+    >>> class Zero(JointLaw):
+    ...     def command(self, state):
+    ...         return 0.0 * super().command(state)
+    >>> [problem.split(":")[0] for problem in check_law(Zero())]
+    ['Zero.command does not descend']
     """
     joints, features = (
         as_integer(joints, "joints", 1, MOST),
@@ -126,11 +192,47 @@ def check_law(
 def check_joint(
     kind: JointKind, seed: int = 0, runs: int = RUNS, *, bits: bool = False
 ) -> list[str]:
-    """Check that a joint's twists are the derivative of its motion, row by row.
+    """Check that the twists of a joint kind are the derivatives of its motion.
 
-    At random coordinates the motion is a pose, and the twist of each velocity is compared with
-    central differences of it, whose error must shrink with the square of the step. Rows alone may
-    differ by rounding, as with `check_feature`; with `bits` they must be the same.
+    At random coordinates the motion must be a pose. The twist of each velocity is compared with
+    central differences of the motion, and their error must decrease with the square of the step.
+    Each row alone must give the same numbers as in a batch.
+
+    Parameters
+    ----------
+    kind : JointKind
+        Joint kind to check.
+    seed : int, default 0
+        Seed of the random coordinates.
+    runs : int, default 5
+        Number of rows of coordinates.
+    bits : bool, default False
+        Whether a row alone must agree with the same row in a batch to the last bit. By default they
+        may differ by 1e-12 of the largest number.
+
+    Returns
+    -------
+    list of str
+        The problems; empty if all is correct.
+
+    Raises
+    ------
+    InputError
+        If an option is invalid.
+
+    Examples
+    --------
+    >>> from robsim.joints import JointKind
+    >>> class Lift(JointKind):  # moves along z
+    ...     name, coordinates, units = "lift", ("",), ("m",)
+    ...     def motion(self, q):
+    ...         T = np.tile(np.eye(4), (len(q), 1, 1))
+    ...         T[:, 2, 3] = q[:, 0]
+    ...         return T
+    ...     def twists(self, q):
+    ...         return np.tile([0, 0, 1.0, 0, 0, 0], (len(q), 1, 1))
+    >>> check_joint(Lift())
+    []
     """
     if not isinstance(kind, JointKind):
         return [f"expected a JointKind, got {format_value(kind)}"]
@@ -165,14 +267,14 @@ def check_joint(
 
 @dataclass(frozen=True)
 class _RandomViews:
-    """Random views of some marks, from one camera and from a second one beside it."""
+    """Random views of feature points from one camera, and from a second camera beside it."""
 
     marks: Array  # (N, 3)
     T_c_o: Array  # (3, 4, B)
 
     @classmethod
     def random(cls, marks: Any, seed: int, runs: int, rotation: float = 0.6) -> _RandomViews:
-        """Return views with the target 1.2 to 1.8 m ahead, turned by up to `rotation` rad."""
+        """Return views with the target 1.2 to 1.8 m ahead, rotated by up to `rotation` rad."""
         rng, runs = (
             np.random.default_rng(as_integer(seed, "seed", 0)),
             as_integer(runs, "runs", 1, MOST),
@@ -182,10 +284,10 @@ class _RandomViews:
         turn = rng.uniform(-rotation, rotation, (runs, 3))
         T = np.array(Pose.exp(np.concatenate([np.zeros((runs, 3)), turn], axis=1)).matrix)
         T[:, :3, 3] = rng.uniform([-0.2, -0.2, 1.2], [0.2, 0.2, 1.8], (runs, 3))
-        given = as_floats(marks, "marks", ("N", 3))
-        if given.ndim != 2 or not given.size:
-            raise InputError(f"marks: expected (N, 3), or how many, got shape {given.shape}")
-        return cls(given, move_runs_last(T[:, :3], 2))
+        points = as_floats(marks, "marks", ("N", 3))
+        if points.ndim != 2 or not points.size:
+            raise InputError(f"marks: expected (N, 3) or a number, got shape {points.shape}")
+        return cls(points, move_runs_last(T[:, :3], 2))
 
     def some(self, rows: Any) -> _RandomViews:
         """Return the views of some runs."""
@@ -197,25 +299,27 @@ class _RandomViews:
         return _RandomViews(self.marks, move_runs_last(T[:, :3], 2))
 
     def observed(self, feature: Feature) -> Observation:
-        """Return the observation that the feature gets."""
+        """Return the observation for a feature, of one or two cameras."""
         if getattr(feature, "cameras", 1) != 2:
             return self._by(CAMERA)
         T = BETWEEN.inv().matrix @ homogeneous_matrix(self.T_c_o)
         other = _RandomViews(self.marks, move_runs_last(T[:, :3], 2))._by(OTHER_CAMERA)
-        between = np.broadcast_to(BETWEEN.matrix[:3, :, None], self.T_c_o.shape)
-        return self._by(CAMERA, other=other, between_last=make_read_only(between.copy()))
+        T_between = np.broadcast_to(BETWEEN.matrix[:3, :, None], self.T_c_o.shape)
+        return self._by(CAMERA, other=other, between_last=make_read_only(T_between.copy()))
 
-    def _by(self, camera: Camera, **more: Any) -> Observation:
+    def _by(self, camera: Camera, **options: Any) -> Observation:
+        """Return the observation of one camera."""
         T = self.T_c_o
-        x, y, z = np.moveaxis(self.marks[..., None, None], 1, 0)  # the same bits in any batch
+        x, y, z = np.moveaxis(self.marks[..., None, None], 1, 0)  # same bits in any batch
         X = ((T[:, 0] * x + T[:, 1] * y) + T[:, 2] * z) + T[:, 3]
         pixels, _ = camera.image_of(X)
-        more |= {"model": self.marks, "guess_last": self.T_c_o}
+        options |= {"model": self.marks, "guess_last": self.T_c_o}
         depth = make_read_only(np.ascontiguousarray(X[:, 2]))
-        return Observation.of_last(make_read_only(pixels), depth, camera, **more)
+        return Observation.of_last(make_read_only(pixels), depth, camera, **options)
 
 
 def _check_attributes(feature: Feature) -> list[str]:
+    """Return the problems of unit and tolerance."""
     name = type(feature).__name__
     problems = []
     if not isinstance(getattr(feature, "unit", None), str):
@@ -227,86 +331,87 @@ def _check_attributes(feature: Feature) -> list[str]:
 
 
 def _call_and_check(
-    owner: Any, method: str, given: Any, shape: tuple[int | None, ...]
+    owner: Any, method: str, argument: Any, shape: tuple[int | None, ...]
 ) -> tuple[Array, list[str]]:
-    """Return what a method returns, and a list of what is wrong with it."""
-    who = f"{type(owner).__name__}.{method}"
+    """Return the result of a method as an array of a shape, and the problems of the result."""
+    label = f"{type(owner).__name__}.{method}"
     if not callable(getattr(owner, method, None)):
-        return np.empty(0), [f"{who} is missing"]
-    returned = getattr(owner, method)(given)
+        return np.empty(0), [f"{label} is missing"]
+    result = getattr(owner, method)(argument)
     try:
-        value = np.asarray(returned)
+        value = np.asarray(result)
     except ValueError:
-        return np.empty(0), [f"{who} returned rows of unequal lengths"]
+        return np.empty(0), [f"{label} returned rows of unequal lengths"]
     fits = value.ndim == len(shape) and all(
-        wanted in (None, size) for wanted, size in zip(shape, value.shape, strict=True)
+        expected in (None, size) for expected, size in zip(shape, value.shape, strict=True)
     )
     if not fits:
-        wanted = tuple("k" if n is None else n for n in shape)
+        expected = tuple("k" if n is None else n for n in shape)
         return value, [
-            f"{who} returned shape {value.shape}; for {shape[0]} runs it must be {wanted}"
+            f"{label} returned shape {value.shape}; for {shape[0]} runs it must be {expected}"
         ]
     if not np.issubdtype(value.dtype, np.number) or not np.isfinite(value).all():
-        return value, [f"{who} returned numbers that are not finite"]
+        return value, [f"{label} returned numbers that are not finite"]
     return value.astype(np.float64), []
 
 
 def _check_against_differences(
     columns: list[str], off: Callable[[float, Array], Array], exact: Array, scales: Array, of: str
 ) -> list[str]:
-    """Check that what central differences are off falls with the square of the step.
+    """Return a problem for each column if its central differences do not converge.
 
-    `off(step, exact)` is by how much (B, k, n) they differ from n columns that should be exact.
+    `off(step, exact)` returns the difference (B, k, n) between central differences and n columns
+    `exact`. It must decrease with the square of the step.
     """
     errors = np.array([np.abs(off(step, exact)).max((0, 1)) for step in STEPS])
     minus = np.abs(off(STEPS[-1], -exact)).max((0, 1))
     problems = []
-    for who, (first, *_, last), opposite, scale in zip(
+    for name, (first, *_, last), opposite, scale in zip(
         columns, errors.T, minus, scales, strict=True
     ):
         if not (last < 1e-9 * scale or last < 0.3 * first):
             hint = "; the sign is flipped" if opposite < 1e-3 * scale else ""
             problems.append(
-                f"{who}: differs from central differences of {of} by {last:.3g}, and not less for "
+                f"{name}: differs from central differences of {of} by {last:.3g}, and not less for "
                 f"smaller steps{hint}"
             )
     return problems
 
 
 def _subtract_interaction(feature: Feature, views: _RandomViews, step: float, L: Array) -> Array:
-    """Return central differences of s (B, k, 6) less L, without half turns where angles jump."""
-    found = []
+    """Return central differences of s (B, k, 6) minus L, without jumps of angles by half turns."""
+    differences = []
     for V in step * np.eye(6):
         ahead, behind = (feature.measure(views.moved(v).observed(feature)) for v in (V, -V))
-        found.append((np.asarray(ahead) - np.asarray(behind)) / (2 * step))
-    off, jump = np.stack(found, axis=-1) - L, np.pi / (2 * step)
+        differences.append((np.asarray(ahead) - np.asarray(behind)) / (2 * step))
+    off, jump = np.stack(differences, axis=-1) - L, np.pi / (2 * step)
     return np.asarray(off - jump * np.round(off / jump))
 
 
 def _subtract_twists(kind: JointKind, q: Array, step: float, V: Array) -> Array:
-    """Return central differences of the motion (B, 6, nv), as twists in its axes, less V."""
-    axes, found = Pose(kind.motion(q)).rotation, []
+    """Return central differences of the motion (B, 6, nv), as twists in its axes, minus V."""
+    axes, differences = Pose(kind.motion(q)).rotation, []
     for rates in np.eye(V.shape[-1]):
         qd = np.tile(rates, (len(q), 1))
         ahead, behind = (Pose(kind.motion(kind.integrate(q, qd, s))) for s in (step, -step))
         v = np.einsum("bij,bi->bj", axes, ahead.position - behind.position)
-        found.append(np.concatenate([v, (behind.inv() @ ahead).rotvec], axis=1) / (2 * step))
-    return np.stack(found, axis=-1) - V
+        differences.append(np.concatenate([v, (behind.inv() @ ahead).rotvec], axis=1) / (2 * step))
+    return np.stack(differences, axis=-1) - V
 
 
 def _check_rows_alone(
-    call: Callable[[Any], Any], all_rows: Array, who: str, share: float
+    call: Callable[[Any], Any], all_rows: Array, label: str, share: float
 ) -> list[str]:
-    """Check that each row alone is the same as in the batch, to a share of the largest number."""
+    """Return a problem if a row alone differs from the batch by a share of the largest number."""
     allowed = share * np.abs(all_rows).max(initial=0.0)
     for b in range(len(all_rows)):
         alone = np.asarray(call(slice(b, b + 1)), dtype=np.float64)
         off = np.abs(alone[0] - all_rows[b]).max(initial=0.0)
         if not off <= allowed:
-            wanted = f"more than rounding ({allowed:.1g})" if share else "not to the last bit"
+            limit = f"more than rounding ({allowed:.1g})" if share else "not to the last bit"
             return [
-                f"{who}: run {b} alone differs from the same run in a batch by {off:.3g}, "
-                f"{wanted}; compute element by element over the runs (matrix products of BLAS "
+                f"{label}: run {b} alone differs from the same run in a batch by {off:.3g}, "
+                f"{limit}; compute element by element over the runs (matrix products of BLAS "
                 "depend on the batch size)"
             ]
     return []

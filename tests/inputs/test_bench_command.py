@@ -87,7 +87,7 @@ def test_the_list_has_every_suite_with_its_title(robsim):
 
 WRONG = {
     "no suite": (["vit500"], "no suite 'vit500'; did you mean 'vit_500'? suites: calibration"),
-    "nothing alone": (["--alone"], "--alone: which scheme is compared?"),
+    "nothing alone": (["--alone"], "--alone needs a scheme"),
     "no name": (["--task", "mine.py"], "--task: expected FILE.py:NAME, as in mine.py:Scheme"),
     "no file": (["--task", "no.py:Scheme"], "--task: no.py: no such file"),
     "a folder": (["--task", ".:Scheme"], "--task: .: no such file"),

@@ -250,7 +250,7 @@ def test_check_tries_goal_and_start_and_simulates_nothing(robsim):
     done = robsim("check", "lift.toml", "--set", "task.gain=3")
     assert done.status == 0 and done.err == ""
     assert done.out.splitlines() == [
-        "lift.toml: all is well",
+        "lift.toml: no problems",
         "  robots   lift (1 velocities)",
         "  cameras  eye",
         "  objects  dots (3 marks)",
@@ -289,13 +289,13 @@ def test_a_warning_is_one_line_for_the_user(robsim, command):
 
 def test_examples_are_listed_and_copied_out(robsim, here):
     done = robsim("examples")
-    assert done.status == 0 and done.out.endswith("copy one out: robsim examples NAME\n")
+    assert done.status == 0 and done.out.endswith("copy one to a file: robsim examples NAME\n")
     for name in examples.names():
         assert name in done.out
     done = robsim("examples", "visp_tutorial")
     assert done.status == 0 and done.out.startswith(
         "wrote visp_tutorial.toml; run it with: robsim run visp_tutorial.toml\n"
-        "wrote robsim.schema.json, by which editors complete and check it\n"
+        "wrote robsim.schema.json, the schema for editors that complete and check it\n"
         "The case of ViSP's tutorial on image-based servoing: "
     )
     source = examples.path("visp_tutorial").read_text(encoding="utf-8")

@@ -143,9 +143,7 @@ def test_a_run_that_was_recorded_is_not_simulated_again(run, rows):
         rs.errors.InputError, match="this run was recorded: explain and replay look"
     ):
         rs.diagnose(log)
-    with pytest.raises(
-        rs.errors.InputError, match=r"was recorded and has no diagnosis: rs\.explain"
-    ):
+    with pytest.raises(rs.errors.InputError, match=r"from a log has no diagnosis; use rs\.explain"):
         rs.plot.diagnosis(log)
     with pytest.raises(rs.errors.InputError, match=r"scheme 'a': a run that was simulated"):
         rs.compare({"a": run})

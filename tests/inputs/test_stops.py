@@ -281,4 +281,4 @@ def test_a_run_is_taken_up_by_the_same_command(tmp_path, called, monkeypatch):
     status, _, err = called("run", "short.toml", "-o", "out", "--no-figures", "--resume")
     assert (status, err) == (2, "error: nothing to resume: out has no checkpoint\n")
     status, _, err = called("run", "short.toml", "--resume")
-    assert status == 2 and "say with -o which folder it is in" in err
+    assert status == 2 and "name the folder of the run with -o" in err

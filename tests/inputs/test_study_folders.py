@@ -67,7 +67,7 @@ DAMAGE = [
     (newer, "a study of format 99, of RobSim 7.0; this is"),
     (cut, "rows-0000000000000-0000000000008.parquet is damaged"),
     (short, "8 rows instead of 9"),
-    (without_rows, "the study has no runs yet, of which a map could be made"),
+    (without_rows, "the study has no runs yet, so it has no map"),
     (without_text, "study.toml"),
     (garbled, "study.json: not as RobSim wrote it"),
     (without_about, "there is no study: it has no study.json"),
@@ -93,6 +93,6 @@ def test_a_map_has_bounds(kept, monkeypatch):
 def test_a_page_of_a_study_is_no_recording(kept, tmp_path):
     path = rs.export_html(rs.open_study(kept), tmp_path / "map.html")
     with pytest.raises(
-        rs.errors.FileError, match="it holds 'robsim study', and not 'robsim recording'"
+        rs.errors.FileError, match="its format is 'robsim study', not 'robsim recording'"
     ):
         rs.page.load_recording(path)

@@ -104,7 +104,9 @@ def test_points_stand_at_their_numbers(desk, study):
         fit = np.polyfit(numbers, x, 1)
         assert np.abs(np.polyval(fit, numbers) - x).max() < 1e-2
     without = len(own) - own["began"].sum()
-    assert page.locator(".legend .remark").inner_text() == f"{without} without a number here"
+    assert (
+        page.locator(".legend .remark").inner_text() == f"{without} without a number on these axes"
+    )
 
 
 def test_pointing_tells_the_row(desk, study):

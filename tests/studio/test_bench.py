@@ -77,7 +77,7 @@ def test_the_target_is_dragged_and_with_it_the_goal(experiment):
     assert np.allclose(goal, before, atol=1e-9)  # it is taught where the camera stands
     through(bench)
     end = bench.pair.live.now
-    away = end.pixels - bench.pair.live.forms["pixels_goal"].values
+    away = end.pixels - bench.pair.live.template["pixels_goal"].values
     assert bench.pair.end.outcome == Outcome.CONVERGED and np.abs(away).max() < 0.05
 
 
@@ -221,5 +221,5 @@ def test_explained_is_what_ran_since_the_last_change(experiment):
     bench.set("task.gain", 2.0)
     through(bench)
     bench.explain(explain_live_run(bench.experiment, bench.pair.live, trials=False))
-    assert bench.texts["explanation"].startswith("After the last change, at 2.00 s")
+    assert bench.texts["explanation"].startswith("After the last change at 2.00 s")
     assert bench.texts["experiment"] == experiment.at("task.gain", 2.0).text

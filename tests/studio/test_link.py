@@ -12,11 +12,11 @@ from robsim.studio.web import server_limits
 from robsim.studio.web.page_messages import BadMessage, MessageBudget, parse_page_message
 from robsim.studio.web.server import Server
 
-OBJECT = "a message is a JSON object, such as {...}"
-JSON = "a message is JSON in UTF-8, and this is not"
-FINITE = "the numbers in a message are finite"
-DEEP = "a message nests at most 16 deep"
-WHOLE = "a whole number in a message is at most 9007199254740992"
+OBJECT = "a message must be a JSON object, such as {...}"
+JSON = "a message must be JSON in UTF-8"
+FINITE = "the numbers in a message must be finite"
+DEEP = "a message must nest at most 16 deep"
+WHOLE = "a whole number in a message must be at most 9007199254740992"
 BAD = {
     **dict.fromkeys(["", "{", "{'a': 1}", "nul", '{"a": 01}', "{}{}", '{"a": "\\ud800"}'], JSON),
     **dict.fromkeys(["1", "null", "[{}]", '"a"'], OBJECT),
@@ -62,7 +62,7 @@ def test_what_is_no_message_is_answered_in_words_and_the_talk_goes_on(browser, a
 def test_bytes_are_no_message(browser):
     with browser.page() as page:
         page.send(b'{"a": 1}')
-        assert json.loads(page.recv(20))["error"] == "a message is text, and this is binary"
+        assert json.loads(page.recv(20))["error"] == "a message must be text, not binary"
         page.send(b"\xff\xfe", text=True)
         assert json.loads(page.recv(20))["error"] == JSON
 
@@ -156,7 +156,7 @@ def test_what_fails_inside_is_logged_once_and_the_talk_goes_on(caplog):
     with Server(app) as server, Browser(server).page() as page:
         for _ in range(3):
             page.send("{}")
-            words = "internal error; the command's own output says more"
+            words = "internal error; see the output of the command"
             assert json.loads(page.recv(20)) == {"error": words}
         app.fails = ()
         page.send('{"a": 1}')
@@ -166,7 +166,7 @@ def test_what_fails_inside_is_logged_once_and_the_talk_goes_on(caplog):
 
 def test_a_page_that_cannot_be_greeted_is_closed(caplog):
     with Server(Fake(fails=("hello",))) as server, Browser(server).silent_page() as page:
-        assert closed(page) == (1011, "internal error; the command's own output says more")
+        assert closed(page) == (1011, "internal error; see the output of the command")
     assert len(caplog.records) == 1 and "a secret" in caplog.text
 
 

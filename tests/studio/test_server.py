@@ -106,7 +106,7 @@ def test_what_is_too_long_is_refused(browser):
 def test_a_request_that_does_not_end_is_not_waited_for(browser, monkeypatch):
     monkeypatch.setattr(server_limits, "HEAD_SECONDS", 0.05)
     got = browser.raw(b"GET / HTTP/1.1\r\nHost: ")
-    assert (got.status, got.body) == (408, b"This request did not come to its end in time.\n")
+    assert (got.status, got.body) == (408, b"The request was not complete in time.\n")
     with browser.connected() as ahead, browser.connected() as gone:
         gone.shutdown(1)
         assert everything(ahead) == everything(gone) == b""
@@ -119,7 +119,7 @@ def test_what_fails_inside_stays_inside_and_is_logged_once(where, caplog):
         for _ in range(3):
             got = browser.get(target)
             assert got.status == 500
-            assert got.body == b"internal error; the command's own output says more\n"
+            assert got.body == b"internal error; see the output of the command\n"
     assert [record.name for record in caplog.records] == ["robsim.studio"]
     assert "a secret" in caplog.text
 

@@ -115,14 +115,14 @@ def test_a_change_is_echoed_with_what_it_leads_to(pages):
 def test_what_is_wrong_is_said_and_nothing_ends(pages):
     for wish, reason in [
         ({"set": ["task.gain", -1]}, "greater than 0"),
-        ({"set": "task.gain"}, "a pair"),
-        ({"drag": 3}, "a pair"),
+        ({"set": "task.gain"}, "set: expected [name, value]"),
+        ({"drag": 3}, "drag: expected [name, value]"),
         ({"open": "../../etc/passwd"}, "no experiment '../../etc/passwd'"),
         ({"open": ["x"]}, "no experiment"),
         ({"speed": 3}, "no speed 3"),
         ({"second": ["task.gian", 1]}, "did you mean"),
-        ({"shell": "rm"}, "known: play"),
-        ({"run": "rm"}, "there is no such run"),
+        ({"shell": "rm"}, "requests: play"),
+        ({"run": "rm"}, "no run 'rm' in this study"),
     ]:
         pages.ask(wish)
         pages.until(lambda state, reason=reason: reason in state["note"])
@@ -133,7 +133,7 @@ def test_what_is_wrong_is_said_and_nothing_ends(pages):
 def test_of_equal_wishes_the_last_one_counts(pages):
     pages.ask(*({"set": ["task.gain", gain]} for gain in np.linspace(0.1, 3.0, 200)))
     pages.until_true(lambda: pages.session.bench.experiment.task.gain == 3.0)
-    assert pages.session.bench.made < 40
+    assert pages.session.bench.revision < 40
 
 
 def test_it_keeps_real_time(pages):
@@ -175,7 +175,7 @@ def test_a_mistake_of_the_simulation_is_told_and_nothing_ends(pages, monkeypatch
     with monkeypatch.context() as patch:
         patch.setattr(type(bench.pair), "step", lambda self: 1 / 0)
         pages.ask({"play": True})
-        pages.until(lambda state: "it stops here: ZeroDivisionError" in state["note"])
+        pages.until(lambda state: "the simulation stopped: ZeroDivisionError" in state["note"])
     pages.ask({"step": 3})
     pages.until_true(lambda: bench.time == pytest.approx(0.12))
 

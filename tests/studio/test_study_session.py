@@ -116,7 +116,7 @@ def test_what_is_no_run_is_refused_in_words(number, pages):
     pages.ask({"run": number})
     state = pages.until(lambda state: state["note"])
     assert "run" in state["note"] and "internal" not in state["note"]
-    assert state["run"] is None and not state["playing"] and pages.session.placed is None
+    assert state["run"] is None and not state["playing"] and pages.session.open_bench is None
 
 
 @pytest.mark.parametrize("wish", [{"play": True}, {"step": 1}, {"reset": True}, {"second": None}])
@@ -141,4 +141,4 @@ def test_a_studio_without_a_study_has_no_runs():
     pages.ask({"run": 0})
     note = pages.until(lambda state: state["note"])["note"]
     pages.session.close()
-    assert note == "a page asked for run 0, and there is no such run"
+    assert note == "no run 0 in this study"

@@ -351,7 +351,7 @@ def test_batches_summaries_and_other_things_are_refused(tmp_path):
         rs.plot.save_film(experiment.run(record="summary"), tmp_path / "a.gif")
     with pytest.raises(rs.errors.InputError, match="expected a run"):
         rs.plot.save_film(experiment.scene, tmp_path / "a.gif")
-    with pytest.raises(rs.errors.InputError, match="not one of this scene"):
+    with pytest.raises(rs.errors.InputError, match="belongs to another scene"):
         rs.plot.save_film(several.isel(run=0), tmp_path / "a.gif", example("chapter_6_1"))
 
 

@@ -454,7 +454,7 @@ def test_a_goal_that_is_none_is_refused(scene):
         plot.scene(scene, goal=[0, 1])
     with pytest.raises(rs.errors.InputError, match="goal q"):
         plot.scene(scene, goal=[scene.home, scene.home])
-    with pytest.raises(rs.errors.InputError, match="nothing in the scene that could go"):
+    with pytest.raises(rs.errors.InputError, match="no robot, camera or object"):
         plot.scene(rs.Scene(), goal=rs.Pose.at(0, 0, 1))
 
 
@@ -760,7 +760,7 @@ def test_a_frame_needs_its_scene_and_must_be_in_it(scene, run, pair_scene):
         rs.errors.InputError, match=r"no frame 'rhino\.tol'; did you mean 'rhino\.tool'"
     ):
         plot.velocity(run, scene, "rhino.tol")
-    with pytest.raises(rs.errors.InputError, match="not one of this scene: it moves shoulder"):
+    with pytest.raises(rs.errors.InputError, match="another scene: its coordinates are shoulder"):
         plot.velocity(run, pair_scene, "fly.body")
     with pytest.raises(rs.errors.InputError, match=r"expected a Scene, got 'rhino\.tool'"):
         plot.velocity(run, "rhino.tool", "rhino.tool")
@@ -849,7 +849,7 @@ def test_axes_that_do_not_fit_are_refused(scene, run):
         rs.errors.InputError, match="expected one Axes of Matplotlib to draw into, got"
     ):
         plot.image(run, ax=3)
-    with pytest.raises(rs.errors.InputError, match="size is that of a new figure"):
+    with pytest.raises(rs.errors.InputError, match="size applies to a new figure"):
         plot.image(run, ax=flat[0], size=(3, 3))
 
 
@@ -940,7 +940,7 @@ def test_a_scene_is_drawn_at_one_configuration_or_over_a_run_of_its_own(scene, r
     with pytest.raises(rs.errors.InputError, match=r"one configuration \(5,\), got \(2, 5\)"):
         plot.scene(scene, [scene.home, scene.home])
     other = rs.Scene(rs.Robot.from_dh([[0, 0, 1, 0]], name="arm"))
-    with pytest.raises(rs.errors.InputError, match="not one of this scene: it moves shoulder"):
+    with pytest.raises(rs.errors.InputError, match="another scene: its coordinates are shoulder"):
         plot.scene(other, run=run)
 
 
@@ -1033,7 +1033,7 @@ def test_each_scheme_has_its_image_with_the_pixels_of_its_run(compared):
 def test_the_distance_of_the_farthest_mark_is_drawn_over_time(compared):
     axes = plot.comparison(compared).axes[3]
     assert (axes.get_xlabel(), axes.get_yscale()) == ("time (s)", "log")
-    assert axes.get_ylabel() == "farthest mark from its goal (px)"
+    assert axes.get_ylabel() == "farthest feature point from its goal (px)"
     for name, run in compared.runs.items():
         lived = run.dropna("time")
         away = np.linalg.norm(lived["pixels"].values - run["pixels_goal"].values, axis=2).max(
@@ -1089,7 +1089,7 @@ def test_of_batches_the_boxes_are_the_quartiles_of_what_converged(scene):
         quartiles = np.quantile(times[np.isfinite(times)], [0.25, 0.75])
         np.testing.assert_allclose(np.unique(box.get_path().vertices[:, 0]), quartiles)
     assert arrived[0] == 100 and 0 < arrived[1] < 100
-    assert figure.get_suptitle() == "12 starts; boxes are of the runs that converged"
+    assert figure.get_suptitle() == "12 starts; boxes: runs that converged"
 
 
 def test_what_is_no_comparison_is_refused(run):

@@ -88,11 +88,13 @@ def test_places_turns_and_several_coordinates_are_told(robsim):
 
 
 def test_the_drawing_goes_here_or_where_it_is_told_and_never_over_a_file(robsim):
-    assert robsim("robots", "scara").endswith("drawn at home: scara.png\n")
+    assert robsim("robots", "scara").endswith("figure at home: scara.png\n")
     assert Path("scara.png").read_bytes()[:8] == b"\x89PNG\r\n\x1a\n"
     Path("scara.png").write_text("mine", encoding="utf-8")
     for target in ([], ["-o", "."], ["-o", "scara.png"]):
-        with pytest.raises(rs.errors.FileError, match=r"scara\.png exists; --force writes over it"):
+        with pytest.raises(
+            rs.errors.FileError, match=r"scara\.png exists; overwrite it with --force"
+        ):
             robsim("robots", "scara", *target)
     assert Path("scara.png").read_text(encoding="utf-8") == "mine"
     robsim("robots", "scara", "--force")

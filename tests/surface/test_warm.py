@@ -64,12 +64,12 @@ def test_it_says_what_it_compiled_and_where_and_that_there_is_nothing_left(monke
         warm_command, "_run_workload", lambda jobs: ({"a", "b"}, ["example car: it broke"])
     )
     out, err = called()
-    assert out.startswith("compiled 2 kernels in 0 s; kept: ") and str(cache_files.CACHE) in out
+    assert out.startswith("compiled 2 kernels in 0 s; stored: ") and str(cache_files.CACHE) in out
     assert err == "warning: example car: it broke\n"
     monkeypatch.setattr(warm_command, "_run_workload", lambda jobs: (set(), []))
     assert called().out.startswith("nothing to do: ")
     monkeypatch.setattr(prebuilt, "LEVEL", "x86-64-v3")
-    assert "what came with the package serves here (x86-64-v3)" in called().out
+    assert "the kernels of the package serve here (x86-64-v3)" in called().out
 
 
 @pytest.mark.full  # as a process of its own is started
@@ -91,5 +91,5 @@ def test_without_a_place_to_write_it_is_refused(monkeypatch, tmp_path, capsys):
     assert stop.value.code == 2
     assert (
         capsys.readouterr().err
-        == f"error: cannot write {cache_files.CACHE}, where kernels are kept\n"
+        == f"error: cannot write {cache_files.CACHE}, the folder for kernels\n"
     )

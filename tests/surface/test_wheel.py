@@ -105,7 +105,7 @@ def test_the_demo_runs_without_compiling_whatever_the_processor_is_called(instal
 def test_warm_has_nothing_to_do(installed):
     code = "import sys; from robsim import cli; sys.argv = ['robsim', 'warm']\n"
     out, _ = python(installed, code + "if __name__ == '__main__': cli.main()")
-    assert out.startswith("nothing to do: what came with the package serves here")
+    assert out.startswith("nothing to do: the kernels of the package serve here")
     assert not kept(installed)
 
 

@@ -1,4 +1,4 @@
-"""The command line."""
+"""The command line of RobSim."""
 
 import sys
 
@@ -6,9 +6,9 @@ from robsim.base import interrupt
 
 
 def main() -> None:
-    """Run the command line; exit status 0 when a simulation ran, 2 for bad input.
+    """Run the command line; exit with status 0 after success, 2 for bad input.
 
-    What would end the process is heard from here on, before all that takes time to import.
+    Interrupts are handled from here on, before the modules that take time to import.
     """
     with interrupt.listen_for_stops():
         try:
@@ -16,6 +16,6 @@ def main() -> None:
 
             interrupt.raise_pending_stop()
             run_command_line()
-        except KeyboardInterrupt:  # before the command could take it
+        except KeyboardInterrupt:  # an interrupt before the command handles it
             sys.stderr.write("stopped\n")
             sys.exit(interrupt.get_exit_status())

@@ -1,4 +1,4 @@
-"""The command `bench`: compare schemes on the suites that ship with RobSim."""
+"""Command `bench`: compare control schemes on the suites shipped with RobSim."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import click
 from robsim.base.atomic_files import write_whole
 from robsim.base.errors import InputError
 from robsim.cli.console import print_text
-from robsim.cli.options import force
+from robsim.cli.options import force_option
 from robsim.cli.output_files import claim_results_folder
 from robsim.cli.progress import run_and_save
 from robsim.cli.user_schemes import load_user_schemes
@@ -29,12 +29,12 @@ WRITTEN = ("bench.csv", "bench.tex", "runs.csv")
     "tasks",
     multiple=True,
     metavar="FILE.py:NAME",
-    help="A scheme of your own: a task, or what is called with a goal and a gain.",
+    help="Scheme to add: a task, or a function of a goal and a gain.",
 )
-@click.option("--alone", is_flag=True, help="Without the schemes of the suites.")
-@click.option("--list", "listed", is_flag=True, help="List the suites.")
+@click.option("--alone", is_flag=True, help="Leave out the schemes of the suites.")
+@click.option("--list", "listed", is_flag=True, help="List the suites and exit.")
 @click.option("-o", "--output", type=click.Path(path_type=Path), help="Folder for the results.")
-@force
+@force_option
 def compare_suites(
     suites: tuple[str, ...],
     tasks: tuple[str, ...],
@@ -43,7 +43,11 @@ def compare_suites(
     output: Path | None,
     force: bool,
 ) -> None:
-    """Compare schemes on the suites SUITE..., or on all of them."""
+    """Compare control schemes on the suites shipped with RobSim.
+
+    SUITE is the name of a suite; without a name all suites are run. The results are tables as CSV
+    and LaTeX, and the measures of all runs.
+    """
     from robsim.suites.suite_registry import list_suites, load_suite
 
     chosen = [load_suite(name) for name in suites or list_suites()]
@@ -52,19 +56,22 @@ def compare_suites(
             print_text(f"{suite.name:15} {suite.title}")
         return
     if alone and not tasks:
-        raise InputError("--alone: which scheme is compared? name one by --task FILE.py:NAME")
+        raise InputError("--alone needs a scheme: name one by --task FILE.py:NAME")
     own = load_user_schemes(tasks)
     with claim_results_folder(output, "robsim-bench", force, WRITTEN) as folder:
         _run_suites(chosen, own, not alone, folder)
 
 
 def _run_suites(suites: list[Any], own: dict[str, Any], builtin: bool, folder: Path) -> None:
-    """Run all schemes, write the results, and print the tables; a stop keeps what is done."""
+    """Run all schemes, write the results, and print the tables.
+
+    After an interrupt, the results so far are written.
+    """
     from robsim.suites.bench import bench
 
-    def save(found: Benchmark) -> None:
-        write_whole(folder / "bench.csv", found.csv())
-        write_whole(folder / "bench.tex", found.latex())
-        write_whole(folder / "runs.csv", found.data.to_csv(index=False, lineterminator="\n"))
+    def save(result: Benchmark) -> None:
+        write_whole(folder / "bench.csv", result.csv())
+        write_whole(folder / "bench.tex", result.latex())
+        write_whole(folder / "runs.csv", result.data.to_csv(index=False, lineterminator="\n"))
 
     run_and_save(partial(bench, suites, own, builtin=builtin), save, folder)

@@ -1,4 +1,4 @@
-"""The command `check`: read a scenario and check it without simulating."""
+"""Command `check`: read a scenario and check it without simulating."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from robsim.cli.console import print_text
-from robsim.cli.options import changes
+from robsim.cli.options import set_option
 from robsim.cli.progress import print_warnings_as_lines
 from robsim.cli.scenarios import check_colors, load_with_changes
 
@@ -18,16 +18,20 @@ if TYPE_CHECKING:
 
 @click.command("check")
 @click.argument("file", type=click.Path(path_type=Path))
-@changes
+@set_option
 def check_scenario(file: Path, changes: tuple[str, ...]) -> None:
-    """Read FILE and check its goal, start and settings without simulating."""
+    """Check the scenario in FILE without simulating it.
+
+    The goal, the start and the settings are checked, and the robots, cameras and objects are
+    listed.
+    """
     scenario = load_with_changes(file, changes)
     with print_warnings_as_lines():
         scenario.check()
     check_colors(scenario)
     scene = scenario.scene
     study = _describe_study_plan(scenario)
-    print_text(f"{file}: all is well")
+    print_text(f"{file}: no problems")
     if study:
         print_text(f"  study    {study}")
     print_text(f"  robots   {', '.join(f'{r.name} ({r.nv} velocities)' for r in scene.robots)}")
@@ -36,7 +40,7 @@ def check_scenario(file: Path, changes: tuple[str, ...]) -> None:
 
 
 def _describe_study_plan(scenario: Experiment) -> str:
-    """Return the line of a study in the file, once it is found to be valid; "" for none."""
+    """Return the description of the study in a file, after checking it; "" without a study."""
     if scenario.study is None:
         return ""
     from robsim.studies.plan_execution import check_plan

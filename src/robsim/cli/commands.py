@@ -1,4 +1,4 @@
-"""The commands, each of which has a file, and how they end."""
+"""The group of all commands, and their exit status."""
 
 from __future__ import annotations
 
@@ -26,13 +26,13 @@ from robsim.cli.study_command import run_study_file
 from robsim.cli.warm_command import compile_kernels
 
 BAD_INPUT = 2  # exit status
-NEW_OBJECTS = 100_000  # between looks for garbage, which at Python's 700 take a sixth of a start
+NEW_OBJECTS = 100_000  # between garbage collections; Python's 700 slow the start by a sixth
 
 
 @click.group(context_settings={"help_option_names": ["-h", "--help"]})
 @click.version_option(__version__, prog_name="robsim")
 def cli() -> None:
-    """Model, simulate and see robots that are guided by cameras."""
+    """Model, simulate and visualise robots that are guided by cameras."""
 
 
 for _command in (
@@ -54,11 +54,11 @@ for _command in (
 
 
 def run_command_line() -> None:
-    """Run the command that the arguments name; exit status 0 when it is done, 2 for bad input."""
+    """Run the command of the arguments; exit with status 0 after success, 2 for bad input."""
     gc.set_threshold(NEW_OBJECTS)
     try:
         cli(standalone_mode=False)
-    except (click.Abort, KeyboardInterrupt, Interrupted):  # the last of what is not to be saved
+    except (click.Abort, KeyboardInterrupt, Interrupted):  # nothing is left to save
         print_text("stopped", err=True)
         sys.exit(interrupt.get_exit_status())
     except RobSimError as error:
@@ -67,5 +67,5 @@ def run_command_line() -> None:
     except click.ClickException as error:
         error.show()
         sys.exit(BAD_INPUT)
-    except BrokenPipeError:  # the reader of our output went away, as `head` does
+    except BrokenPipeError:  # the reader of the output has closed it, as `head` does
         sys.stderr.close()

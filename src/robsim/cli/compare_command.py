@@ -1,4 +1,4 @@
-"""The command `compare`: simulate several scenarios and compare them."""
+"""Command `compare`: simulate several scenarios and compare them."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import click
 from robsim.base.atomic_files import write_whole
 from robsim.base.errors import InputError
 from robsim.cli.figure_files import save_figure
-from robsim.cli.options import changes, output
+from robsim.cli.options import output, set_option
 from robsim.cli.output_files import claim_results_folder, remove_file
 from robsim.cli.progress import exit_if_drawing_stops, run_and_save
 from robsim.cli.scenarios import check_colors, load_with_changes
@@ -28,10 +28,14 @@ COMPARED = ("comparison.nc", "comparison.csv", "comparison.png")
     "files", nargs=-1, required=True, metavar="FILE...", type=click.Path(path_type=Path)
 )
 @click.option(
-    "--vary", "varied", multiple=True, metavar="KEY=V1,V2,...", help="One scheme for each value."
+    "--vary",
+    "varied",
+    multiple=True,
+    metavar="KEY=V1,V2,...",
+    help="Run one scheme for each value of a key.",
 )
 @output
-@changes
+@set_option
 def compare_scenarios(
     files: tuple[Path, ...],
     varied: tuple[str, ...],
@@ -40,7 +44,11 @@ def compare_scenarios(
     no_figures: bool,
     changes: tuple[str, ...],
 ) -> None:
-    """Simulate the scenarios in FILE... and measure them beside each other."""
+    """Simulate several scenarios and compare their measures.
+
+    Each FILE is a scenario. With --vary, each scenario is run once for each value of a key. The
+    results are the runs, the measures as CSV and NetCDF, and a figure.
+    """
     from robsim.cli.variants import list_variants
 
     if len(varied) > 1:
@@ -58,27 +66,27 @@ def compare_scenarios(
 def _run_comparison(scenarios: dict[str, Experiment], folder: Path, figures: bool) -> None:
     """Run all schemes, write and draw the results, and print the table.
 
-    What was simulated before a stop is kept.
+    After an interrupt, the runs so far are written.
     """
     from robsim.analysis.scheme_comparison import compare
 
     save = partial(_save_comparison, names=list(scenarios), folder=folder)
-    found = run_and_save(partial(compare, scenarios), save, folder)
+    result = run_and_save(partial(compare, scenarios), save, folder)
     if figures:
         with exit_if_drawing_stops("runs are"):
             from robsim import plot
 
-            save_figure(plot.comparison(found), folder / "comparison.png")
+            save_figure(plot.comparison(result), folder / "comparison.png")
 
 
-def _save_comparison(found: Comparison, names: list[str], folder: Path) -> None:
+def _save_comparison(result: Comparison, names: list[str], folder: Path) -> None:
     """Write runs, measures and table."""
     from robsim.files.netcdf import save_run
 
     for name in names:
-        remove_file(folder / f"{name}.nc")  # of the comparison that was here before
-    for name, run in found.runs.items():
+        remove_file(folder / f"{name}.nc")  # of an earlier comparison
+    for name, run in result.runs.items():
         save_run(run, folder / f"{name}.nc")
-    save_run(found.data, folder / "comparison.nc")
-    write_whole(folder / "comparison.csv", found.csv())
+    save_run(result.data, folder / "comparison.nc")
+    write_whole(folder / "comparison.csv", result.csv())
     remove_file(folder / "comparison.png")

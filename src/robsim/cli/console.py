@@ -1,4 +1,4 @@
-"""Output that any terminal takes, whatever stands in titles, names and paths."""
+"""Output of texts with any characters to any terminal."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ LAYOUT = "\n\t"
 
 
 def print_text(text: object, err: bool = False, nl: bool = True) -> None:
-    """Print a text, to stderr if `err`; what its encoding lacks is escaped, as are controls."""
+    """Print a text, to stderr if `err`; escape control characters and unsupported characters."""
     stream = sys.stderr if err else sys.stdout
     click.echo(
         escape_unprintable(str(text), getattr(stream, "encoding", None) or "utf-8"), err=err, nl=nl
@@ -18,10 +18,10 @@ def print_text(text: object, err: bool = False, nl: bool = True) -> None:
 
 
 def escape_unprintable(text: str, encoding: str) -> str:
-    r"""Return a text in which escapes stand for what no terminal of this encoding shows.
+    r"""Return a text with escapes for all characters that the encoding or a terminal cannot show.
 
     >>> print(escape_unprintable("5 \u03a9 \x1b[31m caf\u00e9", "latin-1"))
     5 \u03a9 \x1b[31m café
     """
-    seen = (c if c.isprintable() or c in LAYOUT else ascii(c)[1:-1] for c in text)
-    return "".join(seen).encode(encoding, "backslashreplace").decode(encoding)
+    characters = (c if c.isprintable() or c in LAYOUT else ascii(c)[1:-1] for c in text)
+    return "".join(characters).encode(encoding, "backslashreplace").decode(encoding)

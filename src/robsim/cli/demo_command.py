@@ -1,4 +1,4 @@
-"""The command `demo`: simulate the experiment of the chapter, and show it."""
+"""Command `demo`: simulate the experiment of the chapter, and show it."""
 
 from __future__ import annotations
 
@@ -13,8 +13,7 @@ from robsim.cli.output_files import claim_results_folder
 from robsim.cli.page_and_films import PAGE
 from robsim.cli.run_command import FILES, simulate_into_folder
 from robsim.cli.scenarios import load_with_changes
-from robsim.cli.studio_command import no_open as no_open_option
-from robsim.cli.studio_command import serve_studio
+from robsim.cli.studio_command import no_open_option, serve_studio
 from robsim.files import examples
 
 if TYPE_CHECKING:
@@ -25,9 +24,10 @@ if TYPE_CHECKING:
 @output
 @no_open_option
 def run_demo(output: Path | None, force: bool, no_figures: bool, no_open: bool) -> None:
-    """Run the chapter's section 6.1: a Rhino XR-4 servoing on a cube, and see it move.
+    """Run the experiment of the chapter and show it in motion.
 
-    Where there is a browser it opens a page of the live simulation, until that is closed.
+    The experiment is section 6.1 of the chapter: a Rhino XR-4 is servoed to a cube. If a browser is
+    available, a page of the live simulation opens; the command ends when the page is closed.
     """
     scenario = load_with_changes(examples.path("chapter_6_1"), ())
     views = () if no_figures else (PAGE,)
@@ -38,7 +38,7 @@ def run_demo(output: Path | None, force: bool, no_figures: bool, no_open: bool) 
 
 
 def _show_demo(scenario: Experiment, page: Path, no_open: bool) -> None:
-    """Show the simulation where a person would see it; else say how to see its page."""
+    """Show the simulation in a browser; without a browser print the path of its page."""
     from robsim.page.export import has_browser
 
     if no_open or not has_browser():

@@ -1,4 +1,4 @@
-"""The command `explain`: print why a run ended as it did."""
+"""Command `explain`: print why a run ended as it did."""
 
 from __future__ import annotations
 
@@ -13,15 +13,19 @@ from robsim.cli.output_files import find_run_file
 
 @click.command("explain")
 @click.argument("run", type=click.Path(path_type=Path))
-@click.option("--no-trials", is_flag=True, help="Only read the run; repeat nothing.")
-@click.option("--unsealed", is_flag=True, help="Take a RUN without a right seal for what it says.")
+@click.option("--no-trials", is_flag=True, help="Only read the run; simulate nothing.")
+@click.option("--unsealed", is_flag=True, help="Accept a RUN with no or an invalid seal.")
 def explain_run_file(run: Path, no_trials: bool, unsealed: bool) -> None:
-    """Explain why RUN, a run.nc or the folder of one, ended as it did, and what to try."""
+    """Explain why a run ended as it did, and what would help.
+
+    RUN is a run.nc, or the folder of one. The explanation names the cause and suggests changes of
+    the experiment. The changes are tried by simulation, unless --no-trials is given.
+    """
     from robsim.analysis.explanation.explanation import explain as explained
     from robsim.files.netcdf import open_run
 
     path = find_run_file(run)
-    found = open_run(path, unsealed=unsealed)
+    opened = open_run(path, unsealed=unsealed)
     with raise_file_errors(path):
-        explanation = explained(found, trials=not no_trials)
+        explanation = explained(opened, trials=not no_trials)
     print_text(explanation)

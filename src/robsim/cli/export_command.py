@@ -1,4 +1,4 @@
-"""The command `export`: write the page of a run, a scenario or a robot as one HTML file."""
+"""Command `export`: write the page of a run, a scenario or a robot as one HTML file."""
 
 from __future__ import annotations
 
@@ -9,18 +9,19 @@ import click
 
 from robsim.base.errors import raise_file_errors
 from robsim.cli.console import print_text
-from robsim.cli.options import force
+from robsim.cli.options import force_option
 from robsim.cli.output_files import choose_output_file, find_run_file
 
 
 @click.command("export")
 @click.argument("shown", metavar="RUN", type=click.Path(path_type=Path))
 @click.argument("page", required=False, type=click.Path(path_type=Path))
-@force
+@force_option
 def export_page(shown: Path, page: Path | None, force: bool) -> None:
-    """Write RUN, a run.nc or the folder of one, as a page: one file for any browser, offline.
+    """Write a run, a scenario or a robot as one HTML page.
 
-    A scenario, a .toml file, or a robot, a .urdf file, is shown as it stands at the start.
+    RUN is a run.nc, or the folder of one. A scenario (.toml) or a robot (.urdf) is shown at its
+    start. PAGE is the file to write. Any browser shows the page, without a network.
     """
     from robsim.page.export import export_html
 
@@ -32,7 +33,7 @@ def export_page(shown: Path, page: Path | None, force: bool) -> None:
 
 
 def _open_shown_file(path: Path) -> Any:
-    """Return what a file holds, by the end of its name."""
+    """Return the run, experiment or robot in a file, by its suffix."""
     if path.suffix == ".toml":
         from robsim.run.experiment import load_scenario
 

@@ -1,4 +1,4 @@
-"""The figures of one run."""
+"""Files with the figures of one run."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ if TYPE_CHECKING:
 
 
 def write_run_figures(result: xr.Dataset, scenario: Experiment, folder: Path) -> None:
-    """Write the figures of a run: all of a single run, images of a batch, none of a summary."""
+    """Write the figures of a run; a batch has only images, and a summary has none."""
     from robsim import plot
     from robsim.plot import run_data
 
     if "time" not in result.dims:
-        return  # a summary has nothing to draw
+        return  # a summary
     cameras = run_data.list_run_cameras(result)
     names = [f"image_{camera}" if i else "image" for i, camera in enumerate(cameras)]
     scene, task = scenario.scene, scenario.task
@@ -37,7 +37,7 @@ def write_run_figures(result: xr.Dataset, scenario: Experiment, folder: Path) ->
 
 
 def write_mission_figure(result: MissionRun, scenario: Experiment, folder: Path) -> None:
-    """The scene where the mission ended."""
+    """Write a figure of the scene at the end of a mission."""
     from robsim import plot
 
     last = result.legs[-1]
@@ -45,7 +45,7 @@ def write_mission_figure(result: MissionRun, scenario: Experiment, folder: Path)
 
 
 def save_figure(figure: Any, path: Path) -> None:
-    """Write a figure in the format that its name ends in."""
+    """Write a figure in the format of the suffix of its path."""
     image = BytesIO()
     figure.savefig(image, format=path.suffix[1:].lower(), dpi=200)
     write_whole(path, image.getbuffer())

@@ -1,4 +1,4 @@
-"""Files and folders that commands write: claimed by one process, never overwritten unasked."""
+"""Files and folders that commands write: claimed by one process, overwritten only on request."""
 
 from __future__ import annotations
 
@@ -11,18 +11,19 @@ from robsim.base.atomic_files import convert_os_errors
 from robsim.base.errors import FileError
 from robsim.base.folder_lock import lock_folder
 
-CHECKPOINT = "checkpoint"  # from which a run goes on that was stopped
+CHECKPOINT = "checkpoint"  # file that continues an interrupted run
 
 
 @contextmanager
 def claim_results_folder(
     output: Path | None, name: str, force: bool, files: Sequence[str]
 ) -> Iterator[Path]:
-    """Yield the folder for files of these names, made and claimed: `output`, or a new one.
+    """Yield a claimed folder for files of these names: `output`, or a new folder `name`.
 
-    Where a command fails before it has written anything, the folder goes.
+    If the command fails before it has written a file, the folder is removed.
 
-    FileError: another process writes there, or the files are there already and not to be replaced.
+    Raise FileError if another process writes to the folder, or if the files exist and may not be
+    overwritten.
     """
     folder = output or _create_new_folder(name)
     with convert_os_errors(folder):
@@ -31,20 +32,20 @@ def claim_results_folder(
         with lock_folder(folder):
             taken = [name for name in files if path_exists(folder / name)]
             if taken and not force:
-                go_on = "go on with --resume, " if CHECKPOINT in taken else ""
+                resume = "continue with --resume, " if CHECKPOINT in taken else ""
                 raise FileError(
-                    f"{folder} has {', '.join(taken)} already; {go_on}choose another folder with "
+                    f"{folder} has {', '.join(taken)} already; {resume}choose another folder with "
                     "-o, or --force"
                 )
             yield folder
     except BaseException:
         with suppress(OSError):
-            folder.rmdir()  # if it is empty: nothing was simulated
+            folder.rmdir()  # fails unless it is empty
         raise
 
 
 def _create_new_folder(name: str) -> Path:
-    """Make the first of the folders name, name-2, name-3, ... that nobody else has made."""
+    """Create the first of the folders name, name-2, name-3, ... that does not exist."""
     for i in count(1):
         folder = Path(name if i == 1 else f"{name}-{i}")
         with convert_os_errors(folder), suppress(FileExistsError):
@@ -54,26 +55,29 @@ def _create_new_folder(name: str) -> Path:
 
 
 def choose_output_file(output: Path | None, name: str, force: bool) -> Path:
-    """Return the path for a file of this name: `output`, or a file in that folder."""
+    """Return the path for a file of this name: `output`, or a file in the folder `output`.
+
+    Raise FileError if the file exists, unless `force`.
+    """
     target = output or Path(name)
     target = target / name if path_exists(target) and target.is_dir() else target
     if path_exists(target) and not force:
-        raise FileError(f"{target} exists; --force writes over it")
+        raise FileError(f"{target} exists; overwrite it with --force")
     return target
 
 
 def find_run_file(path: Path) -> Path:
-    """Return the file of the run in a folder of results; any other path as it is."""
+    """Return the file of the run in a folder of results; any other path unchanged."""
     return path / "run.nc" if path_exists(path) and path.is_dir() else path
 
 
 def path_exists(path: Path) -> bool:
-    """Return whether there is such a file or folder."""
-    with convert_os_errors(path):  # a name may be too long even to ask
+    """Return whether a file or folder exists."""
+    with convert_os_errors(path):  # a name may be too long
         return path.exists()
 
 
 def remove_file(path: Path) -> None:
-    """Remove a file, if it is there, that does not belong to what was written beside it."""
+    """Remove a file, if it exists, that does not belong to the new results."""
     with convert_os_errors(path):
         path.unlink(missing_ok=True)

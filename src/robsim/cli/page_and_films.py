@@ -1,4 +1,4 @@
-"""What shows a run in motion, beside its figures: the page, and films."""
+"""The page and the films that show a run in motion."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ VIEWS = (PAGE, "run.gif", "run.mp4")
 
 
 def check_views(scenario: Experiment, names: tuple[str, ...]) -> None:
-    """Raise InputError, before anything is simulated, if files cannot show what it will be."""
+    """Raise InputError if the files cannot show the run of a scenario."""
     import numpy as np
 
     from robsim.plot.film.animation import check_film_path

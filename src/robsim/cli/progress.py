@@ -1,4 +1,4 @@
-"""Feedback while a command simulates: progress, warnings, and stops."""
+"""Output while a command simulates: progress, warnings, and interrupts."""
 
 from __future__ import annotations
 
@@ -23,66 +23,66 @@ def run_and_save(
     folder: Path,
     report: Callable[[Any], object] | None = None,
 ) -> Any:
-    """Return the result of `work`, once it is saved and reported; else it is printed.
+    """Return the result of `work` after saving and reporting it; by default print it.
 
-    What was simulated before a stop is saved, and the command ends.
+    After an interrupt, the results so far are saved and the command ends.
     """
     with interrupt.defer_stops(begun=False) as stops:
         try:
             with print_warnings_as_lines(), progress_bar("simulating") as progress:
-                found = work(progress=progress)
+                result = work(progress=progress)
         except Interrupted as stop:
             print_text("stopping: saving what was simulated so far", err=True)
             save(stop.run)
             exit_after_stop(folder)
-        save(found)
-        print_text(f"{found}\nresults: {folder}") if report is None else report(found)
+        save(result)
+        print_text(f"{result}\nresults: {folder}") if report is None else report(result)
         if stops:
             exit_after_stop(folder)
-    return found
+    return result
 
 
 def exit_after_stop(folder: Path) -> NoReturn:
-    """End the command after a stop, once all that there is has been saved."""
+    """End the command after an interrupt, when all results are saved."""
     print_text(f"stopped; what was simulated so far is in {folder}", err=True)
     sys.exit(interrupt.get_exit_status())
 
 
 @contextmanager
-def exit_if_drawing_stops(what: str) -> Iterator[None]:
-    """End the command when a stop comes while figures are drawn; the data are written by then."""
+def exit_if_drawing_stops(data: str) -> Iterator[None]:
+    """End the command if an interrupt comes while figures are drawn; the data are saved."""
     try:
         yield
     except KeyboardInterrupt:
-        print_text(f"stopped while drawing; the {what} complete", err=True)
+        print_text(f"stopped while drawing; the {data} complete", err=True)
         sys.exit(interrupt.get_exit_status())
 
 
 @contextmanager
 def progress_bar(label: str, runs: int = 0) -> Iterator[Any]:
-    """Yield a function of the share done, which shows it on a terminal; None elsewhere.
+    """Yield a function that shows the share done on a terminal; None without a terminal.
 
-    Of so many `runs` it shows those that are done, their rate and the time left as well.
+    With `runs`, it shows the number of completed runs, their rate and the remaining time.
     """
     if not sys.stderr.isatty():
         yield None
         return
-    begun: list[tuple[float, float]] = []  # when, and which share was done already
+    first: list[tuple[float, float]] = []  # time and share of the first call
 
     def rate(share: float | None) -> str:
         now = time.monotonic()
-        if not begun or share is None or now <= begun[0][0]:
+        if not first or share is None or now <= first[0][0]:
             return ""
-        return f"{(share - begun[0][1]) * runs / (now - begun[0][0]):,.0f} runs/s"
+        return f"{(share - first[0][1]) * runs / (now - first[0][0]):,.0f} runs/s"
 
     total = runs or 1000
     how: Any = {"show_pos": True, "item_show_func": rate} if runs else {}
-    with click.progressbar(length=total, label=label, file=sys.stderr, **how) as shown:
+    with click.progressbar(length=total, label=label, file=sys.stderr, **how) as progressbar:
 
         def show(share: float) -> None:
-            if not begun:
-                begun.append((time.monotonic(), share))
-            shown.update(round(total * share) - shown.pos, share)
+            if not first:
+                first.append((time.monotonic(), share))
+            progressbar.update(round(total * share) - progressbar.pos, share)
 
         yield show
         show(1.0)
@@ -90,7 +90,7 @@ def progress_bar(label: str, runs: int = 0) -> Iterator[Any]:
 
 @contextmanager
 def print_warnings_as_lines() -> Iterator[None]:
-    """Print warnings as lines for the user, without a line of source code."""
+    """Print warnings as single lines, without source code."""
     with warnings.catch_warnings(record=True) as caught:
         for kind in (RankWarning, FileWarning):
             warnings.simplefilter("always", kind)

@@ -1,4 +1,4 @@
-"""The report of a run on the command line."""
+"""Report of a run on the command line."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ if TYPE_CHECKING:
     from robsim.run.mission_run import MissionRun
     from robsim.servo.safety.safety import Safety
 
-STOPPING = ("margin", "fence", "watchdog")  # parts of a safety that may bring a robot to a stand
+STOPPING = ("margin", "fence", "watchdog")  # parts of a safety that can stop a robot
 
 
 def print_run_report(result: xr.Dataset, folder: Path, safety: Safety | None = None) -> None:
     """Print how a run ended, or how many runs of a batch ended in each way.
 
-    What `safety` the run had is told where it may be why the robot stands still.
+    `safety` is the safety of the run, which may be the reason why the robot stands still.
     """
     from robsim.engine.outcome import Outcome
     from robsim.run.end_variables import find_converged_elsewhere
@@ -46,7 +46,7 @@ def print_run_report(result: xr.Dataset, folder: Path, safety: Safety | None = N
 
 
 def _format_outcome_message(outcome: Outcome, safety: Safety | None) -> str:
-    """Return what an outcome means, and what may hold a robot that stands still."""
+    """Return the message of an outcome, and the parts of the safety that may hold the robot."""
     from robsim.engine.outcome import Outcome
 
     own = [part for part in STOPPING if getattr(safety, part, None) is not None]
@@ -55,8 +55,8 @@ def _format_outcome_message(outcome: Outcome, safety: Safety | None) -> str:
     from robsim.analysis.explanation.safety_limits import SAFETY_LIMITS
     from robsim.analysis.explanation.text_format import format_list
 
-    held = f"{format_list([SAFETY_LIMITS[part][0] for part in own], 'or')} may hold the robot"
-    return f"{outcome.words}: no motion is commanded although the error remains; {held}"
+    may_hold = f"{format_list([SAFETY_LIMITS[part][0] for part in own], 'or')} may hold the robot"
+    return f"{outcome.words}: no motion is commanded although the error remains; {may_hold}"
 
 
 def print_mission_report(result: MissionRun, folder: Path) -> None:
@@ -68,14 +68,14 @@ def print_mission_report(result: MissionRun, folder: Path) -> None:
 
 
 def _print_final_pose(result: xr.Dataset, folder: Path) -> None:
-    """Print how far from its goal a run ended in space, with a note if that is notable."""
+    """Print the distance of the final pose from the goal, with a note if it is large."""
     from robsim.analysis.explanation.text_format import format_offset
     from robsim.run.end_variables import find_converged_elsewhere
 
     metres, radians = float(result.distance_to_goal), float(result.angle_to_goal)
     if math.isnan(metres):  # the goal is not a pose
         return
-    who = result.goal_pose.attrs["frame"]
-    print_text(f"final pose   {who} {format_offset(metres, radians)} from its goal")
+    frame = result.goal_pose.attrs["frame"]
+    print_text(f"final pose   {frame} {format_offset(metres, radians)} from its goal")
     if find_converged_elsewhere(result):
         print_text(f"note         it converged at another pose: robsim explain {folder}")

@@ -1,4 +1,4 @@
-"""The description of a library robot as text: its joints, its tip and its sources."""
+"""Description of a library robot as text: its joints, its tip and its sources."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from robsim.files import robots
 from robsim.robot.link import Link
 from robsim.robot.robot import Robot
 
-WIDTH = 100  # of a line of prose
-# how a joint moves with respect to the z axis of its place
+WIDTH = 100  # of a line of text, characters
+# motion of a joint relative to the z axis of its placement
 _AXIS: dict[tuple[tuple[bool, int], ...], str] = {((True, 2),): "about", ((False, 2),): "along"}
 _DH = "{:>9}  {:>9}  {:>9}  {:>9}"
 
@@ -39,22 +39,24 @@ def format_robot(name: str) -> str:
 
 
 def _format_joint_table(robot: Robot, file: dict[str, Any]) -> list[str]:
-    """Return a table with a head and one row for each link but the base."""
+    """Return a table with a header and one row for each link but the base."""
     dh = {table["name"]: table["dh"] for table in file["links"] if "dh" in table}
     head = _DH.format("theta deg", "d m", "a m", "alpha deg")
-    tied = any(
+    coupled = any(
         link.joint.follows and not _list_coordinate_indices(robot, link) for link in robot.links
     )
-    last = "home, or what it follows" if tied else "home"
+    last = "home, or what it follows" if coupled else "home"
     rows = [["link", "joint", head if dh else "place in its parent", "limits", last]]
     for above, link in zip(robot.links, robot.links[1:], strict=False):
         name = link.name if link.parent == above.name else f"{link.name} on {link.parent}"
-        place = _format_dh_row(dh[link.name]) if link.name in dh else _format_joint_placement(link)
+        placement = (
+            _format_dh_row(dh[link.name]) if link.name in dh else _format_joint_placement(link)
+        )
         rows.append(
             [
                 name,
                 link.joint.model.name,
-                place,
+                placement,
                 _format_joint_limits(robot, link),
                 _format_home_coordinates(robot, link),
             ]
@@ -71,40 +73,43 @@ def _format_dh_row(dh: dict[str, str]) -> str:
 
 
 def _format_joint_placement(link: Link) -> str:
-    """Return where a joint is in the axes of the parent, and its direction of motion."""
+    """Return the position of a joint in the axes of the parent, and its direction of motion."""
     joint = link.joint
     pose = joint.place if joint.model.moves in _AXIS else joint.place @ joint.tail
-    where = f"at {_format_rounded_vector(pose.position)} m"
+    position = f"at {_format_rounded_vector(pose.position)} m"
     if joint.curve is not None:
         kind = type(joint.curve).__name__.lower()
-        return f"{where}, along a {kind} of {joint.curve.length:g} m"
+        return f"{position}, along a {kind} of {joint.curve.length:g} m"
     axis = (
         f"{_AXIS.get(joint.model.moves, 'z along')} {_format_rounded_vector(pose.rotation[:, 2])}"
     )
-    return f"{where}, {axis}" if joint.model.moves in _AXIS or not joint.moves else where
+    return f"{position}, {axis}" if joint.model.moves in _AXIS or not joint.moves else position
 
 
 def _format_joint_limits(robot: Robot, link: Link) -> str:
-    mine, steering = _list_coordinate_indices(robot, link), link.joint.steering
+    """Return the limits of a joint, or of its steering angle."""
+    indices, steering = _list_coordinate_indices(robot, link), link.joint.steering
     if steering is not None:
         return f"steering {np.degrees(steering.limit):.4g} deg either way"
-    if link.joint.limits is None or not mine:
-        return "none" if mine else ""
+    if link.joint.limits is None or not indices:
+        return "none" if indices else ""
     (low, unit), (high, _) = (
-        _format_coordinate_value(x, robot.coordinate_units[mine[0]]) for x in link.joint.limits
+        _format_coordinate_value(x, robot.coordinate_units[indices[0]]) for x in link.joint.limits
     )
     return f"{low} to {high} {unit}"
 
 
 def _format_home_coordinates(robot: Robot, link: Link) -> str:
-    mine, follows = _list_coordinate_indices(robot, link), link.joint.follows
-    if follows is not None and not mine:
+    """Return the home coordinates of a joint, or the relation it follows."""
+    indices, follows = _list_coordinate_indices(robot, link), link.joint.follows
+    if follows is not None and not indices:
         return follows.relation
     values = [
-        " ".join(_format_coordinate_value(robot.home[i], robot.coordinate_units[i])) for i in mine
+        " ".join(_format_coordinate_value(robot.home[i], robot.coordinate_units[i]))
+        for i in indices
     ]
-    names = [robot.coordinate_names[i].removeprefix(f"{link.name}.") for i in mine]
-    if len(mine) == 1:
+    names = [robot.coordinate_names[i].removeprefix(f"{link.name}.") for i in indices]
+    if len(indices) == 1:
         return values[0].strip()
     return ", ".join(f"{n} {v}".strip() for n, v in zip(names, values, strict=True))
 
@@ -123,7 +128,7 @@ def _format_coordinate_value(value: float, unit: str) -> tuple[str, str]:
 
 
 def _format_tip_pose(robot: Robot) -> list[str]:
-    """Return the pose of the tip at home, in the base."""
+    """Return the pose of the tip at home, in the base frame."""
     T = robot.fk(robot.home)
     axes = ", ".join(
         f"{name} along {_format_rounded_vector(T[:3, i])}" for i, name in enumerate("xyz")
@@ -135,8 +140,10 @@ def _format_tip_pose(robot: Robot) -> list[str]:
 
 
 def _format_rounded_vector(values: Iterable[float]) -> str:
+    """Return a vector as text, rounded to four decimals."""
     return f"({', '.join(f'{round(float(x), 4) + 0.0:g}' for x in values)})"
 
 
 def _wrap_prose(text: str, first: str = "") -> str:
+    """Return a text wrapped to `WIDTH`; `first` begins its first line."""
     return textwrap.fill(text, WIDTH, initial_indent=first, subsequent_indent=" " * len(first))

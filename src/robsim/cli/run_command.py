@@ -1,4 +1,4 @@
-"""The command `run`: simulate one scenario, and write the run, the scenario and the figures."""
+"""Command `run`: simulate one scenario, and write the run, the scenario and the figures."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from robsim.base.atomic_files import write_whole
 from robsim.base.errors import FileError
 from robsim.cli.console import print_text
 from robsim.cli.figure_files import write_mission_figure, write_run_figures
-from robsim.cli.options import changes, output, views
+from robsim.cli.options import output, set_option, views
 from robsim.cli.output_files import CHECKPOINT, claim_results_folder, path_exists, remove_file
 from robsim.cli.page_and_films import VIEWS, check_views, write_views
 from robsim.cli.progress import exit_if_drawing_stops, run_and_save
@@ -33,8 +33,8 @@ FILES = ("run.nc", "scenario.toml", *FIGURES, *VIEWS)
 @click.argument("file", type=click.Path(path_type=Path))
 @output
 @views
-@click.option("--resume", is_flag=True, help="Go on with a run that was stopped; needs -o.")
-@changes
+@click.option("--resume", is_flag=True, help="Continue an interrupted run; needs -o.")
+@set_option
 def simulate_scenario(
     file: Path,
     output: Path | None,
@@ -46,31 +46,31 @@ def simulate_scenario(
     resume: bool,
     changes: tuple[str, ...],
 ) -> None:
-    """Simulate the scenario in FILE and write the run, the scenario and the figures.
+    """Simulate the scenario in FILE and write its results.
 
-    With --html, --gif or --mp4 also what shows it in motion.
+    The results are the run (run.nc), the scenario (scenario.toml) and figures; with --html, --gif
+    or --mp4 also a page or films.
 
-    A run that is stopped leaves what was simulated so far, and a checkpoint from which the same
-    command with --resume goes on, as if it had not been stopped. A long run leaves a checkpoint
-    every ten seconds.
+    After Ctrl-C, the run so far and a checkpoint are written. The same command with --resume
+    continues the run with identical results. A long run writes a checkpoint every ten seconds.
     """
     scenario = load_with_changes(file, changes)
-    wanted = tuple(compress(VIEWS, (html, gif, mp4)))
-    check_views(scenario, wanted)
+    names = tuple(compress(VIEWS, (html, gif, mp4)))
+    check_views(scenario, names)
     name, files = f"{file.stem}-run", (*FILES, CHECKPOINT)
     if resume:
         _check_checkpoint(output)
     with claim_results_folder(output, name, force or resume, files) as folder:
         if not resume:
             remove_file(folder / CHECKPOINT)
-        simulate_into_folder(scenario, folder, not no_figures, folder / CHECKPOINT, resume, wanted)
+        simulate_into_folder(scenario, folder, not no_figures, folder / CHECKPOINT, resume, names)
 
 
 def _check_checkpoint(folder: Path | None) -> None:
-    """Raise FileError unless there is something to go on with."""
+    """Raise FileError unless the folder has a checkpoint."""
     if folder is None or not path_exists(folder / CHECKPOINT):
-        which = f"{folder} has no checkpoint" if folder else "say with -o which folder it is in"
-        raise FileError(f"nothing to resume: {which}")
+        reason = f"{folder} has no checkpoint" if folder else "name the folder of the run with -o"
+        raise FileError(f"nothing to resume: {reason}")
 
 
 def simulate_into_folder(
@@ -83,13 +83,13 @@ def simulate_into_folder(
 ) -> None:
     """Run a scenario, write and draw the results and some of `VIEWS`, and print a report.
 
-    What was simulated before a stop is kept.
+    After an interrupt, the run so far is written.
     """
     if figures or views:
         check_colors(scenario)
     print_text(scenario.title or "simulating")
 
-    def tell_end(result: Any) -> None:
+    def report_end(result: Any) -> None:
         if checkpoint:
             remove_file(checkpoint)
         if _is_mission_run(result):
@@ -99,7 +99,7 @@ def simulate_into_folder(
 
     work = partial(scenario.run, checkpoint=checkpoint, resume=resume)
     result = run_and_save(
-        work, partial(_save_run_and_scenario, scenario=scenario, folder=folder), folder, tell_end
+        work, partial(_save_run_and_scenario, scenario=scenario, folder=folder), folder, report_end
     )
     with exit_if_drawing_stops("run is"):
         if figures:
@@ -110,13 +110,14 @@ def simulate_into_folder(
 
 
 def _is_mission_run(result: Any) -> bool:
+    """Return whether a result is the run of a mission."""
     from robsim.run.mission_run import MissionRun
 
     return isinstance(result, MissionRun)
 
 
 def choose_scenario_text(scenario: Experiment, folder: Path) -> str:
-    """Return the text of the file of a scenario, with its remarks, if it says the same; or new."""
+    """Return the text of the file of a scenario if it is unchanged, else a new text."""
     from robsim.run.experiment import Experiment
 
     source = folder / "scenario.toml"
@@ -128,10 +129,10 @@ def choose_scenario_text(scenario: Experiment, folder: Path) -> str:
 
 
 def _save_run_and_scenario(result: Any, scenario: Experiment, folder: Path) -> None:
-    """Write run and scenario; the run of a mission is the joint motion of all its phases."""
+    """Write run and scenario; the run of a mission is the motion of all its phases."""
     from robsim.files.netcdf import save_run
 
     save_run(result.run if _is_mission_run(result) else result, folder / "run.nc")
     write_whole(folder / "scenario.toml", choose_scenario_text(scenario, folder))
     for name in (*FIGURES, *VIEWS):
-        remove_file(folder / name)  # of the run that was here before
+        remove_file(folder / name)  # of an earlier run

@@ -19,7 +19,7 @@ def load_with_changes(file: Path, changes: tuple[str, ...]) -> Experiment:
 
 
 def check_colors(scenario: Experiment) -> None:
-    """Raise FileError for a colour that Matplotlib does not know, before simulating."""
+    """Raise FileError for a colour that Matplotlib does not support."""
     from robsim.plot.palette import convert_color
 
     scene = scenario.scene

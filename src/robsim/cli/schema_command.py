@@ -1,4 +1,4 @@
-"""The command `schema`: what may stand in a file, for editors that complete and check it."""
+"""Command `schema`: the JSON Schema of files, for editors that complete and check them."""
 
 from __future__ import annotations
 
@@ -11,16 +11,17 @@ from robsim.base.atomic_files import write_whole
 from robsim.cli.console import print_text
 from robsim.cli.output_files import path_exists
 
-FILE = "robsim.schema.json"  # which the first line of each example names
+FILE = "robsim.schema.json"  # named by the first line of each example
 
 
 @click.command("schema")
-@click.option("--robot", is_flag=True, help="Of robot files, which name robot.schema.json.")
+@click.option("--robot", is_flag=True, help="Print the schema of robot files.")
 def print_schema(robot: bool) -> None:
-    """Print the JSON Schema of scenario files: robsim schema > robsim.schema.json.
+    """Print the JSON Schema of scenario files or robot files.
 
-    An editor that knows JSON Schema for TOML, such as one with Taplo, completes and checks a file
-    whose first line is `#:schema robsim.schema.json`.
+    Redirect it to a file: robsim schema > robsim.schema.json. An editor that supports JSON Schema
+    for TOML, such as one with Taplo, completes and checks a file with the first line `#:schema
+    robsim.schema.json`.
     """
     print_text(build_schema_text(robot), nl=False)
 
@@ -37,7 +38,7 @@ def build_schema_text(robot: bool = False) -> str:
 
 
 def write_schema_beside(target: Path, force: bool) -> Path | None:
-    """Write the schema into the folder of a scenario file; None if there is one already."""
+    """Write the schema into the folder of a scenario file; return None if it exists already."""
     path = target.parent / FILE
     if path_exists(path) and not force:
         return None

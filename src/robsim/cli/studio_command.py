@@ -1,4 +1,4 @@
-"""The command `studio`: a live simulation in the browser."""
+"""Command `studio`: a live simulation in the browser."""
 
 from __future__ import annotations
 
@@ -17,29 +17,34 @@ if TYPE_CHECKING:
     from robsim.studies.study_result import StudyResult
     from robsim.studio.scenario_shelf import ScenarioShelf
 
-LOOK = 0.2  # seconds between looks for a stop
-LATE = 60.0  # seconds that a browser may take to open
-GONE = 5.0  # seconds without a page, which is not one that is loaded again
-FIRST = "eye_in_hand"  # what a studio shows of which nothing else is asked
+LOOK = 0.2  # interval for detecting an interrupt, seconds
+LATE = 60.0  # time for a browser to open, seconds
+GONE = 5.0  # time without a page; then it is closed and not just reloading, seconds
+FIRST = "eye_in_hand"  # default scenario of a studio
 
-no_open = click.option("--no-open", is_flag=True, help="Do not open a browser.")
+no_open_option = click.option("--no-open", is_flag=True, help="Do not open a browser.")
 
 
 @click.command("studio")
 @click.argument(
     "shown", metavar="[FILE|RUN|FOLDER]", required=False, type=click.Path(path_type=Path)
 )
-@click.option("--host", default="127.0.0.1", show_default=True, help="Address to listen at.")
-@click.option("--port", default=0, type=click.IntRange(0, 65535), help="Port; 0: any free one.")
-@click.option("--allow-remote", is_flag=True, help="Let other machines in; says what that exposes.")
-@no_open
+@click.option("--host", default="127.0.0.1", show_default=True, help="Address of the server.")
+@click.option(
+    "--port",
+    default=0,
+    type=click.IntRange(0, 65535),
+    help="Port of the server; 0 is any free port.",
+)
+@click.option("--allow-remote", is_flag=True, help="Permit a host that other machines can reach.")
+@no_open_option
 def open_studio(
     shown: Path | None, host: str, port: int, allow_remote: bool, no_open: bool
 ) -> None:
-    """Show and change a simulation in the browser, until Ctrl-C.
+    """Show and change a running simulation in the browser.
 
-    FILE is a scenario, RUN a run.nc or the folder of one, FOLDER holds scenarios to choose from, or
-    a study, whose map opens any of its runs.
+    FILE is a scenario and RUN a run.nc, or the folder of one. FOLDER has scenarios to choose from,
+    or a study, with a map that opens any of its runs. Ctrl-C ends the studio.
     """
     serve_studio(*_load_shown(shown), host, port, allow_remote, no_open)
 
@@ -53,9 +58,9 @@ def serve_studio(
     no_open: bool = False,
     once: bool = False,
 ) -> None:
-    """Serve a studio until a stop comes, and open it in the browser if there is one.
+    """Serve a studio until an interrupt, and open it in a browser if there is one.
 
-    With `once` it ends as well when its page was closed.
+    With `once` it ends as well when its page is closed.
     """
     from robsim.page.export import open_in_browser
     from robsim.studio.studio import studio
@@ -70,16 +75,16 @@ def serve_studio(
             print_text(f"open {server.address} in a browser; Ctrl-C ends it")
         else:
             print_text(f"the studio is open at {server.address}; Ctrl-C ends it")
-        began, seen = time.monotonic(), None  # when there was a page
+        began, last_page = time.monotonic(), None  # last time with a page
         while not stops and not server.wait(LOOK):
             now = time.monotonic()
-            seen = now if server.pages else seen
-            if once and now - (seen or began + LATE) > GONE:
+            last_page = now if server.pages else last_page
+            if once and now - (last_page or began + LATE) > GONE:
                 break
 
 
 def _load_shown(shown: Path | None) -> tuple[Experiment | StudyResult, ScenarioShelf | None]:
-    """Return the study of a folder, or an experiment, and the shelf of a folder that has one."""
+    """Return the study or experiment of a path, and the shelf of a folder of scenarios."""
     from robsim.files import examples
     from robsim.run.experiment import Experiment, load_scenario
     from robsim.studies.study_store import ABOUT
@@ -90,7 +95,7 @@ def _load_shown(shown: Path | None) -> tuple[Experiment | StudyResult, ScenarioS
     path = find_run_file(shown) if path_exists(shown / "run.nc") else shown
     if path_exists(path / ABOUT) or any(
         path.glob("rows-*.parquet")
-    ):  # or was one, and is to say so
+    ):  # a damaged study raises its own error
         from robsim.studies.api import open_study
 
         return open_study(path), None

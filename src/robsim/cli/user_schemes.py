@@ -1,4 +1,4 @@
-"""Schemes in Python files that the user names on the command line, which are run."""
+"""Schemes in Python files of the user, which are named on the command line."""
 
 from __future__ import annotations
 
@@ -14,26 +14,29 @@ from robsim.cli.output_files import path_exists
 
 
 def load_user_schemes(texts: Sequence[str]) -> dict[str, Any]:
-    """Return what each FILE.py:NAME names, by "file:NAME"; InputError or FileError says which."""
-    found: dict[str, Any] = {}
+    """Return the object of each FILE.py:NAME, by "file:NAME".
+
+    Raise InputError or FileError if a text, a file or a name is invalid.
+    """
+    schemes: dict[str, Any] = {}
     for text in texts:
         path, colon, name = text.rpartition(":")
         if not (path and colon and name.isidentifier()):
             raise InputError(f"--task: expected FILE.py:NAME, as in mine.py:Scheme, got {text!r}")
         label = f"{Path(path).stem}:{name}"
-        if label in found:
+        if label in schemes:
             raise InputError(f"--task: two schemes are called {label}; rename a file")
-        found[label] = _find_in_module(_load_module(Path(path)), name, path)
-    return found
+        schemes[label] = _find_in_module(_load_module(Path(path)), name, path)
+    return schemes
 
 
 def _load_module(file: Path) -> ModuleType:
-    """Return the module of a file, in whose folder it finds others; FileError if it fails."""
+    """Return the module of a file, which may import from its folder; raise FileError on failure."""
     from robsim.suites.builtin_schemes import format_user_error
 
     if not path_exists(file) or file.is_dir():
         raise FileError(f"--task: {file}: no such file")
-    name = f"_robsim_bench_{file.stem}"  # so that it hides no module
+    name = f"_robsim_bench_{file.stem}"  # hides no other module
     spec = spec_from_file_location(name, file.resolve())
     if spec is None or spec.loader is None:
         raise FileError(f"--task: {file}: not a Python file, NAME.py")
@@ -51,7 +54,7 @@ def _load_module(file: Path) -> ModuleType:
 
 
 def _find_in_module(module: ModuleType, name: str, path: str) -> Any:
-    """Return what has a name in a module; InputError tells the nearest that is its own."""
+    """Return an object of a module; raise InputError with the nearest name if it is missing."""
     if hasattr(module, name):
         return getattr(module, name)
     own = [

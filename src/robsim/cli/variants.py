@@ -1,4 +1,4 @@
-"""The schemes that a command line asks for: scenario files, and values varied in them."""
+"""Schemes of a command line: scenario files, and values that vary in them."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from robsim.base.errors import InputError
 
 
 class Variant(NamedTuple):
-    """A scheme: its name, its scenario file, and the changes made to it."""
+    """A scheme: its name, its scenario file, and its changes."""
 
     name: str
     file: Path
@@ -19,31 +19,32 @@ class Variant(NamedTuple):
 
 
 def list_variants(files: Sequence[Path], vary: str | None = None) -> list[Variant]:
-    """Return one variant for each file or, with `vary` ("key=value,value,..."), file and value.
+    """Return one scheme for each file or, with `vary` ("key=value,value,..."), file and value.
 
-    The name is the file's stem, or the value, or of several files both; equal names are numbered.
+    The name is the stem of the file, or the value, or both for several files. Equal names are
+    numbered.
 
     >>> [v.name for v in list_variants([Path("a.toml"), Path("b/a.toml")])]
     ['a', 'a-2']
     >>> [(v.name, *v.changes) for v in list_variants([Path("a.toml")], "task.gain=1,2")]
     [('1', 'task.gain=1'), ('2', 'task.gain=2')]
     """
-    found: list[Variant] = []
+    schemes: list[Variant] = []
     for file in files:
         for value, changes in _list_value_changes(vary):
             parts = [file.stem] if not value else [value] if len(files) == 1 else [file.stem, value]
-            found.append(
+            schemes.append(
                 Variant(
-                    _number_if_taken("-".join(map(_make_filename_safe, parts)), found),
+                    _number_if_taken("-".join(map(_make_filename_safe, parts)), schemes),
                     file,
                     changes,
                 )
             )
-    return found
+    return schemes
 
 
 def _list_value_changes(vary: str | None) -> list[tuple[str, tuple[str, ...]]]:
-    """Return (value, changes) for each value; without `vary`, one pair that changes nothing."""
+    """Return (value, changes) for each value; without `vary`, one pair without a change."""
     if vary is None:
         return [("", ())]
     key, equals, text = vary.partition("=")
@@ -56,7 +57,7 @@ def _list_value_changes(vary: str | None) -> list[tuple[str, tuple[str, ...]]]:
 
 
 def _split_outside_brackets(text: str) -> list[str]:
-    """Split at commas that are not within brackets, braces or quotes."""
+    """Split at commas outside of brackets, braces and quotes."""
     parts, depth, quote = [""], 0, ""
     for letter in text:
         if quote:
@@ -72,7 +73,7 @@ def _split_outside_brackets(text: str) -> list[str]:
 
 
 def _make_filename_safe(text: str) -> str:
-    """Return the text with only those characters that are safe in the name of a file."""
+    """Return the text with only those characters that are safe in a file name."""
     return re.sub(r"[^\w.+]+", "-", text).strip("-.")[:60] or "scheme"
 
 

@@ -1,4 +1,4 @@
-"""The command `warm`: compile all kernels in advance."""
+"""Command `warm`: compile all kernels in advance."""
 
 from __future__ import annotations
 
@@ -15,17 +15,23 @@ if TYPE_CHECKING:
 
 
 @click.command("warm")
-@click.option("-j", "--jobs", type=click.IntRange(1, 1000), help="Processes; one per core.")
+@click.option(
+    "-j",
+    "--jobs",
+    type=click.IntRange(1, 1000),
+    help="Number of processes; one per core by default.",
+)
 def compile_kernels(jobs: int | None) -> None:
-    """Compile all kernels now, as for the computers of a class, so that nobody waits later.
+    """Compile all kernels in advance, so that no later run waits.
 
-    They are kept in the folder ROBSIM_CACHE_DIR, or in the user's folder for cache files.
+    This is useful for the computers of a class. The kernels are stored in the folder
+    ROBSIM_CACHE_DIR, or in the user's cache folder.
     """
     from robsim.base.processors import count_processors
     from robsim.kernels.machine import cache_files
 
     if not cache_files.is_cache_writable():
-        raise FileError(f"cannot write {cache_files.CACHE}, where kernels are kept")
+        raise FileError(f"cannot write {cache_files.CACHE}, the folder for kernels")
     began = time.perf_counter()
     compiled, failed = _run_workload(jobs or count_processors())
     for each in failed:
@@ -34,7 +40,7 @@ def compile_kernels(jobs: int | None) -> None:
 
 
 def _run_workload(jobs: int) -> tuple[set[str], list[str]]:
-    """Do all that users do; return what was compiled for it, and what could not be done."""
+    """Run the workload; return the compiled files, and the errors of failed items."""
     import multiprocessing
     import sys
     import tempfile
@@ -64,19 +70,19 @@ def _run_workload(jobs: int) -> tuple[set[str], list[str]]:
 
 
 def _prepare_worker(folder: str) -> None:
-    """Make a process of its own ready: what examples write goes where it is deleted."""
+    """Prepare a worker process: items write to a temporary folder."""
     import os
     import signal
     import warnings
 
     os.chdir(folder)
     os.environ |= {"MPLBACKEND": "agg", "ROBSIM_QUIET": "1"}
-    signal.signal(signal.SIGINT, signal.SIG_DFL)  # Ctrl-C ends it without a word
+    signal.signal(signal.SIGINT, signal.SIG_DFL)  # Ctrl-C ends it without a message
     warnings.simplefilter("ignore")
 
 
 def compile_for_item(use: WorkloadItem) -> tuple[set[str], str]:
-    """Do one thing; return the files of the kernels that were compiled for it, and what failed."""
+    """Run one item; return the files of the kernels compiled for it, and its error or ""."""
     from robsim.cli.warm_workload import run_workload_item
     from robsim.kernels.machine import cache_files
 
@@ -84,20 +90,20 @@ def compile_for_item(use: WorkloadItem) -> tuple[set[str], str]:
     try:
         run_workload_item(use)
         error = ""
-    except Exception as reason:  # noqa: BLE001  the rest of the list is to be compiled all the same
+    except Exception as reason:  # noqa: BLE001  the other items are compiled nevertheless
         error = f"{' '.join(use)}: {type(reason).__name__}: {reason}"
     return cache_files.SAVED - before, error
 
 
 def _format_compilation_summary(compiled: set[str], seconds: float) -> str:
-    """Return what was done, and where it is."""
+    """Return a summary of the compiled kernels and of the cache."""
     from robsim.kernels.machine import cache_files, prebuilt
 
-    kept = list(cache_files.CACHE.glob("*.nbc"))
-    size = sum(path.stat().st_size for path in kept) / 1e6
-    there = f"{len(kept)} files, {size:.0f} MB, in {cache_files.CACHE}"
+    files = list(cache_files.CACHE.glob("*.nbc"))
+    size = sum(path.stat().st_size for path in files) / 1e6
+    stored = f"{len(files)} files, {size:.0f} MB, in {cache_files.CACHE}"
     if compiled:
-        return f"compiled {len(compiled)} kernels in {seconds:.0f} s; kept: {there}"
+        return f"compiled {len(compiled)} kernels in {seconds:.0f} s; stored: {stored}"
     if prebuilt.LEVEL:
-        return f"nothing to do: what came with the package serves here ({prebuilt.LEVEL}); {there}"
-    return f"nothing to do: {there}"
+        return f"nothing to do: the kernels of the package serve here ({prebuilt.LEVEL}); {stored}"
+    return f"nothing to do: {stored}"

@@ -1,7 +1,7 @@
-"""What users do, each thing once: the one list by which kernels are compiled in advance.
+"""The workload of `robsim warm`: typical uses, which compile the kernels in advance.
 
-Nothing here names a kernel: what the shipped scenarios, the examples in docstrings and each
-feature and scheme need is found by running them.
+The kernels are not listed. They are found by running the shipped scenarios, the examples in
+docstrings, and each feature and scheme.
 """
 
 from __future__ import annotations
@@ -14,8 +14,8 @@ from importlib import import_module
 import robsim
 from robsim.base.errors import InputError
 
-SCENARIO = "eye_in_hand"  # on which features, schemes and imperfections are tried
-RUNS, STEPS = 9, 120  # of a batch that fills one register of eight runs, and begins another
+SCENARIO = "eye_in_hand"  # for features, schemes and imperfections
+RUNS, STEPS = 9, 120  # of a batch that fills one SIMD register of eight runs, and part of another
 CHANGES = (
     *(f"task.kind={kind}" for kind in ("pbvs", "hybrid", "partitioned")),
     *(f"task.inverse={inverse}" for inverse in ("damped", "transpose")),
@@ -24,13 +24,14 @@ CHANGES = (
 )
 EFFECTS = {"image effect": "sensing.effects", "joint effect": "actuation.effects"}
 
-WorkloadItem = tuple[str, str]  # what is done, and with what
+WorkloadItem = tuple[str, str]  # kind of use, and the name of its object
 
 
 def list_workload() -> list[WorkloadItem]:
-    """Return all that is to be done once; each of them is for `run_workload_item`.
+    """Return the items of the workload, which `run_workload_item` runs.
 
-    >>> ("example", "car") in list_workload() and ("change", "task.features=sphere") in list_workload()
+    >>> items = list_workload()
+    >>> ("example", "car") in items and ("change", "task.features=sphere") in items
     True
     """
     from robsim.declare import families, fields_of
@@ -39,8 +40,8 @@ def list_workload() -> list[WorkloadItem]:
     features = (f"task.features={name}" for name in families()["feature"].names)
     laws = (f"task.law={name}" for name in families()["law"].names)
     effects = (
-        f'{where}=["{name}"]'
-        for noun, where in EFFECTS.items()
+        f'{path}=["{name}"]'
+        for noun, path in EFFECTS.items()
         for name, kind in families()[noun].kinds.items()
         if not any(each.required for each in fields_of(kind))
     )
@@ -52,22 +53,22 @@ def list_workload() -> list[WorkloadItem]:
 
 
 def run_workload_item(use: WorkloadItem) -> None:
-    """Do one thing that users do, in the folder where one is."""
-    kind, what = use
+    """Run one item of the workload in the current folder."""
+    kind, name = use
     if kind == "example":
-        robsim.load_scenario(robsim.examples.path(what)).run()
+        robsim.load_scenario(robsim.examples.path(name)).run()
     elif kind == "change":
-        _simulate_change(what)
+        _simulate_change(name)
     else:
         runner = doctest.DocTestRunner(verbose=False)
-        for test in doctest.DocTestFinder().find(import_module(what)):
+        for test in doctest.DocTestFinder().find(import_module(name)):
             runner.run(test, out=lambda text: None)
 
 
 def _simulate_change(change: str) -> None:
-    """Simulate a scenario with a change from one start, and from several."""
+    """Simulate a scenario with a change from one start and from several starts."""
     one = robsim.load_scenario(robsim.examples.path(SCENARIO), [change])
-    with suppress(InputError):  # a feature that needs another target, or two cameras
+    with suppress(InputError):  # the feature needs another target, or two cameras
         one.run()
         q0 = [one.scene.home] * RUNS
         robsim.simulate(

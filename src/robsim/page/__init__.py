@@ -1,4 +1,4 @@
-"""The page that shows runs, scenes and robots in a browser."""
+"""The HTML page that shows runs, scenes, robots and studies in a browser."""
 
 from robsim.base.lazy_names import attach_names
 

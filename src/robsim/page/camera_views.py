@@ -1,4 +1,4 @@
-"""What the cameras of a recording see: their images, the lines of their view, and the marks."""
+"""Cameras of a recording: their images, the lines of their field of view, and feature points."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from robsim.world.mounted_camera import MountedCamera
 if TYPE_CHECKING:
     import xarray as xr
 
-SIDE = 12  # points along each side of the border of an image, which a lens bends
+SIDE = 12  # points along each side of the image border, which distortion bends
 
 
 def list_mark_entries(stage: RecordingFrames, first: dict[str, int]) -> list[Entry]:
-    """Return the marks of all objects, with the colours that they have in the images."""
-    targets = [thing for thing in stage.moving.scene.objects if len(thing.marks)]
+    """Return the feature points of all objects, with the colours they have in the images."""
+    targets = [thing for thing in stage.motion.scene.objects if len(thing.marks)]
     return [
         {
             "frame": stage.frame(each.name),
@@ -35,9 +35,9 @@ def list_mark_entries(stage: RecordingFrames, first: dict[str, int]) -> list[Ent
 def list_camera_entries(
     stage: RecordingFrames, depth: float, run: xr.Dataset | None
 ) -> list[Entry]:
-    """Return the cameras of a scene; those that have a part in the run with their images."""
+    """Return the cameras of a scene, observing cameras first and with their images."""
     used = [] if run is None else run_data.list_run_cameras(run)
-    order = sorted(stage.moving.scene.cameras, key=lambda eye: (eye.name not in used, eye.name))
+    order = sorted(stage.motion.scene.cameras, key=lambda eye: (eye.name not in used, eye.name))
     return [
         {
             "name": eye.name,
@@ -55,6 +55,7 @@ def list_camera_entries(
 
 
 def _build_lens_entry(camera: Camera) -> Entry:
+    """Return image size and centre of a camera."""
     centre = np.atleast_3d(camera.K)[:2, 2, 0].tolist()
     return {"size": None if camera.size is None else list(camera.size), "centre": centre}
 
@@ -82,23 +83,24 @@ def _compute_border_rays(camera: Camera) -> Array:
 
 
 def collect_mark_pixels(run: xr.Dataset, suffix: str = "") -> dict[str, Array]:
-    """Return the pixels (T, N, 2) of the marks in each image, by the name of the array.
+    """Return the pixels (T, N, 2) of the feature points in each image, by the name of the array.
 
-    Without a suffix also those at the goal, (N, 2).
+    Without a suffix, also the goals (N, 2).
     """
-    found = {}
+    arrays = {}
     for eye in run_data.list_run_cameras(run):
         own = run["mark_camera"].values == eye
-        found[f"{eye}.pixels{suffix}"] = run["pixels"].values[:, own]
+        arrays[f"{eye}.pixels{suffix}"] = run["pixels"].values[:, own]
         if not suffix:
-            found[f"{eye}.goal"] = run["pixels_goal"].values[own]
-    return found
+            arrays[f"{eye}.goal"] = run["pixels_goal"].values[own]
+    return arrays
 
 
 def _build_pixels_entry(stage: RecordingFrames, run: xr.Dataset, eye: MountedCamera) -> Entry:
+    """Return the names of the arrays of an image, and colours and targets of its feature points."""
     view = run_data.select_camera_view(run, eye.name)
     numbers = view["mark_number"].values.tolist()
-    second = {"second": f"{eye.name}.pixels second"} if stage.moving.second else {}
+    second = {"second": f"{eye.name}.pixels second"} if stage.motion.second else {}
     return {
         "pixels": f"{eye.name}.pixels",
         **second,

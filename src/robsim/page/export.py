@@ -1,4 +1,4 @@
-"""Pages as files, read back as recordings, and shown where a person looks."""
+"""Pages as files: export, reading back, and display in a browser or a notebook."""
 
 from __future__ import annotations
 
@@ -24,23 +24,45 @@ from robsim.page.study_map import build_study_map
 from robsim.run.experiment import Experiment
 from robsim.studies.study_result import StudyResult
 
-LARGEST = 200_000_000  # bytes of a page that is read back
-HEIGHT = 560  # pixels, of a page in a notebook
+LARGEST = 200_000_000  # size of a page that can be read back, bytes
+HEIGHT = 560  # of a page in a notebook, pixels
 _RECORDING = r'<script type="text/plain" id="recording">(.*?)</script>'
 
 
 def export_html(
     shown: Any, path: str | os.PathLike[str], experiment: Experiment | None = None
 ) -> Path:
-    """Write a page that shows a run, an experiment, a scene, a robot or a study, as one HTML file.
+    """Write a page that shows a run, an experiment, a scene, a robot or a study as one HTML file.
 
-    It opens in any browser, from a mail or a slide, and needs neither a server nor a network. The
-    same run gives the same bytes.
+    The page shows the scene in 3-D, the camera images and the curves over time, with a slider; a
+    study is shown as a map with a dot for each run. The file opens in any browser and needs neither
+    a server nor a network. The same run gives the same bytes.
 
-    experiment  of a run whose experiment is Python code, which has no text
+    Parameters
+    ----------
+    shown : xarray.Dataset, MissionRun, Experiment, Scene, Robot or Study
+        A single run, a mission, or another object to show. An experiment is shown at its start, and
+        a scene or robot at home.
+    path : str or path-like
+        File to write.
+    experiment : Experiment, optional
+        Experiment of the run. Required if the run does not store it, because the experiment
+        contains Python code.
 
-    InputError: several runs, or nothing that can be shown. FileError: it cannot be written.
+    Returns
+    -------
+    pathlib.Path
+        Path of the page.
 
+    Raises
+    ------
+    InputError
+        If `shown` holds several runs, or has no page.
+    FileError
+        If the file cannot be written.
+
+    Examples
+    --------
     >>> from robsim import examples, load_scenario
     >>> run = load_scenario(examples.path("visp_tutorial")).run(duration=0.4)
     >>> recording = load_recording(export_html(run, "run.html"))
@@ -53,9 +75,29 @@ def export_html(
 def load_recording(path: str | os.PathLike[str]) -> Recording:
     """Return the recording in a page that `export_html` wrote.
 
-    Numbers are float32; poses are rounded to 1/65535 of the range of each of their components.
+    Numbers are rounded to float32, and poses to 1/65535 of the range of each of their components.
 
-    FileError: it cannot be read, or is no such page.
+    Parameters
+    ----------
+    path : str or path-like
+        Page to read.
+
+    Returns
+    -------
+    Recording
+        Header and arrays of the page.
+
+    Raises
+    ------
+    FileError
+        If the file cannot be read, or is not a page of RobSim.
+
+    Examples
+    --------
+    >>> from robsim import Robot
+    >>> arm = Robot.from_dh([[0, 0, 1, 0]], name="arm")
+    >>> load_recording(export_html(arm, "arm.html"))
+    <Recording 'arm' of 1 instants>
     """
     with convert_os_errors(path, "read"):
         if Path(path).stat().st_size > LARGEST:
@@ -64,19 +106,32 @@ def load_recording(path: str | os.PathLike[str]) -> Recording:
     try:
         header, arrays = unpack_recording(base64.b64decode(_extract_recording(text)))
         if header["format"] != FORMAT:
-            raise ValueError(f"it holds {format_value(header['format'])}, and not {FORMAT!r}")
+            raise ValueError(f"its format is {format_value(header['format'])}, not {FORMAT!r}")
         if header["version"] != VERSION:
-            raise ValueError(f"version {format_value(header['version'])}, and this reads {VERSION}")
+            raise ValueError(f"its version is {format_value(header['version'])}, not {VERSION}")
         return Recording(header, arrays)
     except (ValueError, LookupError, TypeError, AttributeError, zlib.error) as reason:
         raise FileError(f"{path}: not a page of RobSim: {reason}") from None
 
 
 def show(shown: Any, experiment: Experiment | None = None) -> None:
-    """Show a run, an experiment, a scene, a robot or a study: in the notebook, else in the browser.
+    """Show a run, an experiment, a scene, a robot or a study, in a notebook or in the browser.
 
-    Without a browser, a line says where the page is. The map of a study shows the row of each run;
-    the command `robsim studio FOLDER` simulates those that are clicked as well.
+    In a notebook the page appears below the cell. Elsewhere it opens in the browser; without a
+    browser the path of the page is printed. The map of a study shows the row of each run; use the
+    command `robsim studio FOLDER` to simulate a run when its dot is clicked.
+
+    Parameters
+    ----------
+    shown : xarray.Dataset, MissionRun, Experiment, Scene, Robot or Study
+        Object to show, as in `export_html`.
+    experiment : Experiment, optional
+        Experiment of the run, as in `export_html`.
+
+    Raises
+    ------
+    InputError
+        If `shown` holds several runs, or has no page.
     """
     page = build_html(_build_shown_recording(shown, experiment))
     if _is_notebook():
@@ -87,25 +142,25 @@ def show(shown: Any, experiment: Experiment | None = None) -> None:
 
 
 def _build_shown_recording(shown: Any, experiment: Experiment | None) -> Recording:
-    """Return what a page shows of a value: the map of a study, or a recording."""
+    """Return the recording of an object, or the map of a study."""
     if isinstance(shown, StudyResult):
         return build_study_map(shown)
     return build_recording(shown, experiment)
 
 
 def open_page_file(path: Path) -> None:
-    """Open a page in the browser, if there is one, and say where it is."""
+    """Open a page in the browser; without a browser print its path."""
     if not open_in_browser(path.resolve().as_uri()):
         print(f"open {path} in a browser to see it", file=sys.stderr)
 
 
 def open_in_browser(address: str) -> bool:
-    """Open an address in the browser, if there is one a person would see; return whether."""
+    """Open an address in the browser, and return whether a browser is available and opened it."""
     return has_browser() and webbrowser.open(address)
 
 
 def has_browser() -> bool:
-    """Return whether a person at this machine would see a browser open."""
+    """Return whether a user at this machine can see a browser window."""
     remote = any(os.environ.get(name) for name in ("CI", "SSH_CONNECTION", "SSH_TTY"))
     windows = sys.platform in ("win32", "darwin")
     display = os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")
@@ -113,7 +168,7 @@ def has_browser() -> bool:
 
 
 def render_notebook_cell(shown: Any) -> str:
-    """Return what a notebook shows of a value: the page, or a table where it has none."""
+    """Return the HTML that a notebook displays: the page, or a table if the object has no page."""
     try:
         return embed_page(build_html(build_recording(shown, trials=False)))
     except InputError:
@@ -122,7 +177,7 @@ def render_notebook_cell(shown: Any) -> str:
 
 
 def embed_page(page: str) -> str:
-    """Return a page as an element of another one, such as a notebook."""
+    """Return a page as an iframe element, to embed it in another page."""
     return (
         f'<iframe srcdoc="{escape(page)}" width="100%" height="{HEIGHT}" sandbox="allow-scripts" '
         'style="border: 1px solid #ccc; border-radius: 6px"></iframe>'
@@ -130,13 +185,14 @@ def embed_page(page: str) -> str:
 
 
 def _extract_recording(text: str) -> str:
-    found = re.search(_RECORDING, text, re.DOTALL)
-    if not found:
+    """Return the encoded recording of a page."""
+    match = re.search(_RECORDING, text, re.DOTALL)
+    if not match:
         raise ValueError("it has no recording")
-    return found[1]
+    return match[1]
 
 
 def _is_notebook() -> bool:
-    """Return whether this is a kernel of Jupyter."""
+    """Return whether the process is a Jupyter kernel."""
     shell = sys.modules.get("IPython")
     return shell is not None and type(shell.get_ipython()).__name__ == "ZMQInteractiveShell"

@@ -1,4 +1,4 @@
-"""The page as one HTML document, which needs neither a server nor a network."""
+"""The page as one HTML document that needs neither a server nor a network."""
 
 from __future__ import annotations
 
@@ -38,7 +38,8 @@ _EXPORT = re.compile(r"^export ", re.MULTILINE)
 def build_html(recording: Recording) -> str:
     """Return the HTML text of a page that shows a recording.
 
-    It makes no request, and its policy lets it make none; every text in it is data.
+    The page makes no request, and its content security policy permits none. Texts of the recording
+    are data, never markup.
     """
     return _fill_page_template(
         encode_recording_text(recording.header, recording.arrays, {"poses"}), "'none'"
@@ -46,59 +47,63 @@ def build_html(recording: Recording) -> str:
 
 
 def build_live_html() -> str:
-    """Return the HTML text of a page that shows what a server tells it, and asks no other."""
+    """Return the HTML text of a page that shows the messages of its own server only."""
     return _fill_page_template("", "'self'")
 
 
 def encode_recording_text(
     header: dict[str, Any], arrays: dict[str, NDArray[Any]], quantised: set[str], level: int = 9
 ) -> str:
-    """Return the text of a recording, which no script element can be ended by.
+    """Return the text of a recording, which contains nothing that ends a script element.
 
-    InputError: its arrays are more than a page can hold.
+    Raise InputError if the arrays are larger than a page can hold.
     """
     check_recording_size(arrays)
     return base64.b64encode(pack_recording(header, arrays, quantised, level)).decode()
 
 
-def _fill_page_template(recording: str, asked: str) -> str:
-    """Return the page with its data, which may ask for nothing but of `asked`."""
+def _fill_page_template(recording: str, connect_source: str) -> str:
+    """Return the page with its data; it may connect to `connect_source` only."""
     parts = {
-        "policy": _build_policy(asked),
+        "policy": _build_policy(connect_source),
         "style": _read_page_style(),
         "recording": recording,
         "script": _join_page_modules(),
     }
-    return re.sub(r"\{(\w+)\}", lambda found: parts[found[1]], _read_page_asset("page.html"))
+    return re.sub(r"\{(\w+)\}", lambda match: parts[match[1]], _read_page_asset("page.html"))
 
 
-def _build_policy(asked: str) -> str:
+def _build_policy(connect_source: str) -> str:
+    """Return the content security policy of the page."""
     own = {
         "script-src": _hash_text(_join_page_modules()),
         "style-src": _hash_text(_read_page_style()),
     }
     data = {"img-src": "data: blob:", "font-src": "data:"}
     never = dict.fromkeys(("base-uri", "form-action"), "'none'")
-    rules = {"default-src": "'none'", **own, **data, "connect-src": asked, **never}
+    rules = {"default-src": "'none'", **own, **data, "connect-src": connect_source, **never}
     return "; ".join(f"{name} {value}" for name, value in rules.items())
 
 
 def _hash_text(text: str) -> str:
+    """Return the hash of a text, as a source of a content security policy."""
     return f"'sha256-{base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()}'"
 
 
 @cache
 def _read_page_style() -> str:
+    """Return the style sheets in one text."""
     return _read_page_asset("vendor.css") + _read_page_asset("page.css")
 
 
 @cache
 def _join_page_modules() -> str:
-    """Return the modules in one scope: they import from each other, and no two names are equal."""
+    """Return all modules in one scope, without imports and exports; all their names differ."""
     own = (_EXPORT.sub("", _IMPORT.sub("", _read_page_asset(f"{name}.js"))) for name in MODULES)
     names = "const { THREE, OrbitControls, TransformControls, uPlot, GUI } = vendor;\n"
     return f'"use strict";(() => {{\n{_read_page_asset("vendor.js")}\n{names}{"".join(own)}}})();'
 
 
 def _read_page_asset(name: str) -> str:
+    """Return the text of a file of the folder static."""
     return (resources.files(__package__) / "static" / name).read_text(encoding="utf-8")

@@ -1,4 +1,4 @@
-"""What is drawn beside the things themselves: ghosts of goal, start, belief and a second scheme."""
+"""Outlines of goal, start, believed scene and second scheme, and trails of moving bodies."""
 
 from __future__ import annotations
 
@@ -27,33 +27,33 @@ if TYPE_CHECKING:
 def list_outline_entries(
     stage: RecordingFrames, belief: Scene | None, run: xr.Dataset, depth: float
 ) -> list[Entry]:
-    """Return the outlines of the goal, of the start, and of what is elsewhere for other eyes."""
-    began = build_solid_entries(
+    """Return the outlines of goal, start, displaced believed bodies, and second scheme."""
+    starts = build_solid_entries(
         stage,
-        stage.moving.scene,
+        stage.motion.scene,
         depth,
         "start",
-        lambda name: _hold_frame_pose(stage.moving.poses(name)[0]),
+        lambda name: _hold_frame_pose(stage.motion.poses(name)[0]),
     )
-    found = list_goal_entries(stage, run, depth) + [
-        part for part in began if _is_moving_part(stage, part)
+    entries = list_goal_entries(stage, run, depth) + [
+        part for part in starts if _is_moving_part(stage, part)
     ]
     if belief is not None:
         believed = build_solid_entries(
             stage, belief, depth, "belief", lambda name: _move_frame_in_belief(belief, name)
         )
-        found += [part for part in believed if _is_displaced_part(stage, part)]
-    if stage.moving.second is not None:
+        entries += [part for part in believed if _is_displaced_part(stage, part)]
+    if stage.motion.second is not None:
         second = build_solid_entries(
-            stage, stage.moving.second.scene, depth, "second", _move_frame_in_second
+            stage, stage.motion.second.scene, depth, "second", _move_frame_in_second
         )
-        found += [part for part in second if _is_moving_part(stage, part)]
-    return found
+        entries += [part for part in second if _is_moving_part(stage, part)]
+    return entries
 
 
 def list_goal_entries(stage: RecordingFrames, run: xr.Dataset, depth: float) -> list[Entry]:
-    """Return the outlines of what is at its goal, which the run says."""
-    scene, _ = stage.moving.spells[-1]
+    """Return the outlines of the bodies at the goal that the run stores."""
+    scene, _ = stage.motion.phases[-1]
     return [
         {
             "frame": stage.frame(name, "goal", _hold_frame_pose(scene.display.matrix @ T.matrix)),
@@ -67,31 +67,31 @@ def list_goal_entries(stage: RecordingFrames, run: xr.Dataset, depth: float) -> 
 
 
 def list_trail_entries(stage: RecordingFrames) -> list[Entry]:
-    """Return the frames of cameras and objects that move, whose ways are drawn."""
+    """Return the frames of the cameras and objects that move, with the colours of their paths."""
     colors = cycle([palette.VERMILLION, palette.PURPLE, palette.SKY_BLUE, palette.GREEN])
-    frames = [stage.frame(name) for name in list_cameras_and_objects(stage.moving.scene)]
+    frames = [stage.frame(name) for name in list_cameras_and_objects(stage.motion.scene)]
     along = [frame for frame in frames if np.ptp(stage.track(frame)[:, :3], axis=0).max() > STILL]
     return [{"frame": i, "color": color} for i, color in zip(along, colors, strict=False)]
 
 
 def _hold_frame_pose(T: Array) -> PosesOf:
-    """Return how a frame stays at T (4, 4)."""
-    return lambda moving: np.repeat(T[None], moving.count, axis=0)
+    """Return a function with the poses of a frame that stays at T (4, 4)."""
+    return lambda motion: np.repeat(T[None], motion.count, axis=0)
 
 
 def _move_frame_in_belief(belief: Scene, name: str) -> PosesOf:
-    """Return how a frame moves in another scene."""
-    return lambda moving: np.concatenate(
-        [compute_display_pose(belief, name, q) for _, q in moving.spells]
+    """Return a function with the poses of a frame in the believed scene."""
+    return lambda motion: np.concatenate(
+        [compute_display_pose(belief, name, q) for _, q in motion.phases]
     )
 
 
 def _move_frame_in_second(name: str) -> PosesOf:
-    """Return how a frame moves under the second scheme."""
+    """Return a function with the poses of a frame under the second scheme."""
 
-    def poses(moving: SceneMotion) -> Array:
-        assert moving.second is not None
-        return moving.second.poses(name)
+    def poses(motion: SceneMotion) -> Array:
+        assert motion.second is not None
+        return motion.second.poses(name)
 
     return poses
 
@@ -103,12 +103,12 @@ def _is_moving_part(stage: RecordingFrames, part: Entry) -> bool:
 
 
 def _is_displaced_part(stage: RecordingFrames, part: Entry) -> bool:
-    """Return whether a part is not where the true one is."""
+    """Return whether a part is displaced from its true frame."""
     true = _find_true_poses(stage, part)
     return true is None or bool(np.abs(stage.track(part["frame"]) - true).max() > STILL)
 
 
 def _find_true_poses(stage: RecordingFrames, part: Entry) -> Array | None:
-    """Return the true poses (T, 7) of the frame of a part, if there is such a frame."""
+    """Return the true poses (T, 7) of the frame of a part, or None if there is no such frame."""
     name, _ = list(stage.frames)[part["frame"]]
     return stage.track(stage.frame(name)) if (name, "true") in stage.frames else None

@@ -1,4 +1,4 @@
-"""Films: a scene as a page shows it, to which instants are added as they come."""
+"""Recordings of a scene that can be extended by instants while a run goes on."""
 
 from __future__ import annotations
 
@@ -26,22 +26,42 @@ FORMAT, VERSION = "robsim recording", 2
 
 @dataclass(frozen=True, eq=False)
 class Recording:
-    """A header and arrays by name, as `recording` describes them."""
+    """Content of a page: a header, and arrays by name.
+
+    `load_recording` reads a recording from a page.
+
+    Attributes
+    ----------
+    header : dict
+        Title, outcome, texts and events, and the frames, solids, cameras and curves that the page
+        shows. The module `robsim.page.recordings` describes the entries.
+    arrays : dict of str to array
+        Arrays by name, such as "time" (T,) in seconds and "poses" (T, frames, 7).
+
+    Examples
+    --------
+    >>> from robsim import Robot, export_html
+    >>> from robsim.page import load_recording
+    >>> arm = Robot.from_dh([[0, 0, 1, 0]], name="arm")
+    >>> recording = load_recording(export_html(arm, "arm.html"))
+    >>> recording.arrays["poses"].shape == (1, len(recording.header["frames"]), 7)
+    True
+    """
 
     header: dict[str, Any]
     arrays: dict[str, NDArray[Any]]
 
     def __repr__(self) -> str:
-        """Return what it shows, in a line."""
+        """Return the title and the number of instants."""
         return f"<Recording {self.header['title']!r} of {len(self.arrays['time'])} instants>"
 
 
 @dataclass(frozen=True, eq=False)
 class RecordingInstants:
-    """What a page shows of T instants: times (T,), motion, curves, and pixels by array name."""
+    """Data of T instants: times (T,), motion, curves, and pixels by array name."""
 
     time: Array
-    moving: SceneMotion
+    motion: SceneMotion
     curves: list[CurvePanel] = field(default_factory=list)
     images: dict[str, Array] = field(default_factory=dict)
 
@@ -49,39 +69,39 @@ class RecordingInstants:
     def of(
         cls, run: xr.Dataset, scene: Scene, second: tuple[xr.Dataset, Scene] | None = None
     ) -> RecordingInstants:
-        """Return the instants of a run, beside those of a second one of as many.
+        """Return the instants of a run and, beside it, of a second run with as many instants.
 
-        InputError: a run of another scene.
+        Raise InputError if the run belongs to another scene.
         """
         run_data.read_configurations(run, scene)
-        other, beside, pixels = None, None, collect_mark_pixels(run)
+        other, other_motion, pixels = None, None, collect_mark_pixels(run)
         if second is not None:
             other, other_scene = second
-            beside = SceneMotion.of(other_scene, other["q"].values)
+            other_motion = SceneMotion.of(other_scene, other["q"].values)
             pixels |= collect_mark_pixels(other, " second")
-        moving = SceneMotion.of(scene, run["q"].values, beside)
-        return cls(run["time"].values, moving, build_curve_panels(run, scene, other), pixels)
+        motion = SceneMotion.of(scene, run["q"].values, other_motion)
+        return cls(run["time"].values, motion, build_curve_panels(run, scene, other), pixels)
 
 
 class RecordingBuilder:
-    """The things of a scene as entries of a header, and how each of them moves.
+    """Builder of recordings: the bodies of a scene as header entries, and the motion of each.
 
-    What moves is found from `moving`, and `depth` metres is the size of cameras; `run` tells what
-    its cameras see, and where its goal is.
+    The moving frames are determined from `motion`. `depth` is the depth of camera
+    frustums in metres. `run` provides the camera images and the goal.
     """
 
     def __init__(
         self,
-        moving: SceneMotion,
+        motion: SceneMotion,
         run: xr.Dataset | None = None,
         belief: Scene | None = None,
         depth: float | None = None,
     ) -> None:
-        stage = self.stage = RecordingFrames(moving)
-        depth = self.depth = choose_frustum_depth(moving) if depth is None else depth
+        stage = self.stage = RecordingFrames(motion)
+        depth = self.depth = choose_frustum_depth(motion) if depth is None else depth
         first = {} if run is None else run_data.number_first_marks(run)
         self.entries: dict[str, list[Entry]] = {
-            "parts": build_solid_entries(stage, moving.scene, depth, "true"),
+            "parts": build_solid_entries(stage, motion.scene, depth, "true"),
             "marks": list_mark_entries(stage, first),
             "cameras": list_camera_entries(stage, depth, run),
             "trails": list_trail_entries(stage),
@@ -89,47 +109,47 @@ class RecordingBuilder:
         if run is not None:
             self.entries["parts"] += list_outline_entries(stage, belief, run, depth)
 
-    def recording(self, title: str, shown: RecordingInstants, **told: Any) -> Recording:
-        """Return the recording of some instants, with what there is to tell."""
+    def recording(self, title: str, instants: RecordingInstants, **entries: Any) -> Recording:
+        """Return the recording of some instants; `entries` are further entries of the header."""
         header = {
             "format": FORMAT,
             "version": VERSION,
             "title": title,
-            **{"outcome": "", "texts": {}, "events": [], **told},
-            "curves": [each.entry for each in shown.curves],
+            **{"outcome": "", "texts": {}, "events": [], **entries},
+            "curves": [each.entry for each in instants.curves],
             "reach": self.reach,
-            "frames": self.stage.listed,
+            "frames": self.stage.frame_entries,
             **self.entries,
         }
-        return Recording(header, {**self.stage.arrays, **self.arrays(shown)})
+        return Recording(header, {**self.stage.arrays, **self.arrays(instants)})
 
     def like(self, other: RecordingBuilder) -> bool:
-        """Return whether the same things are shown, wherever they are."""
-        mine, others = self.stage.arrays, other.stage.arrays
+        """Return whether another builder has the same entries and arrays."""
+        own, others = self.stage.arrays, other.stage.arrays
         return (
             self.entries == other.entries
-            and self.stage.listed == other.stage.listed
-            and all(np.array_equal(mine[name], others[name]) for name in mine)
+            and self.stage.frame_entries == other.stage.frame_entries
+            and all(np.array_equal(own[name], others[name]) for name in own)
         )
 
     @property
     def reach(self) -> list[list[float]]:
         """The lowest and highest coordinates of the origins of all frames, in metres."""
-        at = self.stage.poses(self.stage.moving)[..., :3].reshape(-1, 3)
+        at = self.stage.poses(self.stage.motion)[..., :3].reshape(-1, 3)
         ends = (at.min(axis=0), at.max(axis=0)) if len(at) else (np.zeros(3), np.zeros(3))
         return [[float(np.float32(x)) for x in end] for end in ends]
 
-    def arrays(self, shown: RecordingInstants) -> dict[str, NDArray[Any]]:
-        """Return the arrays that have a row for each instant, and those of goals in images."""
+    def arrays(self, instants: RecordingInstants) -> dict[str, NDArray[Any]]:
+        """Return the arrays that have a row for each instant, and the goals in the images."""
         return {
-            "time": shown.time,
-            "poses": self.stage.poses(shown.moving),
-            **{each.array: each.values for each in shown.curves},
-            **shown.images,
+            "time": instants.time,
+            "poses": self.stage.poses(instants.motion),
+            **{each.array: each.values for each in instants.curves},
+            **instants.images,
         }
 
 
 def find_task_belief(experiment: Experiment) -> Scene | None:
-    """Return what the task believes of the scene, where that is something else."""
+    """Return the scene that the task assumes, if it differs from the true scene."""
     belief: Scene | None = getattr(experiment.task, "belief", None)
     return None if belief in (None, experiment.scene) else belief

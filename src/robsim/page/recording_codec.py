@@ -1,9 +1,9 @@
-"""Recordings as bytes that a page unpacks, and back: a container, compressed.
+"""Recordings as compressed bytes that a page unpacks.
 
-Its header lists the name, kind and shape of each array. Numbers are float32, little endian. Bytes
-of one significance stand together, which compress well: all first bytes, then all second ones.
-Poses are `quantised`: whole numbers of 16 bits over the range of each component, of which the
-differences from instant to instant are stored.
+The container has a header that lists the name, kind and shape of each array. Numbers are float32 or
+uint32, little endian. Bytes of the same significance are stored together, first bytes before second
+bytes, because they compress well. Poses are `quantised`: 16-bit integers over the range of each
+component, stored as differences between instants.
 """
 
 from __future__ import annotations
@@ -23,13 +23,13 @@ from robsim.container import pack_container, unpack_container
 
 LEVELS = 65535  # steps in the range of a quantised component
 KINDS = ("f4", "u4", "u2")
-MOST_BYTES = 1 << 30  # of an unpacked recording
+MOST_BYTES = 1 << 30  # size of an unpacked recording
 
 
 def pack_recording(
     header: dict[str, Any], arrays: dict[str, NDArray[Any]], quantised: set[str], level: int = 9
 ) -> bytes:
-    """Return the compressed bytes of a recording; the level is that of gzip."""
+    """Return the compressed bytes of a recording; `level` is the level of gzip."""
     table, pieces = [], []
     for name, array in arrays.items():
         entry, data = (_encode_quantised if name in quantised else _encode_numbers)(array)
@@ -41,7 +41,7 @@ def pack_recording(
 
 
 def unpack_recording(data: bytes) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
-    """Return the header and the arrays of `pack_recording` bytes. ValueError: damaged, or too large."""
+    """Return header and arrays of a packed recording; raise ValueError if damaged or too large."""
     content = zlib.decompressobj(wbits=31).decompress(data, MOST_BYTES)
     header, pieces = unpack_container(BytesIO(content))
     pairs = zip(header.pop("arrays"), pieces, strict=True)
@@ -49,12 +49,13 @@ def unpack_recording(data: bytes) -> tuple[dict[str, Any], dict[str, NDArray[Any
 
 
 def _encode_numbers(array: NDArray[Any]) -> tuple[dict[str, Any], NDArray[np.uint8]]:
+    """Return kind and bytes of an array of numbers."""
     kind = "<u4" if array.dtype.kind in "iu" else "<f4"
     return {"kind": kind[1:]}, _split_byte_planes(np.ascontiguousarray(array, dtype=kind))
 
 
 def _encode_quantised(array: Array) -> tuple[dict[str, Any], NDArray[np.uint8]]:
-    """Return ranges and bytes of an array (T, ...); what is not finite stays where it was."""
+    """Return kind, ranges and bytes of a quantised array (T, ...)."""
     flat = array.reshape(len(array), -1)
     low, high = flat.min(axis=0, initial=np.inf), flat.max(axis=0, initial=-np.inf)
     step = np.where(high > low, (high - low) / LEVELS, 1.0)
@@ -65,11 +66,12 @@ def _encode_quantised(array: Array) -> tuple[dict[str, Any], NDArray[np.uint8]]:
 
 
 def _split_byte_planes(array: NDArray[Any]) -> NDArray[np.uint8]:
+    """Return the bytes of an array, grouped by significance."""
     return array.reshape(-1).view(np.uint8).reshape(-1, array.dtype.itemsize).T
 
 
 def _decode_array(entry: dict[str, Any], planes: NDArray[Any]) -> NDArray[Any]:
-    """Return an array from its bytes (significances, numbers)."""
+    """Return an array from its byte planes (significances, numbers)."""
     if entry["kind"] not in KINDS or planes.dtype != np.uint8:
         raise ValueError(f"no array: {format_value(entry)}")
     kind, shape = np.dtype(f"<{entry['kind']}"), tuple(entry["shape"])
@@ -79,12 +81,12 @@ def _decode_array(entry: dict[str, Any], planes: NDArray[Any]) -> NDArray[Any]:
     if entry["kind"] != "u2":
         return values.reshape(shape)
     rows = np.cumsum(values.reshape(-1, shape[0]), axis=1, dtype=np.uint16).T
-    found = np.asarray(entry["low"]) + rows * np.asarray(entry["step"])
-    return np.asarray(found.reshape(shape), dtype=np.float32)
+    numbers = np.asarray(entry["low"]) + rows * np.asarray(entry["step"])
+    return np.asarray(numbers.reshape(shape), dtype=np.float32)
 
 
 def check_recording_size(arrays: dict[str, NDArray[Any]]) -> None:
-    """Raise InputError where a page could not hold the arrays."""
+    """Raise InputError if the arrays are larger than a page can hold."""
     size = sum(array.size * 4 for array in arrays.values())
     if size > MOST_BYTES:
         raise InputError(f"a recording of {size / 1e9:.1f} GB is more than a page can hold")

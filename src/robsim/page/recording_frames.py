@@ -1,4 +1,4 @@
-"""The solids of a scene as a page draws them: triangles and edges on frames that move."""
+"""Frames of a recording, and its solids as triangles and edges on these frames."""
 
 from __future__ import annotations
 
@@ -16,54 +16,61 @@ from robsim.plot.scene_motion import SceneMotion
 from robsim.plot.wireframe import ScenePart, WireSolid, list_scene_parts
 from robsim.world.scene import Scene
 
-Entry = dict[str, Any]  # of a header
-PosesOf = Callable[[SceneMotion], Array]  # (T, 4, 4)
+Entry = dict[str, Any]  # of the header of a recording
+PosesOf = Callable[[SceneMotion], Array]  # the poses (T, 4, 4) of a frame
 
 
 @dataclass
 class RecordingFrames:
-    """The frames of a recording, how each moves, and the arrays of its solids.
+    """Frames of a recording, the motion of each, and the arrays of its solids.
 
-    By `moving` it is found which of them move.
+    Attributes
+    ----------
+    motion : Moving
+        Motion of the frames.
+    frames : dict
+        Functions that return the poses (T, 4, 4) of a frame in a motion, by (name, group).
+    arrays : dict
+        Arrays by name.
     """
 
-    moving: SceneMotion
-    frames: dict[tuple[str, str], PosesOf] = field(default_factory=dict)  # by name and group
+    motion: SceneMotion
+    frames: dict[tuple[str, str], PosesOf] = field(default_factory=dict)  # keys: (name, group)
     arrays: dict[str, NDArray[Any]] = field(default_factory=dict)
 
     def frame(self, name: str, group: str = "true", poses: PosesOf | None = None) -> int:
-        """Return the number of a frame, whose poses are those of its name if not given."""
+        """Return the number of a frame; by default its poses are the poses of its name."""
         if (name, group) not in self.frames:
             self.frames[name, group] = poses or methodcaller("poses", name)
         return list(self.frames).index((name, group))
 
     @property
-    def listed(self) -> list[dict[str, str]]:
+    def frame_entries(self) -> list[dict[str, str]]:
         """The frames in their order, as entries of a header."""
         return [{"name": name, "group": group} for name, group in self.frames]
 
     def track(self, number: int) -> Array:
         """Return the poses (T, 7) of a frame."""
-        return convert_poses_to_numbers(list(self.frames.values())[number](self.moving))
+        return convert_poses_to_numbers(list(self.frames.values())[number](self.motion))
 
-    def poses(self, moving: SceneMotion) -> Array:
+    def poses(self, motion: SceneMotion) -> Array:
         """Return the poses (T, frames, 7) of all frames."""
-        tracks = [convert_poses_to_numbers(poses(moving)) for poses in self.frames.values()]
-        return np.stack(tracks, axis=1) if tracks else np.zeros((moving.count, 0, 7))
+        tracks = [convert_poses_to_numbers(poses(motion)) for poses in self.frames.values()]
+        return np.stack(tracks, axis=1) if tracks else np.zeros((motion.count, 0, 7))
 
     def array(self, name: str, values: Any) -> str:
-        """Keep an array under a name, and return that."""
+        """Store an array under a name, and return the name."""
         self.arrays[name] = np.asarray(values)
         return name
 
 
 def convert_poses_to_numbers(T: Array) -> Array:
-    """Return x, y, z and the unit quaternion x, y, z, w (T, 7) of poses, without leaps of sign."""
-    found = Pose(T)
-    quaternion = found.quaternion
+    """Return poses as x, y, z and unit quaternion x, y, z, w (T, 7), continuous in sign."""
+    pose = Pose(T)
+    quaternion = pose.quaternion
     leaps = np.sum(quaternion[1:] * quaternion[:-1], axis=-1) < 0
     signs = np.cumprod(np.concatenate([[1.0], np.where(leaps, -1.0, 1.0)]))
-    return np.concatenate([found.position, quaternion * signs[:, None]], axis=-1)
+    return np.concatenate([pose.position, quaternion * signs[:, None]], axis=-1)
 
 
 def build_solid_entries(
@@ -71,26 +78,28 @@ def build_solid_entries(
 ) -> list[Entry]:
     """Return the parts of a scene as entries of a header.
 
-    `of` returns how a frame of a name moves, where that is not as in the scene that is shown.
+    `of` maps the name of a frame to a function that returns its poses, if they differ from its
+    motion in the shown scene.
     """
     return [_build_solid_entry(stage, part, group, of) for part in list_scene_parts(scene, depth)]
 
 
 def _build_solid_entry(stage: RecordingFrames, part: ScenePart, group: str, of: Any) -> Entry:
-    place, there = (
+    """Return the entry of a solid, or of a line between two frames."""
+    start, end = (
         stage.frame(name, group, of and of(name)) if name else None
         for name in (part.frame, part.to)
     )
-    entry = {"frame": place, "label": part.wire.label, "color": part.wire.color}
+    entry = {"frame": start, "label": part.wire.label, "color": part.wire.color}
     if part.to:
-        return {**entry, "to": there}
-    return {**entry, **add_shape_arrays(stage, part.wire), "sheer": part.wire.sheer}
+        return {**entry, "to": end}
+    return {**entry, **add_shape_arrays(stage, part.wire), "sheer": part.wire.transparent}
 
 
 def add_shape_arrays(stage: RecordingFrames, wire: WireSolid) -> Entry:
-    """Return the names of the arrays of a solid: corners of its triangles, and its edges.
+    """Return the names of the arrays of a solid: the corners of its triangles, and its edges.
 
-    Its faces are convex.
+    The faces must be convex.
     """
     key = f"shape{len(stage.arrays)}"
     fans = [face[[0, i, i + 1]] for face in wire.faces for i in range(1, len(face) - 1)]

@@ -1,26 +1,27 @@
-"""Recordings: what a page needs to show a run, a scene or a robot, and nothing to compute.
+"""Recordings of runs, missions, scenes and robots: all data that a page shows.
 
-A recording is a header, which JSON holds, and arrays by name. `film.VERSION` counts its forms:
+A recording has a header, which is stored as JSON, and arrays by name. The version of this format is
+`robsim.page.recording_builder.VERSION`. The entries of the header are:
 
-format, version  "robsim recording", 1
-title, outcome   of the run; the outcome is a name of `robsim.Outcome`, or empty
-texts            {heading: text}: how it ended, what `explain` says, the experiment as TOML
-reach            lowest and highest coordinates of the origins of all frames, over all instants
-frames           {name, group} of each frame; "poses" (T, frames, 7) are x, y, z, and the unit
-                 quaternion x, y, z, w, in the frame of the figures
-parts            solids: the number of their frame, label, colour, and the names of their arrays:
-                 "triangles" (corners, 3) and "edges" (ends, 3) in axes of the frame, metres; or
-                 "to", the number of the frame to which a line goes. Those of group "true" are what
-                 is, of "belief" what the controller believes, of "goal" where it is to end, of
-                 "start" where it began, of "second" what another scheme does
-marks            points of a target: its frame, "points" (N, 3), their colours
-cameras          name, frame, image size and centre, "frustum" (ends, 3) lines in camera axes,
-                 "pixels" (T, N, 2) and "goal" (N, 2) of its marks, their colours; "second"
-                 (T, N, 2) are the pixels under another scheme
-trails           frames whose ways are drawn, with their colours
-curves           title, unit, names, colours, "values" (T, n), and whether the axis is logarithmic
-events           {time, text}
-time             "time" (T,), seconds
+* format, version: "robsim recording", and the number of the version.
+* title, outcome: of the run; the outcome is a name of `robsim.Outcome`, or empty.
+* texts: {heading: text}, the ending, the explanation, and the experiment as TOML.
+* reach: lowest and highest coordinates of the origins of all frames over all instants.
+* frames: {name, group} of each frame. The array "poses" (T, frames, 7) has x, y, z and the unit
+  quaternion x, y, z, w relative to the frame of the figures.
+* parts: solids, each with the number of its frame, label, colour, and the names of its arrays
+  "triangles" (corners, 3) and "edges" (ends, 3) in metres in its frame; or "to", the number of the
+  frame at the end of a line. The groups of frames are "true" (the scene), "belief" (the scene that
+  the task assumes), "goal", "start" and "second" (the second scheme).
+* marks: feature points of a target: its frame, "points" (N, 3), and their colours.
+* cameras: name, frame, image size and centre; "frustum" (ends, 3), lines in camera axes; "pixels"
+  (T, N, 2) and "goal" (N, 2) of the feature points, and their colours; "second" (T, N, 2), the
+  pixels under the second scheme.
+* trails: frames with a drawn path, and their colours.
+* curves: title, unit, names, colours, "values" (T, n), and whether the axis is logarithmic.
+* events: {time, text} of each event.
+
+The array "time" (T,) has the times in seconds.
 """
 
 from __future__ import annotations
@@ -53,11 +54,11 @@ if TYPE_CHECKING:
 def build_recording(
     shown: Any, experiment: Experiment | None = None, *, trials: bool = True
 ) -> Recording:
-    """Return the recording of a run, an experiment at its start, a scene, or a robot at home.
+    """Return the recording of a run, a mission, an experiment at its start, a scene or a robot.
 
-    What `explain` says of a run stands in it, with what it tries where `trials` are wanted.
-
-    InputError: anything else, several runs, or a run of Python code without its experiment.
+    The recording of a run contains its explanation, including the trials of `explain` if `trials`.
+    Raise InputError if the object has another type, holds several runs, or needs `experiment`
+    because its experiment contains Python code.
     """
     if isinstance(shown, Robot):
         return _record_still_scene(Scene((shown,)), shown.name)
@@ -70,51 +71,53 @@ def build_recording(
         return _record_mission(shown)
     if hasattr(shown, "data_vars"):
         return _record_run(shown, experiment, trials)
-    known = "a run, an experiment, a scene, a robot or a study"
-    raise InputError(f"expected {known}, got {format_value(shown)}")
+    expected = "a run, an experiment, a scene, a robot or a study"
+    raise InputError(f"expected {expected}, got {format_value(shown)}")
 
 
 def _record_still_scene(scene: Scene, title: str, q: Any = None) -> Recording:
+    """Return the recording of a scene at one configuration."""
     values = scene.coordinates(scene.home if q is None else q, limits=False)[None]
-    moving = SceneMotion.of(scene, values)
+    motion = SceneMotion.of(scene, values)
     warn_missing_meshes(scene)
-    return RecordingBuilder(moving).recording(title, RecordingInstants(np.zeros(1), moving))
+    return RecordingBuilder(motion).recording(title, RecordingInstants(np.zeros(1), motion))
 
 
 def _record_run(run: xr.Dataset, experiment: Experiment | None, trials: bool) -> Recording:
+    """Return the recording of a run."""
     one = run_data.extract_single_run(run)
-    made = Experiment.of(run) if experiment is None else experiment
-    shown = RecordingInstants.of(one, made.scene)
-    warn_missing_meshes(made.scene)
-    film = RecordingBuilder(shown.moving, one, find_task_belief(made))
+    source = Experiment.of(run) if experiment is None else experiment
+    instants = RecordingInstants.of(one, source.scene)
+    warn_missing_meshes(source.scene)
+    film = RecordingBuilder(instants.motion, one, find_task_belief(source))
     outcome = Outcome(int(one["outcome"])).name
-    told = {
+    entries = {
         "outcome": outcome,
-        "texts": collect_run_texts(run, made, trials),
+        "texts": collect_run_texts(run, source, trials),
         "events": list_run_events(one),
     }
-    return film.recording(made.title or "run", shown, **told)
+    return film.recording(source.title or "run", instants, **entries)
 
 
 def _record_mission(mission: MissionRun) -> Recording:
-    """Return the motion of all phases; images are those of its phases alone."""
-    joined, legs = mission.run, mission.legs
-    moving = SceneMotion.of_mission(mission)
+    """Return the recording of a mission: the motion of all phases, without images."""
+    run, legs = mission.run, mission.legs
+    motion = SceneMotion.of_mission(mission)
     text = mission.attrs.get("scenario", "")
-    begun = [{"time": leg.start, "text": leg.name} for leg in legs]
-    told = {
+    starts = [{"time": leg.start, "text": leg.name} for leg in legs]
+    entries = {
         "outcome": legs[-1].outcome.name,
         "texts": {"mission": str(mission), "experiment": text},
-        "events": [*begun, {"time": legs[-1].end, "text": _describe_mission_ending(mission)}],
+        "events": [*starts, {"time": legs[-1].end, "text": _describe_mission_ending(mission)}],
     }
     title = Experiment.of(mission).title if text else None
-    shown = RecordingInstants(joined["time"].values, moving, build_joint_panels(joined))
-    warn_missing_meshes(moving.scene)
-    return RecordingBuilder(moving).recording(title or "mission", shown, **told)
+    instants = RecordingInstants(run["time"].values, motion, build_joint_panels(run))
+    warn_missing_meshes(motion.scene)
+    return RecordingBuilder(motion).recording(title or "mission", instants, **entries)
 
 
 def _describe_mission_ending(mission: MissionRun) -> str:
-    """Return how many phases were done, and by when, as a title."""
+    """Return the number of completed phases and the end time, as a title."""
     done = f"{mission.planned} phases"
     if not mission.succeeded:
         done = f"{sum(leg.succeeded for leg in mission.legs)} of {done}"

@@ -1,23 +1,25 @@
-"""Maps of studies: what a page needs to show thousands of runs as points, one for each.
+"""Maps of studies: the data of a page that shows thousands of runs as points.
 
-A map is a recording of another form, a header and arrays by name:
+A map is a recording with another format, a header and arrays by name. The entries of the header
+are:
 
-format, version  "robsim study", 1
-title            of the experiment that was varied
-summary          how many runs of how many draws there are
-columns          those of the table (`robsim.studies.result_columns.COLUMN_MEANINGS`), each an array of one number
-                 a run: name, unit, whether it is shared, or a measure of the end, which runs that
-                 could not begin have not; where `labels` are given, the array holds
-                 their codes, and `numbers` are the numbers for which they stand, if any
-outcomes         name, words and colour of each that occurs, in the order of the codes
-filters          names of the columns that one may hold at a value
-in_turn, cells   those of them that runs of one draw differ in, and how many such runs there are;
-                 `shared` columns have one number for all of these
-counts           how the runs ended: for each value of `by`, the runs, those that began, and the
-                 share of each outcome with its interval
-notes            what the counts count
+* format, version: "robsim study", and the number of the version.
+* title: of the experiment that was varied.
+* summary: the numbers of runs and draws.
+* columns: the columns of the table, each an array with one number for each run. The meanings are in
+  `robsim.studies.result_columns.COLUMN_MEANINGS`.
+  An entry has name, unit, whether the column is shared, and whether it is a measure of the end,
+  which runs that could not begin lack. If `labels` are given, the array has codes, and `numbers`
+  has the numbers of the codes, if any.
+* outcomes: name, words and colour of each outcome that occurs, in the order of the codes.
+* filters: names of the columns that can be held at one value.
+* in_turn, cells: the columns that differ within one draw, and the number of runs of a draw. Columns
+  that are `shared` have one number for all of these runs.
+* counts: how the runs ended: for each value of `by`, the number of runs, the number that began, and
+  the share of each outcome with its interval.
+* notes: remarks about the counts.
 
-Numbers are float32, and whole ones below 2^32 uint32.
+Numbers are float32; integers below 2^32 are uint32.
 """
 
 from __future__ import annotations
@@ -38,23 +40,23 @@ from robsim.studies.study_axes import StudyAxis
 from robsim.studies.study_result import StudyResult
 
 FORMAT, VERSION = "robsim study", 1
-MOST_RUNS = 1_000_000  # points that a page moves at the pace of a hand
+MOST_RUNS = 1_000_000  # points that a page can move fluently
 MEASURES = tuple(COLUMN_MEANINGS)[tuple(COLUMN_MEANINGS).index("began") + 1 :]
 _UNIT = re.compile(r"\(([^()]*)\)$")  # at the end of a meaning
 
 
 class StudyMap(Recording):
-    """The map of a study, see the module."""
+    """The map of a study; the module describes its header and arrays."""
 
     def __repr__(self) -> str:
-        """Return what it shows, in a line."""
+        """Return the title and the number of runs."""
         return f"<StudyMap {self.header['title']!r} of {len(self.arrays['run'])} runs>"
 
 
 def build_study_map(study: StudyResult) -> StudyMap:
-    """Return the map of the runs that a study has.
+    """Return the map of the runs of a study.
 
-    InputError: there are none, or more than a page can show.
+    Raise InputError if there are no runs, or more than a page can show.
     """
     _check_map_size(study)
     labelled = {axis.name: axis for axis in study.plan.axes if _has_few_values(axis)}
@@ -76,19 +78,20 @@ def build_study_map(study: StudyResult) -> StudyMap:
 
 
 def _check_map_size(study: StudyResult) -> None:
+    """Raise InputError if there are no runs, or more than a page can show."""
     if study.plan.runs > MOST_RUNS:
         raise InputError(
             f"a map shows at most {MOST_RUNS} runs, and this study has {study.plan.runs}; "
             "count them by study.counts, or plot study.table"
         )
     if not len(study.runs):
-        raise InputError("the study has no runs yet, of which a map could be made")
+        raise InputError("the study has no runs yet, so it has no map")
 
 
 def _build_map_columns(
     study: StudyResult, labelled: dict[str, StudyAxis]
 ) -> tuple[list[dict[str, Any]], dict[str, NDArray[Any]]]:
-    """Return what is said of each column but the outcome, and its numbers or codes."""
+    """Return the entries of all columns but the outcome, and their numbers or codes."""
     units, shared = _find_column_units(study), _find_shared_columns(study)
     columns: list[dict[str, Any]] = []
     arrays: dict[str, NDArray[Any]] = {}
@@ -106,41 +109,44 @@ def _build_map_columns(
 
 
 def _has_few_values(axis: StudyAxis) -> bool:
-    """Return whether the values of an axis are few enough to hold the map at one of them."""
+    """Return whether an axis has few enough values to hold the map at one of them."""
     return axis.values is not None and (not axis.is_number or len(axis.values) <= MOST_GROUPS)
 
 
 def _list_axis_labels(axis: StudyAxis) -> dict[str, Any]:
+    """Return the labels of an axis, and its numbers if it has numbers."""
     values = list((axis.values or {}).values())
     return {"labels": axis.labels, **({"numbers": values} if axis.is_number else {})}
 
 
 def _encode_axis_values(study: StudyResult, axis: StudyAxis) -> NDArray[Any]:
+    """Return the code of the value of each run."""
     return study.plan.codes(axis, study.runs).astype(np.uint32)
 
 
 def _convert_column_numbers(study: StudyResult, name: str) -> NDArray[Any]:
+    """Return a column as float32, or uint32 if it has integers."""
     values: NDArray[Any] = study.table[name].to_numpy()
     whole = values.dtype.kind in "iub"
-    with np.errstate(over="ignore"):  # beyond float32 it is infinite, which the page does not place
+    with np.errstate(over="ignore"):  # too large for float32: infinite, not drawn
         return np.asarray(values, dtype=np.uint32 if whole else np.float32)
 
 
 def _list_map_outcomes(study: StudyResult) -> tuple[list[dict[str, str]], NDArray[Any]]:
-    """Return the outcomes that occur, and which of them each run has."""
+    """Return the entries of the outcomes that occur, and the code of each run."""
     own = study.table["outcome"].cat.remove_unused_categories()
-    named = [Outcome[str(name)] for name in own.cat.categories]
-    found = [
+    occurring = [Outcome[str(name)] for name in own.cat.categories]
+    entries = [
         {"name": each.name, "words": each.words, "color": palette.OUTCOMES[each][0]}
-        for each in named
+        for each in occurring
     ]
-    return found, own.cat.codes.to_numpy().astype(np.uint32)
+    return entries, own.cat.codes.to_numpy().astype(np.uint32)
 
 
 def _find_column_units(study: StudyResult) -> dict[str, str]:
-    """Return the units of the columns that have one."""
-    found = {name: _UNIT.search(meaning) for name, meaning in COLUMN_MEANINGS.items()}
-    own = {name: match[1] for name, match in found.items() if match}
+    """Return the units of the columns that have a unit."""
+    matches = {name: _UNIT.search(meaning) for name, meaning in COLUMN_MEANINGS.items()}
+    own = {name: match[1] for name, match in matches.items() if match}
     declared = {each.path: each.unit for each in study.experiment.controls()}
     for axis in study.plan.axes:
         unit = declared.get(axis.name)
@@ -149,20 +155,22 @@ def _find_column_units(study: StudyResult) -> dict[str, str]:
 
 
 def _find_shared_columns(study: StudyResult) -> set[str]:
-    """Return the columns in which runs of one draw do not differ."""
-    drawn = {axis.name for axis in study.plan.axes if not axis.in_turn}
-    return {"draw", *drawn, *(name for name in COLUMN_MEANINGS if name.startswith("start_"))}
+    """Return the columns that are equal in all runs of one draw."""
+    random = {axis.name for axis in study.plan.axes if not axis.in_turn}
+    return {"draw", *random, *(name for name in COLUMN_MEANINGS if name.startswith("start_"))}
 
 
 def _summarise_plan(study: StudyResult) -> str:
-    plan, there = study.plan, len(study.runs)
+    """Return the numbers of runs, draws and varied values as text."""
+    plan, count = study.plan, len(study.runs)
     turns = " × ".join(f"{len(axis.labels)} values of {axis.name}" for axis in plan.in_turn)
     draws = f"{plan.draws} draws" + (f" × {turns}" if turns else "")
-    part = "" if there == plan.runs else f" of {plan.runs}"
-    return f"{there}{part} runs: {draws}"
+    part = "" if count == plan.runs else f" of {plan.runs}"
+    return f"{count}{part} runs: {draws}"
 
 
 def _build_count_entries(study: StudyResult, names: list[str]) -> dict[str, Any]:
+    """Return the counts of the outcomes by the first column with few values."""
     in_turn = (axis.name for axis in study.plan.in_turn if len(axis.labels) <= MOST_GROUPS)
     counts = study.counts(next(in_turn, None))
     return {
@@ -173,7 +181,7 @@ def _build_count_entries(study: StudyResult, names: list[str]) -> dict[str, Any]
 
 
 def _build_count_rows(counts: OutcomeCounts, names: list[str]) -> list[dict[str, Any]]:
-    """Return the rows of counts; the outcomes in them are numbers of those that occur."""
+    """Return the rows of counts; each outcome is the index of its entry."""
     return [
         {
             "label": label,

@@ -1,8 +1,9 @@
-"""Figures of scenes and runs, made with Matplotlib; a figure is returned, never shown.
+"""Figures of scenes, runs, comparisons and studies, drawn with Matplotlib.
 
-Where Matplotlib opens windows, plt.show() shows them; elsewhere they are the caller's alone, to
-save with figure.savefig("name.pdf"). A notebook shows the figure that is the last line of a cell,
-as it does with any value; display(figure) shows one before that.
+Every function returns a `matplotlib.figure.Figure` and shows nothing. If the backend of Matplotlib
+opens windows, pyplot manages the figure and `plt.show()` shows it. With other backends only the
+caller holds the figure; save it with `figure.savefig("name.pdf")`. A notebook displays a figure
+that is the last expression of a cell; call `display(figure)` to show a figure earlier in a cell.
 """
 
 from robsim.base.lazy_names import attach_names

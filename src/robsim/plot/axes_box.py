@@ -1,4 +1,4 @@
-"""The box of a 3-D drawing: true proportions, a ground, and a view that fills the axes."""
+"""The box of a 3-D figure: true proportions, a ground, and a view that fills the axes."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from robsim.plot import palette
 from robsim.plot.canvas import parse_number_pair
 
 VIEW = (22.0, -55.0)  # elevation and azimuth, degrees
-FLATTEST = 0.4  # the shortest side of the drawn box, as a share of its longest
-WIDEST = 1e30  # metres, beyond which projections are not finite
-FILLED = 0.72  # share of the user's axes that the box takes; the rest is for its labels
-LABELS = (0.3, 0.52, 0.68, 0.1)  # inches left, below, right and above of the box, for its labels
+FLATTEST = 0.4  # least side of the drawn box, as a share of its longest side
+WIDEST = 1e30  # metres; projections of larger scenes are not finite
+FILLED = 0.72  # share of the user's axes that the box fills; the rest is for labels
+LABELS = (0.3, 0.52, 0.68, 0.1)  # inches for labels left of, below, right of and above the box
 GROUND = "#f4f4f1"
-TICK, LABEL = (10.0, 10.0, 18.0), (27.0, 27.0, 42.0)  # points from the edges of x, y, z
+TICK, LABEL = (10.0, 10.0, 18.0), (27.0, 27.0, 42.0)  # distances from the edges of x, y, z, points
 Box = tuple[Array, Array]  # the lowest and the highest corner (3,), in metres
 
 
@@ -36,7 +36,7 @@ class InnerTicks(MultipleLocator):
 def parse_view(view: Any) -> tuple[float, float]:
     """Return the view (elevation, azimuth) in degrees; None is the default view.
 
-    InputError: anything but two finite numbers.
+    Raise InputError unless it is two finite numbers.
     """
     return (
         VIEW if view is None else parse_number_pair(view, "view", "(elevation, azimuth) in degrees")
@@ -44,7 +44,7 @@ def parse_view(view: Any) -> tuple[float, float]:
 
 
 def check_3d_axes(axes: Any) -> Any:
-    """Return the axes; InputError unless they are 3-D."""
+    """Return the axes; raise InputError unless they are 3-D."""
     if not isinstance(axes, Axes3D):
         raise InputError(
             f"ax: expected 3-D axes, as plt.subplots(subplot_kw={{'projection': '3d'}}) gives, "
@@ -54,18 +54,17 @@ def check_3d_axes(axes: Any) -> Any:
 
 
 def compute_axes_box(points: Array, bounds: Any = None) -> Box:
-    """Return the lowest and highest corner (3,) of a box that holds points (N, 3), in metres.
+    """Return the lowest and highest corner (3,) of a box around points (N, 3), in metres.
 
-    No side is too short, and the lowest point is on the floor. `bounds` (2, 3) overrides the
-    corners.
-
-    InputError: bounds that are not two corners, the lower one first; points too far apart.
+    Every side has a least length, and the lowest point is on the floor. `bounds` (2, 3) overrides
+    the corners. Raise InputError if `bounds` is not a lowest and a highest corner, or if the points
+    are too far apart.
     """
     if bounds is not None:
-        given = as_floats(bounds, "bounds (lowest, highest) in metres", (2, 3))
-        if given.ndim != 2 or (given[0] >= given[1]).any():
+        corners = as_floats(bounds, "bounds (lowest, highest) in metres", (2, 3))
+        if corners.ndim != 2 or (corners[0] >= corners[1]).any():
             raise InputError(f"bounds: expected the lowest and the highest corner, got {bounds!r}")
-        return given[0], given[1]
+        return corners[0], corners[1]
     low, high = points.min(axis=0), points.max(axis=0)
     longest = float((high - low).max()) or 1.0
     if not longest < WIDEST:
@@ -75,7 +74,7 @@ def compute_axes_box(points: Array, bounds: Any = None) -> Box:
 
 
 def set_box_axes(axes: Any, low: Array, high: Array, view: tuple[float, float]) -> None:
-    """Set limits, ticks and view of 3-D axes, with one tick step for a square grid."""
+    """Set limits, ticks and view of 3-D axes, with one tick step on all axes."""
     step = np.diff(MaxNLocator(6).tick_values(0, float((high - low).max())))[0]
     for name, a, b in zip("xyz", low, high, strict=True):
         getattr(axes, f"set_{name}lim")(a, b)
@@ -91,13 +90,13 @@ def set_box_axes(axes: Any, low: Array, high: Array, view: tuple[float, float]) 
 
 
 def compute_box_aspect(low: Array, high: Array, view: tuple[float, float]) -> float:
-    """Return width over height of the projected box."""
+    """Return the width of the projected box divided by its height."""
     width, height = np.ptp(_project_box_to_paper(low, high, view), axis=0)
     return float(width / height)
 
 
 def fit_box_to_axes(axes: Any, low: Array, high: Array) -> None:
-    """Make the box as large as the user's axes allow, with room for its labels."""
+    """Enlarge the box to fill the user's axes, with room for its labels."""
     extent = np.ptp(_project_box_to_axes(axes, low, high), axis=0)
     inches = axes.get_window_extent().size / axes.get_figure(root=True).dpi
     _zoom_box(axes, low, high, FILLED / float(extent.max()), float(inches.min()))
@@ -106,14 +105,13 @@ def fit_box_to_axes(axes: Any, low: Array, high: Array) -> None:
 def fit_box_to_page(
     axes: Any, low: Array, high: Array, width: float, height: float, top: float = 0.0
 ) -> None:
-    """Make the box fill a page of width and height in inches, except for labels and `top`.
+    """Enlarge the box to fill a page of width and height in inches, except for labels and `top`.
 
-    The box is not centred in its square axes: the axes are moved so that the box is centred on the
-    page.
+    The box is not centred in its square axes, so the axes are moved to centre the box on the page.
     """
     left, below, right, above = LABELS
-    seen = _project_box_to_axes(axes, low, high)
-    extent, middle = np.ptp(seen, axis=0), (seen.min(axis=0) + seen.max(axis=0)) / 2
+    corners = _project_box_to_axes(axes, low, high)
+    extent, middle = np.ptp(corners, axis=0), (corners.min(axis=0) + corners.max(axis=0)) / 2
     free = np.array([width - left - right, height - below - above - top])
     side = min(width, height)
     zoom = float((np.maximum(free, 0.3 * side) / (side * extent)).min())
@@ -126,14 +124,17 @@ def fit_box_to_page(
 def _zoom_box(axes: Any, low: Array, high: Array, zoom: float, side: float) -> None:
     """Enlarge the box in square axes of `side` inches, at a fixed distance of the labels.
 
-    Matplotlib sets the distance of labels as a share of the sides of the box, which differs on
-    paper for each axis, box and zoom.
+    Matplotlib sets the distance of labels as a share of the sides of the box. Their length on paper
+    depends on axis, box and zoom.
     """
-    seen, sides = _project_box_to_paper(low, high, (axes.elev, axes.azim)), high - low
+    corners, sides = _project_box_to_paper(low, high, (axes.elev, axes.azim)), high - low
     inches = (
-        zoom * side * np.ptp(_project_box_to_axes(axes, low, high), axis=0) / np.ptp(seen, axis=0)
+        zoom
+        * side
+        * np.ptp(_project_box_to_axes(axes, low, high), axis=0)
+        / np.ptp(corners, axis=0)
     )
-    axes.set_box_aspect(sides.copy(), zoom=zoom)  # Matplotlib writes into what it is given
+    axes.set_box_aspect(sides.copy(), zoom=zoom)  # copied: Matplotlib writes into its argument
     onto = _compute_paper_directions((axes.elev, axes.azim)) * inches.mean()
     facing = np.array([np.cos(np.radians(axes.azim)), np.sin(np.radians(axes.azim)), -axes.elev])
     per_pad = 0.08 * 48 / (2 * 72 * side)
@@ -159,11 +160,12 @@ def _project_box_to_paper(low: Array, high: Array, view: tuple[float, float]) ->
 
 
 def _list_box_corners(low: Array, high: Array) -> Array:
+    """Return the corners (8, 3) of the box."""
     return np.array(list(product(*zip(low, high, strict=True))))
 
 
 def _compute_paper_directions(view: tuple[float, float]) -> Array:
-    """Return the directions (2, 3) to the right and up on paper, in axes of the figure."""
+    """Return the directions (2, 3) to the right and up on paper, in the frame of the figure."""
     elevation, azimuth = np.radians(view)
     right = np.array([-np.sin(azimuth), np.cos(azimuth), 0])
     ahead = np.array([np.cos(azimuth), np.sin(azimuth), 0])

@@ -1,4 +1,4 @@
-"""Creation of figures: their style, their size, and whether pyplot manages them."""
+"""Creation of figures: style, size, and management by pyplot."""
 
 from __future__ import annotations
 
@@ -30,14 +30,14 @@ _STYLE: dict[Any, Any] = {
     "grid.linewidth": 0.5,
 }
 _FILES_ONLY = {"agg", "cairo", "pdf", "pgf", "ps", "svg", "template"}
-_SMALLEST, _LARGEST = 0.5, 100.0  # inches
+_SMALLEST, _LARGEST = 0.5, 100.0  # side of a figure, inches
 
 
 class UnmanagedFigure(Figure):
-    """A figure that pyplot does not manage, and that notebooks display as a cell's value."""
+    """A figure that pyplot does not manage, and that notebooks display as the value of a cell."""
 
     def _repr_png_(self) -> bytes:
-        """Return the figure as PNG, for notebooks in which Matplotlib only writes files."""
+        """Return the figure as PNG, for notebooks with a backend that only writes files."""
         image = BytesIO()
         self.savefig(image, format="png")
         return image.getvalue()
@@ -45,10 +45,10 @@ class UnmanagedFigure(Figure):
 
 @contextmanager
 def figure_style() -> Iterator[None]:
-    """Draw in RobSim's style, and restore the user's settings afterwards.
+    """Draw in the style of RobSim, and restore the user's settings afterwards.
 
-    Only our own settings are put back: choosing a backend may switch pyplot to interactive, and
-    rc_context would undo that.
+    Only the settings of `_STYLE` are restored. Choosing a backend may make pyplot interactive, and
+    `matplotlib.rc_context` would undo this.
     """
     plt.get_backend()
     before = {key: matplotlib.rcParams[key] for key in _STYLE}
@@ -60,12 +60,12 @@ def figure_style() -> Iterator[None]:
 
 
 def new_figure(width: float, height: float, size: Any = None) -> Figure:
-    """Return an empty figure of width and height, or of the `size` (width, height); inches.
+    """Return an empty figure of a width and height in inches, or of `size` = (width, height).
 
-    Where Matplotlib opens windows, pyplot manages the figure, so that plt.show() shows it. Where it
-    only writes files, and in notebooks, only the caller keeps it.
+    If the backend opens windows, pyplot manages the figure, so that plt.show() shows it. If the
+    backend only writes files, and in notebooks, only the caller holds the figure.
 
-    InputError: a size that is not a pair of 0.5 to 100 inches.
+    Raise InputError unless `size` is a pair of 0.5 to 100 inches.
     """
     inches = (width, height) if size is None else parse_figure_size(size)
     backend = plt.get_backend().lower()
@@ -75,7 +75,7 @@ def new_figure(width: float, height: float, size: Any = None) -> Figure:
 
 
 def parse_figure_size(size: Any) -> tuple[float, float]:
-    """Return (width, height) in inches; InputError unless each is one of 0.5 to 100."""
+    """Return (width, height) in inches; raise InputError unless both are 0.5 to 100."""
     sides = parse_number_pair(size, "size", "(width, height) in inches")
     if min(sides) < _SMALLEST or max(sides) > _LARGEST:
         raise InputError(
@@ -85,20 +85,21 @@ def parse_figure_size(size: Any) -> tuple[float, float]:
     return sides
 
 
-def parse_number_pair(value: Any, what: str, words: str) -> tuple[float, float]:
-    """Return two finite numbers; InputError says in words which they are."""
-    given = as_floats(value, f"{what} {words}", (2,))
-    if given.ndim != 1:
-        raise InputError(f"{what}: expected {words}, got {format_value(value)}")
-    return float(given[0]), float(given[1])
+def parse_number_pair(value: Any, name: str, words: str) -> tuple[float, float]:
+    """Return two finite numbers; the error message describes them by `name` and `words`."""
+    two = as_floats(value, f"{name} {words}", (2,))
+    if two.ndim != 1:
+        raise InputError(f"{name}: expected {words}, got {format_value(value)}")
+    return float(two[0]), float(two[1])
 
 
 def prepare_panels(
     axes: Any, count: int, size: Any, inches: tuple[float, float], columns: int = 1, **how: Any
 ) -> tuple[Figure, list[Axes]]:
-    """Return a figure and its axes: the user's, or those of a new figure of (width, height) inches.
+    """Return a figure and its axes: the user's, or the axes of a new figure.
 
-    A new one has at least `count`, row by row, in so many columns; `how` is as in `subplots`.
+    A new figure has at least `count` axes in `columns` columns, row by row, and the size `inches`
+    unless `size` is given. `how` are keywords of `Figure.subplots`.
     """
     if axes is not None:
         panels = check_panels(axes, count, size)
@@ -108,12 +109,12 @@ def prepare_panels(
 
 
 def check_panels(axes: Any, count: int, size: Any) -> list[Axes]:
-    """Return the user's axes as a list of `count`.
+    """Return the user's axes as a list of length `count`.
 
-    InputError: a wrong number of axes, something else, or a size, which axes already have.
+    Raise InputError if the number or type of the axes is wrong, or if `size` is given as well.
     """
     if size is not None:
-        raise InputError("size is that of a new figure: leave it out where axes are given")
+        raise InputError("size applies to a new figure: leave it out if axes are given")
     many = axes.ravel() if isinstance(axes, np.ndarray) else axes
     panels = list(many) if isinstance(many, Sequence | np.ndarray) else [many]
     if len(panels) != count or not all(isinstance(each, Axes) for each in panels):
@@ -138,16 +139,16 @@ def replace_frame_by_grid(axes: Axes, grid: Literal["x", "y", "both"] = "both") 
 
 
 def set_time_axis(axes: Axes, time: Array) -> None:
-    """Let the axes show all of some times (T,) in seconds, with grid lines."""
+    """Set limits, label and grid of a time axis that shows all times (T,) in seconds."""
     axes.set(xlabel="time (s)", xlim=(0, time[-1] if time[-1] > 0 else 1))
     replace_frame_by_grid(axes)
 
 
 def marker_of_single_point(time: Array) -> dict[str, Any]:
-    """Return a marker for a line of a single point, which would be invisible without one."""
+    """Return the marker of a line with a single point, which is invisible without a marker."""
     return {"marker": "."} if len(time) == 1 else {}
 
 
 def set_axes_title(axes: Axes, default: str, title: str | None) -> None:
-    """Set the user's title, or the default where it is None."""
+    """Set the user's title, or the default title if it is None."""
     axes.set_title(default if title is None else title)

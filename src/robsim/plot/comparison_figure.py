@@ -1,4 +1,4 @@
-"""Figures of a comparison: images, errors, measures and paths, or their distributions."""
+"""Figure of a comparison: images, errors, measures and paths, or the distributions of a batch."""
 
 from __future__ import annotations
 
@@ -15,31 +15,57 @@ from robsim.engine.outcome import Outcome
 from robsim.plot import palette, run_data
 from robsim.plot.canvas import figure_style, new_figure, replace_frame_by_grid
 from robsim.plot.image_figure import set_image_axes as frame_image
-from robsim.plot.run_data import NOTHING, has_spread
+from robsim.plot.run_data import ROUNDING_ERROR, has_spread
 
 if TYPE_CHECKING:
     import xarray as xr
 
     from robsim.analysis.comparison import Comparison
 
-IN_A_ROW, BELOW = 7, 4.4  # images in a row; height in inches of the panels below them
-SHOWN = ("time", "image_excursion", "image_detour", "path_length", "retreat", "rotation")
-EFFORTS = ("effort_angular", "effort_linear")
-MARGINS = ("border_margin", "limit_margin")
+IMAGES_PER_ROW, LOWER_HEIGHT = 7, 4.4  # images per row; height of the lower panels, inches
+PATH_MEASURES = ("time", "image_excursion", "image_detour", "path_length", "retreat", "rotation")
+EFFORT_MEASURES = ("effort_angular", "effort_linear")
+MARGIN_MEASURES = ("border_margin", "limit_margin")
 _MARKERS = "osD^v<>"
 
 
 def comparison(comparison: Comparison, *, size: Any = None, title: str | None = None) -> Figure:
-    """Draw a comparison on one slide; each scheme keeps its colour, line and marker.
+    """Draw a comparison of control schemes on one slide.
 
-    For single runs: the image of each (asterisks are the start, squares the goal, circles the end),
-    the distance of the farthest mark from its goal over time, the measures as shares of the largest
-    among the schemes (hollow where the run did not converge), and the path of the camera in the two
-    world axes in which it goes farthest. For batches: how the runs ended, and the distribution of
-    each measure over those that converged: the median, the quartiles as a box, and 5 to 95 percent
-    as whiskers. Converged runs are blue, and failures have warm colours. `size` is (width,
-    height) of the figure in inches.
+    Every scheme keeps one colour, line style and marker in all panels.
 
+    For single runs the slide shows the image of each run (asterisks are the start, squares the
+    goal, circles the end), the distance of the farthest feature point from its goal over time on a
+    logarithmic scale, every measure as a share of the largest value among the schemes, and the path
+    of the camera in the two world axes of largest extent. A hollow marker is a run that did not
+    converge. If a run has no goal image, the second panel shows the norm of the error relative to
+    its start.
+
+    For batches the slide shows how the runs ended as stacked bars, and the distribution of each
+    measure over the runs that converged: the median, the quartiles as a box, and the 5th and 95th
+    percentiles as whiskers. Converged runs are blue, and failures have warm colours.
+
+    Parameters
+    ----------
+    comparison : Comparison
+        Result of `robsim.compare`.
+    size : (float, float), optional
+        Width and height of the figure in inches. Default: chosen from the number of schemes.
+    title : str, optional
+        Title of the figure. Default: no title for single runs, the number of starts for a batch.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        The slide.
+
+    Raises
+    ------
+    InputError
+        If `comparison` is not a `Comparison`, or `size` is invalid.
+
+    Examples
+    --------
     >>> from robsim import IBVS, PBVS, compare, load_scenario
     >>> from robsim.files import examples
     >>> one = load_scenario(examples.path("camera_retreat"))
@@ -69,68 +95,78 @@ def style_scheme(i: int) -> dict[str, Any]:
 # ---- single runs ----
 
 
-def _draw_single_runs(found: Comparison, size: Any) -> Figure:
-    rows = -(-len(found.names) // IN_A_ROW)
-    columns = -(-len(found.names) // rows)
+def _draw_single_runs(result: Comparison, size: Any) -> Figure:
+    """Draw the slide of single runs: images above, three panels below."""
+    rows = -(-len(result.names) // IMAGES_PER_ROW)
+    columns = -(-len(result.names) // rows)
     height = rows * (2.8 if columns < 4 else 2.0)
-    figure = new_figure(12.8, height + BELOW, size)
+    figure = new_figure(12.8, height + LOWER_HEIGHT, size)
     figure.set_layout_engine("constrained", h_pad=0.08, w_pad=0.08)
-    grid = figure.add_gridspec(2, 1, height_ratios=(height, BELOW))
-    _draw_scheme_images(figure, grid[0].subgridspec(rows, columns), found)
+    grid = figure.add_gridspec(2, 1, height_ratios=(height, LOWER_HEIGHT))
+    _draw_scheme_images(figure, grid[0].subgridspec(rows, columns), result)
     below = grid[1].subgridspec(1, 3, width_ratios=(1, 1.15, 1))
     for i, draw in enumerate((_draw_scheme_errors, _draw_measures, _draw_camera_paths)):
-        draw(figure.add_subplot(below[i]), found)
-    names = figure.axes[len(found.names)].get_legend_handles_labels()
+        draw(figure.add_subplot(below[i]), result)
+    names = figure.axes[len(result.names)].get_legend_handles_labels()
     figure.legend(*names, loc="outside lower center", ncols=columns, frameon=False)
     return figure
 
 
-def _draw_scheme_images(figure: Figure, grid: Any, found: Comparison) -> None:
-    """Draw the image of each run; all images of one camera have the same limits."""
-    places: dict[tuple[Any, ...], list[Axes]] = {}
-    for i, (name, run) in enumerate(found.runs.items()):
+def _draw_scheme_images(figure: Figure, grid: Any, result: Comparison) -> None:
+    """Draw the image of each run; images of the same size share their limits."""
+    axes_by_size: dict[tuple[Any, ...], list[Axes]] = {}
+    for i, (name, run) in enumerate(result.runs.items()):
         axes, one = (
             figure.add_subplot(grid[divmod(i, grid.ncols)]),
             run_data.extract_single_run(run),
         )
         view = run_data.select_camera_view(one, None)
         _draw_scheme_image(axes, view, palette.cycle_color(i))
-        ended = int(run["outcome"]) == Outcome.CONVERGED
-        axes.set_title(name if ended else f"{name}\n{run_data.describe_ending(one)}", fontsize=9)
-        places.setdefault((*np.ravel(view.attrs["image_size"]),), []).append(axes)
-    for alike in places.values():
-        low = np.min([(axes.get_xlim()[0], axes.get_ylim()[1]) for axes in alike], axis=0)
-        high = np.max([(axes.get_xlim()[1], axes.get_ylim()[0]) for axes in alike], axis=0)
-        for axes in alike:
+        converged = int(run["outcome"]) == Outcome.CONVERGED
+        axes.set_title(
+            name if converged else f"{name}\n{run_data.describe_ending(one)}", fontsize=9
+        )
+        axes_by_size.setdefault((*np.ravel(view.attrs["image_size"]),), []).append(axes)
+    for same_size in axes_by_size.values():
+        low = np.min([(axes.get_xlim()[0], axes.get_ylim()[1]) for axes in same_size], axis=0)
+        high = np.max([(axes.get_xlim()[1], axes.get_ylim()[0]) for axes in same_size], axis=0)
+        for axes in same_size:
             axes.set(xlim=(low[0], high[0]), ylim=(high[1], low[1]))
 
 
 def _draw_scheme_image(axes: Axes, view: xr.Dataset, color: str) -> None:
-    """Draw the paths of the marks of one run in the image of its first camera."""
-    way, goal = view["pixels"].values, view["pixels_goal"].values
-    for n in range(way.shape[1]):
-        axes.plot(*way[:, n].T, color=color, linewidth=1.3)
+    """Draw the feature point paths of one run in the image of its first camera."""
+    path, goal = view["pixels"].values, view["pixels_goal"].values
+    for n in range(path.shape[1]):
+        axes.plot(*path[:, n].T, color=color, linewidth=1.3)
     dots: dict[str, Any] = {"linestyle": "none", "zorder": 3}
-    axes.plot(*way[0].T, color=palette.BLACK, marker=palette.ASTERISK, markersize=6, **dots)
-    axes.plot(*way[-1].T, color=color, marker="o", markersize=4, **dots)
+    axes.plot(*path[0].T, color=palette.BLACK, marker=palette.ASTERISK, markersize=6, **dots)
+    axes.plot(*path[-1].T, color=color, marker="o", markersize=4, **dots)
     axes.plot(*goal.T, color=palette.GOAL, marker="s", markersize=8, fillstyle="none", **dots)
-    seen = np.concatenate([way.reshape(-1, 2), goal])
-    frame_image(axes, seen, view.attrs["image_size"], None)
+    pixels = np.concatenate([path.reshape(-1, 2), goal])
+    frame_image(axes, pixels, view.attrs["image_size"], None)
     axes.set(xticks=[], yticks=[], xlabel="", ylabel="")
 
 
-def _draw_scheme_errors(axes: Axes, found: Comparison) -> None:
-    """Draw the farthest mark's distance from its goal, or the error without a goal image."""
-    seen = all(np.isfinite(run["pixels_goal"]).all() for run in found.runs.values())
+def _draw_scheme_errors(axes: Axes, result: Comparison) -> None:
+    """Draw the distance of the farthest feature point from its goal, or the error norm, over time.
+
+    The error norm is drawn, relative to its start, if any run has no goal image.
+    """
+    has_image = all(np.isfinite(run["pixels_goal"]).all() for run in result.runs.values())
     low, high = np.inf, 0.0
-    for i, (name, run) in enumerate(found.runs.items()):
+    for i, (name, run) in enumerate(result.runs.items()):
         one = run_data.extract_single_run(run)
         norm = one["error_norm"].values
-        values = compute_pixel_distances(one)[0].max(axis=1) if seen else norm / (norm[0] or 1.0)
+        values = (
+            compute_pixel_distances(one)[0].max(axis=1) if has_image else norm / (norm[0] or 1.0)
+        )
         axes.plot(one["time"].values, values, label=name, **style_scheme(i))
-        shown = values[(values > 0) & np.isfinite(values)]
-        low, high = min([low, *shown]), max([high, *shown])
-    label = "farthest mark from its goal (px)" if seen else "error / error at the start"
+        positive = values[(values > 0) & np.isfinite(values)]
+        low, high = min([low, *positive]), max([high, *positive])
+    label = (
+        "farthest feature point from its goal (px)" if has_image else "error / error at the start"
+    )
     axes.set(xlabel="time (s)", ylabel=label)
     if high > 0:
         axes.set(yscale="log", ylim=(max(low, 1e-6 * high) / 2, 2 * high))
@@ -138,25 +174,25 @@ def _draw_scheme_errors(axes: Axes, found: Comparison) -> None:
     replace_frame_by_grid(axes)
 
 
-def normalise_measures(found: Comparison) -> dict[str, tuple[float, Array]]:
+def normalise_measures(result: Comparison) -> dict[str, tuple[float, Array]]:
     """Return {measure: (largest value, shares of it (schemes,))} of measures to minimise."""
     shares = {}
-    for key in (*SHOWN, *EFFORTS):
-        values = found.data[key].values
+    for key in (*PATH_MEASURES, *EFFORT_MEASURES):
+        values = result.data[key].values
         largest = float(np.nanmax([*values, 0.0]))
-        if np.isfinite(largest) and largest > NOTHING:
+        if np.isfinite(largest) and largest > ROUNDING_ERROR:
             shares[key] = largest, values / largest
     return shares
 
 
-def _draw_measures(axes: Axes, found: Comparison) -> None:
+def _draw_measures(axes: Axes, result: Comparison) -> None:
     """Draw each measure as a row with one dot for each scheme."""
-    shares, count = normalise_measures(found), len(found.names)
-    ended = found.data["outcome"].values == Outcome.CONVERGED
+    shares, count = normalise_measures(result), len(result.names)
+    converged = result.data["outcome"].values == Outcome.CONVERGED
     for i in range(count):
         rows = np.arange(len(shares)) + 0.6 * ((i + 0.5) / count - 0.5)
         values = [share[i] for _, share in shares.values()]
-        face = palette.cycle_color(i) if ended[i] else "none"
+        face = palette.cycle_color(i) if converged[i] else "none"
         own = style_scheme(i) | {"markerfacecolor": face, "linestyle": "none", "markevery": None}
         axes.plot(values, rows, **own)
     names = [
@@ -168,33 +204,33 @@ def _draw_measures(axes: Axes, found: Comparison) -> None:
     for edge in np.arange(1, len(shares)) - 0.5:
         axes.axhline(edge, color=palette.LIGHT_GREY, linewidth=0.6)
     replace_frame_by_grid(axes, "x")
-    if not ended.all():
+    if not converged.all():
         axes.set_title("hollow: did not converge", loc="right", fontsize=9)
 
 
 def _format_measure_unit(key: str) -> str:
-    """Return the unit of a measure as it is written in a figure; "" for none."""
+    """Return the unit of a measure as text for a label; "" for a measure without a unit."""
     unit = MEASURES[key].unit.replace("^2", "²")
     return "" if unit == "1" else unit
 
 
-def _draw_camera_paths(axes: Axes, found: Comparison) -> None:
+def _draw_camera_paths(axes: Axes, result: Comparison) -> None:
     """Draw the camera paths in the two world axes of largest extent."""
-    runs = found.runs.items()
-    ways = [
-        collect_mover_positions(run_data.extract_single_run(run), found.scenes[name])[0]
+    runs = result.runs.items()
+    paths = [
+        collect_mover_positions(run_data.extract_single_run(run), result.scenes[name])[0]
         for name, run in runs
     ]
-    spans = np.ptp(np.concatenate(ways), axis=0)
+    spans = np.ptp(np.concatenate(paths), axis=0)
     across, up = sorted(np.argsort(-spans, kind="stable")[:2])
-    for i, way in enumerate(ways):
-        axes.plot(way[:, across], way[:, up], **style_scheme(i))
-    starts = np.unique([way[0, [across, up]] for way in ways], axis=0)
+    for i, path in enumerate(paths):
+        axes.plot(path[:, across], path[:, up], **style_scheme(i))
+    starts = np.unique([path[0, [across, up]] for path in paths], axis=0)
     black: dict[str, Any] = {"color": palette.BLACK, "linestyle": "none"}
     axes.plot(*starts.T, marker=palette.ASTERISK, markersize=9, label="start", **black)
     axes.set(xlabel=f"{'xyz'[across]} (m)", ylabel=f"{'xyz'[up]} (m)")
     axes.set_aspect("equal", adjustable="datalim")
-    axes.set_title("way of the camera", fontsize=9)
+    axes.set_title("path of the camera", fontsize=9)
     replace_frame_by_grid(axes)
     axes.legend(loc="best", frameon=True, framealpha=0.9, edgecolor="none")
 
@@ -202,42 +238,47 @@ def _draw_camera_paths(axes: Axes, found: Comparison) -> None:
 # ---- batches ----
 
 
-def _draw_batches(found: Comparison, size: Any) -> Figure:
-    arrived = found.data.where(found.data["outcome"] == Outcome.CONVERGED)
-    keys = [k for k in (*SHOWN, *EFFORTS, *MARGINS) if has_spread(arrived[k].values)][:7]
+def _draw_batches(result: Comparison, size: Any) -> Figure:
+    """Draw the slide of a batch: the outcomes as bars, and a box plot for each measure."""
+    converged = result.data.where(result.data["outcome"] == Outcome.CONVERGED)
+    keys = [
+        k
+        for k in (*PATH_MEASURES, *EFFORT_MEASURES, *MARGIN_MEASURES)
+        if has_spread(converged[k].values)
+    ][:7]
     rows = 1 + len(keys) // 4
-    figure = new_figure(12.8, 1.2 + rows * (1.0 + 0.34 * len(found.names)), size)
+    figure = new_figure(12.8, 1.2 + rows * (1.0 + 0.34 * len(result.names)), size)
     panels = np.atleast_2d(figure.subplots(rows, 4, sharey=True)).ravel()
-    _draw_outcome_shares(panels[0], found)
+    _draw_outcome_shares(panels[0], result)
     for axes, key in zip(panels[1:], keys, strict=False):
-        _draw_boxes(axes, arrived[key].values, key)
+        _draw_boxes(axes, converged[key].values, key)
     for axes in panels[1 + len(keys) :]:
         axes.set_axis_off()
-    count = found.data.sizes["run"]
-    figure.suptitle(f"{count} starts; boxes are of the runs that converged")
+    count = result.data.sizes["run"]
+    figure.suptitle(f"{count} starts; boxes: runs that converged")
     return figure
 
 
-def _draw_outcome_shares(axes: Axes, found: Comparison) -> None:
+def _draw_outcome_shares(axes: Axes, result: Comparison) -> None:
     """Draw the share of each outcome as stacked bars, each with its own hatch."""
-    outcomes = found.data["outcome"].values
+    outcomes = result.data["outcome"].values
     left = np.zeros(len(outcomes))
-    several = [outcome for outcome in palette.OUTCOMES if (outcomes == outcome).any()]
-    for outcome in several:
+    occurring = [outcome for outcome in palette.OUTCOMES if (outcomes == outcome).any()]
+    for outcome in occurring:
         share = (outcomes == outcome).mean(axis=1)
         color, hatch = palette.OUTCOMES[outcome]
-        look: dict[str, Any] = {"color": color, "hatch": hatch, "edgecolor": "white"}
+        bar: dict[str, Any] = {"color": color, "hatch": hatch, "edgecolor": "white"}
         bars = range(len(share))
-        axes.barh(bars, 100 * share, left=left, label=outcome.words, height=0.6, **look)
+        axes.barh(bars, 100 * share, left=left, label=outcome.words, height=0.6, **bar)
         left += 100 * share
-    axes.set(yticks=range(len(found.names)), yticklabels=found.names, xlim=(0, 100))
-    axes.set(xlabel="share of the runs (%)", ylim=(len(found.names) - 0.4, -0.6))
+    axes.set(yticks=range(len(result.names)), yticklabels=result.names, xlim=(0, 100))
+    axes.set(xlabel="share of the runs (%)", ylim=(len(result.names) - 0.4, -0.6))
     axes.spines[["top", "right"]].set_visible(False)
     axes.legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=2, frameon=False, fontsize=8)
 
 
 def _draw_boxes(axes: Axes, values: Array, key: str) -> None:
-    """Draw a box for each scheme of values (schemes, runs); NaN is left out."""
+    """Draw a box for the values (schemes, runs) of each scheme; NaN is left out."""
     rows = [row[np.isfinite(row)] for row in values]
     line = {"linewidth": 1.2}
     boxes: Any = axes.boxplot(

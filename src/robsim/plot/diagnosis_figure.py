@@ -1,4 +1,4 @@
-"""Figure of a diagnosis over time: V, condition numbers, stability and margins."""
+"""Figure of a diagnosis over time: Lyapunov function, condition numbers, stability and margins."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from robsim.run.log_commands import LOG_ATTRIBUTE
 if TYPE_CHECKING:
     import xarray as xr
 
-LOWEST = 1e-16  # share of the largest V below which values are rounding errors
+LOWEST = 1e-16  # share of the largest V; smaller values are rounding errors
 DRAWN = (
     "lyapunov",
     "condition_interaction",
@@ -28,20 +28,45 @@ DRAWN = (
     "limit_margin",
 )
 TITLES = ("Lyapunov function", "condition number", "", "margins")  # the legend is the third
-DEEP = 3.0  # how far below zero stability is shown
+DEEP = 3.0  # eigenvalues outside [-DEEP, DEEP] are cut off
 
 
 def diagnosis(
     diagnosis: xr.Dataset, *, axes: Any = None, size: Any = None, title: str | None = None
 ) -> Figure:
-    """Draw the diagnosis of a run over time (s) on one slide.
+    """Draw the diagnosis of a run over time (s) on one slide of four panels.
 
-    V, on a logarithmic scale; the condition numbers of L and L J as the law was given them; the
-    eigenvalues that show whether every motion is made smaller (above zero, shaded where it is not)
-    and whether the loop contracts in a period (below one); and what is left to the border of an
-    image (px, left) and to a joint limit (percent of its range, right). `axes` are four to draw
-    into, instead of a new figure of `size` (width, height) inches.
+    * Lyapunov function V, on a logarithmic scale.
+    * Condition numbers of the estimated interaction matrix L and of L J, as used by the law.
+    * Stability: the smallest eigenvalue of the motion, which is above zero (not shaded) if the law
+      reduces every component of the error, and the contraction of the loop within one period, which
+      is below one if the loop contracts.
+    * Margins: the distance to the border of the image (px, left axis) and to the nearest joint
+      limit (percent of the range of the joint, right axis).
 
+    Parameters
+    ----------
+    diagnosis : xarray.Dataset
+        Result of `robsim.diagnose`.
+    axes : array_like of 4 matplotlib.axes.Axes, optional
+        Axes to draw into. Default: the axes of a new figure.
+    size : (float, float), optional
+        Width and height of a new figure in inches. Default: (9.6, 5.6).
+    title : str, optional
+        Title of a new figure. Default: the outcome and the end time of the run.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        The new figure, or the figure that contains `axes`.
+
+    Raises
+    ------
+    InputError
+        If `diagnosis` is not a complete result of `diagnose`.
+
+    Examples
+    --------
     >>> from robsim import diagnose, load_scenario
     >>> from robsim.files import examples
     >>> run = load_scenario(examples.path("visp_tutorial")).run(duration=0.4)
@@ -52,13 +77,15 @@ def diagnosis(
     attrs = getattr(diagnosis, "attrs", {})
     if attrs.get("title") != "RobSim diagnosis":
         if LOG_ATTRIBUTE in attrs:
-            raise InputError("this run was recorded and has no diagnosis: rs.explain looks into it")
+            raise InputError("a run read from a log has no diagnosis; use rs.explain instead")
         kind = type(diagnosis).__name__
         raise InputError(f"expected a diagnosis as diagnose returns it, got {kind}")
     lacking = [name for name in (*DRAWN, "time") if name not in diagnosis.variables]
     if lacking or diagnosis["time"].ndim != 1 or diagnosis["time"].size == 0:
-        what = ", ".join(lacking) or "instants; take some, as in diagnosis.isel(time=slice(0, 9))"
-        raise InputError(f"this diagnosis is not whole: it has no {what}")
+        missing = (
+            ", ".join(lacking) or "instants; take some, as in diagnosis.isel(time=slice(0, 9))"
+        )
+        raise InputError(f"this diagnosis is incomplete: it has no {missing}")
     time = diagnosis["time"].values
     with figure_style():
         figure, panels = prepare_panels(axes, 4, size, (9.6, 5.6), 2, sharex=True)
@@ -75,23 +102,25 @@ def diagnosis(
     return figure
 
 
-def _draw_lyapunov(axes: Axes, found: xr.Dataset) -> None:
-    V, time = found["lyapunov"].values, found["time"].values
-    unit = found["lyapunov"].attrs["units"].replace("^2", "²")
+def _draw_lyapunov(axes: Axes, result: xr.Dataset) -> None:
+    """Draw the Lyapunov function over time."""
+    V, time = result["lyapunov"].values, result["time"].values
+    unit = result["lyapunov"].attrs["units"].replace("^2", "²")
     axes.plot(time, V, color=palette.BLACK, linewidth=1.8, **marker_of_single_point(time))
     axes.set_ylabel(f"V ({'–' if unit == '1' else unit})" if "see" not in unit else "V")
     _set_logarithmic_axis(axes, V)
 
 
-def _draw_conditions(axes: Axes, found: xr.Dataset) -> None:
-    time = found["time"].values
+def _draw_conditions(axes: Axes, result: xr.Dataset) -> None:
+    """Draw the condition numbers of L and L J over time."""
+    time = result["time"].values
     for name, label, color, line in (
         ("condition_interaction", "$\\hat{L}$", palette.BLUE, "-"),
         ("condition_task_jacobian", "$\\hat{L}\\,\\hat{J}$", palette.VERMILLION, "--"),
     ):
         axes.plot(
             time,
-            found[name].values,
+            result[name].values,
             line,
             color=color,
             label=label,
@@ -99,14 +128,15 @@ def _draw_conditions(axes: Axes, found: xr.Dataset) -> None:
             **marker_of_single_point(time),
         )
     axes.set_ylabel("largest / smallest σ")
-    both = [found[f"condition_{name}"].values for name in ("interaction", "task_jacobian")]
+    both = [result[f"condition_{name}"].values for name in ("interaction", "task_jacobian")]
     _set_logarithmic_axis(axes, np.concatenate(both), wide=True)
     _draw_legend_above(axes)
 
 
-def _draw_stability(axes: Axes, found: xr.Dataset) -> None:
-    time, least = found["time"].values, found["stability_motion"].values
-    radius = found["contraction"].values
+def _draw_stability(axes: Axes, result: xr.Dataset) -> None:
+    """Draw the eigenvalues of stability and contraction over time; shade values below zero."""
+    time, least = result["time"].values, result["stability_motion"].values
+    radius = result["contraction"].values
     axes.plot(
         time,
         least,
@@ -127,16 +157,17 @@ def _draw_stability(axes: Axes, found: xr.Dataset) -> None:
     )
     for level in (0.0, 1.0):
         axes.axhline(level, color=palette.GREY, linewidth=0.8)
-    shown = np.concatenate([least, radius, [-0.1, 1.1]])
-    low, high = np.nanmin(shown), np.nanmax(shown)
+    levels = np.concatenate([least, radius, [-0.1, 1.1]])
+    low, high = np.nanmin(levels), np.nanmax(levels)
     axes.set(ylabel="eigenvalue", ylim=(max(low, -DEEP) - 0.05, min(high, DEEP) + 0.05))
     axes.axhspan(axes.get_ylim()[0], 0.0, color=palette.FAINT, zorder=0)
     _draw_legend_above(axes)
 
 
-def _draw_margins(axes: Axes, found: xr.Dataset) -> None:
-    time = found["time"].values
-    border, limit = found["border_margin"].values, 100 * found["limit_margin"].values
+def _draw_margins(axes: Axes, result: xr.Dataset) -> None:
+    """Draw the margins to the image border and to the nearest joint limit over time."""
+    time = result["time"].values
+    border, limit = result["border_margin"].values, 100 * result["limit_margin"].values
     axes.plot(time, border, color=palette.BLUE, linewidth=1.8, **marker_of_single_point(time))
     axes.set_ylabel("to the border (px)", color=palette.BLUE)
     _set_axis_from_zero(axes, border)
@@ -158,19 +189,20 @@ def _draw_margins(axes: Axes, found: xr.Dataset) -> None:
 
 
 def _set_axis_from_zero(axes: Axes, values: Array) -> None:
-    """Set the axis to start at zero, or at the least value where that is negative."""
-    shown = values[np.isfinite(values)]
-    if shown.size:
-        axes.set_ylim(min(0.0, 1.05 * shown.min()), 1.05 * max(shown.max(), 1e-9))
+    """Start the vertical axis at zero, or at the smallest value if it is negative."""
+    finite = values[np.isfinite(values)]
+    if finite.size:
+        axes.set_ylim(min(0.0, 1.05 * finite.min()), 1.05 * max(finite.max(), 1e-9))
 
 
 def _set_logarithmic_axis(axes: Axes, values: Array, wide: bool = False) -> None:
-    """Set a logarithmic axis of at least a decade; `wide` leaves room for a legend."""
-    shown = values[np.isfinite(values) & (values > LOWEST * np.nanmax(values, initial=0.0))]
-    if shown.size and shown.max() > 0:
-        low, high = np.floor(np.log10(shown.min())), np.ceil(np.log10(shown.max()) + 1e-9)
+    """Set a logarithmic axis of at least one decade; `wide` leaves room for a legend."""
+    finite = values[np.isfinite(values) & (values > LOWEST * np.nanmax(values, initial=0.0))]
+    if finite.size and finite.max() > 0:
+        low, high = np.floor(np.log10(finite.min())), np.ceil(np.log10(finite.max()) + 1e-9)
         axes.set(yscale="log", ylim=(10.0**low, 10.0 ** (high + (0.3 if wide else 0))))
 
 
 def _draw_legend_above(axes: Axes) -> None:
+    """Add a legend without a frame above the right corner of the axes."""
     axes.legend(loc="lower right", bbox_to_anchor=(1, 1), ncols=2, frameon=False, borderpad=0)

@@ -1,4 +1,4 @@
-"""The goal of a motion in 3-D: outlines of the camera, target or tool at the goal."""
+"""Outlines of the camera, target or tool at the goal of a motion, in 3-D."""
 
 from __future__ import annotations
 
@@ -19,20 +19,20 @@ from robsim.world.scene import Scene
 if TYPE_CHECKING:
     import xarray as xr
 
-AXES = 0.6  # length of the axes of a frame, as a share of the depth of a camera
+AXES = 0.6  # length of the axes of a frame, as a share of the depth of a frustum
 
 
 def build_goal_outlines(
     scene: Scene, goal: Any, run: xr.Dataset | None, q: Array, depth: float
 ) -> list[WireSolid]:
-    """Return the outlines of a goal, in the frame of the figures; none for one without a pose.
+    """Return the outlines of a goal, in the frame of the figures; none if the goal has no pose.
 
-    `goal` is q (nq,), a pose in the world, a task or its goal; None takes that of the run. A pose
-    is that of the camera; where the camera stands still that of the target, and in a scene without
-    cameras that of the tip of the first robot. `q` (nq,) is the configuration of all else, and
-    `depth` is that of a camera without a body, in metres.
+    `goal` is a configuration (nq,), a pose in the world, a task or its goal; None reads the goal of
+    the run. A pose is the goal of the camera if the camera moves, else of the target, and in a
+    scene without cameras of the tip of the first robot. `q` (nq,) is the configuration of all other
+    bodies, and `depth` the depth in metres of the frustum of a camera without a body.
 
-    InputError: anything else.
+    Raise InputError if `goal` has another type.
     """
     poses = read_goal_pose(run) if goal is None else _find_goal_poses(scene, goal, q)
     return [
@@ -61,7 +61,7 @@ def _find_goal_poses(scene: Scene, goal: Any, q: Array) -> dict[str, Pose]:
 
 
 def read_goal_pose(run: xr.Dataset | None) -> dict[str, Pose]:
-    """Return the goal pose recorded in a run, by its frame; empty if there is none."""
+    """Return the goal pose stored in a run, by its frame; empty if there is none."""
     if run is None or "goal_pose" not in run:
         return {}
     T = run["goal_pose"].values
@@ -69,13 +69,13 @@ def read_goal_pose(run: xr.Dataset | None) -> dict[str, Pose]:
 
 
 def _list_goal_frames(scene: Scene) -> list[str]:
-    """Return cameras and objects that robots carry; without any, the tip of the first robot."""
+    """Return the cameras and objects that robots carry, else the tip of the first robot."""
     carried = [name for name in list_cameras_and_objects(scene) if scene.tree.carried(name).any()]
     tips = [f"{robot.name}.{robot.tip}" for robot in scene.robots[:1]]
-    found = carried or tips or list_cameras_and_objects(scene)[:1]
-    if not found:
-        raise InputError("goal: there is nothing in the scene that could go to it")
-    return found
+    frames = carried or tips or list_cameras_and_objects(scene)[:1]
+    if not frames:
+        raise InputError("goal: the scene has no robot, camera or object")
+    return frames
 
 
 def _compute_frame_poses(scene: Scene, q: Any) -> dict[str, Pose]:
@@ -87,7 +87,7 @@ def _compute_frame_poses(scene: Scene, q: Any) -> dict[str, Pose]:
 
 
 def _resolve_relative_goal(scene: Scene, goal: GoalPose, q: Array) -> dict[str, Pose]:
-    """Return the goal pose of the camera or, where the camera stands still, of the target."""
+    """Return the goal pose of the camera, or of the target if the camera stands still."""
     targets = [thing.name for thing in scene.objects if len(thing.marks)]
     if not scene.cameras or not targets:
         return {}
@@ -98,7 +98,7 @@ def _resolve_relative_goal(scene: Scene, goal: GoalPose, q: Array) -> dict[str, 
 
 
 def build_frame_outline(scene: Scene, name: str, depth: float) -> list[WireSolid]:
-    """Return the outline of what a frame carries, in its own axes, or these axes."""
+    """Return the outline of the body of a frame, in its own axes; without a body, the axes."""
     for eye in scene.cameras:
         if eye.name == name:
             return [wireframe.build_camera_solid(eye, depth)]

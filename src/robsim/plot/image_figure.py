@@ -1,4 +1,4 @@
-"""The image window: the marks as the camera sees them (chapter, figs 13, 14)."""
+"""Figure of the image of a run: the feature points in pixels (chapter, figs 13, 14)."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ if TYPE_CHECKING:
 
     from robsim.world.scene import Scene
 
-WIDTH, IMAGE, AROUND = 5.2, 4.4, 1.4  # inches: figure, image, and what is above and below it
-MOST_RUNS = 50  # at most of a batch, to keep lines distinguishable
-MOST_NUMBERS = 12  # largest number of marks for which their numbers are drawn
+WIDTH, IMAGE, AROUND = 5.2, 4.4, 1.4  # inches: width; height of the image, and of its surroundings
+MOST_RUNS = 50  # runs drawn of a batch, so that lines remain distinguishable
+MOST_NUMBERS = 12  # largest number of feature points that are numbered
 MARKERS: dict[str, dict[str, Any]] = {
     "start": {"marker": palette.ASTERISK, "markersize": 9},
     "end": {"marker": "o", "markersize": 6},
@@ -49,19 +49,42 @@ def image(
     size: Any = None,
     title: str | None = None,
 ) -> Figure:
-    """Draw the image of a run in pixels: mark paths from start (asterisk) to end (circle).
+    """Draw the image of a run in pixels: the feature point paths from start to end.
 
-    Squares joined by an outline are the goal, the plus is the image centre (where the optical axis
-    meets the image), the frame is the border of the image; each mark has the colour it has in
-    `scene` and in the images of the other cameras. Up to 50 runs of a batch are drawn over each
-    other. With the `scene`, the edges of the targets of a single run are drawn as they are seen at
-    the start (dashed) and at the end. `camera` is by default the first of the run.
+    Asterisks are the start, circles the end, and squares with an outline around each target the
+    goal. The plus is the image centre (principal point); the frame is the border of the image. Each
+    feature point has the same colour as in `scene` and in the images of the other cameras, and is
+    numbered if there are at most 12 of them. Up to 50 runs of a batch are drawn over each other.
 
-    ax      axes to draw into, instead of a new figure
-    size    (width, height) of the figure, inches
+    Parameters
+    ----------
+    run : xarray.Dataset
+        A run or a batch, as `robsim.simulate` returns it.
+    camera : str, optional
+        Name of the camera. Default: the first camera of the run.
+    scene : Scene, optional
+        Scene of the run. If given, the edges of the targets of a single run are drawn as the camera
+        sees them at the start (dashed) and at the end.
+    ax : matplotlib.axes.Axes, optional
+        Axes to draw into. Default: the axes of a new figure.
+    size : (float, float), optional
+        Width and height of a new figure in inches. Default: 5.2 inches wide, as high as the image
+        needs.
+    title : str, optional
+        Title of the axes. Default: how the run ended, or the number of runs drawn.
 
-    InputError: no camera of that name; the message lists the cameras.
+    Returns
+    -------
+    matplotlib.figure.Figure
+        The new figure, or the figure that contains `ax`.
 
+    Raises
+    ------
+    InputError
+        If the run has no camera of that name. The message lists the cameras.
+
+    Examples
+    --------
     >>> from robsim import IBVS, Camera, MountedCamera, Object, Pose, Robot, Scene
     >>> from robsim.joints import Joint, Link
     >>> from robsim.run.simulate import simulate
@@ -86,40 +109,44 @@ def image(
 def draw_image(
     axes: Axes, run: xr.Dataset, camera: str | None, scene: Scene | None, title: str | None
 ) -> None:
-    """Draw the image of one camera into axes."""
+    """Draw the image of one camera into axes; arguments as for `image`."""
     view = run_data.select_camera_view(run_data.check_is_run(run), camera)
     tracks, description = _select_mark_paths(view)
-    numbers, goal, alone = view["mark_number"].values, view["pixels_goal"].values, len(tracks) == 1
+    numbers, goal, is_single = (
+        view["mark_number"].values,
+        view["pixels_goal"].values,
+        len(tracks) == 1,
+    )
     draw_image_goal(
         axes, goal, [palette.cycle_color(number) for number in numbers], view["mark_target"].values
     )
-    if scene is not None and alone:
+    if scene is not None and is_single:
         _draw_target_edges(axes, view, scene)
     for track in tracks:
-        _draw_mark_paths(axes, track, numbers, alone)
-    if alone and len(goal) <= MOST_NUMBERS:
+        _draw_mark_paths(axes, track, numbers, is_single)
+    if is_single and len(goal) <= MOST_NUMBERS:
         _draw_mark_numbers(axes, tracks[0], numbers)
-    seen = np.concatenate([tracks.reshape(-1, 2), goal])
+    pixels = np.concatenate([tracks.reshape(-1, 2), goal])
     size, centre = view.attrs["image_size"], view.attrs["image_centre"]
-    set_image_axes(axes, seen, size, centre)
-    several = len(run_data.list_run_cameras(run)) > 1
-    name = view["mark_camera"].values[0] if several else "image"
+    set_image_axes(axes, pixels, size, centre)
+    has_several = len(run_data.list_run_cameras(run)) > 1
+    name = view["mark_camera"].values[0] if has_several else "image"
     set_axes_title(axes, f"{name}: {description}", title)
     unknown = {"image centre": centre is None, "goal": not np.isfinite(goal).any()}
     draw_marker_legend(axes, {name: name for name in MARKERS if not unknown.get(name, False)})
 
 
 def draw_image_goal(axes: Axes, goal: Array, colors: Sequence[str], targets: Any) -> list[Artist]:
-    """Draw the goals (N, 2) of the marks as squares, with an outline around each target."""
-    drawn: list[Artist] = []
+    """Draw the goals (N, 2) of the feature points as squares, and an outline around each target."""
+    artists: list[Artist] = []
     for pixel, color in zip(goal, colors, strict=True):
-        drawn += axes.plot(*pixel, color=color, zorder=1.5, **MARKERS["goal"])
+        artists += axes.plot(*pixel, color=color, zorder=1.5, **MARKERS["goal"])
     for target in dict.fromkeys(targets.tolist()):
-        mine = goal[targets == target]
-        rim = compute_convex_hull(mine[np.isfinite(mine).all(axis=1)])
+        own = goal[targets == target]
+        rim = compute_convex_hull(own[np.isfinite(own).all(axis=1)])
         if len(rim) > 1:
-            drawn.append(axes.add_patch(Polygon(rim, zorder=0.9, **_OUTLINE)))
-    return drawn
+            artists.append(axes.add_patch(Polygon(rim, zorder=0.9, **_OUTLINE)))
+    return artists
 
 
 def compute_convex_hull(points: Array) -> Array:
@@ -135,13 +162,16 @@ def compute_convex_hull(points: Array) -> Array:
 
 
 def _compute_half_hull(ordered: Array) -> list[Array]:
-    """Return the corners of one half of the hull, without the last point."""
-    hull: list[Array] = []
+    """Return the corners of one half of the hull of ordered points, without the last corner."""
+    corners: list[Array] = []
     for point in ordered:
-        while len(hull) > 1 and np.linalg.det([hull[-1] - hull[-2], point - hull[-1]]) <= 0:
-            hull.pop()
-        hull.append(point)
-    return hull[:-1]
+        while (
+            len(corners) > 1
+            and np.linalg.det([corners[-1] - corners[-2], point - corners[-1]]) <= 0
+        ):
+            corners.pop()
+        corners.append(point)
+    return corners[:-1]
 
 
 def _draw_target_edges(axes: Axes, view: xr.Dataset, scene: Scene) -> None:
@@ -156,7 +186,7 @@ def _draw_target_edges(axes: Axes, view: xr.Dataset, scene: Scene) -> None:
 
 
 def project_target_edges(scene: Scene, q: Array, camera: str, target: str) -> Array:
-    """Return the edges (E, 2, 2) of a target in pixels that are wholly before the camera."""
+    """Return the edges (E, 2, 2) of a target in pixels, if wholly in front of the camera."""
     T = Pose(scene.pose(target, q).matrix)
     ends = [shape.at(T).vertices[shape.edges] for shape in scene.object(target).shapes]
     points = np.concatenate([np.empty((0, 2, 3)), *ends])
@@ -167,7 +197,7 @@ def project_target_edges(scene: Scene, q: Array, camera: str, target: str) -> Ar
 
 
 def draw_marker_legend(axes: Axes, names: dict[str, str]) -> None:
-    """Draw a legend below the image: {name: that of its marker in `MARKERS`}."""
+    """Draw a legend below the image; `names` maps each label to its key in `MARKERS`."""
     look = {"color": palette.BLACK, "linestyle": "none"}
     axes.legend(
         handles=[Line2D([], [], label=n, **(look | MARKERS[kind])) for n, kind in names.items()],
@@ -180,48 +210,57 @@ def draw_marker_legend(axes: Axes, names: dict[str, str]) -> None:
 
 
 def _select_mark_paths(run: xr.Dataset) -> tuple[Array, str]:
-    """Return the pixels (runs, moments, marks, 2) of some runs, and their description."""
+    """Return the pixels (runs, instants, points, 2) of the runs to draw, and their description."""
     if run.sizes.get("run", 1) == 1:
         one = run_data.extract_single_run(run)
         return one["pixels"].values[None], run_data.describe_ending(one)
     count = run.sizes["run"]
-    chosen = np.unique(np.linspace(0, count - 1, min(count, MOST_RUNS)).round().astype(int))
-    some = run.isel(run=chosen).transpose("run", "time", "mark", "axis", ...)
-    return some["pixels"].values, f"{len(chosen)} of {count} runs"
+    indices = np.unique(np.linspace(0, count - 1, min(count, MOST_RUNS)).round().astype(int))
+    some = run.isel(run=indices).transpose("run", "time", "mark", "axis", ...)
+    return some["pixels"].values, f"{len(indices)} of {count} runs"
 
 
 def _draw_mark_paths(axes: Axes, track: Array, numbers: Array, alone: bool) -> None:
-    """Draw the paths (moments, marks, 2) of the marks of one run, with starts and ends."""
+    """Draw the paths (instants, points, 2) of the feature points of one run, and their ends."""
     width, scale = (1.6, 1.0) if alone else (0.5, 0.6)
-    for number, way in zip(numbers, np.moveaxis(track, 1, 0), strict=True):
-        color, seen = palette.cycle_color(number), way[np.isfinite(way).all(axis=1)]
-        axes.plot(*way.T, color=color, linewidth=width)
-        for name, pixel in (("start", seen[:1]), ("end", seen[-1:])):
+    for number, path in zip(numbers, np.moveaxis(track, 1, 0), strict=True):
+        color, visible = palette.cycle_color(number), path[np.isfinite(path).all(axis=1)]
+        axes.plot(*path.T, color=color, linewidth=width)
+        for name, pixel in (("start", visible[:1]), ("end", visible[-1:])):
             look = MARKERS[name] | {"markersize": scale * MARKERS[name]["markersize"]}
             axes.plot(*pixel.T, color=color, linestyle="none", markeredgewidth=scale, **look)
 
 
 def _draw_mark_numbers(axes: Axes, track: Array, numbers: Array) -> None:
-    """Write the number of each mark, from 0, beside its start."""
-    for number, way in zip(numbers, np.moveaxis(track, 1, 0), strict=True):
-        seen = way[np.isfinite(way).all(axis=1)]
-        if len(seen):
-            back = (seen[0] - seen[-1]) * (1, -1)  # rows grow downwards, points upwards
+    """Write the number of each feature point, from 0, beside its start."""
+    for number, path in zip(numbers, np.moveaxis(track, 1, 0), strict=True):
+        visible = path[np.isfinite(path).all(axis=1)]
+        if len(visible):
+            back = (visible[0] - visible[-1]) * (1, -1)  # rows grow downwards, offsets upwards
             offset = 9 * back / (np.hypot(*back) or 1.0) if back.any() else (0, 9)
             axes.annotate(
-                str(number), seen[0], offset, textcoords="offset points", ha="center", va="center"
+                str(number),
+                visible[0],
+                offset,
+                textcoords="offset points",
+                ha="center",
+                va="center",
             )
 
 
-def set_image_axes(axes: Axes, seen: Array, size: Any, centre: Any) -> None:
-    """Set the axes of an image: rows grow downwards, pixels are square, the border is in view."""
-    points = seen[np.isfinite(seen).all(axis=1)]
+def set_image_axes(axes: Axes, pixels: Array, size: Any, centre: Any) -> None:
+    """Set the axes of an image: rows grow downwards, pixels are square, the border is visible.
+
+    `pixels` (N, 2) are points to include, and `size` and `centre` the image size and centre or
+    None.
+    """
+    points = pixels[np.isfinite(pixels).all(axis=1)]
     if centre is not None:
         axes.plot(*centre, color=palette.BLACK, linestyle="none", **MARKERS["image centre"])
         points = np.vstack([points, centre])
     if size is not None:
         low, high = np.full(2, -0.5), np.asarray(size) - 0.5
-        points = np.clip(points, low - size, high + size)  # points farther out are not shown
+        points = np.clip(points, low - size, high + size)  # points farther out are cut off
         points = np.vstack([points, low, high])
         axes.add_patch(Rectangle((-0.5, -0.5), *size, facecolor="w", edgecolor="k", zorder=0))
         axes.set_facecolor(palette.FAINT)

@@ -1,4 +1,4 @@
-"""The joints of a run over time, with their limits."""
+"""Figure of the joint coordinates of a run over time, with their limits."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ if TYPE_CHECKING:
 
     from robsim.world.scene import Scene
 
-COLUMNS, WIDTH, HEIGHT, TITLE = 3, 3.4, 1.9, 0.4  # panels in a row; inches of panel and title
-LEAST = {"deg": 1.0, "m": 0.001, "–": 0.01}  # the span of an axis on which nothing moves
-ROOM = 1.15  # span of an axis over the largest range of a joint
+COLUMNS, WIDTH, HEIGHT, TITLE = 3, 3.4, 1.9, 0.4  # panels per row; panel and title, inches
+LEAST = {"deg": 1.0, "m": 0.001, "–": 0.01}  # smallest span of an axis
+ROOM = 1.15  # span of an axis divided by the largest range of a coordinate
 
 
 def joints(
@@ -30,14 +30,37 @@ def joints(
     size: Any = None,
     title: str | None = None,
 ) -> Figure:
-    """Draw every coordinate of a single run over time (s): angles in degrees, lengths in metres.
+    """Draw every joint coordinate of a single run over time (s), in degrees or metres.
 
-    All panels of a unit have one scale, so that motions can be compared. With the `scene`, what
-    lies beyond the limits of a joint is grey, and its range stands above the panel. `axes` are as
-    many as coordinates, to draw into, instead of a new figure of `size` (width, height) inches.
+    All panels of one unit have the same scale, so that motions can be compared. With a `scene`, the
+    region beyond the limits of a joint is grey, and the range of the joint is written above its
+    panel.
 
-    InputError: not a single run, or a run of another scene.
+    Parameters
+    ----------
+    run : xarray.Dataset
+        A single run.
+    scene : Scene, optional
+        Scene of the run. If given, joint limits are drawn.
+    axes : array_like of matplotlib.axes.Axes, optional
+        One axes for each coordinate to draw into. Default: the axes of a new figure.
+    size : (float, float), optional
+        Width and height of a new figure in inches. Default: chosen from the number of coordinates.
+    title : str, optional
+        Title of a new figure. Default: how the run ended.
 
+    Returns
+    -------
+    matplotlib.figure.Figure
+        The new figure, or the figure that contains `axes`.
+
+    Raises
+    ------
+    InputError
+        If `run` is not a single run, or belongs to another scene.
+
+    Examples
+    --------
     >>> from robsim import load_scenario
     >>> from robsim.files import examples
     >>> one = load_scenario(examples.path("eye_in_hand"))
@@ -64,52 +87,53 @@ def joints(
 
 
 def _choose_display_units(one: xr.Dataset) -> list[tuple[str, float]]:
-    """Return the unit in which each coordinate is drawn, and how many of them its own unit is."""
+    """Return for each coordinate the unit it is drawn in, and the factor from its own unit."""
     shown = {"rad": ("deg", float(np.degrees(1.0))), "m": ("m", 1.0)}
     return [shown.get(unit, ("–", 1.0)) for unit in one["coordinate_unit"].values.tolist()]
 
 
 def list_display_units(one: xr.Dataset) -> list[str]:
-    """Return the units in which the coordinates of a run are drawn, each once."""
+    """Return the display units of the coordinates of a run, without repetition."""
     return list(dict.fromkeys(unit for unit, _ in _choose_display_units(one)))
 
 
 def draw_joints_by_unit(panels: list[Axes], one: xr.Dataset) -> None:
-    """Draw the coordinates of each unit of `list_display_units` into axes of its own."""
+    """Draw the coordinates of a run into one axes for each unit of `list_display_units`."""
     time, names = one["time"].values, one["coordinate"].values.tolist()
     of_unit = dict(zip(list_display_units(one), panels, strict=True))
     for i, (unit, scale) in enumerate(_choose_display_units(one)):
-        way = scale * one["q"].values[:, i]
-        _draw_coordinate(of_unit[unit], time, way, palette.cycle_color(i), names[i])
+        path = scale * one["q"].values[:, i]
+        _draw_coordinate(of_unit[unit], time, path, palette.cycle_color(i), names[i])
     for unit, axes in of_unit.items():
         axes.set_ylabel(f"coordinates ({unit})")
         axes.legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=4, frameon=False)
 
 
 def draw_joints(panels: list[Axes], one: xr.Dataset, limits: Array | None) -> None:
-    """Draw each coordinate of one run into axes of its own."""
+    """Draw each coordinate of one run into its own axes."""
     time, names = one["time"].values, one["coordinate"].values.tolist()
     units = _choose_display_units(one)
-    ways = [scale * q for q, (_, scale) in zip(one["q"].values.T, units, strict=True)]
+    paths = [scale * q for q, (_, scale) in zip(one["q"].values.T, units, strict=True)]
     spans = dict(LEAST)
-    for way, (unit, _) in zip(ways, units, strict=True):
-        spans[unit] = max(spans[unit], ROOM * float(np.ptp(way)))
-    for i, (axes, way, (unit, scale)) in enumerate(zip(panels, ways, units, strict=True)):
-        _draw_coordinate(axes, time, way, palette.cycle_color(i % 7), names[i])
-        middle = float(way.min() + way.max()) / 2
+    for path, (unit, _) in zip(paths, units, strict=True):
+        spans[unit] = max(spans[unit], ROOM * float(np.ptp(path)))
+    for i, (axes, path, (unit, scale)) in enumerate(zip(panels, paths, units, strict=True)):
+        _draw_coordinate(axes, time, path, palette.cycle_color(i % 7), names[i])
+        middle = float(path.min() + path.max()) / 2
         half = spans[unit] / 2
         axes.set(ylabel=f"{names[i]} ({unit})", ylim=(middle - half, middle + half))
         if limits is not None:
             _draw_coordinate_limits(axes, scale * limits[i], unit)
 
 
-def _draw_coordinate(axes: Axes, time: Array, way: Array, color: str, name: str) -> None:
-    axes.plot(time, way, color=color, linewidth=1.8, label=name, **marker_of_single_point(time))
+def _draw_coordinate(axes: Axes, time: Array, path: Array, color: str, name: str) -> None:
+    """Draw one coordinate over time."""
+    axes.plot(time, path, color=color, linewidth=1.8, label=name, **marker_of_single_point(time))
     set_time_axis(axes, time)
 
 
 def _draw_coordinate_limits(axes: Axes, limits: Array, unit: str) -> None:
-    """Shade what is beyond the limits (lowest, highest), and write them above."""
+    """Shade the region beyond the limits (lowest, highest), and write the limits above the axes."""
     if not np.isfinite(limits).any():
         return
     low, high = axes.get_ylim()

@@ -1,4 +1,4 @@
-"""What a figure or a page lacks, told once."""
+"""The warning about meshes that a figure or a page cannot show."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ from robsim.geometry.primitives import Mesh
 from robsim.plot.wireframe import list_scene_shapes
 from robsim.world.scene import Scene
 
-SHOWN = 3  # meshes that a warning names, at most
+MOST_NAMED = 3  # meshes that a warning names, at most
 
 
 def warn_missing_meshes(scene: Scene) -> None:
-    """Give one FileWarning for all meshes of a scene that are not drawn, with their number."""
+    """Issue one FileWarning for all meshes of a scene that are not drawn, with their number."""
     every = chain.from_iterable(list_scene_shapes(scene).values())
     meshes = [shape for shape in every if isinstance(shape, Mesh)]
-    lacks = [lack for mesh in meshes if (lack := mesh.lack)]
-    if lacks:
-        different = [*dict.fromkeys(lacks)]
-        text = "; ".join([*different[:SHOWN], *["..."] * (len(different) > SHOWN)])
-        message = f"{len(lacks)} of {len(meshes)} meshes are not drawn, or simpler shapes: {text}"
+    reasons = [reason for mesh in meshes if (reason := mesh.lack)]
+    if reasons:
+        different = [*dict.fromkeys(reasons)]
+        text = "; ".join([*different[:MOST_NAMED], *["..."] * (len(different) > MOST_NAMED)])
+        message = f"{len(reasons)} of {len(meshes)} meshes are not drawn, or simpler shapes: {text}"
         warnings.warn(message, FileWarning, stacklevel=3)

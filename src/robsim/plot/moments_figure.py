@@ -1,4 +1,4 @@
-"""Moments of a motion side by side, drawn to scale."""
+"""Figure of a motion: the scene at several instants, side by side and to scale."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from robsim.plot.canvas import figure_style, parse_number_pair, prepare_panels
 from robsim.plot.wireframe import compute_display_pose, list_drawable_shapes, list_scene_shapes
 from robsim.world.scene import Scene
 
-# rows: to the right of the picture, up, and towards the viewer, in the axes of the figures
+# rows: directions right, up and towards the viewer, in the frame of the figures
 VIEWS = {
     "right": np.array([[1, 0, 0], [0, 0, 1], [0, -1, 0]]),
     "left": np.array([[-1, 0, 0], [0, 0, 1], [0, 1, 0]]),
@@ -26,20 +26,20 @@ VIEWS = {
     "front": np.array([[0, 1, 0], [0, 0, 1], [1, 0, 0]]),
     "above": np.array([[1, 0, 0], [0, 1, 0], [0, 0, 1]]),
 }
-NAMES = {name: f"from the {name}" for name in ("right", "left", "front")} | {
+VIEW_LABELS = {name: f"from the {name}" for name in ("right", "left", "front")} | {
     name: f"from {name}" for name in ("behind", "above")
 }
-PALE = 0.62  # share of white in a face seen at a right angle; others have less
+PALE = 0.62  # share of white in a face that is turned to the viewer; less in oblique faces
 WIDEST = 13.0  # inches
-TEXT = 0.4  # inches above the pictures
+TEXT = 0.4  # inches above the pictures, for titles
 
 
 class VisibleFace(NamedTuple):
     """A visible face of a solid, with corners (n, 2) in metres."""
 
-    depth: float  # of its middle, towards the viewer
+    depth: float  # of the middle of the face, towards the viewer
     outline: Array
-    edges: list[Array]  # those of the solid that border it
+    edges: list[Array]  # edges of the solid that bound the face
     color: str
     pale: float
 
@@ -56,15 +56,45 @@ def moments(
     size: Any = None,
     title: str | None = None,
 ) -> Figure:
-    """Draw the scene at each of q (n, nq) side by side, in parallel projection and one scale.
+    """Draw the scene at several configurations side by side, in parallel projection and to scale.
 
-    A picture is `extent` = (width, height) metres large, and its middle is the frame `around`;
-    shapes more than half a width nearer or farther than that are left out. `views` are the rows of
-    pictures: from the "right" of the x axis, from the "left", "behind", "front" or "above". A
-    camera without a body is not drawn. Axes are in metres of the frame of `scene.display`. `axes`
-    are as many as pictures, row by row, to draw into, instead of a new figure of `size` (width,
-    height) inches.
+    Each column is a configuration, and each row a viewing direction. The middle of a picture is the
+    frame `around`. Shapes more than half a picture width nearer or farther than this frame are left
+    out, and a camera without a body is not drawn. A scale bar is in the last picture.
 
+    Parameters
+    ----------
+    scene : Scene
+        Scene to draw.
+    q : array_like of shape (n, nq)
+        Configurations, from left to right.
+    titles : sequence of n str, optional
+        Titles of the columns. Default: no titles.
+    around : str, default "world"
+        Name of the frame in the middle of each picture.
+    extent : (float, float), default (1.0, 1.0)
+        Width and height of each picture in metres.
+    views : sequence of {"right", "left", "behind", "front", "above"}, default ("right",)
+        Viewing directions, one for each row, relative to the x axis of the frame `scene.display`.
+    axes : array_like of matplotlib.axes.Axes, optional
+        One axes for each picture to draw into, row by row. Default: the axes of a new figure.
+    size : (float, float), optional
+        Width and height of a new figure in inches. Default: 13 inches wide.
+    title : str, optional
+        Title of a new figure.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        The new figure, or the figure that contains `axes`.
+
+    Raises
+    ------
+    InputError
+        If a view is unknown, or the number of titles differs from the number of configurations.
+
+    Examples
+    --------
     >>> from robsim import Robot, Scene
     >>> arm = Robot.from_dh([[0, 0, 1, 0]])
     >>> figure = moments(Scene(arm), [[0.0], [0.5]], ["before", "after"], views=["above"])
@@ -91,7 +121,7 @@ def moments(
                     panel, _sort_visible_faces(scene, state, VIEWS[view], middle[2], width / 2)
                 )
                 _set_picture_axes(panel, middle, width, height)
-            row[0].set_ylabel(NAMES[view])
+            row[0].set_ylabel(VIEW_LABELS[view])
         for panel, name in zip(grid[0], titles, strict=False):
             panel.set_title(name)
         _draw_scale_bar(grid[-1, -1], width, height)
@@ -99,7 +129,7 @@ def moments(
 
 
 def _check_views_and_titles(views: Any, titles: Any, states: int) -> None:
-    """Raise InputError for views that do not exist, or for a wrong number of titles."""
+    """Raise InputError if a view is unknown, or if the number of titles is wrong."""
     if not isinstance(views, list | tuple) or not views:
         raise InputError(f"views: expected a list, such as ['right'], got {format_value(views)}")
     for view in views:
@@ -111,7 +141,7 @@ def _check_views_and_titles(views: Any, titles: Any, states: int) -> None:
 
 
 def _parse_extent(extent: Any) -> tuple[float, float]:
-    """Return the checked width and height in metres."""
+    """Return width and height in metres; raise InputError unless both are positive."""
     sides = parse_number_pair(extent, "extent", "(width, height) in metres")
     if min(sides) <= 0:
         raise InputError(f"extent: expected (width, height) in metres, got {format_value(extent)}")
@@ -121,7 +151,7 @@ def _parse_extent(extent: Any) -> tuple[float, float]:
 def _sort_visible_faces(
     scene: Scene, q: Array, view: Array, middle: float, reach: float
 ) -> list[VisibleFace]:
-    """Return the visible faces, farthest first, so that nearer ones cover them."""
+    """Return the visible faces, farthest first, so that nearer faces cover them."""
     faces = [
         face
         for solid, color in _place_shapes(scene, q)
@@ -132,6 +162,7 @@ def _sort_visible_faces(
 
 
 def _draw_faces(axes: Any, faces: list[VisibleFace]) -> None:
+    """Draw the faces in their order."""
     for rank, face in enumerate(faces):
         color = np.array(to_rgb(face.color))
         fill = tuple(face.pale + (1 - face.pale) * color)
@@ -170,6 +201,7 @@ def _place_shapes(scene: Scene, q: Array) -> Iterator[tuple[Primitive, str]]:
 
 
 def _set_picture_axes(axes: Any, middle: Array, width: float, height: float) -> None:
+    """Set the limits of a picture around its middle, without ticks."""
     half = np.array([width, height]) / 2
     (left, low), (right, high) = middle[:2] - half, middle[:2] + half
     axes.set(xlim=(left, right), ylim=(low, high), xticks=[], yticks=[], aspect="equal")

@@ -1,7 +1,7 @@
-"""Colours that people with any colour vision tell apart (Okabe and Ito, 2008), and line styles.
+"""Colours that are distinct for any colour vision (Okabe and Ito, 2008), and line styles.
 
-The one-letter colours of the primitives become the nearest of the eight; what must stay readable
-in black and white differs in line style or marker as well.
+The one-letter colours of the primitives become the nearest of the eight colours. Curves that must
+stay distinct in black and white differ in line style or marker as well.
 """
 
 from __future__ import annotations
@@ -32,14 +32,14 @@ _LETTERS = {
     "b": BLUE,
     "c": SKY_BLUE,
     "m": PURPLE,
-    "y": ORANGE,  # yellow itself is too faint on white
+    "y": ORANGE,  # yellow is too faint on white
     "w": LIGHT_GREY,
 }
 CYCLE = (BLUE, VERMILLION, GREEN, PURPLE, ORANGE, SKY_BLUE, BLACK)
 GOAL = "#d6007a"  # reserved for goals
-MORE = ("#332288", "#8a5a00", "#f0e442", "#882255")  # used when the others are taken
-TINTS = (0.0, 0.5, -0.4)  # share of white in each seven colours; below 0 of black
-OUTCOMES = {  # colour and hatch: blue for success, else warm; lightness differs too
+MORE = ("#332288", "#8a5a00", "#f0e442", "#882255")  # used if the others are taken
+TINTS = (0.0, 0.5, -0.4)  # share of white in each group of seven colours; below 0, of black
+OUTCOMES = {  # colour and hatch: blue for success, warm for failures, of different lightness
     Outcome.CONVERGED: (BLUE, ""),
     Outcome.TIME_LIMIT: ("#f5d3b3", ""),
     Outcome.OUT_OF_IMAGE: (ORANGE, "///"),
@@ -58,9 +58,9 @@ COMPONENTS = tuple(zip((BLUE, VERMILLION, GREEN), LINES, strict=False))  # of a 
 
 
 def convert_color(name: str) -> str:
-    """Return the colour in which a primitive's `convert_color` is drawn: "#rrggbb".
+    """Return the display colour "#rrggbb" of a primitive of colour `name`.
 
-    InputError: not a colour of Matplotlib.
+    Raise InputError unless `name` is a colour of Matplotlib.
 
     >>> convert_color("r"), convert_color("tab:blue")
     ('#d55e00', '#1f77b4')
@@ -75,9 +75,9 @@ def convert_color(name: str) -> str:
 
 
 def cycle_color(i: int) -> str:
-    """Return the colour of the i-th mark or link, from 0; colours repeat after twenty-one.
+    """Return the colour of the i-th feature point or link, from 0; colours repeat after 21.
 
-    After seven colours come seven lighter ones, then seven darker ones.
+    Seven colours are followed by seven lighter and seven darker ones.
 
     >>> cycle_color(0), cycle_color(7), cycle_color(21)
     ('#0072b2', '#80b9d8', '#0072b2')
@@ -87,36 +87,36 @@ def cycle_color(i: int) -> str:
 
 
 def cycle_link_color(i: int) -> str:
-    """Return the colour of the i-th link of a robot without colours; only the base, 0, is black.
+    """Return the colour of the i-th link of a robot without colours; only link 0 is black.
 
-    >>> cycle_link_color(0), cycle_link_color(1) == cycle_color(0), cycle_link_color(7) == cycle_color(7)
-    ('#000000', True, True)
+    >>> cycle_link_color(0), cycle_link_color(1), cycle_link_color(1) == cycle_color(0)
+    ('#000000', '#0072b2', True)
     """
     black = CYCLE.index(BLACK)
     return BLACK if i == 0 else cycle_color(i - 1 if i <= black else i)
 
 
-def tint_color(color: str, share: float) -> str:
-    """Return a colour mixed with a share of white, or of black below 0.
+def tint_color(original: str, share: float) -> str:
+    """Return a colour mixed with a share of white, or of black if the share is negative.
 
-    Black itself becomes grey where it is to be darkened.
+    Black becomes grey if the share is negative.
 
     >>> tint_color("#0072b2", 0.5), tint_color("#0072b2", -1), tint_color(BLACK, -0.4)
     ('#80b9d8', '#000000', '#666666')
     """
-    rgb = np.array(to_rgb(color))
+    rgb = np.array(to_rgb(original))
     if share < 0 and not rgb.any():
         return to_hex(tuple(rgb - share))
     return to_hex(tuple(rgb + share * (1 - rgb) if share >= 0 else rgb * (1 + share)))
 
 
 def find_unused_color(taken: Iterable[str]) -> str:
-    """Return the first colour that is not taken: black, or one of `cycle_color`; black if all are.
+    """Return the first colour that is not taken, or black if all are taken.
 
     >>> find_unused_color([]), find_unused_color([BLACK])
     ('#000000', '#d55e00')
     """
     order = (BLACK, VERMILLION, PURPLE, BLUE, GREEN, ORANGE, SKY_BLUE)
     every = [*order, *MORE, *(cycle_color(i) for i in range(7, 21))]
-    gone = set(taken)
-    return next((each for each in every if each not in gone), BLACK)
+    excluded = set(taken)
+    return next((each for each in every if each not in excluded), BLACK)

@@ -1,4 +1,4 @@
-"""A single robot in 3-D."""
+"""Figure of a single robot in 3-D."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from robsim.plot.wireframe import WireSolid, compute_display_pose
 from robsim.robot.robot import Robot
 from robsim.world.scene import Scene
 
-AXES = 0.1  # metres, the length of the axes of a robot that has nothing else to show
+AXES = 0.1  # length in metres of the tip axes of a robot without shapes or links
 
 
 def robot(
@@ -31,12 +31,46 @@ def robot(
     size: Any = None,
     title: str | None = None,
 ) -> Figure:
-    """Draw a robot in 3-D at q (nq,), home by default: its links, in the axes of its base.
+    """Draw a robot in 3-D at a configuration, in the frame of its base.
 
-    A robot with neither shapes nor links to draw lines between, such as a flying camera, is shown
-    by the axes of its tip. The keywords are those of `scene`; a goal is q (nq,), or a pose of the
-    tip.
+    A robot that has neither shapes nor links to draw lines between, such as a flying camera, is
+    shown by the axes of its tip.
 
+    Parameters
+    ----------
+    robot : Robot
+        Robot to draw.
+    q : array_like of shape (nq,), optional
+        Configuration. Default: the home configuration.
+    goal : array_like of shape (nq,) or Pose, optional
+        Configuration or pose of the tip in the base frame, drawn as a dotted outline.
+    ax : Axes3D, optional
+        3-D axes to draw into. Default: the axes of a new figure.
+    view : (float, float), optional
+        Elevation and azimuth of the viewing direction in degrees. Default: (22, -55).
+    bounds : array_like of shape (2, 3), optional
+        Lowest and highest corner of the drawn box in metres. Default: chosen to fit the robot.
+    size : (float, float), optional
+        Width and height of a new figure in inches.
+    title : str, optional
+        Title of the figure.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        The new figure, or the figure that contains `ax`.
+
+    Raises
+    ------
+    InputError
+        If `robot` is not a `Robot`, or an option is invalid.
+
+    See Also
+    --------
+    scene : Draws the robot with cameras and objects, or over a run.
+
+    Examples
+    --------
     >>> from robsim.files import robots
     >>> figure = robot(robots.panda(), q=robots.panda().home)
     >>> [text.get_text() for text in figure.axes[0].get_legend().get_texts()][0]
@@ -46,16 +80,16 @@ def robot(
         raise InputError(f"expected a Robot, got {format_value(robot)}")
     alone = Scene((replace(robot, base=IDENTITY, on="world"),))
     picture = build_scene_content(alone, q, None, goal)
-    whole = picture if picture.solid else _add_tip_axes(alone, picture, robot, q)
+    whole = picture if picture.solids else _add_tip_axes(alone, picture, robot, q)
     return draw_scene_figure(whole, ax, view, bounds, size, title)
 
 
 def _add_tip_axes(scene: Scene, picture: SceneContent, robot: Robot, q: Any) -> SceneContent:
-    """Return the picture with the axes of the tip added."""
+    """Return the content of the figure with the axes of the tip as its solids."""
     T = compute_display_pose(scene, f"{robot.name}.{robot.tip}", scene.home if q is None else q)
     ends = T[:3, 3] + AXES * T[:3, :3].T
     wires = [
         WireSolid(f"{name} of {robot.tip}", color, np.stack([T[:3, 3], end])[None])
         for name, (color, _), end in zip("xyz", palette.COMPONENTS, ends, strict=True)
     ]
-    return replace(picture, solid=wires)
+    return replace(picture, solids=wires)

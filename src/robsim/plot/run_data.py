@@ -17,17 +17,17 @@ from robsim.world.scene import Scene
 if TYPE_CHECKING:
     import xarray as xr
 
-NOTHING = 1e-9  # measures below this are rounding errors
+ROUNDING_ERROR = 1e-9  # smaller measures are rounding errors
 
 
 def check_is_scene(scene: object) -> None:
-    """Raise InputError if this is not a Scene."""
+    """Raise InputError unless this is a Scene."""
     if not isinstance(scene, Scene):
         raise InputError(f"expected a Scene, got {format_value(scene)}")
 
 
 def check_is_run(run: xr.Dataset, timed: bool = True) -> xr.Dataset:
-    """Return the run as it is; InputError if it is not a run or, with `timed`, only a summary."""
+    """Return the run; raise InputError if it is no run or, with `timed`, only a summary."""
     if not {"q", "q0", "outcome"} <= set(getattr(run, "data_vars", ())):
         raise InputError(
             f"expected a run as simulate returns it, got {type(run).__name__}; of a mission, draw "
@@ -39,7 +39,7 @@ def check_is_run(run: xr.Dataset, timed: bool = True) -> xr.Dataset:
 
 
 def extract_single_run(run: xr.Dataset, timed: bool = True) -> xr.Dataset:
-    """Return one run up to its end; InputError for a batch of several."""
+    """Return a single run up to its end; raise InputError if the batch has several runs."""
     one = check_is_run(run, timed)
     if one.sizes.get("run", 1) != 1:
         raise InputError(
@@ -49,34 +49,39 @@ def extract_single_run(run: xr.Dataset, timed: bool = True) -> xr.Dataset:
     one = one.squeeze("run") if "run" in one.dims else one
     if "time" not in one.dims:
         return one
-    lived = np.flatnonzero(np.isfinite(one["q"].values).all(axis=1))
-    return one.isel(time=slice(0, lived[-1] + 1 if lived.size else 1))
+    finite = np.flatnonzero(np.isfinite(one["q"].values).all(axis=1))
+    return one.isel(time=slice(0, finite[-1] + 1 if finite.size else 1))
 
 
 def has_spread(values: Array) -> bool:
-    """Return whether finite values differ by more than rounding."""
-    shown = values[np.isfinite(values)]
-    return bool(shown.size) and float(np.ptp(shown)) > NOTHING * max(1.0, np.abs(shown).max())
+    """Return whether the finite values differ by more than rounding."""
+    finite = values[np.isfinite(values)]
+    return bool(finite.size) and float(np.ptp(finite)) > ROUNDING_ERROR * max(
+        1.0, np.abs(finite).max()
+    )
 
 
 def read_configurations(run: xr.Dataset, scene: Scene) -> Array:
-    """Return the recorded coordinates (moments, nq) of a run, with its start and end."""
+    """Return the recorded coordinates (instants, nq) of a run, with its start and end."""
     _check_run_coordinates(run, scene)
     q = np.vstack([run["q0"].values, run["q"].values.reshape(-1, scene.nq), run["q_end"].values])
     return np.asarray(q[np.isfinite(q).all(axis=1)])
 
 
 def _check_run_coordinates(run: xr.Dataset, scene: Scene) -> None:
+    """Raise InputError if the coordinates of the run are not the scene's."""
     names = scene.coordinate_names
     if run["coordinate"].values.tolist() != list(names):
-        found = ", ".join(run["coordinate"].values.tolist())
-        raise InputError(f"the run is not one of this scene: it moves {found}, not {names}")
+        own = ", ".join(run["coordinate"].values.tolist())
+        raise InputError(
+            f"the run belongs to another scene: its coordinates are {own}, not {names}"
+        )
 
 
 def read_coordinate_limits(run: xr.Dataset, scene: Scene) -> Array:
     """Return the lowest and highest value (nq, 2) of each coordinate; infinite without limits.
 
-    InputError: no scene, or another one than that of the run.
+    Raise InputError if `scene` is no Scene, or not the scene of the run.
     """
     check_is_scene(scene)
     _check_run_coordinates(run, scene)
@@ -84,7 +89,7 @@ def read_coordinate_limits(run: xr.Dataset, scene: Scene) -> Array:
 
 
 def compute_frame_velocity(run: xr.Dataset, scene: Scene, frame: str) -> Array:
-    """Return the velocity (moments, 6), v and omega, of a frame's origin in world axes."""
+    """Return the velocity (instants, 6), v and omega, of a frame's origin in world axes."""
     check_is_scene(scene)
     _check_run_coordinates(run, scene)
     bodies = scene.tree.bodies(np.ascontiguousarray(run["q"].values.T))
@@ -92,9 +97,9 @@ def compute_frame_velocity(run: xr.Dataset, scene: Scene, frame: str) -> Array:
 
 
 def find_moving_frame(run: xr.Dataset, scene: Scene) -> str | None:
-    """Return the frame whose velocity is of interest; None for the camera.
+    """Return the frame of interest for velocities; None for the camera.
 
-    Where the camera stands still, it is the frame that carries the target.
+    If the camera stands still, it is the frame that carries the target.
     """
     if not run.sizes["mark"]:
         return None
@@ -103,19 +108,20 @@ def find_moving_frame(run: xr.Dataset, scene: Scene) -> str | None:
 
 
 def list_run_cameras(run: xr.Dataset) -> list[str]:
-    """Return the names of the cameras that have a part in a run."""
+    """Return the names of the cameras that observe in a run."""
     return list(dict.fromkeys(run["mark_camera"].values.tolist()))
 
 
 def select_camera_view(run: xr.Dataset, camera: str | None) -> xr.Dataset:
-    """Return the run with the marks and image attributes of one camera, by default the first.
+    """Return the run with the feature points and image attributes of one camera.
 
-    The coordinate mark_number counts the marks of all targets, and is the same for all cameras.
-    InputError: no camera of that name.
+    `camera` None selects the first camera. The coordinate mark_number counts the feature points of
+    all targets, and is the same for all cameras. Raise InputError if there is no camera of that
+    name.
     """
     cameras = list_run_cameras(run)
     if not cameras:
-        raise InputError("no camera has a part in this run: there is no image of it")
+        raise InputError("no camera observes in this run: it has no image")
     name = cameras[0] if camera is None else camera
     check_known(name, cameras, "no camera {} in the run", "cameras")
     one = run.isel(mark=np.flatnonzero(run["mark_camera"].values == name))
@@ -127,12 +133,12 @@ def select_camera_view(run: xr.Dataset, camera: str | None) -> xr.Dataset:
 
 
 def number_first_marks(run: xr.Dataset) -> dict[str, int]:
-    """Return the number of each target's first mark, counted over all targets."""
+    """Return for each target the number of its first feature point, counted over all targets."""
     keys = zip(run["mark_target"].values.tolist(), run["mark_camera"].values.tolist(), strict=True)
     counts = Counter(keys)
     first, after = {}, 0
     for (target, _), count in counts.items():
-        if target not in first:  # another camera sees the same marks
+        if target not in first:  # another camera observes the same points
             first[target], after = after, after + count
     return first
 
@@ -154,14 +160,14 @@ def describe_ending(run: xr.Dataset) -> str:
 
 
 def _describe_log_ending(outcome: Outcome, converged: float) -> str:
-    """Return how a log ended, and if it converged from which second on."""
+    """Return how a log ended, with the time of convergence in seconds if it converged."""
     if outcome == Outcome.CONVERGED:
         return f"converged after {converged:.3g} s"
     return "not converged" if outcome == Outcome.RUNNING else outcome.words
 
 
 def describe_outcome(outcome: Outcome, time: float, hold: bool) -> str:
-    """Return how and when a run ended, in words; `hold` says that it goes on once converged."""
+    """Return how and when a run ended, as text; `hold` marks runs that continue once converged."""
     if hold and outcome == Outcome.CONVERGED:
         return f"converged, held for {time:.3g} s"
     return f"{outcome.words} after {time:.3g} s"

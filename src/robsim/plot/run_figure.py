@@ -1,4 +1,4 @@
-"""A summary figure of a run: the scene, the image, the velocities and the error."""
+"""Summary figure of a run: the scene, the image, the velocities and the error."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     from robsim.world.scene import Scene
 
-HEIGHT = 4.4  # inches, of the upper row
+HEIGHT = 4.4  # of the upper row, inches
 
 
 def run(
@@ -35,10 +35,41 @@ def run(
 ) -> Figure:
     """Draw a run on one slide: `scene`, `image` and `velocity` together.
 
-    `camera` selects the image and `frame` the velocity, as in `image` and `velocity`; `goal`
-    and `view` are as in `scene`, and `size` is (width, height) in inches. Without a camera there is
-    no image.
+    The upper row shows the scene over the run in 3-D and the image of a camera, the lower row the
+    linear velocity, the angular velocity and the error over time. A run without a camera has no
+    image.
 
+    Parameters
+    ----------
+    run : xarray.Dataset
+        A single run.
+    scene : Scene
+        Scene of the run.
+    camera : str, optional
+        Name of the camera of the image. Default: the first camera of the run.
+    frame : str, optional
+        Frame of the velocities, as in `velocity`. Default: the camera.
+    goal : array_like of shape (nq,), Pose, ServoTask or the goal of a task, optional
+        Goal to draw as an outline, as in `scene`. Default: the goal of the run.
+    view : (float, float), optional
+        Elevation and azimuth of the viewing direction in degrees. Default: (22, -55).
+    size : (float, float), default (12.8, 7.2)
+        Width and height of the figure in inches.
+    title : str, optional
+        Title of the figure. Default: how the run ended, and the length of the camera path.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        The slide.
+
+    Raises
+    ------
+    InputError
+        If `run` is not a single run, or belongs to another scene.
+
+    Examples
+    --------
     >>> from robsim import IBVS, Camera, MountedCamera, Object, Pose, Robot, Scene
     >>> from robsim.joints import Joint, Link
     >>> from robsim.run.simulate import simulate
@@ -52,23 +83,28 @@ def run(
     one = run_data.extract_single_run(run)
     with figure_style():
         figure = new_figure(12.8, 7.2, size)
-        drawn = bool(one.sizes["mark"]) or camera is not None
+        has_image = bool(one.sizes["mark"]) or camera is not None
         picture = build_scene_content(scene, None, one, goal)
         box = axes_box.compute_axes_box(picture.points)
-        places, below = split_slide(figure, measure_scene_width(picture, HEIGHT, view, box), drawn)
+        places, below = split_slide(
+            figure, measure_scene_width(picture, HEIGHT, view, box), has_image
+        )
         solid = draw_scene(places[0], picture, box, view).axes
-        if drawn:
+        if has_image:
             draw_image(places[1].add_subplot(), one, camera, scene, title="")
         draw_velocity(below.subplots(1, 3), one, scene, frame)
         heading = f"{run_data.describe_ending(one)}; path {float(one['path_length']):.3g} m"
         figure.suptitle(heading if title is None else title)
-        figure.draw_without_rendering()  # now every part has its size
+        figure.draw_without_rendering()  # computes the size of every part
         arrange_scene(places[0], solid, picture, box)
     return figure
 
 
 def split_slide(figure: Figure, width: float, images: bool) -> tuple[list[Any], Any]:
-    """Return the parts of a slide: of a scene, `width` inches wide, and of images; of curves."""
+    """Return the subfigures of a slide: the upper row (scene, and image if any), and the lower row.
+
+    `width` is the width of the scene in inches.
+    """
     rows: Any = figure.subfigures(2, 1, height_ratios=(1.9, 1))
     share = min(max(width / float(figure.get_figwidth()), 0.35), 0.6)
     above = rows[0].subfigures(1, 2, width_ratios=(share, 1 - share)) if images else [rows[0]]

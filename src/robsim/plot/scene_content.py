@@ -1,4 +1,4 @@
-"""The contents of the 3-D window, at one moment or from start to end of a run."""
+"""Content of a 3-D figure: a scene at one configuration, or from start to end of a run."""
 
 from __future__ import annotations
 
@@ -23,19 +23,19 @@ from robsim.world.scene import Scene
 
 @dataclass(frozen=True)
 class SceneContent:
-    """The contents of a 3-D figure: solids, their outlines at the start, marks and paths."""
+    """Content of a 3-D figure: solids, their outlines at the start, feature points and paths."""
 
-    solid: list[WireSolid]
-    before: list[WireSolid]
+    solids: list[WireSolid]
+    starts: list[WireSolid]
     marks: Array  # (M, 3)
     mark_colors: list[str]
-    paths: dict[str, Array]  # (moments, 3) of each camera and object that moves
-    goal: list[WireSolid]
+    paths: dict[str, Array]  # (instants, 3) of each camera and object that moves
+    goals: list[WireSolid]
 
     @property
     def points(self) -> Array:
-        """The points (N, 3) that must be in view; the origin if there are none."""
-        wires = [wire.points for wire in (*self.solid, *self.before, *self.goal)]
+        """The points (N, 3) that must be visible; the origin if there are none."""
+        wires = [wire.points for wire in (*self.solids, *self.starts, *self.goals)]
         points = np.concatenate([self.marks, *self.paths.values(), *wires])
         return points if len(points) else np.zeros((1, 3))
 
@@ -43,18 +43,19 @@ class SceneContent:
 def build_scene_content(
     scene: Scene, q: Any, run: xr.Dataset | None, goal: Any = None
 ) -> SceneContent:
-    """Return the picture of a scene at q (nq,), home by default, or over one run.
+    """Return the content of a figure of a scene at q (nq,), home by default, or over one run.
 
     `goal` is as in `build_goal_outlines`.
 
-    InputError: q and run, or several of either; a run of another scene.
+    Raise InputError if both `q` and `run` are given, if either holds several configurations or
+    runs, or if the run belongs to another scene.
     """
     run_data.check_is_scene(scene)
     warn_missing_meshes(scene)
     run = None if run is None else run_data.extract_single_run(run, timed=False)
     states = _select_configurations(scene, q, run)
-    marks, moving = wireframe.place_scene_marks(scene, states[-1]), SceneMotion.of(scene, states)
-    depth = choose_frustum_depth(moving)
+    marks, motion = wireframe.place_scene_marks(scene, states[-1]), SceneMotion.of(scene, states)
+    depth = choose_frustum_depth(motion)
     solid = wireframe.place_scene_parts(scene, states[-1], depth)
     pairs = zip(wireframe.place_scene_parts(scene, states[0], depth), solid, strict=True)
     before = [old for old, new in pairs if np.abs(old.points - new.points).max() > STILL]
@@ -62,14 +63,14 @@ def build_scene_content(
         scene, {} if run is None else run_data.number_first_marks(run)
     )
     goals = build_goal_outlines(scene, goal, run, states[-1], depth)
-    return SceneContent(solid, before, marks, colors, moving.paths, goals)
+    return SceneContent(solid, before, marks, colors, motion.paths, goals)
 
 
 def _select_configurations(scene: Scene, q: Any, run: xr.Dataset | None) -> Array:
-    """Return the configurations (moments, nq): one, or those of a run."""
+    """Return the configurations (instants, nq): one, or all of a run."""
     if run is not None:
         if q is not None:
-            raise InputError("give q or run, not both: a run brings its own q")
+            raise InputError("give q or run, not both: a run has its own q")
         return run_data.read_configurations(run, scene)
     now = scene.coordinates(scene.home if q is None else q, limits=False)
     if now.ndim != 1:

@@ -1,4 +1,4 @@
-"""The 3-D window: a scene with ground and shading, at one moment or over a run."""
+"""Figure of a scene in 3-D with ground and shading, at one configuration or over a run."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ if TYPE_CHECKING:
 
     from robsim.world.scene import Scene
 
-HEIGHT, NARROWEST, WIDEST = 4.8, 3.6, 8.4  # inches: of the figure, and the width of its drawing
-TITLE = 0.35  # inches, of a title
-ROWS = 18  # of a legend at the most
+HEIGHT, NARROWEST, WIDEST = 4.8, 3.6, 8.4  # inches: the figure, and the width of its box
+TITLE = 0.35  # height of a title, inches
+ROWS = 18  # of a legend, at most
 BEFORE_BEHIND, ON_TOP = 3, 9
 _BEFORE: dict[str, Any] = {"color": palette.GREY, "linestyle": (0, (4, 2)), "linewidth": 0.8}
 _GOAL: dict[str, Any] = {"color": palette.GOAL, "linestyle": (0, (1.5, 1)), "linewidth": 1.6}
@@ -45,23 +45,50 @@ def scene(
     size: Any = None,
     title: str | None = None,
 ) -> Figure:
-    """Draw the scene in 3-D, in metres: at q (nq,), home by default, or over one `run`.
+    """Draw the scene in 3-D, in metres, at one configuration or over a run.
 
-    Every solid has its own colour (a robot all in black, the default, gets a colour per link; one
-    of any other single colour is one entry of the legend); marks are asterisks. The start of a run
-    is dashed, its end solid, and the paths of cameras and objects are lines. Everything is seen
-    from the frame of `scene.display`; the ground is as high as the lowest point.
+    Every solid has its own colour. A robot that is all black, the default, has one colour per link;
+    a robot of any other single colour has one entry in the legend. Asterisks are the feature points
+    of the objects. Of a run, the start is dashed, the end solid, and the paths of moving cameras
+    and objects are lines. The figure is in the frame `scene.display`, and the ground is at the
+    height of the lowest point.
 
-    goal    drawn as a dotted outline: q (nq,), a task, its goal, or a pose in the world: of the
-            camera; where that stands still of the target; without cameras of the robot's tip.
-            None takes that of the run, if it has one
-    ax      3-D axes to draw into, instead of a new figure
-    view    (elevation, azimuth) in degrees, (22, -55) by default
-    bounds  (lowest, highest) corner of the box, (2, 3) in metres, to give several figures the same
-    size    (width, height) of the figure, inches
+    Parameters
+    ----------
+    scene : Scene
+        Scene to draw.
+    q : array_like of shape (nq,), optional
+        Configuration. Default: the home configuration.
+    run : xarray.Dataset, optional
+        A single run of the scene, drawn instead of a configuration.
+    goal : array_like of shape (nq,), Pose, ServoTask or the goal of a task, optional
+        Goal to draw as a dotted outline. A pose in the world is the goal of the camera if the
+        camera moves, else of the target, and in a scene without cameras of the tip of the first
+        robot. Default: the goal stored in `run`, if any.
+    ax : Axes3D, optional
+        3-D axes to draw into. Default: the axes of a new figure.
+    view : (float, float), optional
+        Elevation and azimuth of the viewing direction in degrees. Default: (22, -55).
+    bounds : array_like of shape (2, 3), optional
+        Lowest and highest corner of the drawn box in metres. Give the same bounds to several
+        figures to compare them. Default: chosen to fit the content.
+    size : (float, float), optional
+        Width and height of a new figure in inches. Default: chosen to fit the content.
+    title : str, optional
+        Title of the figure.
 
-    InputError: something that cannot be drawn; the message says what is expected.
+    Returns
+    -------
+    matplotlib.figure.Figure
+        The new figure, or the figure that contains `ax`.
 
+    Raises
+    ------
+    InputError
+        If both `q` and `run` are given, the run belongs to another scene, or an option is invalid.
+
+    Examples
+    --------
     >>> from robsim import Robot, Scene
     >>> figure = scene(Scene(Robot.from_dh([[0, 0, 1, 0], [0, 0, 1, 0]])), q=[0.5, 1.0])
     >>> figure.axes[0].get_xlabel()
@@ -75,20 +102,20 @@ def scene(
 def draw_scene_figure(
     picture: SceneContent, ax: Any, view: Any, bounds: Any, size: Any, title: str | None
 ) -> Figure:
-    """Draw the picture into a new figure, or into the user's axes."""
-    seen, box = axes_box.parse_view(view), axes_box.compute_axes_box(picture.points, bounds)
+    """Draw the content into a new figure, or into the user's axes."""
+    angles, box = axes_box.parse_view(view), axes_box.compute_axes_box(picture.points, bounds)
     with figure_style():
         if ax is not None:
             (axes,) = check_panels(axes_box.check_3d_axes(ax), 1, size)
-            _draw_scene_into_axes(axes, picture, box, seen)
+            _draw_scene_into_axes(axes, picture, box, angles)
             axes_box.fit_box_to_axes(axes, *box)
             below = {"loc": "upper center", "bbox_to_anchor": (0.5, 0.02), "fontsize": 8}
             _draw_scene_legend(axes, picture, below | {"ncols": 3})
             axes.set_title(title or "")
             return get_root_figure(axes)
-        figure = new_figure(measure_scene_width(picture, HEIGHT, seen, box), HEIGHT, size)
-        figure.set_layout_engine("none")  # the drawing is placed by hand
-        axes = draw_scene(figure, picture, box, seen).axes
+        figure = new_figure(measure_scene_width(picture, HEIGHT, angles, box), HEIGHT, size)
+        figure.set_layout_engine("none")  # `arrange_scene` places the axes
+        axes = draw_scene(figure, picture, box, angles).axes
         arrange_scene(figure, axes, picture, box, TITLE if title else 0.0)
         if title:
             figure.suptitle(title)
@@ -97,25 +124,25 @@ def draw_scene_figure(
 
 @dataclass(frozen=True)
 class SceneArtists:
-    """What is drawn of a picture in 3-D axes, to be moved."""
+    """The artists of a scene in 3-D axes, which a film moves."""
 
     axes: Any
     solids: list[shaded_solids.MovableArtist]
     outlines: list[Any]
-    paths: list[tuple[Any, Any]]  # line and dot at its end, in the order of the picture
+    paths: list[tuple[Any, Any]]  # line and dot at its end, one pair for each path
     marks: list[Any]
 
     @property
     def artists(self) -> list[Any]:
-        """All that is drawn."""
-        moved, paths = [each.artist for each in self.solids], chain.from_iterable(self.paths)
-        return [*moved, *self.outlines, *paths, *self.marks]
+        """All artists, in drawing order."""
+        solids, paths = [each.artist for each in self.solids], chain.from_iterable(self.paths)
+        return [*solids, *self.outlines, *paths, *self.marks]
 
 
 def draw_scene(
     figure: Figure | SubFigure, picture: SceneContent, box: Box, view: Any
 ) -> SceneArtists:
-    """Draw the picture into a figure or a part of one, in axes that `arrange_scene` places."""
+    """Draw the content into a figure or subfigure, in new axes that `arrange_scene` places."""
     axes: Any = figure.add_axes((0, 0, 1, 1), projection="3d")
     return _draw_scene_into_axes(axes, picture, box, axes_box.parse_view(view))
 
@@ -123,7 +150,7 @@ def draw_scene(
 def arrange_scene(
     figure: Figure | SubFigure, axes: Any, picture: SceneContent, box: Box, top: float = 0.0
 ) -> None:
-    """Make a drawing fill the figure, or its part of it, except for `top` inches.
+    """Enlarge a drawing until it fills its figure or subfigure, except for `top` inches.
 
     The legend is on the right. The figure must have its final size.
     """
@@ -139,7 +166,7 @@ def arrange_scene(
 
 
 def measure_scene_width(picture: SceneContent, height: float, view: Any, box: Box) -> float:
-    """Return the width in inches that picture and legend take at a height in inches."""
+    """Return the width in inches that the scene and its legend need at a height in inches."""
     left, below, right, above = axes_box.LABELS
     shape = axes_box.compute_box_aspect(*box, axes_box.parse_view(view))
     wide = (height - below - above) * shape + left + right
@@ -156,47 +183,53 @@ def measure_legend_width(picture: SceneContent) -> float:
 def _draw_scene_into_axes(
     axes: Any, picture: SceneContent, box: Box, view: tuple[float, float]
 ) -> SceneArtists:
+    """Draw shadows, solids, outlines, paths and feature points into 3-D axes."""
     axes.computed_zorder = False
     axes_box.set_box_axes(axes, *box, view)
-    drawn = shaded_solids.draw_shadows(axes, picture.solid, float(box[0][2])) if view[0] > 0 else []
+    artists = (
+        shaded_solids.draw_shadows(axes, picture.solids, float(box[0][2])) if view[0] > 0 else []
+    )
     behind, front = _BEFORE | {"zorder": BEFORE_BEHIND}, _GOAL | {"zorder": ON_TOP}
-    begun = [(wire, f"{wire.label} at start", behind) for wire in picture.before]
-    goals = [(wire, f"goal of {wire.label}", front) for wire in picture.goal]
-    outlines = [shaded_solids.draw_solid_outline(axes, *each) for each in begun]
-    drawn += shaded_solids.draw_solids(axes, picture.solid)
+    starts = [(wire, f"{wire.label} at start", behind) for wire in picture.starts]
+    goals = [(wire, f"goal of {wire.label}", front) for wire in picture.goals]
+    outlines = [shaded_solids.draw_solid_outline(axes, *each) for each in starts]
+    artists += shaded_solids.draw_solids(axes, picture.solids)
     outlines += [shaded_solids.draw_solid_outline(axes, *each) for each in goals]
     return SceneArtists(
-        axes, drawn, outlines, _draw_body_paths(axes, picture), _draw_scene_marks(axes, picture)
+        axes, artists, outlines, _draw_body_paths(axes, picture), _draw_scene_marks(axes, picture)
     )
 
 
 def _draw_body_paths(axes: Any, picture: SceneContent) -> list[tuple[Any, Any]]:
-    drawn = []
+    """Draw the path of each moving camera and object, with a dot at its end."""
+    artists = []
     for (name, path), color in zip(
         picture.paths.items(), _choose_path_colors(picture), strict=True
     ):
         look = _PATH | {"color": color, "zorder": ON_TOP, "clip_on": False}
         (line,) = axes.plot(*path.T, **look, label=f"path of {name}")
         (dot,) = axes.plot(*path[-1:].T, **look, **_DOT)
-        drawn.append((line, dot))
-    return drawn
+        artists.append((line, dot))
+    return artists
 
 
 def _draw_scene_marks(axes: Any, picture: SceneContent) -> list[Any]:
+    """Draw the feature points of all objects as asterisks."""
     look = _MARK | {"zorder": ON_TOP, "clip_on": False}
     pairs = zip(picture.marks, picture.mark_colors, strict=True)
     return [axes.plot(*mark[:, None], **look, color=color)[0] for mark, color in pairs]
 
 
 def _choose_path_colors(picture: SceneContent) -> list[str]:
-    """Return a colour for each path, different from those of the solids."""
-    taken = [wire.color for wire in picture.solid]
+    """Return a colour for each path, different from the colours of the solids."""
+    taken = [wire.color for wire in picture.solids]
     for _ in picture.paths:
         taken.append(palette.find_unused_color([*taken, palette.BLACK]))
-    return taken[len(picture.solid) :]
+    return taken[len(picture.solids) :]
 
 
 def _draw_scene_legend(axes: Any, picture: SceneContent, place: dict[str, Any]) -> None:
+    """Add the legend at a place, given as keywords of `Axes.legend`."""
     handles = _build_legend_entries(picture)
     if handles:
         axes.legend(
@@ -209,10 +242,10 @@ def _draw_scene_legend(axes: Any, picture: SceneContent, place: dict[str, Any]) 
 
 
 def _group_names_by_color(wires: list[WireSolid]) -> dict[str, list[str]]:
-    """Return {colour: names}, with each name once.
+    """Return the labels of the solids by colour, each label once.
 
-    A thing of several colours is listed under its most frequent one, but if possible not under the
-    single colour of another thing.
+    A label with solids of several colours is listed under its most frequent colour, but if possible
+    not under the single colour of another label.
     """
     amounts: dict[str, dict[str, float]] = {}
     for wire in wires:
@@ -220,23 +253,23 @@ def _group_names_by_color(wires: list[WireSolid]) -> dict[str, list[str]]:
         long = float(np.linalg.norm(np.diff(wire.segments, axis=1), axis=2).sum())
         of[wire.color] = of.get(wire.color, 0.0) + long
     only = {color for of in amounts.values() if len(of) == 1 for color in of}
-    named: dict[str, list[str]] = {}
+    names_by_color: dict[str, list[str]] = {}
     for name, of in amounts.items():
-        chosen = max(of, key=lambda color: (color not in only, of[color]))
-        named.setdefault(chosen, []).append(name)
-    return named
+        main = max(of, key=lambda color: (color not in only, of[color]))
+        names_by_color.setdefault(main, []).append(name)
+    return names_by_color
 
 
 def _build_legend_entries(picture: SceneContent) -> list[tuple[str, Any]]:
-    """Return a legend entry for each colour; things of one colour share an entry."""
+    """Return (label, artist) of each entry of the legend; solids of one colour share an entry."""
     thick: dict[str, Any] = {"linewidth": 5, "solid_capstyle": "butt"}
     handles: list[tuple[str, Any]] = [
         (_abbreviate_names(names), Line2D([], [], color=palette.tint_color(color, 0.15), **thick))
-        for color, names in _group_names_by_color(picture.solid).items()
+        for color, names in _group_names_by_color(picture.solids).items()
     ]
-    if picture.before:
+    if picture.starts:
         handles.append(("start", Line2D([], [], **_BEFORE)))
-    if picture.goal:
+    if picture.goals:
         handles.append(("goal", Line2D([], [], **_GOAL)))
     if len(picture.marks):
         some = list(dict.fromkeys(picture.mark_colors))[:3]
@@ -247,7 +280,7 @@ def _build_legend_entries(picture: SceneContent) -> list[tuple[str, Any]]:
 
 
 def _abbreviate_names(names: list[str]) -> str:
-    """Return up to three names; of more, the first, the last and their number."""
+    """Return up to three names, joined; of more names the first, the last and their number."""
     if len(names) <= 3:
         return ", ".join(names)
     return f"{names[0]} … {names[-1]} ({len(names)})"

@@ -1,4 +1,4 @@
-"""Scenes over time: where all frames are at each instant of a run or a mission."""
+"""Motion of a scene: the poses of all frames at each instant of a run or a mission."""
 
 from __future__ import annotations
 
@@ -13,41 +13,46 @@ from robsim.robot.robot import Robot
 from robsim.run.mission_run import MissionRun
 from robsim.world.scene import Scene
 
-STILL = 1e-6  # metres
-FRUSTUM, LEAST = 0.12, 0.03  # depth of a camera without a body, as shares of the scene
+STILL = 1e-6  # metres; a body that moves less stands still
+FRUSTUM, LEAST = 0.12, 0.03  # depth of a frustum, and its least value, as shares of the scene
 
 
 @dataclass(frozen=True)
 class SceneMotion:
-    """A scene over time: at q (T, nq), or several scenes of the same things, one after another.
+    """Motion of a scene, or of several scenes of the same bodies, one after another.
 
-    `second` is the same scene as another scheme moves it, at as many instants.
+    Attributes
+    ----------
+    phases : tuple of (Scene, array)
+        Scenes and their configurations (T, nq), in order of time.
+    second : Moving or None
+        Motion of the same scene under another scheme, with as many instants.
     """
 
-    spells: tuple[tuple[Scene, Array], ...]
+    phases: tuple[tuple[Scene, Array], ...]
     second: SceneMotion | None = None
 
     @classmethod
     def of(cls, scene: Scene, q: Array, second: SceneMotion | None = None) -> SceneMotion:
-        """Return one scene at q (T, nq)."""
+        """Return the motion of one scene at q (T, nq)."""
         return cls(((scene, q),), second)
 
     @classmethod
     def of_mission(cls, mission: MissionRun) -> SceneMotion:
         """Return the motion of all phases, at the instants of `mission.run`."""
-        joined, legs = mission.run, mission.legs
-        counts = [int(sum(joined["phase"].values == leg.name)) for leg in legs]
-        spells = np.split(joined["q"].values, np.cumsum(counts)[:-1])
-        return cls(tuple(zip([leg.scene for leg in legs], spells, strict=True)))
+        run, legs = mission.run, mission.legs
+        counts = [int(sum(run["phase"].values == leg.name)) for leg in legs]
+        phases = np.split(run["q"].values, np.cumsum(counts)[:-1])
+        return cls(tuple(zip([leg.scene for leg in legs], phases, strict=True)))
 
     @property
     def scene(self) -> Scene:
         """The scene at the start."""
-        return self.spells[0][0]
+        return self.phases[0][0]
 
     def poses(self, frame: str) -> Array:
-        """Return the poses (T, 4, 4) of a frame in that of the figures."""
-        return np.concatenate([compute_display_pose(scene, frame, q) for scene, q in self.spells])
+        """Return the poses (T, 4, 4) of a frame relative to the frame of the figures."""
+        return np.concatenate([compute_display_pose(scene, frame, q) for scene, q in self.phases])
 
     @property
     def paths(self) -> dict[str, Array]:
@@ -58,16 +63,17 @@ class SceneMotion:
     @property
     def count(self) -> int:
         """The number of instants."""
-        return sum(len(q) for _, q in self.spells)
+        return sum(len(q) for _, q in self.phases)
 
 
-def choose_frustum_depth(moving: SceneMotion) -> float:
-    """Return how deep the view of a camera without a body is drawn, in metres.
+def choose_frustum_depth(motion: SceneMotion) -> float:
+    """Return the depth in metres of the drawn frustum of a camera without a body.
 
-    It is a share of all there is, but no deeper than half a robot where that is large enough.
+    The depth is a share of the extent of the scene, but at most half the size of a robot if the
+    robot is large enough.
     """
-    scene, q = moving.spells[-1]
-    frames = [moving.poses(name)[:, :3, 3] for name in wireframe.list_scene_shapes(scene)]
+    scene, q = motion.phases[-1]
+    frames = [motion.poses(name)[:, :3, 3] for name in wireframe.list_scene_shapes(scene)]
     size = (
         _compute_longest_side(np.concatenate([wireframe.place_scene_marks(scene, q[-1]), *frames]))
         or 1.0
@@ -88,11 +94,11 @@ def list_cameras_and_objects(scene: Scene) -> list[str]:
 
 
 def _compute_link_origins(scene: Scene, robot: Robot, q: Array) -> Array:
-    """Return the origins (N, 3) of the links of a robot but the first, along which it may drive."""
+    """Return the origins (N, 3) of the links of a robot, without the base, which may drive far."""
     names = [f"{robot.name}.{link.name}" for link in robot.links[1:]]
     return np.array([compute_display_pose(scene, name, q)[:3, 3] for name in names])
 
 
 def _compute_longest_side(points: Array) -> float:
-    """Return the longest side in metres of the box around points (N, 3); 0 if there are none."""
+    """Return the longest side in metres of the box around points (N, 3); 0 without points."""
     return float(np.ptp(points, axis=0).max()) if len(points) else 0.0

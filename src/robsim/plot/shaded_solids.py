@@ -14,51 +14,51 @@ from robsim.base.arrays import Array
 from robsim.plot import palette
 from robsim.plot.wireframe import WireSolid
 
-LIGHT = np.array([0.35, -0.55, 1.1])  # towards the lamp, in the axes of the figures; as the page
-AMBIENT = 0.62  # brightness of a face turned away from the lamp; 1 in full light
-PALE, GREY = 0.25, 0.38  # shares of white in a face, for its dark edges to be seen; in a black one
+LIGHT = np.array([0.35, -0.55, 1.1])  # towards the lamp in the frame of the figures; as on the page
+AMBIENT = 0.62  # brightness of a face turned away from the lamp; 1 is full light
+PALE, GREY = 0.25, 0.38  # shares of white in a face and in a black face, so that edges are visible
 SHADOW = "#dcdcda"
-GROUNDED, SHADED, LINED, SHEER = 1, 4, 5, 6  # the order in which they are drawn
+GROUNDED, SHADED, LINED, TRANSPARENT = 1, 4, 5, 6  # z-order of the artists
 _Look = dict[str, Any]  # properties of an artist
 
 
 @dataclass(frozen=True)
 class MovableArtist:
-    """An artist in 3-D axes, and a function that moves it to where the same wires are later."""
+    """An artist in 3-D axes, and a function that moves it to new positions of the same solids."""
 
     artist: Any
     move: Callable[[Sequence[WireSolid]], None]
 
 
 class SolidFaces(Poly3DCollection):  # type: ignore[misc]
-    """The faces of several solids, sorted by depth together; `labels` names their solids."""
+    """The faces of several solids, sorted by depth together; `labels` has the label of each."""
 
     def __init__(self, wires: Sequence[WireSolid]) -> None:
         faces = [(wire, i) for wire in wires for i in range(len(wire.faces))]
         self.labels = [wire.label for wire, _ in faces]
-        self._bordered = [wire.bordered[i] for wire, i in faces]
+        self._has_border = [wire.has_border[i] for wire, i in faces]
         self._dark, self._pale = np.array(
             [_choose_tints(wire.color) for wire, _ in faces]
         ).swapaxes(0, 1)
-        corners, fills, edges = self._painted(wires)
+        corners, fills, edges = self._paint_faces(wires)
         look = {"facecolors": fills, "edgecolors": edges, "linewidths": 0.6, "zorder": SHADED}
         super().__init__(corners, **look)
 
     def move(self, wires: Sequence[WireSolid]) -> None:
-        """Show the same solids elsewhere, and in the light that they have there."""
-        corners, fills, edges = self._painted(wires)
+        """Show the same solids at other poses, with the shading they have there."""
+        corners, fills, edges = self._paint_faces(wires)
         self.set_verts(corners)
         self.set_facecolor(fills)
         self.set_edgecolor(edges)
 
-    def _painted(self, wires: Sequence[WireSolid]) -> tuple[Array, Array, Array]:
-        """Return corners (F, n, 3) of all faces, and the colours (F, 3) of faces and edges."""
+    def _paint_faces(self, wires: Sequence[WireSolid]) -> tuple[Array, Array, Array]:
+        """Return the corners (F, n, 3) of all faces, and the colours (F, 3) of faces and edges."""
         faces = [face for wire in wires for face in wire.faces]
         fills = shade_faces(self._pale, faces)
         return (
             _pad_faces(faces),
             fills,
-            np.where(np.array(self._bordered)[:, None], self._dark, fills),
+            np.where(np.array(self._has_border)[:, None], self._dark, fills),
         )
 
 
@@ -72,7 +72,7 @@ def _pad_faces(faces: Sequence[Array]) -> Array:
 
 
 def shade_faces(colors: Array, faces: Sequence[Array]) -> Array:
-    """Return colours (F, 3) of faces, each (n, 3), under a lamp: brighter if turned towards it."""
+    """Return the colours (F, 3) of faces, each (n, 3), in the light of the lamp."""
     a, b, c = np.stack([face[:3] for face in faces], axis=1)
     normals = np.cross(b - a, c - b)
     lengths = np.linalg.norm(normals, axis=1) * float(np.linalg.norm(LIGHT))
@@ -81,46 +81,46 @@ def shade_faces(colors: Array, faces: Sequence[Array]) -> Array:
 
 
 def draw_solids(axes: Any, wires: Sequence[WireSolid]) -> list[MovableArtist]:
-    """Draw solids, shaded where they have faces, else as lines."""
-    drawn, dense = [], _list_opaque_solids(wires)
+    """Draw solids: faces with shading, and lines for solids without faces."""
+    artists, dense = [], _list_opaque_solids(wires)
     if dense:
         solids = SolidFaces([wires[i] for i in dense])
         _add_unclipped_collection(axes, solids)
-        drawn.append(MovableArtist(solids, lambda now: solids.move([now[i] for i in dense])))
+        artists.append(MovableArtist(solids, lambda now: solids.move([now[i] for i in dense])))
     for i, wire in enumerate(wires):
-        if wire.sheer:
-            look = {"facecolors": wire.color, "alpha": 0.1, "linewidths": 0, "zorder": SHEER}
-            drawn.append(_add_face_collection(axes, wires, [i], look))
-        if wire.sheer or not wire.faces:
-            thick = 1.2 if wire.sheer else 3.0
+        if wire.transparent:
+            look = {"facecolors": wire.color, "alpha": 0.1, "linewidths": 0, "zorder": TRANSPARENT}
+            artists.append(_add_face_collection(axes, wires, [i], look))
+        if wire.transparent or not wire.faces:
+            thick = 1.2 if wire.transparent else 3.0
             look = {"colors": wire.color, "linewidths": thick, "zorder": LINED, "label": wire.label}
-            drawn.append(_add_line_collection(axes, wires, i, look))
-    return drawn
+            artists.append(_add_line_collection(axes, wires, i, look))
+    return artists
 
 
 def draw_shadows(axes: Any, wires: Sequence[WireSolid], ground: float) -> list[MovableArtist]:
     """Draw the shadows of a lamp straight above, on ground at a height in metres."""
-    drawn, dense = [], _list_opaque_solids(wires)
+    artists, dense = [], _list_opaque_solids(wires)
     if dense:
         look = {"facecolors": SHADOW, "edgecolors": SHADOW, "linewidths": 0.5, "zorder": GROUNDED}
-        drawn.append(_add_face_collection(axes, wires, dense, look, ground))
+        artists.append(_add_face_collection(axes, wires, dense, look, ground))
     look = {"colors": SHADOW, "linewidths": 3.0, "zorder": GROUNDED}
     lines = [i for i, wire in enumerate(wires) if not wire.faces]
-    return [*drawn, *(_add_line_collection(axes, wires, i, look, ground) for i in lines)]
+    return [*artists, *(_add_line_collection(axes, wires, i, look, ground) for i in lines)]
 
 
 def _list_opaque_solids(wires: Sequence[WireSolid]) -> list[int]:
-    """Return the numbers of the solids that are no lines and not transparent."""
-    return [i for i, wire in enumerate(wires) if wire.faces and not wire.sheer]
+    """Return the indices of the solids that have faces and are not transparent."""
+    return [i for i, wire in enumerate(wires) if wire.faces and not wire.transparent]
 
 
 def _project_to_ground(points: Array, ground: float | None) -> Array:
-    """Return points (..., 3) as they are or, with a ground in metres, straight below on that."""
+    """Return points (..., 3), projected down to the ground at a height in metres if given."""
     return points if ground is None else points * (1, 1, 0) + (0, 0, ground)
 
 
 def draw_solid_outline(axes: Any, wire: WireSolid, label: str, look: dict[str, Any]) -> Any:
-    """Draw only the edges of a solid, with the properties of a line; return what is drawn."""
+    """Draw only the edges of a solid, with the properties of a line; return the artist."""
     lines = Line3DCollection(wire.segments, **look, label=label)
     _add_unclipped_collection(axes, lines)
     return lines
@@ -133,7 +133,7 @@ def _add_face_collection(
     look: _Look,
     ground: float | None = None,
 ) -> MovableArtist:
-    """Add the faces of some wires, or their shadows on the ground."""
+    """Add the faces of some solids, or their shadows on the ground."""
 
     def faces(now: Sequence[WireSolid]) -> Array:
         return _pad_faces(
@@ -148,7 +148,7 @@ def _add_face_collection(
 def _add_line_collection(
     axes: Any, wires: Sequence[WireSolid], i: int, look: _Look, ground: float | None = None
 ) -> MovableArtist:
-    """Add the edges of a wire, or their shadow on the ground."""
+    """Add the edges of a solid, or their shadow on the ground."""
     lines = Line3DCollection(
         _project_to_ground(wires[i].segments, ground), capstyle="round", **look
     )
@@ -159,8 +159,9 @@ def _add_line_collection(
 
 
 def _add_unclipped_collection(axes: Any, collection: Any) -> None:
+    """Add a collection that is not clipped at the axes."""
     axes.add_collection3d(collection, autolim=False)
-    collection.set_clip_on(False)  # the box may be larger than the axes that hold it
+    collection.set_clip_on(False)  # the box may be larger than its axes
 
 
 def _choose_tints(color: str) -> tuple[Any, Any]:

@@ -1,4 +1,4 @@
-"""The velocity window: velocity of camera or tool, and error, over time (chapter, figs 14, 16)."""
+"""Figure of the velocity of a camera or frame, and the error, over time (chapter, figs 14, 16)."""
 
 from __future__ import annotations
 
@@ -30,16 +30,43 @@ def velocity(
     size: Any = None,
     title: str | None = None,
 ) -> Figure:
-    """Draw camera velocity v (m/s) and omega (rad/s) in camera axes, and the error, over time (s).
+    """Draw the camera velocity v (m/s) and omega (rad/s) and the error over time (s).
 
-    For a run without a camera, the velocity is that of the moved frame, in its own axes. With a
-    `frame` of the `scene`, such as "rhino_xr4.tool": the velocity of its origin, in world axes. The
-    error is on a logarithmic scale, where an exponential decay is a straight line: bold its norm,
-    thin the sizes of its components, with a line style for each unit. `axes` are three to draw
-    into, instead of a new figure of `size` (width, height) inches.
+    The first two panels show the linear and angular velocity of the camera in camera axes. A run
+    without a camera shows the moved frame in its own axes. With a `frame`, they show the velocity
+    of the origin of that frame in world axes.
 
-    InputError: a frame without a scene, or one that the scene does not have; another scene's run.
+    The third panel shows the error on a logarithmic scale; an exponential decay is a straight line.
+    The thick line is the norm, the thin lines are the magnitudes of the components, with one line
+    style for each unit.
 
+    Parameters
+    ----------
+    run : xarray.Dataset
+        A single run.
+    scene : Scene, optional
+        Scene of the run. Required if `frame` is given.
+    frame : str, optional
+        Frame of the velocities, such as "rhino_xr4.tool". Default: the camera.
+    axes : array_like of 3 matplotlib.axes.Axes, optional
+        Axes to draw into. Default: the axes of a new figure.
+    size : (float, float), optional
+        Width and height of a new figure in inches.
+    title : str, optional
+        Title of a new figure. Default: how the run ended.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        The new figure, or the figure that contains `axes`.
+
+    Raises
+    ------
+    InputError
+        If `frame` is given without a scene, is unknown, or the run belongs to another scene.
+
+    Examples
+    --------
     >>> from robsim import IBVS, Camera, MountedCamera, Object, Pose, Robot, Scene
     >>> from robsim.joints import Joint, Link
     >>> from robsim.run.simulate import simulate
@@ -67,13 +94,13 @@ def draw_velocity(
     panels: Sequence[Axes], one: xr.Dataset, scene: Scene | None, frame: str | None
 ) -> None:
     """Draw v, omega and the error of one run into three axes."""
-    time, (twist, whose) = one["time"].values, _select_twists(one, scene, frame)
+    time, (twist, suffix) = one["time"].values, _select_twists(one, scene, frame)
     _draw_vector_components(panels[0], time, twist[:, :3], "v")
     _draw_vector_components(panels[1], time, twist[:, 3:], r"\omega")
     units = ["–" if unit == "1" else unit for unit in one["feature_unit"].values.tolist()]
     _draw_error_norm(panels[2], time, np.abs(one["error"].values), one["error_norm"].values, units)
     error = f"error ({', '.join(dict.fromkeys(units))})"
-    labels = (f"v{whose} (m/s)", f"ω{whose} (rad/s)", error)
+    labels = (f"v{suffix} (m/s)", f"ω{suffix} (rad/s)", error)
     for axes, label in zip(panels, labels, strict=True):
         set_time_axis(axes, time)
         axes.set_ylabel(label)
@@ -81,10 +108,10 @@ def draw_velocity(
 
 
 def _select_twists(one: xr.Dataset, scene: Scene | None, frame: str | None) -> tuple[Array, str]:
-    """Return the twists (moments, 6) to draw, and the suffix of their labels."""
+    """Return the twists (instants, 6) to draw, and the suffix of their labels."""
     if frame is None and "frame_velocity" in one:
-        moved = one["frame_velocity"]
-        return moved.values, f" of {moved.attrs['frame']}\nin its own axes"
+        velocity_of_frame = one["frame_velocity"]
+        return velocity_of_frame.values, f" of {velocity_of_frame.attrs['frame']}\nin its own axes"
     if frame is None:
         return one["camera_velocity"].values, ""
     if scene is None:
@@ -93,7 +120,7 @@ def _select_twists(one: xr.Dataset, scene: Scene | None, frame: str | None) -> t
 
 
 def _draw_vector_components(axes: Axes, time: Array, values: Array, symbol: str) -> None:
-    """Draw three components (moments, 3), with different colours and line styles."""
+    """Draw three components (instants, 3), with different colours and line styles."""
     axes.axhline(0.0, color=palette.GREY, linewidth=0.6)
     for i, (color, line) in enumerate(palette.COMPONENTS):
         label = f"${symbol}_{'xyz'[i]}$"
@@ -109,7 +136,7 @@ def _draw_vector_components(axes: Axes, time: Array, values: Array, symbol: str)
 
 
 def _draw_error_norm(axes: Axes, time: Array, sizes: Array, norm: Array, units: list[str]) -> None:
-    """Draw the norm (moments,) and magnitudes (moments, k), logarithmic unless all are 0."""
+    """Draw the norm (instants,) and magnitudes (instants, k), logarithmic unless all are 0."""
     axes.plot(
         time,
         norm,
@@ -119,12 +146,12 @@ def _draw_error_norm(axes: Axes, time: Array, sizes: Array, norm: Array, units: 
         zorder=3,
         **marker_of_single_point(time),
     )
-    several = list(dict.fromkeys(units))
-    for unit, line in zip(several, cycle(palette.LINES)):
+    different = list(dict.fromkeys(units))
+    for unit, line in zip(different, cycle(palette.LINES)):
         of_unit = sizes[:, [u == unit for u in units]]
         lines = axes.plot(time, of_unit, line, color=palette.GREY, linewidth=0.6)
-        lines[0].set_label("|components|" if len(several) == 1 else f"|{unit}|")
-    shown = norm[(norm > 0) & np.isfinite(norm)]
-    if shown.size:
-        low, high = np.log10([shown.min() / 10, shown.max()])
+        lines[0].set_label("|components|" if len(different) == 1 else f"|{unit}|")
+    positive = norm[(norm > 0) & np.isfinite(norm)]
+    if positive.size:
+        low, high = np.log10([positive.min() / 10, positive.max()])
         axes.set(yscale="log", ylim=(10 ** np.floor(low), 10 ** np.ceil(high + 1e-9)))

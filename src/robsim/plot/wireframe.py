@@ -1,4 +1,4 @@
-"""A scene at one configuration as line segments, in the frame of the figures."""
+"""A scene at one configuration as line segments and faces, in the frame of the figures."""
 
 from __future__ import annotations
 
@@ -19,23 +19,36 @@ from robsim.world.mounted_camera import MountedCamera
 from robsim.world.object import Object
 from robsim.world.scene import Scene
 
-MOST_LINKS = 16  # of a robot with a legend entry for each link, at most
-_BORDERLESS = ((-0.4, -0.3), (0.4, -0.3), (0.4, 0.3), (-0.4, 0.3))  # drawn without an image size
+MOST_LINKS = 16  # a robot with more links has a single legend entry
+_BORDERLESS = ((-0.4, -0.3), (0.4, -0.3), (0.4, 0.3), (-0.4, 0.3))  # without an image size
 
 
 @dataclass(frozen=True)
 class WireSolid:
     """A solid with its edges as segments (E, 2, 3) and its faces, each (n, 3), in metres.
 
-    `bordered` tells for each face whether all its sides are edges. A `sheer` solid is transparent.
+    Attributes
+    ----------
+    label : str
+        Name in the legend.
+    color : str
+        Colour "#rrggbb".
+    segments : array of shape (E, 2, 3)
+        Edges.
+    faces : tuple of arrays of shape (n, 3)
+        Corners of each face.
+    has_border : tuple of bool
+        For each face, whether all its sides are edges.
+    transparent : bool
+        Whether the solid is transparent.
     """
 
     label: str
     color: str
     segments: Array
     faces: tuple[Array, ...] = ()
-    bordered: tuple[bool, ...] = ()
-    sheer: bool = False
+    has_border: tuple[bool, ...] = ()
+    transparent: bool = False
 
     @property
     def points(self) -> Array:
@@ -45,7 +58,7 @@ class WireSolid:
 
 @dataclass(frozen=True)
 class ScenePart:
-    """A solid in the axes of the frame of a scene that carries it, or a line to another frame."""
+    """A solid in the axes of the frame that carries it, or a line to the frame `to`."""
 
     frame: str
     wire: WireSolid
@@ -53,26 +66,24 @@ class ScenePart:
 
 
 def list_scene_parts(scene: Scene, depth: float) -> list[ScenePart]:
-    """Return all solids of a scene, with a pyramid for a camera without a body.
+    """Return all solids of a scene, with a frustum `depth` metres deep for a camera without a body.
 
-    The pyramid is `depth` metres deep.
-
-    A black camera among other black things gets an unused colour.
+    A black camera gets an unused colour if other solids are black.
     """
-    found = [part for robot in scene.robots for part in _list_robot_parts(scene, robot)]
+    every = [part for robot in scene.robots for part in _list_robot_parts(scene, robot)]
     for thing in scene.objects:
         shapes = list_drawable_shapes(thing.shapes)
-        found += [ScenePart(thing.name, build_shape_solid(thing.name, shape)) for shape in shapes]
+        every += [ScenePart(thing.name, build_shape_solid(thing.name, shape)) for shape in shapes]
     for eye in scene.cameras:
         wire = build_camera_solid(eye, depth)
-        taken = {other.wire.color for other in found}
+        taken = {other.wire.color for other in every}
         free = palette.find_unused_color(taken) if wire.color == palette.BLACK else wire.color
-        found.append(ScenePart(eye.name, replace(wire, color=free)))
-    return found
+        every.append(ScenePart(eye.name, replace(wire, color=free)))
+    return every
 
 
 def place_scene_parts(scene: Scene, q: Array, depth: float) -> list[WireSolid]:
-    """Return the `list_scene_parts` of a scene where they are at q (nq,), in the frame of the figures."""
+    """Return the `list_scene_parts` of a scene at q (nq,), in the frame of the figures."""
     return [
         place_part(part, partial(compute_display_pose, scene, q=q))
         for part in list_scene_parts(scene, depth)
@@ -80,65 +91,66 @@ def place_scene_parts(scene: Scene, q: Array, depth: float) -> list[WireSolid]:
 
 
 def place_part(part: ScenePart, pose: Callable[[str], Array]) -> WireSolid:
-    """Return the wire of a part where the poses (4, 4) of its frames are, asked for by name."""
+    """Return the solid of a part, where `pose` returns the pose (4, 4) of a frame by its name."""
     T = pose(part.frame)
     if part.to:
-        there = pose(part.to)
-        return replace(part.wire, segments=np.stack([T[:3, 3], there[:3, 3]])[None])
+        T_end = pose(part.to)
+        return replace(part.wire, segments=np.stack([T[:3, 3], T_end[:3, 3]])[None])
     faces = tuple(transform_points(face, T) for face in part.wire.faces)
     return replace(part.wire, segments=transform_points(part.wire.segments, T), faces=faces)
 
 
 def place_scene_marks(scene: Scene, q: Array) -> Array:
-    """Return the marks (M, 3) of all objects at q (nq,)."""
-    placed = [
+    """Return the feature points (M, 3) of all objects at q (nq,), in the frame of the figures."""
+    points = [
         transform_points(thing.marks, compute_display_pose(scene, thing.name, q))
         for thing in scene.objects
     ]
-    return np.concatenate([np.empty((0, 3)), *placed])
+    return np.concatenate([np.empty((0, 3)), *points])
 
 
 def list_mark_colors(scene: Scene, first: Mapping[str, int]) -> list[str]:
-    """Return the colour of each of `place_scene_marks`: that of its number, as in the image.
+    """Return the colour of each feature point of all objects, as in the images.
 
-    `first` is the number of the first mark of an object, 0 where it is left out.
+    `first` maps the name of an object to the number of its first point, 0 by default.
     """
     return [color for thing in scene.objects for color in list_object_mark_colors(thing, first)]
 
 
 def list_object_mark_colors(thing: Object, first: Mapping[str, int]) -> list[str]:
-    """Return the colours of the marks of an object, likewise."""
+    """Return the colours of the feature points of one object; `first` as in `list_mark_colors`."""
     return [palette.cycle_color(first.get(thing.name, 0) + i) for i in range(len(thing.marks))]
 
 
 def compute_display_pose(scene: Scene, frame: str, q: Array) -> Array:
-    """Return the pose (..., 4, 4) of a frame in that of the figures: gT0 times its own."""
+    """Return the pose (..., 4, 4) of a frame relative to the frame of the figures."""
     return np.asarray(scene.display.matrix @ scene.pose(frame, q).matrix)
 
 
 def _list_robot_parts(scene: Scene, robot: Robot) -> Iterator[ScenePart]:
-    """Yield the shapes of a robot link by link; without any, lines from frame to frame.
+    """Yield the shapes of a robot link by link; a robot without shapes as lines between frames.
 
-    Among several robots each has one colour, and one entry in the legend. A robot with one colour,
-    or several links of several colours, has one entry, too.
+    Each of several robots has one colour. A robot has a single entry in the legend if the scene has
+    several robots, the robot has many links, all its shapes have one colour other than black, or
+    several of its links have several colours.
     """
-    drawn = {link.name: list_drawable_shapes(link.shapes) for link in robot.links}
-    shapes = [shape for each in drawn.values() for shape in each]
+    shapes_by_link = {link.name: list_drawable_shapes(link.shapes) for link in robot.links}
+    shapes = [shape for each in shapes_by_link.values() for shape in each]
     several = len(scene.robots) > 1
-    plain = several or all(shape.color == "k" for shape in shapes)
+    one_color = several or all(shape.color == "k" for shape in shapes)
     crowded = several or len(robot.links) > MOST_LINKS
     colors = {shape.color for shape in shapes}
-    mixed = sum(len({shape.color for shape in each}) > 1 for each in drawn.values())
-    whole = crowded or (not plain and (len(colors) == 1 or mixed > 1))
+    mixed = sum(len({shape.color for shape in each}) > 1 for each in shapes_by_link.values())
+    single_entry = crowded or (not one_color and (len(colors) == 1 or mixed > 1))
     for i, link in enumerate(robot.links):
         own = (
             palette.cycle_color(scene.robots.index(robot))
             if crowded
             else palette.cycle_link_color(i)
         )
-        label, frame = robot.name if whole else link.name, f"{robot.name}.{link.name}"
-        for shape in drawn[link.name]:
-            yield ScenePart(frame, build_shape_solid(label, shape, own if plain else None))
+        label, frame = robot.name if single_entry else link.name, f"{robot.name}.{link.name}"
+        for shape in shapes_by_link[link.name]:
+            yield ScenePart(frame, build_shape_solid(label, shape, own if one_color else None))
         if not shapes and link.parent and not link.joint.model.roams:
             yield ScenePart(
                 f"{robot.name}.{link.parent}", WireSolid(label, own, np.empty((0, 2, 3))), frame
@@ -146,7 +158,7 @@ def _list_robot_parts(scene: Scene, robot: Robot) -> Iterator[ScenePart]:
 
 
 def list_scene_shapes(scene: Scene) -> dict[str, tuple[Primitive, ...]]:
-    """Return the shapes that each link, object and camera of a scene has, by its frame."""
+    """Return the shapes of each link, object and camera of a scene, by frame."""
     links = [(f"{robot.name}.{k.name}", k.shapes) for robot in scene.robots for k in robot.links]
     things = [(thing.name, thing.shapes) for thing in scene.objects]
     bodies = [(eye.name, eye.camera.drawn(IDENTITY)) for eye in scene.cameras]
@@ -154,23 +166,23 @@ def list_scene_shapes(scene: Scene) -> dict[str, tuple[Primitive, ...]]:
 
 
 def list_drawable_shapes(shapes: Iterable[Primitive]) -> list[Primitive]:
-    """Return what is drawn of shapes: of a mesh what its file holds, and nothing without it."""
+    """Return the shapes to draw: a mesh becomes the content of its file, or nothing without it."""
     return [each for shape in shapes for each in shape.shown() if len(each.vertices)]
 
 
 def build_shape_solid(label: str, shape: Primitive, color: str | None = None) -> WireSolid:
-    """Return the wire of a primitive, in its own colour or another."""
+    """Return a primitive as a solid, in its own colour or in another one."""
     (corners, rounds), edges = shape.skin, {tuple(edge) for edge in shape.edges.tolist()}
     faces = tuple(corners[list(face)] for face in rounds)
     sides = [zip(face, face[1:] + face[:1], strict=True) for face in rounds]
-    bordered = tuple(all((min(pair), max(pair)) in edges for pair in each) for each in sides)
+    has_border = tuple(all((min(pair), max(pair)) in edges for pair in each) for each in sides)
     return WireSolid(
-        label, palette.convert_color(color or shape.color), corners[shape.edges], faces, bordered
+        label, palette.convert_color(color or shape.color), corners[shape.edges], faces, has_border
     )
 
 
 def build_camera_solid(eye: MountedCamera, depth: float) -> WireSolid:
-    """Return the body of a camera, or the pyramid of its field of view."""
+    """Return the body of a camera, or the frustum of its field of view."""
     body = eye.camera.drawn(IDENTITY)
     if body is not None:
         return build_shape_solid(eye.name, body)
@@ -178,11 +190,11 @@ def build_camera_solid(eye: MountedCamera, depth: float) -> WireSolid:
     sides = [(rim[i], rim[(i + 1) % 4]) for i in range(4)]
     edges = np.array([(centre, corner) for corner in rim] + sides)
     faces = tuple(np.stack([centre, *side]) for side in sides)
-    return WireSolid(eye.name, palette.BLACK, edges, faces, sheer=True)
+    return WireSolid(eye.name, palette.BLACK, edges, faces, transparent=True)
 
 
 def list_border_corners(camera: Camera) -> Array:
-    """Return the corners (4, 2) of the image, clockwise from the upper left one."""
+    """Return the corners (4, 2) of the image, clockwise from the upper left corner."""
     (left, right), (top, bottom) = camera.border
     return np.array([(left, top), (right, top), (right, bottom), (left, bottom)])
 
@@ -196,5 +208,5 @@ def compute_corner_rays(camera: Camera) -> Array:
 
 
 def transform_points(points: Array, T: Array) -> Array:
-    """Return points (..., 3) transformed by T."""
+    """Return points (..., 3) transformed by T (4, 4)."""
     return np.asarray(points @ T[:3, :3].T + T[:3, 3])

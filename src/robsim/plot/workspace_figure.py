@@ -1,4 +1,4 @@
-"""The workspace of a link from the side and from above, coloured by manipulability."""
+"""Figure of the workspace of a link from the side and from above, coloured by manipulability."""
 
 from __future__ import annotations
 
@@ -19,21 +19,43 @@ from robsim.plot.canvas import figure_style, prepare_panels
 from robsim.plot.studies import run_dots
 from robsim.world.scene import Scene
 
-FLAT = 1e-6  # metres below which a workspace is flat, and drawn from one side
-AREA, SMALLEST, LARGEST = 6e4, 3.0, 12.0  # of all dots together and of one, in square points
+FLAT = 1e-6  # metres; a workspace of smaller extent is flat and needs one view
+AREA, SMALLEST, LARGEST = 6e4, 3.0, 12.0  # square points: all dots together, least and largest dot
 VIEWS = {"from the side": (0, 2), "from above": (0, 1), "from the front": (1, 2)}  # right, up
 
 
 def workspace(
     workspace: Workspace, *, axes: Any = None, size: Any = None, title: str | None = None
 ) -> Figure:
-    """Draw the result of `robsim.workspace` from the side and from above.
+    """Draw the workspace of a link from the side and from above.
 
-    Each dot is a configuration; its colour is the manipulability there, and where dots lie over
-    each other the best is on top. The robot stands at home. A flat workspace is drawn from one
-    side. `axes` are two (one for a flat workspace) to draw into, instead of a new figure of `size`
-    (width, height) inches.
+    Each dot is a sampled configuration, and its colour is the manipulability there; dots of higher
+    manipulability cover others. The robot is drawn in its home configuration. A flat workspace is
+    drawn from one side only.
 
+    Parameters
+    ----------
+    workspace : Workspace
+        Result of `robsim.workspace`.
+    axes : array_like of matplotlib.axes.Axes, optional
+        Two axes to draw into, or one for a flat workspace. Default: the axes of a new figure.
+    size : (float, float), optional
+        Width and height of a new figure in inches.
+    title : str, optional
+        Title of a new figure. Default: the name of the robot and the number of configurations.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        The new figure, or the figure that contains `axes`.
+
+    Raises
+    ------
+    InputError
+        If `workspace` is not a `Workspace`.
+
+    Examples
+    --------
     >>> import robsim
     >>> figure = workspace(robsim.kinematics.sample_workspace(robsim.files.robots.panda(), count=500))
     >>> [axes.get_title() for axes in figure.axes[:2]]
@@ -45,7 +67,7 @@ def workspace(
         )
     views, lines = _choose_views(workspace.points), _build_robot_segments(workspace)
     with figure_style():
-        many = len(views)  # both have x to the right, and one scale
+        many = len(views)  # both views have x to the right, and the same scale
         figure, panels = prepare_panels(
             axes, many, size, (1.2 + 5.2 * many, 5.2), many, sharex=True
         )
@@ -53,37 +75,37 @@ def workspace(
             heading = f"{workspace.robot.name}, {len(workspace.q)} configurations"
             figure.suptitle(heading if title is None else title)
         for panel, view in zip(panels, views, strict=True):
-            shown = _draw_workspace_view(panel, view, workspace, lines)
+            points = _draw_workspace_view(panel, view, workspace, lines)
         kind = "" if workspace.axes == "all" else f"{workspace.axes} "
         label = f"{kind}manipulability of {workspace.link}"
-        figure.colorbar(shown, ax=panels, label=label, shrink=0.8, aspect=30)
+        figure.colorbar(points, ax=panels, label=label, shrink=0.8, aspect=30)
     return figure
 
 
 def _choose_views(points: Array) -> list[str]:
-    """Return the views to draw: two, or the one along the normal of a flat workspace."""
+    """Return the views to draw: two, or the view along the normal of a flat workspace."""
     x, y, z = np.ptp(points, axis=0) > FLAT
     if x and y and z:
         return ["from the side", "from above"]
     return ["from above" if not z else "from the side" if not y else "from the front"]
 
 
-def _build_robot_segments(found: Workspace) -> Array:
-    """Return the segments (segments, 2, 3) of the robot at home, in the axes of its base."""
-    alone = Scene((replace(found.robot, base=IDENTITY, on="world"),))
+def _build_robot_segments(result: Workspace) -> Array:
+    """Return the segments (S, 2, 3) of the robot at home, in the axes of its base."""
+    alone = Scene((replace(result.robot, base=IDENTITY, on="world"),))
     wires = wireframe.place_scene_parts(alone, alone.home, 0.0)
     return np.concatenate([np.empty((0, 2, 3)), *(wire.segments for wire in wires)])
 
 
-def _draw_workspace_view(axes: Axes, view: str, found: Workspace, lines: Array) -> Any:
-    """Draw the dots to scale, the best last, and the robot over them."""
+def _draw_workspace_view(axes: Axes, view: str, result: Workspace, lines: Array) -> Any:
+    """Draw the dots to scale, the highest manipulability last, and the robot over them."""
     right, up = VIEWS[view]
-    order = np.argsort(found.manipulability, kind="stable")
+    order = np.argsort(result.manipulability, kind="stable")
     size = np.clip(AREA / len(order), SMALLEST, LARGEST)
-    most = float(found.manipulability.max()) or 1.0
-    colors = {"c": found.manipulability[order], "cmap": run_dots.COLORS, "vmin": 0.0, "vmax": most}
-    x, y = found.points[:, right], found.points[:, up]
-    shown = run_dots.draw_dots(axes, x, y, order, s=size, **colors)
+    most = float(result.manipulability.max()) or 1.0
+    colors = {"c": result.manipulability[order], "cmap": run_dots.COLORS, "vmin": 0.0, "vmax": most}
+    x, y = result.points[:, right], result.points[:, up]
+    points = run_dots.draw_dots(axes, x, y, order, s=size, **colors)
     for color, width in (("white", 2.6), (palette.BLACK, 1.0)):  # readable on any colour
         axes.add_collection(
             LineCollection(list(lines[:, :, [right, up]]), colors=color, linewidths=width)
@@ -93,4 +115,4 @@ def _draw_workspace_view(axes: Axes, view: str, found: Workspace, lines: Array) 
     axes.set(title=view, xlabel=f"{'xyz'[right]} (m)", ylabel=f"{'xyz'[up]} (m)")
     axes.grid(visible=True)
     axes.set_axisbelow(True)
-    return shown
+    return points

@@ -1,4 +1,4 @@
-"""Values that come from pages, checked against the controls that are there."""
+"""Values from pages, checked against the controls of the experiment."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from robsim.declare.controls import Control
 
 
 def check_control_value(control: Control, value: Any) -> Any:
-    """Return a value of the kind of a control; InputError for any other.
+    """Return a value that fits the form of a control; raise InputError for other values.
 
-    Whether it is within bounds, its declaration says.
+    The declaration of the control checks the bounds later.
     """
     fits, words = _FORMS[control.form]
     if not fits(control, value):
@@ -21,16 +21,17 @@ def check_control_value(control: Control, value: Any) -> Any:
 
 
 def is_json_number(value: Any) -> bool:
-    """Return whether a value of JSON is a number."""
+    """Return whether a JSON value is a number."""
     return isinstance(value, int | float) and not isinstance(value, bool)
 
 
 def is_json_integer(value: Any) -> bool:
-    """Return whether a value of JSON is a whole number."""
+    """Return whether a JSON value is an integer."""
     return isinstance(value, int) and not isinstance(value, bool)
 
 
 def _is_number_row(control: Control, value: Any) -> bool:
+    """Return whether a value is a list with one number for each name of the control."""
     listed = isinstance(value, list) and len(value) == len(control.names)
     return listed and all(map(is_json_number, value))
 

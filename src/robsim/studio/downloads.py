@@ -1,4 +1,4 @@
-"""What a page can save: the experiment as text and as Python, and its run."""
+"""Files that a page can save: the experiment as TOML and as Python, and its run."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ from robsim.run.experiment import Experiment, load_scenario
 def build_download(
     experiment: Experiment, changes: Mapping[str, Any], name: str
 ) -> tuple[str, bytes] | None:
-    """Return media type and content of a file that can be saved; None where there is no such file.
+    """Return media type and content of a file, or None if there is no such file.
 
-    There are experiment.toml, experiment.py, run.nc and run.html. What is saved of a run is that of
-    the experiment as it is now, from its start.
+    The files are experiment.toml, experiment.py, run.nc and run.html. The run is the run of the
+    experiment with all changes, from its start.
     """
     if name == "experiment.toml":
         return "application/toml", experiment.text.encode()
@@ -35,7 +35,7 @@ def build_download(
 
 
 def format_python_code(experiment: Experiment, changes: Mapping[str, Any]) -> str:
-    """Return Python code that makes and runs the experiment.
+    """Return Python code that builds and runs the experiment.
 
     >>> from robsim import examples, load_scenario
     >>> experiment = load_scenario(examples.path("visp_tutorial")).at("task.gain", 2)
@@ -48,14 +48,16 @@ def format_python_code(experiment: Experiment, changes: Mapping[str, Any]) -> st
     rs.show(run)
     <BLANKLINE>
     """
-    made = _format_loading_code(experiment, changes)
-    made = made or [f"experiment = rs.Experiment.from_text({_format_text_literal(experiment)})"]
-    lines = ["import robsim as rs", "", *made, "run = experiment.run()", "rs.show(run)", ""]
+    building = _format_loading_code(experiment, changes)
+    building = building or [
+        f"experiment = rs.Experiment.from_text({_format_text_literal(experiment)})"
+    ]
+    lines = ["import robsim as rs", "", *building, "run = experiment.run()", "rs.show(run)", ""]
     return "\n".join(lines)
 
 
 def _format_loading_code(experiment: Experiment, changes: Mapping[str, Any]) -> list[str]:
-    """Return lines that load the experiment from its file, if that has it."""
+    """Return lines that load the experiment from its file; none if the file differs."""
     path = Path(experiment.source).resolve()
     try:
         read = load_scenario(path) if experiment.source else None
@@ -64,17 +66,18 @@ def _format_loading_code(experiment: Experiment, changes: Mapping[str, Any]) -> 
     except RobSimError:
         return []
     shipped = path.stem in examples.names() and path == Path(examples.path(path.stem)).resolve()
-    where = f"rs.examples.path({path.stem!r})" if shipped else repr(str(path))
-    changed = [f"experiment = experiment.at({dict(changes)!r})"] if changes else []
-    return [f"experiment = rs.load_scenario({where})", *changed]
+    location = f"rs.examples.path({path.stem!r})" if shipped else repr(str(path))
+    change = [f"experiment = experiment.at({dict(changes)!r})"] if changes else []
+    return [f"experiment = rs.load_scenario({location})", *change]
 
 
 def _format_text_literal(experiment: Experiment) -> str:
-    """Return a literal of the text, a line of code for each line."""
+    """Return the text as a Python literal, one line of code for each line."""
     lines = experiment.text.splitlines(keepends=True)
     return "\n".join(["(", *(f"    {line!r}" for line in lines), ")"])
 
 
 def _encode_netcdf(experiment: Experiment) -> bytes:
+    """Return the run as the bytes of a NetCDF file."""
     with tempfile.TemporaryDirectory() as folder:
         return save_run(experiment.run(), Path(folder) / "run.nc").read_bytes()

@@ -1,4 +1,4 @@
-"""Handles: what a person may take hold of in the scene, and what follows from a drag."""
+"""Handles: poses that a user may drag in the scene, and the resulting changes."""
 
 from __future__ import annotations
 
@@ -21,17 +21,22 @@ from robsim.world.scene import Scene
 if TYPE_CHECKING:
     import xarray as xr
 
-FAR = 1e3  # metres from the origin, at most
-RESTARTS = 8  # of a search that must not keep a drag waiting
+FAR = 1e3  # largest coordinate of a dragged pose, metres
+RESTARTS = 8  # of inverse kinematics; few, for a quick response
 
 
 @dataclass(frozen=True)
 class Handle:
-    """A pose that a person may drag, in the frame of the figures.
+    """A pose that a user may drag, relative to the frame of the figures.
 
-    name   "start", "goal", or the dotted name of what stands in the scene: "objects.plate"
-    frame  frame of the scene that is placed
-    pose   (7,) position and quaternion (x, y, z, w)
+    Attributes
+    ----------
+    name : str
+        "start", "goal", or the dotted name of a fixed body, such as "objects.plate".
+    frame : str
+        Frame of the scene that is placed.
+    pose : list of 7 float
+        Position and quaternion (x, y, z, w).
     """
 
     name: str
@@ -40,33 +45,33 @@ class Handle:
 
 
 def list_handles(
-    experiment: Experiment, controls: Mapping[str, Control], forms: xr.Dataset
+    experiment: Experiment, controls: Mapping[str, Control], template: xr.Dataset
 ) -> list[Handle]:
-    """Return the handles of what stands in a scene, and of the start and the goal of what moves.
+    """Return the handles of the fixed bodies, and of start and goal of the moving frame.
 
-    `forms` is a run of the experiment, which says where its goal is.
+    `template` is a run of the experiment with its goal pose.
     """
     scene, q = experiment.scene, _read_start_configuration(experiment)
-    found = [
+    handles = [
         _build_handle(scene, name, thing.name, scene.pose(thing.name, q))
         for name, thing in _list_fixed_bodies(scene)
     ]
-    moved = str(forms["goal_pose"].attrs.get("frame", "")) if "goal_pose" in forms else ""
-    if not moved or not _is_reachable_frame(scene, moved, q):
-        return found
-    found.append(_build_handle(scene, "start", moved, scene.pose(moved, q)))
-    goal = forms["goal_pose"].values.reshape(-1, 4, 4)[0]
+    frame = str(template["goal_pose"].attrs.get("frame", "")) if "goal_pose" in template else ""
+    if not frame or not _is_reachable_frame(scene, frame, q):
+        return handles
+    handles.append(_build_handle(scene, "start", frame, scene.pose(frame, q)))
+    goal = template["goal_pose"].values.reshape(-1, 4, 4)[0]
     if np.isfinite(goal).all() and any(name.startswith("task.goal.") for name in controls):
-        found.append(_build_handle(scene, "goal", moved, Pose(goal)))
-    return found
+        handles.append(_build_handle(scene, "goal", frame, Pose(goal)))
+    return handles
 
 
 def compute_drag_changes(
     experiment: Experiment, controls: Mapping[str, Control], handle: Handle, pose: Any
 ) -> dict[str, Any]:
-    """Return the changes by which a handle comes to a pose (7,) in the frame of the figures.
+    """Return the changes that move a handle to a pose (7,) relative to the frame of the figures.
 
-    InputError: it is no pose, or nothing reaches there.
+    Raise InputError if the pose is invalid or cannot be reached.
     """
     scene, q = experiment.scene, _read_start_configuration(experiment)
     T = scene.display.inv() @ _parse_dragged_pose(pose)
@@ -88,30 +93,33 @@ def compute_drag_changes(
 
 
 def _build_handle(scene: Scene, name: str, frame: str, T_w_f: Pose) -> Handle:
+    """Return the handle of a frame at a pose in the world."""
     T = (scene.display @ T_w_f).matrix
     return Handle(name, frame, convert_poses_to_numbers(T[None])[0].tolist())
 
 
 def _read_start_configuration(experiment: Experiment) -> Array:
+    """Return the start configuration (nq,) of an experiment."""
     start = experiment.scene.home if experiment.start is None else experiment.start
     return np.asarray(np.atleast_2d(start)[0])
 
 
 def _list_fixed_bodies(scene: Scene) -> Iterator[tuple[str, Any]]:
-    """Yield the dotted names of objects and cameras that nothing moves, and what they name."""
+    """Yield dotted name and body of the objects and cameras that no robot moves."""
     for kind in ("objects", "cameras"):
         for thing in getattr(scene, kind):
             if not scene.tree.carried(thing.name).any():
                 yield f"{kind}.{thing.name}", thing
 
 
-def _parse_dragged_pose(given: Any) -> Pose:
-    listed = isinstance(given, list) and len(given) == 7 and all(map(is_json_number, given))
-    if not listed or max(map(abs, given)) > FAR:
+def _parse_dragged_pose(value: Any) -> Pose:
+    """Return a pose given as a list of 7 numbers; raise InputError unless it is valid."""
+    listed = isinstance(value, list) and len(value) == 7 and all(map(is_json_number, value))
+    if not listed or max(map(abs, value)) > FAR:
         raise InputError(
-            f"a drag: expected 7 numbers, a pose within {FAR:g} m, got {format_value(given)}"
+            f"a drag: expected 7 numbers, a pose within {FAR:g} m, got {format_value(value)}"
         )
-    numbers = np.array(given, dtype=float)
+    numbers = np.array(value, dtype=float)
     size = np.linalg.norm(numbers[3:])
     if not 0.5 < size < 2.0:
         raise InputError("a drag: the quaternion (x, y, z, w) must have length 1")
@@ -119,12 +127,13 @@ def _parse_dragged_pose(given: Any) -> Pose:
 
 
 def _build_pose_changes(controls: Mapping[str, Control], root: str, T: Pose) -> dict[str, Any]:
+    """Return the changes that set the controls of a pose."""
     position, rotvec = controls[f"{root}.position"], controls[f"{root}.rotvec"]
     return {**position.changes(T.position.tolist()), **rotvec.changes(T.rotvec.tolist())}
 
 
 def _compute_target_in_camera(experiment: Experiment, frame: str, T: Pose, q: Array) -> Pose:
-    """Return the pose T_c_o of the target in the camera, of which T is that of the one moved."""
+    """Return the pose T_c_o of the target in the camera if the moving frame is at T."""
     scene, task = experiment.scene, experiment.task
     eye, target = scene.camera(task.camera).name, scene.object(task.target).name
     T_w_c = T if frame == eye else scene.pose(eye, q)
@@ -133,7 +142,7 @@ def _compute_target_in_camera(experiment: Experiment, frame: str, T: Pose, q: Ar
 
 
 def _find_carrier(scene: Scene, frame: str) -> tuple[Any, str]:
-    """Return the robot and the link that carry a frame; InputError if none does."""
+    """Return the robot and the link that carry a frame; raise InputError if none does."""
     things = {thing.name: thing.on for thing in scene.objects}
     things |= {eye.name: eye.on for eye in scene.cameras}
     while frame in things:
@@ -146,7 +155,7 @@ def _find_carrier(scene: Scene, frame: str) -> tuple[Any, str]:
 
 
 def _is_reachable_frame(scene: Scene, frame: str, q: Array) -> bool:
-    """Return whether inverse kinematics can place a frame: not on a vehicle."""
+    """Return whether inverse kinematics can place a frame; it cannot place a vehicle."""
     try:
         _solve_frame_pose(scene, frame, scene.pose(frame, q), q)
     except InputError:
@@ -155,17 +164,21 @@ def _is_reachable_frame(scene: Scene, frame: str, q: Array) -> bool:
 
 
 def _solve_frame_pose(scene: Scene, frame: str, T_w_f: Pose, q: Array) -> Array:
-    """Return the coordinates (nq,) at which a frame is at a pose in the world, near q (nq,)."""
+    """Return coordinates (nq,), near q, that place a frame at a pose in the world.
+
+    If the arm has too few joints for the pose, only the position is reached. Raise InputError if
+    the frame does not reach the pose.
+    """
     robot, link = _find_carrier(scene, frame)
     name = f"{robot.name}.{link}"
     T_l_f = scene.pose(name, q).inv() @ scene.pose(frame, q)
     T_w_b = scene.pose(f"{robot.name}.{robot.links[0].name}", q)
     first = sum(each.nq for each in scene.robots[: scene.robots.index(robot)])
     own = slice(first, first + robot.nq)
-    wanted = T_w_b.inv() @ T_w_f @ T_l_f.inv()
-    found = robot.ik(wanted, q0=q[own], link=link, restarts=RESTARTS)
-    if not found.success:  # as of an arm of fewer joints: then the place counts alone
-        found = robot.ik(wanted, q0=q[own], link=link, restarts=RESTARTS, mask="position")
-    if not found.success:
+    T_b_l = T_w_b.inv() @ T_w_f @ T_l_f.inv()
+    result = robot.ik(T_b_l, q0=q[own], link=link, restarts=RESTARTS)
+    if not result.success:  # an arm with fewer joints: reach the position alone
+        result = robot.ik(T_b_l, q0=q[own], link=link, restarts=RESTARTS, mask="position")
+    if not result.success:
         raise InputError(f"{frame} does not reach there")
-    return np.concatenate([q[: own.start], found.q, q[own.stop :]])
+    return np.concatenate([q[: own.start], result.q, q[own.stop :]])

@@ -1,13 +1,15 @@
-"""What a studio tells its pages, as JSON texts, and what brings a new page to the present.
+"""Messages of a studio to its pages, as JSON texts.
 
-study      {"recording"}: the map of a study, which is told first and never changes
-recording  {"recording", "live"}: all so far, as in a file
-rows       {"from", "recording"}: further instants, from that number on
-controls   {"controls"}: the values that may be changed, as declared
-gallery    {"entries"}: experiments to choose from
-texts      {"texts"}
-state      what goes on: playing, speed, factor, outcome, ending, note, second, changes, handles,
-           and the number of the run of the study that is open
+The messages, by type:
+
+* study: {"recording"}, the map of a study. It is sent first and never changes.
+* recording: {"recording", "live"}, all instants so far, as in a file.
+* rows: {"from", "recording"}, further instants from number "from" on.
+* controls: {"controls"}, the values that may be changed, with their declarations.
+* gallery: {"entries"}, experiments to choose from.
+* texts: {"texts"}.
+* state: playing, speed, factor, outcome, ending, note, second, changes, handles, and the number of
+  the open run of the study.
 """
 
 from __future__ import annotations
@@ -31,92 +33,93 @@ if TYPE_CHECKING:
     from robsim.studio.session import Session
     from robsim.studio.workbench import Workbench
 
-AFTER = ("texts", "state")  # what is about the recording
-GOAL = ".goal"  # end of the names of arrays of goals, which have no rows
-FAST = 1  # level of compression of a map, whose numbers hardly repeat
-LONGEST = 300  # messages that a new page gets, before they are made one
+AFTER = ("texts", "state")  # types that are sent after the recording
+GOAL = ".goal"  # suffix of the names of goal arrays, which have no rows
+FAST = 1  # compression level of a map; its numbers hardly repeat
+LONGEST = 300  # messages for a new page; more are joined into one
 
 
 class OutboundMessages:
-    """The messages that are new, and those that a page needs that connects now."""
+    """The new messages of a studio, and the messages that a new page needs."""
 
     def __init__(self, study: Recording | None = None) -> None:
         self._study: list[str] = []
         if study:
-            shown = encode_recording_text(study.header, study.arrays, set(), FAST)
-            self._study.append(_encode_message("study", recording=shown))
+            recording = encode_recording_text(study.header, study.arrays, set(), FAST)
+            self._study.append(_encode_message("study", recording=recording))
         self._kept: dict[str, str] = {}
-        self._log: list[str] = []  # the recording, and its further rows
-        self._rows: list[tuple[int, dict[str, NDArray[Any]]]] = []  # likewise, as they were told
-        self._count = 0  # of instants that are told
-        self._made = -1  # of the bench, when they were told
+        self._log: list[str] = []  # the message of the recording and of its further rows
+        self._rows: list[tuple[int, dict[str, NDArray[Any]]]] = []  # their numbers and arrays
+        self._count = 0  # number of sent instants
+        self._revision = -1  # revision of the bench when they were sent
 
     def present(self) -> list[str | bytes]:
-        """Return what brings a page to the present."""
-        kept, log = self._kept, self._log
-        late = [kept[kind] for kind in AFTER if kind in kept]
-        early = [kept[kind] for kind in kept if kind not in AFTER]
+        """Return the messages that bring a page up to date."""
+        latest, log = self._kept, self._log
+        late = [latest[kind] for kind in AFTER if kind in latest]
+        early = [latest[kind] for kind in latest if kind not in AFTER]
         return [*self._study, *early, *log, *late]
 
     def news(
         self, session: Session, bench: Workbench | None, shelf: ScenarioShelf
     ) -> Iterator[str]:
-        """Yield what pages do not know yet."""
+        """Yield the messages that pages lack."""
         if bench is not None:
-            yield from self._of_bench(bench)
-        yield from self._new("gallery", entries=shelf.entries)
-        yield from self._new("state", **_build_session_state(session, bench))
+            yield from self._list_bench_news(bench)
+        yield from self._encode_if_new("gallery", entries=shelf.entries)
+        yield from self._encode_if_new("state", **_build_session_state(session, bench))
 
-    def _of_bench(self, bench: Workbench) -> Iterator[str]:
+    def _list_bench_news(self, bench: Workbench) -> Iterator[str]:
+        """Yield the messages about the experiment that pages lack."""
         news, bench.news = bench.news, set()
         if "controls" in news:
             listed = [_replace_non_finite(asdict(each)) for each in bench.controls.values()]
-            yield from self._new("controls", controls=listed)
+            yield from self._encode_if_new("controls", controls=listed)
         if "recording" in news:
-            yield self._whole(bench)
+            yield self._encode_whole(bench)
         elif bench.pair is not None:
-            yield from self._further(bench, bench.pair)
+            yield from self._encode_further_rows(bench, bench.pair)
         if "texts" in news:
-            yield from self._new("texts", texts=bench.texts)
+            yield from self._encode_if_new("texts", texts=bench.texts)
 
-    def _whole(self, bench: Workbench) -> str:
-        """Return the message of a recording that begins."""
+    def _encode_whole(self, bench: Workbench) -> str:
+        """Return the message of a new recording."""
         recording = bench.recording()
         self._header, self._live = recording.header, bench.pair is not None
         self._rows = [(0, recording.arrays)]
         self._count = len(bench.pair.live.instants) if bench.pair else 0
-        self._made = bench.made
-        self._kept.pop("texts", None)  # which a page forgets with what it showed
-        return self._logged_anew()
+        self._revision = bench.revision
+        self._kept.pop("texts", None)  # a page drops the texts with the old recording
+        return self._join_log()
 
-    def _logged_anew(self) -> str:
-        """Return one message of all that was told since the recording began."""
+    def _join_log(self) -> str:
+        """Return one message with all instants since the recording began."""
         arrays = _join_recording_rows(self._rows)
         recording = encode_recording_text(self._header, arrays, {"poses"})
         message = _encode_message("recording", recording=recording, live=self._live)
         self._log, self._rows = [message], [(0, arrays)]
         return message
 
-    def _further(self, bench: Workbench, pair: RunPair) -> Iterator[str]:
-        """Yield a message of the instants since the last one, which is told again if changed."""
+    def _encode_further_rows(self, bench: Workbench, pair: RunPair) -> Iterator[str]:
+        """Yield a message of the new instants; after a change, of the last sent instant as well."""
         assert bench.film is not None
-        count, changed = len(pair.live.instants), bench.made != self._made
+        count, changed = len(pair.live.instants), bench.revision != self._revision
         start = min(self._count, count) - (1 if changed else 0)
         if count == start:
             return
         arrays = bench.film.arrays(pair.instants(start))
         recording = encode_recording_text({}, arrays, set())
         message = _encode_message("rows", recording=recording, **{"from": start})
-        self._count, self._made = count, bench.made
+        self._count, self._revision = count, bench.revision
         self._rows.append((start, arrays))
         if len(self._log) >= LONGEST:
-            self._logged_anew()
+            self._join_log()
         else:
             self._log = [*self._log, message]
         yield message
 
-    def _new(self, kind: str, **content: Any) -> Iterator[str]:
-        """Yield a message, unless it is as the last one of its kind."""
+    def _encode_if_new(self, kind: str, **content: Any) -> Iterator[str]:
+        """Yield a message, unless it equals the last one of its type."""
         message = _encode_message(kind, **content)
         if self._kept.get(kind) != message:
             self._kept = {**self._kept, kind: message}
@@ -126,18 +129,21 @@ class OutboundMessages:
 def _join_recording_rows(
     rows: list[tuple[int, dict[str, NDArray[Any]]]],
 ) -> dict[str, NDArray[Any]]:
-    """Return the arrays of a recording with all further rows; what has no rows is the last."""
+    """Return the arrays of a recording with all further rows; arrays without rows as last sent."""
     (_, whole), (end, last) = rows[0], rows[-1]
-    parts = [last]  # from the last on, each up to where a later one begins
+    parts = [last]  # from the last message on, each up to the first row of a later one
     for start, arrays in reversed(rows[:-1]):
         count, end = max(end - start, 0), min(start, end)
         parts.append({name: arrays[name][:count] for name in last})
     timed = [name for name in last if not name.endswith(GOAL)]
-    joined = {name: np.concatenate([part[name] for part in reversed(parts)]) for name in timed}
-    return whole | last | joined
+    arrays_with_rows = {
+        name: np.concatenate([part[name] for part in reversed(parts)]) for name in timed
+    }
+    return whole | last | arrays_with_rows
 
 
 def _build_session_state(session: Session, bench: Workbench | None) -> dict[str, Any]:
+    """Return the state of a session."""
     factor = session.factor if session.playing else None
     return {
         "playing": session.playing,
@@ -150,6 +156,7 @@ def _build_session_state(session: Session, bench: Workbench | None) -> dict[str,
 
 
 def _build_workbench_state(bench: Workbench) -> dict[str, Any]:
+    """Return the part of the state that belongs to the experiment."""
     end = bench.pair.end if bench.pair else None
     other = bench.pair.end_of_second if bench.pair else None
     hold = bench.experiment.hold
@@ -168,11 +175,12 @@ _NO_BENCH = {"outcome": "", "ending": "", "second": {}, "changes": [], "handles"
 
 
 def _encode_message(kind: str, **content: Any) -> str:
+    """Return a message of a type as JSON."""
     return json.dumps({"type": kind, **content}, ensure_ascii=False, allow_nan=False)
 
 
 def _replace_non_finite(value: Any) -> Any:
-    """Return a value of JSON, in which what is not finite is null."""
+    """Return a JSON value with null in place of numbers that are not finite."""
     if isinstance(value, dict):
         return {key: _replace_non_finite(each) for key, each in value.items()}
     if isinstance(value, list | tuple):

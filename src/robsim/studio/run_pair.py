@@ -1,4 +1,4 @@
-"""A run that goes on, and beside it that of a second scheme."""
+"""A run in progress, and the run of a second scheme beside it."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from robsim.plot.scene_motion import SceneMotion
 from robsim.run.experiment import Experiment
 from robsim.studio.live_run import LiveRun
 
-AHEAD = 2000  # steps that are looked ahead, to see what will move
+AHEAD = 2000  # steps simulated in advance, to determine the moving frames
 
 
 class RunPair:
-    """The run of an experiment, and that of a second one, instant by instant.
+    """The run of an experiment, and the run of a second scheme, instant by instant.
 
-    Nothing of a pair is changed but that both take another step.
+    Both advance together; otherwise a pair does not change.
     """
 
     def __init__(self, live: LiveRun, other: LiveRun | None = None) -> None:
@@ -33,45 +33,45 @@ class RunPair:
 
     @classmethod
     def of(cls, experiment: Experiment, second: Mapping[str, Any]) -> RunPair:
-        """Return both at the start; `second` is the value in which the second one differs."""
+        """Return both runs at the start; `second` is the differing value of the second scheme."""
         return cls(
             LiveRun(experiment),
             LiveRun(build_second_experiment(experiment, second)) if second else None,
         )
 
-    def changed(self, experiment: Experiment, second: Mapping[str, Any]) -> RunPair:
-        """Return what goes on from here as runs of another experiment. InputError: it cannot."""
-        other = self.other and self.other.changed(build_second_experiment(experiment, second))
-        return RunPair(self.live.changed(experiment), other)
+    def continue_with(self, experiment: Experiment, second: Mapping[str, Any]) -> RunPair:
+        """Return runs of another experiment that continue these; raise InputError if impossible."""
+        other = self.other and self.other.continue_with(build_second_experiment(experiment, second))
+        return RunPair(self.live.continue_with(experiment), other)
 
     @property
     def ended(self) -> bool:
-        """Whether nothing more is to come of either."""
+        """Whether neither run has more instants."""
         return self.live.ended and (self.other is None or self.other.ended)
 
     @property
     def end(self) -> Instant | None:
-        """The instant at which the first one ended, if it has."""
+        """The instant of the end of the first run; None while it goes on."""
         return self.live.end
 
     @property
     def end_of_second(self) -> Instant | None:
-        """The instant at which the second one ended, if there is one, and it has."""
+        """The instant of the end of the second run; None while it goes on, or if there is none."""
         return self.other.end if self.other else None
 
     def step(self) -> None:
-        """Let both take another step."""
+        """Advance both runs by one instant."""
         self.live.step()
         if self.other is not None:
             self.other.step()
 
     def forget(self) -> None:
-        """Keep no instant but the last one."""
+        """Keep only the last instant."""
         for each in filter(None, (self.live, self.other)):
             each.forget()
 
     def instants(self, start: int = 0) -> RecordingInstants:
-        """Return the instants from a number on."""
+        """Return the instants from number `start` on."""
         table, scene = self.live.table(start), self.live.experiment.scene
         if self.other is None:
             return RecordingInstants.of(table, scene)
@@ -79,34 +79,34 @@ class RunPair:
             table, scene, (self.other.table(start), self.other.experiment.scene)
         )
 
-    def filmed(self, depth: float | None = None) -> RecordingBuilder:
-        """Return what is shown; what will move is found by a look ahead."""
+    def build_film(self, depth: float | None = None) -> RecordingBuilder:
+        """Return the film of both runs; a simulation in advance determines the moving frames."""
         experiment, second = self.live.experiment, None
         q = _simulate_ahead(experiment)
         if self.other is not None:
             q, q_other = _pad_to_equal_length(q, _simulate_ahead(self.other.experiment))
             second = SceneMotion.of(self.other.experiment.scene, q_other)
-        moving = SceneMotion.of(experiment.scene, q, second)
-        return RecordingBuilder(moving, self.live.forms, find_task_belief(experiment), depth)
+        motion = SceneMotion.of(experiment.scene, q, second)
+        return RecordingBuilder(motion, self.live.template, find_task_belief(experiment), depth)
 
 
 def build_second_experiment(experiment: Experiment, second: Mapping[str, Any]) -> Experiment:
-    """Return the experiment of the second scheme. InputError: there is no such value."""
+    """Return the experiment of the second scheme; raise InputError if it has no such value."""
     controls = {each.path: each for each in experiment.controls()}
     (name, value), *_ = second.items()
     if name not in controls:
-        raise InputError(f"the second scheme differs in {name}, which there would be no more")
+        raise InputError(f"the second scheme differs in {name}, which this experiment lacks")
     return experiment.at(controls[name].changes(value))
 
 
 def _simulate_ahead(experiment: Experiment) -> Array:
-    """Return the coordinates (T, nq) to which an experiment comes."""
+    """Return the future coordinates (T, nq) of an experiment."""
     seconds = min(experiment.duration, AHEAD * experiment.dt)
     q = experiment.run(duration=seconds, record="all")["q"].values
     return np.asarray(q[np.isfinite(q).all(axis=1)])
 
 
 def _pad_to_equal_length(*each: Array) -> list[Array]:
-    """Return arrays (T, n) of the same T: the shorter ones stay at their last row."""
+    """Return arrays (T, n) of the same T; the last row of shorter ones is repeated."""
     most = max(map(len, each))
     return [np.concatenate([q, np.repeat(q[-1:], most - len(q), axis=0)]) for q in each]

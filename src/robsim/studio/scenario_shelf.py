@@ -1,4 +1,4 @@
-"""Shelves: experiments to choose from, each with what to watch for."""
+"""Shelves of scenarios: experiments to choose from, with their remarks."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from robsim.run.experiment import Experiment, load_scenario
 
 
 class ScenarioShelf:
-    """Scenario files by name: those that RobSim ships, or those of a folder."""
+    """Scenario files by name: the shipped scenarios, or the scenarios of a folder."""
 
     def __init__(self, paths: Sequence[Path]) -> None:
         self._paths = {path.stem: path for path in paths}
@@ -28,14 +28,14 @@ class ScenarioShelf:
 
     @classmethod
     def of(cls, folder: Path) -> ScenarioShelf:
-        """Return the scenario files of a folder. FileError: it has none."""
-        found = sorted(folder.glob("*.toml"))
-        if not found:
-            raise FileError(f"{folder}: no scenario file (*.toml) is there")
-        return cls(found)
+        """Return the scenario files of a folder; raise FileError if it has none."""
+        paths = sorted(folder.glob("*.toml"))
+        if not paths:
+            raise FileError(f"{folder}: no scenario file (*.toml)")
+        return cls(paths)
 
     def first(self) -> Experiment:
-        """Return the first experiment that is valid. FileError: none is; what is wrong with one."""
+        """Return the first valid experiment; raise the error of the first file if none is valid."""
         problems = []
         for name in self._paths:
             try:
@@ -45,12 +45,13 @@ class ScenarioShelf:
         raise problems[0]
 
     def experiment(self, name: Any) -> Experiment:
-        """Return the experiment of a name. InputError: there is none, or it is not valid."""
+        """Return the experiment of a name; raise InputError if it is missing or invalid."""
         check_known(name, self._paths, "no experiment {}", "experiments")
         return load_scenario(self._paths[name])
 
 
 def _build_shelf_entry(name: str, path: Path) -> dict[str, str]:
+    """Return name, title and first line of the remark of a scenario file."""
     try:
         text = read_toml_text(path)
     except FileError as error:
@@ -63,7 +64,7 @@ def _build_shelf_entry(name: str, path: Path) -> dict[str, str]:
 
 
 def read_experiment_remark(experiment: Experiment) -> str:
-    """Return the remark at the head of the file of an experiment, if it comes from one."""
+    """Return the remark at the head of the file of an experiment; "" without a file."""
     path = Path(experiment.source)
     return (
         extract_remark(read_toml_text(path)) if experiment.source and path.suffix == ".toml" else ""
@@ -71,18 +72,19 @@ def read_experiment_remark(experiment: Experiment) -> str:
 
 
 def extract_remark(text: str) -> str:
-    """Return the remark at the head of a scenario file; what is indented in it is a line apart.
+    """Return the remark at the head of a scenario file; indented lines stay separate lines.
 
     >>> extract_remark("# A square.\\n# Watch it.\\n#   robsim run x.toml\\nschema = 1\\n# no")
     'A square. Watch it.\\nrobsim run x.toml'
     """
     lines = [line for line in text.splitlines() if not line.startswith("#:")]
     head = [line[1:] for line in takewhile(lambda line: line.startswith("#"), lines)]
-    joined = "".join(("\n" if line.startswith("  ") else " ") + line.strip() for line in head)
-    return joined.strip()
+    text_of_head = "".join(("\n" if line.startswith("  ") else " ") + line.strip() for line in head)
+    return text_of_head.strip()
 
 
 def _extract_title(text: str) -> str:
+    """Return the title in the text of a scenario; "" if there is none."""
     try:
         title = tomllib.loads(text).get("title", "")
     except tomllib.TOMLDecodeError:

@@ -1,4 +1,4 @@
-"""What all pages of a studio see together: an experiment that runs, and may be changed."""
+"""The session of a studio: an experiment that runs, and that all pages show and may change."""
 
 from __future__ import annotations
 
@@ -21,64 +21,71 @@ from robsim.studio.scenario_shelf import ScenarioShelf
 from robsim.studio.web.app import UnavailableDownload
 from robsim.studio.workbench import Workbench, explain_live_run
 
-TICK = 1 / 30  # seconds between what is sent
-BUSY = 0.025  # seconds of a tick that are spent on steps
-PACE = 1.0  # seconds over which the pace is measured
-SPEEDS = (0.1, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 0.0)  # times real time; 0: as fast as it goes
+TICK = 1 / 30  # seconds between messages
+BUSY = 0.025  # seconds of a tick for simulation steps
+PACE = 1.0  # interval for measuring the speed, seconds
+SPEEDS = (0.1, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 0.0)  # times real time; 0 is the maximum speed
 
 
 class Session:
-    """A simulation in a thread of its own, and the conversation of pages with it.
+    """A simulation in its own thread, and its communication with pages.
 
-    It is the `App` of a server: `broadcast` is to be that server's. Whatever a page sends is looked
-    at in the thread of the simulation, between two steps, and is told to all pages.
+    A session is the `App` of a server, and `broadcast` is set to the function of this server. The
+    thread of the simulation handles the requests of pages between two steps, and sends the results
+    to all pages.
 
-    placed  the bench; None while no run of the study is open
-    study   whose runs pages may open, if there is one; `run` is the number of the one that is open
+    Attributes
+    ----------
+    open_bench : Bench or None
+        The experiment. None until a run of the study is opened.
+    study : Study or None
+        Study with runs that pages may open.
+    run : int or None
+        Number of the open run of the study.
     """
 
     def __init__(
         self, bench: Workbench | None, shelf: ScenarioShelf, study: StudyResult | None = None
     ) -> None:
-        self.placed, self.shelf, self.study = bench, shelf, study
+        self.open_bench, self.shelf, self.study = bench, shelf, study
         self.run: int | None = None
         self.broadcast: Callable[[str], None] = lambda message: None
         self.outgoing = OutboundMessages(build_study_map(study) if study else None)
         self.playing, self.speed, self.note = False, 1.0, ""
         self.factor: float | None = None  # times real time
-        self._since: tuple[float, float] | None = None  # wall clock and time, to keep pace with
-        self._asked: queue.Queue[dict[str, Any]] = queue.Queue(1000)
-        self._found: queue.Queue[tuple[int, dict[str, str]]] = queue.Queue()
+        self._since: tuple[float, float] | None = None  # wall clock and simulated time
+        self._requests: queue.Queue[dict[str, Any]] = queue.Queue(1000)
+        self._explanations: queue.Queue[tuple[int, dict[str, str]]] = queue.Queue()
         self._over = threading.Event()
         self._thread = threading.Thread(target=self._run, name="robsim-session", daemon=True)
 
     @property
     def bench(self) -> Workbench:
-        """The bench. InputError: no run of the study is open."""
-        if self.placed is None:
+        """The experiment; raises InputError if no run of the study is open."""
+        if self.open_bench is None:
             raise InputError("no run is open yet: choose one on the map")
-        return self.placed
+        return self.open_bench
 
     def start(self) -> None:
-        """Begin with the simulation."""
-        self.tell_news()
+        """Start the simulation."""
+        self.send_news()
         self._thread.start()
 
     def close(self) -> None:
-        """End the simulation, within two seconds: a step that takes longer ends by itself."""
+        """End the simulation within two seconds; a longer step ends by itself."""
         self._over.set()
         self._thread.join(2.0)
 
-    # what a server asks for, in its threads
+    # methods that the server calls in its threads
 
     def page(self) -> str:
         """Return the HTML text of the page."""
         return build_live_html()
 
     def download(self, name: str) -> tuple[str, bytes] | None:
-        """Return media type and content of what can be saved of the experiment; else None.
+        """Return media type and content of a file of the experiment, or None.
 
-        Unavailable: there is such a file, but not of this experiment.
+        Raise Unavailable if this experiment does not have the file.
         """
         try:
             return downloads.build_download(*self.bench.current, name)
@@ -86,104 +93,107 @@ class Session:
             raise UnavailableDownload(str(error)) from None
 
     def hello(self) -> list[str | bytes]:
-        """Return what brings a page to the present."""
+        """Return the messages that bring a page up to date."""
         return self.outgoing.present()
 
     def receive(self, message: dict[str, Any]) -> str | None:
-        """Take what a page asks for."""
-        with suppress(queue.Full):  # of a page that asks for more than can be done
-            self._asked.put_nowait(message)
+        """Store a request of a page."""
+        with suppress(queue.Full):  # a page that sends too many requests loses some
+            self._requests.put_nowait(message)
         return None
 
-    # the thread of the simulation
+    # methods of the simulation thread
 
     def _run(self) -> None:
+        """Advance the simulation, handle requests and send news until the session is closed."""
         due = time.monotonic()
         while not self._over.is_set():
             due = max(due + TICK, time.monotonic())
-            self._do_all(self._wishes(due))
+            self._handle_requests(self._collect_requests(due))
             try:
                 if self.playing:
                     self._advance()
-                self._hear_further()
-                self.tell_news()
-            except Exception as error:  # noqa: BLE001  of a user's law, say: the studio goes on
+                self._store_explanation()
+                self.send_news()
+            except Exception as error:  # noqa: BLE001  such as an error in a user's law
                 self.playing = False
-                self.note = f"it stops here: {type(error).__name__}: {error}"
+                self.note = f"the simulation stopped: {type(error).__name__}: {error}"
 
-    def _wishes(self, due: float) -> list[dict[str, Any]]:
-        """Return what is asked for until then, of equal wishes the last."""
-        wishes: dict[Any, dict[str, Any]] = {}
+    def _collect_requests(self, due: float) -> list[dict[str, Any]]:
+        """Return the requests that arrive until a time; of equal keys, the last request only."""
+        requests: dict[Any, dict[str, Any]] = {}
         with suppress(queue.Empty):
             while not self._over.is_set():
                 left = due - time.monotonic()
-                wish = self._asked.get(timeout=left) if left > 0 else self._asked.get_nowait()
-                key = _build_request_key(wish)
-                wishes.pop(key, None)
-                wishes[key] = wish
-        return list(wishes.values())
+                item = self._requests.get(timeout=left) if left > 0 else self._requests.get_nowait()
+                key = _build_request_key(item)
+                requests.pop(key, None)
+                requests[key] = item
+        return list(requests.values())
 
-    def _do_all(self, wishes: list[dict[str, Any]]) -> None:
-        """Do what pages ask for; what is wrong with any of it is told to all."""
-        notes = [self.do(wish) for wish in wishes if not self._over.is_set()]
-        if wishes:
+    def _handle_requests(self, requests: list[dict[str, Any]]) -> None:
+        """Handle the requests of pages, and note their errors for all pages."""
+        notes = [self.do(request) for request in requests if not self._over.is_set()]
+        if requests:
             self.note = "\n".join(dict.fromkeys(filter(None, notes)))
 
-    def do(self, wish: dict[str, Any]) -> str:
-        """Do what a page asks for; return what is wrong with it, in words."""
+    def do(self, request: dict[str, Any]) -> str:
+        """Handle a request of a page; return the error message, or ""."""
         try:
-            for name, value in wish.items():
-                done = _REQUESTS.get(name)
-                if done is None:
+            for name, value in request.items():
+                action = _REQUESTS.get(name)
+                if action is None:
                     raise InputError(
-                        f"a page asked for {format_value(name)}; known: {', '.join(_REQUESTS)}"
+                        f"unknown request {format_value(name)}; requests: {', '.join(_REQUESTS)}"
                     )
                 self._since = None
-                done(self, value)
+                action(self, value)
         except RobSimError as error:
-            source = self.placed.experiment.source if self.placed else ""
+            source = self.open_bench.experiment.source if self.open_bench else ""
             return str(error).removeprefix(f"{source}: ")
-        except Exception as error:  # noqa: BLE001  a mistake of ours must not end the simulation
+        except Exception as error:  # noqa: BLE001  an internal error must not end the simulation
             return f"internal error, please report it: {type(error).__name__}: {error}"
         return ""
 
     def _play(self, value: Any) -> None:
+        """Play or pause; start again after the end."""
         if value is True and self.bench.full:
-            raise InputError("no more instants are kept: go back to the start")
+            raise InputError("no more instants can be stored: go back to the start")
         self.playing = value is True
         if self.playing and self.bench.ended:
             self.bench.reset()
 
     def _step(self, value: Any) -> None:
+        """Pause, and take one or more steps."""
         self.playing = False
         count = value if is_json_integer(value) else 1
         for _ in range(min(max(count, 1), 100)):
             self.bench.step()
 
-    def _quicker(self, value: Any) -> None:
+    def _set_speed(self, value: Any) -> None:
+        """Set the speed; raise InputError unless it is one of `SPEEDS`."""
         if value not in SPEEDS or isinstance(value, bool):
             raise InputError(f"no speed {format_value(value)}; speeds: {SPEEDS}")
         self.speed = float(value)
 
-    def _run_of_study(self, value: Any) -> None:
+    def _open_study_run(self, value: Any) -> None:
+        """Open a run of the study."""
         if self.study is None or not is_json_integer(value):
-            raise InputError(
-                f"a page asked for run {format_value(value)}, and there is no such run"
-            )
-        self._place(f"run {value}", self.study.of_run(value), value)
+            raise InputError(f"no run {format_value(value)} in this study")
+        self._open_experiment(f"run {value}", self.study.of_run(value), value)
 
-    def _place(self, name: str, experiment: Experiment, run: int | None) -> None:
-        """Put an experiment on the bench and let it run; `run` is its number in the study."""
+    def _open_experiment(self, name: str, experiment: Experiment, run: int | None) -> None:
+        """Open an experiment and play it; `run` is its number in the study."""
         self.note = f"opening {name} …"
-        self.tell_news()
-        if self.placed is None:
-            self.placed = Workbench(experiment)
+        self.send_news()
+        if self.open_bench is None:
+            self.open_bench = Workbench(experiment)
         else:
-            self.placed.open(experiment)
+            self.open_bench.open(experiment)
         self.run, self.playing = run, True
 
     def _advance(self) -> None:
-        """Take the steps that are due, or as many as there is time for, and note the factor."""
+        """Take the steps that are due, as far as time permits, and measure the speed."""
         began = time.monotonic()
         wall, start = self._since or (began, self.bench.time)
         until = start + (began - wall + TICK) * self.speed if self.speed else float("inf")
@@ -201,55 +211,58 @@ class Session:
             self._explain()
 
     def _explain(self) -> None:
-        """Say why the run ended: at once what can be said, and later what would have helped."""
+        """Explain why the run ended: at once from its data, later with trials."""
         bench = self.bench
         if bench.pair is None:
             return
-        live, experiment, made = bench.pair.live, bench.experiment, bench.made
+        live, experiment, revision = bench.pair.live, bench.experiment, bench.revision
         bench.explain(explain_live_run(experiment, live, trials=False))
 
-        def further() -> None:
-            with suppress(Exception):  # what was said at once stands
-                self._found.put((made, explain_live_run(experiment, live, trials=True)))
+        def add_trials() -> None:
+            with suppress(Exception):  # the first explanation remains
+                self._explanations.put((revision, explain_live_run(experiment, live, trials=True)))
 
-        threading.Thread(target=further, name="robsim-explaining", daemon=True).start()
+        threading.Thread(target=add_trials, name="robsim-explaining", daemon=True).start()
 
-    def _hear_further(self) -> None:
-        """Take what was found of a run, if that is still the one on the bench."""
+    def _store_explanation(self) -> None:
+        """Store an explanation with trials, if its run is still open."""
         with suppress(queue.Empty):
-            made, found = self._found.get_nowait()
-            if made == self.bench.made:
-                self.bench.explain(found)
+            revision, explanation = self._explanations.get_nowait()
+            if revision == self.bench.revision:
+                self.bench.explain(explanation)
 
-    def tell_news(self) -> None:
-        """Send what is new to all pages, and keep it for those to come."""
-        for message in self.outgoing.news(self, self.placed, self.shelf):
+    def send_news(self) -> None:
+        """Send new messages to all pages, and store them for new pages."""
+        for message in self.outgoing.news(self, self.open_bench, self.shelf):
             self.broadcast(message)
 
 
-def _parse_name_value_pair(value: Any, what: str) -> list[Any]:
+def _parse_name_value_pair(value: Any, request: str) -> list[Any]:
+    """Return a list of two elements, name and value; raise InputError for other values."""
     if not isinstance(value, list) or len(value) != 2:
-        raise InputError(f"a page {what} a pair: a name, and what it is to be")
+        raise InputError(f"{request}: expected [name, value], got {format_value(value)}")
     return value
 
 
-def _build_request_key(wish: dict[str, Any]) -> Any:
-    """Return what tells whether a later wish takes the place of this one."""
-    name = next(iter(wish), "")
-    value = wish.get(name)
+def _build_request_key(request: dict[str, Any]) -> Any:
+    """Return the key of a request; a later request with the same key replaces it."""
+    name = next(iter(request), "")
+    value = request.get(name)
     if name in ("set", "drag") and isinstance(value, list) and value:
         return name, str(value[0])
-    return (name, id(wish)) if name == "step" else name
+    return (name, id(request)) if name == "step" else name
 
 
 _REQUESTS: dict[str, Callable[[Session, Any], None]] = {
     "play": Session._play,
     "step": Session._step,
     "reset": lambda session, _: session.bench.reset(),
-    "set": lambda session, value: session.bench.set(*_parse_name_value_pair(value, "sets")),
-    "drag": lambda session, value: session.bench.drag(*_parse_name_value_pair(value, "drags")),
+    "set": lambda session, value: session.bench.set(*_parse_name_value_pair(value, "set")),
+    "drag": lambda session, value: session.bench.drag(*_parse_name_value_pair(value, "drag")),
     "second": lambda session, value: session.bench.compare(value),
-    "speed": Session._quicker,
-    "open": lambda session, name: session._place(str(name), session.shelf.experiment(name), None),
-    "run": Session._run_of_study,
+    "speed": Session._set_speed,
+    "open": lambda session, name: session._open_experiment(
+        str(name), session.shelf.experiment(name), None
+    ),
+    "run": Session._open_study_run,
 }

@@ -1,4 +1,4 @@
-"""A studio: a session behind a server, until it is stopped."""
+"""The studio: a session behind a server."""
 
 from __future__ import annotations
 
@@ -22,15 +22,32 @@ def studio(
     port: int = 0,
     allow_remote: bool = False,
 ) -> Iterator[Server]:
-    """Serve pages that show and change an experiment, while the block lasts.
+    """Serve pages that show and change an experiment, for the duration of a `with` block.
 
-    Of a study they show the map, and open those of its runs that are asked for.
+    The pages of a study show its map, and open its runs on request.
 
-    shelf         experiments to choose from; None: those that RobSim ships
-    host, port    where it listens; 0 is any free port
-    allow_remote  whether `host` may be one that other machines reach
+    Parameters
+    ----------
+    shown : Experiment or Study
+        Experiment or study to show.
+    shelf : Shelf, optional
+        Experiments to choose from. Default: the shipped experiments.
+    host : str, default "127.0.0.1"
+        Address of the server.
+    port : int, default 0
+        Port of the server; 0 is any free port.
+    allow_remote : bool, default False
+        Whether other machines may reach `host`.
 
-    InputError: the experiment cannot run, the study has no map, or it cannot listen there.
+    Yields
+    ------
+    Server
+        The server; open `server.address` in a browser.
+
+    Raises
+    ------
+    InputError
+        If the experiment cannot run, the study has no map, or the address is not available.
     """
     shelf = shelf or ScenarioShelf.shipped()
     if isinstance(shown, StudyResult):
@@ -46,6 +63,7 @@ def studio(
 
 @contextmanager
 def _run_session(session: Session, broadcast: Callable[[str], None]) -> Iterator[None]:
+    """Run a session for the duration of a `with` block."""
     session.broadcast = broadcast
     session.start()
     try:

@@ -1,4 +1,4 @@
-// Curves over time, with a line at the instant that is shown.
+// Curves over time, with a line at the displayed instant.
 
 import { uPlot } from "./vendor.js";
 
@@ -20,7 +20,7 @@ export class Chart {
     this.plot?.destroy();
   }
 
-  // Take over the values from an instant on.
+  // Replace the values from an instant on.
   extend(from) {
     const { shape, values } = this.array;
     this.times.length = from;
@@ -83,7 +83,7 @@ export class Chart {
     over.addEventListener("pointermove", (event) => event.buttons && seek(event));
   }
 
-  // Put the line that says which instant is shown to its place.
+  // Move the line to the displayed instant.
   place() {
     if (!this.plot) return;
     const x = this.plot.valToPos(this.clock.seconds, "x");
@@ -95,28 +95,28 @@ function shownValue(value, log) {
   return Number.isFinite(value) && (!log || value > 0) ? value : null;
 }
 
-// The time that is shown: a second at the least.
+// The displayed range of time, at least a second.
 function sinceStart(plot, first, last) {
   return last > first ? [first, last] : [first ?? 0, (first ?? 0) + 1];
 }
 
-// A range with a margin, also around what is constant.
+// A range with a margin, also around a constant.
 function aroundData(plot, low, high) {
   if (low === null) return [-1, 1];
-  const rounding = 1e-9; // what differs by less is constant
+  const rounding = 1e-9; // smaller differences are a constant
   if (high - low > rounding) return [low - 0.06 * (high - low), high + 0.06 * (high - low)];
   const margin = Math.abs(high) > rounding ? Math.abs(high) : 1;
   return [low - margin, high + margin];
 }
 
-// Whole powers of ten, twelve at the most: what is less beside the largest is rounding.
+// Whole powers of ten, at most twelve; smaller values are rounding errors.
 function decadesOfData(plot, low, high) {
   if (low === null) return [0.1, 1];
   const top = Math.ceil(Math.log10(high) + 1e-9);
   return [10 ** Math.max(Math.floor(Math.log10(low)), top - 12), 10 ** top];
 }
 
-// Powers of ten, six at the most.
+// Powers of ten, at most six.
 function decades(plot, axis, low, high) {
   const [first, last] = [Math.ceil(Math.log10(low) - 1e-9), Math.floor(Math.log10(high) + 1e-9)];
   const step = Math.max(1, Math.ceil((last - first) / 5));

@@ -1,4 +1,4 @@
-// The instant that is shown, and its going on in time.
+// The displayed instant, and its advance in time.
 
 export class Clock {
   constructor(times) {
@@ -8,7 +8,7 @@ export class Clock {
     this.speed = 1;
     this.playing = false;
     this.listeners = [];
-    this.following = false; // whether the last instant is shown, whatever comes
+    this.following = false; // whether the last instant is displayed as instants arrive
   }
 
   get end() {
@@ -24,7 +24,7 @@ export class Clock {
     for (const listener of this.listeners) listener(this);
   }
 
-  // Take other times, of which there may be more, or fewer.
+  // Replace the times by more or fewer ones.
   renew(times) {
     this.times = times;
     if (this.following) this.toEnd();
@@ -57,7 +57,7 @@ export class Clock {
     this.tell();
   }
 
-  // Go on by so many seconds of the wall clock.
+  // Advance by seconds of the wall clock.
   pass(wall) {
     if (!this.playing) return;
     this.seconds += wall * this.speed;

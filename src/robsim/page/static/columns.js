@@ -1,12 +1,12 @@
-// The columns of a study: the numbers of each, where they end, and how they are written.
+// The columns of a study: the numbers of each, their range, and their texts.
 
 const UNITS = { "per second": "1/s" };
-const TAIL = 0.005; // share of the numbers at each end which may lie far out
-const FAR_OUT = 2; // times the span of the others: what is farther out stands on the border
+const TAIL = 0.005; // share of the numbers at each end that may be outliers
+const FAR_OUT = 2; // times the span of the others; outliers farther out are drawn on the border
 const JITTER = 0.62; // width of the strip of a label, of the gap between two
-const MOST_STRIPS = 12; // labels that have a strip
-const DECADES = 1000; // largest over least, from which on an axis has decades
-const MOST_DECADES = 12; // what is less beside the largest is rounding
+const MOST_STRIPS = 12; // labels with a strip
+const DECADES = 1000; // largest over least number; above it an axis is logarithmic
+const MOST_DECADES = 12; // smaller values are rounding errors
 
 export class Columns {
   constructor(header, arrays) {
@@ -21,12 +21,12 @@ export class Columns {
     this.placed = new Map();
   }
 
-  // Names of columns of which there are two numbers at least.
+  // Names of the columns with at least two different numbers.
   get names() {
     return [...this.known.keys()].filter((name) => name !== "began" && this.span(name) > 0);
   }
 
-  // Names of columns that can be told by a shade.
+  // Names of the columns that shades can show.
   get measures() {
     return this.names.filter((name) => this.isNumber(name) && name !== "run" && name !== "draw");
   }
@@ -45,20 +45,20 @@ export class Columns {
     return unit ? `${name} (${UNITS[unit] ?? unit})` : name;
   }
 
-  // Numbers of a column, one a run.
+  // Numbers of a column, one for each run.
   numbers(name) {
     const { values, numbers } = this.known.get(name);
     return numbers ? values.map((code) => numbers[code]) : values;
   }
 
-  // Where runs stand on an axis: at their numbers, at the logarithms of numbers that span decades, or
-  // beside each other in the strip of their label.
+  // Places of runs on an axis: their numbers, the logarithms of numbers that span decades, or
+  // places beside each other in the strip of their label.
   places(name) {
     if (!this.placed.has(name)) this.placed.set(name, this.place(name));
     return this.placed.get(name).places;
   }
 
-  // Least and largest place that a map shows, whether they are logarithms, and labels of 0, 1, 2, ...
+  // Least and largest place of a map, whether they are logarithms, and labels of 0, 1, 2, ...
   ends(name) {
     this.places(name);
     return this.placed.get(name).ends;
@@ -99,12 +99,12 @@ export class Columns {
     return written(values[i]);
   }
 
-  // Which one of the runs of its draw it is.
+  // The values that distinguish a run from the others of its draw.
   turn(i) {
     return this.inTurn.map((name) => this.text(name, i)).join(", ");
   }
 
-  // The ways to end: the outcomes, and after them that a run could not begin.
+  // The possible ends: the outcomes, followed by "could not begin".
   get endings() {
     return [...this.outcomes, { words: "could not begin" }];
   }
@@ -117,7 +117,7 @@ export class Columns {
     return this.outcomes[this.outcome[i]].words + (this.began[i] ? "" : " at once");
   }
 
-  // The ten runs that began, of those that are `kept`, with the largest numbers.
+  // The ten runs with the largest numbers, among the `kept` runs that began.
   worst(name, kept, count = 10) {
     const numbers = this.numbers(name);
     const found = [];
@@ -137,7 +137,7 @@ export function written(value) {
   return Number.isFinite(value) ? String(Number(value.toPrecision(5))) : "–";
 }
 
-// A number around 0, within a half, the same for the same run.
+// A number from -1/2 to 1/2, always the same for a run.
 function scattered(i) {
   return (Math.imul(i, 2654435761) >>> 0) / 2 ** 32 - 0.5;
 }

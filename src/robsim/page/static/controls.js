@@ -1,4 +1,4 @@
-// The values that may be changed, as their declarations say them: nothing is listed here.
+// The values that may be changed; their declarations come from the studio.
 
 import { GUI } from "./vendor.js";
 
@@ -11,7 +11,7 @@ export class Controls {
     Object.assign(this, { element, set, rows: new Map() });
   }
 
-  // Show controls; those that are there already only take the new values.
+  // Show controls; existing controls only take their new values.
   renew(controls) {
     const form = controls.map((c) => [c.path, c.form, c.options, c.names]);
     const key = JSON.stringify(form);
@@ -96,7 +96,7 @@ function treeOf(controls) {
       const next = branch.get(key);
       if (next instanceof Map) branch = next;
       else {
-        const made = new Map(next ? [["kind", next]] : []); // a choice, and the values of what is chosen
+        const made = new Map(next ? [["kind", next]] : []); // a choice, and the values of the chosen kind
         branch.set(i || keys.length > 1 ? key : "more", made);
         branch = made;
       }
@@ -133,13 +133,13 @@ function places(span, value) {
   return Math.min(Math.max(Math.ceil(3 - Math.log10(span)), Math.abs(value) < span / 100 ? fine : 0, 0), 9);
 }
 
-// Let a slider reach a value that is typed: whether it is possible, the studio says.
+// Extend a slider to a typed value; the studio checks the value.
 function reach(row, value) {
   if (value < row._min) row.min(value);
   if (value > row._max) row.max(value);
 }
 
-// Take the value that is true, unless a hand is at it.
+// Show the true value, unless the user is editing it.
 function takeOver(row, state, value) {
   if (row.domElement.contains(document.activeElement) && document.activeElement.matches("input")) return;
   reach(row, value);

@@ -1,6 +1,6 @@
 // Arrays of a recording to which rows are added while it is shown.
 
-// Put further rows into an array from a row on; what it held from there on is gone.
+// Write further rows into an array from a row on, in place of its former rows.
 export function extend(array, from, more) {
   const width = array.shape.slice(1).reduce((a, b) => a * b, 1);
   const count = from + more.shape[0];

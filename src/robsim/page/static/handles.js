@@ -1,11 +1,11 @@
-// Handles in the scene: what a person takes hold of, to place it elsewhere.
+// Handles in the scene, which the user drags to place a body.
 
 import { THREE, GUI, TransformControls } from "./vendor.js";
 import { find } from "./view.js";
 
 const COLORS = { start: "#5d5d5d", goal: "#d6007a" };
 const OWN = "#0072b2";
-const PAUSE = 70; // milliseconds between what is sent of a drag
+const PAUSE = 70; // milliseconds between messages of a drag
 
 export class Handles {
   constructor(space, drag) {
@@ -26,7 +26,7 @@ export class Handles {
     this.choice = { held: "nothing", turn: false };
   }
 
-  // Show handles {name, pose}; that which is being dragged stays where the hand is.
+  // Show handles {name, pose}; a handle stays at the pointer while it is dragged.
   renew(handles) {
     const names = new Set(handles.map((handle) => handle.name));
     for (const [name, ball] of this.balls)
@@ -64,8 +64,8 @@ export class Handles {
     if (!this.balls.size) return;
     this.gui = new GUI({ container: find("dragging"), title: "drag (click a ball)", injectStyles: false });
     const names = Object.fromEntries(["nothing", ...this.balls.keys()].map((name) => [name.replace(/^\w+\./, ""), name]));
-    this.picker = this.gui.add(this.choice, "held", names).name("what").onChange((name) => this.hold(name));
-    this.gui.add(this.choice, "turn").name("turn it").onChange(() => this.hold(this.choice.held));
+    this.picker = this.gui.add(this.choice, "held", names).name("handle").onChange((name) => this.hold(name));
+    this.gui.add(this.choice, "turn").name("rotate").onChange(() => this.hold(this.choice.held));
   }
 
   hold(name) {
@@ -78,7 +78,7 @@ export class Handles {
     this.space.dirty = true;
   }
 
-  // Take hold of the handle under a click, if there is one.
+  // Select the handle under a click, if there is one.
   clicked(event) {
     const still = this.down && Math.hypot(event.clientX - this.down[0], event.clientY - this.down[1]) < 4;
     if (!still || this.tool.dragging) return;

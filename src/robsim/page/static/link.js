@@ -1,9 +1,9 @@
-// The conversation with the studio that served the page.
+// The connection to the studio that served the page.
 
-const WAITS = [0.3, 0.6, 1.2, 2.5, 5]; // seconds between attempts to reach it again
+const WAITS = [0.3, 0.6, 1.2, 2.5, 5]; // seconds between attempts to reconnect
 
 export class Link {
-  // `heard` gets each message; `changed` whether the studio answers; `failed` errors of ours.
+  // `heard` receives each message, `changed` whether the studio is connected, `failed` internal errors.
   constructor(heard, changed, failed) {
     Object.assign(this, { heard, changed, failed, tries: 0, turn: Promise.resolve() });
     this.connect();

@@ -1,4 +1,4 @@
-// The page: a recording with the controls of time, the map of a study, or what a studio tells.
+// The page: a recording with time controls, the map of a study, or the messages of a studio.
 
 import { Clock } from "./clock.js";
 import { Studio } from "./studio.js";

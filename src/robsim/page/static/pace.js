@@ -1,10 +1,10 @@
-// How sharply a scene is drawn on a machine that is slow.
+// Drawing resolution of a scene on a slow machine.
 
 const SLOW = 45; // milliseconds from frame to frame
-const LINGER = 400; // milliseconds without a motion, after which all is drawn sharply
-const COARSE = 0.5; // share of the pixels of a side that are drawn while frames are slow
+const LINGER = 400; // milliseconds without motion; then the resolution is full
+const COARSE = 0.5; // resolution while frames are slow, as a share of the full one
 
-// How sharp to draw while things move, from how long frames take.
+// The resolution during motion, from the duration of frames.
 export class Pace {
   constructor() {
     Object.assign(this, { slow: 0, moved: 0, before: 0, coarse: false });

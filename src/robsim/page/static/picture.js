@@ -1,4 +1,4 @@
-// The image of a camera: marks, their ways and their goals, in pixels.
+// The image of a camera: feature points, their paths and goals, in pixels.
 
 const MARGIN = 0.05; // of the image, around it
 
@@ -24,7 +24,7 @@ export class Picture {
     this.observer.disconnect();
   }
 
-  // Left, top, width and height in pixels of what is shown.
+  // Left, top, width and height of the displayed region, in pixels.
   boundsOf() {
     let [left, top, right, bottom] = [Infinity, Infinity, -Infinity, -Infinity];
     const { size } = this.camera;
@@ -60,7 +60,7 @@ export class Picture {
     this.scale = (room * ratio) / width;
     this.pen = this.canvas.getContext("2d", { willReadFrequently: true }); // small: no work for a GPU
     this.pen.setTransform(this.scale, 0, 0, this.scale, -left * this.scale, -top * this.scale);
-    this.unit = ratio / this.scale; // a pixel of the screen, in those of the image
+    this.unit = ratio / this.scale; // a screen pixel in image pixels
     const style = getComputedStyle(this.canvas);
     this.ink = style.getPropertyValue("--ink");
     this.pen.clearRect(left, top, width, height);
@@ -104,14 +104,14 @@ export class Picture {
     pen.lineWidth = 1.6 * unit;
     const last = this.pixels.shape[0] - 1;
     for (const [to, alpha] of [[last, 0.25], [this.index, 0.9]]) {
-      if (to === last && alpha < 0.5 && this.index === last) continue; // it is all behind
+      if (to === last && alpha < 0.5 && this.index === last) continue; // nothing lies ahead
       pen.globalAlpha = alpha;
       this.drawPath(mark, to, this.pixels);
     }
     pen.globalAlpha = 1;
   }
 
-  // The way of a mark under the second scheme, and where it is: dashed, and hollow.
+  // The path of a feature point under the second scheme, dashed, and its position, hollow.
   drawSecond(mark) {
     const { pen, unit } = this;
     pen.strokeStyle = this.camera.colors[mark];
@@ -130,7 +130,7 @@ export class Picture {
     const { pen, unit } = this;
     const { values } = pixels;
     pen.beginPath();
-    let [x0, y0] = [NaN, NaN]; // the last point that is drawn; what is less than a pixel away is not
+    let [x0, y0] = [NaN, NaN]; // the last drawn point; points within a pixel of it are skipped
     for (let t = 0, i = 2 * mark; t <= to; t++, i += 2 * this.count) {
       const [x, y] = [values[i], values[i + 1]];
       if (!(Math.abs(x - x0) + Math.abs(y - y0) < unit)) {

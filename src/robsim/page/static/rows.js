@@ -1,4 +1,4 @@
-// What stands beside a map: how the runs ended, the row of one, and the worst of them.
+// Parts beside a map: the counts of outcomes, the row of a run, and the worst runs.
 
 import { written } from "./columns.js";
 import { element } from "./view.js";
@@ -53,7 +53,7 @@ export function swatch(color, hollow = false) {
   return made;
 }
 
-// The row of a run as a card, with a button that opens it where it can be opened.
+// The row of a run as a card, with a button that opens the run if a studio can simulate it.
 export function cardOf(columns, i, open) {
   const card = element("div");
   const head = element("p", "", "head");

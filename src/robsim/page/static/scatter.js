@@ -1,4 +1,4 @@
-// A map: thousands of points on a canvas, one of which is pointed at, or picked.
+// A map: thousands of points on a canvas, which the user points at and picks.
 
 import { label } from "./charts.js";
 import { NOT_SHOWN } from "./shades.js";
@@ -6,13 +6,13 @@ import { press, stampOf } from "./stamps.js";
 import { element } from "./view.js";
 
 const SIDES = { left: 64, right: 14, top: 12, bottom: 44 }; // pixels around the points
-const NEAR = 12; // pixels from a point that is still meant
-const DRAG = 6; // pixels that tell a drag from a click
+const NEAR = 12; // pixels within which a point is selected
+const DRAG = 6; // pixels; a shorter drag is a click
 const SPARE = 0.03; // of the span, at each end
 const TOWARDS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
 
 export class Scatter {
-  // `heard` is told what is pointed at, and picked, by touch or not, -1 for nothing; and of a zoom.
+  // `heard` is called with the point under the pointer or picked (-1: none) and whether by touch, and after a zoom.
   constructor(place, heard) {
     Object.assign(this, { place, heard, at: -1, zoom: null });
     this.canvas = element("canvas");
@@ -27,8 +27,8 @@ export class Scatter {
     this.listen();
   }
 
-  // Show points: x, y, kinds, looks, the axes {title, low, high, labels}, whether a unit is as long on
-  // both, and `turns`: where runs stand in a ring of `cells` around the place that they have in common.
+  // Show points: x, y, kinds, looks, the axes {title, low, high, labels}, whether both axes have one
+  // scale, and `turns`: positions of runs in a ring of `cells` around their common place.
   show(points) {
     const keep = this.points && this.points.axes.every((axis, k) => axis.title === points.axes[k].title);
     if (!keep) this.zoomTo(null);
@@ -52,7 +52,7 @@ export class Scatter {
     this.mark(this.at);
   }
 
-  // Where the numbers go: pixels are from + scale * number on each axis.
+  // The map from numbers to pixels: from + scale * number on each axis.
   layOut(width, height) {
     const room = [width - SIDES.left - SIDES.right, height - SIDES.top - SIDES.bottom];
     const ends = this.zoom ?? this.points.axes.map(({ low, high }) => withMargin(low, high));
@@ -68,7 +68,7 @@ export class Scatter {
     this.py = this.pixels(1);
   }
 
-  // Places in pixels; what is far out stands on the border, and what is not shown nowhere.
+  // Places in pixels; distant points are placed on the border, hidden points nowhere.
   pixels(k) {
     const { x, y, kinds, axes } = this.points;
     const [numbers, { low, high, labels }, { from, scale }] = [k ? y : x, axes[k], this.to[k]];
@@ -83,7 +83,7 @@ export class Scatter {
     return found;
   }
 
-  // How far from its place a run stands which has others at the same place, for each turn.
+  // Offset of a run from a place that it shares with other runs, for each turn.
   asides(k) {
     const { turns, cells } = this.points;
     const turn = (i) => (2 * Math.PI * (i + 0.5)) / cells;
@@ -95,7 +95,7 @@ export class Scatter {
     return length > 30000 ? 2 : length > 6000 ? 2.8 : 3.8;
   }
 
-  // Put the points into the image of the canvas: 100,000 discs are too many for its own drawing.
+  // Write the points into the image of the canvas, which cannot draw 100,000 discs itself.
   drawPoints(ratio) {
     const { canvas, context, px, py } = this;
     const { looks, kinds } = this.points;
@@ -155,12 +155,12 @@ export class Scatter {
     for (let i = 0; i < px.length; i++) {
       const [dx, dy] = [px[i] - x, py[i] - y];
       const distance = dx * dx + dy * dy;
-      if (distance <= best) [best, found] = [distance, i]; // of equals that which is seen
+      if (distance <= best) [best, found] = [distance, i]; // of equal distances the visible point
     }
     return found;
   }
 
-  // The next point in a direction from the one that is marked, or a first one.
+  // The next point in a direction from the marked point, or the first point.
   next([dx, dy]) {
     if (this.at < 0 || Number.isNaN(this.px[this.at])) return this.px.findIndex((x, i) => x === x && this.py[i] === this.py[i]);
     let [best, found] = [Infinity, this.at];
@@ -172,7 +172,7 @@ export class Scatter {
     return found;
   }
 
-  // Put the ring around a point; -1: none.
+  // Place the ring around a point; -1 hides it.
   mark(i) {
     this.at = i;
     const [x, y] = i < 0 ? [NaN, NaN] : [this.px[i], this.py[i]];
@@ -186,7 +186,7 @@ export class Scatter {
     if (this.points) this.draw();
   }
 
-  // Go back to the whole map, and to no point.
+  // Show the whole map, without a selected point.
   leave() {
     this.mark(-1);
     this.heard.pick(-1, false);
@@ -224,7 +224,7 @@ export class Scatter {
     Object.assign(this.frame.style, { left: `${x0}px`, top: `${y0}px`, width: `${x1 - x0}px`, height: `${y1 - y0}px` });
   }
 
-  // The rectangle that is dragged out, if one is.
+  // The rectangle of the current drag, or null.
   box({ offsetX: x, offsetY: y, pointerType }) {
     if (!this.down || pointerType === "touch") return null;
     const [x0, y0] = this.down;

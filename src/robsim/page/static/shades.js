@@ -1,4 +1,4 @@
-// How points look: in the colour of their outcome, or in a shade that tells a number.
+// Looks of points: the colour of their outcome, or a shade for a number.
 
 import { written } from "./columns.js";
 import { element } from "./view.js";
@@ -10,7 +10,7 @@ const RAMPS = {
   dark: ["#34495a", "#2f7fb3", "#7cc3ea", "#f2f9ff"],
 };
 
-// What a map draws: the look of each point by its number, and the looks {color, hollow}.
+// The looks of a map: the index of the look of each point, and the looks {color, hollow}.
 export function byOutcome(columns, kept) {
   const looks = columns.outcomes.flatMap(({ color }) => [{ color }, { color, hollow: true }]);
   const kinds = kindsOf(columns, kept, (i) => 2 * columns.outcome[i] + (columns.began[i] ? 0 : 1));

@@ -1,11 +1,11 @@
-// Surfaces of triangles as one sees them: smooth where they bend little, with lines where they do not.
+// Shading of triangle meshes: smooth across small angles, with edge lines at large angles.
 
-const CREASE = Math.cos((30 * Math.PI) / 180); // of the angle between faces from which an edge is seen
+const CREASE = Math.cos((30 * Math.PI) / 180); // of the least angle between faces with a visible edge
 
 export class Surface {
   constructor(corners) {
     this.corners = corners; // x, y, z of each corner of each triangle
-    this.numbers = new Map(); // of the points, by their place
+    this.numbers = new Map(); // numbers of the points, by position
     this.ids = Uint32Array.from({ length: corners.length / 3 }, (_, i) => this.number(corners, i));
     this.facing();
     this.around = Array.from({ length: this.numbers.size }, () => []); // triangles, by point
@@ -38,7 +38,7 @@ export class Surface {
     return cosine >= CREASE * sizes[s] * sizes[t];
   }
 
-  // A normal for each corner: of its triangle, and of those around it that bend little from that.
+  // A normal for each corner: the mean over its triangle and neighbours at small angles to it.
   normals() {
     const found = new Float32Array(this.corners.length);
     this.ids.forEach((id, i) => {
@@ -55,7 +55,7 @@ export class Surface {
     return found;
   }
 
-  // Of lines, given by their ends, those that do not lie where two triangles meet smoothly.
+  // The lines, given by their ends, that are not smooth joints of two triangles.
   seen(ends) {
     const kept = [];
     for (let i = 0; i < ends.length / 3; i += 2) {

@@ -12,8 +12,8 @@ const GHOSTS = {
   start: { opacity: 0, lines: 0.6, dashed: true, tint: "#8c8c8c" },
   second: { opacity: 0.25, lines: 0.9, tint: "#e69f00" },
 };
-const FAR = 10; // times its radius, a way on which the eye follows
-const VIEW = { elevation: 22, azimuth: -55 }; // degrees, as the figures have it
+const FAR = 10; // the view follows a path longer than so many radii of the moving bodies
+const VIEW = { elevation: 22, azimuth: -55 }; // degrees, as in the figures
 
 const GROUPS = ["true", "belief", "second", "goal", "start", "trails", "views", "rays", "frames", "ground"];
 
@@ -45,7 +45,7 @@ export class Space {
     this.resize();
   }
 
-  // Show a recording; with `keep` from where the eye is now.
+  // Show a recording; with `keep` the view does not change.
   load(header, arrays, keep) {
     Object.assign(this, { header, arrays, bounds: null, size: null });
     this.shown.follow &&= keep;
@@ -65,7 +65,7 @@ export class Space {
       return node;
     });
     this.ways = [];
-    this.moving = []; // what is made anew at each instant: lines from frame to frame
+    this.moving = []; // rebuilt at each instant: lines from frame to frame
     for (const part of header.parts) this.addPart(part);
     for (const marks of header.marks) this.addMarks(marks);
     for (const camera of header.cameras) this.addView(camera);
@@ -150,13 +150,13 @@ export class Space {
   }
 
   addTrail(trail) {
-    const lines = [wayOf(trail.color, 0.3), wayOf(trail.color, 1)]; // the whole way, and that so far
+    const lines = [wayOf(trail.color, 0.3), wayOf(trail.color, 1)]; // the whole path, and the path so far
     this.groups.trails.add(...lines);
     this.ways.push((from) => this.lay(lines, trail.frame, from));
     this.moving.push((index) => lines[1].geometry.setDrawRange(0, index + 1));
   }
 
-  // Put the way of a frame into its lines, from an instant on.
+  // Write the path of a frame into its lines, from an instant on.
   lay(lines, frame, from) {
     const { shape, values } = this.arrays.poses;
     let at = lines[0].geometry.attributes.position;
@@ -172,7 +172,7 @@ export class Space {
     lines[0].geometry.setDrawRange(0, shape[0]);
   }
 
-  // Take over the poses from an instant on.
+  // Replace the poses from an instant on.
   extend(from) {
     for (const lay of this.ways) lay(from);
   }
@@ -249,7 +249,7 @@ export class Space {
     this.dirty = true;
   }
 
-  // The box around all that is true, at the start and the end, and around the trails.
+  // The box around the true bodies at the start and the end, and around the trails.
   box() {
     if (this.bounds) return this.bounds;
     this.bounds = new THREE.Box3(...this.header.reach.map((end) => new THREE.Vector3(...end)));
@@ -289,7 +289,7 @@ export class Space {
     this.dirty = true;
   }
 
-  // Let the eye go along with what leaves the first trail.
+  // Let the view follow the body of the first trail.
   follow() {
     const led = this.frames[this.header.trails[0]?.frame];
     if (!led || !this.led) return;
@@ -300,7 +300,7 @@ export class Space {
     this.controls.update();
   }
 
-  // The sphere around what goes along the first trail, if that is far beside its size; else null.
+  // The sphere around the body of the first trail, if its path is long beside its size; else null.
   far() {
     const { shape, values } = this.arrays.poses;
     const at = (index, frame) => new THREE.Vector3().fromArray(values, (index * shape[1] + frame) * 7);
@@ -330,7 +330,7 @@ export class Space {
     this.dirty = true;
   }
 
-  // Draw what has changed, coarsely where the machine is slow, and sharply once all stands still.
+  // Draw changes, at low resolution on a slow machine, and at full resolution once nothing moves.
   draw(now) {
     if (!this.header) return;
     const share = this.pace.share(now, this.dirty);

@@ -1,8 +1,8 @@
-// Discs and rings as pixels, which are put into an image by the hundred thousand.
+// Discs and rings as pixels, for images with hundreds of thousands of them.
 
 import { element } from "./view.js";
 
-// The pixels of a disc or a ring: how many after its middle each is, its colour and its alpha.
+// The pixels of a disc or a ring: their offsets from its middle, colours and alphas.
 export function stampOf(look, radius, ratio, width) {
   const middle = Math.ceil((radius + 1.5) * ratio);
   const side = 2 * middle + 1;
@@ -17,7 +17,7 @@ export function stampOf(look, radius, ratio, width) {
   return stamp;
 }
 
-// A disc or a ring in a square of its own, with a rim that keeps it apart from others.
+// A disc or a ring in its own square, with a rim that separates it from others.
 function discOf({ color, hollow }, radius, ratio, side) {
   const canvas = element("canvas");
   canvas.width = canvas.height = side;
@@ -33,7 +33,7 @@ function discOf({ color, hollow }, radius, ratio, side) {
   return context;
 }
 
-// Blend a stamp into an opaque image, in which it lies as a whole.
+// Blend a stamp into an opaque image that contains it.
 export function press(data, { steps, colors, alphas }, middle) {
   for (let i = 0; i < steps.length; i++) {
     const at = 4 * (middle + steps[i]);

@@ -1,4 +1,4 @@
-// The page of a studio: what its simulation tells is shown, and what is touched is asked of it.
+// The page of a studio: it shows the messages of the simulation, and sends the user's requests.
 
 import { GUI } from "./vendor.js";
 import { Controls } from "./controls.js";
@@ -9,8 +9,8 @@ import { listenForKeys, listenForTime, offerSpeeds, showTime } from "./time.js";
 import { unpack } from "./unpack.js";
 import { element, find } from "./view.js";
 
-const FASTNESS = [0.1, 0.25, 0.5, 1, 2, 4, 8, 0]; // 0: as fast as it goes
-const COMPARED = /^(task|sensing|actuation|belief\.cameras)\./; // what two schemes differ in
+const FASTNESS = [0.1, 0.25, 0.5, 1, 2, 4, 8, 0]; // 0: maximum speed
+const COMPARED = /^(task|sensing|actuation|belief\.cameras)\./; // values in which two schemes may differ
 const FILES = ["experiment.toml", "experiment.py", "run.nc", "run.html"];
 
 export class Studio {
@@ -25,7 +25,7 @@ export class Studio {
     this.choosing();
     clock.following = true;
     this.link = new Link((message) => this.hear(message), (there) => this.tellThere(there), (error) => {
-      this.tellNote(`This page made a mistake: ${error.message}`);
+      this.tellNote(`Internal error of this page: ${error.message}`);
       console.error(error);
     });
     window.robsim = this;
@@ -46,7 +46,7 @@ export class Studio {
     return undefined;
   }
 
-  // The map of a study, which comes before all else, and again after the studio was not reached.
+  // The map of a study, which is sent first, and again after a lost connection.
   async chart({ recording }) {
     if (this.map) return;
     document.body.classList.add("map");
@@ -61,11 +61,11 @@ export class Studio {
     this.link.ask({ run: number });
   }
 
-  // Show the run that was asked for, once it is there.
+  // Show the requested run once it has arrived.
   followRun({ run }) {
     if (this.wanted === undefined || this.wanted !== run) return;
     this.wanted = undefined;
-    this.left = window.scrollY; // where a small screen was on the map
+    this.left = window.scrollY; // scroll position of the map on a small screen
     document.body.classList.remove("map");
     window.scrollTo(0, 0);
     this.clock.following = true;
@@ -108,7 +108,7 @@ export class Studio {
     this.state = state;
     this.tellNote(state.note);
     this.tellRun(state);
-    if (state.note && this.listed) this.controls.echo(this.listed); // what was refused does not stay
+    if (state.note && this.listed) this.controls.echo(this.listed); // resets rejected values
     if (this.live) this.view.tellOutcome(state.outcome, state.ending);
     const factor = state.playing && state.factor !== null && this.live;
     find("factor").textContent = factor ? `${state.factor.toFixed(state.factor < 10 ? 2 : 0)} x` : "";
@@ -120,7 +120,7 @@ export class Studio {
     this.followRun(state);
   }
 
-  // Let what nobody has touched yet move at once, unless motion is unwanted.
+  // Play an untouched experiment at once, unless the user prefers reduced motion.
   begin() {
     if (this.begun || this.map || !this.view.arrays) return;
     this.begun = true;
@@ -143,7 +143,7 @@ export class Studio {
   tellThere(there) {
     const problem = find("problem");
     problem.hidden = there;
-    problem.textContent = "The studio does not answer. If it was started anew, open the new address that it printed.";
+    problem.textContent = "The studio does not answer. If it was restarted, open the new address that it printed.";
     document.body.classList.toggle("alone", !there);
   }
 
@@ -174,7 +174,7 @@ export class Studio {
     else this.clock.seek(0);
   }
 
-  // Look at an earlier instant, or a later one; at the last one what comes is followed.
+  // Show an earlier or later instant; at the last one follow new instants.
   scrub(count) {
     const last = this.clock.times.length - 1;
     this.clock.step(Math.min(Math.max(count, -last), last));
@@ -253,12 +253,12 @@ export class Studio {
       setTimeout(() => (copy.textContent = "copy the Python"), 1500);
     });
     row.append(copy);
-    row.title = "The experiment as it is now, and its run from the start.";
+    row.title = "The experiment with all changes, and its run from the start.";
     find("controls").append(this.top, row);
   }
 }
 
-// Another value than that of the first scheme, to begin with.
+// An initial value that differs from the first scheme.
 function otherValue(control) {
   if (control.form === "number") return 2 * control.value || (control.high ?? 1) / 4;
   return control.options.find((option) => option !== control.value) ?? control.value;

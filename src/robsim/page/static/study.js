@@ -1,4 +1,4 @@
-// The page of a study: its map, what it shows and hides, and how the runs ended.
+// The page of a study: its map, the controls of the map, and the counts of outcomes.
 
 import { Columns } from "./columns.js";
 import { cardOf, countsOf, swatch, worstOf } from "./rows.js";
@@ -7,13 +7,13 @@ import { byNumber, byOutcome, shadeBar } from "./shades.js";
 import { element, find } from "./view.js";
 
 const FIRST_AXES = ["start_x", "start_y", "start_z", "start_distance", "start_angle", "end_time", "path_length", "run"];
-const LENGTH = /^start_[xyz]$/; // axes on which a metre is as long as on the other
-const MOST_TURNS = 12; // runs of a draw that stand in a ring around their place
+const LENGTH = /^start_[xyz]$/; // axes with a common scale
+const MOST_TURNS = 12; // runs of a draw that are placed in a ring
 
 export class StudyMap {
-  // `open` opens the run of a number; null where there is nothing that could simulate it.
+  // `open` opens the run of a number; null if no studio can simulate it.
   constructor(header, arrays, open) {
-    const held = new Map(header.in_turn.map((name) => [name, 0])); // else runs of a draw hide each other
+    const held = new Map(header.in_turn.map((name) => [name, 0])); // otherwise runs of a draw hide each other
     Object.assign(this, { header, open, hidden: new Set(), held });
     this.columns = new Columns(header, arrays);
     const axes = [...FIRST_AXES, ...this.columns.names].filter((name) => this.columns.names.includes(name));
@@ -70,7 +70,7 @@ export class StudyMap {
     parts.tools.append(this.whole, this.note);
   }
 
-  // What a run is called: its number, and what is in turn.
+  // The name of a run: its number, and the values that are varied in turn.
   name(number) {
     const i = this.columns.run.indexOf(number);
     const turn = i < 0 ? "" : this.columns.turn(i);
@@ -92,7 +92,7 @@ export class StudyMap {
     return made;
   }
 
-  // Whether each run has the values at which the map is held.
+  // Whether each run has the fixed values of the map.
   heldRuns() {
     const kept = new Uint8Array(this.columns.count).fill(1);
     for (const [name, code] of this.held) {
@@ -130,7 +130,7 @@ export class StudyMap {
     this.worst.replaceChildren(worstOf(columns, this.measure, kept, { pick: (i) => this.pick(i, false), point: (i) => this.pointFrom(i) }));
   }
 
-  // What is not where its numbers are: runs without a number, and those that are far out.
+  // The counts of runs that are not at their numbers: without a number, or outside of the range.
   lost(kept) {
     const { columns, chosen } = this;
     let [without, beyond] = [0, 0];
@@ -141,8 +141,8 @@ export class StudyMap {
       else if (axes.some(({ places, low, high }) => places[i] < low || places[i] > high)) beyond += 1;
     }
     return [
-      ...(without ? [`${without} without a number here`] : []),
-      ...(beyond ? [`${beyond} beyond the ends stand on the border`] : []),
+      ...(without ? [`${without} without a number on these axes`] : []),
+      ...(beyond ? [`${beyond} outside of the range are on the border`] : []),
     ];
   }
 
@@ -154,7 +154,7 @@ export class StudyMap {
     this.parts.legend.replaceChildren(...chips.filter(Boolean), ...(shade ? [shadeBar(columns, this.chosen.color)] : []));
   }
 
-  // A way to end with its count; a click hides it, and shows it again.
+  // An outcome with its count; a click hides or shows its runs.
   chip(ending, words, count, color) {
     const { hidden } = this;
     const made = element("button", "", "chip");
@@ -180,7 +180,7 @@ export class StudyMap {
     this.point(i);
   }
 
-  // Open a run; by touch, or where none can be opened, its row stays.
+  // Open a run; after a touch, or without a studio, keep its row.
   pick(i, touched) {
     if (this.open && !touched && i >= 0) this.open(this.columns.run[i]);
     else this.showCard(i, true);

@@ -22,12 +22,12 @@ export function offerSpeeds(speeds, changed) {
   speed.addEventListener("change", () => changed(Number(speed.value)));
 }
 
-// Keys of the page, with what each does; those that are typed into a field are the field's.
+// Keys of the page and their actions; keys typed into a field belong to the field.
 export function listenForKeys(actions) {
   document.addEventListener("keydown", (event) => {
-    if (document.body.classList.contains("map")) return; // which has keys of its own
+    if (document.body.classList.contains("map")) return; // the map has its own keys
     if (event.target.closest("select, textarea, input:not(#slider), dialog")) return;
-    if (event.key === " " && event.target.closest("summary, button")) return; // which it presses
+    if (event.key === " " && event.target.closest("summary, button")) return; // the key presses it
     const action = actions(event.shiftKey ? 10 : 1)[event.key];
     if (!action || event.ctrlKey || event.metaKey || event.altKey) return;
     action();

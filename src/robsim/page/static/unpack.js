@@ -1,7 +1,7 @@
-// A recording, unpacked from the compressed bytes of a container: see packing.py and container.py.
+// Unpacking of a recording from the compressed bytes of a container: see packing.py and container.py.
 
 const KINDS = { f4: Float32Array, u4: Uint32Array, u2: Uint16Array };
-const FOOT = 8 + 32 + 17; // bytes behind the header: its length, the checksum, and a mark
+const FOOT = 8 + 32 + 17; // bytes after the header: its length, the checksum, and a mark
 
 export async function unpack(base64) {
   const bytes = Uint8Array.from(atob(base64.trim()), (c) => c.charCodeAt(0));
@@ -27,7 +27,7 @@ function arrayOf(entry, bytes) {
   return { shape: entry.shape, values: entry.low ? dequantised(entry, values) : values };
 }
 
-// Differences, component by component, of levels from `low` on in steps.
+// Levels from their differences, for each component; values are low + step * level.
 function dequantised(entry, changes) {
   const instants = entry.shape[0];
   const width = entry.low.length;

@@ -1,4 +1,4 @@
-// What a recording holds, laid out on the page: scene, images, curves and texts.
+// The content of a recording on the page: scene, images, curves and texts.
 
 import { GUI } from "./vendor.js";
 import { Chart } from "./charts.js";
@@ -7,11 +7,11 @@ import { Picture } from "./picture.js";
 import { Space } from "./space.js";
 
 const NAMES = {
-  belief: "belief", second: "second scheme", goal: "goal", start: "start", trails: "ways",
-  follow: "follow", views: "views of cameras", rays: "rays to marks", frames: "axes of frames", ground: "ground",
+  belief: "belief", second: "second scheme", goal: "goal", start: "start", trails: "paths",
+  follow: "follow", views: "views of cameras", rays: "rays to feature points", frames: "axes of frames", ground: "ground",
 };
 
-const CURVES = 120; // milliseconds between drawings of curves that grow
+const CURVES = 120; // milliseconds between drawings of growing curves
 
 export function find(id) {
   return document.getElementById(id);
@@ -24,7 +24,7 @@ export function element(kind, text = "", className = "") {
   return made;
 }
 
-// What stands for the scene where the browser cannot draw in 3-D.
+// A placeholder for the scene if the browser cannot draw in 3-D.
 const FLAT = { frames: [], load() {}, extend() {}, place() {}, paint() {}, draw() {}, home() {} };
 
 export class View {
@@ -42,7 +42,7 @@ export class View {
     clock.listen(() => this.place());
   }
 
-  // Show a recording; the eye stays where it was where it is of the same things.
+  // Show a recording; the view does not change if the recording has the same title.
   load(header, arrays) {
     const same = this.header?.title === header.title;
     Object.assign(this, { header, arrays, late: undefined, unplotted: undefined });
@@ -64,7 +64,7 @@ export class View {
     this.clock.renew(arrays.time.values);
   }
 
-  // Add rows from an instant on; arrays without rows take the place of those of their names.
+  // Add rows from an instant on; arrays without rows replace the arrays of their names.
   extend(from, arrays) {
     const timed = new Set(["time", "poses", ...this.header.curves.map((curve) => curve.values)]);
     for (const { pixels, second } of this.header.cameras) timed.add(pixels).add(second);
@@ -75,7 +75,7 @@ export class View {
     this.late = Math.min(this.late ?? Infinity, from);
   }
 
-  // Draw what has come since the last frame, and curves no oftener than the eye can follow.
+  // Draw new instants, and curves at intervals of at least `CURVES`.
   refresh(now) {
     if (this.late !== undefined) this.unplotted = Math.min(this.unplotted ?? Infinity, this.late);
     if (this.unplotted !== undefined && now - (this.plotted ?? 0) > CURVES) {
@@ -123,7 +123,7 @@ export class View {
     this.gui = new GUI({ container: find("showing"), title: "show", injectStyles: false });
     for (const name of Object.keys(NAMES))
       if (there[name]) this.gui.add(space.shown, name).name(NAMES[name]).onChange(() => space.show({}));
-    this.gui.add({ home: () => space.home() }, "home").name("view as at first");
+    this.gui.add({ home: () => space.home() }, "home").name("reset view");
     if (!open) this.gui.close();
     space.show({});
   }

@@ -1,1 +1,1 @@
-"""Films of runs: the scene, the images and the curves in step, drawn without any display."""
+"""Films of runs: the scene, the images and the curves in step, drawn without a display."""

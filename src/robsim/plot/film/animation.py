@@ -1,4 +1,4 @@
-"""Films of runs and missions, as files."""
+"""Films of runs and missions, written to files."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ from robsim.plot.film.frame_times import choose_frame_times
 from robsim.run.experiment import Experiment
 
 SIZE, DPI, FPS = (12.8, 7.2), 100.0, 20.0
-SMALLEST, LARGEST = 64, 4096  # pixels, of a side
+SMALLEST, LARGEST = 64, 4096  # side of a frame, pixels
 SLOWEST, QUICKEST = 0.1, 240.0  # frames per second
-PAUSE = 1.5  # seconds, for which the last frame stays
+PAUSE = 1.5  # duration of the last frame, seconds
 KINDS = (".gif", ".mp4")
 
 
@@ -41,25 +41,53 @@ def save_film(
     title: str | None = None,
     progress: Progress | None = None,
 ) -> Path:
-    """Write a film of a run or a mission, as GIF or MP4: scene, images and curves in step.
+    """Write a film of a run or a mission as GIF or MP4: scene, images and curves in step.
 
-    All frames have the same axes, view and ground. A frame shows the recorded instant that is
-    nearest to its time, and the last one stays for 1.5 s; a GIF repeats for ever. No display is
-    needed; an MP4 needs PyAV: pip install 'robsim[film]'.
+    All frames have the same axes, view and ground. Each frame shows the recorded instant nearest to
+    its time, and the last frame stays for 1.5 s. A GIF repeats forever. No display is needed. An
+    MP4 needs PyAV: pip install 'robsim[film]'.
 
-    path        ends in .gif or .mp4
-    experiment  of a run whose experiment is Python code, which has no text
-    fps         frames per second of the film; at most 50 in a GIF
-    speed       seconds of the run in a second of the film; None: 1, or as many whole ones as bring
-                the film down to a minute
-    size, dpi   (width, height) in inches, and pixels per inch: 1280 x 720 pixels by default
-    view, goal  as in `plot.scene`
-    title       instead of that of the experiment
-    progress    called after each frame with the share that is done, 0 to 1
+    Parameters
+    ----------
+    run : xarray.Dataset or MissionRun
+        A single run, or a mission.
+    path : str or path-like
+        File to write; its name must end in .gif or .mp4.
+    experiment : Experiment, optional
+        Experiment of the run. Required if the run does not store it, because the experiment
+        contains Python code.
+    fps : float, default 20
+        Frames per second of the film, 0.1 to 240, and at most 50 in a GIF.
+    speed : float, optional
+        Seconds of the run in one second of the film. Default: 1, or the least whole number for
+        which the film lasts at most a minute.
+    size : (float, float), default (12.8, 7.2)
+        Width and height of the film in inches.
+    dpi : float, default 100
+        Pixels per inch; by default the film has 1280 x 720 pixels.
+    view : (float, float), optional
+        Elevation and azimuth of the viewing direction in degrees, as in `plot.scene`.
+    goal : array_like of shape (nq,), Pose, ServoTask or the goal of a task, optional
+        Goal to draw as an outline, as in `plot.scene`. Default: the goal of the run.
+    title : str, optional
+        Title of the film. Default: the title of the experiment.
+    progress : callable, optional
+        Called after each frame with the share that is done, 0 to 1.
 
-    InputError: something that cannot be filmed, or not so. FileError: it cannot be written; what
-    was there stays, and so it does when the film is stopped.
+    Returns
+    -------
+    pathlib.Path
+        Path of the film.
 
+    Raises
+    ------
+    InputError
+        If the run cannot be filmed, or an option is invalid.
+    FileError
+        If the film cannot be written. An existing file is then unchanged, also after an interrupt.
+
+    Examples
+    --------
     >>> from robsim import examples, load_scenario
     >>> run = load_scenario(examples.path("visp_tutorial")).run(duration=0.4)
     >>> save_film(run, "run.gif", fps=5).stat().st_size > 10_000
@@ -82,9 +110,10 @@ def save_film(
 
 
 def check_film_path(path: str | os.PathLike[str]) -> str:
-    """Return ".gif" or ".mp4", by the end of a path.
+    """Return ".gif" or ".mp4", the ending of a path.
 
-    InputError: another end, or an MP4 without PyAV. FileError: there is a folder of that name.
+    Raise InputError if the ending is another one, or if PyAV is missing for an MP4. Raise FileError
+    if the path is a folder.
     """
     with convert_os_errors(path):
         kind = Path(path).suffix.lower()
@@ -98,6 +127,7 @@ def check_film_path(path: str | os.PathLike[str]) -> str:
 
 
 def _parse_frame_rate(fps: Any, kind: str) -> float:
+    """Return the frame rate; raise InputError unless the format supports it."""
     rate, most = as_positive(fps, "fps"), gif.FASTEST if kind == ".gif" else QUICKEST
     if not SLOWEST <= rate <= most:
         raise InputError(f"fps: a {kind} has {SLOWEST:g} to {most:g} frames a second, got {rate:g}")
@@ -105,9 +135,9 @@ def _parse_frame_rate(fps: Any, kind: str) -> float:
 
 
 def _round_to_even_pixels(size: tuple[float, float], dpi: float) -> tuple[float, float]:
-    """Return the size in inches whose sides are even numbers of pixels, as an MP4 needs them.
+    """Return the size in inches rounded to even numbers of pixels, which an MP4 requires.
 
-    InputError: a side that is too short or too long.
+    Raise InputError if a side is too short or too long.
     """
     width, height = (2 * round(side * dpi / 2) for side in size)
     if not SMALLEST <= min(width, height) <= max(width, height) <= LARGEST:
@@ -119,7 +149,7 @@ def _round_to_even_pixels(size: tuple[float, float], dpi: float) -> tuple[float,
 
 
 def _report_progress_of_frames(screen: FilmFrames, progress: Progress | None) -> Iterator[Frame]:
-    """Yield the frames, and say after each which share is done."""
+    """Yield the frames, and report the share done after each frame."""
     for k in range(len(screen)):
         yield screen[k]
         if progress:

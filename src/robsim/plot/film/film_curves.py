@@ -1,4 +1,4 @@
-"""The curves in a film: pale as a whole, in full colour until now."""
+"""The curves of a film: pale over the whole time, in full colour until now."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from robsim.plot.film.film_source import FilmSource
 from robsim.plot.joints_figure import draw_joints_by_unit, list_display_units
 from robsim.plot.velocity_figure import draw_velocity as draw_velocity
 
-PALE = 0.25  # opacity of what is still to come
+PALE = 0.25  # opacity of the part of a curve that lies ahead
 _NOW: dict[str, Any] = {"color": palette.BLACK, "linewidth": 1.0, "zorder": 4}
 
 
@@ -22,39 +22,39 @@ class FilmCurves:
 
     def __init__(self, footage: FilmSource) -> None:
         self._footage, self._time = footage, footage.time
-        self._units = list_display_units(footage.joined) if len(footage.shots) > 1 else []
+        self._units = list_display_units(footage.data) if len(footage.shots) > 1 else []
         self.panels = len(self._units) or 3
-        self._grown: list[tuple[Line2D, Any]] = []
-        self._now: list[Line2D] = []
+        self._overlays: list[tuple[Line2D, Any]] = []
+        self._time_lines: list[Line2D] = []
 
     def draw(self, panels: list[Axes]) -> list[Any]:
-        """Draw all curves into `panels` axes, and return what moves."""
+        """Draw all curves into `panels` axes, and return the artists that move."""
         shot = self._footage.shots[0]
         if self._units:
-            draw_joints_by_unit(panels, self._footage.joined)
+            draw_joints_by_unit(panels, self._footage.data)
         else:
-            moved = run_data.find_moving_frame(shot.run, shot.scene)
-            draw_velocity(panels, shot.run, shot.scene, moved)
+            frame = run_data.find_moving_frame(shot.run, shot.scene)
+            draw_velocity(panels, shot.run, shot.scene, frame)
         for axes in panels:
-            self._now.append(axes.axvline(self._time[0], **_NOW))
+            self._time_lines.append(axes.axvline(self._time[0], **_NOW))
             for line in axes.get_lines():
                 values = np.asarray(line.get_ydata())
-                if len(values) == len(self._time) and line is not self._now[-1]:
-                    self._grown.append((_add_growing_line(axes, line), values))
-        return [*(line for line, _ in self._grown), *self._now]
+                if len(values) == len(self._time) and line is not self._time_lines[-1]:
+                    self._overlays.append((_add_growing_line(axes, line), values))
+        return [*(line for line, _ in self._overlays), *self._time_lines]
 
     def place(self, instant: int) -> None:
-        """Let the curves grow until an instant."""
-        for line, values in self._grown:
+        """Extend the coloured part of the curves to an instant."""
+        for line, values in self._overlays:
             line.set_data(self._time[: instant + 1], values[: instant + 1])
-        for line in self._now:
+        for line in self._time_lines:
             line.set_xdata([self._time[instant]] * 2)
 
 
 def _add_growing_line(axes: Axes, line: Line2D) -> Line2D:
-    """Make a line pale, and return one over it that looks as it did."""
-    grown = Line2D([], [])
-    grown.update_from(line)
-    axes.add_line(grown)
+    """Make a line pale, and return an empty line of its former style over it."""
+    overlay = Line2D([], [])
+    overlay.update_from(line)
+    axes.add_line(overlay)
     line.set_alpha(PALE)
-    return grown
+    return overlay

@@ -1,4 +1,4 @@
-"""The frames of a film: drawn once, and where something moves drawn over again."""
+"""The frames of a film: the fixed part is drawn once, the moving artists for each frame."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ from robsim.plot.film.film_source import FilmSource
 from robsim.plot.film.frame_times import FrameTimes
 from robsim.plot.run_figure import HEIGHT, split_slide
 
-Frame = NDArray[np.uint8]  # (height, width, 4), red, green, blue, and opacity, which is full
-WORDS = 90  # letters of a title at the most
+Frame = NDArray[np.uint8]  # (height, width, 4): red, green, blue, and full opacity
+MOST_LETTERS = 90  # of a title
 
 
 class FilmFrames:
-    """A film of footage: `screen[k]` is its frame k. All frames have the same axes."""
+    """The frames of a film: `screen[k]` is frame k. All frames have the same axes."""
 
     def __init__(
         self, footage: FilmSource, clock: FrameTimes, size: Any, dpi: float, **look: Any
@@ -39,7 +39,7 @@ class FilmFrames:
         with figure_style():
             self.figure = UnmanagedFigure(size, dpi=dpi, layout="constrained")
             self._canvas = cast("Any", FigureCanvasAgg(self.figure))  # its methods have no types
-            self._moving = self._drawn(look["title"])
+            self._animated = self._draw_first_frame(look["title"])
             self._canvas.draw()
             self._still = self._canvas.copy_from_bbox(self.figure.bbox)
 
@@ -52,17 +52,17 @@ class FilmFrames:
         for image in self._images:
             image.place(instant)
         self._curves.place(instant)
-        self._told.set_text(self._words(instant))
+        self._caption.set_text(self._format_caption(instant))
         with figure_style():
             self._canvas.restore_region(self._still)
-            for artist in self._moving:
+            for artist in self._animated:
                 if hasattr(artist, "do_3d_projection"):
                     artist.do_3d_projection()
                 artist.draw(self._canvas.get_renderer())
         return np.array(self._canvas.buffer_rgba())
 
-    def _drawn(self, title: str | None) -> list[Any]:
-        """Draw the first frame, and return what moves in the order in which it is drawn."""
+    def _draw_first_frame(self, title: str | None) -> list[Any]:
+        """Draw the first frame, and return the artists that move, in drawing order."""
         places, below = split_slide(self.figure, self._stage.width(HEIGHT), bool(self._images))
         groups = [self._stage.draw(places[0])]
         if self._images:
@@ -70,20 +70,22 @@ class FilmFrames:
             pairs = zip(self._images, panels, strict=True)
             groups += [image.draw(axes) for image, axes in pairs]
         groups.append(self._curves.draw(list(np.ravel(below.subplots(1, self._curves.panels)))))
-        words = self.footage.title if title is None else title
-        self.figure.suptitle(shorten(words, WORDS, placeholder=" …") or " ", x=0.01, ha="left")
-        self._told = self.figure.text(0.99, 0.99, " ", ha="right", va="top")
-        _lay_out_figure(self.figure)  # now every part has its size
+        text = self.footage.title if title is None else title
+        self.figure.suptitle(
+            shorten(text, MOST_LETTERS, placeholder=" …") or " ", x=0.01, ha="left"
+        )
+        self._caption = self.figure.text(0.99, 0.99, " ", ha="right", va="top")
+        _lay_out_figure(self.figure)  # computes the size of every part
         self._stage.arrange(places[0])
         self.figure.set_layout_engine("none")
-        groups.append([self._told])
+        groups.append([self._caption])
         ordered = [each for group in groups for each in sorted(group, key=Artist.get_zorder)]
         for artist in ordered:
             artist.set_animated(True)
         return ordered
 
-    def _words(self, instant: int) -> str:
-        """Return what is said of an instant: its phase, how it ended, the speed, the time."""
+    def _format_caption(self, instant: int) -> str:
+        """Return the caption of an instant: phase or ending, speed, and time."""
         footage, speed = self.footage, self.clock.speed
         last = instant == len(footage.time) - 1
         phases = (shot.name for shot in footage.shots if instant in shot.instants)
@@ -93,7 +95,7 @@ class FilmFrames:
 
 
 def _lay_out_figure(figure: Figure) -> None:
-    """Give every part its place; InputError if there is too little."""
+    """Lay out the figure; raise InputError if a part has too little space."""
     with warnings.catch_warnings():
         warnings.filterwarnings("error", "constrained_layout not applied")
         try:

@@ -1,4 +1,4 @@
-"""The images in a film: marks with their paths so far, their goals, and the edges of targets."""
+"""The images of a film: feature points with their paths so far, goals, and target edges."""
 
 from __future__ import annotations
 
@@ -27,14 +27,14 @@ _IDLE: dict[str, Any] = {"color": palette.GREY, "ha": "center", "va": "center"}
 
 
 def list_film_cameras(footage: FilmSource) -> list[str]:
-    """Return the names of the cameras that have a part in what is filmed."""
+    """Return the names of the cameras that observe in the film."""
     used = (name for shot in footage.shots for name in run_data.list_run_cameras(shot.run))
     return list(dict.fromkeys(used))
 
 
 @dataclass
 class _CameraShot:
-    """What one camera sees in one shot, as it is drawn."""
+    """The view of one camera during one run, and its artists."""
 
     shot: FilmShot
     view: xr.Dataset
@@ -45,11 +45,12 @@ class _CameraShot:
 
     @property
     def artists(self) -> list[Any]:
+        """All artists of this view."""
         return [*self.fixed, *self.paths, *self.dots, *(lines for _, lines in self.edges)]
 
 
 class FilmImage:
-    """The image of one camera at all instants of the footage."""
+    """The image of one camera at all instants of the film."""
 
     def __init__(self, footage: FilmSource, camera: str, alone: bool) -> None:
         self.camera, self._alone = camera, alone
@@ -59,36 +60,37 @@ class FilmImage:
         ]
 
     def draw(self, axes: Axes) -> list[Any]:
-        """Draw the fixed part into axes, and return what moves."""
+        """Draw the fixed part into axes, and return the artists that move."""
         views = [take.view for take in self._takes]
-        seen = [view[name].values for view in views for name in ("pixels", "pixels_goal")]
+        all_pixels = [view[name].values for view in views for name in ("pixels", "pixels_goal")]
         centre = views[0].attrs["image_centre"]
-        points = np.concatenate([pixels.reshape(-1, 2) for pixels in seen])
+        points = np.concatenate([pixels.reshape(-1, 2) for pixels in all_pixels])
         set_image_axes(axes, points, views[0].attrs["image_size"], centre)
         axes.set_title("" if self._alone else self.camera)
         for take in self._takes:
             _draw_camera_shot(axes, take)
-        shown = {"mark": "end", "goal": "goal", "image centre": "image centre"}
+        kinds = {"mark": "end", "goal": "goal", "image centre": "image centre"}
         goals = any(np.isfinite(view["pixels_goal"].values).any() for view in views)
         unknown = {"image centre": centre is None, "goal": not goals}
         draw_marker_legend(
-            axes, {name: kind for name, kind in shown.items() if not unknown.get(name, False)}
+            axes, {name: kind for name, kind in kinds.items() if not unknown.get(name, False)}
         )
         self._idle = axes.text(0.5, 0.6, "not in use", transform=axes.transAxes, **_IDLE)
         return [self._idle, *(artist for take in self._takes for artist in take.artists)]
 
     def place(self, instant: int) -> None:
-        """Move the marks to where they are at an instant; out of its shots nothing is seen."""
+        """Move the feature points to an instant; outside of its runs the camera shows nothing."""
         self._idle.set_visible(all(instant not in take.shot.instants for take in self._takes))
         for take in self._takes:
-            mine = instant in take.shot.instants
+            active = instant in take.shot.instants
             for artist in take.artists:
-                artist.set_visible(mine)
-            if mine:
+                artist.set_visible(active)
+            if active:
                 _move_camera_shot(take, instant - take.shot.first, self.camera)
 
 
 def _draw_camera_shot(axes: Axes, take: _CameraShot) -> None:
+    """Draw the goals, and create empty artists for paths, points and edges."""
     view = take.view
     colors = [palette.cycle_color(number) for number in view["mark_number"].values]
     targets = view["mark_target"].values
@@ -101,6 +103,7 @@ def _draw_camera_shot(axes: Axes, take: _CameraShot) -> None:
 
 
 def _move_camera_shot(take: _CameraShot, i: int, camera: str) -> None:
+    """Move the artists of a view to instant i of its run."""
     pixels = take.view["pixels"].values
     for n, (path, dot) in enumerate(zip(take.paths, take.dots, strict=True)):
         path.set_data(*pixels[: i + 1, n].T)

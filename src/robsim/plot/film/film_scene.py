@@ -1,4 +1,4 @@
-"""The 3-D part of a film: solids, shadows, marks and paths that move in a box that does not."""
+"""The 3-D part of a film: solids, shadows, feature points and paths in a fixed box."""
 
 from __future__ import annotations
 
@@ -17,76 +17,77 @@ from robsim.plot.scene_figure import SceneArtists, arrange_scene, draw_scene, me
 from robsim.plot.scene_motion import choose_frustum_depth
 from robsim.plot.wireframe import WireSolid
 
-LOOKED_AT = 50  # instants, at the most, whose solids are to be inside of the box
+MOST_SAMPLES = 50  # sampled instants; all solids stay inside the box at these
 
 
 class FilmScene:
-    """The scene at some instants (F,) of the footage: `place` draws one of them."""
+    """The 3-D scene at some instants (frames,) of the film; `place` moves it to a frame."""
 
     def __init__(
         self, footage: FilmSource, instants: NDArray[np.intp], view: Any, goal: Any
     ) -> None:
-        self._moving, self._instants, self._view = footage.moving, instants, view
-        depth = choose_frustum_depth(self._moving)
-        self._parts = wireframe.list_scene_parts(self._moving.scene, depth)
+        self._motion, self._instants, self._view = footage.motion, instants, view
+        depth = choose_frustum_depth(self._motion)
+        self._parts = wireframe.list_scene_parts(self._motion.scene, depth)
         self._poses: dict[str, Array] = {}
-        self._paths = self._moving.paths
-        self._marks = [thing for thing in self._moving.scene.objects if len(thing.marks)]
+        self._paths = self._motion.paths
+        self._marks = [thing for thing in self._motion.scene.objects if len(thing.marks)]
         self.picture = self._picture(footage, goal, depth)
-        some = np.unique(np.linspace(0, len(instants) - 1, LOOKED_AT).astype(int))
-        seen = [wire.points for k in some for wire in self._wires(k)]
-        self.box = compute_axes_box(np.concatenate([self.picture.points, *seen]))
-        self._cast: SceneArtists
+        some = np.unique(np.linspace(0, len(instants) - 1, MOST_SAMPLES).astype(int))
+        samples = [wire.points for k in some for wire in self._wires(k)]
+        self.box = compute_axes_box(np.concatenate([self.picture.points, *samples]))
+        self._artists: SceneArtists
 
     def width(self, height: float) -> float:
-        """Return the width in inches that scene and legend take at a height in inches."""
+        """Return the width in inches that scene and legend need at a height in inches."""
         return measure_scene_width(self.picture, height, self._view, self.box)
 
     def draw(self, part: Any) -> list[Any]:
-        """Draw the first frame into a part of a figure, and return what moves."""
-        self._cast = draw_scene(part, self.picture, self.box, self._view)
-        return self._cast.artists
+        """Draw the first frame into a subfigure, and return the artists that move."""
+        self._artists = draw_scene(part, self.picture, self.box, self._view)
+        return self._artists.artists
 
     def arrange(self, part: Any) -> None:
-        """Let it fill its part of the figure, which has its size now."""
-        arrange_scene(part, self._cast.axes, self.picture, self.box)
+        """Enlarge the scene to fill its subfigure, which has its final size."""
+        arrange_scene(part, self._artists.axes, self.picture, self.box)
 
     def place(self, k: int) -> None:
-        """Move everything to where it is in frame k."""
+        """Move all artists to frame k."""
         wires, i = self._wires(k), int(self._instants[k])
-        for drawn in self._cast.solids:
-            drawn.move(wires)
-        for (line, dot), path in zip(self._cast.paths, self._paths.values(), strict=True):
+        for solid in self._artists.solids:
+            solid.move(wires)
+        for (line, dot), path in zip(self._artists.paths, self._paths.values(), strict=True):
             line.set_data_3d(*path[: i + 1].T)
             dot.set_data_3d(*path[i : i + 1].T)
-        for mark, point in zip(self._cast.marks, self._marks_at(k), strict=True):
+        for mark, point in zip(self._artists.marks, self._marks_at(k), strict=True):
             mark.set_data_3d(*point[:, None])
 
     def _picture(self, footage: FilmSource, goal: Any, depth: float) -> SceneContent:
-        """Return what the first frame shows, with the whole paths, and with the goal of a run."""
-        moving, (scene, q) = self._moving, self._moving.spells[-1]
+        """Return the content of the first frame, with the whole paths and the goal of the run."""
+        motion, (scene, q) = self._motion, self._motion.phases[-1]
         first: dict[str, int] = {}
         for shot in footage.shots:
             first |= run_data.number_first_marks(shot.run)
-        colors = wireframe.list_mark_colors(moving.scene, first)
+        colors = wireframe.list_mark_colors(motion.scene, first)
         run = footage.shots[0].run if len(footage.shots) == 1 else None
         goals = build_goal_outlines(scene, goal, run, q[-1], depth)
         return SceneContent(self._wires(0), [], self._marks_at(0), colors, self._paths, goals)
 
     def _pose(self, frame: str, k: int) -> Array:
-        """Return the pose (4, 4) of a frame of the scene in a frame of the film."""
+        """Return the pose (4, 4) of a frame of the scene in frame k of the film."""
         if frame not in self._poses:
-            self._poses[frame] = self._moving.poses(frame)[self._instants]
+            self._poses[frame] = self._motion.poses(frame)[self._instants]
         return np.asarray(self._poses[frame][k])
 
     def _wires(self, k: int) -> list[WireSolid]:
+        """Return the solids in frame k."""
         return [
             wireframe.place_part(part, lambda name: self._pose(name, k)) for part in self._parts
         ]
 
     def _marks_at(self, k: int) -> Array:
-        """Return the marks (M, 3) of all objects in frame k."""
-        placed = [
+        """Return the feature points (M, 3) of all objects in frame k."""
+        points = [
             wireframe.transform_points(each.marks, self._pose(each.name, k)) for each in self._marks
         ]
-        return np.concatenate([np.empty((0, 3)), *placed])
+        return np.concatenate([np.empty((0, 3)), *points])

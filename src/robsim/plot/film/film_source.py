@@ -1,4 +1,4 @@
-"""What is filmed: the instants of a run, or of all phases of a mission."""
+"""The content of a film: the instants of a run, or of all phases of a mission."""
 
 from __future__ import annotations
 
@@ -19,7 +19,19 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class FilmShot:
-    """A run in its scene, from the instant `first` of the footage on; `name` is of its phase."""
+    """A run in its scene, which is a part of the film.
+
+    Attributes
+    ----------
+    run : xarray.Dataset
+        The run.
+    scene : Scene
+        Its scene.
+    first : int
+        First instant of the run, counted from the start of the film.
+    name : str
+        Name of the phase of a mission.
+    """
 
     run: xr.Dataset
     scene: Scene
@@ -28,50 +40,68 @@ class FilmShot:
 
     @property
     def instants(self) -> range:
-        """The instants of the footage that are its own."""
+        """The instants of the film that show this run."""
         return range(self.first, self.first + self.run.sizes["time"])
 
 
 @dataclass(frozen=True)
 class FilmSource:
-    """Instants (T,) in seconds, where everything is then, and how it ended."""
+    """The instants of a film, the motion of its scene, and its ending.
+
+    Attributes
+    ----------
+    title : str
+        Title of the experiment.
+    time : array of shape (T,)
+        Times in seconds.
+    motion : Moving
+        Motion of all frames.
+    shots : tuple of Shot
+        The runs, in order of time.
+    ending : str
+        How the run or the mission ended.
+    data : xarray.Dataset
+        Data with the coordinates at all instants.
+    """
 
     title: str
     time: Array
-    moving: SceneMotion
+    motion: SceneMotion
     shots: tuple[FilmShot, ...]
     ending: str
-    joined: xr.Dataset  # with the coordinates at all instants
+    data: xr.Dataset
 
 
 def build_film_source(run: Any, experiment: Experiment | None = None) -> FilmSource:
-    """Return what a film of a run or a mission shows.
+    """Return the content of a film of a run or a mission.
 
-    InputError: anything else, several runs, or a run of Python code without its experiment.
+    Raise InputError if `run` is neither, holds several runs, or needs `experiment` because its
+    experiment contains Python code.
     """
     if experiment is not None and not isinstance(experiment, Experiment):
         raise InputError(f"experiment: expected an Experiment, got {format_value(experiment)}")
     if isinstance(run, MissionRun):
         return _build_mission_source(run, experiment)
     one = run_data.extract_single_run(run)
-    made = Experiment.of(run) if experiment is None else experiment
-    run_data.read_configurations(one, made.scene)  # a run of another scene is refused
-    moving = SceneMotion.of(made.scene, one["q"].values)
-    shots = (FilmShot(one, made.scene),)
+    source = Experiment.of(run) if experiment is None else experiment
+    run_data.read_configurations(one, source.scene)  # raises InputError for another scene
+    motion = SceneMotion.of(source.scene, one["q"].values)
+    shots = (FilmShot(one, source.scene),)
     return FilmSource(
-        made.title or "", one["time"].values, moving, shots, run_data.describe_ending(one), one
+        source.title or "", one["time"].values, motion, shots, run_data.describe_ending(one), one
     )
 
 
 def _build_mission_source(mission: MissionRun, experiment: Experiment | None) -> FilmSource:
-    joined, moving, first, shots = mission.run, SceneMotion.of_mission(mission), 0, []
-    for leg, (scene, q) in zip(mission.legs, moving.spells, strict=True):
+    """Return the content of a film of a mission."""
+    run, motion, first, shots = mission.run, SceneMotion.of_mission(mission), 0, []
+    for leg, (scene, q) in zip(mission.legs, motion.phases, strict=True):
         if len(q):
             one = run_data.extract_single_run(leg.run).isel(time=slice(0, len(q)))
             shots.append(FilmShot(one, scene, first, leg.name))
         first += len(q)
-    told = experiment is None and mission.attrs.get("scenario")
-    made = Experiment.of(mission) if told else experiment
+    stored = experiment is None and mission.attrs.get("scenario")
+    source = Experiment.of(mission) if stored else experiment
     ending = "all phases as expected" if mission.succeeded else "not completed"
-    title = "" if made is None else made.title or ""
-    return FilmSource(title, joined["time"].values, moving, tuple(shots), ending, joined)
+    title = "" if source is None else source.title or ""
+    return FilmSource(title, run["time"].values, motion, tuple(shots), ending, run)

@@ -1,4 +1,4 @@
-"""Which instant of a run each frame of a film shows."""
+"""The instants of a run that the frames of a film show."""
 
 from __future__ import annotations
 
@@ -10,38 +10,46 @@ from numpy.typing import NDArray
 from robsim.base.arrays import Array, as_positive
 from robsim.base.errors import InputError
 
-LONGEST = 60.0  # seconds of a film whose speed is not said
+LONGEST = 60.0  # seconds of a film at the default speed
 MOST = 6000  # frames
-ROUNDING = 1e-9  # of a frame, by which a run may end late
+ROUNDING = 1e-9  # a run may end late by this share of a frame
 
 
 @dataclass(frozen=True)
 class FrameTimes:
-    """Seconds of the run in one of the film, and an instant for each frame."""
+    """The instants that the frames of a film show.
+
+    Attributes
+    ----------
+    speed : float
+        Seconds of the run in one second of the film.
+    instants : array of shape (frames,)
+        Index of the instant that each frame shows.
+    """
 
     speed: float
     instants: NDArray[np.intp]
 
 
 def choose_frame_times(time: Array, fps: float, speed: float | None) -> FrameTimes:
-    """Return the instants that the frames of a film show, of those at times (T,) in seconds.
+    """Return the instants, of recorded times (T,) in seconds, that the frames of a film show.
 
-    Frame k shows the instant nearest to k speed / fps, and the last frame the last instant. Without
-    a speed it is real time, or as many times faster as a film of one minute needs.
+    Frame k shows the instant nearest to k speed / fps, and the last frame the last instant. The
+    default speed is 1, or as many times faster as a film of one minute needs.
 
-    InputError: a speed that is not above zero, or more frames than 6000.
+    Raise InputError if the speed is not positive, or if the film has more than 6000 frames.
 
     >>> choose_frame_times(np.arange(5) * 0.1, 5.0, 1.0).instants
     array([0, 2, 4])
     """
-    spell = float(time[-1] - time[0])
-    fast = max(1.0, np.ceil(spell / LONGEST)) if speed is None else as_positive(speed, "speed")
-    count = spell * fps / fast - ROUNDING
+    duration = float(time[-1] - time[0])
+    fast = max(1.0, np.ceil(duration / LONGEST)) if speed is None else as_positive(speed, "speed")
+    count = duration * fps / fast - ROUNDING
     if not count < MOST:
         raise InputError(
-            f"{spell:.4g} s at {fps:g} frames per second and speed {fast:g} are {count:.3g} "
+            f"{duration:.4g} s at {fps:g} frames per second and speed {fast:g} are {count:.3g} "
             f"frames, and a film has at most {MOST}: give fewer fps, or a higher speed"
         )
     at = np.minimum(time[0] + np.arange(int(np.ceil(count)) + 1) * fast / fps, time[-1])
-    between = (time[1:] + time[:-1]) / 2
-    return FrameTimes(float(fast), np.searchsorted(between, at, "right"))
+    midpoints = (time[1:] + time[:-1]) / 2
+    return FrameTimes(float(fast), np.searchsorted(midpoints, at, "right"))

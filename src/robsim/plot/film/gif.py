@@ -1,4 +1,4 @@
-"""Films as GIF: one palette for all frames, and of each frame only what has changed."""
+"""Films as GIF: one palette for all frames, and only the changed region of each frame."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from PIL import GifImagePlugin, Image
 from robsim.plot import palette
 from robsim.plot.film.film_frames import Frame
 
-FASTEST = 50.0  # frames per second, beyond which viewers show a GIF slowly
-COLORS, EXACT = 255, 96  # in a palette, and of them the most frequent ones as they are
-OURS = (*palette.CYCLE, palette.GOAL, palette.GREY)  # which small things have
-UNCHANGED = 255  # the number that stands for a pixel that stays as it is
-_KEEP = 1  # what a frame does not paint stays
+FASTEST = 50.0  # frames per second; viewers slow down a faster GIF
+COLORS, EXACT = 255, 96  # colours of a palette, and the most frequent ones, kept exactly
+OURS = (*palette.CYCLE, palette.GOAL, palette.GREY)  # of thin lines, kept exactly
+UNCHANGED = 255  # palette index of an unchanged pixel
+_KEEP = 1  # disposal method: pixels outside of the region stay
 _FOR_EVER = b"!\xff\x0bNETSCAPE2.0\x03\x01\x00\x00\x00"
 _END = b";"
 
@@ -27,10 +27,10 @@ _END = b";"
 def encode_gif(
     frames: Iterable[Frame], count: int, some: Sequence[Frame], fps: float, pause: float
 ) -> bytes:
-    """Return a GIF of `count` frames, for ever, that shows the last for `pause` seconds more.
+    """Return a GIF of `count` frames that repeats forever.
 
-    The colours are those of `some` of the frames. A GIF counts hundredths of a second: a frame
-    begins at the one that is nearest to its time.
+    The last frame stays for `pause` seconds more. The palette is made from the frames `some`. A GIF
+    counts hundredths of a second, so a frame begins at the hundredth nearest to its time.
 
     Source: CompuServe, Graphics Interchange Format, version 89a, 1990.
     """
@@ -47,7 +47,7 @@ def encode_gif(
 
 
 class _GifPalette:
-    """The colours of some frames: ours and the most frequent as they are, the others mixed.
+    """The palette of some frames: reserved and frequent colours exactly, the others mixed.
 
     Paper, ground, faces and goals must not be mixed with the edges of letters.
     """
@@ -60,42 +60,42 @@ class _GifPalette:
         self.table = bytes([*exact.ravel().tolist(), *mixed][: 3 * COLORS]).ljust(768, b"\0")
         image = Image.new("P", (1, 1))
         image.putpalette(self.table[: 3 * COLORS])
-        cells = Image.fromarray(_CELLS).quantize(palette=image, dither=Image.Dither.NONE)
+        cells = Image.fromarray(_CELL_COLORS).quantize(palette=image, dither=Image.Dither.NONE)
         self._nearest = np.array(cells).ravel()
         self._nearest[_compute_color_cell(exact[::-1])] = np.arange(len(exact), dtype=np.uint8)[
             ::-1
         ]
 
     def numbers(self, pixels: Frame) -> NDArray[np.uint8]:
-        """Return the number of the nearest colour of each pixel."""
+        """Return the palette index of the nearest colour of each pixel."""
         return np.asarray(self._nearest[_compute_color_cell(pixels)])
 
 
 def _compute_color_cell(pixels: Frame) -> NDArray[np.int32]:
-    """Return which of 64^3 cells of nearly equal colours each pixel (..., 3) belongs to."""
+    """Return for each pixel (..., 3) the index of its cell among 64^3 cells of similar colours."""
     red, green, blue = (pixels[..., i].astype(np.int32) >> 2 for i in range(3))
     return np.asarray((red << 12) | (green << 6) | blue)
 
 
 def _compute_cell_colors() -> Frame:
-    """Return the colour (512, 512, 3) in the middle of each cell, in their order."""
+    """Return the colour (512, 512, 3) in the middle of each cell, in the order of the cells."""
     steps = (4 * np.arange(64) + 2).astype(np.uint8)
     return np.stack(np.meshgrid(steps, steps, steps, indexing="ij"), axis=-1).reshape(512, 512, 3)
 
 
-_CELLS = _compute_cell_colors()
+_CELL_COLORS = _compute_cell_colors()
 
 
 def _find_frequent_colors(some: Sequence[Frame]) -> Frame:
-    """Return the most frequent colours (N, 3) of frames, the first of them most often."""
+    """Return the most frequent colours (N, 3) of frames, the most frequent first."""
     red, green, blue, _ = np.concatenate(some).reshape(-1, 4).T.astype(np.int32)
-    found, counts = np.unique((red << 16) | (green << 8) | blue, return_counts=True)
-    often = found[np.argsort(-counts, kind="stable")[:EXACT]]
+    colors, counts = np.unique((red << 16) | (green << 8) | blue, return_counts=True)
+    often = colors[np.argsort(-counts, kind="stable")[:EXACT]]
     return np.stack([often >> 16, often >> 8 & 255, often & 255], axis=-1).astype(np.uint8)
 
 
 def _find_changed_region(now: Frame, before: Frame | None) -> Any:
-    """Return the part of a frame, as two slices, that is not as it was, or a pixel if all is."""
+    """Return the changed region of a frame as two slices; one pixel if nothing has changed."""
     if before is None:
         return np.s_[: now.shape[0], : now.shape[1]]
     other = _compare_pixels(now, before)
@@ -112,7 +112,7 @@ def _compare_pixels(now: Frame, before: Frame) -> NDArray[np.bool_]:
 
 
 def _encode_image_block(colors: _GifPalette, now: Frame, before: Frame | None) -> bytes:
-    """Return what has changed in a frame as it stands in a file."""
+    """Return the block of the file for the changed region of a frame."""
     part = _find_changed_region(now, before)
     numbers = colors.numbers(now[part])
     if before is not None:
@@ -122,11 +122,11 @@ def _encode_image_block(colors: _GifPalette, now: Frame, before: Frame | None) -
 
 
 def _encode_control_block(hundredths: int) -> bytes:
-    """Return what says that an image is shown for hundredths of a second, and then stays."""
+    """Return the block of the file that shows an image for hundredths of a second."""
     return struct.pack("<3sBHBB", b"!\xf9\x04", _KEEP << 2 | 1, hundredths, UNCHANGED, 0)
 
 
 def _encode_gif_header(colors: _GifPalette, shape: tuple[int, ...]) -> bytes:
-    """Return the head of a file of frames of a shape (height, width, 4)."""
+    """Return the header of a file of frames of shape (height, width, 4)."""
     size = struct.pack("<6sHHBBB", b"GIF89a", shape[1], shape[0], 0xF7, 0, 0)
     return size + colors.table + _FOR_EVER

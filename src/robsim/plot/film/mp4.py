@@ -13,11 +13,11 @@ from typing import Any
 from robsim.base.errors import InputError
 from robsim.plot.film.film_frames import Frame
 
-QUALITY = "20"  # of H.264: 0 is without loss, 51 the worst
+QUALITY = "20"  # of H.264: 0 is lossless, 51 the worst
 
 
 def check_pyav() -> None:
-    """Raise InputError where PyAV is missing."""
+    """Raise InputError if PyAV is missing."""
     if find_spec("av") is None:
         raise InputError(
             "an MP4 needs PyAV, which is not installed: pip install 'robsim[film]'; "
@@ -28,7 +28,7 @@ def check_pyav() -> None:
 def encode_mp4(frames: Iterable[Frame], fps: float, pause: float) -> bytes:
     """Return an MP4 (H.264) that shows its last frame for `pause` seconds more.
 
-    A frame's height and width must be even.
+    Height and width of the frames must be even.
     """
     av: Any = importlib.import_module("av")
     file = BytesIO()
@@ -42,15 +42,16 @@ def encode_mp4(frames: Iterable[Frame], fps: float, pause: float) -> bytes:
 
 
 def _repeat_last_frame(frames: Iterable[Frame], more: int) -> Iterator[Frame]:
-    """Yield the frames, and the last of them a number of times more."""
+    """Yield the frames, and the last frame `more` times again."""
     for frame in frames:
         yield frame
     yield from repeat(frame, more)
 
 
 def _add_video_stream(film: Any, frame: Frame, fps: float) -> Any:
+    """Return a new video stream of the size of a frame."""
     stream = film.add_stream("h264", rate=Fraction(fps).limit_denominator(1000))
     stream.height, stream.width = frame.shape[:2]
-    stream.pix_fmt = "yuv420p"  # which every player shows
+    stream.pix_fmt = "yuv420p"  # supported by all players
     stream.options = {"crf": QUALITY}
     return stream

@@ -1,1 +1,1 @@
-"""Figures of studies: many runs, a dot, a share or a distribution of them."""
+"""Figures of studies: runs as dots, and their counts and distributions."""

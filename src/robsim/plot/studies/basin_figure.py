@@ -1,4 +1,4 @@
-"""From which starts runs converge: the outcome of each by its colour, its time by the shade."""
+"""Figure of the starts of a study: outcomes as colours, times of convergence as shades."""
 
 from __future__ import annotations
 
@@ -44,16 +44,34 @@ def study_basin(
 ) -> Figure:
     """Draw the starts of a study: from where runs converge, and how fast.
 
-    study       a study, or its table, of which some rows may be taken: a slice of the starts
-    x, y        columns of numbers, as a rule two of start_x, start_y, start_z (m)
-    by          a choice such as "task": a panel for each of its values
+    Each dot is a run. Runs that converged are blue, the darker the longer they took (s). Other runs
+    have the colour of their outcome, and runs that could not begin are hollow and grey.
 
-    Runs that converged are blue, the darker the longer they took (s); the others have the colour of
-    their outcome, and runs that could not begin are hollow and grey. `size` is (width, height) of
-    the figure in inches.
+    Parameters
+    ----------
+    study : Study or pandas.DataFrame
+        A study, or its table. Select rows of the table to draw a slice of the starts.
+    x, y : str, default "start_x" and "start_y"
+        Columns of numbers, usually two of start_x, start_y, start_z (m).
+    by : str, optional
+        A choice such as "task"; each of its values gets a panel.
+    size : (float, float), optional
+        Width and height of the figure in inches.
+    title : str, optional
+        Title of the figure. Default: the number of runs.
 
-    InputError: a column that is not there or holds no numbers, or nothing that began.
+    Returns
+    -------
+    matplotlib.figure.Figure
+        The figure.
 
+    Raises
+    ------
+    InputError
+        If a column is missing or has no numbers, or if no run with both numbers began.
+
+    Examples
+    --------
     >>> import pandas as pd
     >>> rows = {"start_x": [0.0, 0.1, 0.2], "start_y": [0.0, 0.0, 0.0], "end_time": [1.0, 2.0, 9.0]}
     >>> outcomes = ["CONVERGED", "CONVERGED", "LOCAL_MINIMUM"]
@@ -64,9 +82,9 @@ def study_basin(
     table = table_columns.get_table(study)
     names = check_column(x, "x", table), check_column(y, "y", table)
     at = read_drawable_column(table, names[0]), read_drawable_column(table, names[1])
-    known = np.isfinite(at[0]) & np.isfinite(at[1])
-    started = table_columns.read_began(table) & known
-    apart = known & ~started
+    finite = np.isfinite(at[0]) & np.isfinite(at[1])
+    started = table_columns.read_began(table) & finite
+    unstarted = finite & ~started
     if not started.any():
         raise InputError(f"no run that began has both {names[0]} and {names[1]}")
     groups = split_by_choice(table, by, MOST_PANELS, started)
@@ -75,10 +93,10 @@ def study_basin(
         wide = -(-len(groups.labels) // rows)
         inches, many = (2.2 + (4.0 if wide == 1 else 3.2) * wide, 0.9 + 3.3 * rows), rows * wide
         figure, panels = prepare_panels(None, many, size, inches, wide, sharex=True, sharey=True)
-        _draw_basin_panels(panels, table, at, started, apart, groups)
+        _draw_basin_panels(panels, table, at, started, unstarted, groups)
         _set_basin_axes(panels, table, names, groups.labels)
         figure.suptitle(
-            run_dots.format_run_total(table, started, apart) if title is None else title
+            run_dots.format_run_total(table, started, unstarted) if title is None else title
         )
     return figure
 
@@ -88,31 +106,31 @@ def _draw_basin_panels(
     table: pd.DataFrame,
     at: run_dots.DotPositions,
     started: Rows,
-    apart: Rows,
+    unstarted: Rows,
     groups: ColumnGroups,
 ) -> None:
     """Draw the runs of each value into its panel, with one scale of times and one legend.
 
-    Those that began are `started`, and those that could not `apart`.
+    `started` selects the runs that began, and `unstarted` the runs that could not begin.
     """
     endings, time = (
         table_columns.read_outcomes(table),
         table_columns.read_numbers(table, "end_time"),
     )
-    arrived = started & (endings == Outcome.CONVERGED) & np.isfinite(time)
-    low, high = (time[arrived].min(), time[arrived].max()) if arrived.any() else (0.0, 1.0)
+    converged = started & (endings == Outcome.CONVERGED) & np.isfinite(time)
+    low, high = (time[converged].min(), time[converged].max()) if converged.any() else (0.0, 1.0)
     faces = run_dots.list_outcome_colors(endings)
-    faces[arrived] = _BLUES((time[arrived] - low) / max(high - low, 1e-12))
-    some, rest = run_dots.shuffle_rows(started), run_dots.shuffle_rows(apart)
+    faces[converged] = _BLUES((time[converged] - low) / max(high - low, 1e-12))
+    some, rest = run_dots.shuffle_rows(started), run_dots.shuffle_rows(unstarted)
     for i, axes in enumerate(panels[: len(groups.labels)]):
         run_dots.draw_hollow_dots(axes, *at, rest[groups.which[rest] == i])
-        mine = some[groups.which[some] == i]
-        run_dots.draw_dots(axes, *at, mine, c=faces[mine])
+        of_panel = some[groups.which[some] == i]
+        run_dots.draw_dots(axes, *at, of_panel, c=faces[of_panel])
     handles = run_dots.build_outcome_legend(endings, started)
-    handles += run_dots.build_unstarted_legend(int(apart.sum()))
+    handles += run_dots.build_unstarted_legend(int(unstarted.sum()))
     figure = get_root_figure(panels[0])
     figure.legend(handles=handles, loc="outside lower center", ncols=4, frameon=False)
-    if arrived.any():
+    if converged.any():
         scale = run_dots.build_color_scale(_BLUES, low, high)
         figure.colorbar(scale, ax=panels, label="time to converge (s)", aspect=30)
 
@@ -120,7 +138,7 @@ def _draw_basin_panels(
 def _set_basin_axes(
     panels: list[Axes], table: pd.DataFrame, names: tuple[str, str], titles: tuple[str, ...]
 ) -> None:
-    """Set labels, titles and, for two lengths, equal scales; empty panels vanish."""
+    """Set labels, titles and, for two lengths, equal scales; hide empty panels."""
     for axes in panels[len(titles) :]:
         axes.set_axis_off()
     for axes, text in zip(panels, titles, strict=False):

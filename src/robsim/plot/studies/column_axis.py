@@ -1,4 +1,4 @@
-"""The columns of a study along the axes of a figure: their labels, units, values and bins."""
+"""Columns of a study along the axes of a figure: labels, units, values and bins."""
 
 from __future__ import annotations
 
@@ -24,16 +24,22 @@ _WORDS = {
     "end_time": "time at the end",
     "error_norm": "norm of the error at the end",
 }
-Rows = NDArray[np.bool_]  # which rows of a table
-LARGEST = 1e100  # that can be drawn
-FEW = 12  # different numbers up to which each has a place of its own, as a choice has
+Rows = NDArray[np.bool_]  # mask of the rows of a table
+LARGEST = 1e100  # largest number that can be drawn
+FEW = 12  # a column with at most so many different numbers is drawn like a choice
 
 
 class ColumnBins(NamedTuple):
-    """The bin of each row (-1: none), where bins lie along the axis, and what they are called.
+    """Bins of a column along an axis.
 
-    `edges` are (bins + 1,) and `labels` is empty for bins of a number; a choice has bins of width 1
-    about 0, 1, ... and a label for each.
+    Attributes
+    ----------
+    which : array of shape (rows,)
+        Bin of each row; -1 for none.
+    edges : array of shape (bins + 1,)
+        Edges along the axis. The bins of a choice have width 1 about 0, 1, ...
+    labels : tuple of str
+        Name of each bin of a choice; empty for the bins of a number.
     """
 
     which: NDArray[np.intp]
@@ -41,40 +47,42 @@ class ColumnBins(NamedTuple):
     labels: tuple[str, ...]
 
     @property
-    def many(self) -> int:
-        """How many bins there are between the edges."""
+    def bin_count(self) -> int:
+        """The number of bins."""
         return len(self.edges) - 1
 
 
 def format_column_label(table: pd.DataFrame, name: str) -> str:
-    """Return the label of a column with the unit in which it is drawn; angles are in degrees."""
+    """Return the label of a column with its display unit; angles are in degrees."""
     unit = table_columns.get_unit(table, name).replace("rad", "deg").replace("^2", "²")
     return f"{_WORDS.get(name, name)} ({unit})" if unit else _WORDS.get(name, name)
 
 
 def read_drawable_column(table: pd.DataFrame, name: str) -> Array:
-    """Return a column of numbers (rows,) in the unit in which it is drawn; or InputError.
+    """Return a column of numbers (rows,) in its display unit.
 
-    NaN stands for what is not there, and for what went beyond all bounds and any axis.
+    NaN stands for missing and for very large values. Raise InputError unless the column has
+    numbers.
     """
     values = table_columns.read_numbers(table, name)
     values[np.abs(values) > LARGEST] = np.nan
     return np.degrees(values) if table_columns.get_unit(table, name).startswith("rad") else values
 
 
-def check_column(name: Any, what: str, table: pd.DataFrame) -> str:
-    """Return the name of a column that an argument gives; InputError for none."""
+def check_column(name: Any, argument: str, table: pd.DataFrame) -> str:
+    """Return the column name of an argument; raise InputError if there is no such column."""
     names = list(map(str, table.columns))
-    check_known(name, names, f"{what}: no column {{}}", "columns")
+    check_known(name, names, f"{argument}: no column {{}}", "columns")
     return str(name)
 
 
 def split_by_choice(
     table: pd.DataFrame, by: Any, most: int, rows: Rows
 ) -> table_columns.ColumnGroups:
-    """Return the values of a choice that get a line or a panel each; one without a name of None.
+    """Return the values of a choice, to be drawn as lines or panels.
 
-    InputError: no such column, more than `most` values, or none in the rows that count.
+    Without `by` all rows have one value with an empty name. Raise InputError if there is no such
+    column, if it has more than `most` values, or if the counted rows have none.
     """
     if by is None:
         return table_columns.ColumnGroups(("",), np.zeros(len(table), np.intp))
@@ -84,16 +92,16 @@ def split_by_choice(
 
 
 def _check_has_values(name: str, groups: table_columns.ColumnGroups, rows: Rows) -> None:
-    """Raise InputError unless some of the rows that count have a value."""
+    """Raise InputError unless some of the counted rows have a value."""
     if (groups.which[rows] < 0).all():
         raise InputError(f"column {name!r} has no value in the runs that count")
 
 
 def bin_column(table: pd.DataFrame, name: str, many: int, rows: Rows, even: bool) -> ColumnBins:
-    """Return the bins of a column, made for the rows that count: see `ColumnBins`.
+    """Return the bins of a column, computed from the counted rows.
 
-    A choice has one for each value. A number has `many`: of equal widths where `even`, else of as
-    many rows each, which makes them equally certain.
+    A choice has one bin for each value. A number has `many`: of equal widths if `even`, else with
+    the same number of rows each, which makes them equally certain.
     """
     if not table_columns.is_number_column(table, name) or table[name].nunique() <= FEW:
         groups = table_columns.group_varied_column(table, name)
@@ -101,18 +109,18 @@ def bin_column(table: pd.DataFrame, name: str, many: int, rows: Rows, even: bool
         names = tuple(_format_value_label(table, name, text) for text in groups.labels)
         return ColumnBins(groups.which, np.arange(len(names) + 1.0) - 0.5, names)
     values = read_drawable_column(table, name)
-    known = values[rows & np.isfinite(values)]
-    if not known.size or known.min() == known.max():
+    finite = values[rows & np.isfinite(values)]
+    if not finite.size or finite.min() == finite.max():
         raise InputError(f"column {name!r} has no two values in the runs that count")
-    low, high = known.min(), known.max()
+    low, high = finite.min(), finite.max()
     even_edges = np.linspace(low, high, many + 1)
-    edges = even_edges if even else np.unique(np.quantile(known, np.linspace(0, 1, many + 1)))
+    edges = even_edges if even else np.unique(np.quantile(finite, np.linspace(0, 1, many + 1)))
     which = np.clip(np.searchsorted(edges, values, side="right") - 1, 0, len(edges) - 2)
     return ColumnBins(np.where(np.isfinite(values), which, -1), edges, ())
 
 
 def _format_value_label(table: pd.DataFrame, name: str, text: str) -> str:
-    """Return the label of a value: numbers in the unit in which they are drawn."""
+    """Return the label of a value: numbers in display units."""
     if table_columns.is_number_column(table, name) and table_columns.get_unit(
         table, name
     ).startswith("rad"):
@@ -120,12 +128,12 @@ def _format_value_label(table: pd.DataFrame, name: str, text: str) -> str:
     return text
 
 
-def set_choice_ticks(axes: Axes, along: str, found: ColumnBins) -> None:
+def set_choice_ticks(axes: Axes, along: str, bins: ColumnBins) -> None:
     """Set the ticks of an axis, "x" or "y", to the names of a choice."""
-    if not found.labels:
+    if not bins.labels:
         return
     axis = axes.xaxis if along == "x" else axes.yaxis
-    axis.set_ticks(range(found.many), labels=found.labels)
+    axis.set_ticks(range(bins.bin_count), labels=bins.labels)
     axis.set_tick_params(length=0)
 
 
@@ -138,8 +146,8 @@ def format_thousands(count: int) -> str:
     return f"{count:,}".replace(",", " ")
 
 
-def format_run_counts(table: pd.DataFrame, counted: Rows, what: str) -> str:
-    """Return how many runs count and how many could not begin, as a title of a figure."""
-    apart = int((~table["began"].to_numpy(bool)).sum())
-    rest = f"; {format_thousands(apart)} could not begin" if apart else ""
-    return f"{format_thousands(int(counted.sum()))} runs that {what}{rest}"
+def format_run_counts(table: pd.DataFrame, counted: Rows, verb: str) -> str:
+    """Return the number of counted runs and of runs that could not begin, as a title."""
+    unstarted = int((~table["began"].to_numpy(bool)).sum())
+    rest = f"; {format_thousands(unstarted)} could not begin" if unstarted else ""
+    return f"{format_thousands(int(counted.sum()))} runs that {verb}{rest}"

@@ -1,4 +1,4 @@
-"""The measures of a study as empirical distributions."""
+"""Figure of the measures of a study as empirical distributions."""
 
 from __future__ import annotations
 
@@ -31,9 +31,9 @@ if TYPE_CHECKING:
     import pandas as pd
 
 MOST_LINES, IN_A_ROW, MOST_PANELS = 7, 4, 24
-LEGEND = 1.6  # inches of an entry
-STEPS = 2000  # points of a line: more are not seen
-WIDE = 10.0  # ratio of the largest value to the median above which an axis is logarithmic
+LEGEND = 1.6  # width of a legend entry, inches
+STEPS = 2000  # points of a line; more are not visible
+WIDE = 10.0  # largest value divided by the median; above it an axis is logarithmic
 
 
 def study_distributions(
@@ -45,21 +45,44 @@ def study_distributions(
     size: Any = None,
     title: str | None = None,
 ) -> Figure:
-    """Draw the distributions of measures over the runs of a study, a panel for each.
+    """Draw the empirical distributions of measures over the runs of a study, one panel each.
 
-    study       a study, or its table
-    measures    columns of numbers; None: the measures that the table has and that differ
-    by          a choice such as "task": a line for each of its values, up to 7
-    among       the runs that count: those that "converged", or all that "began"
+    A line rises at each run by the share of one run: at 50 % it passes the median. The band of half
+    width
 
-    A line rises at each run by its share: where it is at 50 %, there is the median. The band,
-    sqrt(ln(40) / 2 n) to either side, holds the true distribution as a whole at 95 % (Dvoretzky,
-    Kiefer and Wolfowitz 1956, with the constant of Massart 1990). Measures with a long tail
-    have a logarithmic axis. The titles say of how many runs each is. `size` is (width, height) of
-    the figure in inches.
+        sqrt(ln(40) / (2 n))
 
-    InputError: a column that is not there or holds no numbers, or no run that counts.
+    contains the whole true distribution with 95 % confidence (Dvoretzky, Kiefer and Wolfowitz 1956,
+    with the constant of Massart 1990). Measures with a long tail have a logarithmic axis. The title
+    of each panel is the number n of its runs.
 
+    Parameters
+    ----------
+    study : Study or pandas.DataFrame
+        A study, or its table.
+    measures : str or sequence of str, optional
+        Columns of numbers. Default: the measures of the table with differing values.
+    by : str, optional
+        A choice such as "task" with up to 7 values; each value gets a line.
+    among : {"converged", "began"}, default "converged"
+        The runs that count.
+    size : (float, float), optional
+        Width and height of the figure in inches.
+    title : str, optional
+        Title of the figure. Default: the number of runs that count.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        The figure.
+
+    Raises
+    ------
+    InputError
+        If a column is missing or has no numbers, or if no run counts.
+
+    Examples
+    --------
     >>> import pandas as pd
     >>> rows = {"end_time": [1.0, 2.0, 3.0], "path_length": [1.0, 1.5, float("nan")]}
     >>> table = pd.DataFrame({**rows, "outcome": "CONVERGED", "began": True})
@@ -90,36 +113,37 @@ def study_distributions(
 def _draw_distribution_legend(
     figure: Figure, lines: table_columns.ColumnGroups, rows: Rows
 ) -> None:
-    """Show which line is which value, and how many runs of it count, below all panels."""
+    """Add a legend of the lines below all panels, with the number of counted runs of each."""
     counts = np.bincount(lines.which[rows & (lines.which >= 0)], minlength=len(lines.labels))
     handles = [
         Line2D([], [], label=f"{name} ({format_thousands(n)})", **_style_line(i))
         for i, (name, n) in enumerate(zip(lines.labels, counts, strict=True))
     ]
-    beside = max(1, int(figure.get_figwidth() / LEGEND))
-    where: dict[str, Any] = {"loc": "outside lower center", "ncols": min(len(handles), beside)}
-    figure.legend(handles=handles, frameon=False, **where)
+    columns = max(1, int(figure.get_figwidth() / LEGEND))
+    placement: dict[str, Any] = {"loc": "outside lower center", "ncols": min(len(handles), columns)}
+    figure.legend(handles=handles, frameon=False, **placement)
 
 
 def _style_line(i: int) -> dict[str, Any]:
+    """Return the colour and line style of the i-th line."""
     return {"color": palette.cycle_color(i), "linestyle": palette.LINES[i % len(palette.LINES)]}
 
 
 def _choose_measures(table: pd.DataFrame, rows: Rows, measures: Any) -> Sequence[str]:
-    """Return the measures to draw: those given, or all that differ among the runs that count."""
+    """Return the measures to draw: `measures`, or all that differ among the counted runs."""
     if measures is not None:
         names = table_columns.check_column_names(measures, "measures")
         if len(names) > MOST_PANELS:
             raise InputError(f"measures: expected up to {MOST_PANELS} columns, got {len(names)}")
         return names
-    found = [
+    names = [
         name
         for name in table_columns.list_measures(table)
         if has_spread(read_drawable_column(table, name)[rows])
     ]
-    if not found:
+    if not names:
         raise InputError("no measure of this study differs between the runs that count")
-    return found[:MOST_PANELS]
+    return names[:MOST_PANELS]
 
 
 def _draw_distributions(
@@ -127,27 +151,27 @@ def _draw_distributions(
 ) -> None:
     """Draw the distribution of a measure for each value of `lines`, with its band."""
     values = read_drawable_column(table, name)
-    known = rows & np.isfinite(values) & (lines.which >= 0)
-    if not known.any():
+    valid = rows & np.isfinite(values) & (lines.which >= 0)
+    if not valid.any():
         raise InputError(f"no run that counts has a number in column {name!r}")
     for i in range(len(lines.labels)):
-        mine = np.sort(values[known & (lines.which == i)])
-        if mine.size:
-            _draw_step_curve(axes, mine, i)
-    least, most = values[known].min(), values[known].max()
-    if least > 0 and most > WIDE * np.median(values[known]):  # too long a tail for another axis
+        ordered = np.sort(values[valid & (lines.which == i)])
+        if ordered.size:
+            _draw_step_curve(axes, ordered, i)
+    least, most = values[valid].min(), values[valid].max()
+    if least > 0 and most > WIDE * np.median(values[valid]):  # long tail
         axes.set_xscale("log")
     axes.set(xlabel=format_column_label(table, name), ylim=(0, 100))
-    axes.set_title(f"n {format_thousands(int(known.sum()))}", fontsize=8, loc="right")
+    axes.set_title(f"n {format_thousands(int(valid.sum()))}", fontsize=8, loc="right")
     replace_frame_by_grid(axes)
 
 
 def _draw_step_curve(axes: Axes, ordered: Array, i: int) -> None:
-    """Draw the distribution of ordered values; of very many, as many as can be seen."""
+    """Draw the distribution of ordered values with its band, by at most `STEPS` points."""
     n = len(ordered)
-    shown = np.unique(np.linspace(0, n - 1, min(n, STEPS)).round().astype(int))
-    x = np.concatenate([ordered[:1], ordered[shown]])
-    share = np.concatenate([[0.0], (shown + 1) / n])
+    indices = np.unique(np.linspace(0, n - 1, min(n, STEPS)).round().astype(int))
+    x = np.concatenate([ordered[:1], ordered[indices]])
+    share = np.concatenate([[0.0], (indices + 1) / n])
     band = math.sqrt(math.log(40) / (2 * n))
     look: dict[str, Any] = {"step": "post", "alpha": 0.15, "linewidth": 0}
     low, high = np.clip(share - band, 0, 1), np.clip(share + band, 0, 1)

@@ -1,4 +1,4 @@
-"""Two columns of a study cut into cells, with the share that converged as the colour of each."""
+"""Figure of two columns of a study cut into cells, coloured by the share that converged."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ from robsim.studies import table_columns
 if TYPE_CHECKING:
     import pandas as pd
 
-MOST_BINS, TOLD = 60, 8  # along each axis; up to how many the numbers are written into the cells
+MOST_BINS, MOST_LABELLED = 60, 8  # bins along each axis; bins with numbers in the cells
 _SHARES = LinearSegmentedColormap.from_list(  # to the blue of runs that converged
     "shares",
     ["#fbe9d9", "#f5d3b3", "#b9cfdd", palette.tint_color(palette.BLUE, 0.35), palette.BLUE],
@@ -40,19 +40,39 @@ _SHARES = LinearSegmentedColormap.from_list(  # to the blue of runs that converg
 def study_map(
     study: Any, x: str, y: str, *, bins: int = 8, size: Any = None, title: str | None = None
 ) -> Figure:
-    """Draw which share of the runs converged (%) against two columns of a study, as a map.
+    """Draw the share of runs that converged (%) against two columns of a study, as a map.
 
-    study       a study, or its table
-    x, y        numbers, which are cut into `bins` of equal widths; or choices, and numbers with up
-                to 12 values, of which each has a row or column of its own
-    bins        2 to 60
+    Up to 8 by 8 cells contain their share, the ends of its 95 % Wilson interval and the number of
+    their runs. If there are more cells, a second map shows half the width of the interval. Cells
+    without a run that began are empty.
 
-    Up to 8 by 8 cells have their share, the ends of its interval of Wilson at 95 % and the number
-    of their runs written into them; of more a second map shows half the width of the interval.
-    Cells without any run that began are empty. `size` is (width, height) of the figure in inches.
+    Parameters
+    ----------
+    study : Study or pandas.DataFrame
+        A study, or its table.
+    x, y : str
+        Columns. A number is cut into `bins` of equal widths. A choice, or a number with up to 12
+        values, has one row or column of cells for each value.
+    bins : int, default 8
+        Number of bins along each axis, 2 to 60.
+    size : (float, float), optional
+        Width and height of the figure in inches.
+    title : str, optional
+        Title of the figure. Default: the number of runs that began.
 
-    InputError: a column that is not there or has one value only, the same twice, nothing began.
+    Returns
+    -------
+    matplotlib.figure.Figure
+        The figure.
 
+    Raises
+    ------
+    InputError
+        If a column is missing or has only one value, if both columns are the same, or if no run
+        began.
+
+    Examples
+    --------
     >>> import pandas as pd
     >>> rows = {"task": ["IBVS", "PBVS"] * 4, "task.gain": [1, 1, 2, 2] * 2}
     >>> outcomes = ["CONVERGED", "OUT_OF_IMAGE"] * 4
@@ -68,13 +88,15 @@ def study_map(
     started = table_columns.read_began(table)
     across, up = (bin_column(table, name, bins, started, even=True) for name in names)
     cells = _count_cells(table, across, up)
-    told = max(across.many, up.many) <= TOLD
+    labelled = max(across.bin_count, up.bin_count) <= MOST_LABELLED
     with figure_style():
-        figure = new_figure(7.6 if told else 10.4, 5.2 if told else 4.4, size)
-        panels = figure.subplots(1, 1 if told else 2, squeeze=False, sharex=True, sharey=True)[0]
+        figure = new_figure(7.6 if labelled else 10.4, 5.2 if labelled else 4.4, size)
+        panels = figure.subplots(1, 1 if labelled else 2, squeeze=False, sharex=True, sharey=True)[
+            0
+        ]
         value = np.array([[100 * each.value for each in row] for row in cells])
         _paint_cells(panels[0], across, up, value, "converged (%)", cmap=_SHARES, vmax=100.0)
-        if told:
+        if labelled:
             _write_cell_numbers(panels[0], across, up, cells)
         else:
             half = np.array([[50 * (e.high - e.low) if e.of else np.nan for e in r] for r in cells])
@@ -91,24 +113,24 @@ def study_map(
 
 
 def _count_cells(table: pd.DataFrame, across: ColumnBins, up: ColumnBins) -> list[list[Estimate]]:
-    """Return the share that converged in each cell [up][across], of the runs that began."""
+    """Return the share of converged runs in each cell [up][across], among the runs that began."""
     rows = table_columns.read_began(table) & (across.which >= 0) & (up.which >= 0)
-    place = up.which * across.many + across.which
-    arrived = rows & (table_columns.read_outcomes(table) == Outcome.CONVERGED)
-    many = across.many * up.many
-    of, hits = (np.bincount(place[some], minlength=many) for some in (rows, arrived))
-    found = [estimate_share(int(hit), int(n)) for hit, n in zip(hits, of, strict=True)]
-    return [found[i : i + across.many] for i in range(0, many, across.many)]
+    place = up.which * across.bin_count + across.which
+    converged = rows & (table_columns.read_outcomes(table) == Outcome.CONVERGED)
+    many = across.bin_count * up.bin_count
+    of, hits = (np.bincount(place[some], minlength=many) for some in (rows, converged))
+    shares = [estimate_share(int(hit), int(n)) for hit, n in zip(hits, of, strict=True)]
+    return [shares[i : i + across.bin_count] for i in range(0, many, across.bin_count)]
 
 
 def _paint_cells(
     axes: Axes, across: ColumnBins, up: ColumnBins, values: Array, name: str, **colors: Any
 ) -> None:
-    """Paint cells (up, across) in the colours of a scale from 0 on; NaN stays empty."""
+    """Paint cells (up, across) in the colours of a scale that starts at 0; NaN stays empty."""
     look = colors | {"edgecolors": "white", "linewidth": 0.8 if values.size < 400 else 0}
     cells = np.ma.masked_invalid(values)
-    shown = axes.pcolormesh(across.edges, up.edges, cells, vmin=0, **look)
-    get_root_figure(axes).colorbar(shown, ax=axes, label=name, aspect=30)
+    mesh = axes.pcolormesh(across.edges, up.edges, cells, vmin=0, **look)
+    get_root_figure(axes).colorbar(mesh, ax=axes, label=name, aspect=30)
     set_choice_ticks(axes, "x", across)
     set_choice_ticks(axes, "y", up)
     axes.spines[:].set_visible(False)
@@ -117,7 +139,7 @@ def _paint_cells(
 def _write_cell_numbers(
     axes: Axes, across: ColumnBins, up: ColumnBins, cells: list[list[Estimate]]
 ) -> None:
-    """Write the share, its interval and the number of runs into each cell that has some."""
+    """Write the share, its interval and the number of runs into each cell that has runs."""
     middle_x, middle_y = ((each.edges[1:] + each.edges[:-1]) / 2 for each in (across, up))
     for y, row in zip(middle_y, cells, strict=True):
         for x, cell in zip(middle_x, row, strict=True):

@@ -1,4 +1,4 @@
-"""Runs as dots, coloured by how they ended, by a number, or by a choice."""
+"""Runs as dots, coloured by outcome, by a number, or by a choice."""
 
 from __future__ import annotations
 
@@ -21,22 +21,22 @@ if TYPE_CHECKING:
     import pandas as pd
 
 DotPositions = tuple[Array, Array]  # x and y of all rows
-AREA, SMALLEST, LARGEST = 4e4, 1.5, 22.0  # of all dots together and of one, in square points
-MOST = 100_000  # dots: more of them only cover each other
-COLORS = "viridis"  # increases in lightness, and is readable with any colour vision
+AREA, SMALLEST, LARGEST = 4e4, 1.5, 22.0  # square points: all dots together, least and largest dot
+MOST = 100_000  # dots; more only cover each other
+COLORS = "viridis"  # lightness increases, so that any colour vision reads it
 APART = "could not begin"
 
 
 def shuffle_rows(rows: Rows) -> NDArray[np.intp]:
-    """Return the rows to draw, mixed by chance, so that no kind covers the others.
+    """Return the rows to draw in a random order, so that no kind of run covers the others.
 
-    The order is always the same. Of more than 100 000 rows these are as many, a fair sample.
+    The order is reproducible. Of more than 100 000 rows it is a random sample of 100 000.
     """
     return np.random.default_rng(0).permutation(np.flatnonzero(rows))[:MOST]
 
 
 def choose_dot_area(count: int) -> float:
-    """Return the area of one of so many dots, in square points."""
+    """Return the area of each of `count` dots, in square points."""
     return float(np.clip(AREA / max(count, 1), SMALLEST, LARGEST))
 
 
@@ -47,14 +47,14 @@ def draw_dots(axes: Axes, x: Array, y: Array, rows: NDArray[np.intp], **look: An
 
 
 def draw_hollow_dots(axes: Axes, x: Array, y: Array, rows: NDArray[np.intp]) -> None:
-    """Draw the chosen rows, of runs that could not begin, as hollow grey dots."""
+    """Draw the chosen rows, runs that could not begin, as hollow grey dots."""
     look: dict[str, Any] = {"facecolors": "none", "edgecolors": palette.LIGHT_GREY}
     if rows.size:
         draw_dots(axes, x, y, rows, **look, s=choose_dot_area(x.size), linewidths=0.6, zorder=1)
 
 
 def build_unstarted_legend(count: int) -> list[Line2D]:
-    """Return the legend of so many runs that could not begin."""
+    """Return the legend entry of `count` runs that could not begin."""
     return (
         [_build_dot_handle(f"{APART} ({format_thousands(count)})", "none", palette.GREY)]
         if count
@@ -71,7 +71,7 @@ def list_outcome_colors(endings: NDArray[np.int64]) -> NDArray[Any]:
 
 
 def build_outcome_legend(endings: NDArray[np.int64], rows: Rows) -> list[Line2D]:
-    """Return a legend of the outcomes that occur in the rows, with how many each has."""
+    """Return a legend entry for each outcome that occurs in the rows, with its count."""
     counts = {each: int((endings[rows] == each).sum()) for each in palette.OUTCOMES}
     return [
         _build_dot_handle(f"{each.words} ({format_thousands(count)})", palette.OUTCOMES[each][0])
@@ -81,7 +81,7 @@ def build_outcome_legend(endings: NDArray[np.int64], rows: Rows) -> list[Line2D]
 
 
 def build_choice_legend(groups: table_columns.ColumnGroups, rows: Rows) -> list[Line2D]:
-    """Return a legend of the values of a choice, with how many runs each has."""
+    """Return a legend entry for each value of a choice, with its number of runs."""
     counts = np.bincount(groups.which[rows & (groups.which >= 0)], minlength=len(groups.labels))
     return [
         _build_dot_handle(f"{name} ({format_thousands(int(count))})", palette.cycle_color(i))
@@ -90,7 +90,7 @@ def build_choice_legend(groups: table_columns.ColumnGroups, rows: Rows) -> list[
 
 
 def show_side_legend(axes: Axes, handles: list[Line2D], title: str = "") -> None:
-    """Show a legend to the right of the axes, where it covers no dots."""
+    """Add a legend to the right of the axes, clear of the dots."""
     axes.legend(
         handles=handles,
         title=title or None,
@@ -108,16 +108,15 @@ def build_color_scale(colors: Any, low: float, high: float) -> ScalarMappable:
 
 
 def _build_dot_handle(name: str, face: str, edge: str = "none") -> Line2D:
+    """Return the legend entry of a dot."""
     look: dict[str, Any] = {"linestyle": "none", "marker": "o", "markersize": 6}
     return Line2D([], [], label=name, markerfacecolor=face, markeredgecolor=edge, **look)
 
 
-def format_run_total(table: pd.DataFrame, *shown: Rows) -> str:
-    """Return how many runs there are, and how many of the kinds shown are drawn if not all."""
-    many, counts = format_thousands(len(table)), [int(kind.sum()) for kind in shown]
-    drawn = sum(min(count, MOST) for count in counts)
+def format_run_total(table: pd.DataFrame, *kinds: Rows) -> str:
+    """Return the number of runs, and the number of drawn runs if they are fewer."""
+    many, counts = format_thousands(len(table)), [int(kind.sum()) for kind in kinds]
+    dots = sum(min(count, MOST) for count in counts)
     return (
-        f"{many} runs"
-        if drawn == sum(counts)
-        else f"{format_thousands(drawn)} of {many} runs drawn"
+        f"{many} runs" if dots == sum(counts) else f"{format_thousands(dots)} of {many} runs drawn"
     )

@@ -1,4 +1,4 @@
-"""Two columns of a study against each other, a dot for each run."""
+"""Figure of two columns of a study against each other, with a dot for each run."""
 
 from __future__ import annotations
 
@@ -43,18 +43,38 @@ def study(
 ) -> Figure:
     """Draw two columns of a study against each other, with a dot for each run.
 
-    study       a study, or its table
-    x, y        columns of numbers; angles are drawn in degrees
-    color       "outcome": a colour for each, the same in all figures; or another column: colours
-                of a scale for numbers, a colour for each value of a choice such as "task"
+    Dots overlap in a random order, so that no kind of run hides the others. If more than 100 000
+    runs began, a sample of 100 000 is drawn and the title reports it; the counts in the legend are
+    of all runs. Runs that could not begin are hollow and grey.
 
-    Runs that could not begin are hollow and grey. Dots lie over each other in a mixed order, so
-    that none is hidden for what it is; of more than 100 000 that began as many are drawn, and the
-    title says so. The counts in the legend are of all. `axes` is one to draw into, instead of a new
-    figure of `size` (width, height) inches.
+    Parameters
+    ----------
+    study : Study or pandas.DataFrame
+        A study, or its table.
+    x, y : str
+        Columns of numbers; angles are drawn in degrees.
+    color : str, default "outcome"
+        "outcome" gives each outcome its colour, the same in all figures. A column of numbers is
+        drawn by a scale of colours, and a choice such as "task" by one colour for each value.
+    axes : matplotlib.axes.Axes, optional
+        Axes to draw into. Default: the axes of a new figure.
+    size : (float, float), optional
+        Width and height of a new figure in inches.
+    title : str, optional
+        Title of the axes. Default: the number of runs.
 
-    InputError: a column that is not there or holds no numbers, or where no run has both.
+    Returns
+    -------
+    matplotlib.figure.Figure
+        The new figure, or the figure that contains `axes`.
 
+    Raises
+    ------
+    InputError
+        If a column is missing or has no numbers, or if no run has both numbers.
+
+    Examples
+    --------
     >>> import pandas as pd
     >>> outcomes = ["CONVERGED", "CONVERGED", "DIVERGED"]
     >>> rows = {"task.gain": [1.0, 2.0, 30.0], "pixel_error": [0.01, 0.01, 900.0]}
@@ -67,21 +87,21 @@ def study(
     names = check_column(x, "x", table), check_column(y, "y", table)
     color = check_column(color, "color", table)
     across, up = (read_drawable_column(table, name) for name in names)
-    known = np.isfinite(across) & np.isfinite(up)
-    if not known.any():
+    finite = np.isfinite(across) & np.isfinite(up)
+    if not finite.any():
         raise InputError(f"no run has both {names[0]} and {names[1]}: there is nothing to draw")
-    started = known & table_columns.read_began(table)
+    started = finite & table_columns.read_began(table)
     with figure_style():
         figure, (panel,) = prepare_panels(axes, 1, size, (7.2, 4.4))
-        run_dots.draw_hollow_dots(panel, across, up, run_dots.shuffle_rows(known & ~started))
-        apart = run_dots.build_unstarted_legend(int((known & ~started).sum()))
-        _draw_study_dots(panel, table, (across, up), color, started, apart)
+        run_dots.draw_hollow_dots(panel, across, up, run_dots.shuffle_rows(finite & ~started))
+        unstarted = run_dots.build_unstarted_legend(int((finite & ~started).sum()))
+        _draw_study_dots(panel, table, (across, up), color, started, unstarted)
         panel.set(
             xlabel=format_column_label(table, names[0]), ylabel=format_column_label(table, names[1])
         )
         replace_frame_by_grid(panel)
         panel.set_axisbelow(True)
-        set_axes_title(panel, run_dots.format_run_total(table, started, known & ~started), title)
+        set_axes_title(panel, run_dots.format_run_total(table, started, finite & ~started), title)
     return figure
 
 
@@ -91,22 +111,22 @@ def _draw_study_dots(
     at: run_dots.DotPositions,
     color: str,
     rows: Rows,
-    apart: list[Any],
+    unstarted: list[Any],
 ) -> None:
     """Draw the runs that began in the colours of a column, with a legend or a scale."""
     if color == "outcome":
         endings, some = table_columns.read_outcomes(table), run_dots.shuffle_rows(rows)
         run_dots.draw_dots(axes, *at, some, c=run_dots.list_outcome_colors(endings)[some])
-        run_dots.show_side_legend(axes, run_dots.build_outcome_legend(endings, rows) + apart)
+        run_dots.show_side_legend(axes, run_dots.build_outcome_legend(endings, rows) + unstarted)
     elif table_columns.is_number_column(table, color):
         values = read_drawable_column(table, color)
         some = run_dots.shuffle_rows(rows & np.isfinite(values))
-        shown = run_dots.draw_dots(axes, *at, some, c=values[some], cmap=run_dots.COLORS)
+        points = run_dots.draw_dots(axes, *at, some, c=values[some], cmap=run_dots.COLORS)
         get_root_figure(axes).colorbar(
-            shown, ax=axes, label=format_column_label(table, color), aspect=30
+            points, ax=axes, label=format_column_label(table, color), aspect=30
         )
-        if apart:
-            axes.legend(handles=apart, loc="upper left", frameon=False)
+        if unstarted:
+            axes.legend(handles=unstarted, loc="upper left", frameon=False)
     else:
         groups = table_columns.group_column(table, color)
         some = run_dots.shuffle_rows(rows & (groups.which >= 0))
@@ -114,6 +134,6 @@ def _draw_study_dots(
         run_dots.draw_dots(axes, *at, some, c=faces[groups.which[some]])
         run_dots.show_side_legend(
             axes,
-            run_dots.build_choice_legend(groups, rows) + apart,
+            run_dots.build_choice_legend(groups, rows) + unstarted,
             format_column_label(table, color),
         )

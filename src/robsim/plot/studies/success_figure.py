@@ -1,4 +1,4 @@
-"""The share of the runs that converged against one column, with the intervals of Wilson."""
+"""Figure of the share of runs that converged against one column, with Wilson intervals."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ if TYPE_CHECKING:
 
 MOST_LINES, MOST_BINS = 7, 100
 MARKERS = "osD^v<>"
-SPREAD = 0.5  # of the place of a value, over which the lines are set beside each other
-ROW = 8.5  # height in points of a row of counts
-TOLD = 14  # bins up to which the counts are written above each
+SPREAD = 0.5  # share of the width of a value over which its markers are spread
+ROW = 8.5  # height of a row of counts, points
+MOST_COUNTS = 14  # bins with a count above each; more bins have one range
 
 
 def study_success(
@@ -39,20 +39,42 @@ def study_success(
     size: Any = None,
     title: str | None = None,
 ) -> Figure:
-    """Draw which share of the runs converged (%) against a column of a study.
+    """Draw the share of runs that converged (%) against a column of a study.
 
-    study       a study, or its table
-    x           a choice, or a number with up to 12 values: a mark for each; another number: bins of
-                about as many runs each, with the mark at their mean
-    by          a choice such as "task": a line for each of its values, up to 7
-    bins        how many bins a number is cut into, 2 to 100
+    Bars and bands are 95 % Wilson intervals. The numbers above the axes are the numbers of runs.
+    Runs that could not begin do not count.
 
-    Bars, and bands, are the intervals of Wilson at 95 %, and the numbers above say of how many runs
-    each is. Runs that could not begin count nothing. `axes` is one to draw into, instead of a new
-    figure of `size` (width, height) inches.
+    Parameters
+    ----------
+    study : Study or pandas.DataFrame
+        A study, or its table.
+    x : str
+        Column. A choice, or a number with up to 12 values, has a marker for each value. Another
+        number is cut into bins with about the same number of runs each, and a marker at the mean of
+        each bin.
+    by : str, optional
+        A choice such as "task" with up to 7 values; each value gets a line.
+    bins : int, default 10
+        Number of bins of a number, 2 to 100.
+    axes : matplotlib.axes.Axes, optional
+        Axes to draw into. Default: the axes of a new figure.
+    size : (float, float), optional
+        Width and height of a new figure in inches.
+    title : str, optional
+        Title of the axes. Default: the number of runs that began.
 
-    InputError: a column that is not there, has one value only, or too many for a line each.
+    Returns
+    -------
+    matplotlib.figure.Figure
+        The new figure, or the figure that contains `axes`.
 
+    Raises
+    ------
+    InputError
+        If a column is missing, has only one value, or has too many values for a line each.
+
+    Examples
+    --------
     >>> import pandas as pd
     >>> rows = {"task": ["IBVS", "PBVS"] * 4, "outcome": ["CONVERGED", "OUT_OF_IMAGE"] * 4}
     >>> figure = study_success(pd.DataFrame({**rows, "began": True}), "task")
@@ -62,17 +84,17 @@ def study_success(
     bins = whole_number(bins, "bins", 2, MOST_BINS + 1)
     table = table_columns.get_table(study)
     started = table_columns.read_began(table)
-    found = column_axis.bin_column(
+    bins_of_x = column_axis.bin_column(
         table, column_axis.check_column(x, "x", table), bins, started, even=False
     )
     lines = column_axis.split_by_choice(table, by, MOST_LINES, started)
     with figure_style():
         figure, (panel,) = prepare_panels(axes, 1, size, (7.2, 4.2))
-        _draw_success_lines(panel, table, x, found, lines, started)
+        _draw_success_lines(panel, table, x, bins_of_x, lines, started)
         panel.set(
             xlabel=column_axis.format_column_label(table, x), ylabel="converged (%)", ylim=(-3, 103)
         )
-        replace_frame_by_grid(panel, "y" if found.labels else "both")
+        replace_frame_by_grid(panel, "y" if bins_of_x.labels else "both")
         if by is not None:
             panel.legend(
                 title=column_axis.format_column_label(table, by),
@@ -80,7 +102,7 @@ def study_success(
                 loc="best",
                 alignment="left",
             )
-        pad = 6 + ROW * len(lines.labels)  # the counts are below it
+        pad = 6 + ROW * len(lines.labels)  # the counts are below the title
         counted = column_axis.format_run_counts(table, started, "began")
         panel.set_title(counted if title is None else title, pad=pad)
     return figure
@@ -90,45 +112,45 @@ def _draw_success_lines(
     axes: Axes,
     table: pd.DataFrame,
     x: str,
-    found: ColumnBins,
+    bins_of_x: ColumnBins,
     lines: table_columns.ColumnGroups,
     started: Rows,
 ) -> None:
-    """Draw a line, or marks, for each value of `lines`, with the counts above."""
-    arrived = table_columns.read_outcomes(table) == Outcome.CONVERGED
-    values = np.where(found.which >= 0, found.which, np.nan)
-    values = values if found.labels else column_axis.read_drawable_column(table, x)
+    """Draw a line, or markers, for each value of `lines`, with the counts above."""
+    converged = table_columns.read_outcomes(table) == Outcome.CONVERGED
+    values = np.where(bins_of_x.which >= 0, bins_of_x.which, np.nan)
+    values = values if bins_of_x.labels else column_axis.read_drawable_column(table, x)
     many = len(lines.labels)
     for i, name in enumerate(lines.labels):
-        rows = started & (lines.which == i) & (found.which >= 0)
-        place = np.bincount(found.which[rows], values[rows], found.many)
-        of = np.bincount(found.which[rows], minlength=found.many)
+        rows = started & (lines.which == i) & (bins_of_x.which >= 0)
+        place = np.bincount(bins_of_x.which[rows], values[rows], bins_of_x.bin_count)
+        of = np.bincount(bins_of_x.which[rows], minlength=bins_of_x.bin_count)
         some = of > 0
         if not some.any():
             continue
-        there = [rows & (found.which == k) for k in np.flatnonzero(some)]
+        masks = [rows & (bins_of_x.which == k) for k in np.flatnonzero(some)]
         shares = [
-            estimate_clustered_share(arrived[each], table_columns.read_draws(table, each))
-            for each in there
+            estimate_clustered_share(converged[each], table_columns.read_draws(table, each))
+            for each in masks
         ]
-        beside = SPREAD * ((i + 0.5) / many - 0.5) if found.labels else 0.0
-        at = place[some] / of[some] + beside
-        _draw_success_shares(axes, at, shares, i, name, apart=bool(found.labels))
+        offset = SPREAD * ((i + 0.5) / many - 0.5) if bins_of_x.labels else 0.0
+        at = place[some] / of[some] + offset
+        _draw_success_shares(axes, at, shares, i, name, of_choice=bool(bins_of_x.labels))
         _write_run_counts(
             axes, at, of[some], many - 1 - i, palette.cycle_color(i) if many > 1 else palette.BLACK
         )
-    column_axis.set_choice_ticks(axes, "x", found)
-    if found.labels:
-        axes.set_xlim(-0.5, found.many - 0.5)
+    column_axis.set_choice_ticks(axes, "x", bins_of_x)
+    if bins_of_x.labels:
+        axes.set_xlim(-0.5, bins_of_x.bin_count - 0.5)
 
 
 def _draw_success_shares(
-    axes: Axes, at: NDArray[Any], shares: list[Estimate], i: int, name: str, apart: bool
+    axes: Axes, at: NDArray[Any], shares: list[Estimate], i: int, name: str, of_choice: bool
 ) -> None:
-    """Draw a mark with a bar for each value of a choice; of a number a line with a band."""
+    """Draw a marker with a bar for each value of a choice; for a number, a line with a band."""
     value, low, high = 100 * np.array([(each.value, each.low, each.high) for each in shares]).T
     look: dict[str, Any] = {"color": palette.cycle_color(i), "marker": MARKERS[i], "label": name}
-    if apart:
+    if of_choice:
         ends = (value - low, high - value)
         axes.errorbar(at, value, ends, linestyle="none", capsize=4, markersize=6, **look)
     else:
@@ -138,11 +160,12 @@ def _draw_success_shares(
 
 
 def _write_run_counts(axes: Axes, at: NDArray[Any], of: NDArray[Any], row: int, color: str) -> None:
-    """Write of how many runs each mark is, in a row above the axes; of many, the least and most."""
+    """Write the number of runs of each marker above the axes; of many markers, the range."""
     look: dict[str, Any] = {"color": color, "fontsize": 7, "textcoords": "offset points"}
     up = (0, 3 + ROW * row)
-    if len(at) > TOLD:
-        text = f"n {column_axis.format_thousands(of.min())} to {column_axis.format_thousands(of.max())}"
+    if len(at) > MOST_COUNTS:
+        least, most = column_axis.format_thousands(of.min()), column_axis.format_thousands(of.max())
+        text = f"n {least} to {most}"
         axes.annotate(text, (0, 1), up, xycoords="axes fraction", **look)
         return
     for i, (x, n) in enumerate(zip(at, of, strict=True)):

@@ -1,1 +1,1 @@
-"""The network side of a studio: a page, files, and a conversation with each page."""
+"""The network side of a studio: an HTTP server with a page, downloads, and a WebSocket per page."""

@@ -1,8 +1,9 @@
-"""Who may come in: the browser that has the token, under a name of ours, from our own page.
+"""Access control of a server: the token, the host name, and the origin of requests.
 
-Any page that a person has open can send requests to this machine, and any name can be made to
-point to it. So the name in `Host` is looked at (against DNS rebinding), where the request came
-from, and a cookie, which the browser gets for the token in the address that was printed.
+Any page that is open in a browser can send requests to this machine, and any domain name can be
+made to point to it. The server therefore checks the `Host` header (against DNS rebinding), the
+origin of the request, and a cookie, which the browser receives for the token in the printed
+address.
 """
 
 from __future__ import annotations
@@ -19,17 +20,17 @@ from robsim.studio.web.http_responses import RefusedRequest, build_response
 
 ENTRY = "/?token="
 _LOOPBACK = ("127.0.0.1", "localhost", "[::1]")
-_ASK = "Open the address that the command printed, with its token."
+_HINT = "Open the address that the command printed, with its token."
 
 
 class AccessGate:
-    """The names, the token and the cookie of one server."""
+    """The host names, the token and the cookie of one server."""
 
     def __init__(self, host: str, port: int) -> None:
-        """Take the host as it was given, and the port on which the server listens."""
+        """Create the access control of a server that listens on a host and port."""
         self._token = secrets.token_urlsafe(24)
         self._cookie = f"robsim_{port}"
-        self._end = f":{port}" if port != 80 else ""  # which browsers leave out
+        self._end = f":{port}" if port != 80 else ""  # browsers omit port 80
         self._any = _is_ip_address(host) and ipaddress.ip_address(host).is_unspecified
         own = f"[{host.lower()}]" if ":" in host else host.lower()
         name = socket.gethostname().lower() if self._any else own
@@ -37,42 +38,45 @@ class AccessGate:
         self.address = f"http://{name}{self._end}{ENTRY}{self._token}"
 
     def check(self, request: Request) -> None:
-        """Raise Refused unless this is a GET to a name of ours with the cookie.
+        """Raise Refused unless the request is a GET to an own host name with the cookie.
 
-        The address with the token needs no cookie, and alone may be a link in another page.
+        The address with the token needs no cookie, and is the only one that other pages may link
+        to.
         """
         if not self._is_ours(read_single_header(request, "host") or ""):
-            raise RefusedRequest(HTTPStatus.FORBIDDEN, f"This is another host's name. {_ASK}")
+            raise RefusedRequest(HTTPStatus.FORBIDDEN, f"This is the name of another host. {_HINT}")
         if request.method != "GET":
             status = HTTPStatus.METHOD_NOT_ALLOWED
             raise RefusedRequest(status, "Only GET is answered here.", Allow="GET")
         if request.path.startswith(ENTRY):
             return
         if _is_cross_site(request):
-            raise RefusedRequest(HTTPStatus.FORBIDDEN, f"Another page asks for this. {_ASK}")
+            raise RefusedRequest(
+                HTTPStatus.FORBIDDEN, f"The request comes from another page. {_HINT}"
+            )
         if not self._has_cookie(request):
-            raise RefusedRequest(HTTPStatus.FORBIDDEN, _ASK)
+            raise RefusedRequest(HTTPStatus.FORBIDDEN, _HINT)
 
     def check_origin(self, request: Request) -> None:
-        """Raise Refused unless a page of ours asks."""
+        """Raise Refused unless the request comes from an own page."""
         if read_single_header(request, "origin") != f"http://{read_single_header(request, 'host')}":
-            raise RefusedRequest(HTTPStatus.FORBIDDEN, f"Another page asks for this. {_ASK}")
+            raise RefusedRequest(
+                HTTPStatus.FORBIDDEN, f"The request comes from another page. {_HINT}"
+            )
 
-    def entered(self, request: Request) -> Response:
-        """Return the answer to the address with the token: the cookie, and the way to the page.
+    def enter(self, request: Request) -> Response:
+        """Return the response to the address with the token: the cookie and a redirect to the page.
 
-        Behind a redirect of a link in another page the browser would not send the cookie, for
-        that page began it; so there the page is loaded anew by an answer of ours.
+        After a link in another page the browser would not send the cookie with a redirected
+        request, so an own response reloads the page instead.
         """
         if not _is_equal_token(request.path.removeprefix(ENTRY), self._token):
-            raise RefusedRequest(
-                HTTPStatus.FORBIDDEN, f"This token is not, or no more, ours. {_ASK}"
-            )
+            raise RefusedRequest(HTTPStatus.FORBIDDEN, f"The token is invalid or expired. {_HINT}")
         cookie = f"{self._cookie}={self._token}; HttpOnly; SameSite=Strict; Path=/"
-        status, way = HTTPStatus.SEE_OTHER, {"Location": "/"}
+        status, target = HTTPStatus.SEE_OTHER, {"Location": "/"}
         if _is_cross_site(request):
-            status, way = HTTPStatus.OK, {"Refresh": "0; url=/"}
-        return build_response(status, b"Opening the studio.\n", **way, Set_Cookie=cookie)
+            status, target = HTTPStatus.OK, {"Refresh": "0; url=/"}
+        return build_response(status, b"Opening the studio.\n", **target, Set_Cookie=cookie)
 
     def _is_ours(self, host: str) -> bool:
         number = self._any and host.endswith(self._end) and host.removesuffix(self._end)
@@ -82,22 +86,22 @@ class AccessGate:
         pairs = (
             pair.partition("=") for pair in (read_single_header(request, "cookie") or "").split(";")
         )
-        given = [value for name, _, value in pairs if name.strip() == self._cookie]
-        return any(_is_equal_token(value, self._token) for value in given)
+        values = [value for name, _, value in pairs if name.strip() == self._cookie]
+        return any(_is_equal_token(value, self._token) for value in values)
 
 
-def _is_equal_token(given: str, token: str) -> bool:
-    """Return whether they are equal, in a time that does not tell how much of them is."""
-    return secrets.compare_digest(given.encode(), token.encode())
+def _is_equal_token(text: str, token: str) -> bool:
+    """Return whether a text equals the token, in a time that does not depend on the text."""
+    return secrets.compare_digest(text.encode(), token.encode())
 
 
 def _is_cross_site(request: Request) -> bool:
-    """Return whether a page began this that is not ours; other programs do not say."""
+    """Return whether another page caused the request; other programs send no such header."""
     return read_single_header(request, "sec-fetch-site") not in (None, "none", "same-origin")
 
 
 def _is_ip_address(host: str) -> bool:
-    """Return whether a host is an IP address, which no foreign name can be made to be."""
+    """Return whether a host is an IP address, which no domain name can imitate."""
     try:
         ipaddress.ip_address(host.removeprefix("[").removesuffix("]"))
     except ValueError:

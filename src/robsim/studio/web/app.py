@@ -1,4 +1,4 @@
-"""What a server shows: the part of a studio that knows nothing of HTTP and WebSocket."""
+"""Interface between the server and the app that it shows, without HTTP and WebSocket."""
 
 from __future__ import annotations
 
@@ -6,38 +6,38 @@ from typing import Any, Protocol
 
 
 class UnavailableDownload(Exception):
-    """The error of an app whose words go to the page."""
+    """An error of an app; its message is sent to the page."""
 
 
 class App(Protocol):
-    """What a server shows: a page, files for download, and a conversation with each page.
+    """An app shown by a server: a page, downloads, and a conversation with each page.
 
-    The server calls `page` and `download` in threads of their own, also several at once, and
-    `hello` and `receive` in its one thread, which serves all pages: these two return at once.
+    The server calls `page` and `download` in worker threads, several at a time. It calls `hello`
+    and `receive` in the single thread that serves all pages, so these two must return at once.
     """
 
     def page(self) -> str:
-        """Return the HTML text, whose policy stands in a meta element."""
+        """Return the HTML text, with its content security policy in a meta element."""
         ...
 
     def download(self, name: str) -> tuple[str, bytes] | None:
-        """Return media type and content of a file such as "run.nc"; None where there is none.
+        """Return media type and content of a file such as "run.nc", or None if it does not exist.
 
-        Unavailable: why there is none now, in words for a person.
+        Raise Unavailable, with a reason for the user, if the file does not exist now.
         """
         ...
 
     def hello(self) -> list[str | bytes]:
-        """Return what brings a page to the present that connects, or that fell behind.
+        """Return the messages that bring a new or delayed page up to date.
 
-        What is broadcast while this is at work may reach that page once more after it.
+        A message that is broadcast during this call may reach the page a second time afterwards.
         """
         ...
 
     def receive(self, message: dict[str, Any]) -> str | None:
-        """Take one JSON object from a page; return an answer for that page alone, if any.
+        """Handle one JSON object from a page; return an answer for that page alone, or None.
 
-        All its numbers are finite, and it nests at most 16 deep. What the server says of a
-        message itself is a JSON object, too: {"error": "what is wrong, in words"}.
+        All numbers of the object are finite, and it nests at most 16 deep. The server itself
+        answers an invalid message by a JSON object {"error": message}.
         """
         ...

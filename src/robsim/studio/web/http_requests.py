@@ -1,4 +1,4 @@
-"""Requests of HTTP/1.1, which `websockets` parses, taken strictly and never decoded."""
+"""HTTP/1.1 requests, parsed strictly by `websockets` and never decoded."""
 
 from __future__ import annotations
 
@@ -18,15 +18,15 @@ _OURS = re.compile(r"[A-Z]{1,20} /[!-~]*")  # method and target
 
 
 async def read_request(reader: asyncio.StreamReader, protocol: ServerProtocol) -> Request:
-    """Return the next request; bytes behind it stay in the reader.
+    """Return the next request; bytes after it stay in the reader.
 
-    Refused: malformed, too long, or too slow. EOFError: the other side went, or says nothing, as
-    browsers do that connect ahead of need.
+    Raise Refused if the request is malformed, too long, or too slow. Raise EOFError if the client
+    has closed the connection or sends nothing, as browsers do that connect in advance.
     """
     size = 0
     try:
         async with asyncio.timeout(server_limits.HEAD_SECONDS):
-            while not (found := protocol.events_received()):
+            while not (events := protocol.events_received()):
                 data = await _read_request_line(reader)
                 size += len(data)
                 protocol.receive_data(data)
@@ -36,17 +36,17 @@ async def read_request(reader: asyncio.StreamReader, protocol: ServerProtocol) -
         if not size:
             raise EOFError from None
         status = HTTPStatus.REQUEST_TIMEOUT
-        raise RefusedRequest(status, "This request did not come to its end in time.") from None
-    (request,) = found
+        raise RefusedRequest(status, "The request was not complete in time.") from None
+    (request,) = events
     if isinstance(request, Request) and _OURS.fullmatch(f"{request.method} {request.path}"):
         return request
     raise _build_refusal(None)
 
 
 def read_single_header(request: Request, name: str) -> str | None:
-    """Return the value of a header; None where there is none.
+    """Return the value of a header, or None.
 
-    Refused: it is there twice, for then another reader might take the other one.
+    Raise Refused if the header occurs twice, because another program may use the other value.
     """
     try:
         return request.headers.get(name)
@@ -55,7 +55,7 @@ def read_single_header(request: Request, name: str) -> str | None:
 
 
 async def _read_request_line(reader: asyncio.StreamReader) -> bytes:
-    """Return the next line, or a piece of one that is too long."""
+    """Return the next line, or the first part of a line that is too long."""
     try:
         return await reader.readuntil(b"\n")
     except asyncio.LimitOverrunError:
@@ -63,7 +63,7 @@ async def _read_request_line(reader: asyncio.StreamReader) -> bytes:
 
 
 def _build_refusal(error: Exception | None) -> RefusedRequest:
-    """Return the answer to a request that `websockets` does not take."""
+    """Return the refusal of a request that `websockets` does not accept."""
     if isinstance(error, RequestLineTooLong):
         status = HTTPStatus.REQUEST_URI_TOO_LONG
         return RefusedRequest(status, "The address of this request is too long.")

@@ -1,6 +1,6 @@
-"""Answers of HTTP: each with the headers that keep other pages out, and none with a secret.
+"""HTTP responses, with headers that keep other pages out, and without secrets.
 
-Failures inside are logged the first time at each place, and never told to the outside.
+Internal failures are logged the first time they occur at a place, and never sent to a client.
 """
 
 from __future__ import annotations
@@ -12,9 +12,9 @@ from websockets.datastructures import Headers
 from websockets.http11 import Response
 
 POLICY = "Content-Security-Policy"
-WORDS = "internal error; the command's own output says more"
+INTERNAL_ERROR = "internal error; see the output of the command"
 _LOG = logging.getLogger("robsim.studio")
-TEXT = "text/plain; charset=utf-8"
+PLAIN_TEXT = "text/plain; charset=utf-8"
 _ALWAYS = {
     POLICY: "default-src 'none'; frame-ancestors 'none'",
     "X-Content-Type-Options": "nosniff",
@@ -26,15 +26,20 @@ _ALWAYS = {
 }
 
 
-def build_response(status: HTTPStatus, body: bytes, media: str = TEXT, **headers: str) -> Response:
-    """Return an answer with headers beyond those of every answer, _ in their names for -."""
+def build_response(
+    status: HTTPStatus, body: bytes, media: str = PLAIN_TEXT, **headers: str
+) -> Response:
+    """Return a response with its own headers beside the headers of every response.
+
+    In the names of keyword arguments _ stands for -.
+    """
     content = {"Content-Type": media, "Content-Length": str(len(body))}
     own = {name.replace("_", "-"): value for name, value in headers.items()}
     return Response(status.value, status.phrase, Headers({**_ALWAYS, **content, **own}), body)
 
 
 class RefusedRequest(Exception):
-    """A request that is not granted, and the sentence that says why."""
+    """An error that refuses a request by a response with an explanation."""
 
     def __init__(self, status: HTTPStatus, why: str, **headers: str) -> None:
         super().__init__(why)
@@ -42,13 +47,13 @@ class RefusedRequest(Exception):
 
 
 class FailureLog:
-    """What has failed so far, so that a page cannot fill the log by asking again."""
+    """Record of failures, so that a page cannot fill the log by repeating a request."""
 
     def __init__(self) -> None:
         self._known: set[str] = set()
 
-    def log(self, what: str) -> None:
-        """Log the exception that is being handled, unless the same failed before."""
-        if what not in self._known:
-            self._known.add(what)
-            _LOG.exception("%s failed; when it fails again, nothing is said", what)
+    def log(self, action: str) -> None:
+        """Log the exception that is being handled, unless the same action failed before."""
+        if action not in self._known:
+            self._known.add(action)
+            _LOG.exception("%s failed; repeated failures are not logged", action)

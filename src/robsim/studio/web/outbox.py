@@ -1,4 +1,4 @@
-"""What waits to be sent to one page: never much, for a page that falls behind starts anew."""
+"""Messages that wait for one page; a page that falls behind starts again."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from robsim.studio.web import server_limits
 
 
 class Outbox:
-    """Frames in the order in which they came; any thread may put one in, and none waits."""
+    """Frames in order of arrival; any thread may add a frame, and none waits."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
@@ -20,7 +20,7 @@ class Outbox:
         self._behind = True
 
     def put(self, frame: bytes) -> None:
-        """Keep a frame for the page; where there are too many, drop all: it falls behind."""
+        """Add a frame; if there are too many, drop all, and mark the page as delayed."""
         with self._lock:
             if self._behind:
                 return
@@ -34,7 +34,7 @@ class Outbox:
                 self._size = size
 
     def take(self) -> bytes | None:
-        """Return the next frame, if any."""
+        """Return the next frame, or None."""
         with self._lock:
             if not self._frames:
                 return None
@@ -43,14 +43,14 @@ class Outbox:
             return frame
 
     def start_anew(self) -> bool:
-        """Return whether the page is new or fell behind; what comes from here on is kept."""
+        """Return whether the page is new or was delayed; store frames from now on."""
         with self._lock:
             behind, self._behind = self._behind, False
             return behind
 
 
 def encode_websocket_frame(message: str | bytes) -> bytes:
-    """Return the WebSocket frame of a message to a page: the same bytes for all of them."""
+    """Return the WebSocket frame of a message, which is the same for all pages."""
     text = isinstance(message, str)
     data = message.encode("utf-8") if isinstance(message, str) else message
     return Frame(Opcode.TEXT if text else Opcode.BINARY, data).serialize(mask=False)

@@ -1,4 +1,4 @@
-"""The conversation with one page, over a WebSocket."""
+"""The WebSocket connection of one page."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from websockets.server import ServerProtocol
 
 from robsim.studio.web import server_limits
 from robsim.studio.web.app import App
-from robsim.studio.web.http_responses import WORDS, FailureLog, RefusedRequest
+from robsim.studio.web.http_responses import INTERNAL_ERROR, FailureLog, RefusedRequest
 from robsim.studio.web.outbox import Outbox, encode_websocket_frame
 from robsim.studio.web.page_messages import (
     BadMessage,
@@ -22,15 +22,15 @@ from robsim.studio.web.page_messages import (
 )
 from robsim.studio.web.stream_io import drain_writer
 
-_PIECE = 65_536  # bytes that are looked at together
+_PIECE = 65_536  # bytes read at a time
 _DATA = (Opcode.TEXT, Opcode.BINARY, Opcode.CONT)
 
 
 class PageConnection:
-    """What a page says goes to the app; what the app says goes to the page, while it listens.
+    """A connection that passes messages between a page and the app.
 
-    The bytes of WebSocket are those of `websockets`; here is what it leaves to us: how much is
-    kept for a page, and how long it is waited for.
+    `websockets` parses and writes the protocol. This class limits the data stored for a page, and
+    the time spent waiting for it.
     """
 
     def __init__(
@@ -41,16 +41,16 @@ class PageConnection:
         protocol: ServerProtocol,
         failures: FailureLog,
     ) -> None:
-        """Take a connection on which a page asks for a WebSocket, and what has read its request."""
+        """Take over a connection that requests a WebSocket, and the protocol that parsed it."""
         self.outbox, self.woken = Outbox(), asyncio.Event()
         self._app, self._reader, self._writer, self._failures = app, reader, writer, failures
         self._protocol = protocol
         self._budget, self._bad = MessageBudget(), 0
         self._parts, self._binary = bytearray(), False
-        self._heard = asyncio.get_running_loop().time()
+        self._last_read = asyncio.get_running_loop().time()
 
     def accept(self, request: Request) -> None:
-        """Answer the handshake. Refused: it is none."""
+        """Answer the handshake; raise Refused if it is invalid."""
         response = self._protocol.accept(request)
         if response.status_code != HTTPStatus.SWITCHING_PROTOCOLS:
             raise RefusedRequest(
@@ -59,9 +59,9 @@ class PageConnection:
         self._protocol.send_response(response)
 
     async def talk(self) -> None:
-        """Send and receive until one of the two ends it, or the page is not there any more."""
+        """Send and receive until either side closes the connection, or the page is silent."""
         await self._flush()
-        work = [asyncio.ensure_future(each) for each in (self._send(), self._hear(), self._ask())]
+        work = [asyncio.ensure_future(each) for each in (self._send(), self._read(), self._ping())]
         try:
             await asyncio.wait(work, return_when=asyncio.FIRST_COMPLETED)
         finally:
@@ -73,13 +73,13 @@ class PageConnection:
                 raise end
 
     async def close(self, code: CloseCode, why: str) -> None:
-        """Tell the page that this is the end, and why."""
+        """Close the connection with a code and a reason."""
         if self._protocol.state is State.OPEN:
             self._protocol.fail(code, why)
             await self._flush()
 
     async def _send(self) -> None:
-        """Send what is new, and to a page that fell behind what brings it to the present."""
+        """Send new messages, and to a delayed page the messages that bring it up to date."""
         while self._protocol.state is State.OPEN:
             self.woken.clear()
             if self.outbox.start_anew():
@@ -90,20 +90,22 @@ class PageConnection:
             await self.woken.wait()
 
     async def _hello(self) -> list[str | bytes]:
+        """Return the messages that bring the page up to date; close the connection on failure."""
         try:
             return self._app.hello()
         except Exception:  # noqa: BLE001  whatever the app raises, the server goes on
-            self._failures.log("what a new page is told")
-            await self.close(CloseCode.INTERNAL_ERROR, WORDS)
+            self._failures.log("the messages for a new page")
+            await self.close(CloseCode.INTERNAL_ERROR, INTERNAL_ERROR)
             return []
 
     async def _write(self, frame: bytes) -> None:
+        """Send a frame, and wait until the page can take more."""
         if self._protocol.state is State.OPEN:
             self._writer.write(frame)
             await drain_writer(self._writer)
 
     async def _flush(self) -> None:
-        """Send what the protocol has to say, if anything; empty bytes are its sign for the end."""
+        """Send the pending data of the protocol; an empty item marks the end of the stream."""
         if due := self._protocol.data_to_send():
             for data in due:
                 if data:
@@ -112,28 +114,30 @@ class PageConnection:
                     self._writer.write_eof()
             await drain_writer(self._writer)
 
-    async def _hear(self) -> None:
-        """Take what comes; what the page is sent for it waits until it reads that."""
+    async def _read(self) -> None:
+        """Handle incoming data; responses wait until the page reads them."""
         now = asyncio.get_running_loop().time
         while self._protocol.state is State.OPEN and (data := await self._reader.read(_PIECE)):
-            self._heard = now()
+            self._last_read = now()
             self._protocol.receive_data(data)
             for frame in self._protocol.events_received():
                 if self._protocol.state is State.OPEN and isinstance(frame, Frame):
-                    self._take(frame)
+                    self._take_frame(frame)
             await self._flush()
 
-    async def _ask(self) -> None:
-        """Ask now and then whether the page is there; end where nothing is heard of it."""
+    async def _ping(self) -> None:
+        """Ping the page at intervals; return if the page does not respond."""
         now = asyncio.get_running_loop().time
-        while self._protocol.state is State.OPEN and now() - self._heard < server_limits.PATIENCE:
+        while (
+            self._protocol.state is State.OPEN and now() - self._last_read < server_limits.PATIENCE
+        ):
             self._protocol.send_ping(b"")
             await self._flush()
             await asyncio.sleep(server_limits.PING)
 
-    def _take(self, frame: Frame) -> None:
-        """Count a frame, of whatever kind, and put the parts of a message together."""
-        if not self._budget.spend(self._heard):
+    def _take_frame(self, frame: Frame) -> None:
+        """Count a frame against the budget, and join the parts of a message."""
+        if not self._budget.spend(self._last_read):
             why = f"more than {server_limits.RATE:.0f} messages a second"
             self._protocol.fail(CloseCode.POLICY_VIOLATION, why)
         elif frame.opcode in _DATA:
@@ -144,10 +148,10 @@ class PageConnection:
                 self._receive(bytes(self._parts))
 
     def _receive(self, data: bytes) -> None:
-        """Give a message to the app; answer in words what cannot be taken."""
+        """Pass a message to the app; answer an invalid message with an error."""
         try:
             if self._binary:
-                raise BadMessage("a message is text, and this is binary")
+                raise BadMessage("a message must be text, not binary")
             answer = self._app.receive(parse_page_message(data))
             frame = encode_websocket_frame(answer) if answer is not None else b""
         except BadMessage as bad:
@@ -155,7 +159,7 @@ class PageConnection:
             frame = encode_websocket_frame(encode_error_message(str(bad)))
         except Exception:  # noqa: BLE001  whatever the app raises, the server goes on
             self._failures.log("a message from a page")
-            frame = encode_websocket_frame(encode_error_message(WORDS))
+            frame = encode_websocket_frame(encode_error_message(INTERNAL_ERROR))
         if self._bad >= server_limits.BAD:
             self._protocol.fail(CloseCode.POLICY_VIOLATION, "too many malformed messages")
         elif frame:

@@ -1,4 +1,4 @@
-"""What pages may say: JSON objects of finite numbers, not too deep and not too often."""
+"""Messages of pages: JSON objects with finite numbers, limited in depth and rate."""
 
 from __future__ import annotations
 
@@ -8,48 +8,49 @@ from typing import Any
 
 from robsim.studio.web import server_limits
 
-LARGEST = 2**53  # above which a whole number is no float of a page
+LARGEST = 2**53  # larger integers are not exact numbers in JavaScript
 
 
 class BadMessage(Exception):
-    """A message that is not taken, and the words that say why."""
+    """An invalid message, with the reason."""
 
 
 def parse_page_message(data: bytes) -> dict[str, Any]:
     """Return the object in a message from a page.
 
-    BadMessage: not JSON in UTF-8, not an object, too deep, or with a number that is not finite.
+    Raise BadMessage unless the message is a JSON object in UTF-8, not too deep, with finite
+    numbers.
 
     >>> parse_page_message(b'{"set": "task.gain", "value": 2}')
     {'set': 'task.gain', 'value': 2}
     """
     try:
         value = _DECODER.decode(data.decode("utf-8"))
-        json.dumps(value, ensure_ascii=False).encode("utf-8")  # half a character is not a text
+        json.dumps(value, ensure_ascii=False).encode("utf-8")  # rejects lone surrogates
     except RecursionError:
         raise BadMessage(_DEEP) from None
     except ValueError:
-        raise BadMessage("a message is JSON in UTF-8, and this is not") from None
+        raise BadMessage("a message must be JSON in UTF-8") from None
     if not isinstance(value, dict):
-        raise BadMessage("a message is a JSON object, such as {...}")
+        raise BadMessage("a message must be a JSON object, such as {...}")
     if _is_nested_too_deep(value):
         raise BadMessage(_DEEP)
     return value
 
 
-def encode_error_message(words: str) -> str:
-    """Return the message that tells a page what was wrong."""
-    return json.dumps({"error": words})
+def encode_error_message(text: str) -> str:
+    """Return the message that reports an error to a page."""
+    return json.dumps({"error": text})
 
 
 class MessageBudget:
-    """How many messages a page may still send: RATE a second, and BURST of them at once."""
+    """Number of messages that a page may still send: RATE per second, and BURST at once."""
 
     def __init__(self) -> None:
         self._left, self._at = server_limits.BURST, -math.inf
 
     def spend(self, now: float) -> bool:
-        """Return whether one more message may come at this time, in seconds."""
+        """Return whether one more message is permitted at a time in seconds."""
         self._left = (
             min(server_limits.BURST, self._left + server_limits.RATE * (now - self._at)) - 1.0
         )
@@ -57,19 +58,21 @@ class MessageBudget:
         return self._left >= 0.0
 
 
-_DEEP = f"a message nests at most {server_limits.DEPTH} deep"
+_DEEP = f"a message must nest at most {server_limits.DEPTH} deep"
 
 
 def _parse_json_integer(text: str) -> int:
+    """Return an integer of a message."""
     if len(text) > len(f"-{LARGEST}") or abs(int(text)) > LARGEST:
-        raise BadMessage(f"a whole number in a message is at most {LARGEST}")
+        raise BadMessage(f"a whole number in a message must be at most {LARGEST}")
     return int(text)
 
 
 def _parse_json_float(text: str) -> float:
+    """Return a float of a message."""
     value = float(text)
     if not math.isfinite(value):
-        raise BadMessage("the numbers in a message are finite")
+        raise BadMessage("the numbers in a message must be finite")
     return value
 
 
@@ -79,7 +82,7 @@ _DECODER = json.JSONDecoder(
 
 
 def _is_nested_too_deep(value: Any, left: int = server_limits.DEPTH) -> bool:
-    """Return whether arrays and objects nest deeper than DEPTH, and no further look at them."""
+    """Return whether arrays and objects nest deeper than `left`; deeper levels are not visited."""
     if not isinstance(value, dict | list):
         return False
     inner = value.values() if isinstance(value, dict) else value

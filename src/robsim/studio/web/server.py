@@ -1,4 +1,4 @@
-"""A server in one thread, which shows an app to browsers and holds nobody up."""
+"""A server in one thread that shows an app to browsers and never blocks its caller."""
 
 from __future__ import annotations
 
@@ -27,16 +27,23 @@ _Streams = tuple[asyncio.StreamReader, asyncio.StreamWriter]
 
 
 class Server:
-    """Shows an app under an address of this machine, from its making until it is closed.
+    """Server of an app at an address of this machine, from its construction until it is closed.
 
-    address  what to open in a browser, with the token that lets it in
-    exposed  what others can do, in words, where other machines reach it; else empty
+    Attributes
+    ----------
+    address : str
+        Address to open in a browser, with the token that grants access.
+    exposed : str
+        Description of the access of other machines; empty if only this machine can connect.
     """
 
     def __init__(
         self, app: App, host: str = "127.0.0.1", port: int = 0, allow_remote: bool = False
     ) -> None:
-        """Listen on a port; 0 is any free one. InputError: not possible, or not allowed."""
+        """Listen on a port, where 0 is any free port.
+
+        Raise InputError if the address is not available, or requires `allow_remote`.
+        """
         self._socket, remote = bind_socket(host, port, allow_remote)
         self._gate = AccessGate(host, self._socket.getsockname()[1])
         self.address, self.exposed = self._gate.address, EXPOSED if remote else ""
@@ -59,11 +66,11 @@ class Server:
 
     @property
     def pages(self) -> int:
-        """The number of pages that are connected."""
+        """The number of connected pages."""
         return len(self._links)
 
     def broadcast(self, message: str | bytes) -> None:
-        """Send a message to all pages, from any thread; never wait for any of them."""
+        """Send a message to all pages, from any thread, without waiting."""
         links = self._links
         if links:
             frame = encode_websocket_frame(message)
@@ -72,29 +79,31 @@ class Server:
             self._wake()
 
     def wait(self, timeout: float | None = None) -> bool:
-        """Wait until the server has ended, or for some seconds; return whether it has."""
+        """Wait until the server has ended, for at most `timeout` seconds; return whether it has."""
         return self._ended.wait(timeout)
 
     def close(self) -> None:
-        """End all conversations and threads, within two seconds; again, it does nothing."""
+        """Close all connections and threads within two seconds; a second call has no effect."""
         with suppress(RuntimeError):  # the loop has ended
             self._loop.call_soon_threadsafe(self._stop.set)
-        if threading.current_thread() is not self._thread:  # where a page asked for the end
+        if threading.current_thread() is not self._thread:  # a request handler may close the server
             self._thread.join()
 
     def _wake(self) -> None:
-        """Let the loop look at the outboxes, unless it is to do so already."""
+        """Schedule `_wake_links` in the loop, unless it is scheduled."""
         if not self._waking:
             self._waking = True
             with suppress(RuntimeError):  # the loop has ended
-                self._loop.call_soon_threadsafe(self._woken)
+                self._loop.call_soon_threadsafe(self._wake_links)
 
-    def _woken(self) -> None:
+    def _wake_links(self) -> None:
+        """Let every connection send its waiting frames."""
         self._waking = False
         for link in self._links:
             link.woken.set()
 
     def _run(self) -> None:
+        """Run the loop until the server is closed."""
         try:
             asyncio.run(self._main())
         finally:
@@ -103,75 +112,81 @@ class Server:
             self._ready.set()
 
     async def _main(self) -> None:
+        """Accept connections until the server is closed."""
         self._loop, self._stop = asyncio.get_running_loop(), asyncio.Event()
         self._answers = asyncio.Semaphore(server_limits.ANSWERS)
-        server = await asyncio.start_server(self._met, sock=self._socket, limit=server_limits.HEAD)
+        server = await asyncio.start_server(
+            self._start_serving, sock=self._socket, limit=server_limits.HEAD
+        )
         self._ready.set()
         await self._stop.wait()
         server.close()
         await self._farewell()
 
     async def _farewell(self) -> None:
-        """Tell the pages that the server ends, then end what still goes on."""
-        said = [
+        """Close the connections of pages, and cancel everything that remains."""
+        closing = [
             asyncio.ensure_future(link.close(CloseCode.GOING_AWAY, "the studio has ended"))
             for link in self._links
         ]
-        if work := {*said, *self._open}:
+        if work := {*closing, *self._open}:
             await asyncio.wait(work, timeout=server_limits.FAREWELL)
             for each in work:
                 each.cancel()
             await asyncio.gather(*work, return_exceptions=True)
-        await asyncio.sleep(0)  # in which the connections that were cut go
+        await asyncio.sleep(0)  # lets aborted connections close
 
-    def _met(self, *streams: *_Streams) -> None:
-        task = self._loop.create_task(self._connected(*streams))
+    def _start_serving(self, *streams: *_Streams) -> None:
+        """Start a task for a new connection."""
+        task = self._loop.create_task(self._serve_connection(*streams))
         self._open.add(task)
         task.add_done_callback(self._open.discard)
 
-    async def _connected(self, *streams: *_Streams) -> None:
-        """Serve one connection to its end, whatever comes."""
+    async def _serve_connection(self, *streams: *_Streams) -> None:
+        """Serve one connection to its end, whatever happens."""
         reader, writer = streams
         try:
             limit_write_buffer(writer)
             if len(self._open) > server_limits.CONNECTIONS:
                 writer.write(
                     _build_busy_refusal("connections").answer.serialize()
-                )  # and wait for nothing
+                )  # without waiting
                 return
-            await self._served(*streams)
+            await self._serve_request(*streams)
             await read_leftover_bytes(reader)
         except (OSError, EOFError):
-            pass  # the other side went, or reads nothing
-        except Exception:  # noqa: BLE001  one connection is no reason to end the others
+            pass  # the client has closed the connection, or does not read
+        except Exception:  # noqa: BLE001  a failure must not affect other connections
             self._failures.log("a connection")
         finally:
             writer.transport.abort()
 
-    async def _served(self, *streams: *_Streams) -> None:
+    async def _serve_request(self, *streams: *_Streams) -> None:
+        """Read a request and respond, or open a WebSocket."""
         reader, writer = streams
         protocol = ServerProtocol(max_size=server_limits.MESSAGE)
         try:
             request = await read_request(reader, protocol)
             self._gate.check(request)
             if request.path == SOCKET and read_single_header(request, "upgrade"):
-                await self._talked(request, protocol, *streams)
+                await self._serve_page(request, protocol, *streams)
             else:
-                await self._answered(request, writer)
+                await self._respond(request, writer)
         except RefusedRequest as refused:
             await send_and_end(writer, refused.answer.serialize())
 
-    async def _answered(self, request: Request, writer: asyncio.StreamWriter) -> None:
+    async def _respond(self, request: Request, writer: asyncio.StreamWriter) -> None:
+        """Send the response to a request."""
         if request.path.startswith(ENTRY):
-            await send_and_end(writer, self._gate.entered(request).serialize())
+            await send_and_end(writer, self._gate.enter(request).serialize())
             return
         async with self._answers:
             await send_and_end(writer, (await self._site.answer(request.path)).serialize())
 
-    async def _talked(
+    async def _serve_page(
         self, request: Request, protocol: ServerProtocol, *streams: *_Streams
     ) -> None:
-        """Connect a page, and talk with it until one of the two ends it."""
+        """Connect a page, and serve it until either side closes the connection."""
         self._gate.check_origin(request)
         if len(self._links) >= server_limits.PAGES:
             raise _build_busy_refusal("pages")
@@ -184,6 +199,7 @@ class Server:
             self._links = tuple(other for other in self._links if other is not link)
 
 
-def _build_busy_refusal(what: str) -> RefusedRequest:
+def _build_busy_refusal(kind: str) -> RefusedRequest:
+    """Return the refusal of a further connection or page."""
     status = HTTPStatus.SERVICE_UNAVAILABLE
-    return RefusedRequest(status, f"Too many {what} are open; close one and try again.")
+    return RefusedRequest(status, f"Too many {kind} are open; close one and try again.")

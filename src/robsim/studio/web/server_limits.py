@@ -1,22 +1,22 @@
-"""How much a server takes, so that no page and no stranger can hold it up or fill its memory."""
+"""Limits of a server, so that no client can block it or fill its memory."""
 
 from websockets.http11 import MAX_LINE_LENGTH
 
-LINE = MAX_LINE_LENGTH  # bytes of a line of a request
-HEAD = 16_384  # bytes of a request, which has no body
-HEAD_SECONDS = 10.0  # within which a request is there as a whole
-CONNECTIONS = 128  # at a time, whatever they want
-PAGES = 32  # that are connected at a time
-ANSWERS = 4  # that are made and sent at a time; others wait
-PATIENCE = 30.0  # seconds, after which one that reads nothing, or is not heard of, is dropped
-PING = 10.0  # seconds between questions whether a page is still there
-LINGER = 1.0  # seconds for the other side to read what it was told last
-FAREWELL = 0.5  # seconds for pages to hear that the server ends
-MESSAGE = 65_536  # bytes of a message from a page
-DEPTH = 16  # of arrays and objects in it
+LINE = MAX_LINE_LENGTH  # of a line of a request, bytes
+HEAD = 16_384  # of a request, bytes; requests have no body
+HEAD_SECONDS = 10.0  # for a complete request
+CONNECTIONS = 128  # at a time
+PAGES = 32  # connected at a time
+ANSWERS = 4  # responses in preparation at a time; others wait
+PATIENCE = 30.0  # seconds; then a client that neither reads nor sends is disconnected
+PING = 10.0  # seconds between pings
+LINGER = 1.0  # seconds for a client to read the last response
+FAREWELL = 0.5  # seconds for closing the connections of pages
+MESSAGE = 65_536  # of a message from a page, bytes
+DEPTH = 16  # of arrays and objects in a message
 RATE = 200.0  # messages a second from a page; a drag of the pointer sends 60
-BURST = 400.0  # messages that may come at once
-BAD = 10  # malformed messages, after which a page is not listened to
-SYSTEM = 262_144  # bytes that the system is asked to hold for a connection; they grow old there
-QUEUE = 64  # messages that wait for a page
-QUEUE_BYTES = 4_000_000  # of them together
+BURST = 400.0  # messages at once
+BAD = 10  # malformed messages; then the page is disconnected
+SYSTEM = 262_144  # send buffer of the system for a connection, bytes
+QUEUE = 64  # waiting messages of a page
+QUEUE_BYTES = 4_000_000  # size of these messages

@@ -1,4 +1,4 @@
-"""The few addresses under which there is something: the page, and files for download."""
+"""Addresses of a server: the page, and files for download."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from websockets.http11 import Response
 from robsim.studio.web import server_limits
 from robsim.studio.web.app import App, UnavailableDownload
 from robsim.studio.web.http_responses import (
+    INTERNAL_ERROR,
     POLICY,
-    WORDS,
     FailureLog,
     RefusedRequest,
     build_response,
@@ -28,46 +28,47 @@ _T = TypeVar("_T")
 
 
 class Site:
-    """What an app has under each address; the app works in threads of its own."""
+    """Responses of an app at each address; the app runs in worker threads."""
 
     def __init__(self, app: App, failures: FailureLog) -> None:
-        """Start no thread before something is asked for."""
+        """Create the pool, which starts no thread before the first request."""
         self._app, self._failures = app, failures
         self._workers = ThreadPoolExecutor(server_limits.ANSWERS, "robsim-studio-answers")
 
     async def answer(self, target: str) -> Response:
-        """Return the page or a file. Refused: there is none, or the app fails."""
-        found = _DOWNLOAD.fullmatch(target)
+        """Return the page or a file; raise Refused if there is none, or if the app fails."""
+        match = _DOWNLOAD.fullmatch(target)
         if target == "/":
-            return _build_page_response(await self._asked(self._app.page))
+            return _build_page_response(await self._call_app(self._app.page))
         if target == SOCKET:
             status = HTTPStatus.UPGRADE_REQUIRED
             raise RefusedRequest(status, "This address is for WebSocket.", Upgrade="websocket")
-        file = await self._asked(lambda: self._app.download(found[1])) if found else None
-        if not found or file is None:
+        file = await self._call_app(lambda: self._app.download(match[1])) if match else None
+        if not match or file is None:
             raise RefusedRequest(HTTPStatus.NOT_FOUND, "There is nothing under this address.")
-        kept = f'attachment; filename="{found[1]}"'
-        return build_response(HTTPStatus.OK, file[1], file[0], Content_Disposition=kept)
+        disposition = f'attachment; filename="{match[1]}"'
+        return build_response(HTTPStatus.OK, file[1], file[0], Content_Disposition=disposition)
 
     def close(self) -> None:
-        """Let the threads end; one that is at work for the app ends after that."""
+        """End the idle threads; a working thread ends after its task."""
         self._workers.shutdown(wait=False, cancel_futures=True)
 
-    async def _asked(self, question: Callable[[], _T]) -> _T:
+    async def _call_app(self, function: Callable[[], _T]) -> _T:
+        """Call a function of the app in a worker thread; raise Refused if it fails."""
         try:
-            return await asyncio.get_running_loop().run_in_executor(self._workers, question)
+            return await asyncio.get_running_loop().run_in_executor(self._workers, function)
         except UnavailableDownload as reason:
             raise RefusedRequest(HTTPStatus.CONFLICT, str(reason)) from None
         except Exception:  # noqa: BLE001  whatever the app raises, the server goes on
             self._failures.log("a page or a download")
-            raise RefusedRequest(HTTPStatus.INTERNAL_SERVER_ERROR, WORDS) from None
+            raise RefusedRequest(HTTPStatus.INTERNAL_SERVER_ERROR, INTERNAL_ERROR) from None
 
 
 def _build_page_response(text: str) -> Response:
-    """Return the page with its own policy as a header, where it also keeps out frames."""
-    found = _META.search(text)
-    rules = [rule.strip() for rule in found[1].split(";")] if found else ["default-src 'none'"]
-    kept = [rule for rule in rules if not rule.startswith("connect-src")]
-    policy = "; ".join([*kept, "connect-src 'self'", "frame-ancestors 'none'"])
+    """Return the page with its policy as a header as well, which also forbids frames."""
+    match = _META.search(text)
+    rules = [rule.strip() for rule in match[1].split(";")] if match else ["default-src 'none'"]
+    own_rules = [rule for rule in rules if not rule.startswith("connect-src")]
+    policy = "; ".join([*own_rules, "connect-src 'self'", "frame-ancestors 'none'"])
     media = "text/html; charset=utf-8"
     return build_response(HTTPStatus.OK, text.encode(), media, **{POLICY: policy})
