@@ -83,6 +83,6 @@ def test_the_saddle_stands_on_the_border_between_goal_and_trap(name):
     q = move_runs_last(saddle.q[None], 1)
     values, vectors = np.linalg.eig(field.jacobian(q)[..., 0])
     way = 1e-3 * vectors[:, values.real.argmax()].real
-    sides = field.moved(np.repeat(q, 2, axis=1), np.stack([way, -way], axis=1)).T
+    sides = field.displace(np.repeat(q, 2, axis=1), np.stack([way, -way], axis=1)).T
     ends = rs.equilibria(scenario.scene, scenario.task, sides)
     assert sorted(ends[i].kind for i in ends.ends) == ["goal", "minimum"]

@@ -289,6 +289,6 @@ def test_numbers_that_are_given_are_as_many_as_the_draws():
         ):
             rs.study(one, 3, vary={"task.gain": sampler})
     with pytest.raises(
-        rs.errors.InputError, match="Given: expected a row of numbers for each draw"
+        rs.errors.InputError, match="Given: expected one row of numbers for each draw"
     ):
         rs.samplers.TabulatedValues(1.0)

@@ -230,7 +230,7 @@ def test_what_cannot_be_explained_is_told(robsim):
     rs.save_run(run.assign_attrs(scenario=""), "mute.nc")
     robsim("explain", "mute.nc").told("mute.nc: this run cannot be repeated from its own text")
     rs.save_run(run.assign(q_end=run.q_end + 1), "other.nc")
-    robsim("explain", "other.nc").told("other.nc: this run does not repeat: q_end[deck] is")
+    robsim("explain", "other.nc").told("other.nc: this run is not reproduced: q_end[deck] is")
     batch = rs.load_scenario("lift.toml").run(start=[[0.1], [0.2]], duration=0.4)
     rs.save_run(batch, "batch.nc")
     robsim("explain", "batch.nc").told("batch.nc: expected one run, got 2: pick one")

@@ -70,7 +70,7 @@ def test_settings_of_no_use(free_scene, given, says):
             rs.Priorities([rs.IBVS(goal=GOAL), rs.IBVS(goal=GOAL, depth=rs.laws.DepthFilter(0.5))]),
             r"depth=DepthFilter\(...\)",
         ),
-        (rs.IBVS(goal=GOAL, law=Habit()), "the law of this task remembers 'last'"),
+        (rs.IBVS(goal=GOAL, law=Habit()), "the law of this task stores 'last'"),
     ],
     ids=lambda part: part if isinstance(part, str) else type(part).__name__,
 )
@@ -105,7 +105,7 @@ def test_starts_that_can_hardly_be_drawn():
     task = rs.IBVS(goal=rs.GoalFeatures([0.0, 0.0]))
     scene = rs.Scene([arm], [rs.Object("dot", marks=[[0.1, 0, 0.5]])], [eye])
     with pytest.raises(
-        rs.errors.InputError, match="starts: of 20000 that were drawn only 0 have all"
+        rs.errors.InputError, match="starts: only 0 of 20000 random starts have all"
     ):
         rs.equilibria(scene, task)
 
@@ -133,5 +133,7 @@ def test_numbers_without_sense_are_no_warnings_of_ours(free_scene, gain, distanc
 
 def test_an_equilibrium_without_error_may_not_be_found(free_scene):
     found = rs.equilibria(free_scene(SQUARE + np.array([0, 0, 0.5])), NOWHERE, count=20)
-    with pytest.raises(rs.errors.InputError, match="no equilibrium with error zero was found"):
+    with pytest.raises(
+        rs.errors.InputError, match="the search found no equilibrium with zero error"
+    ):
         _ = found.goal

@@ -139,13 +139,11 @@ def test_arguments_that_are_wrong(rows):
 
 def test_a_run_that_was_recorded_is_not_simulated_again(run, rows):
     log = rs.logs.read_log(rows, RHINO)
-    with pytest.raises(
-        rs.errors.InputError, match="this run was recorded: explain and replay look"
-    ):
+    with pytest.raises(rs.errors.InputError, match="this run was recorded: use explain or replay"):
         rs.diagnose(log)
     with pytest.raises(rs.errors.InputError, match=r"from a log has no diagnosis; use rs\.explain"):
         rs.plot.diagnosis(log)
-    with pytest.raises(rs.errors.InputError, match=r"scheme 'a': a run that was simulated"):
+    with pytest.raises(rs.errors.InputError, match=r"scheme 'a': expected a recorded run"):
         rs.compare({"a": run})
 
 

@@ -300,7 +300,7 @@ def test_a_replay_of_an_edited_run_tells_the_first_difference(run):
     ):
         again = rs.replay(edited)
     xr.testing.assert_identical(again, run)
-    with pytest.raises(rs.errors.InputError, match=f"this run does not repeat: {message}"):
+    with pytest.raises(rs.errors.InputError, match=f"this run is not reproduced: {message}"):
         rs.explain(edited)
 
 

@@ -69,8 +69,8 @@ DAMAGE = [
     (short, "8 rows instead of 9"),
     (without_rows, "the study has no runs yet, so it has no map"),
     (without_text, "study.toml"),
-    (garbled, "study.json: not as RobSim wrote it"),
-    (without_about, "there is no study: it has no study.json"),
+    (garbled, "study.json: not in the form that RobSim writes"),
+    (without_about, "no study here: study.json is missing"),
 ]
 
 

@@ -19,7 +19,7 @@ BAD = {
     "runs must be a whole number from 1 on, got 0": {"runs": 0},
     "runs must be a whole number from 1 on, got -3": {"runs": -3},
     "runs must be a whole number from 1 on, got 2.5": {"runs": 2.5},
-    "runs: how many?": {"runs": None},
+    "runs: expected a whole number": {"runs": None},
     "runs need about 1.2e.05 GB of memory, and .* GB are free: .* a store": {"runs": 10**12},
     "runs must be below": {"runs": 10**13},
     "vary: task.gian: expected": {"vary": {"task.gian": 3}},
@@ -32,11 +32,11 @@ BAD = {
     "vary: task.gain: expected a list of 1 to 10000 values, got \\[\\]": {
         "vary": {"task.gain": []}
     },
-    "vary: task.gain: 2.0 is there twice": {"vary": {"task.gain": [2.0, 2.0]}},
+    "vary: task.gain: 2.0 occurs twice": {"vary": {"task.gain": [2.0, 2.0]}},
     "vary: task.gain: nan is not finite": {"vary": {"task.gain": [np.nan]}},
     "task.kind": {"vary": {"task.kind": rs.samplers.Uniform(1, 2)}},
     "gain": {"vary": {"task.gain": rs.samplers.Uniform(-2, -1)}},
-    "vary: run.seed: the study gives each run its own": {"vary": {"run.seed": [1, 2]}},
+    "vary: run.seed: the study sets it for each run": {"vary": {"run.seed": [1, 2]}},
     "vary: start: starts are given by start=": {"vary": {"start": [1, 2]}},
     "vary: task.law and task.law.length: one is a part": {
         "vary": {
@@ -46,7 +46,7 @@ BAD = {
     },
     "start: expected starts .* got <class": {"start": rs.starts.LookAt},
     "start: expected starts .* got Normal": {"start": rs.samplers.Normal(0, 1)},
-    "start: of 5000 starts that were drawn none is reached and sees": {
+    "start: none of 5000 random starts is reachable, sees": {
         "start": rs.starts.Shell(distance=(5, 6), about=rs.Pose.at(50, 0, 0))
     },
     "no object 'plate' in the scene; objects: square": {
@@ -55,13 +55,13 @@ BAD = {
     "Anywhere.low: expected 7 finite coordinates": {"start": rs.starts.Anywhere()},
     "vary: study.runs: no run depends on it": {"vary": {"study.runs": [1, 2]}},
     "vary: title: no run depends on it": {"vary": {"title": ["a", "b"]}},
-    "vary: cameras.eye.rpy and cameras.eye.rotvec: both say the same": {
+    "vary: cameras.eye.rpy and cameras.eye.rotvec: both describe the same": {
         "vary": {
             "cameras.eye.rpy": rs.samplers.Uniform([0, 0, 0], [0, 0, 1]),
             "cameras.eye.rotvec": rs.samplers.Uniform([0, 0, 0], [0, 0, 1]),
         }
     },
-    "vary: task.gain: Times changes the value of the experiment, and task brings its own": {
+    "vary: task.gain: Times changes the value of the experiment, which task replaces": {
         "vary": {
             "task": [rs.IBVS(), rs.PBVS()],
             "task.gain": rs.samplers.Product(rs.samplers.Uniform(1, 2)),
@@ -70,13 +70,13 @@ BAD = {
     "vary: task: IBVS.* has a belief of its own": {
         "vary": {"task": [rs.IBVS(belief=FLYING.scene.believe(focal=1.2)), rs.IBVS()]}
     },
-    "vary: cameras.eye.center: .* has not the shape of what is there": {
+    "vary: cameras.eye.center: .* does not have the shape of the varied": {
         "vary": {"cameras.eye.center": rs.samplers.Sum(rs.samplers.Uniform([0, 0, 0], [1, 1, 1]))}
     },
     "threads must be a whole number from 1 on": {"threads": 0},
     "chunk must be a whole number from 1 on, got 0": {"chunk": 0},
-    "resume: which study": {"resume": True},
-    "trajectories: they are kept in a store": {"trajectories": 1},
+    "resume: give the folder of the study": {"resume": True},
+    "trajectories: they need a store": {"trajectories": 1},
     "client: expected a client of dask.distributed, got 3": {"client": 3},
     "store: expected a folder, got 3": {"store": 3},
 }
@@ -90,7 +90,7 @@ def test_what_is_no_study_is_refused(wanted):
 
 
 def test_starts_and_runs_must_agree():
-    with pytest.raises(rs.errors.InputError, match="runs: 5, and 2 starts are given"):
+    with pytest.raises(rs.errors.InputError, match="runs: 5, but 2 starts are given"):
         rs.study(FLYING, 5, start=np.tile(FLYING.scene.home, (2, 1)))
 
 
@@ -135,7 +135,7 @@ def test_what_is_no_sampler_is_refused(wanted):
 
 def test_a_number_that_is_drawn_and_not_valid_is_refused_before_anything_runs():
     with pytest.raises(
-        rs.errors.InputError, match=r"vary: task.gain: -?\d.* was drawn: .*task.gain"
+        rs.errors.InputError, match=r"vary: task.gain: sampled value -?\d.*: .*task.gain"
     ):
         rs.study(FLYING, 1000, vary={"task.gain": rs.samplers.Normal(1.0, 1.0)})
 
@@ -153,7 +153,7 @@ def test_a_store_of_another_study_is_not_touched(tmp_path):
     ("change", "wanted"),
     [
         ({"format": 2, "robsim": "9.9.9"}, "a study of format 2, of RobSim 9.9.9"),
-        ({"format": "x"}, "not as RobSim wrote it"),
+        ({"format": "x"}, "not in the form that RobSim writes"),
         ({"kernels": "0"}, None),
     ],
 )
@@ -163,7 +163,7 @@ def test_a_store_of_another_version_is_told(tmp_path, change, wanted):
     about.write_text(json.dumps({**json.loads(about.read_text()), **change}))
     if wanted is None:  # its rows can be read, and none be added
         assert rs.open_study(tmp_path).hash == made.hash
-        with pytest.raises(rs.errors.FileError, match="was begun elsewhere"):
+        with pytest.raises(rs.errors.FileError, match="was begun with other versions"):
             rs.study(FLYING, 5, store=tmp_path, vary=GAIN, resume=True)
     else:
         with pytest.raises(rs.errors.FileError, match=wanted):

@@ -284,7 +284,7 @@ def test_of_a_batch_the_table_has_shares_and_medians(batch):
         "converged: share of the starts that began; the rest: medians of the runs that converged, "
         "of 7"
     )
-    assert lines[-1] == "note: 1 of 7 starts could not begin, and count nothing: 1 out of image"
+    assert lines[-1] == "note: 1 of 7 starts could not begin and are not counted: 1 out of image"
     assert f"{np.median(times[0][arrived[0]]):.3g}" in lines[2].split()
     assert lines[2].split()[1:3] == [f"{arrived[0].sum() / 6:.4g}", "6"]
 
@@ -341,7 +341,9 @@ def test_starts_that_cannot_begin_are_no_failures(free_scene):
     assert (found.data.outcome.values[:, 3:5] == rs.Outcome.CONVERGED).all()
     arrived = found.data.outcome.values[:, 3:] == rs.Outcome.CONVERGED
     np.testing.assert_array_equal(found.converged(), arrived.mean(axis=1))
-    note = "note: 3 of 6 starts could not begin, and count nothing: 2 out of image, 1 behind camera"
+    note = (
+        "note: 3 of 6 starts could not begin and are not counted: 2 out of image, 1 behind camera"
+    )
     assert str(found).splitlines()[-1] == note
     assert found.csv().splitlines()[0].startswith("scheme,converged (1),began (1),time (s)")
     assert found.csv().splitlines()[1].split(",")[2] == "3"
@@ -363,7 +365,7 @@ def test_what_cannot_begin_under_one_scheme_alone_is_told_for_it(free_scene):
     scenes = {"a": small, "b": large}
     found = rs.compare({n: rs.Experiment(s, rs.IBVS(GOAL), starts) for n, s in scenes.items()})
     assert found.began().values.tolist() == [1, 2]
-    why = "note: under a 1 of 2 starts could not begin, and count nothing: 1 out of image"
+    why = "note: under a 1 of 2 starts could not begin and are not counted: 1 out of image"
     assert why in str(found).splitlines() and "under b" not in str(found)
 
 
@@ -432,8 +434,8 @@ def test_what_cannot_be_compared_is_told_by_name(free_scene):
     cases = {
         "expected tasks by name, as in {'mine': IBVS\\(\\)}, got {}": {},
         "got \\[IBVS": [rs.IBVS()],
-        "a scheme is called by a text, got 3": {3: rs.IBVS(GOAL)},
-        "a scheme is called by a text, got ''": {"": rs.IBVS(GOAL)},
+        "expected a text as the name of a scheme, got 3": {3: rs.IBVS(GOAL)},
+        "expected a text as the name of a scheme, got ''": {"": rs.IBVS(GOAL)},
         "scheme 'b': task: expected a task such as IBVS\\(...\\), got 'mean'": {
             "a": rs.IBVS(GOAL), "b": "mean"},
         "scheme 'b': task: expected a task .* got <class": {"b": rs.IBVS},
@@ -467,7 +469,7 @@ def test_what_cannot_be_compared_is_told_by_name(free_scene):
         rs.compare({"a": rs.IBVS()})
     with pytest.raises(rs.errors.InputError, match="experiments have their own tasks"):
         rs.compare({"a": one}, duration=2.0)
-    with pytest.raises(rs.errors.InputError, match="as many starts"):
+    with pytest.raises(rs.errors.InputError, match="the same number of starts"):
         rs.compare({"a": one, "b": one.with_(start=np.stack([GOAL.q, GOAL.q]))})
     mission = one.with_(task=rs.Mission([rs.Phase("there", rs.IBVS(GOAL))]))
     with pytest.raises(rs.errors.InputError, match="scheme 'a': a mission has no single error"):

@@ -210,7 +210,7 @@ def test_of_several_tasks_and_other_laws_what_is_meaningful_is_given(task):
 
 def test_a_run_that_is_not_repeated_is_told():
     run = rs.simulate(flying(), rs.IBVS(), START, duration=1)
-    with pytest.raises(rs.errors.InputError, match="does not repeat: q_end"):
+    with pytest.raises(rs.errors.InputError, match="is not reproduced: q_end"):
         rs.diagnose(run.assign(q_end=run.q_end + 1e-15))
     with pytest.raises(rs.errors.InputError, match="expected a run"):
         rs.diagnose(3)

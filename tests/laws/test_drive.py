@@ -311,7 +311,7 @@ def test_rows_of_a_drive_are_a_run_that_is_explained(one):
         rows.append(slow.row())
     assert np.isnan(rows[1]["pixels[0,row]"]) and not np.isnan(rows[2]["pixels[0,row]"])
     told = rs.explain(rs.logs.read_log(pandas.DataFrame(rows), one))
-    assert "are 0.667 times those of this controller" in str(told)
+    assert "are 0.667 times the commands of this controller" in str(told)
 
 
 def test_a_drive_with_holds_is_explained_as_its_own(one):
@@ -327,7 +327,7 @@ def test_a_drive_with_holds_is_explained_as_its_own(one):
         q = q + 0 * q if command.phase == "waiting" else moved(one.scene, q, command.velocities)
     assert held > 10
     told = str(rs.explain(rs.logs.read_log(pandas.DataFrame(rows), made)))
-    assert "are those of this controller" in told or "are 1 times those" in told, told
+    assert "are the commands of this controller" in told or "are 1 times the commands" in told, told
 
 
 def test_a_controller_of_a_file(one):

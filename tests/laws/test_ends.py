@@ -89,4 +89,4 @@ def test_two_marks_leave_motions_free_and_explain_says_so(free_scene):
     assert int(run.outcome) == rs.Outcome.CONVERGED and run.goal_pose.attrs["free_motions"] == 2
     assert float(run.distance_to_goal) > 0.01
     told = str(rs.explain(run, trials=False))
-    assert "The features leave 2 motions free that the joints can make" in told
+    assert "The features leave 2 motions of the joints free" in told

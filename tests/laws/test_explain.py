@@ -255,24 +255,24 @@ def skewed_and_short():
 KNOWN = [
     (local_minimum, "LOCAL_MINIMUM", "local minimum", "k = 8 numbers and L J has rank 6"),
     (late, "OUT_OF_IMAGE", "latency", r"3 control periods: .* exceeds 0\.445, and it is 0\.6"),
-    (deep, "OUT_OF_IMAGE", "depth scale", r"6 times what they are.* is 2\.4.* from 2"),
-    (uneven, "TIME_LIMIT", "depth scale", r"factors from 0\.1 to 4, not the same for all marks"),
+    (deep, "OUT_OF_IMAGE", "depth scale", r"All depths of the law are 6 times .* is 2\.4.* from 2"),
+    (uneven, "TIME_LIMIT", "depth scale", r"factors from 0\.1 to 4, different for each mark"),
     (half_turn, "DIVERGED", "camera retreat", "1 m away .* 180 degrees about the optical axis"),
-    (limited, "JOINT_LIMIT", "joint limit", "lower limit of joint 'forearm'.* nothing else"),
+    (limited, "JOINT_LIMIT", "joint limit", "lower limit of joint 'forearm' is the only obstacle"),
     (stretched, "SINGULAR", "singularity", "from 2 to 1: no error changes when link1 and link2"),
     (noisy, "TIME_LIMIT", "noise", r"noise of 0\.5 px: .* tolerance is 1e-05"),
     (slow, "TIME_LIMIT", "too little time", r"gain of 0\.3 per second.* after 32\.7 s"),
     (lost_by_pose, "OUT_OF_IMAGE", "no control of the image", "position-based"),
     (moving, "TIME_LIMIT", "own motion", r"'conveyor' moves on its own.*/ 2 = 0\.00625"),
-    (turned_hand_eye, "OUT_OF_IMAGE", "hand-eye", "115 degrees .* beyond 90 degrees"),
-    (stalled, "LOCAL_MINIMUM", "camera law", r"5 of 6 ways .* J\^\+ V = 0"),
+    (turned_hand_eye, "OUT_OF_IMAGE", "hand-eye", "115 degrees: beyond 90 degrees"),
+    (stalled, "LOCAL_MINIMUM", "camera law", r"5 of 6 degrees of freedom, .* J\^\+ V = 0"),
     (lagging, "TIME_LIMIT", "lag", r"lag of 0\.5 s: .* damping ratio of the loop is 0\.158"),
     (rounded, "TIME_LIMIT", "quantisation", "rounded to 1 px"),
     (wild_marks, "TIME_LIMIT", "outliers", "5 percent of the marks"),
     (coarse, "TIME_LIMIT", "encoder", r"steps of 2\.5 \(rad or m\)"),
-    (too_far, "BEHIND_CAMERA", "depth", "taken as 8 m, not the true one, which goes from"),
+    (too_far, "BEHIND_CAMERA", "depth", "taken as 8 m, not the true depth, between"),
     (lossy, "BEHIND_CAMERA", "dropped", "80 percent of the images are lost"),
-    (wrong_base, "JOINT_LIMIT", "base", "'puma560' is believed 126 degrees"),
+    (wrong_base, "JOINT_LIMIT", "base", "'puma560' is off by 126 degrees"),
     (rare, "TIME_LIMIT", "period", r"every 0\.2 s only, 5 control periods.* is 2\.4"),
     (weak, "TIME_LIMIT", "velocity", "velocity limits of the joints change the command in 100"),
     (sluggish, "TIME_LIMIT", "acceleration", "acceleration limits of the joints"),
@@ -287,10 +287,10 @@ KNOWN = [
     (given_in_pixels, "BEHIND_CAMERA", "goal", r"largest is 60, and at the start 0\.1\."),
     (skewed, "LOCAL_MINIMUM", "unreachable goal", r"no pose .* has them: .* length 0\.0038, and"),
     (skewed_and_short, "TIME_LIMIT", "unreachable goal", "no pose of the camera has them"),
-    (wheels, "LOCAL_MINIMUM", "local minimum", "too few for 8 numbers, which take 6"),
+    (wheels, "LOCAL_MINIMUM", "local minimum", "too few for 8 numbers, which need 6"),
     (hindered, "TIME_LIMIT", "too little time", "speed limit of the task slows the command"),
     (damped, "TIME_LIMIT", "too little time", r"with a gain of 1 per second, and at that rate"),
-    (wrong_links, "JOINT_LIMIT", "robot model", "believed wrongly: 'forearm'"),
+    (wrong_links, "JOINT_LIMIT", "robot model", "believed links of 'puma560' are wrong: 'forearm'"),
 ]
 
 
@@ -319,7 +319,7 @@ def test_two_that_do_harm_only_together_are_both_named():
     task, sensing = rs.IBVS(gain=15.0, depth_scale=2.5), rs.Sensing(latency=0.04, noise=1e-4)
     told = rs.explain(fly(task, sensing=sensing))
     assert [cause.about for cause in told.causes] == ["latency", "depth scale"]
-    assert "Only together do latency and the wrong depths harm" in told.remarks[0]
+    assert "Only the combination of latency and the wrong depths is harmful" in told.remarks[0]
     assert "pixel noise" in told.remarks[1]
 
 
@@ -328,7 +328,7 @@ def test_two_each_of_which_is_enough_are_put_right_together():
     task = rs.IBVS(gain=10.0, depth_scale=6.0, belief=TURNED)
     told = rs.explain(fly(task))
     assert [cause.about for cause in told.causes] == ["depth scale and hand-eye"]
-    assert "To put right one of them is not enough" in told.causes[0].sentence
+    assert "Correcting one of them is not enough" in told.causes[0].sentence
 
 
 def test_of_two_together_the_one_that_ended_the_run_is_named_first():
@@ -346,7 +346,7 @@ def test_a_limit_that_alone_is_in_the_way_is_the_only_cause():
     scenario = rs.load_scenario(examples.path("joint_limits"))
     told = rs.explain(scenario.run(task=task))
     assert [cause.about for cause in told.causes] == ["joint limit"]
-    assert "and nothing else: without limits the same run converges" in str(told)
+    assert "is the only obstacle: without limits the same run converges" in str(told)
 
 
 def test_ways_of_points_are_not_blamed_for_where_a_pose_is_regulated():
@@ -358,14 +358,14 @@ def test_what_is_not_the_cause_is_acquitted():
     """A local minimum stays one without the noise."""
     told = rs.explain(example("local_minimum", sensing=rs.Sensing(noise=1e-6)))
     assert told.causes[0].about == "local minimum"
-    words = "Wrong as well: pixel noise; with all of it put right the run ends as LOCAL_MINIMUM"
+    words = "Wrong as well: pixel noise; with all of it corrected the run ends as LOCAL_MINIMUM"
     assert told.remarks[0].startswith(words)
 
 
 def test_what_needs_only_time_is_not_blamed_on_what_slows_it_down():
     told = rs.explain(example("wrong_calibration", duration=6.0))
     assert [cause.about for cause in told.causes] == ["too little time"]
-    assert told.remarks[0].endswith("but only time is lacking.")
+    assert told.remarks[0].endswith("but the run only needs more time.")
     assert "the intrinsics of 'camera'" in told.remarks[0]
 
 
@@ -442,13 +442,13 @@ def test_what_of_the_intrinsics_is_wrong_is_told_and_no_more():
     bent = rs.Camera(eye().camera.K, (640, 480), distortion=(-0.3, 0.1, 0, 0))
     scene = flying(camera=rs.MountedCamera("eye", bent, on="free_camera.body"))
     told = rs.explain(fly(rs.IBVS(goal, belief=flying()), at(), scene))
-    words = "of 'eye' are believed wrongly: distortion none, in truth (-0.3, 0.1, 0, 0). With"
+    words = "intrinsics of 'eye' are wrong: distortion none, true (-0.3, 0.1, 0, 0). With"
     assert words in told.causes[1].sentence
-    assert "the camera stands 10.1 mm away from" in told.causes[0].sentence  # not turned
+    assert "the true pose of the camera is 10.1 mm off" in told.causes[0].sentence  # not turned
     aside = flying().believe(center=(20, 0))
     told = rs.explain(fly(rs.IBVS(rs.GoalPose(rs.Pose.at(0, 0, 1)), belief=aside), at(0.05)))
-    assert "wrongly: centre (340, 240) px, in truth (320, 240) px. With" in told.causes[1].sentence
-    assert "40 mm away" in told.causes[0].sentence  # 20 px / 500 px of 1 m
+    assert "wrong: centre (340, 240) px, true (320, 240) px. With" in told.causes[1].sentence
+    assert "40 mm off" in told.causes[0].sentence  # 20 px / 500 px of 1 m
 
 
 def test_a_camera_for_which_nothing_is_wrong_may_stand_elsewhere():
@@ -462,7 +462,7 @@ def test_a_camera_for_which_nothing_is_wrong_may_stand_elsewhere():
     for belief in (None, AS_BELIEVED):
         told = rs.explain(fly(rs.IBVS(tolerance=1e-2, belief=belief)))
         assert [cause.about for cause in told.causes] == ["final pose", "tolerance"]
-        assert "with 1e-05 the camera stands where it should" in str(told)
+        assert "with 1e-05 the camera reaches its goal pose" in str(told)
 
 
 def test_what_a_tolerance_leaves_does_not_hide_the_cause():
@@ -601,7 +601,7 @@ def test_a_run_that_was_stopped_is_told_how_it_would_have_ended():
         stopped.run()
     told = rs.explain(stop.value.run, stopped)
     assert told.outcome is rs.Outcome.RUNNING and "stopped by the user" in told.what
-    ended = f"Left alone it ends as CONVERGED after {float(whole.end_time):.3g} s."
+    ended = f"Without the stop it ends as CONVERGED after {float(whole.end_time):.3g} s."
     assert told.remarks == (ended,)
 
 
@@ -650,7 +650,7 @@ class Blind(rs.features.Points):
 def test_a_task_of_python_code_is_given_with_its_scene(task, outcome, about):
     scene = flying()
     run = fly(task, scene=scene)
-    with pytest.raises(rs.errors.InputError, match="Python code; give the experiment that made"):
+    with pytest.raises(rs.errors.InputError, match="Python code; give the experiment of the run"):
         rs.explain(run)
     told = rs.explain(run, rs.Experiment(scene, task))
     assert told.outcome.name == outcome and told.causes[0].about == about
@@ -662,7 +662,7 @@ def test_what_is_given_must_be_what_made_the_run():
     with pytest.raises(rs.errors.InputError, match=r"made with sensing=Sensing\(noise=0.1"):
         rs.explain(run, rs.Experiment(scene, task))
     noisy = rs.Experiment(scene, task, sensing=rs.Sensing(noise=0.1))
-    with pytest.raises(rs.errors.InputError, match=r"this run does not repeat: q\["):
+    with pytest.raises(rs.errors.InputError, match=r"this run is not reproduced: q\["):
         rs.explain(run, noisy.with_(task=rs.IBVS()))
     with pytest.raises(
         rs.errors.InputError, match="experiment: expected an Experiment, got <Scene"
@@ -698,7 +698,7 @@ def test_what_is_no_run_is_refused(given):
         (lambda run: run.drop_vars("end_time"), "no outcome and end_time"),
         (lambda run: run.assign(outcome=99), "99 is not a valid Outcome"),
         (lambda run: run.assign(end_time=np.nan), "its end_time is nan s"),
-        (lambda run: run.assign(end_time=1e9), "at most 50000 can be looked into"),
+        (lambda run: run.assign(end_time=1e9), "at most 50000 can be simulated again"),
         (lambda run: run.assign_attrs(dt="abc"), "not as RobSim made it: could not convert"),
         (lambda run: run.assign_attrs(dt=np.nan), "not as RobSim made it"),
         (lambda run: run.assign_attrs(duration=np.inf), "not as RobSim made it"),
@@ -827,9 +827,9 @@ def test_a_run_that_converged_without_a_fixed_pose_is_told_so(marks, free):
     told = rs.explain(fly(rs.IBVS(), scene=flying(marks)))
     assert told.outcome is rs.Outcome.CONVERGED
     off, why = told.causes[:2]
-    assert off.evidence["off_m"] > 0.01 and "away from where it was meant" in off.sentence
+    assert off.evidence["off_m"] > 0.01 and "off its goal pose" in off.sentence
     assert why.about == "free motions" and why.evidence["free_motions"] == free
-    assert "Three marks or more that are not on one line" in why.sentence
+    assert "Three or more marks that are not collinear" in why.sentence
 
 
 def test_of_two_marks_given_as_numbers_there_is_no_pose_to_miss():
@@ -861,7 +861,7 @@ def test_where_noise_lets_nothing_converge_robust_weights_are_judged_by_the_dist
     (weigh,) = [each for each in told.advice if each.about == "weighting"]
     off, was = (1e3 * weigh.evidence[name] for name in ("off_m", "was_off_m"))
     np.testing.assert_allclose([off, was], [4.17, 24.0], rtol=0.01)
-    how = "With weighting='tukey' beside what it has" if own else "With weighting='tukey'"
+    how = "With weighting='tukey' beside the present weighting" if own else "With weighting='tukey'"
     said = f"{how} the same run ends {off:.3g} mm off its goal instead of {was:.3g} mm (means"
     assert weigh.sentence.startswith(said)
 

@@ -121,9 +121,9 @@ def test_how_far_wheels_have_turned_does_not_set_states_apart():
     field = VectorField.of(*vehicle("car"))
     a, b = np.zeros((8, 1)), np.zeros((8, 1))
     b[4:] = 1.0
-    assert field.apart(a, b) == 0.0
+    assert field.distances(a, b) == 0.0
     b[0] = 0.3
-    assert field.apart(a, b) == 0.3
+    assert field.distances(a, b) == 0.3
 
 
 def test_a_car_that_cannot_turn_enough_is_told_so():
@@ -143,4 +143,4 @@ def test_a_car_that_is_only_to_turn_stands_and_is_told_so():
     run = rs.simulate(scenario.scene, task, scenario.start, duration=1.0)
     assert (run.qd_actual == 0).all() and (run.q == run.q[0]).all()
     told = rs.explain(run, trials=False)
-    assert told.causes[0].about == "standing car" and "only a car that drives" in str(told)
+    assert told.causes[0].about == "standing car" and "turns only while it drives" in str(told)

@@ -160,7 +160,7 @@ def test_replay_commands_the_same_to_the_bit(rhino, rows):
     run = rs.logs.read_log(rows, rhino)
     assert rs.replay(run).identical(run)
     found = rs.explain(run)
-    assert found.causes == () and "those of this controller" in found.remarks[0]
+    assert found.causes == () and "the commands of this controller" in found.remarks[0]
 
 
 def test_a_robot_with_another_gain_and_late_images_is_found_out(rhino):

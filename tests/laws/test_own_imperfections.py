@@ -216,7 +216,7 @@ def test_advice_counts_it(own, experiment):
     assert shaky.noise.pixels == pytest.approx(noisy.noise.pixels, rel=1e-12)
     assert shaky.notes == noisy.notes
     sticky = rs.advise(experiment.with_(actuation=rs.Actuation(effects=DeadZone())))
-    assert "effects of your own have no part in it" in sticky.notes
+    assert "effects of your own are not considered" in sticky.notes
 
 
 def test_kinds_of_the_short_form_are_effects_too(experiment):

@@ -122,7 +122,7 @@ def test_it_prints_as_a_table_in_every_form():
     head, row, *notes = str(found).split("\n")
     assert head.split("  ")[:1] == ["first"] and "end_time, s [95 %]" in head
     assert row.split()[:7] == ["IBVS", "PBVS", "10", "8", "1", "0", "1"]
-    assert notes[-1].startswith("note: in 1 draws one or both could not begin, in 1 draws one was")
+    assert notes[-1].startswith("note: 1 draws have a run that could not begin, 1 draws lack a run")
     assert repr(found) == str(found) and "<td" in found._repr_html_()
     [line] = csv.DictReader(io.StringIO(found.csv()))
     assert line["apart"] == "1" and float(line["difference"]) == found.pairs[0].difference.value
@@ -144,7 +144,7 @@ def test_it_prints_as_a_table_in_every_form():
         (lambda t: t, {"measure": "outcome"}, "column 'outcome': expected numbers"),
         (lambda t: t, {"level": 95}, "level: expected a number above 0 and below 1"),
         (lambda t: t.assign(outcome="ARRIVED"), {}, "no outcome 'ARRIVED'"),
-        (lambda t: t.assign(task=[[]] * len(t)), {}, "values that are no texts and no numbers"),
+        (lambda t: t.assign(task=[[]] * len(t)), {}, "values that are neither texts nor numbers"),
         (lambda t: t.assign(began="yes"), {}, "column 'began': expected true or false"),
         (lambda t: t.assign(task=[f"{i}" for i in range(len(t))]), {}, "expected a choice"),
     ],

@@ -137,14 +137,18 @@ def test_it_prints_as_a_table_in_every_form():
         (lambda t: t, {"names": ["gian"]}, "no column 'gian' in this study; did you mean 'gain'"),
         (lambda t: t, {"names": []}, "names: expected names of columns"),
         (lambda t: t.assign(began=False), {}, "none of the 600 runs could begin"),
-        (lambda t: t.assign(outcome="CONVERGED"), {}, "went alike .1.: nothing depends on gain"),
+        (
+            lambda t: t.assign(outcome="CONVERGED"),
+            {},
+            "have the same result .1., independent of gain",
+        ),
         (lambda t: t.assign(outcome="DIVERGED"), {"of": "distance_to_goal"}, "among='began'"),
         (lambda t: t.assign(gain=1.0), {"names": "gain"}, "'gain' has one value only"),
         (lambda t: t.assign(lens="a"), {"names": "lens"}, "'lens' has one value only"),
         (lambda t: t[:20], {}, "expected 20 runs that count, or more, got 19"),
         (lambda t: t[["draw", "outcome", "began"]], {}, "nothing was varied"),
         (lambda t: t, {"among": "all"}, "among: expected 'converged' or 'began', got 'all'"),
-        (lambda t: t, {"among": "converged"}, "is told among those that began"),
+        (lambda t: t, {"among": "converged"}, "is counted among the runs that began"),
     ],
 )
 def test_what_tells_nothing_is_told(change, arguments, message):

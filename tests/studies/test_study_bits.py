@@ -138,7 +138,7 @@ def test_a_worker_is_told_all_it_needs(noisy, how):
     work = pickle.dumps(plan)
     there, here = (
         dask_cluster.simulate_chunk(work, dask_cluster.VERSIONS, 5, 20),
-        RowSimulator(plan).done(5, 20),
+        RowSimulator(plan).simulate(5, 20),
     )
     for name, values in here.facts.items():
         np.testing.assert_array_equal(there.facts[name], values)

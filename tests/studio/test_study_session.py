@@ -85,7 +85,7 @@ def test_counts_are_those_of_the_study_in_one_order(study, told):
         found = {names[i]: (count, text) for i, count, _, text in group["shares"]}
         assert found == {name: (each.count, str(each)) for name, each in shares.items()}
         assert sorted(group["shares"]) == group["shares"]
-    assert "8 of 16 runs could not begin, and count nothing" in told[0]["notes"]
+    assert "8 of 16 runs could not begin and are not counted" in told[0]["notes"]
 
 
 def test_a_run_opens_as_the_study_had_it(study, pages):

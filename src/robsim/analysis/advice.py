@@ -1,4 +1,4 @@
-"""`advise`: what to expect of an experiment near its goal, before it is simulated."""
+"""`advise`: predict the behaviour of an experiment near its goal, before it is simulated."""
 
 from __future__ import annotations
 
@@ -36,26 +36,42 @@ from robsim.run.run_checks import check_instance
 from robsim.servo.tasks.follow_joints import FollowJoints
 from robsim.servo.tasks.follow_path import FollowPath
 
-SHOWN_EFFECTS = 5  # effects in a text
+SHOWN_EFFECTS = 5  # effects in the printed text
 
 
 @dataclass(frozen=True, eq=False)
 class Advice(Value):
-    """What to expect of an experiment near its goal, from its linear loop there.
+    """Predicted behaviour of an experiment near its goal, from the linearised loop.
 
-    gain          of the task at zero error, per second, the largest of several; NaN where a task of
-                  one's own has none
-    largest_gain  above which the loop no longer settles, per second; infinite if there is none, 0
-                  if the loop is unstable at every gain
-    margin        how many times all gains can be multiplied until then
-    limited_by    what that comes from, in words
-    rate          at which the slowest motion decays, per second, without delays
-    noise         what noise leaves (`NoiseFloor`: pixels, metres, radians); zero without noise
-    q             (nq,) where the experiment comes to rest
-    metres, radians   by which the camera stands off its goal there; NaN where no pose is its goal
-    effects       of a small mistake in each number that is believed (`MiscalibrationEffect`), most harmful first
-    notes         what this cannot say
+    `print` shows the stability, the noise floor, the offset at the end, the most harmful errors of
+    calibration, and caveats.
 
+    Attributes
+    ----------
+    gain : float
+        Gain of the task at zero error, in 1/s: the largest gain if there are several, NaN if the
+        task has no single gain.
+    largest_gain : float
+        Largest stable gain, in 1/s: infinite if every gain is stable, 0 if none is.
+    margin : float
+        Largest stable factor of all gains.
+    limited_by : str
+        Main cause of the largest gain, in words.
+    rate : float
+        Decay rate of the slowest motion without delays, in 1/s.
+    noise : NoiseFloor
+        Jitter that noise causes at the end, in pixels, metres and radians; zero without noise.
+    q : ndarray of shape (nq,)
+        Coordinates of the state of rest.
+    metres, radians : float
+        Distance and angle of the camera from its goal at rest. NaN if the goal has no known pose.
+    effects : tuple of MiscalibrationEffect
+        Effects of a small error in each believed number, most harmful first.
+    notes : tuple of str
+        Caveats: properties of the experiment that the linear loop neglects.
+
+    Examples
+    --------
     >>> from robsim import advise, examples, load_scenario
     >>> advice = advise(load_scenario(examples.path("noise_floor")))
     >>> round(advice.margin, 3), round(advice.noise.pixels, 3), advice.effects[0].unit
@@ -76,35 +92,35 @@ class Advice(Value):
 
     @property
     def stability(self) -> str:
-        """The gain and its limit, in a line."""
+        """The gain and its limit, in one line."""
         gain = "" if math.isnan(self.gain) else f"gain {format_number(self.gain)}: "
         if self.margin == 0.0:
             return f"{gain}unstable at every gain: some motions lead away from the goal"
         limit = f"stable up to {format_number(self.largest_gain)} per second"
         if math.isnan(self.gain):
             limit = f"stable up to {format_number(self.margin)} times the gains"
-        far = f"{format_number(self.margin)} times below"
+        factor = f"{format_number(self.margin)} times below"
         if self.margin < 1.0:
-            far = f"{format_number(1.0 / self.margin)} times too high"
-        return f"{gain}{limit} (limited by {self.limited_by}); {far}"
+            factor = f"{format_number(1.0 / self.margin)} times too high"
+        return f"{gain}{limit} (limited by {self.limited_by}); {factor}"
 
     def __str__(self) -> str:
-        """Return a few lines: stability, noise, the end, what harms most, and notes."""
+        """Return a few lines: stability, noise, offset at the end, harmful errors, caveats."""
         return "\n".join(f"{name}: {text}" if name else text for name, text in self._rows())
 
     def __repr__(self) -> str:
-        """Return one line, the gain and its limit."""
+        """Return the gain and its limit in one line."""
         return f"Advice({self.stability})"
 
     def _repr_html_(self) -> str:
-        """Return what `print` shows as a table for notebooks."""
+        """Return the printed text as a table for notebooks."""
         return format_html_table(self.stability, self._rows()[1:])
 
     def _rows(self) -> list[tuple[str, str]]:
         rows = [("", self.stability), ("Noise", self._noise())]
         if not math.isnan(self.metres):
-            off = f"{format_offset(self.metres, self.radians)} off the goal"
-            rows.append(("End", off if self.metres or self.radians else "at the goal"))
+            offset = f"{format_offset(self.metres, self.radians)} off the goal"
+            rows.append(("End", offset if self.metres or self.radians else "at the goal"))
         harmful = [str(one) for one in self.effects if one.notable][:SHOWN_EFFECTS]
         if not any(one.moves for one in self.effects):
             rows.append(("Calibration", "no small mistake moves the end" + ", but" * bool(harmful)))
@@ -114,32 +130,50 @@ class Advice(Value):
     def _noise(self) -> str:
         noise = self.noise
         if not math.isfinite(noise.pixels):
-            return "nothing settles"
+            return "unbounded: the loop is unstable"
         if not noise.pixels:
             return "none"
-        return f"{format_number(noise.pixels)} px -> {format_offset(noise.metres, noise.radians)} (rms)"
+        offset = format_offset(noise.metres, noise.radians)
+        return f"{format_number(noise.pixels)} px -> {offset} (rms)"
 
 
 def advise(experiment: Experiment) -> Advice:
-    """Advise on gain, noise and calibration of an experiment, without simulating its loop.
+    """Predict gain margin, noise and calibration effects of an experiment without simulating it.
 
-    At the goal the command is linear in the motion and in the errors of the image, by central
-    differences of the controller itself, whatever its law and what it believes. With the times of
-    the loop (control period, rare and late images, joints that lag) this gives the map from one
-    image to the next. The gain is stable while all eigenvalues of the map are within the unit
-    circle (Franklin, Powell and Workman 1998, "Digital Control of Dynamic Systems"; of lost images
-    the mean square is taken). The noise that remains follows from the discrete Lyapunov equation
-    of the same map; where a mistake dp in what is believed moves the end, from
-    dq = -(dqd/dq)^-1 (dqd/dp) dp.
+    At the goal the command is a linear function of the motion and of the image errors. Its
+    derivatives are central differences of the controller itself, so that every law and every belief
+    is supported. Together with the timing of the loop (control period, rare and late images, joints
+    that lag) they give the map of the state from one image to the next. A gain is stable while all
+    eigenvalues of this map lie within the unit circle (Franklin, Powell and Workman 1998, "Digital
+    Control of Dynamic Systems"). If images are lost, the mean square of the state must decay. The
+    jitter that noise causes follows from the discrete Lyapunov equation of the same map. An error
+    dp of a believed number moves the end of the run by
 
-    It holds near the goal, and says nothing of the way there, where marks are lost and joints reach
-    their limits. A goal that was not shown has its end found by a run without errors of images and
-    joints.
+        dq = -(dqd/dq)^-1 (dqd/dp) dp.
 
-    InputError: a mission or a task that follows a path; a task that remembers (Broyden,
-    DepthFilter, estimated feed-forward) or docks; several runs; a scene or a car that moves
-    otherwise than by commanded velocities; a goal at which nothing comes to rest.
+    The prediction holds near the goal. It does not cover the path to the goal: marks may be lost
+    there, and joints may reach their limits. If the goal is given as numbers, its state of rest is
+    found by a run without image and joint errors.
 
+    Parameters
+    ----------
+    experiment : Experiment
+        Experiment with a single start.
+
+    Returns
+    -------
+    Advice
+        The predictions; `print` shows them.
+
+    Raises
+    ------
+    InputError
+        If the experiment is a mission, follows a path, or has several runs; if its task has memory
+        (Broyden, DepthFilter, estimated feed-forward) or docks; if a robot or a car moves otherwise
+        than by commanded velocities; or if no state of rest is found near the goal.
+
+    Examples
+    --------
     >>> from robsim import examples, load_scenario
     >>> advice = advise(load_scenario(examples.path("latency_and_gain")))
     >>> print(advice.stability)
@@ -147,23 +181,23 @@ def advise(experiment: Experiment) -> Advice:
     """
     _check_linear(experiment)
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", RankWarning)  # what is left free is a note
+        warnings.simplefilter("ignore", RankWarning)  # free motions are reported as a caveat
         linear = LinearLoop.of(experiment)
         return _compute_advice(experiment, linear)
 
 
 def _check_linear(experiment: Experiment) -> None:
-    """Raise InputError for what has no linear loop."""
+    """Raise InputError if the experiment has no linear loop."""
     check_instance(experiment, Experiment, "experiment")
-    task, who = experiment.task, f"{CALLER}: "
+    task, prefix = experiment.task, f"{CALLER}: "
     if isinstance(task, SelfSimulatingTask):
-        raise InputError(f"{who}a mission has a loop for each phase: take one of its tasks")
+        raise InputError(f"{prefix}a mission has a loop for each phase: take one of its tasks")
     if experiment.varied or np.ndim(experiment.start) > 1:
-        raise InputError(f"{who}there are several runs: take one experiment, of_run(i)")
+        raise InputError(f"{prefix}there are several runs: take one experiment, of_run(i)")
     if isinstance(task, FollowJoints | FollowPath):
-        raise InputError(f"{who}{type(task).__name__} goes by the time, and servos on no image")
+        raise InputError(f"{prefix}{type(task).__name__} follows time, and servos on no image")
     if experiment.scene.tree.cars:
-        raise InputError(f"{who}a car at rest cannot turn, so that no linear loop stands for it")
+        raise InputError(f"{prefix}a car at rest cannot turn, and so it has no linear loop")
     experiment.check(view=False)
 
 
@@ -188,18 +222,18 @@ def _compute_advice(experiment: Experiment, linear: LinearLoop) -> Advice:
 
 
 def _noise_floor(experiment: Experiment, linear: LinearLoop) -> NoiseFloor:
-    """Return what noise of images and encoders leaves."""
+    """Return the jitter that noise of images and encoders causes."""
     field = linear.field
-    each = (one.effect.deviation(field.scene) for one in experiment.actuation.acting())
-    measured = reduce(np.hypot, each, np.zeros(field.scene.nq))
+    deviations = (one.effect.deviation(field.scene) for one in experiment.actuation.acting())
+    joint_deviation = reduce(np.hypot, deviations, np.zeros(field.scene.nq))
     rows = field.scene.tree.alone(field.controller.columns)
-    encoder = np.where(rows >= 0, measured[rows], 0.0)
+    encoder = np.where(rows >= 0, joint_deviation[rows], 0.0)
     pixel = pixel_deviation(experiment.sensing, has_robust_weighting(experiment.task))
     return compute_noise_floor(linear.response, linear.scaled, linear.timing, pixel, encoder)
 
 
 def _final_offset(experiment: Experiment, linear: LinearLoop) -> tuple[float, float]:
-    """Return metres and radians of the first camera off its goal, where it comes to rest."""
+    """Return the distance (m) and angle (rad) of the first camera from its goal at rest."""
     controller, q = linear.field.controller, linear.q
     _, metres, radians = end_variables.measure_goal_offset(controller, q, q.T)
     return zero_rounding(float(metres[0])), zero_rounding(float(radians[0]))

@@ -1,4 +1,4 @@
-"""One of the schemes that are compared, and how it is simulated and measured."""
+"""A scheme of a comparison: its simulation and its measures."""
 
 from __future__ import annotations
 
@@ -24,28 +24,28 @@ from robsim.run.experiment import Experiment
 from robsim.run.run_checks import count_periods
 from robsim.world.scene import Scene
 
-MeasureArrays = dict[str, Array]  # (B,) of each measure
+MeasureArrays = dict[str, Array]  # an array (B,) for each measure
 T = TypeVar("T")
 R = TypeVar("R")
 
 
 @dataclass(frozen=True, eq=False)
 class Scheme:
-    """One of the schemes that are compared: a name, an experiment, and threads and chunk."""
+    """A scheme of a comparison: a name, an experiment, and arguments for threads and chunk."""
 
     name: str
     experiment: Experiment
     how: Mapping[str, Any] = field(default_factory=dict)
-    recorded: xr.Dataset | None = None  # what is measured instead of a simulation
+    recorded: xr.Dataset | None = None  # a recorded run, measured without simulation
 
     def check(self) -> None:
-        """Bind the task and check start and settings, as a run would; errors name the scheme."""
+        """Bind the task and check start and settings as a run does; errors name the scheme."""
         with prefix_errors(f"scheme '{self.name}'"), warnings.catch_warnings():
             warnings.simplefilter("ignore", RankWarning)  # the run gives the warning
             self.experiment.check(view=False)
 
     def run(self, progress: Progress | None = None) -> xr.Dataset:
-        """Simulate the scheme and return its run, or the one that was recorded."""
+        """Return the recorded run, or simulate the scheme."""
         if self.recorded is not None:
             return self.recorded
         with prefix_errors(f"scheme '{self.name}'"):
@@ -64,9 +64,10 @@ class Scheme:
 
 
 def run_and_measure(scheme: Scheme, progress: Progress | None) -> tuple[xr.Dataset, MeasureArrays]:
-    """Return the run of a scheme and its measures; Interrupted holds what there is.
+    """Return the run of a scheme and its measures; Interrupted carries the finished part.
 
-    With record="summary" every instant is measured, some runs at a time, and the ends are kept.
+    With record="summary" every instant is measured, some runs at a time, and only the ends are
+    stored.
     """
     if scheme.experiment.record == "summary":
         return _simulate_summary(scheme, progress)
@@ -87,40 +88,41 @@ def measure_run(scene: Scene, run: xr.Dataset) -> MeasureArrays:
 
 
 def join_measures(parts: list[MeasureArrays]) -> MeasureArrays:
-    """Return the measures of several batches as those of one."""
+    """Return the measures of several batches, concatenated."""
     return {key: np.concatenate([part[key] for part in parts]) for key in MEASURES}
 
 
 def _measure_block(some: RecordedRuns) -> MeasureArrays:
-    with np.errstate(all="ignore"):  # failed runs give NaN
+    """Return the measures of recorded runs; NaN for failed runs."""
+    with np.errstate(all="ignore"):  # failed runs
         return {key: each.of(some) for key, each in MEASURES.items()}
 
 
 def _simulate_summary(
     scheme: Scheme, progress: Progress | None
 ) -> tuple[RunDataset, MeasureArrays]:
-    """Simulate a scheme in parts, of which only measures and ends are kept."""
+    """Simulate a scheme in parts, and store only the measures and the ends of each part."""
     ends: list[xr.Dataset] = []
-    found: list[MeasureArrays] = []
+    measures: list[MeasureArrays] = []
 
     def keep(run: xr.Dataset) -> None:
-        found.append(measure_run(scheme.experiment.scene, run))
+        measures.append(measure_run(scheme.experiment.scene, run))
         ends.append(_select_final_instants(run))
 
     try:
         for part, report in _split_scheme(scheme, progress):
-            keep(part.run(report) if not found else _run_quietly(part, report))
+            keep(part.run(report) if not measures else _run_quietly(part, report))
     except Interrupted as stop:
         keep(stop.run)
         raise Interrupted(
-            str(stop), (_assemble_summary(scheme, ends), _pad_measures(scheme, found))
+            str(stop), (_assemble_summary(scheme, ends), _pad_measures(scheme, measures))
         ) from None
-    return _assemble_summary(scheme, ends), _pad_measures(scheme, found)
+    return _assemble_summary(scheme, ends), _pad_measures(scheme, measures)
 
 
-def _pad_measures(scheme: Scheme, found: list[MeasureArrays]) -> MeasureArrays:
-    """Return the measures of all starts; NaN for those that were not simulated."""
-    parts = join_measures(found)
+def _pad_measures(scheme: Scheme, parts_found: list[MeasureArrays]) -> MeasureArrays:
+    """Return the measures of all starts; NaN for starts that were not simulated."""
+    parts = join_measures(parts_found)
     missing = (scheme.start[..., 0].size - len(parts["time"]),)
     return {key: np.append(values, np.full(missing, np.nan)) for key, values in parts.items()}
 
@@ -128,7 +130,7 @@ def _pad_measures(scheme: Scheme, found: list[MeasureArrays]) -> MeasureArrays:
 def _split_scheme(
     scheme: Scheme, progress: Progress | None
 ) -> Iterator[tuple[Scheme, Progress | None]]:
-    """Yield the scheme with a few of its starts at a time, with all instants recorded."""
+    """Yield the scheme with a few of its starts at a time, and all instants recorded."""
     starts, scheme = scheme.start, scheme.with_(record="all")
     if starts.ndim == 1:
         yield scheme, progress
@@ -136,38 +138,39 @@ def _split_scheme(
     one = scheme.experiment
     size, first = count_block_runs(count_periods(one.dt, one.duration) + 1), one.first_run
     for i in range(0, len(starts), size):
-        some = scheme.with_(start=starts[i : i + size], first_run=first + i)
-        yield some, scale_progress(progress, i / len(starts), min(size / len(starts), 1.0))
+        part = scheme.with_(start=starts[i : i + size], first_run=first + i)
+        yield part, scale_progress(progress, i / len(starts), min(size / len(starts), 1.0))
 
 
 def run_steps(
     steps: Sequence[Callable[[Progress | None], T]],
-    made: Callable[[list[T]], R],
+    combine: Callable[[list[T]], R],
     progress: Progress | None,
 ) -> R:
-    """Return what is made of the results of steps; Interrupted holds that of those before a stop.
+    """Return `made` of the results of all steps.
 
-    Each step is called with its share of the progress.
+    Each step is called with its share of the progress. After a stop Interrupted is raised, with
+    `made` of the finished results.
     """
-    found: list[T] = []
+    results: list[T] = []
     complete, count = True, len(steps)
     with interrupt.defer_stops(begun=False) as stops:
         for i, step in enumerate(steps):
             try:
-                found.append(step(scale_progress(progress, i / count, 1 / count)))
+                results.append(step(scale_progress(progress, i / count, 1 / count)))
             except Interrupted as stop:
-                found.append(stop.run)
+                results.append(stop.run)
                 complete = False
             if stops or not complete:
                 break
-        result = made(found)
+        result = combine(results)
     if stops or not complete:
-        raise Interrupted("stopped by the user; what was simulated so far is in .run", result)
+        raise Interrupted("stopped by the user; the finished runs are in .run", result)
     return result
 
 
 def scale_progress(progress: Progress | None, begin: float, width: float) -> Progress | None:
-    """Return a progress callback that maps the progress of a part onto that of the whole."""
+    """Return a progress callback that maps the progress of a part onto the total progress."""
     if progress is None:
         return None
     report = progress
@@ -175,14 +178,14 @@ def scale_progress(progress: Progress | None, begin: float, width: float) -> Pro
 
 
 def _select_final_instants(run: xr.Dataset) -> xr.Dataset:
-    """Return the instant at which each run ended, as a summary has it."""
+    """Return the last instant of each run, as in a summary."""
     step = (run["end_time"] / float(run.attrs["dt"])).round().fillna(0).astype(int)
     ended = run.isel(time=step.drop_vars("time", errors="ignore")).drop_vars("time")
     return ended.transpose("run", ...) if "run" in run.dims else ended
 
 
 def _assemble_summary(scheme: Scheme, ends: list[xr.Dataset]) -> RunDataset:
-    """Join the ends of all parts into the dataset that a summary is."""
+    """Return the ends of all parts as one summary dataset."""
     batch = scheme.start.ndim > 1
     with interrupt.defer_stops(deaf=True):
         like = _run_quietly(scheme.with_(start=scheme.start[:1]) if batch else scheme)
@@ -198,7 +201,7 @@ def _run_quietly(scheme: Scheme, progress: Progress | None = None) -> xr.Dataset
 
 
 def _concatenate_ends(ends: list[xr.Dataset], first: int, count: int) -> xr.Dataset:
-    """Return several batches as one; runs that are missing are NaN, with outcome RUNNING."""
+    """Return the batches as one dataset; missing runs are NaN, with outcome RUNNING."""
     how: Any = {"data_vars": "minimal", "coords": "minimal", "compat": "override"}
     whole: xr.Dataset = xr.concat(ends, "run", join="override", **how)
     if whole.sizes["run"] == count:

@@ -20,13 +20,28 @@ from robsim.world.scene import Scene
 
 @dataclass(frozen=True, eq=False)
 class Comparison:
-    """The runs and measures of several schemes; printed as a table.
+    """Runs and measures of several schemes, as `compare` returns them; printed as a table.
 
-    `runs` and `scenes` are by the name of the scheme. `data` has a variable for each measure (see
-    `robsim.analysis.measures`), with dims (scheme,) or of batches (scheme, run), NaN where a
-    measure is undefined; the outcome; and `began`, false where the start itself was out of sight
-    or beyond the limits of the joints, so that there is nothing to measure. `notes` say what
-    besides the task differs.
+    Attributes
+    ----------
+    runs : mapping of str to Dataset
+        Run of each scheme.
+    data : Dataset
+        One variable for each measure (see `robsim.analysis.measures`), with dimensions (scheme,) or
+        (scheme, run), NaN if a measure is undefined; the outcome; and `began`, false if the start
+        does not see the target or exceeds a joint limit.
+    scenes : mapping of str to Scene
+        Scene of each scheme.
+    notes : tuple of str
+        Differences between the schemes other than the task.
+
+    Examples
+    --------
+    >>> from robsim import IBVS, compare, examples, load_scenario
+    >>> one = load_scenario(examples.path("camera_retreat")).with_(dt=0.02, duration=15)
+    >>> comparison = compare({"image": one.with_(task=IBVS(one.task.goal))})
+    >>> comparison.names, round(float(comparison.data.retreat[0]), 2)
+    (('image',), 1.03)
     """
 
     runs: Mapping[str, xr.Dataset]
@@ -36,30 +51,44 @@ class Comparison:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """The names of the schemes, in the order given."""
+        """The names of the schemes, in the given order."""
         return tuple(self.runs)
 
     @property
     def batch(self) -> bool:
-        """Whether every scheme ran from several starts."""
+        """Whether the schemes have several starts."""
         return "run" in self.data.dims
 
     def converged(self) -> xr.DataArray:
-        """Return the share of the runs of each scheme that converged, 0 to 1, of those that began.
+        """Return the share of converged runs among the runs that began, for each scheme.
 
-        A start that cannot begin is no failure of a scheme; NaN if none of them began.
+        Starts that cannot begin do not count as failures. The share is between 0 and 1, and NaN if
+        no run of a scheme began.
         """
         arrived = (self.data["outcome"] == Outcome.CONVERGED).astype(float)
         return arrived.where(self.data["began"]).mean("run") if self.batch else arrived
 
     def began(self) -> xr.DataArray:
-        """Return how many runs of each scheme could begin."""
+        """Return the number of runs that began, for each scheme."""
         return self.data["began"].sum("run") if self.batch else self.data["began"].astype(int)
 
     def quantile(self, share: float = 0.5) -> xr.Dataset:
-        """Return, for each scheme of a batch, a quantile of each measure over converged runs.
+        """Return a quantile of each measure over the converged runs of each scheme.
 
-        0.5 is the median. Of single runs: their measures. InputError: a share beyond 0 and 1.
+        Parameters
+        ----------
+        share : float, default 0.5
+            Probability of the quantile, 0 to 1; 0.5 is the median.
+
+        Returns
+        -------
+        Dataset
+            One variable for each measure; the measures themselves for single runs.
+
+        Raises
+        ------
+        InputError
+            If `share` is outside of 0 to 1.
         """
         share = as_nonnegative(share, "share of a quantile")
         if share > 1:
@@ -67,13 +96,13 @@ class Comparison:
         if not self.batch:
             return self.data[list(MEASURES)]
         arrived = self.data["outcome"] == Outcome.CONVERGED
-        found = self.data[list(MEASURES)].where(arrived)
-        with warnings.catch_warnings(action="ignore", category=RuntimeWarning):  # of none
-            finite = found.where(np.isfinite)
+        measures = self.data[list(MEASURES)].where(arrived)
+        with warnings.catch_warnings(action="ignore", category=RuntimeWarning):  # no run
+            finite = measures.where(np.isfinite)
             return finite.quantile(share, "run", keep_attrs=True).drop_vars("quantile")
 
     def csv(self) -> str:
-        """Return the table as comma-separated values, with all measures, in full precision."""
+        """Return all measures as comma-separated values in full precision."""
         units = [f"{name} ({each.unit})" for name, each in MEASURES.items()]
         numbers = self.quantile()
         rows = [
@@ -83,7 +112,7 @@ class Comparison:
         return format_csv([["scheme", *self._heads("converged (1)", "began (1)"), *units], *rows])
 
     def __str__(self) -> str:
-        """Return the table; measures that are undefined for every scheme are left out."""
+        """Return the table, without measures that are undefined for every scheme."""
         return "\n".join([*align_columns(self._columns()), *self._denominators(), *self.notes])
 
     def _repr_html_(self) -> str:
@@ -100,33 +129,34 @@ class Comparison:
     def _columns(self) -> list[list[str]]:
         """Return columns of text: the name, the unit, and the value of each scheme."""
         numbers = self.quantile()
-        shown = {key: each for key, each in MEASURES.items() if each.short}
-        shown = {key: each for key, each in shown.items() if np.isfinite(numbers[key]).any()}
+        measures = {key: each for key, each in MEASURES.items() if each.short}
+        measures = {key: each for key, each in measures.items() if np.isfinite(numbers[key]).any()}
         columns = [["scheme", "", *self.names]]
         endings = [self._endings(i) for i in range(len(self.names))]
         heads = self._heads("converged", "of")
         columns += [[head, "", *column] for head, *column in zip(heads, *endings, strict=True)]
-        for key, each in shown.items():
+        for key, each in measures.items():
             unit = "" if each.unit == "1" else each.unit
             columns.append([each.short, unit, *map(format_digits, numbers[key].values)])
         return columns
 
     def __repr__(self) -> str:
-        """Return the table, also where a notebook shows it as text."""
+        """Return the table; notebooks show it as text."""
         return str(self)
 
     def _heads(self, *of_batch: str) -> tuple[str, ...]:
+        """Return the given heads for a batch, or the head "outcome" for single runs."""
         return of_batch if self.batch else ("outcome",)
 
     def _endings(self, i: int) -> tuple[str, ...]:
-        """Return the outcome of a scheme, in the columns that `_heads` names."""
+        """Return the outcome of a scheme, in the columns of `_heads`."""
         if not self.batch:
             return (Outcome(int(self.data["outcome"][i])).words,)
         share = float(self.converged()[i])
         return "-" if np.isnan(share) else f"{share:.4g}", str(int(self.began()[i]))
 
     def _denominators(self) -> list[str]:
-        """Return notes on the runs that the numbers of a batch count."""
+        """Return notes on the number of runs behind the numbers of a batch."""
         if not self.batch:
             return []
         count = self.data.sizes["run"]
@@ -145,4 +175,4 @@ class Comparison:
         counts = [(outcome, int((endings[~began] == outcome).sum())) for outcome in Outcome]
         why = ", ".join(f"{count} {outcome.words}" for outcome, count in counts if count)
         some = f"{(~began).sum()} of {began.size} starts"
-        return f"{some} could not begin, and count nothing: {why}" if why else ""
+        return f"{some} could not begin and are not counted: {why}" if why else ""

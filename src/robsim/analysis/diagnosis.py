@@ -24,64 +24,83 @@ if TYPE_CHECKING:
 LONG_NAMES = {
     "lyapunov": "V: half the square of the true error (chapter, eq. 16)",
     "lyapunov_rate": "dV/dt along the motion of the joints (chapter, eq. 17)",
-    "rank_interaction": "rank of L as the law was given it",
-    "condition_interaction": "largest over smallest singular value of L as the law was given it",
-    "rank_task_jacobian": "rank of L J as the law was given it",
-    "condition_task_jacobian": "largest over smallest singular value of L J as given to the law",
-    "smallest_task_jacobian": "smallest singular value of L J as the law was given it",
+    "rank_interaction": "rank of L as the law used it",
+    "condition_interaction": "largest over smallest singular value of L as the law used it",
+    "rank_task_jacobian": "rank of L J as the law used it",
+    "condition_task_jacobian": "largest over smallest singular value of L J as the law used it",
+    "smallest_task_jacobian": "smallest singular value of L J as the law used it",
     "stability": "smallest eigenvalue of the symmetric part of L Lhat^+ (chapter, eq. 18)",
     "stability_motion": "smallest eigenvalue of the symmetric part of (Lhat J)^+ L J",
     "contraction": "largest |eigenvalue| of I - gain dt (Lhat J)^+ L J",
     "border_margin": "least distance of a mark from the border of its image",
-    "border_mark": "number of that mark",
-    "marks_in_image": "number of marks that are in their image",
+    "border_mark": "number of the mark nearest to its border",
+    "marks_in_image": "number of marks in their image",
     "limit_margin": "least distance of a joint from a limit, as a share of its range",
-    "limit_coordinate": "number of that coordinate; -1 if none is limited",
+    "limit_coordinate": "number of the coordinate nearest to a limit; -1 without limits",
     "singularity": "smallest over largest singular value of the true L J",
 }
 UNITS = {"border_margin": "px"}
 
 
 def diagnose(run: xr.Dataset, experiment: Experiment | None = None) -> xr.Dataset:
-    """Return what the controller of a run used and what was true, at each recorded instant.
+    """Compute ranks, stability measures and margins of a run at each recorded instant.
 
-    The run is repeated from its own text, with the same bits, or from its `experiment`, where that
-    is Python code. For a summary every instant is given.
-    Lhat and Jhat are what the law was given, L and J what was true, all with the weights of the
-    task, and of its weightings; V and its rate are those of the unweighted true error, of what has
-    a weight above zero.
+    The run is simulated again from its stored text, with the same bits, or from `experiment` if it
+    contains Python code. Below, Lhat and Jhat are the matrices that the law used, and L and J the
+    true matrices, all with the weights of the task and of its weightings. V and its rate use the
+    unweighted true error of the features with a weight above zero.
 
-    lyapunov, lyapunov_rate
-        V = e'e/2 (eq. 16) and e' L J qdot (eq. 17), with what moves on its own, and the velocities
-        that the joints had when the period began
-    rank_..., condition_..., smallest_task_jacobian
-        of Lhat (interaction) and Lhat Jhat (task_jacobian); the smallest singular value is that of
-        the rank that there is at the goal
-    stability
-        smallest eigenvalue of the symmetric part of L Lhat^+: V falls under V_c = -gain Lhat^+ e
-        for every error if it is above zero (eqs 17 and 18). Its rank is at most 6, so for k > 6
-        it never is
-    stability_motion
-        the same of (Lhat Jhat)^+ L J over the motions that the law can command, in rad and m: above
-        zero every one of them is made smaller. For the camera law J^+ Lhat^+ stands in it
-    contraction
-        largest |eigenvalue| of I - gain dt (Lhat Jhat)^+ L J over these motions: near the goal a
-        loop without delay converges where it is below 1
-    border_margin, border_mark
-        px and number of the mark next to the border of its image; NaN and -1 without borders
-    marks_in_image
-        number of marks of all cameras that are in their image
-    limit_margin, limit_coordinate
-        share of its range and number of the coordinate next to a limit; NaN and -1 without limits
-    singularity
-        smallest over largest singular value of the true L J, the smallest as above
+    Parameters
+    ----------
+    run : Dataset
+        A single simulated run.
+    experiment : Experiment, optional
+        Experiment of the run; needed if it contains Python code.
 
-    Of several tasks at once the rows of L J are stacked, in units of one tolerance for all, and
-    what belongs to one interaction matrix or one law is NaN; so are stability_motion and
-    contraction of any law but "joint" and "camera", and what is true where the true camera does
-    not see the goal.
-    InputError: no single run, or one that cannot be repeated.
+    Returns
+    -------
+    Dataset
+        Variables over the recorded instants of the run; all instants for a run with
+        record="summary":
 
+        - lyapunov, lyapunov_rate: V = e'e/2 (eq. 16) and e' L J qdot (eq. 17). The velocities
+        include
+          prescribed motions, and are the joint velocities at the beginning of each period.
+        - rank_interaction, condition_interaction, smallest_interaction: rank, condition number and
+          smallest singular value of Lhat; rank_task_jacobian, condition_task_jacobian and
+          smallest_task_jacobian: the same of Lhat Jhat. The smallest singular value of Lhat Jhat is
+          taken at the rank at the goal.
+        - stability: smallest eigenvalue of the symmetric part of L Lhat^+. If it is positive, V
+        falls
+          under V_c = -gain Lhat^+ e for every error (eqs 17 and 18). The rank is at most 6, so that
+          it is never positive for k > 6 features.
+        - stability_motion: the same eigenvalue of (Lhat Jhat)^+ L J over the motions that the law
+        can
+          command, in rad and m. If it is positive, each of these motions decreases. For the camera
+          law J^+ Lhat^+ replaces (Lhat Jhat)^+.
+        - contraction: largest |eigenvalue| of I - gain dt (Lhat Jhat)^+ L J over these motions.
+        Near
+          the goal a loop without delay converges if it is below 1.
+        - border_margin, border_mark: distance in px and number of the mark nearest to the border of
+        its
+          image; NaN and -1 without borders.
+        - marks_in_image: number of marks of all cameras in their image.
+        - limit_margin, limit_coordinate: distance as a share of its range, and number, of the
+          coordinate nearest to a limit; NaN and -1 without limits.
+        - singularity: ratio of the smallest to the largest singular value of the true L J.
+
+        For several simultaneous tasks the rows of L J are stacked, in units of one common
+        tolerance, and variables of a single interaction matrix or law are NaN. stability_motion and
+        contraction are NaN for laws other than "joint" and "camera". True quantities are NaN if the
+        true camera does not see the goal.
+
+    Raises
+    ------
+    InputError
+        If `run` is no single run, or cannot be simulated again.
+
+    Examples
+    --------
     >>> from robsim import load_scenario
     >>> from robsim.files import examples
     >>> run = load_scenario(examples.path("visp_tutorial")).run(duration=0.4)
@@ -95,7 +114,7 @@ def diagnose(run: xr.Dataset, experiment: Experiment | None = None) -> xr.Datase
 
 
 def diagnose_resimulation(again: Resimulation) -> xr.Dataset:
-    """Return the diagnosis of a repeated run, at every instant."""
+    """Return the diagnosis of a resimulated run at every instant."""
     import xarray as xr
 
     T = len(again.snapshots)
@@ -105,7 +124,7 @@ def diagnose_resimulation(again: Resimulation) -> xr.Dataset:
     if truth is not None and "weight" in again.run:
         truth = truth.weighted(again.run["weight"].values[:T])
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
-        found = {
+        measures = {
             **_lyapunov_function(truth, rates),
             **_ranks_and_conditions(again),
             **_stability_measures(again, truth),
@@ -113,19 +132,20 @@ def diagnose_resimulation(again: Resimulation) -> xr.Dataset:
             "singularity": _singularity_measure(again, truth, T),
         }
     variables = {
-        name: (["time"], found[name], {"units": UNITS.get(name, "1"), "long_name": long})
+        name: (["time"], measures[name], {"units": UNITS.get(name, "1"), "long_name": long})
         for name, long in LONG_NAMES.items()
     }
     variables["lyapunov"][2]["units"] = again.run["lyapunov"].attrs["units"]
     variables["lyapunov_rate"][2]["units"] = f"{variables['lyapunov'][2]['units']}/s"
-    kept = ("time", "coordinate", "mark_camera", "mark_target")
-    lived = again.run.isel(time=slice(0, T))
-    coordinates = {name: lived[name] for name in kept}
+    coordinate_names = ("time", "coordinate", "mark_camera", "mark_target")
+    instants = again.run.isel(time=slice(0, T))
+    coordinates = {name: instants[name] for name in coordinate_names}
     attributes = {"title": "RobSim diagnosis", "outcome": again.outcome.name, "dt": again.case.dt}
     return xr.Dataset(variables, coordinates, attributes)
 
 
 def _lyapunov_function(truth: TrueError | None, rates: Array) -> dict[str, Array]:
+    """Return V and its rate; NaN without true features."""
     if truth is None:
         return dict.fromkeys(("lyapunov", "lyapunov_rate"), np.full(len(rates), np.nan))
     return {
@@ -135,10 +155,10 @@ def _lyapunov_function(truth: TrueError | None, rates: Array) -> dict[str, Array
 
 
 def _ranks_and_conditions(again: Resimulation) -> dict[str, Array]:
-    """Return ranks and singular values of the matrices that the law was given."""
+    """Return ranks and singular values of the matrices that the law used."""
     controller, basis = again.controller, list_command_bases(again)
     task_jacobian = _stack_instants([one.command.task_jacobian for one in again.snapshots])
-    found: dict[str, Array] = {}
+    conditions: dict[str, Array] = {}
     if basis is None:
         sigma = np.full((len(task_jacobian), 1), np.nan)
     else:
@@ -151,13 +171,14 @@ def _ranks_and_conditions(again: Resimulation) -> dict[str, Array]:
         ("interaction", sigma, sigma.shape[1]),
         ("task_jacobian", singular_values_over_time(task_jacobian), full),
     ):
-        found[f"rank_{name}"] = _count_rank(values, controller.rcond)
-        found[f"condition_{name}"] = values[:, 0] / values[:, least - 1]
-        found[f"smallest_{name}"] = values[:, least - 1]
-    return found
+        conditions[f"rank_{name}"] = _count_rank(values, controller.rcond)
+        conditions[f"condition_{name}"] = values[:, 0] / values[:, least - 1]
+        conditions[f"smallest_{name}"] = values[:, least - 1]
+    return conditions
 
 
 def _count_rank(values: Array, rcond: float) -> Array:
+    """Return the number of singular values above rcond times the largest, or NaN."""
     count = (values > rcond * values[:, :1]).sum(axis=1)
     return np.where(np.isfinite(values[:, 0]), count, np.nan)
 
@@ -165,10 +186,12 @@ def _count_rank(values: Array, rcond: float) -> Array:
 def _stability_measures(again: Resimulation, truth: TrueError | None) -> dict[str, Array]:
     """Return the first-order stability measures of the closed loop."""
     T, basis = len(again.snapshots), list_command_bases(again)
-    found = {name: np.full(T, np.nan) for name in ("stability", "stability_motion", "contraction")}
+    measures = {
+        name: np.full(T, np.nan) for name in ("stability", "stability_motion", "contraction")
+    }
     controller = again.controller
     if truth is None or basis is None or not isinstance(controller, ServoController):
-        return found
+        return measures
     linear = type(controller.law) in (JointLaw, CameraLaw)
     for t, one in enumerate(basis):
         task_jacobian = truth.weights[t][:, None] * truth.rates[t][:, controller.columns]
@@ -176,21 +199,21 @@ def _stability_measures(again: Resimulation, truth: TrueError | None) -> dict[st
         used = L, task_jacobian, state.interaction_last, state.task_jacobian_last
         if not all(np.isfinite(array).all() for array in used):
             continue
-        # as if the twist were commanded
+        # a law that commands the twist directly
         own = {"task_jacobian_last": state.interaction_last, "jacobian_last": np.eye(6)[..., None]}
         twist = replace_unchecked(state, **own)
-        found["stability"][t] = smallest_eigenvalue(L @ -law_matrix(JointLaw(), twist))
+        measures["stability"][t] = smallest_eigenvalue(L @ -law_matrix(JointLaw(), twist))
         if linear:
             M = restrict_to_motions(-law_matrix(controller.law, state), task_jacobian)
-            found["stability_motion"][t] = smallest_eigenvalue(M)
+            measures["stability_motion"][t] = smallest_eigenvalue(M)
             gain = float(np.ravel(state.gain)[0])
             eigenvalues = np.linalg.eigvals(np.eye(len(M)) - gain * again.case.dt * M)
-            found["contraction"][t] = np.abs(eigenvalues).max(initial=0.0)
-    return found
+            measures["contraction"][t] = np.abs(eigenvalues).max(initial=0.0)
+    return measures
 
 
 def law_matrix(law: Law, state: ControlState) -> Array:
-    """Return the matrix (n, k) that a law, linear in the error, applies to it at gain 1."""
+    """Return the matrix (n, k) of a law that is linear in the error, at gain 1."""
     k = state.error_last.shape[0]
 
     def wide(array: Array) -> Array:
@@ -203,14 +226,14 @@ def law_matrix(law: Law, state: ControlState) -> Array:
         jacobian_last=wide(state.jacobian_last),
         task_jacobian_last=wide(state.task_jacobian_last),
         gain=1.0,
-        s_last=None,  # nothing else counts for a law that is linear in the error
+        s_last=None,  # unused by a law that is linear in the error
         q_last=None,
     )
     return np.array(view_runs_last(law.command(unit)))
 
 
 def restrict_to_motions(P: Array, task_jacobian: Array) -> Array:
-    """Return P task_jacobian restricted to the range of P (n, k): the motions commanded."""
+    """Return P task_jacobian restricted to the range of P (n, k), the commanded motions."""
     U, sigma, _ = np.linalg.svd(P, full_matrices=False)
     U = U[:, sigma > RCOND * sigma.max(initial=0.0)]
     M: Array = U.T @ P @ task_jacobian @ U
@@ -218,11 +241,12 @@ def restrict_to_motions(P: Array, task_jacobian: Array) -> Array:
 
 
 def smallest_eigenvalue(M: Array) -> float:
-    """Return the least eigenvalue of the symmetric part of M."""
+    """Return the smallest eigenvalue of the symmetric part of M."""
     return float(np.linalg.eigvalsh(0.5 * (M + M.T)).min(initial=np.inf))
 
 
 def _all_margins(again: Resimulation, q: Array) -> dict[str, NDArray[Any]]:
+    """Return the margins to the image borders and the joint limits."""
     border, mark = _border_margins(again, q)
     limit, coordinate = _limit_margins(again.case.scene.limits, q)
     return {
@@ -235,40 +259,41 @@ def _all_margins(again: Resimulation, q: Array) -> dict[str, NDArray[Any]]:
 
 
 def _border_margins(again: Resimulation, q: Array) -> tuple[Array, NDArray[np.int64]]:
-    """Return the least distance (T,) of a mark from its image border, and which mark."""
-    each = []
+    """Return the distance (T,) and the number (T,) of the mark nearest to its image border."""
+    distances = []
     for sight in again.controller.sights:
         low, high = sight.eye.camera.border.T[:, None, :, None]
         pixels = sight.project(q).pixels
-        each.append(np.minimum(pixels - low, high - pixels).min(axis=1))
-    margins = np.concatenate(each)
+        distances.append(np.minimum(pixels - low, high - pixels).min(axis=1))
+    margins = np.concatenate(distances)
     margins[~np.isfinite(margins)] = np.inf  # behind the camera, or no border
     return _smallest_margin(margins)
 
 
 def _count_marks_in_image(again: Resimulation) -> NDArray[np.int64]:
-    """Return the number (T,) of marks that are in their image."""
+    """Return the number (T,) of marks in their image."""
     views = (one.projections.values() for one in again.snapshots)
     return np.array([sum(int((v.visibility == 0).sum()) for v in each) for each in views])
 
 
 def _limit_margins(limits: Array, q: Array) -> tuple[Array, NDArray[np.int64]]:
-    """Return the least distance (T,) from a limit as a share of its range, and where."""
+    """Return the distance (T,) from the nearest limit, as a share of its range, and its row."""
     low, high = limits[:, :1], limits[:, 1:]
     span = np.where(np.isfinite(high - low), high - low, 1.0)
     return _smallest_margin(np.minimum(q - low, high - q) / span)
 
 
 def _smallest_margin(margins: Array) -> tuple[Array, NDArray[np.int64]]:
-    """Return the least finite margin of (N, T) and its row; NaN and -1 where there is none."""
+    """Return the smallest finite margin of (N, T) and its row; NaN and -1 if there is none."""
     if not len(margins):
         return np.full(margins.shape[1], np.nan), np.full(margins.shape[1], -1)
     least, row = margins.min(axis=0), margins.argmin(axis=0)
-    there = np.isfinite(least)
-    return np.where(there, least, np.nan), np.where(there, row, -1)
+    finite = np.isfinite(least)
+    return np.where(finite, least, np.nan), np.where(finite, row, -1)
 
 
 def _singularity_measure(again: Resimulation, truth: TrueError | None, T: int) -> Array:
+    """Return the ratio (T,) of the smallest to the largest singular value of the true L J."""
     if truth is None:
         return np.full(T, np.nan)
     controller = again.controller
@@ -281,18 +306,18 @@ def _singularity_measure(again: Resimulation, truth: TrueError | None, T: int) -
 
 def singular_values_over_time(A: Array) -> Array:
     """Return singular values (T, min(m, n)) of A (T, m, n), largest first; NaN if not finite."""
-    there = np.isfinite(A).all(axis=(1, 2))
+    finite = np.isfinite(A).all(axis=(1, 2))
     sigma = np.full((len(A), min(A.shape[1:])), np.nan)
-    sigma[there] = np.linalg.svd(A[there], compute_uv=False)
+    sigma[finite] = np.linalg.svd(A[finite], compute_uv=False)
     return sigma
 
 
 def list_command_bases(again: Resimulation) -> list[LawInput] | None:
-    """Return what each command is based on; None unless the run is of one servo task."""
-    found = [decision.basis for decision in again.decisions]
-    return found if all(isinstance(one, LawInput) for one in found) else None
+    """Return the basis of each command; None unless the run has a single servo task."""
+    command_bases = [decision.basis for decision in again.decisions]
+    return command_bases if all(isinstance(one, LawInput) for one in command_bases) else None
 
 
 def _stack_instants(arrays: list[Array]) -> Any:
-    """Return (T, ...) of T arrays whose last axis has a single run."""
+    """Return (T, ...) from T arrays with a single run along the last axis."""
     return np.stack([array[..., 0] for array in arrays])

@@ -19,28 +19,46 @@ EquilibriumKind = Literal[
     "goal", "false goal", "minimum", "degenerate", "saddle", "source", "not smooth"
 ]
 EQUILIBRIUM_KINDS: tuple[EquilibriumKind, ...] = get_args(EquilibriumKind)
-ROWS = 20  # of the printed table, at most
+ROWS = 20  # most rows of the printed table
 
 
 @dataclass(frozen=True, eq=False)
 class Equilibrium(Value):
-    """A state in which a task commands no motion.
+    """A state without commanded motion.
 
-    q             coordinates (nq,) of the scene
-    T_c_o         pose (4, 4) of the first target in the first camera
-    kind          "goal": e = 0; "false goal": e = 0 with the camera elsewhere (three points
-                  look alike from up to four poses), where the pose of the goal is known;
-                  "minimum": e is not 0 and all motions decay, a trap; "saddle": some decay and some
-                  grow; "source": all grow; "degenerate": some neither, one of a set of equilibria;
-                  "not smooth": f has no derivative there
-    error_norm    ||e||, in the unit of the features
-    eigenvalues   (n,) of the closed loop df/dq, complex, per second, the slowest to decay last;
-                  NaN where f has no derivative; a unicycle, which has one coordinate more than
-                  velocities, adds a zero
-    free          how many eigenvalues count as zero: below a ten-thousandth of the slowest rate at
-                  which the error is to decay, which is the gain where the inverse is no transpose
-    inside        whether all joints are within their limits and all marks in the images
-    share         of the starts, whose runs ended there, 0 to 1
+    Attributes
+    ----------
+    q : ndarray of shape (nq,)
+        Coordinates of the scene.
+    T_c_o : ndarray of shape (4, 4)
+        Pose of the first target in the first camera.
+    kind : str
+        Kind of the equilibrium. "goal": e = 0. "false goal": e = 0 at another pose of the camera
+        than the known goal pose (three points look the same from up to four poses). "minimum": e is
+        not 0 and all motions decay, a trap. "saddle": some motions decay and some grow. "source":
+        all motions grow. "degenerate": some motions do neither, as in a set of equilibria. "not
+        smooth": the vector field f has no derivative.
+    error_norm : float
+        ||e||, in the unit of the features.
+    eigenvalues : ndarray of complex of shape (n,)
+        Eigenvalues of the closed loop df/dq in 1/s, in ascending order of the real part. NaN if f
+        has no derivative. A unicycle has one coordinate more than velocities, which adds an
+        eigenvalue 0.
+    free : int
+        Number of eigenvalues that count as zero, below 1e-4 of the slowest nominal decay rate of
+        the error (the gain, unless the inverse is the transpose).
+    inside : bool
+        Whether all joints are within their limits and all marks in their images.
+    share : float
+        Share of the runs that ended at this equilibrium, 0 to 1.
+
+    Examples
+    --------
+    >>> import robsim as rs
+    >>> scenario = rs.load_scenario(rs.examples.path("local_minimum"))
+    >>> goal = rs.equilibria(scenario.scene, scenario.task, count=40).goal
+    >>> goal.kind, goal.stable, goal.inside
+    ('goal', True, True)
     """
 
     q: Array
@@ -59,30 +77,46 @@ class Equilibrium(Value):
 
     def __str__(self) -> str:
         pose = Pose(self.T_c_o)
-        place, turn = (" ".join(f"{x:8.4f}" for x in part) for part in (pose.position, pose.rotvec))
+        position, rotation = (
+            " ".join(f"{x:8.4f}" for x in part) for part in (pose.position, pose.rotvec)
+        )
         values = "no derivative"
         if np.isfinite(self.eigenvalues).all():
             low, high = (self.eigenvalues.real[[0, -1]] + 0.0).round(4)
             turns = " *" if (np.abs(self.eigenvalues.imag) > 1e-6).any() else ""
             values = f"{low:9.4f} to {high:8.4f}{turns}"
-        away = "" if self.inside else "  outside"
+        suffix = "" if self.inside else "  outside"
         row = f"{self.kind:11}{self.share:7.1%}{self.error_norm:11.3g}  {values:23}"
-        return f"{row}  {place} |{turn}{away}"
+        return f"{row}  {position} |{rotation}{suffix}"
 
 
 @dataclass(frozen=True, eq=False)
 class EquilibriumSet(Value, Sequence[Equilibrium]):
-    """The equilibria that were found: goals first, then minima, then the unstable ones.
+    """Equilibria of a task: goals first, then minima, then the unstable equilibria.
 
-    The table that `print` shows has in each row the kind, the share of the starts, ||e||, the
-    smallest and the largest real part of the eigenvalues (* where some are complex), the pose of
-    the target in the camera as position and rotation vector, and whether it is outside of the
-    limits of a joint or of an image.
+    `print` shows a table. Each row has the kind, the share of the starts, ||e||, the smallest and
+    the largest real part of the eigenvalues (* marks complex eigenvalues), the pose of the target
+    in the camera as position and rotation vector, and "outside" if a joint limit or an image border
+    is exceeded.
 
-    found      the equilibria
-    starts     (B, nq) where the runs started
-    ends       (B,) number of the equilibrium at which each run ended; -1 for none of them
-    outcomes   (B,) `Outcome` of each run
+    Attributes
+    ----------
+    found : tuple of Equilibrium
+        The equilibria.
+    starts : ndarray of shape (B, nq)
+        Starts of the runs.
+    ends : ndarray of int of shape (B,)
+        Number of the equilibrium at the end of each run; -1 if the run ended at none.
+    outcomes : ndarray of int of shape (B,)
+        `Outcome` of each run.
+
+    Examples
+    --------
+    >>> import robsim as rs
+    >>> scenario = rs.load_scenario(rs.examples.path("local_minimum"))
+    >>> result = rs.equilibria(scenario.scene, scenario.task, count=40)
+    >>> len(result.starts), result.minima[0].kind, round(result.lost, 3)
+    (40, 'minimum', 0.0)
     """
 
     found: tuple[Equilibrium, ...]
@@ -106,15 +140,17 @@ class EquilibriumSet(Value, Sequence[Equilibrium]):
 
     @property
     def goal(self) -> Equilibrium:
-        """The goal; InputError if no state was found in which the error is zero."""
+        """The goal; InputError if the search found no state with zero error."""
         for each in self.found:
             if each.kind == "goal":
                 return each
-        raise InputError("no equilibrium with error zero was found: the goal may be out of reach")
+        raise InputError(
+            "the search found no equilibrium with zero error: the goal may be out of reach"
+        )
 
     @property
     def minima(self) -> tuple[Equilibrium, ...]:
-        """The minima with non-zero error, at which runs end."""
+        """The minima with non-zero error, where runs get stuck."""
         return self.of("minimum")
 
     @property
@@ -124,7 +160,7 @@ class EquilibriumSet(Value, Sequence[Equilibrium]):
 
     @property
     def lost(self) -> float:
-        """The share of the starts whose runs ended at none of the equilibria."""
+        """The share of the runs that ended at none of the equilibria."""
         return float((self.ends < 0).mean())
 
     def __str__(self) -> str:

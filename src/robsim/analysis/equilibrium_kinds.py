@@ -12,29 +12,29 @@ from robsim.analysis.equilibrium import EquilibriumKind
 from robsim.analysis.vector_fields import STEP, VectorField
 from robsim.base.arrays import Array, euclidean_length, view_runs_first
 
-SAME_STATE = 1e-5  # metres and radians within which two states count as equal
-ZERO_EIGENVALUE = 1e-4  # an eigenvalue below this share of the controller's pace counts as zero
-ROUGH = 0.02  # largest second difference of f over the first where f counts as smooth
+SAME_STATE = 1e-5  # distance (m, rad) below which two states are equal
+ZERO_EIGENVALUE = 1e-4  # share of the controller's pace below which an eigenvalue counts as zero
+ROUGH = 0.02  # largest ratio of second to first difference of a smooth f
 
 
 @dataclass(frozen=True, eq=False)
 class EquilibriumPoints:
-    """Distinct states in which nothing is commanded, with their errors and eigenvalues."""
+    """Distinct states without commanded motion, with their errors and eigenvalues."""
 
     q: Array  # (nq, E)
     error_norm: Array  # (E,)
     zero: NDArray[np.bool_]  # (E,) whether the error is below the tolerance
     eigenvalues: NDArray[np.complex128]  # (n, E)
-    free: NDArray[np.int64]  # (E,) how many eigenvalues count as zero
+    free: NDArray[np.int64]  # (E,) number of zero eigenvalues
 
 
 def merge_points(field: VectorField, q: Array) -> EquilibriumPoints:
-    """Return the points at states q (nq, B), of which equal ones are kept once."""
-    kept, rest = [], q
+    """Return the points at states q (nq, B), with equal states merged."""
+    merged, rest = [], q
     while rest.shape[1]:
-        kept.append(rest[:, :1])
-        rest = rest[:, field.apart(kept[-1], rest)[0] > SAME_STATE]
-    q = np.ascontiguousarray(np.concatenate([q[:, :0], *kept], axis=1))
+        merged.append(rest[:, :1])
+        rest = rest[:, field.distances(merged[-1], rest)[0] > SAME_STATE]
+    q = np.ascontiguousarray(np.concatenate([q[:, :0], *merged], axis=1))
     command = field.command(q)
     zero = np.abs(command.error).max(axis=0) < field.controller.tolerance
     error_norm = euclidean_length(command.s - field.controller.s_goal)
@@ -44,7 +44,7 @@ def merge_points(field: VectorField, q: Array) -> EquilibriumPoints:
 
 
 def loop_eigenvalues(field: VectorField, q: Array) -> NDArray[np.complex128]:
-    """Return the eigenvalues (n, E) of df/dq, sorted by real part; NaN where f is not smooth.
+    """Return the eigenvalues (n, E) of df/dq, sorted by real part; NaN if f is not smooth.
 
     A unicycle has one coordinate more than velocities, which adds an eigenvalue zero.
     """
@@ -54,41 +54,46 @@ def loop_eigenvalues(field: VectorField, q: Array) -> NDArray[np.complex128]:
     smooth = bend <= ROUGH * size
     J = np.where(smooth, (ahead - behind) / (2.0 * STEP), 0.0)
     values = np.linalg.eigvals(view_runs_first(J)).astype(np.complex128)
-    values = np.concatenate([values, np.zeros((len(values), field.unreached))], axis=1)
+    values = np.concatenate([values, np.zeros((len(values), field.unactuated))], axis=1)
     values = np.take_along_axis(values, np.lexsort((values.imag, values.real)), axis=1)
     return np.where(smooth, values.T, np.nan)
 
 
 def group_points(points: EquilibriumPoints) -> NDArray[np.int64]:
-    """Return, for each point, the first point of the set of equilibria to which it belongs.
+    """Return, for each point, the first point (E,) of the set of equilibria that contains it.
 
-    The result is (E,), and a point without free eigenvalues is its own set.
-
-    Along a set of equilibria with L' e = 0 the norm of the error does not change, as its
-    differential is e' L dq: degenerate points of one norm are listed once.
+    A point without zero eigenvalues is its own set. Along a set of equilibria with L' e = 0 the
+    norm of the error is constant, because its differential is e' L dq: degenerate points of one
+    norm are listed once.
     """
     first, norm = np.arange(points.zero.size), points.error_norm
-    loose = (points.free > 0) | np.isnan(points.eigenvalues).any(axis=0)
-    for i in np.flatnonzero(loose):
+    degenerate = (points.free > 0) | np.isnan(points.eigenvalues).any(axis=0)
+    for i in np.flatnonzero(degenerate):
         close = np.abs(norm[:i] - norm[i]) <= SAME_STATE * norm[i]
-        same = loose[:i] & (close | (points.zero[:i] & points.zero[i]))
+        same = degenerate[:i] & (close | (points.zero[:i] & points.zero[i]))
         first[i] = np.append(np.flatnonzero(same), i)[0]
     return first
 
 
 def classify_points(field: VectorField, points: EquilibriumPoints) -> list[EquilibriumKind]:
     """Return the kind of each point."""
-    away = np.zeros(points.zero.size, dtype=np.bool_)
+    is_elsewhere = np.zeros(points.zero.size, dtype=np.bool_)
     if field.true_goal is not None:
-        far = field.pose(points.q).matrix - field.true_goal.matrix
-        away = np.asarray(np.abs(far).max(axis=(1, 2)) > 10 * SAME_STATE)
-    each = points.zero.tolist(), away.tolist(), points.free.tolist(), points.eigenvalues.T
-    return [_classify_point(*one) for one in zip(*each, strict=True)]
+        offset = field.pose(points.q).matrix - field.true_goal.matrix
+        is_elsewhere = np.asarray(np.abs(offset).max(axis=(1, 2)) > 10 * SAME_STATE)
+    columns = (
+        points.zero.tolist(),
+        is_elsewhere.tolist(),
+        points.free.tolist(),
+        points.eigenvalues.T,
+    )
+    return [_classify_point(*one) for one in zip(*columns, strict=True)]
 
 
-def _classify_point(zero: bool, away: bool, free: int, values: Any) -> EquilibriumKind:
+def _classify_point(zero: bool, is_elsewhere: bool, free: int, values: Any) -> EquilibriumKind:
+    """Return the kind of a point from its error, its goal pose and its eigenvalues."""
     if zero:
-        return "false goal" if away and not free else "goal"
+        return "false goal" if is_elsewhere and not free else "goal"
     if np.isnan(values).any():
         return "not smooth"
     if free:

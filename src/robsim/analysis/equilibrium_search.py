@@ -43,13 +43,13 @@ from robsim.statistics.random_numbers import RandomNumbers
 from robsim.vision.camera import Visibility
 from robsim.world.scene import Scene
 
-NEAR = 0.02  # metres and radians from an equilibrium, within which a run has ended there
+NEAR = 0.02  # largest distance (m, rad) of the end of a run from its equilibrium
 CHUNK = 256  # runs in lockstep
-PAIRS = 200  # least number of pairs of ends between which Newton's method starts
+PAIRS = 200  # least number of pairs of ends for starts of Newton's method
 PERIODS = 0.02  # control period of a run, in time constants 1/rate of the fastest motion
 PATIENCE = 100.0  # duration of a run, in time constants 1/pace of the slowest motion
 LONGEST = 20_000  # control periods of a run, at most
-MOST = 1_000_001  # upper bound, exclusive, of the number of drawn starts
+MOST = 1_000_001  # exclusive upper bound of the number of random starts
 
 
 def equilibria(
@@ -64,45 +64,67 @@ def equilibria(
     dt: float | None = None,
     duration: float | None = None,
 ) -> EquilibriumSet:
-    """Find states in which a task commands no motion, from many starts, and classify them.
+    """Find the states without commanded motion of a task, from many starts, and classify them.
 
-    From every start a run goes to its end, as in `simulate`, though no image has a border and no
-    joint a limit. Newton's method then looks for f(q) = 0, with qdot = f(q) what the task commands,
-    from all ends, from all starts, from states at random between two ends, where saddles are, and
-    from the goal where it was taught. The result depends on the starts and may not be complete.
-    Each one is classified by its error and by the eigenvalues of df/dq. Spurious minima: Chaumette
-    1998, "Potential problems of stability and convergence in image-based and position-based visual
-    servoing"; all equilibria of points: Colotti et al. 2024, "Determination of all stable and
-    unstable equilibria for image-point-based visual servoing".
+    A run is simulated from every start as in `simulate`, but without image borders and joint
+    limits. Newton's method then solves f(q) = 0, with the commanded velocities qdot = f(q), from
+    the end and the start of every run, from random states between two ends (saddles lie there), and
+    from a taught goal. The result depends on the starts and may be incomplete. Each equilibrium is
+    classified by its error and by the eigenvalues of df/dq. Chaumette 1998, "Potential problems of
+    stability and convergence in image-based and position-based visual servoing", describes spurious
+    minima; Colotti et al. 2024, "Determination of all stable and unstable equilibria for
+    image-point-based visual servoing", all equilibria of points.
 
-    starts     (B, nq) coordinates, or {robot: q}; None: they are drawn
-    count      how many are drawn
-    seed       of the drawing
-    distance   for one flying camera: it looks at the middle of the marks from a distance that is
-               uniform between these two, in units of that at the goal,
-    cone       in a direction that is uniform within this half angle (radians) about that at the
-               goal, and with a roll uniform over the full circle. For other robots every
-               commanded joint is uniform within its limits, or +-0.5 m and a full turn around home
-               where it has none. Draws with a mark that is not in front of its camera are dropped
-    dt         control period of the runs in seconds; None: a fiftieth of the fastest time constant
-               at the goal
-    duration   of the runs in seconds; None: a hundred times 1/gain, or 20,000 periods if that is
-               less (with the transpose, the rate of the slowest feature stands for the gain)
+    Parameters
+    ----------
+    scene : Scene
+        Scene without prescribed motions.
+    task : Task
+        Task without memory.
+    starts : array_like of shape (B, nq), or mapping of str to array_like, optional
+        Starts, or starts of each robot by name. Default: random starts.
+    count : int, default 200
+        Number of random starts.
+    seed : int, default 0
+        Seed of the random starts.
+    distance : tuple of float, default (0.6, 1.4)
+        For a single flying camera: least and largest distance from the middle of the marks, in
+        units of the distance at the goal. The camera looks at the middle, with a random roll. For
+        other robots every commanded joint is uniform within its limits, or within 0.5 m and a full
+        turn of home if it has none. Starts with a mark behind its camera are drawn again.
+    cone : float, default pi/4
+        For a single flying camera: largest angle in radians from the direction of the goal.
+    dt : float, optional
+        Control period of the runs in seconds. Default: 1/50 of the fastest time constant at the
+        goal.
+    duration : float, optional
+        Duration of the runs in seconds. Default: 100 times 1/gain, at most 20,000 periods. With the
+        transpose as inverse, the rate of the slowest feature replaces the gain.
 
-    InputError: a task that remembers (Broyden, DepthFilter, estimated feed-forward, a smooth
-    start, a latched switch), a scene that moves on its own, or unusable starts.
+    Returns
+    -------
+    EquilibriumSet
+        The equilibria in order: goals, minima, unstable equilibria.
 
+    Raises
+    ------
+    InputError
+        If the task has memory (Broyden, DepthFilter, estimated feed-forward, a smooth start, a
+        latched switch), if the scene has prescribed motions, or if the starts are unusable.
+
+    Examples
+    --------
     >>> import robsim as rs
     >>> scenario = rs.load_scenario(rs.examples.path("local_minimum"))
-    >>> found = equilibria(scenario.scene, scenario.task, count=40)
-    >>> [each.kind for each in found][:2], round(found.minima[0].error_norm, 5)
+    >>> result = equilibria(scenario.scene, scenario.task, count=40)
+    >>> [each.kind for each in result][:2], round(result.minima[0].error_norm, 5)
     (['goal', 'minimum'], 0.00231)
     """
     scene, task = check_instance(scene, Scene, "scene"), check_task(task)
     real = task.bind(scene)  # with the errors and warnings of a run
     field = VectorField.of(scene, task)
     count, seed = as_integer(count, "count", 1, MOST), as_integer(seed, "seed", 0, 2**64)
-    with np.errstate(all="ignore"):  # unusable states give NaN
+    with np.errstate(all="ignore"):  # invalid states give NaN
         q0 = (
             sample_starts(field, count, seed, distance, cone)
             if starts is None
@@ -114,8 +136,8 @@ def equilibria(
 def _search_equilibria(
     real: TaskController, field: VectorField, q0: Array, seed: int, dt: float, steps: int
 ) -> EquilibriumSet:
-    """Return what runs and Newton's method find from starts q0 (nq, B)."""
-    field.check_forgetful(q0)
+    """Return the equilibria that runs and Newton's method reach from starts q0 (nq, B)."""
+    field.check_memoryless(q0)
     ends, outcomes = _simulate_runs(field, q0, dt, steps)
     seeds = [q0, ends, _sample_between_ends(field, ends, seed)]
     if field.goal is not None:
@@ -125,11 +147,11 @@ def _search_equilibria(
 
 
 def _check_given_starts(field: VectorField, starts: Any) -> Array:
-    """Return the given starts as (nq, B); InputError if they are of no use."""
-    given = field.scene.coordinates(starts, "starts", limits=False)
-    if given.ndim != 2 or not given.size:
-        raise InputError(f"starts: expected shape (B, {field.scene.nq}), got {given.shape}")
-    q = move_runs_last(given, 1)
+    """Return the given starts as (nq, B); raise InputError if they are unusable."""
+    coordinates = field.scene.coordinates(starts, "starts", limits=False)
+    if coordinates.ndim != 2 or not coordinates.size:
+        raise InputError(f"starts: expected shape (B, {field.scene.nq}), got {coordinates.shape}")
+    q = move_runs_last(coordinates, 1)
     behind = np.flatnonzero(~field.in_front(q))
     if behind.size:
         raise InputError(f"starts: row {behind[0]} has a mark that is not in front of its camera")
@@ -137,7 +159,7 @@ def _check_given_starts(field: VectorField, starts: Any) -> Array:
 
 
 def _choose_period(field: VectorField, q0: Array, dt: Any, duration: Any) -> tuple[float, int]:
-    """Return the period and the number of periods, by default from the rates of the task."""
+    """Return the control period and the number of periods, by default from the task's rates."""
     if dt is None:
         rates = np.abs(loop_eigenvalues(field, q0 if field.goal is None else field.goal)).max(
             axis=0
@@ -153,7 +175,7 @@ def _choose_period(field: VectorField, q0: Array, dt: Any, duration: Any) -> tup
 def _simulate_runs(
     field: VectorField, q0: Array, dt: float, steps: int
 ) -> tuple[Array, NDArray[np.int8]]:
-    """Return the states (nq, B) where the runs end, and their outcomes (B,)."""
+    """Return the final states (nq, B) of the runs, and their outcomes (B,)."""
     loop = Loop(field.controller, move_runs_first(q0), dt, steps, limited=False)
     rows = np.arange(q0.shape[1])
     for first in range(0, rows.size, CHUNK):
@@ -162,11 +184,11 @@ def _simulate_runs(
 
 
 def _sample_between_ends(field: VectorField, ends: Array, seed: int) -> Array:
-    """Return states at random between the ends of runs: a saddle separates two basins."""
+    """Return random states between the ends of two runs: a saddle separates two basins."""
     count = ends.shape[1]
     share = RandomNumbers(seed, "between", np.arange(max(PAIRS, count))).uniform(3)
     i, j = (share[:, :2] * count).astype(int).T
-    return field.between(ends[:, i], ends[:, j], share[:, 2])
+    return field.interpolate(ends[:, i], ends[:, j], share[:, 2])
 
 
 def _assemble_equilibria(
@@ -177,23 +199,23 @@ def _assemble_equilibria(
     ends: Array,
     outcomes: NDArray[np.int8],
 ) -> EquilibriumSet:
-    """Return the equilibria that were found, each set once, in order."""
+    """Return the distinct equilibria in order."""
     starts = make_read_only(move_runs_first(q0))
     if not q.shape[1]:
         return EquilibriumSet(
             (), starts, make_read_only(np.full(len(starts), -1)), make_read_only(outcomes)
         )
     points = merge_points(field, q)
-    first, named = group_points(points), classify_points(field, points)
+    first, point_kinds = group_points(points), classify_points(field, points)
     ended = _assign_ends(field, points, first, ends)
     counts = np.bincount(ended[ended >= 0], minlength=first.size)
-    listed = [i for i in _order_points(field, points, named, counts) if first[i] == i]
+    listed = [i for i in _order_points(field, points, point_kinds, counts) if first[i] == i]
     T, within = field.pose(points.q).matrix, is_within_bounds(real, points.q)
-    found = [
+    result = [
         Equilibrium(
             make_read_only(points.q[:, i].copy()),
             make_read_only(T[i].copy()),
-            named[i],
+            point_kinds[i],
             float(points.error_norm[i]),
             make_read_only(points.eigenvalues[:, i].copy()),
             int(points.free[i]),
@@ -202,19 +224,21 @@ def _assemble_equilibria(
         )
         for i in listed
     ]
-    number = np.full(first.size + 1, -1)  # the last entry is for runs that ended at none
+    number = np.full(first.size + 1, -1)  # the last entry stands for runs without equilibrium
     number[listed] = np.arange(len(listed))
     return EquilibriumSet(
-        tuple(found), starts, make_read_only(number[ended]), make_read_only(outcomes)
+        tuple(result), starts, make_read_only(number[ended]), make_read_only(outcomes)
     )
 
 
 def _order_points(
-    field: VectorField, points: EquilibriumPoints, named: list[EquilibriumKind], counts: Any
+    field: VectorField, points: EquilibriumPoints, point_kinds: list[EquilibriumKind], counts: Any
 ) -> list[int]:
     """Return indices of the points by kind, taught goal first, then by share, then by error."""
-    ranks = np.array([EQUILIBRIUM_KINDS.index(kind) for kind in named])
-    other = np.zeros(ranks.size) if field.goal is None else field.apart(points.q, field.goal)[:, 0]
+    ranks = np.array([EQUILIBRIUM_KINDS.index(kind) for kind in point_kinds])
+    other = (
+        np.zeros(ranks.size) if field.goal is None else field.distances(points.q, field.goal)[:, 0]
+    )
     order = np.lexsort(np.array([points.error_norm, -counts, other > SAME_STATE, ranks]))
     return [int(i) for i in order]
 
@@ -223,13 +247,13 @@ def is_within_bounds(real: TaskController, q: Array) -> NDArray[np.bool_]:
     """Return whether (E,) all joints are within their limits and all marks in their images."""
     low, high = real.scene.limits.T[..., None]
     within = (low - LIMIT_SLACK <= q) & (q <= high + LIMIT_SLACK)
-    seen = [sight.project(q).visibility == Visibility.IN_IMAGE for sight in real.sights]
-    return np.asarray(np.concatenate([within, *seen]).all(axis=0))
+    visible = [sight.project(q).visibility == Visibility.IN_IMAGE for sight in real.sights]
+    return np.asarray(np.concatenate([within, *visible]).all(axis=0))
 
 
 def _assign_ends(
     field: VectorField, points: EquilibriumPoints, first: Any, ends: Array
 ) -> NDArray[np.int64]:
-    """Return the first point (B,) of the set near which each run ended; -1 if near none."""
-    far = field.apart(ends, points.q)
-    return np.where(far.min(axis=1) < NEAR, first[far.argmin(axis=1)], -1)
+    """Return the first point (B,) of the set near the end of each run; -1 if there is none."""
+    distances = field.distances(ends, points.q)
+    return np.where(distances.min(axis=1) < NEAR, first[distances.argmin(axis=1)], -1)

@@ -16,30 +16,48 @@ AXIS_ROWS = {"all": slice(0, 6), "linear": slice(0, 3), "angular": slice(3, 6)} 
 RANK_PROBES, PROBE_DISTANCE = (
     8,
     2.0,
-)  # configurations for the rank, and their distance from home (m, rad)
+)  # number of configurations for the rank, and their spread (m, rad)
 ZERO_SHARE = 1e-9  # singular values below this share of the largest count as zero
 
 
 def manipulability(
     robot: Robot, q: Any, link: str | None = None, axes: VelocityAxes = "all", length: float = 1.0
 ) -> Array:
-    """Return the product (...,) of the singular values of a link's Jacobian at q.
+    """Return the product of the singular values of a link's Jacobian.
 
-    Up to a constant it is the volume of the ellipsoid of its velocities at joint velocities of unit
-    length, and zero at singularities. Where J has no more rows than columns it is the measure
-    sqrt(det(J J^T)) of Yoshikawa 1985, "Manipulability of robotic mechanisms", International
-    Journal of Robotics Research 4(2); where it has more, that one is always zero. Here the product
-    is over the r largest singular values, r being the rank that J has almost everywhere: over all n
-    of an arm with n < 6 joints, over those in the plane of an arm that never leaves it.
+    Up to a constant the product is the volume of the ellipsoid of link velocities that joint
+    velocities of unit length produce. It is zero at singularities. For a Jacobian with no more rows
+    than columns it equals the measure sqrt(det(J J^T)) of Yoshikawa 1985, "Manipulability of
+    robotic mechanisms", International Journal of Robotics Research 4(2). That determinant is always
+    zero for a Jacobian with more rows than columns. Here the product covers the r largest singular
+    values, with r the generic rank of J: all n values of an arm with n < 6 joints, or the values in
+    the plane of a planar arm.
 
-    q        (..., nq)
-    link     whose motion is looked at; the tip by default
-    axes     "all" six, or the "linear" or the "angular" velocity alone
-    length   metres that are the unit of length in J: moving so far counts as much as turning by a
-             radian
+    Parameters
+    ----------
+    robot : Robot
+        The robot.
+    q : array_like of shape (..., nq)
+        Configurations.
+    link : str, optional
+        Link. Default: the tip.
+    axes : {"all", "linear", "angular"}, default "all"
+        Rows of the Jacobian: all six velocities, or the linear or angular velocity alone.
+    length : float, default 1.0
+        Unit of length in metres: a displacement by `length` counts as much as a turn by one radian.
 
-    A link that never moves along the axes has manipulability 0.
+    Returns
+    -------
+    ndarray of shape (...)
+        Manipulability; 0 for a link that never moves along the axes.
 
+    Raises
+    ------
+    InputError
+        If the link or the axes do not exist, or an argument is invalid.
+
+    Examples
+    --------
     >>> from robsim.files import robots
     >>> arm = robots.planar_2r()  # of two links: l1 l2 |sin q2|
     >>> manipulability(arm, [[0.3, np.pi / 2], [0.3, 0.0]], axes="linear").round(9)
@@ -53,14 +71,25 @@ def manipulability(
 def singularity_distance(
     robot: Robot, q: Any, link: str | None = None, axes: VelocityAxes = "all", length: float = 1.0
 ) -> Array:
-    """Return the smallest singular value (...,) of a link's Jacobian; 0 at a singularity.
+    """Return the smallest singular value of a link's Jacobian, zero at a singularity.
 
-    It is the distance from J to the nearest matrix that is singular, in the spectral norm (Eckart
-    and Young 1936), and the speed of the link in its slowest direction at joint velocities of unit
-    length. Directions in which the link never moves are left out, and the arguments are those of
-    `manipulability`. With "all" axes it depends on `length`, for metres and radians do not compare:
-    a usual choice is the reach of the arm.
+    It is the distance from J to the nearest singular matrix in the spectral norm (Eckart and Young
+    1936), and the speed of the link in its slowest direction for joint velocities of unit length.
+    Directions along which the link never moves are left out. With axes="all" the value depends on
+    `length`, because metres and radians are not comparable; a usual choice is the reach of the arm.
 
+    Parameters
+    ----------
+    robot, q, link, axes, length
+        As in `manipulability`.
+
+    Returns
+    -------
+    ndarray of shape (...)
+        Smallest singular value.
+
+    Examples
+    --------
     >>> from robsim.files import robots
     >>> puma = robots.puma560()  # its wrist is singular where q5 is 0
     >>> for q5 in (-60, -6, 0):
@@ -77,12 +106,24 @@ def singularity_distance(
 def condition_number(
     robot: Robot, q: Any, link: str | None = None, axes: VelocityAxes = "all", length: float = 1.0
 ) -> Array:
-    """Return the largest singular value (...,) of a link's Jacobian over the smallest.
+    """Return the ratio of the largest to the smallest singular value of a link's Jacobian.
 
-    1 where the link moves equally well in all directions (isotropic: Salisbury and Craig 1982,
-    "Articulated hands: force control and kinematic issues"); without bound near singularities,
-    infinite where the smallest is zero. Arguments as in `singularity_distance`.
+    The ratio is 1 at isotropic configurations, with equal velocities in all directions (Salisbury
+    and Craig 1982, "Articulated hands: force control and kinematic issues"). It grows without bound
+    near singularities, and is infinite if the smallest singular value is zero.
 
+    Parameters
+    ----------
+    robot, q, link, axes, length
+        As in `manipulability`.
+
+    Returns
+    -------
+    ndarray of shape (...)
+        Condition number.
+
+    Examples
+    --------
     >>> arm = Robot.from_dh([[0, 0, np.sqrt(2), 0], [0, 0, 1, 0]])  # their isotropic finger
     >>> float(condition_number(arm, np.radians([20, 135]), axes="linear").round(9))
     1.0
@@ -98,11 +139,9 @@ def condition_number(
 def jacobian_singular_values(
     robot: Robot, q: Any, link: str | None = None, axes: VelocityAxes = "all", length: float = 1.0
 ) -> Array:
-    """Return singular values (..., r) of a link's Jacobian, largest first.
+    """Return the r largest singular values (..., r) of a link's Jacobian, in descending order.
 
-    r is the rank that the Jacobian has almost everywhere.
-
-    Arguments as in `manipulability`.
+    r is the generic rank of the Jacobian. Arguments as in `manipulability`.
     """
     if not isinstance(robot, Robot):
         raise InputError(f"expected a Robot, got {format_value(robot)}")
@@ -123,7 +162,7 @@ def _all_singular_values(
         J[..., :3, :] /= unit
         J[..., [name == "m/s" for name in robot.velocity_units]] *= unit
     if not np.isfinite(J).all():
-        raise InputError(f"length (metres): {unit:g} makes a Jacobian that is not finite")
+        raise InputError(f"length (metres): {unit:g} gives a Jacobian that is not finite")
     return np.asarray(np.linalg.svd(J[..., AXIS_ROWS[axes], :], compute_uv=False), dtype=np.float64)
 
 
@@ -134,7 +173,7 @@ def _probe_configurations(robot: Robot) -> Array:
 
 
 def _generic_rank(values: Array) -> int:
-    """Return the highest rank among some configurations, from their singular values."""
+    """Return the highest rank among several configurations, from their singular values."""
     if not values.size:
         return 0
     largest = values.max()

@@ -1,13 +1,15 @@
 """Performance measures of visual servoing: one number for each recorded run.
 
-They are in the spirit of Gans, Hutchinson and Corke 2003, "Performance tests for visual servo
-control systems, with application to partitioned approaches to visual servo control": how long it
-took, how far the marks strayed in the image, and how far the camera strayed in space. Each takes
-`RecordedRuns` runs and gives (B,), NaN where it is undefined. What happens on the way is that of the
-recorded instants, so that only record="all" misses nothing.
+The measures follow Gans, Hutchinson and Corke 2003, "Performance tests for visual servo control
+systems, with application to partitioned approaches to visual servo control": duration, deviation of
+the marks in the image, and deviation of the camera in space. Each function takes a
+`RecordedRuns` and returns (B,), NaN if the measure is undefined. Measures over a run use the
+recorded instants, so that only record="all" covers every instant.
 
-"The camera" is the frame that moves: where the camera stands still and the target is carried, ways
-and rotations are those of the target, as in `path_length` of a run.
+"The camera" means the moving frame. If the camera stands still and the target moves, paths and
+rotations belong to the target, as in `path_length` of a run.
+
+The first line of each docstring is the `long_name` of its variable, and hence a noun phrase.
 """
 
 from __future__ import annotations
@@ -23,153 +25,157 @@ from robsim.base.arrays import Array, euclidean_length
 from robsim.run.end_variables import compute_rotation_angle
 from robsim.world.scene import Scene
 
-SPOT_SHARE = 1e-3  # share of the distance to the target below which a path is a turn on the spot
+SPOT_SHARE = 1e-3  # longest path of a turn on the spot, as a share of the distance to the target
 
 
-def time_to_converge(of: RecordedRuns) -> Array:
+def time_to_converge(data: RecordedRuns) -> Array:
     """The time in seconds until every error is below its tolerance; NaN if never, or with hold."""
-    if of.run.attrs.get("hold"):
-        return np.full(of.runs, np.nan)
-    return np.where(of.converged, of.each("end_time"), np.nan)
+    if data.run.attrs.get("hold"):
+        return np.full(data.runs, np.nan)
+    return np.where(data.converged, data.variable("end_time"), np.nan)
 
 
-def pixel_error(of: RecordedRuns) -> Array:
+def pixel_error(data: RecordedRuns) -> Array:
     """The largest distance in pixels of a mark from its goal at the end."""
-    return np.array(of.each("pixel_error"))
+    return np.array(data.variable("pixel_error"))
 
 
-def distance_to_goal(of: RecordedRuns) -> Array:
-    """The distance in metres of the camera from its goal at the end; NaN where unknown."""
-    return np.array(of.each("distance_to_goal"))
+def distance_to_goal(data: RecordedRuns) -> Array:
+    """The distance in metres of the camera from its goal at the end; NaN if unknown."""
+    return np.array(data.variable("distance_to_goal"))
 
 
-def angle_to_goal(of: RecordedRuns) -> Array:
-    """The angle in radians between the camera and its goal at the end; NaN where unknown."""
-    return np.array(of.each("angle_to_goal"))
+def angle_to_goal(data: RecordedRuns) -> Array:
+    """The angle in radians between the camera and its goal at the end; NaN if unknown."""
+    return np.array(data.variable("angle_to_goal"))
 
 
-def image_excursion(of: RecordedRuns) -> Array:
-    """The largest distance of a mark from its goal on the way, over the largest at the start."""
-    away = _largest_value(_pixel_lengths(of.pixels - of.goal_at_moments))
-    start, worst = of.first(away), of.worst(away)
+def image_excursion(data: RecordedRuns) -> Array:
+    """The largest distance of a mark from its goal in the run, over the largest at the start."""
+    distances = _largest_value(_pixel_lengths(data.pixels - data.goal_at_moments))
+    start, worst = data.first(distances), data.maximum_per_run(distances)
     return np.where(start > 0, worst / np.where(start > 0, start, 1.0), np.nan)
 
 
-def image_detour(of: RecordedRuns) -> Array:
+def image_detour(data: RecordedRuns) -> Array:
     """The largest distance in pixels of a mark from the straight line between start and goal."""
-    start = np.moveaxis(of.each("pixels")[:, 0], 0, -1)
-    chord = of.pixels_goal - start
+    start = np.moveaxis(data.variable("pixels")[:, 0], 0, -1)
+    chord = data.pixels_goal - start
     square = _inner_products(chord, chord)
-    chord, square = of.spread(chord), of.spread(np.where(square > 0, square, 1.0))
-    off = of.pixels - of.spread(start)
-    off -= np.clip(_inner_products(off, chord) / square, 0.0, 1.0)[:, None] * chord
-    return of.worst(_largest_value(_pixel_lengths(off)))
+    chord, square = data.repeat(chord), data.repeat(np.where(square > 0, square, 1.0))
+    offsets = data.pixels - data.repeat(start)
+    offsets -= np.clip(_inner_products(offsets, chord) / square, 0.0, 1.0)[:, None] * chord
+    return data.maximum_per_run(_largest_value(_pixel_lengths(offsets)))
 
 
-def path_length(of: RecordedRuns) -> Array:
+def path_length(data: RecordedRuns) -> Array:
     """The length of the camera's path in metres."""
-    return np.array(of.each("path_length"))
+    return np.array(data.variable("path_length"))
 
 
-def path_ratio(of: RecordedRuns) -> Array:
+def path_ratio(data: RecordedRuns) -> Array:
     """The path length over the straight distance from start to end; NaN for a turn on the spot."""
-    start, end = (of.poses(of.mover, of.at_once(q))[:, 3] for q in ("q0", "q_end"))
+    start, end = (data.poses(data.mover, data.per_run(q))[:, 3] for q in ("q0", "q_end"))
     straight = euclidean_length(end - start)
-    far = straight > SPOT_SHARE * np.nan_to_num(of.first(of.away))
-    return np.where(far, path_length(of) / np.where(far, straight, 1.0), np.nan)
+    moves = straight > SPOT_SHARE * np.nan_to_num(data.first(data.camera_distances))
+    return np.where(moves, path_length(data) / np.where(moves, straight, 1.0), np.nan)
 
 
-def retreat(of: RecordedRuns) -> Array:
-    """The distance in metres by which the camera backed away beyond its start and its goal.
+def retreat(data: RecordedRuns) -> Array:
+    """The distance in metres that the camera backed away beyond its start and its goal.
 
-    The distance is that of the camera from the middle of the marks. Where the pose of the goal is
-    not known, it is that at the end of a run that converged.
+    The distance of the camera is measured from the middle of the marks. If the pose of the goal is
+    unknown, the end of a converged run replaces it.
     """
-    if not of.run.sizes["mark"]:
-        return np.full(of.runs, np.nan)
-    q = of.at_once("q_end")
-    end = of.distance(of.poses(of.pair[0], q)[:, 3], q)
-    goal = np.where(of.converged, end, np.nan)
-    goal = np.where(np.isfinite(of.goal_distance), of.goal_distance, goal)
-    return np.maximum(of.worst(of.away) - np.fmax(of.first(of.away), goal), 0.0)
+    if not data.run.sizes["mark"]:
+        return np.full(data.runs, np.nan)
+    q = data.per_run("q_end")
+    end = data.distance(data.poses(data.pair[0], q)[:, 3], q)
+    goal = np.where(data.converged, end, np.nan)
+    goal = np.where(np.isfinite(data.goal_distance), data.goal_distance, goal)
+    return np.maximum(
+        data.maximum_per_run(data.camera_distances)
+        - np.fmax(data.first(data.camera_distances), goal),
+        0.0,
+    )
 
 
-def rotation(of: RecordedRuns) -> Array:
+def rotation(data: RecordedRuns) -> Array:
     """The total angle in radians through which the camera turned, back and forth."""
-    R = of.way[:, :3].reshape(9, -1)
-    return of.total(compute_rotation_angle(R[:, 1:] - R[:, :-1]))
+    R = data.mover_poses[:, :3].reshape(9, -1)
+    return data.sum_per_run(compute_rotation_angle(R[:, 1:] - R[:, :-1]))
 
 
-def peak_speed(of: RecordedRuns) -> Array:
+def peak_speed(data: RecordedRuns) -> Array:
     """The largest linear speed |v| of the camera in metres per second."""
-    return of.worst(euclidean_length(of.twists[:3]))
+    return data.maximum_per_run(euclidean_length(data.twists[:3]))
 
 
-def peak_turn_rate(of: RecordedRuns) -> Array:
+def peak_turn_rate(data: RecordedRuns) -> Array:
     """The largest angular speed |omega| of the camera in radians per second."""
-    return of.worst(euclidean_length(of.twists[3:]))
+    return data.maximum_per_run(euclidean_length(data.twists[3:]))
 
 
-def effort_linear(of: RecordedRuns) -> Array:
+def effort_linear(data: RecordedRuns) -> Array:
     """The integral of the squared commanded velocities in m/s, in m^2/s; NaN without any."""
-    return _integrate_unit(of, "m/s", of.qd[:, :-1] ** 2)
+    return _integrate_unit(data, "m/s", data.qd[:, :-1] ** 2)
 
 
-def effort_angular(of: RecordedRuns) -> Array:
+def effort_angular(data: RecordedRuns) -> Array:
     """The integral of the squared commanded velocities in rad/s, in rad^2/s; NaN without any."""
-    return _integrate_unit(of, "rad/s", of.qd[:, :-1] ** 2)
+    return _integrate_unit(data, "rad/s", data.qd[:, :-1] ** 2)
 
 
-def travel_linear(of: RecordedRuns) -> Array:
+def travel_linear(data: RecordedRuns) -> Array:
     """The distance in metres that joints moved, back and forth; NaN without any such joint.
 
-    A flying camera moves along its three axes.
+    A flying camera has three linear axes.
     """
-    return _integrate_unit(of, "m/s", _joint_speeds(of))
+    return _integrate_unit(data, "m/s", _joint_speeds(data))
 
 
-def travel_angular(of: RecordedRuns) -> Array:
+def travel_angular(data: RecordedRuns) -> Array:
     """The angle in radians that joints turned, back and forth; NaN without any such joint.
 
-    A flying camera turns about its three axes.
+    A flying camera has three rotation axes.
     """
-    return _integrate_unit(of, "rad/s", _joint_speeds(of))
+    return _integrate_unit(data, "rad/s", _joint_speeds(data))
 
 
-def border_margin(of: RecordedRuns) -> Array:
+def border_margin(data: RecordedRuns) -> Array:
     """The smallest distance in pixels of a mark from its image border; negative outside."""
-    names = of.run["mark_camera"].values.tolist()
-    borders = np.array([of.scene.camera(name).camera.border for name in names])
+    names = data.run["mark_camera"].values.tolist()
+    borders = np.array([data.scene.camera(name).camera.border for name in names])
     if not np.isfinite(borders).any():
-        return np.full(of.runs, np.nan)
+        return np.full(data.runs, np.nan)
     low, high = borders[..., 0, None], borders[..., 1, None]  # (N, 2, 1)
-    inside = np.minimum(of.pixels - low, high - of.pixels)
-    least = -of.worst(_largest_value(-np.concatenate(inside)))
+    inside = np.minimum(data.pixels - low, high - data.pixels)
+    least = -data.maximum_per_run(_largest_value(-np.concatenate(inside)))
     return np.where(np.isfinite(least), least, np.nan)
 
 
-def limit_margin(of: RecordedRuns) -> Array:
+def limit_margin(data: RecordedRuns) -> Array:
     """The least distance of a joint from its limits, as a share of its range; NaN if unlimited."""
-    low, high = of.scene.limits.T[..., None]
-    limited = (np.isfinite(low) & np.isfinite(high))[:, 0]
-    if not limited.any():
-        return np.full(of.runs, np.nan)
-    q, low, high = of.q[limited], low[limited], high[limited]
-    return -of.worst(_largest_value(-np.minimum(q - low, high - q) / (high - low)))
+    low, high = data.scene.limits.T[..., None]
+    has_limits = (np.isfinite(low) & np.isfinite(high))[:, 0]
+    if not has_limits.any():
+        return np.full(data.runs, np.nan)
+    q, low, high = data.q[has_limits], low[has_limits], high[has_limits]
+    return -data.maximum_per_run(_largest_value(-np.minimum(q - low, high - q) / (high - low)))
 
 
 @dataclass(frozen=True)
 class Measure:
-    """A measure with its function, its unit and its labels."""
+    """A measure: its function, its unit and its labels."""
 
     of: Callable[[RecordedRuns], Array]
     unit: str
     label: str
-    short: str = ""  # head of its column in a table; measures without one are left out
+    short: str = ""  # head of the column in tables; empty for measures that tables omit
 
     @property
     def meaning(self) -> str:
-        """The first line of the docstring of its function."""
+        """The first line of the function's docstring."""
         return str(self.of.__doc__).split("\n", maxsplit=1)[0]
 
 
@@ -197,36 +203,40 @@ MEASURES = {
 
 def collect_mover_positions(run: xr.Dataset, scene: Scene) -> Array:
     """Return positions (B, moments, 3) of the moving frame in the world; NaN after a run's end."""
-    of = RecordedRuns(run, scene)
-    way = np.full((*of.live.shape, 3), np.nan)
-    way[of.live] = of.way[:, 3].T
-    return way
+    data = RecordedRuns(run, scene)
+    positions = np.full((*data.live.shape, 3), np.nan)
+    positions[data.live] = data.mover_poses[:, 3].T
+    return positions
 
 
 def compute_pixel_distances(run: xr.Dataset) -> Array:
     """Return distances (B, moments, marks) of the marks from their goals, in pixels."""
-    away = np.moveaxis(run["pixels"].values - run["pixels_goal"].values, -1, 0)
-    return euclidean_length(away) if "run" in run["pixels"].dims else euclidean_length(away)[None]
+    offsets = np.moveaxis(run["pixels"].values - run["pixels_goal"].values, -1, 0)
+    return (
+        euclidean_length(offsets)
+        if "run" in run["pixels"].dims
+        else euclidean_length(offsets)[None]
+    )
 
 
-def _joint_speeds(of: RecordedRuns) -> Array:
-    """Return joint speeds (nv, M - 1) until the next moment; the mean of both ends if they lag."""
-    speeds = np.abs(of.velocities)
-    return 0.5 * (speeds[:, :-1] + speeds[:, 1:]) if "qd_actual" in of.run else speeds[:, :-1]
+def _joint_speeds(data: RecordedRuns) -> Array:
+    """Return joint speeds (nv, M - 1) between moments; the mean of both ends if joints lag."""
+    speeds = np.abs(data.velocities)
+    return 0.5 * (speeds[:, :-1] + speeds[:, 1:]) if "qd_actual" in data.run else speeds[:, :-1]
 
 
-def _integrate_unit(of: RecordedRuns, unit: str, values: Array) -> Array:
-    """Return the integral of values (nv, M - 1), over the commanded velocities of a unit.
+def _integrate_unit(data: RecordedRuns, unit: str, values: Array) -> Array:
+    """Return the integral of values (nv, M - 1) over the commanded velocities with a given unit.
 
     Each value is held until the next moment of its run, as commands are.
     """
-    chosen = (np.array(of.scene.velocity_units) == unit) & ~of.scene.prescribed
+    chosen = (np.array(data.scene.velocity_units) == unit) & ~data.scene.prescribed
     if not chosen.any():
-        return np.full(of.runs, np.nan)
+        return np.full(data.runs, np.nan)
     total = np.zeros(values.shape[1])
     for j in np.flatnonzero(chosen):
         total += values[j]
-    return of.total(total * of.held)
+    return data.sum_per_run(total * data.hold_times)
 
 
 def _inner_products(a: Array, b: Array) -> Array:
@@ -240,5 +250,5 @@ def _pixel_lengths(v: Array) -> Array:
 
 
 def _largest_value(values: Array) -> Array:
-    """Return the largest (M,) of values (n, M)."""
+    """Return the maximum (M,) of values (n, M) over the first axis."""
     return np.asarray(values.max(axis=0, initial=-np.inf))

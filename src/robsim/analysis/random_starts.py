@@ -17,13 +17,13 @@ from robsim.starts.start_kinematics import StartKinematics, is_floating
 from robsim.starts.start_samplers import LookAt, Start
 from robsim.statistics.random_numbers import RandomNumbers
 
-ROUNDS = 100  # attempts at a start, at most
+ROUNDS = 100  # most attempts for a start
 
 
 def sample_starts(field: VectorField, count: int, seed: int, distance: Any, cone: Any) -> Array:
     """Return starts (nq, count) with all marks in front of their cameras; see `equilibria`."""
     reach = StartKinematics(field.controller)
-    q, tries, found = draw_starts(
+    q, tries, accepted = draw_starts(
         _make_goal_sampler(reach, distance, cone)
         if _is_flying_camera(reach)
         else _JointSpaceStart(),
@@ -33,21 +33,22 @@ def sample_starts(field: VectorField, count: int, seed: int, distance: Any, cone
         lambda draws, q: field.in_front(move_runs_last(q, 1)),
         [1] * ROUNDS,
     )
-    if found.all():
+    if accepted.all():
         return move_runs_last(q, 1)
     raise InputError(
-        f"starts: of {tries.sum()} that were drawn only {found.sum()} have all marks in front of "
-        "the camera; give starts of your own, of shape (B, nq)"
+        f"starts: only {accepted.sum()} of {tries.sum()} random starts have all marks in front of "
+        "the camera; give starts, of shape (B, nq)"
     )
 
 
 def _is_flying_camera(reach: StartKinematics) -> bool:
+    """Return whether the moving frame is a camera on a floating joint."""
     cameras = [eye.name for eye in reach.scene.cameras]
     return reach.frame in cameras and is_floating(reach.controller, reach.frame)
 
 
 def _make_goal_sampler(reach: StartKinematics, distance: Any, cone: Any) -> LookAt:
-    """Return the sampler of poses whose camera looks at the middle of the marks."""
+    """Return the sampler of camera poses that look at the middle of the marks."""
     pair, angle = as_floats(distance, "distance", (2,)), as_floats(cone, "cone (radians)", ())
     if pair.ndim != 1 or not 0 < pair[0] <= pair[1]:
         raise InputError(
@@ -59,23 +60,23 @@ def _make_goal_sampler(reach: StartKinematics, distance: Any, cone: Any) -> Look
             f"cone: expected a half angle from 0 to pi radians, got {format_value(cone)}"
         )
     target = reach.controller.sights[0].target.name
-    away = np.linalg.norm(reach.goal.position - reach.middle(target))
-    if not away:
+    goal_distance = np.linalg.norm(reach.goal.position - reach.middle(target))
+    if not goal_distance:
         raise InputError(
-            "starts: a goal given as numbers says nothing about where to start, and home is in "
-            "the middle of the marks; give starts, of shape (B, nq)"
+            "starts: a goal given as numbers has no pose, and home is in the middle of the "
+            "marks; give starts, of shape (B, nq)"
         )
-    return LookAt(target, distance=away * pair, cone=float(angle))
+    return LookAt(target, distance=goal_distance * pair, cone=float(angle))
 
 
 @dataclass(frozen=True, eq=False)
 class _JointSpaceStart(Start):
-    """Commanded coordinates anywhere within their limits, and the others at home."""
+    """Starts with commanded coordinates uniform within their limits, and the others at home."""
 
     def coordinates(
         self, reach: StartKinematics, draws: RandomNumbers
     ) -> tuple[Array, NDArray[np.bool_]]:
-        """Return coordinates (draws, nq), all of which are reached."""
+        """Return coordinates (draws, nq), all of them reachable."""
         scene, tree = reach.scene, reach.scene.tree
         q, share = np.tile(scene.home, (len(draws.numbers), 1)), draws.uniform(scene.nq)
         bodies = np.unique(tree.owners[reach.controller.columns])

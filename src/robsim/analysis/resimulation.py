@@ -1,4 +1,4 @@
-"""A recorded run that is simulated once more, with every step kept."""
+"""A recorded run that is simulated again with every step stored."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-LONGEST = 50_000  # control periods at most, as each keeps about 10 kB
+LONGEST = 50_000  # most control periods; each stores about 10 kB
 
 StepCallback = Callable[[ChunkState, Decision], None]
 
@@ -39,7 +39,7 @@ class Resimulation:
 
     case: Experiment
     loop: Loop
-    snapshots: list[ChunkState]  # of every step
+    snapshots: list[ChunkState]  # one for every step
     decisions: list[Decision]
     run: xr.Dataset
     outcome: Outcome
@@ -51,58 +51,62 @@ class Resimulation:
 
 
 def _restore_case(run: xr.Dataset, experiment: Experiment | None) -> Experiment:
-    """Return the experiment of a single run, from its own text or from the one that is given.
+    """Return the experiment of a single run, from its stored text or from `experiment`.
 
-    `experiment` is needed where it is Python code; start and settings are those of the run. A run
-    that was stopped has the duration until then.
-
-    InputError: not a run, a batch of several runs, or a run without the text of its experiment.
+    `experiment` is needed if it contains Python code; start and settings come from the run. A
+    stopped run has the duration until the stop. Raises InputError if `run` is no single run, or
+    stores no experiment.
     """
     check_run(run)
     if is_log_run(run):
         raise InputError(
-            "this run was recorded: explain and replay look into it; a simulated one of the same "
-            "start is Experiment.of(run).run()"
+            "this run was recorded: use explain or replay; Experiment.of(run).run() simulates a "
+            "run from the same start"
         )
-    one = _get_single_run(run)
-    if one.sizes.get("mark") == 0:
-        raise InputError("no camera has a part in this run: there is no interaction to look into")
+    single = _get_single_run(run)
+    if single.sizes.get("mark") == 0:
+        raise InputError("this run uses no camera, and so has no interaction matrix")
     if experiment is None:
-        made = _restore_experiment(one)
+        experiment_of_run = _restore_experiment(single)
     else:
-        given = check_instance(experiment, Experiment, "experiment")
-        own = read_run_settings(one)
-        if given.varied:
-            given = given.of_run(own["first_run"] - given.first_run)
-        made = given.with_(**own)
-    _check_imperfections(one, sensing=made.sensing, actuation=made.actuation)
-    start = made.scene.home if made.start is None else made.start
-    return made.with_(start=start, record="all", duration=_choose_duration(made, one))
+        own_experiment = check_instance(experiment, Experiment, "experiment")
+        settings = read_run_settings(single)
+        if own_experiment.varied:
+            own_experiment = own_experiment.of_run(settings["first_run"] - own_experiment.first_run)
+        experiment_of_run = own_experiment.with_(**settings)
+    _check_imperfections(
+        single, sensing=experiment_of_run.sensing, actuation=experiment_of_run.actuation
+    )
+    start = (
+        experiment_of_run.scene.home if experiment_of_run.start is None else experiment_of_run.start
+    )
+    return experiment_of_run.with_(
+        start=start, record="all", duration=_choose_duration(experiment_of_run, single)
+    )
 
 
 def _choose_duration(case: Experiment, one: xr.Dataset) -> float:
-    """Return the duration of the experiment, or that until it was stopped."""
+    """Return the duration of the experiment, or the duration until it was stopped."""
     outcome, seconds = _read_outcome(one)
     if outcome is not Outcome.RUNNING:
         return case.duration
     return compute_whole_duration(seconds / case.dt, case.dt)
 
 
-def _check_imperfections(one: xr.Dataset, **given: Sensing | Actuation) -> None:
-    for name, value in given.items():
-        if one.attrs.get(name, repr(value)) != repr(value):
+def _check_imperfections(run: xr.Dataset, **imperfections: Sensing | Actuation) -> None:
+    """Raise InputError if sensing or actuation of the run differ from the experiment."""
+    for name, value in imperfections.items():
+        if run.attrs.get(name, repr(value)) != repr(value):
             raise InputError(
-                f"the run was made with {name}={one.attrs[name]}, which is not what is given: "
-                f"{value!r}"
+                f"the run was made with {name}={run.attrs[name]}, but the experiment has {value!r}"
             )
 
 
 def simulate_single(case: Experiment, see: StepCallback | None = None) -> Loop:
-    """Simulate an experiment of one start and return the loop at its end.
+    """Simulate an experiment with one start and return the loop at its end.
 
-    `see` is called after every step.
-
-    InputError or GoalError: it cannot be simulated.
+    `see` is called after every step. Raises InputError or GoalError if the simulation is
+    impossible.
     """
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", RankWarning)  # the original run gave the warning
@@ -114,13 +118,13 @@ def simulate_single(case: Experiment, see: StepCallback | None = None) -> Loop:
 
 
 def resimulate_run(run: xr.Dataset, experiment: Experiment | None = None) -> Resimulation:
-    """Simulate a run again and keep every step; InputError unless it ends with the same bits."""
-    case, one = _restore_case(run, experiment), _get_single_run(run)
-    outcome, seconds = _read_outcome(one)
+    """Simulate a run again and store every step; InputError unless it has the same bits."""
+    case, single = _restore_case(run, experiment), _get_single_run(run)
+    outcome, seconds = _read_outcome(single)
     periods = round(seconds / case.dt)
     if periods > LONGEST:
         raise InputError(
-            f"this run took {periods} control periods; at most {LONGEST} can be looked into"
+            f"this run took {periods} control periods; at most {LONGEST} can be simulated again"
         )
     snapshots: list[ChunkState] = []
     decisions: list[Decision] = []
@@ -130,37 +134,39 @@ def resimulate_run(run: xr.Dataset, experiment: Experiment | None = None) -> Res
         decisions.append(decision)
 
     loop = simulate_single(case, keep)
-    again = case.dataset(loop)
-    if other := find_difference(one, again):
-        raise InputError(f"this run does not repeat: {other}")
-    return Resimulation(case, loop, snapshots, decisions, again, outcome)
+    new_run = case.dataset(loop)
+    if differing := find_difference(single, new_run):
+        raise InputError(f"this run is not reproduced: {differing}")
+    return Resimulation(case, loop, snapshots, decisions, new_run, outcome)
 
 
 def _restore_experiment(one: xr.Dataset) -> Experiment:
+    """Return the experiment that a run stores."""
     try:
         return Experiment.of(one)
     except FileError:
         raise
     except InputError as reason:
-        raise InputError(f"{reason}; give the experiment that made it") from None
+        raise InputError(f"{reason}; give the experiment of the run") from None
 
 
 def _read_outcome(one: xr.Dataset) -> tuple[Outcome, float]:
-    """Return how and when (s) a single run ended."""
+    """Return the outcome and the end time (s) of a single run."""
     try:
         outcome, seconds = Outcome(int(one["outcome"])), float(one["end_time"])
     except KeyError:
-        raise InputError("this is no run, or not all of it: no outcome and end_time") from None
+        raise InputError("this is no complete run: no outcome and end_time") from None
     except (TypeError, ValueError) as reason:
-        raise InputError(f"this is no run, or not all of it: {reason}") from None
+        raise InputError(f"this is no complete run: {reason}") from None
     if not math.isfinite(seconds):
-        raise InputError(f"this is no run, or not all of it: its end_time is {seconds} s")
+        raise InputError(f"this is no complete run: its end_time is {seconds} s")
     return outcome, seconds
 
 
 def _get_single_run(run: xr.Dataset) -> xr.Dataset:
+    """Return a run without its dimension "run"; raise InputError if it is no single run."""
     if "q0" not in run.variables:
-        raise InputError("this is no run, or not all of it: it has no 'q0'")
+        raise InputError("this is no complete run: it has no 'q0'")
     count = run.sizes.get("run", 1)
     if count != 1:
         raise InputError(f"expected one run, got {count}: pick one, as in run.isel(run=0)")

@@ -1,4 +1,4 @@
-"""The recorded moments of runs in one array, with quantities that several measures need."""
+"""The recorded moments of runs in single arrays, with quantities that several measures share."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ from robsim.world.scene import Scene
 
 @dataclass(frozen=True, eq=False)
 class RecordedRuns:
-    """A run or a batch in its scene, with the M moments before each run's end, run by run.
+    """A run or a batch in its scene, with the M moments of all runs concatenated.
 
-    Arrays have the moment as last axis, without the NaN that follow a run's end. Poses and
-    velocities are taken from the record where it has them, else computed.
+    Arrays have the moment as last axis and omit the NaN after a run's end. Poses and velocities are
+    read from the record if it has them, and computed otherwise.
     """
 
     run: xr.Dataset
@@ -34,14 +34,14 @@ class RecordedRuns:
         """The number of runs, B."""
         return int(self.run.sizes.get("run", 1))
 
-    def each(self, name: str) -> Any:
+    def variable(self, name: str) -> Any:
         """Return a variable with the run as first axis; a single run is a batch of one."""
         variable = self.run[name]
         return variable.values if "run" in variable.dims else variable.values[None]
 
     def moments(self, name: str) -> Array:
-        """Return (..., M) of a variable that has the dimension time."""
-        values = self.each(name)
+        """Return (..., M) of a variable with the dimension time."""
+        values = self.variable(name)
         rows = values.reshape(self.live.size, math.prod(values.shape[2:])).take(self._rows, axis=0)
         return np.ascontiguousarray(rows.T).reshape(*values.shape[2:], len(rows))
 
@@ -62,24 +62,24 @@ class RecordedRuns:
 
     @cached_property
     def pixels_goal(self) -> Array:
-        """The pixels of the marks at the goal, (N, 2, B), or (N, 2, 1) where all runs have one."""
+        """The pixels of the marks at the goal, (N, 2, B), or (N, 2, 1) for a common goal."""
         goal = self.run["pixels_goal"]
-        return self.at_once("pixels_goal") if "run" in goal.dims else goal.values[..., None]
+        return self.per_run("pixels_goal") if "run" in goal.dims else goal.values[..., None]
 
     @property
     def goal_at_moments(self) -> Array:
-        """Likewise of the run of each moment, (N, 2, M) or (N, 2, 1)."""
+        """The pixels of the marks at the goal of each moment's run, (N, 2, M) or (N, 2, 1)."""
         goal = self.pixels_goal
-        return goal if goal.shape[-1] == 1 else self.spread(goal)
+        return goal if goal.shape[-1] == 1 else self.repeat(goal)
 
-    def at_once(self, name: str) -> Array:
-        """Return (..., B) of a variable that has one value for each run."""
-        return np.ascontiguousarray(np.moveaxis(self.each(name), 0, -1))
+    def per_run(self, name: str) -> Array:
+        """Return (..., B) of a variable with one value for each run."""
+        return np.ascontiguousarray(np.moveaxis(self.variable(name), 0, -1))
 
     @cached_property
     def live(self) -> NDArray[np.bool_]:
         """Whether each moment (B, moments) is before the end of its run."""
-        q = self.each("q")
+        q = self.variable("q")
         alive = np.isfinite(q[..., 0])
         for i in range(1, q.shape[-1]):  # faster than all() along a short axis
             alive &= np.isfinite(q[..., i])
@@ -91,79 +91,79 @@ class RecordedRuns:
         return np.flatnonzero(self.live)
 
     @cached_property
-    def owner(self) -> NDArray[np.int64]:
-        """The run (M,) to which each moment belongs."""
+    def run_index(self) -> NDArray[np.int64]:
+        """The run (M,) of each moment."""
         return np.repeat(np.arange(self.runs), self._counts)
 
     @cached_property
-    def going(self) -> NDArray[np.bool_]:
+    def has_next(self) -> NDArray[np.bool_]:
         """Whether the next moment (M - 1,) belongs to the same run."""
-        same: NDArray[np.bool_] = self.owner[1:] == self.owner[:-1]
+        same: NDArray[np.bool_] = self.run_index[1:] == self.run_index[:-1]
         return same
 
     @cached_property
-    def held(self) -> Array:
-        """The time (M - 1,) in seconds until the next moment of the same run; 0 at its end."""
+    def hold_times(self) -> Array:
+        """The time (M - 1,) in seconds until the next moment of the same run; 0 at a run's end."""
         time = self.run["time"].values[self._rows % self.live.shape[1]]
-        return np.where(self.going, np.diff(time), 0.0)
+        return np.where(self.has_next, np.diff(time), 0.0)
 
     @cached_property
     def converged(self) -> NDArray[np.bool_]:
         """Whether each run (B,) converged."""
-        arrived: NDArray[np.bool_] = self.each("outcome") == Outcome.CONVERGED
+        arrived: NDArray[np.bool_] = self.variable("outcome") == Outcome.CONVERGED
         return arrived
 
     @cached_property
     def _starts(self) -> tuple[NDArray[np.bool_], NDArray[np.int64]]:
-        """Which runs (B,) have moments, and the index of the first moment of each of these."""
-        there = self._counts > 0
-        return there, (np.cumsum(self._counts) - self._counts)[there]
+        """Whether each run (B,) has moments, and the index of the first moment of each such run."""
+        has_moments = self._counts > 0
+        return has_moments, (np.cumsum(self._counts) - self._counts)[has_moments]
 
     @cached_property
     def _counts(self) -> NDArray[np.int64]:
         """The number (B,) of moments of each run."""
         return np.asarray(self.live.sum(axis=1))
 
-    def spread(self, values: Array) -> Array:
-        """Return (..., M) of (..., B): for each moment the value of its run."""
+    def repeat(self, values: Array) -> Array:
+        """Return values (..., B) repeated for each moment of their run, (..., M)."""
         return np.repeat(values, self._counts, axis=-1)
 
-    # Reductions work run by run, so that a run gives the same bits alone and in any batch.
+    # Reductions work run by run, so that a run has the same bits alone and in any batch.
 
     def first(self, values: Array) -> Array:
-        """Return (B,) of (M,): the value at the first moment of each run; NaN without any."""
-        there, starts = self._starts
-        found = np.full(self.runs, np.nan)
-        found[there] = values[starts]
-        return found
+        """Return the value (B,) at the first moment of each run; NaN for a run without moments."""
+        has_moments, starts = self._starts
+        result = np.full(self.runs, np.nan)
+        result[has_moments] = values[starts]
+        return result
 
-    def worst(self, values: Array) -> Array:
-        """Return the largest (B,) of values (M,) over each run; NaN and -inf are ignored.
+    def maximum_per_run(self, values: Array) -> Array:
+        """Return the maximum (B,) of values (M,) over each run, without NaN and -inf.
 
-        A run without any other value gives NaN.
+        A run without other values gives NaN.
         """
-        there, starts = self._starts
-        found = np.full(self.runs, np.nan)
+        has_moments, starts = self._starts
+        result = np.full(self.runs, np.nan)
         if starts.size:
-            shown = np.where(np.isnan(values), -np.inf, values)
-            found[there] = np.maximum.reduceat(shown, starts)
-        found[found == -np.inf] = np.nan
-        return found
+            finite = np.where(np.isnan(values), -np.inf, values)
+            result[has_moments] = np.maximum.reduceat(finite, starts)
+        result[result == -np.inf] = np.nan
+        return result
 
-    def total(self, values: Array) -> Array:
+    def sum_per_run(self, values: Array) -> Array:
         """Return the sum (B,) of values (M - 1,) over each run; NaN is ignored."""
-        there, starts = self._starts
-        found = np.zeros(self.runs)
+        has_moments, starts = self._starts
+        result = np.zeros(self.runs)
         if starts.size:
-            shown = np.append(np.where(self.going, np.nan_to_num(values), 0.0), 0.0)
-            found[there] = np.add.reduceat(shown, starts)
-        return found
+            finite = np.append(np.where(self.has_next, np.nan_to_num(values), 0.0), 0.0)
+            result[has_moments] = np.add.reduceat(finite, starts)
+        return result
 
-    # Poses and velocities of the frame that moves.
+    # Poses and velocities of the moving frame.
 
     @property
     def pair(self) -> tuple[str, str]:
-        """The names of the first camera and of the target that it sees."""
+        """The names of the first camera and of its target."""
         return str(self.run["mark_camera"].values[0]), str(self.run["mark_target"].values[0])
 
     @cached_property
@@ -172,33 +172,33 @@ class RecordedRuns:
         if "frame_pose" in self.run:
             return str(self.run["frame_pose"].attrs["frame"])
         camera, target = self.pair
-        carried = self.scene.tree.carries(camera) - self.scene.tree.carries(target)
-        return camera if (carried > 0).any() else target
+        moved_joints = self.scene.tree.carries(camera) - self.scene.tree.carries(target)
+        return camera if (moved_joints > 0).any() else target
 
     @cached_property
-    def _kept(self) -> str | None:
-        """The prefix of the mover's recorded variables; None where they are not recorded."""
+    def _mover_prefix(self) -> str | None:
+        """The prefix of the mover's recorded variables; None if they are not recorded."""
         if "frame_pose" in self.run:
             return "frame"
         return "camera" if self.mover == self.pair[0] else None
 
     @cached_property
-    def way(self) -> Array:
+    def mover_poses(self) -> Array:
         """The poses (3, 4, M) of the mover in the world."""
-        if self._kept:
-            return self.moments(f"{self._kept}_pose")[:3]
+        if self._mover_prefix:
+            return self.moments(f"{self._mover_prefix}_pose")[:3]
         return self.poses(self.mover, self.q)
 
     @cached_property
     def velocities(self) -> Array:
-        """The joint velocities (nv, M), which are the commanded ones if joints do not lag."""
+        """The joint velocities (nv, M); the commanded velocities if joints do not lag."""
         return self.moments("qd_actual") if "qd_actual" in self.run else self.qd
 
     @cached_property
     def twists(self) -> Array:
-        """The twists (6, M) of the mover, in its own axes or the world's: norms are the same."""
-        if self._kept:
-            return self.moments(f"{self._kept}_velocity")
+        """The twists (6, M) of the mover, in its own axes or world axes; the norms are the same."""
+        if self._mover_prefix:
+            return self.moments(f"{self._mover_prefix}_velocity")
         tree, twist = self.scene.tree, np.zeros((6, self.q.shape[1]))
         J = tree.jacobian(tree.bodies(self.q), self.mover)
         for j in range(self.scene.nv):
@@ -206,29 +206,29 @@ class RecordedRuns:
         return twist
 
     @cached_property
-    def away(self) -> Array:
+    def camera_distances(self) -> Array:
         """The distances (M,) in metres from the camera to the middle of the marks."""
         if not self.run.sizes["mark"]:
-            return np.full(len(self.owner), np.nan)
+            return np.full(len(self.run_index), np.nan)
         camera, _ = self.pair
-        eye = self.way if camera == self.mover else self.poses(camera, self.q)
+        eye = self.mover_poses if camera == self.mover else self.poses(camera, self.q)
         return self.distance(eye[:, 3], self.q)
 
     def distance(self, eye: Array, q: Array) -> Array:
-        """Return the distance (n,) in metres from points (3, n) to the marks at q (nq, n)."""
+        """Return distances (n,) in metres from points (3, n) to the middle of the marks at q."""
         return euclidean_length(self._middle(self.poses(self.pair[1], q)) - eye)
 
     def _middle(self, T: Array) -> Array:
         """Return the middle (3, n) of the marks of a target with pose T (3, 4, n)."""
-        place = T[:3, 3]
-        for j, along in enumerate(self.scene.object(self.pair[1]).marks.mean(axis=0)):
-            place = place + along * T[:3, j]
-        return place
+        middle = T[:3, 3]
+        for j, offset in enumerate(self.scene.object(self.pair[1]).marks.mean(axis=0)):
+            middle = middle + offset * T[:3, j]
+        return middle
 
     @cached_property
     def goal_distance(self) -> Array:
         """The distances (B,) in metres from the camera to the marks at the goal; NaN if unknown."""
-        goal, q = self.at_once("goal_pose"), self.at_once("q_end")
+        goal, q = self.per_run("goal_pose"), self.per_run("q_end")
         if self.run["goal_pose"].attrs["frame"] == self.pair[0]:
             return self.distance(goal[:3, 3], q)
         return euclidean_length(self._middle(goal) - self.poses(self.pair[0], q)[:, 3])
@@ -238,12 +238,12 @@ class RecordedRuns:
         tree = self.scene.tree
         if tree.carries(frame).any():
             return tree.frame(tree.bodies(q), frame)
-        still = tree.frame(tree.bodies(move_runs_last(self.scene.home, 1)), frame)
-        return np.broadcast_to(still, (3, 4, q.shape[1]))
+        pose = tree.frame(tree.bodies(move_runs_last(self.scene.home, 1)), frame)
+        return np.broadcast_to(pose, (3, 4, q.shape[1]))
 
 
 def split_runs(run: xr.Dataset) -> Iterator[xr.Dataset]:
-    """Yield a few runs at a time, with about `BLOCK` moments in all."""
+    """Yield a few runs at a time, with about `BLOCK` moments in total."""
     if "run" not in run.dims:
         yield run
         return
@@ -253,5 +253,5 @@ def split_runs(run: xr.Dataset) -> Iterator[xr.Dataset]:
 
 
 def count_block_runs(moments: int) -> int:
-    """Return how many runs of so many moments are measured at a time."""
+    """Return the number of runs with so many moments that are measured at a time."""
     return max(1, BLOCK // moments)

@@ -1,4 +1,4 @@
-"""`compare`: simulate several tasks from the same start and measure them alike."""
+"""`compare`: simulate several schemes from the same starts and compute the same measures."""
 
 from __future__ import annotations
 
@@ -34,28 +34,53 @@ def compare(
     chunk: int = 256,
     **settings: Any,
 ) -> Comparison:
-    """Run several tasks, {name: task}, in one scene from the same start, and measure them alike.
+    """Simulate several tasks from the same start and compute the same measures of each.
 
-    q0          start (nq,), or a batch of them (B, nq), or {robot: q}; None is home
-    settings    fields of `Experiment`, the same for all, and so are seed and run numbers; with
-                record="summary" all instants are measured and the ends alone are kept, for many
-                thousands of starts
+    The first form compares tasks in one scene. The second form, `compare(experiments)`, compares
+    experiments that may differ in everything but their number of starts. A recorded run
+    (`read_bag`, `read_log`) may stand for an experiment; it is measured without simulation. The
+    measures follow Gans, Hutchinson and Corke 2003 (see `robsim.analysis.measures`). For a batch
+    the table shows the share of converged runs and medians.
 
-    `compare(experiments)` with {name: experiment} compares experiments that may differ in
-    everything, but have as many starts each; instead of one, a run that was recorded (`read_bag`,
-    `read_log`) is measured as it is. The measures are those of Gans, Hutchinson and Corke
-    2003 in spirit: see `robsim.analysis.measures`. Of a batch the table has the share that
-    converged and medians.
+    Parameters
+    ----------
+    scene : Scene, or mapping of str to Experiment or Dataset
+        Scene of all tasks, or the experiments (or recorded runs) by name.
+    tasks : mapping of str to Task, optional
+        Tasks by name.
+    q0 : array_like of shape (nq,) or (B, nq), or mapping of str to array_like, optional
+        Start, batch of starts, or start of each robot by name. Default: the home configuration.
+    progress : callable, optional
+        Function that is called with the finished share, 0 to 1.
+    threads : int, optional
+        Number of threads. Default: one for each processor.
+    chunk : int, default 256
+        Number of runs that are simulated in lockstep.
+    **settings
+        Fields of `Experiment`, the same for all tasks; seed and run numbers are the same too. With
+        record="summary" the measures still use all instants, but only the final states are stored,
+        which suits many thousands of starts.
 
-    InputError or GoalError names the scheme, before anything runs; Interrupted after Ctrl-C, whose
-    `run` is the Comparison of what was simulated so far.
+    Returns
+    -------
+    Comparison
+        The runs and measures of all schemes; `print` shows a table.
 
+    Raises
+    ------
+    InputError, GoalError
+        If a scheme cannot be simulated; the message names it. Nothing has run then.
+    Interrupted
+        After Ctrl-C; its `run` is the Comparison of the finished schemes.
+
+    Examples
+    --------
     >>> from robsim import IBVS, PBVS, load_scenario
     >>> from robsim.files import examples
     >>> one = load_scenario(examples.path("camera_retreat")).with_(dt=0.02, duration=15)
     >>> goal = one.task.goal
-    >>> found = compare({"image": one.with_(task=IBVS(goal)), "pose": one.with_(task=PBVS(goal))})
-    >>> found.data.retreat.round(2).values
+    >>> result = compare({"image": one.with_(task=IBVS(goal)), "pose": one.with_(task=PBVS(goal))})
+    >>> result.data.retreat.round(2).values
     array([1.03, 0.  ])
     """
     check_progress(progress)
@@ -68,12 +93,12 @@ def compare(
 
 
 def _make_scheme(name: str, one: Any, how: Mapping[str, Any]) -> Scheme:
-    """Return the scheme of an experiment, or of a run that was recorded."""
+    """Return the scheme of an experiment or of a recorded run."""
     if not isinstance(one, xr.Dataset):
         return Scheme(name, one, how)
     with prefix_errors(f"scheme '{name}'"):
         if not is_log_run(one):
-            raise InputError("a run that was simulated; give its experiment, Experiment.of(run)")
+            raise InputError("expected a recorded run; give Experiment.of(run) for a simulated run")
         return Scheme(name, Experiment.of(one), how, one)
 
 
@@ -85,40 +110,34 @@ def _make_experiments(
         if tasks is not None or q0 is not None or settings:
             raise InputError("experiments have their own tasks, starts and settings: give none")
         return _check_name_mapping(scene, "experiments by name, as in {'mine': experiment}")
-    known = [each.name for each in fields(Experiment) if each.name not in _OWN_FIELDS]
+    setting_names = [each.name for each in fields(Experiment) if each.name not in _OWN_FIELDS]
     for key in settings:
-        if key not in known:
-            raise InputError(f"no setting {key!r}; {suggest_names(key, known, 'settings')}")
+        if key not in setting_names:
+            raise InputError(f"no setting {key!r}; {suggest_names(key, setting_names, 'settings')}")
     scene = check_instance(scene, Scene, "scene")
     start = None if q0 is None else check_starts(scene, q0, "q0")
-    made = {}
+    experiments = {}
     for name, task in _check_name_mapping(tasks, "tasks by name, as in {'mine': IBVS()}").items():
         with prefix_errors(f"scheme '{name}'"):
-            made[name] = Experiment(scene, task, start, **settings)
-    return made
+            experiments[name] = Experiment(scene, task, start, **settings)
+    return experiments
 
 
-_OWN_FIELDS = (
-    "scene",
-    "task",
-    "start",
-    "varied",
-    "source",
-    "title",
-)  # fields that are not settings
+_OWN_FIELDS = ("scene", "task", "start", "varied", "source", "title")  # fields that are no settings
 
 
-def _check_name_mapping(value: Any, wanted: str) -> Mapping[str, Any]:
+def _check_name_mapping(value: Any, expected: str) -> Mapping[str, Any]:
+    """Return schemes by name; raise InputError if `value` is no mapping of names."""
     if not isinstance(value, Mapping) or not value:
-        raise InputError(f"expected {wanted}, got {format_value(value)}")
+        raise InputError(f"expected {expected}, got {format_value(value)}")
     for name in value:
         if not isinstance(name, str) or not name:
-            raise InputError(f"a scheme is called by a text, got {format_value(name)}")
+            raise InputError(f"expected a text as the name of a scheme, got {format_value(name)}")
     return value
 
 
 def _check_schemes(schemes: Sequence[Scheme]) -> None:
-    """Raise InputError for a scheme that is refused, and for unequal numbers of starts."""
+    """Raise InputError if a scheme cannot be compared, or the numbers of starts differ."""
     for scheme in schemes:
         one = check_instance(scheme.experiment, Experiment, f"scheme '{scheme.name}'")
         if isinstance(one.task, SelfSimulatingTask):
@@ -128,49 +147,55 @@ def _check_schemes(schemes: Sequence[Scheme]) -> None:
             )
         if one.varied:
             raise InputError(
-                f"scheme '{scheme.name}': its numbers differ from run to run, and its scene with "
-                "them; compare what its run has for each"
+                f"scheme '{scheme.name}': its scene or task differs from run to run; compare "
+                "the runs of `of_run(i)`"
             )
         scheme.check()
     batches = {scheme.start.shape[:-1] for scheme in schemes}
     if len(batches) > 1:
-        raise InputError(f"q0: every scheme needs as many starts as the others, got {batches}")
+        raise InputError(f"q0: every scheme needs the same number of starts, got {batches}")
 
 
 def _assemble_comparison(
-    schemes: Sequence[Scheme], found: Sequence[tuple[xr.Dataset, MeasureArrays]]
+    schemes: Sequence[Scheme], results: Sequence[tuple[xr.Dataset, MeasureArrays]]
 ) -> Comparison:
-    """Return the comparison of the first schemes, from the run and the measures of each."""
-    done, ran = schemes[: len(found)], [run for run, _ in found]
-    first = ran[0]
+    """Return the comparison of the finished schemes from the run and the measures of each."""
+    finished, runs = schemes[: len(results)], [run for run, _ in results]
+    first = runs[0]
     dims = ("scheme", *(("run",) if "run" in first.dims else ()))
-    shape = (len(done), *(first.sizes[dim] for dim in dims[1:]))
+    shape = (len(finished), *(first.sizes[dim] for dim in dims[1:]))
     data = {
         key: (
             dims,
-            np.stack([values[key] for _, values in found]).reshape(shape),
+            np.stack([values[key] for _, values in results]).reshape(shape),
             {"units": each.unit, "long_name": each.meaning},
         )
         for key, each in MEASURES.items()
     }
-    begun = np.stack([is_valid_start(run["outcome"].values, run["end_time"].values) for run in ran])
+    begun = np.stack(
+        [is_valid_start(run["outcome"].values, run["end_time"].values) for run in runs]
+    )
     ending = {
-        "outcome": (dims, np.stack([run["outcome"].values for run in ran]), first["outcome"].attrs),
+        "outcome": (
+            dims,
+            np.stack([run["outcome"].values for run in runs]),
+            first["outcome"].attrs,
+        ),
         "began": (dims, begun, {"units": "1", "long_name": "whether the start could begin"}),
     }
-    names = [scheme.name for scheme in done]
+    names = [scheme.name for scheme in finished]
     coordinates = {"scheme": names, **{dim: first[dim].values for dim in dims[1:]}}
     attributes = {"title": "RobSim comparison", "robsim": first.attrs["robsim"]}
     return Comparison(
-        dict(zip(names, ran, strict=True)),
+        dict(zip(names, runs, strict=True)),
         xr.Dataset({**ending, **data}, coordinates, attributes),
-        {scheme.name: scheme.experiment.scene for scheme in done},
-        tuple(_describe_differences(done)),
+        {scheme.name: scheme.experiment.scene for scheme in finished},
+        tuple(_describe_differences(finished)),
     )
 
 
 def _describe_differences(schemes: Sequence[Scheme]) -> Iterable[str]:
-    """Yield a note for everything but the task that differs between schemes."""
+    """Yield a note for each difference between the schemes other than the task."""
     first, *others = schemes
     one = first.experiment
     differ = {
@@ -180,10 +205,11 @@ def _describe_differences(schemes: Sequence[Scheme]) -> Iterable[str]:
             x.name for x in others if _shared_settings(x) != _shared_settings(first)
         ],
     }
-    for what, names in differ.items():
+    for difference, names in differ.items():
         if names:
-            yield f"note: {what} than {first.name}: {', '.join(names)}"
+            yield f"note: {difference} than {first.name}: {', '.join(names)}"
 
 
 def _shared_settings(scheme: Scheme) -> dict[str, Any]:
+    """Return the settings of a scheme without its title."""
     return {**scheme.experiment.settings, "title": None}

@@ -1,4 +1,4 @@
-"""How well some signals follow others: by which factor, and how late."""
+"""Least-squares fit of one signal by another: factor, delay and lag."""
 
 from __future__ import annotations
 
@@ -9,19 +9,17 @@ import numpy as np
 
 from robsim.base.arrays import Array
 
-SMALL_RESIDUAL = 0.05  # share that may be left of what is said to follow
-LONGEST_DELAY = 25  # periods of a delay
-LONGEST_LAG, LAG_STEP = (
-    25.0,
-    0.25,
-)  # periods of a lag, and of the fine grid around the best whole one
+SMALL_RESIDUAL = 0.05  # largest residual of signals that agree
+LONGEST_DELAY = 25  # longest delay, in periods
+LONGEST_LAG, LAG_STEP = 25.0, 0.25  # longest lag and step of its fine grid, in periods
 
 
 @dataclass(frozen=True)
 class SignalFit:
-    """What of found(t) is scale given(t - periods dt), after a lag of so many periods.
+    """Fit response(t) = scale * input(t - periods dt) of two signals, after a lag.
 
-    The share `rest` of its length is left; `largest` is the largest distance as they are.
+    `lag` is a time constant in periods. `rest` is the norm of the residual as a share of the norm
+    of the response, and `largest` the largest distance between the two signals without a fit.
     """
 
     scale: float
@@ -32,84 +30,84 @@ class SignalFit:
 
     @property
     def is_same(self) -> bool:
-        """Whether one is the other, at once and by a factor of 1 to within a small rest."""
+        """Whether the signals agree without delay, to within a small residual."""
         late = self.periods > 0 or self.lag > 0.0
         return not late and self.rest <= SMALL_RESIDUAL and abs(self.scale - 1.0) <= self.rest
 
 
-def fit_signals(given: Array, found: Array, lags: bool = False) -> SignalFit:
-    """Return how one signal (T, n) follows another, by least squares at the best delay.
+def fit_signals(signal: Array, response: Array, lags: bool = False) -> SignalFit:
+    """Fit a response signal (T, n) by an input signal, by least squares over factor, delay and lag.
 
-    Delays are whole periods, up to 25 and half of T; with `lags` also those of first order, up to
-    25 periods, to a quarter of one, and neither where the rest is small without and they do not
-    halve it. Of equal rests it is the least lag and delay. NaN where one of them is zero
-    throughout.
+    Delays are whole periods, at most 25 and half of T. With `lags` a first-order lag of at most 25
+    periods is fitted too, to a quarter of a period. Delay and lag are zero if the residual is small
+    without them, unless they halve it. Of equal residuals the smallest lag and delay are taken. The
+    factor is NaN if one of the signals is zero.
 
     >>> given = np.sin(np.arange(100.0))[:, None]
     >>> late = fit_signals(given, 0.5 * np.roll(given, 3, axis=0))
     >>> round(late.scale, 9), late.periods
     (0.5, 3)
     """
-    largest = float(np.abs(found - given).max(initial=0.0))
-    best = _best_fit(given, found, np.arange(LONGEST_LAG + 1.0) if lags else np.zeros(1))
+    largest = float(np.abs(response - signal).max(initial=0.0))
+    best = _best_fit(signal, response, np.arange(LONGEST_LAG + 1.0) if lags else np.zeros(1))
     if lags:
-        near = best[2] + np.arange(-1.0, 1.0 + LAG_STEP, LAG_STEP)
-        best = _best_fit(given, found, near[near >= 0.0])
-    scale, late, lag, rest = best
-    plain, left = _fit_factor(given, found)
-    if lags and left <= SMALL_RESIDUAL and left <= 2.0 * rest:
-        scale, late, lag, rest = plain, 0, 0.0, left
-    return SignalFit(scale, late, lag, min(rest, 1.0), largest)
+        fine_lags = best[2] + np.arange(-1.0, 1.0 + LAG_STEP, LAG_STEP)
+        best = _best_fit(signal, response, fine_lags[fine_lags >= 0.0])
+    scale, delay, lag, rest = best
+    scale_without_lag, rest_without_lag = _fit_factor(signal, response)
+    if lags and rest_without_lag <= SMALL_RESIDUAL and rest_without_lag <= 2.0 * rest:
+        scale, delay, lag, rest = scale_without_lag, 0, 0.0, rest_without_lag
+    return SignalFit(scale, delay, lag, min(rest, 1.0), largest)
 
 
 def average_window(rates: Array, periods: int) -> Array:
-    """Return the means of a signal (T, n) over the last so many periods, zero before the first.
+    """Return the moving average of a signal (T, n) over a number of periods, zero before the first.
 
-    A value that is recorded a period early or late, by a clock that trembles, changes such a mean
-    by little; factors, delays and lags of first order from rest stay as they are.
+    Clock jitter, which records a value one period early or late, changes the average little.
+    Factors, delays and first-order lags from rest are preserved.
 
     >>> average_window(np.array([[4.0], [0.0], [2.0], [2.0]]), 2)[:, 0]
     array([2., 2., 1., 2.])
     """
-    ways = np.concatenate([np.zeros((periods, rates.shape[1])), np.cumsum(rates, axis=0)])
-    found: Array = (ways[periods:] - ways[:-periods]) / periods
-    return found
+    sums = np.concatenate([np.zeros((periods, rates.shape[1])), np.cumsum(rates, axis=0)])
+    means: Array = (sums[periods:] - sums[:-periods]) / periods
+    return means
 
 
-def _best_fit(given: Array, found: Array, lags: Array) -> tuple[float, int, float, float]:
-    """Return factor, delay, lag and rest of the least rest among some lags and all delays."""
+def _best_fit(signal: Array, response: Array, lags: Array) -> tuple[float, int, float, float]:
+    """Return factor, delay, lag and residual of the best fit over some lags and all delays."""
     best = math.nan, 0, 0.0, math.inf
     for lag in lags.tolist():
-        behind = _apply_lag(given, lag)
-        for late in range(min(LONGEST_DELAY, len(given) // 2) + 1):
-            scale, rest = _fit_factor(behind[: len(given) - late], found[late:])
+        lagged = _apply_lag(signal, lag)
+        for delay in range(min(LONGEST_DELAY, len(signal) // 2) + 1):
+            scale, rest = _fit_factor(lagged[: len(signal) - delay], response[delay:])
             if rest < best[-1]:
-                best = scale, late, lag, rest
+                best = scale, delay, lag, rest
     return best
 
 
-def _apply_lag(given: Array, lag: float) -> Array:
-    """Return the means over each period of what lags behind a held signal, from rest.
+def _apply_lag(signal: Array, lag: float) -> Array:
+    """Return the means over each period of a first-order lag of a held signal, from rest.
 
-    With v' = (u - v) / lag over one period, u held: v goes from v0 to u - (u - v0) exp(-1 / lag),
-    and its mean is u - (u - v0) lag (1 - exp(-1 / lag)).
+    With v' = (u - v) / lag over one period and constant u, v goes from v0 to u - (u - v0) exp(-1 /
+    lag), and its mean is u - (u - v0) lag (1 - exp(-1 / lag)).
     """
     if not lag:
-        return given
-    left = math.exp(-1.0 / lag)
-    found, now = np.empty_like(given), np.zeros(given.shape[1])
-    for i, row in enumerate(given):
-        gap = row - now
-        found[i] = row - gap * lag * (1.0 - left)
-        now = row - gap * left
-    return found
+        return signal
+    remaining = math.exp(-1.0 / lag)
+    means, value = np.empty_like(signal), np.zeros(signal.shape[1])
+    for i, row in enumerate(signal):
+        gap = row - value
+        means[i] = row - gap * lag * (1.0 - remaining)
+        value = row - gap * remaining
+    return means
 
 
-def _fit_factor(given: Array, found: Array) -> tuple[float, float]:
-    """Return the factor, and the share of the length of `found` that it leaves."""
-    own, other = float((given**2).sum()), float((found**2).sum())
-    if not own or not other:
+def _fit_factor(signal: Array, response: Array) -> tuple[float, float]:
+    """Return the least-squares factor, and the norm of the residual as a share of the response."""
+    input_norm, response_norm = float((signal**2).sum()), float((response**2).sum())
+    if not input_norm or not response_norm:
         return math.nan, math.inf
-    scale = float((given * found).sum()) / own
-    left = found - scale * given
-    return scale, math.sqrt(float((left**2).sum()) / other)
+    scale = float((signal * response).sum()) / input_norm
+    residual = response - scale * signal
+    return scale, math.sqrt(float((residual**2).sum()) / response_norm)

@@ -1,4 +1,4 @@
-"""The servo tasks within a task, such as those of a switch or of a list of priorities."""
+"""The servo tasks within a composite task, such as a switch or a list of priorities."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ TaskChange = Callable[[ServoTask], ServoTask]
 
 
 def list_servo_tasks(task: Task) -> list[ServoTask]:
-    """Return the servo tasks in the order in which their errors are stacked.
+    """Return the servo tasks of a task, in the order of their stacked errors.
 
     >>> from robsim import IBVS, PBVS, Priorities
     >>> [type(leaf).__name__ for leaf in list_servo_tasks(Priorities([PBVS(), IBVS()]))]
@@ -20,30 +20,30 @@ def list_servo_tasks(task: Task) -> list[ServoTask]:
     """
     if isinstance(task, ServoTask):
         return [task]
-    inner: Any = getattr(task, "inner", ())
-    return [leaf for part in inner for leaf in list_servo_tasks(part)]
+    parts: Any = getattr(task, "inner", ())
+    return [leaf for part in parts for leaf in list_servo_tasks(part)]
 
 
 def map_servo_tasks(task: Task, change: TaskChange) -> Task:
-    """Return the task with `change` applied to every servo task in it."""
+    """Return the task with the function `change` applied to every servo task in it."""
     if isinstance(task, ServoTask):
         return change(task)
-    outer: Any = task
-    if not hasattr(outer, "inner"):
+    composite: Any = task
+    if not hasattr(composite, "inner"):
         return task
-    made: Task = outer.with_inner([map_servo_tasks(part, change) for part in outer.inner])
-    return made
+    result: Task = composite.with_inner([map_servo_tasks(part, change) for part in composite.inner])
+    return result
 
 
 def replace_fields(leaf: ServoTask, **values: Any) -> ServoTask:
-    """Return a servo task with other values of those of these fields that it has."""
-    own = {each.name for each in fields(leaf)}
-    given: dict[str, Any] = {name: value for name, value in values.items() if name in own}
-    return replace(leaf, **given)
+    """Return a servo task with new values for its fields; names that are no fields are ignored."""
+    names = {each.name for each in fields(leaf)}
+    known: dict[str, Any] = {name: value for name, value in values.items() if name in names}
+    return replace(leaf, **known)
 
 
 def has_robust_weighting(task: Task) -> bool:
-    """Return whether marks that are far from where the others are count less in some servo task."""
+    """Return whether a servo task down-weights outliers among its marks."""
     return any(
         getattr(each, "by_goal", False)
         for leaf in list_servo_tasks(task)

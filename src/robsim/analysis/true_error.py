@@ -17,10 +17,11 @@ from robsim.world.scene import Scene
 
 @dataclass(frozen=True)
 class TrueError:
-    """The true error e, L of the first camera's twist, and L J, at T instants of a run.
+    """True error e, interaction matrix L and task Jacobian L J at T instants of a run.
 
-    Only L is multiplied by `weights`, those of the law. `rates` are de/dt for each velocity of the
-    scene, also for those that are not commanded. What has the weight 0 is zero.
+    L belongs to the twist of the first camera. Only L is multiplied by `weights`, the weights of
+    the law. `rates` are de/dt for each velocity of the scene, commanded or not. Rows with weight 0
+    are zero.
     """
 
     error: Array  # (T, k)
@@ -29,7 +30,7 @@ class TrueError:
     weights: Array  # (T, k)
 
     def weighted(self, weights: Array) -> TrueError:
-        """Return the same where each number counts by weights (T, k) that change over time."""
+        """Return the same quantities multiplied by weights (T, k) that change over time."""
         unused = weights == 0.0
         error = np.where(unused, 0.0, self.error)
         L = np.where(unused[..., None], 0.0, weights[..., None] * self.L)
@@ -38,26 +39,32 @@ class TrueError:
 
 
 def compute_true_error(task: Task, scene: Scene, q: Array) -> TrueError | None:
-    """Return the truth at coordinates q (nq, T); None where a true camera cannot see the goal.
+    """Return the true error and Jacobian at coordinates q (nq, T), with several tasks stacked.
 
-    Errors of several tasks are stacked.
+    The result is None if a true camera does not see the goal.
     """
     every = np.arange(scene.nv)
     try:
-        right = {"belief": None, "depth": "true", "depth_scale": 1.0, "interaction": "current"}
-        true = [replace_fields(leaf, **right) for leaf in list_servo_tasks(task)]
-        found = [leaf.regulated(leaf.sights(scene), every) for leaf in true]
+        true_fields = {
+            "belief": None,
+            "depth": "true",
+            "depth_scale": 1.0,
+            "interaction": "current",
+        }
+        true_tasks = [replace_fields(leaf, **true_fields) for leaf in list_servo_tasks(task)]
+        bound = [leaf.regulated(leaf.sights(scene), every) for leaf in true_tasks]
     except InputError:
         return None
-    if not found:
+    if not bound:
         return None
-    each = [_evaluate_truth(regulated, q) for regulated in found]
-    parts = ([getattr(one, name) for one in each] for name in ("error", "L", "rates"))
+    errors = [_evaluate_truth(regulated, q) for regulated in bound]
+    parts = ([getattr(one, name) for one in errors] for name in ("error", "L", "rates"))
     error, L, rates = (np.concatenate(part, axis=1) for part in parts)
-    return TrueError(error, L, rates, np.concatenate([one.weights for one in each], axis=1))
+    return TrueError(error, L, rates, np.concatenate([one.weights for one in errors], axis=1))
 
 
 def _evaluate_truth(regulated: BoundFeatures, q: Array) -> TrueError:
+    """Return the true error and Jacobian of one servo task."""
     s, L, A = evaluate_features(regulated, q)
     W = regulated.weights
     arrays = s - regulated.s_goal, W[:, None] * L, A

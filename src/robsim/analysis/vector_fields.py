@@ -28,44 +28,47 @@ from robsim.servo.tasks.switch import Switch
 from robsim.servo.tasks.task import Task
 from robsim.world.scene import Scene
 
-STEP = 1e-5  # metres and radians, of central differences
+STEP = 1e-5  # step of central differences, in metres and radians
 
-ImageArrays = dict[PairKey, Array]  # of each camera and target
+ImageArrays = dict[PairKey, Array]  # an array for each camera and target
 
 
 @dataclass(frozen=True, eq=False)
 class VectorField:
-    """The vector field qdot = f(q) of a task without memory, with borderless images.
+    """The vector field qdot = f(q) of a task without memory, for images without borders.
 
-    Coordinates q are (nq, B), and tangent coordinates (n, B) are those of the commanded
-    velocities: q moves by dq along the motion of velocities dq that are held for one second.
+    Coordinates q are (nq, B). Tangent coordinates (n, B) are commanded velocities: q is displaced
+    by dq if the velocities dq are held for one second.
     """
 
     controller: TaskController
 
     @classmethod
     def of(cls, scene: Scene, task: Task, who: str = "equilibria") -> VectorField:
-        """Return the field of a task; InputError if it has memory or the scene moves on its own.
+        """Return the field of a task.
 
-        `who` asks is said in errors.
+        `who` is the subject of error messages. Raises InputError if the task has memory or the
+        scene has prescribed motions.
         """
         if scene.motions:
             raise InputError(
                 f"{who}: robot '{scene.motions[0].robot}' moves on its own, and a scene "
                 "that changes with time has no equilibria"
             )
-        for what in _list_memories(task):
+        for part in _list_memories(task):
             raise InputError(
-                f"{who}: the command of this task depends on what was before ({what}), "
-                "not on the state alone; leave that out"
+                f"{who}: the command of this task depends on earlier instants "
+                f"({part}), not on the state alone; leave it out"
             )
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore", RankWarning)  # given when the user's task was bound
+            warnings.simplefilter(
+                "ignore", RankWarning
+            )  # the warning was given when the task was bound
             return cls(_remove_belief_borders(task).bind(remove_image_borders(scene)))
 
     @property
     def scene(self) -> Scene:
-        """The true scene, with images without border."""
+        """The true scene, with images without borders."""
         scene: Scene = self.controller.scene
         return scene
 
@@ -75,20 +78,20 @@ class VectorField:
         return int(self.controller.columns.size)
 
     @cached_property
-    def unreached(self) -> int:
-        """The number of coordinates without a velocity: the sideways one of each unicycle."""
+    def unactuated(self) -> int:
+        """The number of coordinates without a velocity: the sideways direction of each unicycle."""
         tree = self.scene.tree
         bodies = np.unique(tree.owners[self.controller.columns])
         return sum(tree.models[body].wheeled for body in bodies)
 
     @property
     def goal(self) -> Array | None:
-        """The coordinates (nq, 1) at which the goal was taught, if it was."""
+        """The coordinates (nq, 1) of a taught goal; None for other goals."""
         return None if self._regulated is None else self._regulated.q_goal
 
     @property
     def true_goal(self) -> Pose | None:
-        """The true T_c_o at a goal that was taught or computed from true beliefs; else None."""
+        """The true T_c_o at a goal that was taught or computed from true beliefs, else None."""
         if self.goal is not None:
             return self.pose(self.goal)[0]
         regulated = self._regulated
@@ -104,7 +107,7 @@ class VectorField:
 
     @property
     def _regulated(self) -> BoundFeatures | None:
-        """The features of the first servo task; None for a user's own kind of task."""
+        """The features of the first servo task; None for a user-defined kind of task."""
         part: Any = self.controller
         while hasattr(part, "parts"):
             part = part.parts[0]
@@ -115,61 +118,58 @@ class VectorField:
         return self.respond(q, *self.images(q))[0]
 
     def images(self, q: Array) -> tuple[ImageArrays, ImageArrays]:
-        """Return the true pixels (N, 2, B) and depths (N, B) of all sights at states q (nq, B)."""
-        seen = {sight.key: sight.project(q) for sight in self.controller.sights}
-        pixels = {key: one.pixels for key, one in seen.items()}
-        return pixels, {key: one.depth for key, one in seen.items()}
+        """Return true pixels (N, 2, B) and depths (N, B) of all camera-target pairs at q."""
+        projections = {sight.key: sight.project(q) for sight in self.controller.sights}
+        pixels = {key: one.pixels for key, one in projections.items()}
+        return pixels, {key: one.depth for key, one in projections.items()}
 
     def respond(
         self, q: Array, pixels: ImageArrays, depth: ImageArrays
     ) -> tuple[Command, dict[str, Any]]:
-        """Return the command at states q as measured and for images of any other instant.
-
-        With it comes what the law remembers of them.
-        """
-        blocks = self._alone.begin(q.shape[1])
-        decision = self._alone.decide(blocks, 0, q, pixels, depth)
+        """Return the command for states q and images of any instant, and the law's memory."""
+        blocks = self._single_step.begin(q.shape[1])
+        decision = self._single_step.decide(blocks, 0, q, pixels, depth)
         return self.controller.scaled(decision).command, blocks.memory
 
     def rates(self, q: Array) -> Array:
-        """Return f (n, B), NaN where a mark is not in front of its camera."""
-        out, front = np.full((self.n, q.shape[1]), np.nan), self.in_front(q)
-        if front.any():
-            with np.errstate(all="ignore"):  # unusable states give NaN
-                out[:, front] = self.command(select_runs(q, front)).qd
-        return out
+        """Return f (n, B); NaN if a mark is behind its camera."""
+        rates, is_in_front = np.full((self.n, q.shape[1]), np.nan), self.in_front(q)
+        if is_in_front.any():
+            with np.errstate(all="ignore"):  # invalid states give NaN
+                rates[:, is_in_front] = self.command(select_runs(q, is_in_front)).qd
+        return rates
 
     def in_front(self, q: Array) -> Any:
-        """Return whether (B,) every camera of the task has all its marks in front."""
+        """Return whether (B,) all marks are in front of the cameras of the task."""
         depths = [sight.project(q).depth.min(axis=0) for sight in self.controller.sights]
         return np.min(depths, axis=0) > 0
 
-    def moved(self, q: Array, dq: Array) -> Array:
-        """Return the states (nq, B) moved by tangent coordinates dq (n, B)."""
-        out = q.copy()
+    def displace(self, q: Array, dq: Array) -> Array:
+        """Return the states (nq, B) displaced by tangent coordinates dq (n, B)."""
+        displaced = q.copy()
         velocities = np.zeros((self.scene.nv, q.shape[1]))
         velocities[self.controller.columns] = dq
-        self.scene.tree.flow(out, velocities, 1.0)
-        return out
+        self.scene.tree.flow(displaced, velocities, 1.0)
+        return displaced
 
     def within_limits(self, q: Array) -> Array:
-        """Return the states with joints turned by full turns into their limits, if possible."""
-        limits, out = self.scene.limits, q.copy()
+        """Return the states with joints shifted by full turns into their limits, if possible."""
+        limits, shifted = self.scene.limits, q.copy()
         for _, kind, rows, *_ in self.scene.tree.members:
-            out[rows] = kind.wrap(q[rows].T, limits[rows]).T
-        return out
+            shifted[rows] = kind.wrap(q[rows].T, limits[rows]).T
+        return shifted
 
-    def between(self, a: Array, b: Array, share: Array) -> Array:
-        """Return states (nq, B) between a and b (nq, B), at shares (B,) from 0 to 1."""
-        out = np.empty(a.shape)
+    def interpolate(self, a: Array, b: Array, share: Array) -> Array:
+        """Return interpolated states (nq, B) from a to b (nq, B), at shares (B,) from 0 to 1."""
+        states = np.empty(a.shape)
         for _, kind, rows, *_ in self.scene.tree.members:
-            out[rows] = kind.between(a[rows].T, b[rows].T, share).T
-        return out
+            states[rows] = kind.between(a[rows].T, b[rows].T, share).T
+        return states
 
     def differences(self, q: Array) -> tuple[Array, Array]:
-        """Return f (n, n, B) at states a STEP ahead and behind along each commanded velocity.
+        """Return f (n, n, B) one STEP forward and one STEP backward along each commanded velocity.
 
-        The second index is that of the velocity.
+        The second index is the velocity.
         """
         n, runs = self.n, q.shape[1]
         shape = n, 2, n, runs  # tangent coordinate, sign, velocity, run
@@ -179,7 +179,7 @@ class VectorField:
         wide = np.broadcast_to(q[:, None, None], (len(q), *shape[1:]))
         states = np.ascontiguousarray(wide).reshape(len(q), -1)
         ahead, behind = np.moveaxis(
-            self.rates(self.moved(states, steps.reshape(n, -1))).reshape(shape), 1, 0
+            self.rates(self.displace(states, steps.reshape(n, -1))).reshape(shape), 1, 0
         )
         return ahead, behind
 
@@ -188,46 +188,47 @@ class VectorField:
         ahead, behind = self.differences(q)
         return (ahead - behind) / (2.0 * STEP)
 
-    def apart(self, a: Array, b: Array) -> Array:
-        """Return distances (A, B) between states (nq, A) and (nq, B), the largest of m and rad.
+    def distances(self, a: Array, b: Array) -> Array:
+        """Return distances (A, B) between states (nq, A) and (nq, B), the maximum of m and rad.
 
-        A turn is compared modulo 2 pi, a floating joint by its way and its angle; how far the
-        wheels of vehicles have turned does not count.
+        Angles are compared modulo 2 pi, and floating joints by distance and angle. Wheel angles of
+        vehicles do not count.
         """
-        far = np.zeros((a.shape[1], b.shape[1]))
+        distances = np.zeros((a.shape[1], b.shape[1]))
         for _, kind, rows, _, rolls, _ in self.scene.tree.members:
             if not rolls:
-                far = np.maximum(far, kind.distance(a[rows].T[:, None], b[rows].T))
-        return far
+                distances = np.maximum(distances, kind.distance(a[rows].T[:, None], b[rows].T))
+        return distances
 
     @cached_property
-    def _alone(self) -> SingleStepController:
+    def _single_step(self) -> SingleStepController:
+        """The controller for single steps without memory."""
         return SingleStepController(self.controller, 1.0)
 
-    def check_forgetful(self, q: Array, who: str = "equilibria") -> None:
-        """Raise InputError if a law stores something in the memory at states q."""
+    def check_memoryless(self, q: Array, who: str = "equilibria") -> None:
+        """Raise InputError if a law stores values in its memory at states q."""
         with np.errstate(all="ignore"):
             _, memory = self.respond(q, *self.images(q))
-        kept = list(_list_stored_names(memory))
-        if kept:
+        names = list(_list_stored_names(memory))
+        if names:
             raise InputError(
-                f"{who}: the law of this task remembers {kept[0]!r}; its command must "
-                "depend on the state alone"
+                f"{who}: the law of this task stores {names[0]!r} between instants; its "
+                "command must depend on the state alone"
             )
 
 
 def compute_target_pose(sight: CameraTarget, q: Array) -> Pose:
     """Return T_c_o (B): the true poses of the target in camera axes at q (nq, B)."""
-    seen = sight.project(q)
-    return Pose(homogeneous_matrix(compute_relative_pose(seen.T_w_c, seen.T_w_o)))
+    projection = sight.project(q)
+    return Pose(homogeneous_matrix(compute_relative_pose(projection.T_w_c, projection.T_w_o)))
 
 
 def _list_memories(task: Any) -> Iterator[str]:
-    """Yield the parts of a task, or of tasks in it, that depend on more than the state."""
+    """Yield the parts of a task, or of its inner tasks, that depend on more than the state."""
     if isinstance(task, Switch) and task.latch:
         yield "Switch with latch=True"
     if isinstance(task, FollowJoints | FollowPath):
-        yield f"{type(task).__name__} goes by the time"
+        yield f"{type(task).__name__} follows time"
     for part in getattr(task, "inner", ()):
         yield from _list_memories(part)
     for name, kind in (
@@ -242,23 +243,25 @@ def _list_memories(task: Any) -> Iterator[str]:
 
 
 def _remove_belief_borders(task: Any) -> Any:
-    """Return the task with a believed scene whose images have no border either."""
+    """Return the task with image borders removed from its believed scene."""
     if inner := getattr(task, "inner", ()):
         return task.with_inner(list(map(_remove_belief_borders, inner)))
     belief = getattr(task, "belief", None)
-    if not isinstance(belief, Scene) or not is_dataclass(task):  # as a user's task need not be
+    if not isinstance(belief, Scene) or not is_dataclass(
+        task
+    ):  # a user-defined task may be no dataclass
         return task
     return replace(cast(Any, task), belief=remove_image_borders(belief))
 
 
 def remove_image_borders(scene: Scene) -> Scene:
-    """Return the scene with cameras whose images have no border."""
+    """Return the scene with image borders removed from its cameras."""
     eyes = (replace(eye, camera=replace(eye.camera, size=None)) for eye in scene.cameras)
     return scene.replacing(*eyes)
 
 
 def _list_stored_names(memory: dict[str, Any]) -> Iterator[str]:
-    """Yield the names of everything in a memory."""
+    """Yield the names of all values in a memory."""
     for name, value in memory.items():
         if isinstance(value, dict):
             yield from _list_stored_names(value)

@@ -1,4 +1,4 @@
-"""Sampling of a robot's workspace: configurations drawn within limits, and a link's positions."""
+"""Sampling of a robot's workspace: random configurations within limits, and positions of a link."""
 
 from __future__ import annotations
 
@@ -13,20 +13,35 @@ from robsim.base.value import Value
 from robsim.robot.robot import Robot
 from robsim.statistics.random_numbers import WORKSPACE, uniform
 
-MOST = 1_000_001  # upper bound, exclusive, of the number of configurations
+MOST = 1_000_001  # exclusive upper bound of the number of configurations
 CHUNK = 8192  # configurations at a time
 
 
 @dataclass(frozen=True, eq=False)
 class Workspace(Value):
-    """The result of `sample_workspace`: configurations of a robot, and positions of one of its links.
+    """Sampled configurations of a robot and positions of one of its links; see `sample_workspace`.
 
-    robot            the robot
-    link             the link whose origins are the points
-    axes             the velocities of the manipulability: "all", "linear" or "angular"
-    q                (count, nq) configurations
-    points           (count, 3) in metres, in the axes of the robot's base
-    manipulability   (count,) as `manipulability` returns it
+    Attributes
+    ----------
+    robot : Robot
+        The robot.
+    link : str
+        Link with the sampled origin.
+    axes : {"all", "linear", "angular"}
+        Velocities of the manipulability.
+    q : ndarray of shape (count, nq)
+        Configurations.
+    points : ndarray of shape (count, 3)
+        Positions of the link's origin in the axes of the robot's base, in metres.
+    manipulability : ndarray of shape (count,)
+        Manipulability of each configuration, see `manipulability`.
+
+    Examples
+    --------
+    >>> import robsim as rs
+    >>> space = rs.kinematics.sample_workspace(rs.robots.planar_2r(), count=100)
+    >>> space.points.shape, bool((np.linalg.norm(space.points, axis=1) <= 2.0).all())
+    ((100, 3), True)
     """
 
     robot: Robot
@@ -40,10 +55,10 @@ class Workspace(Value):
         low, high = self.points.min(axis=0), self.points.max(axis=0)
         each = zip("xyz", low, high, strict=True)
         spans = ", ".join(f"{name} {a + 0.0:.3f} to {b + 0.0:.3f} m" for name, a, b in each)
-        far = np.linalg.norm(self.points, axis=1)
+        distances = np.linalg.norm(self.points, axis=1)
         return (
             f"{self.robot.name}.{self.link} in {len(self.q)} configurations\n{spans}\n"
-            f"{far.min():.3f} to {far.max():.3f} m from the base\n"
+            f"{distances.min():.3f} to {distances.max():.3f} m from the base\n"
             f"{self.axes} manipulability up to {self.manipulability.max():.4g}"
         )
 
@@ -56,21 +71,42 @@ def sample_workspace(
     axes: VelocityAxes = "linear",
     length: float = 1.0,
 ) -> Workspace:
-    """Sample where a link can be, with joints uniform and independent within their limits.
+    """Sample the positions of a link over configurations within the joint limits.
 
-    A revolute joint without limits makes one turn about home. Row i of the draw depends only on the
-    seed, so that a larger count adds configurations to a smaller one. Collisions are ignored.
+    Joint coordinates are uniform and independent. A revolute joint without limits makes one turn
+    about home. Row i of the sample depends on the seed alone, so that a larger count extends a
+    smaller one. Collisions are ignored.
 
-    count    number of configurations
-    seed     of the drawing
-    link     the link whose origin is sampled; the tip by default
-    axes, length   of the manipulability, as in `manipulability`
+    Parameters
+    ----------
+    robot : Robot
+        The robot.
+    count : int, default 10000
+        Number of configurations.
+    seed : int, default 0
+        Seed of the random numbers.
+    link : str, optional
+        Link with the sampled origin. Default: the tip.
+    axes : {"all", "linear", "angular"}, default "linear"
+        Velocities of the manipulability, as in `manipulability`.
+    length : float, default 1.0
+        Unit of length of the manipulability in metres, as in `manipulability`.
 
-    InputError: another joint has no limits.
+    Returns
+    -------
+    Workspace
+        Configurations, positions and manipulabilities; `print` shows their ranges.
 
+    Raises
+    ------
+    InputError
+        If a joint other than a revolute joint has no limits, or no joint moves.
+
+    Examples
+    --------
     >>> from robsim.files import robots
-    >>> found = sample_workspace(robots.planar_2r(), count=1000)
-    >>> print(found)  # a disc of two metres
+    >>> result = sample_workspace(robots.planar_2r(), count=1000)
+    >>> print(result)  # a disc of two metres
     planar_2r.fore in 1000 configurations
     x -1.998 to 1.997 m, y -1.997 to 1.998 m, z 0.000 to 0.000 m
     0.002 to 2.000 m from the base
@@ -81,16 +117,16 @@ def sample_workspace(
     count, seed = as_integer(count, "count", 1, MOST), as_integer(seed, "seed", 0, 2**64)
     low, high = _coordinate_ranges(robot)
     q = low + (high - low) * uniform(seed, WORKSPACE, count, robot.nq)
-    parts = [q[i : i + CHUNK] for i in range(0, count, CHUNK)]
-    points = np.concatenate([robot.fk(part, link)[:, :3, 3] for part in parts])
-    moves = np.concatenate([manipulability(robot, part, link, axes, length) for part in parts])
+    blocks = [q[i : i + CHUNK] for i in range(0, count, CHUNK)]
+    points = np.concatenate([robot.fk(part, link)[:, :3, 3] for part in blocks])
+    measures = np.concatenate([manipulability(robot, part, link, axes, length) for part in blocks])
     return Workspace(
         robot,
         link or robot.tip,
         axes,
         make_read_only(q),
         make_read_only(points),
-        make_read_only(moves),
+        make_read_only(measures),
     )
 
 

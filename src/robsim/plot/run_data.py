@@ -121,7 +121,7 @@ def select_camera_view(run: xr.Dataset, camera: str | None) -> xr.Dataset:
     """
     cameras = list_run_cameras(run)
     if not cameras:
-        raise InputError("no camera observes in this run: it has no image")
+        raise InputError("this run uses no camera, and so has no image")
     name = cameras[0] if camera is None else camera
     check_known(name, cameras, "no camera {} in the run", "cameras")
     one = run.isel(mark=np.flatnonzero(run["mark_camera"].values == name))

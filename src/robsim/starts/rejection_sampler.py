@@ -1,4 +1,4 @@
-"""Draw random starts, each again until it is accepted."""
+"""Random starts with rejection: each start is drawn again until it is accepted."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from robsim.starts.start_kinematics import StartKinematics
 from robsim.starts.start_samplers import Start
 from robsim.statistics.random_numbers import RandomNumbers
 
-ROUNDS = (1, 3, 12, 48, 192, 744)  # attempts at a start that are judged together
+ROUNDS = (1, 3, 12, 48, 192, 744)  # attempts for a start that are checked together
 
 Codes = NDArray[np.int64]
 Flags = NDArray[np.bool_]
@@ -28,29 +28,42 @@ def draw_starts(
     judge: Judge | None = None,
     rounds: Sequence[int] = ROUNDS,
 ) -> tuple[Array, Codes, Flags]:
-    """Return starts (draws, nq), the attempts that each took, and whether it is accepted.
+    """Return starts (draws, nq), their attempts (draws,), and whether they are accepted (draws,).
 
-    If no attempt is accepted, the start is the last one.
+    If no attempt is accepted, the start is the last attempt.
 
-    source   random numbers of some draws at an attempt
-    judge    whether starts (n, nq) of draws (n,) are accepted; None: one attempt, which need only
-             be reached
-    rounds   attempts that are made together
+    Parameters
+    ----------
+    start : Start
+        Sampler of starts.
+    reach : StartKinematics
+        The moving frame, its goal and its target.
+    source : callable
+        Function from draws and an attempt to their random numbers.
+    draws : ndarray of int
+        Numbers of the draws.
+    judge : callable, optional
+        Function from draws (n,) and starts (n, nq) to their acceptance (n,). Default: a single
+        attempt, which is accepted if it is reachable.
+    rounds : sequence of int
+        Numbers of attempts that are made together.
     """
     q0 = np.empty((len(draws), reach.scene.nq))
     tries, accepted = np.ones(len(draws), dtype=np.int64), np.zeros(len(draws), dtype=bool)
-    left, first = np.arange(len(draws)), 0
+    open_draws, first = np.arange(len(draws)), 0
     for count in rounds if judge else rounds[:1]:
         attempts = range(first, first + count)
-        tried = [start.coordinates(reach, source(draws[left], attempt)) for attempt in attempts]
-        q, fits = (np.stack(each, axis=1) for each in zip(*tried, strict=True))
+        samples = [
+            start.coordinates(reach, source(draws[open_draws], attempt)) for attempt in attempts
+        ]
+        q, fits = (np.stack(each, axis=1) for each in zip(*samples, strict=True))
         if judge and fits.any():
-            fits[fits] = judge(np.repeat(draws[left], count)[fits.reshape(-1)], q[fits])
-        accepted[left] = fits.any(axis=1)
-        chosen = np.where(accepted[left], fits.argmax(axis=1), count - 1)
-        q0[left] = q[np.arange(len(left)), chosen]
-        tries[left] = first + chosen + 1
-        left, first = left[~accepted[left]], first + count
-        if not left.size:
+            fits[fits] = judge(np.repeat(draws[open_draws], count)[fits.reshape(-1)], q[fits])
+        accepted[open_draws] = fits.any(axis=1)
+        chosen = np.where(accepted[open_draws], fits.argmax(axis=1), count - 1)
+        q0[open_draws] = q[np.arange(len(open_draws)), chosen]
+        tries[open_draws] = first + chosen + 1
+        open_draws, first = open_draws[~accepted[open_draws]], first + count
+        if not open_draws.size:
             break
     return q0, tries, accepted

@@ -1,4 +1,4 @@
-"""From poses of the frame that moves to coordinates of the robots that bring it there."""
+"""Robot coordinates for poses of the moving frame."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ from robsim.run.end_variables import (
 from robsim.servo.task_controller import TaskController
 from robsim.world.scene import Scene
 
-RESTARTS = 10  # searches of inverse kinematics for a start, which another draw may replace
+RESTARTS = 10  # restarts of inverse kinematics; a failed start is drawn again
 
 
 @dataclass(frozen=True, eq=False)
 class StartKinematics:
-    """What a bound task knows of its places: the frame that moves, its goal, and its target."""
+    """The moving frame of a bound task, with its goal, its target and its kinematics."""
 
     controller: TaskController
 
@@ -37,20 +37,23 @@ class StartKinematics:
 
     @cached_property
     def frame(self) -> str:
-        """The name of the frame that moves: a camera, or the target of one that stands."""
+        """The name of the moving frame: a camera, or the target of a fixed camera."""
         return select_goal_controller(self.controller).moving
 
     @cached_property
     def _home(self) -> Array:
+        """The home coordinates (nq, 1)."""
         return move_runs_last(self.scene.home, 1)
 
     @cached_property
     def goal(self) -> Pose:
-        """The pose of that frame in the world at its goal; at home where none is known."""
-        whose, home = select_goal_controller(self.controller), self._home
-        known = get_camera_goal(self.controller) is not None
-        T = compute_goal_pose(whose, home, home.T) if known else None
-        return Pose(homogeneous_matrix(compute_moving_pose(whose, home) if T is None else T)[0])
+        """The goal pose of the moving frame in the world; its home pose for unknown goals."""
+        controller, home = select_goal_controller(self.controller), self._home
+        has_pose = get_camera_goal(self.controller) is not None
+        T = compute_goal_pose(controller, home, home.T) if has_pose else None
+        return Pose(
+            homogeneous_matrix(compute_moving_pose(controller, home) if T is None else T)[0]
+        )
 
     def middle(self, target: str) -> Array:
         """Return the middle (3,) of the marks of an object in the world, at home."""
@@ -58,9 +61,9 @@ class StartKinematics:
         return np.asarray(self.scene.pose(target) @ marks.mean(axis=0))
 
     def coordinates(self, T: Array) -> tuple[Array, NDArray[np.bool_]]:
-        """Return coordinates (n, nq) that bring the frame to poses (n, 4, 4), and which do.
+        """Return coordinates (n, nq) for poses (n, 4, 4) of the moving frame, and their success.
 
-        The other coordinates stay at home. InputError: no robot can be told to.
+        Other coordinates stay at home. Raises InputError if no robot carries the frame.
         """
         if is_floating(self.controller, self.frame):
             return place_floating_frame(self.scene, self.frame, T), np.ones(len(T), dtype=bool)
@@ -68,13 +71,13 @@ class StartKinematics:
         robot = self.scene.robot(body[0])
         on = Pose(self.scene.tree.find(self.frame)[1])
         link = Pose(self.scene.tree.find(".".join(body))[1])
-        there = robot.base.inv() @ Pose(T) @ (link.inv() @ on).inv()
-        found = robot.ik(there, link=body[1], restarts=RESTARTS)
-        q = self.scene.coordinates({robot.name: found.q}, limits=False)
-        return q, np.asarray(found.success)
+        link_poses = robot.base.inv() @ Pose(T) @ (link.inv() @ on).inv()
+        solution = robot.ik(link_poses, link=body[1], restarts=RESTARTS)
+        q = self.scene.coordinates({robot.name: solution.q}, limits=False)
+        return q, np.asarray(solution.success)
 
     def _carrier(self) -> tuple[str, str]:
-        """Return the robot and the link that carry the frame."""
+        """Return the robot and the link that carry the moving frame."""
         parts: list[Any] = [*self.scene.cameras, *self.scene.objects]
         on = next((part.on for part in parts if part.name == self.frame), self.frame)
         robot, dot, link = on.partition(".")
@@ -87,7 +90,7 @@ class StartKinematics:
 
 
 def is_floating(controller: TaskController, frame: str) -> bool:
-    """Return whether all that a task commands is one floating joint on the world with the frame."""
+    """Return whether a task commands a single floating joint that carries the frame."""
     tree = controller.scene.tree
     body, _ = tree.find(frame)
     free = tree.models[body].free and tree.parent[body] == 0
@@ -95,7 +98,7 @@ def is_floating(controller: TaskController, frame: str) -> bool:
 
 
 def place_floating_frame(scene: Scene, frame: str, T: Array) -> Array:
-    """Return coordinates (n, nq) that bring a frame that flies to poses (n, 4, 4) in the world.
+    """Return coordinates (n, nq) for poses (n, 4, 4) of a floating frame in the world.
 
     The other coordinates stay at home.
     """

@@ -1,4 +1,4 @@
-"""Quantiles of Fisher's distribution, by which ellipsoids are as large as they must be."""
+"""Quantiles of Fisher's F distribution, which determine the size of confidence ellipsoids."""
 
 from __future__ import annotations
 
@@ -6,16 +6,16 @@ import math
 
 from robsim.statistics.proportions import check_level
 
-MOST_FREEDOM = 1e6  # from which on the variance counts as known: chi-square to 1e-6
+MOST_FREEDOM = 1e6  # above it the variance counts as known: chi-square to 1e-6
 TERMS = 10_000
 
 
 def fisher_quantile(level: float, numerator: int, denominator: float) -> float:
-    """Return the quantile of F with these degrees of freedom, infinite where a variance is known.
+    """Return the quantile of F; an infinite denominator means a known variance.
 
-    By bisection of its distribution I_x(n/2, m/2), x = n F / (n F + m), the regularised incomplete
-    beta function (NIST Digital Library of Mathematical Functions 8.17). InputError: a level beyond
-    0 and 1.
+    It is found by bisection of the distribution I_x(n/2, m/2), x = n F / (n F + m), the regularised
+    incomplete beta function (NIST Digital Library of Mathematical Functions 8.17). Raises
+    InputError unless the level is between 0 and 1.
 
     >>> round(fisher_quantile(0.95, 6, 100), 3), round(6 * fisher_quantile(0.95, 6, math.inf), 3)
     (2.191, 12.592)
@@ -32,7 +32,7 @@ def fisher_quantile(level: float, numerator: int, denominator: float) -> float:
 
 
 def _incomplete_beta(x: float, a: float, b: float) -> float:
-    """Return I_x(a, b) by the continued fraction 8.17.22, on the side where it converges fast."""
+    """Return I_x(a, b) by the continued fraction 8.17.22, on the side of fast convergence."""
     if x > (a + 1.0) / (a + b + 2.0):
         return 1.0 - _incomplete_beta(1.0 - x, b, a)
     if x <= 0.0:

@@ -1,4 +1,4 @@
-"""Tests and intervals of pairs: of two shares, and of the median of differences."""
+"""Tests and intervals for pairs: difference of two shares, and median of differences."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from robsim.statistics.proportions import check_level, estimate_share
 def half_binomial(n: int) -> Array:
     """Return P(X <= k) (n // 2 + 1,) for k = 0 ... n // 2, of X ~ Bin(n, 1/2).
 
-    The probabilities are taken as multiples of the one in the middle, which needs no logarithm
-    and loses no digits for any n; those below 1e-308 become 0.
+    The probabilities are multiples of the middle one, which needs no logarithm and loses no digits
+    for any n; values below 1e-308 become 0.
 
     >>> half_binomial(4)
     array([0.0625, 0.3125, 0.6875])
@@ -29,12 +29,12 @@ def half_binomial(n: int) -> Array:
 
 
 def mcnemar(first: int, second: int) -> float:
-    """Return the two-sided p of McNemar's exact test.
+    """Return the two-sided p-value of McNemar's exact test.
 
-    `first` and `second` count the discordant pairs, in which only the one or only the other
-    succeeded. Were both equally good, each pair would fall to either side like a coin:
-    p = min(1, 2 P(X <= min(first, second))), X ~ Bin(first + second, 1/2) (McNemar 1947, "Note on
-    the sampling error of the difference between correlated proportions or percentages").
+    `first` and `second` count the discordant pairs, with a single success. Under equal success
+    rates each discordant pair falls to either side with probability 1/2: p = min(1, 2 P(X <=
+    min(first, second))), X ~ Bin(first + second, 1/2) (McNemar 1947, "Note on the sampling error of
+    the difference between correlated proportions or percentages").
 
     >>> round(mcnemar(12, 2), 4)
     0.0129
@@ -48,15 +48,15 @@ def paired_difference(
 ) -> Estimate:
     """Return the difference of two shares of the same pairs, with the interval of Newcombe.
 
-    It is his method 10 (1998, "Improved confidence intervals for the difference between binomial
-    proportions based on paired data", Statistics in Medicine 17, 2635): with the ends l, u of
-    Wilson's intervals of p1 and p2, and phi, the correlation of the pairs made smaller for
-    continuity,
+    The interval is Newcombe's method 10 (1998, "Improved confidence intervals for the difference
+    between binomial proportions based on paired data", Statistics in Medicine 17, 2635), with the
+    ends l, u of the Wilson intervals of p1 and p2, and the continuity-corrected correlation phi of
+    the pairs:
 
         p1 - p2 - sqrt((p1 - l1)^2 - 2 phi (p1 - l1) (u2 - p2) + (u2 - p2)^2)
         p1 - p2 + sqrt((u1 - p1)^2 - 2 phi (u1 - p1) (p2 - l2) + (p2 - l2)^2)
 
-    Of no pairs the number is NaN and its interval -1 to 1.
+    Without pairs the number is NaN and the interval -1 to 1.
 
     >>> paired_difference(59, 6, 16, 80).text(".4f")
     '-0.0621 [-0.1186, -0.0046]'
@@ -73,7 +73,7 @@ def paired_difference(
 
 
 def _phi_coefficient(both: int, first: int, second: int, neither: int) -> float:
-    """Return phi of a fourfold table, corrected for continuity; 0 where a side is empty."""
+    """Return phi of a fourfold table, corrected for continuity; 0 if a margin is zero."""
     n, excess = both + first + second + neither, both * neither - first * second
     sides = (both + first) * (second + neither) * (both + second) * (first + neither)
     corrected = max(excess - n / 2, 0.0) if excess > 0 else float(excess)
@@ -81,16 +81,17 @@ def _phi_coefficient(both: int, first: int, second: int, neither: int) -> float:
 
 
 def _newcombe_distance(a: float, b: float, phi: float) -> float:
+    """Return sqrt(a^2 - 2 phi a b + b^2), the distance of an end of the interval."""
     return math.sqrt(max(a * a - 2 * phi * a * b + b * b, 0.0))
 
 
 def median_interval(values: Array, level: float = 0.95) -> Estimate:
-    """Return the median of values (n,) with an interval that holds for any distribution.
+    """Return the median of values (n,) with a distribution-free interval.
 
-    Its ends are the k-th smallest and the k-th largest value, with the largest k for which
-    2 P(X < k) <= 1 - level, X ~ Bin(n, 1/2): the interval of the sign test (David and Nagaraja
-    2003, "Order Statistics", section 7.1). It holds the truth at the level or a little above; of
-    too few values, below 6 at 0.95, it is infinite.
+    The ends are the k-th smallest and the k-th largest value, with the largest k that satisfies 2
+    P(X < k) <= 1 - level, X ~ Bin(n, 1/2): the interval of the sign test (David and Nagaraja 2003,
+    "Order Statistics", section 7.1). Its coverage is at least the level. The interval is infinite
+    for too few values, below 6 at 0.95.
 
     >>> median_interval(np.arange(1.0, 11.0)).text("g")
     '5.5 [2, 9]'

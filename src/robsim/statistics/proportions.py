@@ -1,4 +1,4 @@
-"""Shares of runs, with the interval in which the true share lies."""
+"""Shares of runs with confidence intervals."""
 
 from __future__ import annotations
 
@@ -17,17 +17,16 @@ from robsim.statistics.estimate import Estimate
 def estimate_share(
     count: int, of: int, level: float = 0.95, *, independent: float | None = None
 ) -> Estimate:
-    """Return a share with its score interval of Wilson, which holds the truth at about `level`.
+    """Return a share with its Wilson score interval.
 
-    With p = count / of and z the quantile of the normal distribution for the level,
+    With p = count / of and the quantile z of the normal distribution for the level, the interval is
 
         (p + z^2 / 2n -+ z sqrt(p (1 - p) / n + z^2 / 4n^2)) / (1 + z^2 / n)
 
     (Wilson 1927, "Probable inference, the law of succession, and statistical inference"). It stays
-    within 0 and 1, and serves also where all runs or none succeed. Of nothing it is 0 to 1. Where
-    not all are independent of each other, n is how many `independent` ones they are worth.
-
-    InputError: count above `of`, or a level beyond 0 and 1.
+    within 0 and 1, and is valid for shares of 0 and 1 too. Without values it is 0 to 1. For
+    dependent values, n is the effective number of `independent` values. Raises InputError if count
+    exceeds `of`, or the level is not between 0 and 1.
 
     >>> str(estimate_share(8, 10))
     '80.0 % [49.0, 94.3]'
@@ -47,13 +46,14 @@ def estimate_share(
 def estimate_clustered_share(
     success: NDArray[np.bool_], draw: NDArray[Any], level: float = 0.95
 ) -> Estimate:
-    """Return the share of runs (n,) that succeed, where runs of one draw are not independent.
+    """Return the share of successful runs (n,), with several dependent runs of each draw.
 
-    The interval is that of as many independent runs as have the variance of the ratio estimator
-    over draws, sum_d (x_d - p n_d)^2 m / (m - 1) / n^2 with x_d successes of n_d runs in m draws
+    The interval uses the number of independent runs with the same variance as the ratio estimator
+    over draws, sum_d (x_d - p n_d)^2 m / (m - 1) / n^2, with x_d successes of n_d runs in m draws
     (Kish 1965, "Survey sampling"; Korn and Graubard 1998, "Confidence intervals for proportions
-    with small expected number of positive counts estimated from survey data"): at least one for
-    each draw but one, at most n; and as many as draws where all succeed or none.
+    with small expected number of positive counts estimated from survey data"). This number is at
+    least the number of draws minus one and at most n; it is the number of draws if all or none
+    succeed.
 
     >>> str(estimate_clustered_share(np.array([True, True, False, False]), np.array([0, 0, 1, 1])))
     '50.0 % [5.5, 94.5]'
@@ -64,20 +64,20 @@ def estimate_clustered_share(
     if len(runs) == n or not n:
         return estimate_share(count, n, level)
     p = count / n
-    away = np.bincount(place, success.astype(float)) - p * runs
+    deviations = np.bincount(place, success.astype(float)) - p * runs
     m = len(runs)
-    variance = float((away * away).sum()) * m / max(m - 1, 1) / n**2
-    worth = p * (1.0 - p) / variance if variance > 0.0 and 0.0 < p < 1.0 else float(m)
-    return estimate_share(count, n, level, independent=min(max(worth, 1.0), float(n)))
+    variance = float((deviations * deviations).sum()) * m / max(m - 1, 1) / n**2
+    effective = p * (1.0 - p) / variance if variance > 0.0 and 0.0 < p < 1.0 else float(m)
+    return estimate_share(count, n, level, independent=min(max(effective, 1.0), float(n)))
 
 
 def normal_quantile(level: float) -> float:
-    """Return z with which a normal number is within -z and z at this level, above 0 and below 1."""
+    """Return z such that a standard normal number is within -z and z with probability `level`."""
     return NormalDist().inv_cdf(0.5 + check_level(level) / 2)
 
 
 def check_level(level: float) -> float:
-    """Return the level of an interval; InputError unless it is above 0 and below 1."""
+    """Return the level of an interval; raise InputError unless it is between 0 and 1."""
     if isinstance(level, bool) or not isinstance(level, int | float) or not 0 < level < 1:
         raise InputError(f"level: expected a number above 0 and below 1, got {format_value(level)}")
     return level

@@ -1,6 +1,6 @@
-"""Random numbers that depend on a seed, a name and a row alone, from counters (Philox).
+"""Counter-based random numbers (Philox), determined by a seed, a name and a row.
 
-Rows may be computed in any order and in any parts. Streams below 16 belong to the sensors of runs.
+Rows can be computed in any order and in any parts. Streams below 16 belong to the sensors of runs.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ WORKSPACE, PROBES, STUDIES, SUITES = 16, 17, 18, 24  # streams of numbers
 
 
 def uniform(seed: int, stream: int, rows: int | NDArray[Any], n: int, attempt: int = 0) -> Array:
-    """Return n uniform numbers in (0, 1) for each row: for so many, or by their numbers.
+    """Return n uniform numbers in (0, 1) for each row, given by a count or by row numbers.
 
     >>> some = uniform(1, WORKSPACE, np.array([2, 5]), 3)
     >>> bool((uniform(1, WORKSPACE, 9, 3)[[2, 5]] == some).all())
@@ -36,10 +36,10 @@ def uniform(seed: int, stream: int, rows: int | NDArray[Any], n: int, attempt: i
 
 @dataclass(frozen=True)
 class RandomNumbers:
-    """The random numbers of one name for some draws, by their numbers.
+    """The random numbers of one name for some draws, given by their numbers.
 
-    `attempt` counts how often a draw was taken again. `evenly` are how many numbers of the study
-    are drawn by Sobol's sequence, and the first of them that is this name's.
+    `attempt` counts the repetitions of a draw. `evenly` holds the dimension of the study's Sobol
+    sequence, and the first dimension of this name.
     """
 
     seed: int
@@ -49,7 +49,7 @@ class RandomNumbers:
     evenly: tuple[int, int] = (0, 0)
 
     def uniform(self, count: int) -> Array:
-        """Return `count` numbers in (0, 1) for each draw, (draws, count)."""
+        """Return `count` uniform numbers in (0, 1) for each draw, (draws, count)."""
         return uniform(self._key, STUDIES, self.numbers, count, self.attempt)
 
     def normal(self, count: int) -> Array:
@@ -60,7 +60,7 @@ class RandomNumbers:
         return np.ascontiguousarray(out.reshape(-1, len(self.numbers))[:count].T)
 
     def even(self, count: int) -> Array:
-        """Return `count` coordinates of each point of Sobol's sequence, scrambled, in (0, 1)."""
+        """Return `count` coordinates in (0, 1) of each point of a scrambled Sobol sequence."""
         try:
             from scipy.stats import qmc
         except ImportError:
@@ -69,7 +69,7 @@ class RandomNumbers:
         engine = qmc.Sobol(dimensions, rng=np.random.default_rng(self.seed))
         low, high = int(self.numbers.min()), int(self.numbers.max())
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore", UserWarning)  # of counts that are no power of two
+            warnings.simplefilter("ignore", UserWarning)  # the count may be no power of two
             if low:
                 engine.fast_forward(low)
             points = engine.random(high - low + 1)
@@ -78,5 +78,6 @@ class RandomNumbers:
 
     @property
     def _key(self) -> int:
+        """The key of the counter-based generator, a hash of seed and name."""
         text = f"{self.seed}:{self.name}".encode()
         return int.from_bytes(hashlib.blake2b(text, digest_size=8).digest(), "little")

@@ -1,4 +1,4 @@
-"""Studies: thousands of runs of an experiment with varied numbers, choices and starts."""
+"""Studies: an experiment run many times with other numbers and starts, stored as tables."""
 
 from robsim.base.lazy_names import attach_names
 

@@ -21,9 +21,9 @@ from robsim.studies.study_store import StudyStore
 from robsim.studies.study_text import read_plan
 from robsim.studies.trajectory_store import count_trajectory_bytes, import_zarr
 
-CHUNK = 4000  # runs that are simulated together, and stored in one file
+CHUNK = 4000  # runs that are simulated together and stored in one file
 MOST_CHUNK = 1_000_000
-MOST_BYTES = 1e8  # of the instants of runs that are simulated together
+MOST_BYTES = 1e8  # most memory for the instants of a chunk
 
 
 def study(
@@ -42,51 +42,83 @@ def study(
     chunk: int = CHUNK,
     progress: Progress | None = None,
 ) -> StudyResult:
-    """Run an experiment many times, with other numbers, choices and starts, and return the study.
+    """Simulate an experiment many times with varied numbers, choices and starts.
 
-    runs      draws, each of which is run with every combination of what is in turn; None, and
-              nothing else: as the table [study] of the experiment's file says
-    seed      of all that is drawn, and of the noise; None: that of the experiment
-    start     a sampler such as `LookAt`, `Uniform` for coordinates, starts (B, nq), or one (nq,)
-    vary      {name: what it is}, with the dotted names of `Experiment.at`: a sampler (`Uniform`,
-              `Normal`, `LogUniform`, `Sobol`, `Choice`, or `Plus` and `Times` of these), whose
-              values are drawn anew for each draw; or values in turn, which every draw is run with:
-              a list, {label: value}, or a `Grid`
-    measures  whether the standard measures (`robsim.analysis.measures`) are taken of all instants
-    trajectories
-              every n-th instant of coordinates, velocities and errors that is kept in the store
-    store     folder for the rows, which are written some at a time; what is stopped goes on with
-              `resume`, to the same bits. None: they are kept in memory
-    client    of dask.distributed, whose workers simulate the runs; see docs/studies.md
-    threads   how many; None for one per processor
-    chunk     how many runs are simulated together, and are one file of a store
-    progress  called now and then with the share that is done, 0 to 1
+    A study consists of draws. Each draw has a random start and random numbers, and is simulated
+    with every combination of the enumerated values (lists and grids). All results have the same
+    bits for any `threads`, `chunk` and `client`. A sampled focal length below 10 is a factor of the
+    focal length of the experiment, as in `Scene.believe`.
 
-    A focal length that is drawn below 10 is a factor of the one that the experiment has, as in
-    `Scene.believe`. Results have the same bits for any threads, chunk and client.
+    Parameters
+    ----------
+    experiment : Experiment
+        Experiment with a single start.
+    runs : int, optional
+        Number of draws. If this and all other parameters of the plan are omitted, the table [study]
+        of the experiment's file is used.
+    seed : int, optional
+        Seed of the samples and of the noise. Default: the seed of the experiment.
+    start : sampler, array_like of shape (nq,) or (B, nq), optional
+        Sampler of starts such as `LookAt`, `Uniform` for coordinates, or given starts, one for each
+        draw. Default: the start of the experiment.
+    vary : mapping of str to object, optional
+        Varied values by the dotted names of `Experiment.at`. A sampler (`Uniform`, `Normal`,
+        `LogUniform`, `Sobol`, `Choice`, or `Plus` and `Times` of these) gives each draw a new
+        value. A list, a mapping {label: value} or a `Grid` is enumerated: every draw is simulated
+        with each of its values.
+    measures : bool, default False
+        Whether to compute the standard measures (`robsim.analysis.measures`) of each run.
+    trajectories : int, optional
+        Store every n-th instant of coordinates, velocities and errors. Requires `store`.
+    store : path-like, optional
+        Folder for the rows, which are written in chunks. Default: the rows stay in memory.
+    resume : bool, default False
+        Whether to complete a stopped study in `store`; the result has the same bits.
+    client : dask.distributed.Client, optional
+        Cluster that simulates the runs; see docs/studies.md.
+    threads : int, optional
+        Number of threads. Default: one for each processor.
+    chunk : int, default 4000
+        Number of runs that are simulated together and stored in one file.
+    progress : callable, optional
+        Function that is called with the finished share, 0 to 1.
 
-    InputError before anything runs; Interrupted after a stop, whose `run` is the study so far.
+    Returns
+    -------
+    StudyResult
+        The runs as a table, and statistics of them.
 
+    Raises
+    ------
+    InputError
+        If the study cannot be run; nothing has run then.
+    FileError
+        If `store` cannot be written, or holds another study.
+    Interrupted
+        After a stop; its `run` is the study of the finished runs.
+
+    Examples
+    --------
     >>> from robsim.samplers import Choice
     >>> from robsim.starts import LookAt
     >>> from robsim import examples, load_scenario
     >>> one = load_scenario(examples.path("visp_tutorial")).with_(duration=8)
-    >>> found = study(one, 20, start=LookAt(distance=(0.5, 1)), vary={"task.gain": Choice([1, 2])})
-    >>> len(found.table), found.visible.value
+    >>> result = study(one, 20, start=LookAt(distance=(0.5, 1)), vary={"task.gain": Choice([1, 2])})
+    >>> len(result.table), result.visible.value
     (20, 1.0)
     """
-    given = (runs, seed, start, vary, trajectories)
-    said_in_file = all(each is None for each in given) and not measures
-    if said_in_file and isinstance(experiment, Experiment) and experiment.study is not None:
+    arguments = (runs, seed, start, vary, trajectories)
+    uses_file = all(each is None for each in arguments) and not measures
+    if uses_file and isinstance(experiment, Experiment) and experiment.study is not None:
         plan = read_plan(experiment)
         trajectories = plan.trajectories
     else:
         plan = make_plan(experiment, runs, seed, start, vary, trajectories, measures)
     if as_bool(resume, "resume") and store is None:
-        raise InputError("resume: which study? give the folder that holds it, store=folder")
+        raise InputError("resume: give the folder of the study, store=folder")
     how: Any = (resume, client, threads, chunk, progress)
     if trajectories is not None and store is None:
-        raise InputError("trajectories: they are kept in a store; give its folder, store=folder")
+        raise InputError("trajectories: they need a store; give its folder, store=folder")
     if store is None:
         return run_plan(plan, None, *how)
     folder = _make_folder(store)
@@ -103,7 +135,7 @@ def run_plan(
     chunk: int,
     progress: Progress | None,
 ) -> StudyResult:
-    """Run a plan into a folder that is ours, or into memory; see `study`."""
+    """Run a plan into a claimed folder, or into memory; see `study`."""
     check_progress(progress)
     size = _choose_chunk_size(plan, chunk)
     threads = None if threads is None else as_integer(threads, "threads", 1, 1025)
@@ -118,15 +150,15 @@ def run_plan(
             complete = simulate_plan(plan, sink, size, threads, progress)
         else:
             complete = dask_cluster.simulate_on_cluster(plan, sink, size, client, progress)
-    made = StudyResult(plan, lambda: sink.facts(plan), folder)
+    result = StudyResult(plan, lambda: sink.facts(plan), folder)
     if not complete:
-        more = f"; resume=True goes on in {folder}" if folder else ""
-        raise Interrupted(f"stopped by the user; the runs that are done are in .run{more}", made)
-    return made
+        hint = f"; resume=True continues in {folder}" if folder else ""
+        raise Interrupted(f"stopped by the user; the finished runs are in .run{hint}", result)
+    return result
 
 
 def _choose_chunk_size(plan: Plan, chunk: int) -> int:
-    """Return how many runs are simulated together: fewer where all their instants are kept."""
+    """Return the number of runs per chunk, smaller if all their instants are stored."""
     size = as_integer(chunk, "chunk", 1, MOST_CHUNK + 1)
     if plan.trajectories:
         import_zarr()
@@ -135,7 +167,7 @@ def _choose_chunk_size(plan: Plan, chunk: int) -> int:
 
 
 def _make_folder(path: Any) -> Path:
-    """Return a folder, which is made; InputError or FileError: it cannot be one."""
+    """Create a folder and return its path; raise InputError or FileError if that is impossible."""
     if not isinstance(path, str | os.PathLike):
         raise InputError(f"store: expected a folder, got {format_value(path)}")
     with convert_os_errors(path):
@@ -144,13 +176,28 @@ def _make_folder(path: Any) -> Path:
 
 
 def open_study(path: str | os.PathLike[str]) -> StudyResult:
-    """Return the study that a folder holds, also one that is not complete.
+    """Open the study in a folder, complete or not.
 
-    FileError: there is none, or one of a newer version, or rows that are not as written.
+    Parameters
+    ----------
+    path : path-like
+        Folder of the study.
 
+    Returns
+    -------
+    StudyResult
+        The study; its rows are read on demand.
+
+    Raises
+    ------
+    FileError
+        If the folder holds no study, a study of a newer format, or damaged rows.
+
+    Examples
+    --------
     >>> open_study("nowhere")
     Traceback (most recent call last):
-    robsim.base.errors.FileError: nowhere: there is no study: it has no study.json
+    robsim.base.errors.FileError: nowhere: no study here: study.json is missing
     """
     if not isinstance(path, str | os.PathLike):
         raise InputError(f"expected the folder of a study, got {format_value(path)}")

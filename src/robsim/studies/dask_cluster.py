@@ -1,4 +1,4 @@
-"""The runs of a study on a cluster of dask.distributed that somebody else has started."""
+"""Simulation of a study on an existing dask.distributed cluster."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ from robsim.studies.row_simulator import ChunkResult, RowSimulator
 from robsim.studies.study_plan import Plan
 from robsim.studies.study_store import VERSIONS
 
-PATIENCE = 10.0  # seconds, for a scheduler to answer
-POLL_INTERVAL = 0.02  # seconds between looks for a stop
-CHUNKS_AHEAD = 2  # chunks for each thread of the cluster that are given out at a time
+PATIENCE = 10.0  # time limit for the answer of a scheduler, in seconds
+POLL_INTERVAL = 0.02  # time between checks for a stop, in seconds
+CHUNKS_AHEAD = 2  # pending chunks for each thread of the cluster
 
 
 def connect_client(address: str) -> Any:
-    """Return a client of the scheduler at an address; InputError if it does not answer in time.
+    """Connect to the scheduler at an address; raise InputError if it does not answer in time.
 
-    Encryption and keys are those of Dask's own configuration.
+    Encryption and keys come from the configuration of Dask.
     """
     import asyncio
 
@@ -35,13 +35,13 @@ def connect_client(address: str) -> Any:
     try:
         asyncio.run(asyncio.wait_for(_check_identity(distributed, address), PATIENCE))
         return distributed.Client(address, timeout=PATIENCE, set_as_default=False)
-    except Exception as error:  # noqa: BLE001 what is there may be anything, and answer so
+    except Exception as error:  # noqa: BLE001 any server may answer
         reason = " ".join(str(error).split()) or type(error).__name__
         raise InputError(f"no scheduler answers at {address}: {reason:.200}") from None
 
 
 async def _check_identity(distributed: Any, address: str) -> None:
-    """Ask a scheduler who it is, without a client, which would wait for it to its own end."""
+    """Request the identity of a scheduler without a client, because a client has no time limit."""
     arguments = distributed.Security().get_connection_args("client")
     async with distributed.rpc(address, connection_args=arguments, timeout=PATIENCE / 2) as there:
         await there.identity()
@@ -50,17 +50,17 @@ async def _check_identity(distributed: Any, address: str) -> None:
 def simulate_on_cluster(
     plan: Plan, sink: StudySink, size: int, client: Any, progress: Progress | None
 ) -> bool:
-    """Simulate what is missing on a cluster; return False if a stop came before the end.
+    """Simulate the missing runs on a cluster; return False after a stop.
 
-    A chunk whose worker dies runs again on another. InputError: a worker of another version.
+    A chunk runs again if its worker dies. Raises InputError if a worker has another version.
     """
     at_once = CHUNKS_AHEAD * int(sum(client.ncores().values()))
     work, finished = pickle.dumps(plan), count_done(sink, plan)
-    left, going = generate_chunks(sink, plan, size), dict[Any, Chunk]()
+    remaining, going = generate_chunks(sink, plan, size), dict[Any, Chunk]()
     with interrupt.defer_stops() as stops:
         try:
             while not stops:
-                _submit_chunks(client, work, left, going, at_once)
+                _submit_chunks(client, work, remaining, going, at_once)
                 if not going:
                     return True
                 for future in _collect_finished(going):
@@ -70,45 +70,45 @@ def simulate_on_cluster(
                     if progress:
                         progress(finished / plan.runs)
         finally:
-            with suppress(Exception):  # it may be the cluster that has gone
+            with suppress(Exception):  # the cluster may be lost
                 client.cancel(list(going))
     return False
 
 
 def _submit_chunks(
-    client: Any, work: bytes, left: Any, going: dict[Any, Chunk], at_once: int
+    client: Any, work: bytes, remaining: Any, going: dict[Any, Chunk], at_once: int
 ) -> None:
-    """Give out chunks until so many are on their way."""
-    for first, last in left:
+    """Submit chunks until `at_once` are pending."""
+    for first, last in remaining:
         going[client.submit(simulate_chunk, work, VERSIONS, first, last, pure=False)] = first, last
         if len(going) >= at_once:
             return
 
 
 def _collect_finished(going: dict[Any, Chunk]) -> list[Any]:
-    """Return the chunks that are done, after a short wait if there are none."""
-    found = [future for future in going if future.done()]
-    if not found:
+    """Return the finished chunks, after a short wait if there are none."""
+    finished = [future for future in going if future.done()]
+    if not finished:
         time.sleep(POLL_INTERVAL)
-    return found
+    return finished
 
 
 def check_client(client: Any) -> None:
-    """Raise InputError unless a value is a client of Dask, whose cluster has workers."""
+    """Raise InputError unless a value is a Dask client of a cluster with workers."""
     if not isinstance(client, _import_distributed().Client):
         raise InputError(
             f"client: expected a client of dask.distributed, got {format_value(client)}"
         )
     if not client.ncores():
-        raise InputError("the cluster has no workers; start some, and they will be used")
+        raise InputError("the cluster has no workers; start some")
 
 
 def _get_result(future: Any) -> ChunkResult:
-    """Return what came out of a chunk; RobSimError if the cluster could not do it."""
+    """Return the result of a chunk; raise RobSimError if the cluster failed."""
     error = future.exception()
     if error is None:
-        found: ChunkResult = future.result()
-        return found
+        result: ChunkResult = future.result()
+        return result
     if isinstance(error, RobSimError):
         raise error
     text = " ".join(str(error).split())
@@ -118,23 +118,23 @@ def _get_result(future: Any) -> ChunkResult:
 
 
 def simulate_chunk(plan: bytes, versions: dict[str, str], first: int, last: int) -> ChunkResult:
-    """Simulate some runs in a worker, in one thread; InputError if its version is another."""
+    """Simulate some runs in a worker with one thread; raise InputError for another version."""
     if versions != VERSIONS:
         raise InputError(
             "this worker has RobSim {robsim} with kernels {kernels:.12}, ".format(**VERSIONS)
             + "the study {robsim} with {kernels:.12}: install the same".format(**versions)
         )
-    return _load_simulator(plan).done(first, last)
+    return _load_simulator(plan).simulate(first, last)
 
 
 @lru_cache(maxsize=4)
 def _load_simulator(plan: bytes) -> RowSimulator:
-    return RowSimulator(
-        pickle.loads(plan), threads=1
-    )  # from our own client, as all tasks of Dask are
+    """Return the simulator of a pickled plan."""
+    return RowSimulator(pickle.loads(plan), threads=1)  # written by the client of this study
 
 
 def _import_distributed() -> Any:
+    """Import dask.distributed; raise InputError if it is not installed."""
     try:
         import distributed
     except ImportError:

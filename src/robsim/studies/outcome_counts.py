@@ -1,4 +1,4 @@
-"""How the runs of a study ended: counts with intervals, of those that began."""
+"""Counts of the outcomes of a study's runs, with intervals."""
 
 from __future__ import annotations
 
@@ -19,12 +19,30 @@ MOST_GROUPS = 200
 
 @dataclass(frozen=True, repr=False)
 class OutcomeCounts(TabularValue):
-    """The outcomes of the runs that began, for each group; printed as a table.
+    """Outcomes of the runs that began, counted in groups; printed as a table.
 
-    `rows` has for each group the number of runs, how many began, and the share of each outcome
-    with its interval of Wilson at 95 %. `tries` are the starts that would do and all that were
-    drawn, if they were. `pooled`: whether a group has several runs of a draw, which are not
-    independent of each other (see `robsim.statistics.proportions.estimate_clustered_share`).
+    Attributes
+    ----------
+    by : str or None
+        Column of the groups.
+    rows : dict of str to tuple
+        For each group: number of runs, number of runs that began, and the share of each outcome
+        with its Wilson interval at 95 %.
+    tries : tuple of int or None
+        Number of accepted random starts, and of all attempts.
+    pooled : bool
+        Whether a group has several runs of a draw. Such runs are not independent, and the intervals
+        account for it (see `robsim.statistics.proportions.estimate_clustered_share`).
+    planned : int or None
+        Number of planned runs.
+
+    Examples
+    --------
+    >>> import robsim as rs
+    >>> one = rs.load_scenario(rs.examples.path("visp_tutorial")).with_(duration=8)
+    >>> counts = rs.study(one, 3, vary={"task.gain": [0.1, 1.0]}).counts("task.gain")
+    >>> {gain: began for gain, (_, began, _) in counts.rows.items()}
+    {'0.1': 3, '1': 3}
     """
 
     by: str | None
@@ -36,10 +54,11 @@ class OutcomeCounts(TabularValue):
     @property
     def outcomes(self) -> list[str]:
         """The names of the outcomes that occur, in the order of `rs.Outcome`."""
-        found = {name for _, _, shares in self.rows.values() for name in shares}
-        return [each.name for each in Outcome if each.name in found]
+        names = {name for _, _, shares in self.rows.values() for name in shares}
+        return [each.name for each in Outcome if each.name in names]
 
     def _title(self) -> str:
+        """Return the title of the table."""
         return "Outcomes"
 
     def _texts(self) -> list[list[str]]:
@@ -50,11 +69,11 @@ class OutcomeCounts(TabularValue):
             ["began", *(str(began) for _, began, _ in self.rows.values())],
         ]
         for name in self.outcomes:
-            found = [
+            shares_of_outcome = [
                 shares.get(name, estimate_share(0, began))
                 for _, began, shares in self.rows.values()
             ]
-            columns.append([Outcome[name].words, *map(str, found)])
+            columns.append([Outcome[name].words, *map(str, shares_of_outcome)])
         return columns
 
     def _numbers(self) -> list[Sequence[object]]:
@@ -62,40 +81,44 @@ class OutcomeCounts(TabularValue):
         ends = [f"{name} {part}" for name in self.outcomes for part in ("count", "low", "high")]
         rows: list[Sequence[object]] = [[self.by or "of", "runs", "began", *ends]]
         for label, (runs, began, shares) in self.rows.items():
-            found = [shares.get(name, estimate_share(0, began)) for name in self.outcomes]
-            rows.append([label, runs, began, *(x for s in found for x in (s.count, s.low, s.high))])
+            estimates = [shares.get(name, estimate_share(0, began)) for name in self.outcomes]
+            rows.append(
+                [label, runs, began, *(x for s in estimates for x in (s.count, s.low, s.high))]
+            )
         return rows
 
     def _notes(self) -> list[str]:
+        """Return the notes below the table."""
         return self.notes
 
     @property
     def notes(self) -> list[str]:
-        """What the numbers count, and of how many."""
+        """Notes on the counted runs."""
         lines = ["shares of the runs that began, with intervals of Wilson at 95 %"]
         if self.pooled:
             lines.append(
-                "runs of one draw are not independent: the intervals count what they are worth"
+                "runs of one draw are not independent: intervals use the effective number of runs"
             )
         runs = sum(count for count, _, _ in self.rows.values())
         lost = runs - sum(began for _, began, _ in self.rows.values())
         if self.planned is not None and runs < self.planned:
-            lines.insert(0, f"{runs} of {self.planned} runs are done: the study is not complete")
+            lines.insert(
+                0, f"{runs} of {self.planned} runs are finished: the study is not complete"
+            )
         if lost:
-            lines.append(f"{lost} of {runs} runs could not begin, and count nothing")
+            lines.append(f"{lost} of {runs} runs could not begin and are not counted")
         if self.tries:
-            lines.append(f"starts that will do, of those drawn: {estimate_share(*self.tries)}")
+            lines.append(f"accepted starts, of all drawn: {estimate_share(*self.tries)}")
         return lines
 
 
 def count_outcomes(
     data: pd.DataFrame, by: str | None, tries: tuple[int, int] | None = None, of: int | None = None
 ) -> OutcomeCounts:
-    """Return the counts of a table, for each value of a column if one is named.
+    """Count the outcomes of a table, in total or for each value of the column `by`.
 
-    `of` is how many runs there are to be, if not all are there.
-
-    InputError: no such column, or too many values in it.
+    `of` is the number of planned runs. Raises InputError if the column does not exist or has too
+    many values.
     """
     if by is None:
         return OutcomeCounts(
@@ -113,10 +136,12 @@ def count_outcomes(
 
 
 def _has_repeated_draws(data: pd.DataFrame) -> bool:
+    """Return whether several rows have the same draw."""
     return bool(data["draw"].duplicated().any())
 
 
 def _count_group(data: pd.DataFrame) -> tuple[int, int, dict[str, Estimate]]:
+    """Return the number of runs, the number that began, and the share of each outcome."""
     began = data[data["began"]]
     outcome, draw = began["outcome"].to_numpy(str), began["draw"].to_numpy()
     shares = {

@@ -1,4 +1,4 @@
-"""Schemes compared on the same draws: which succeeds more often, and which is better if both do."""
+"""Comparison of schemes on the same draws: success rates, and a measure if both succeed."""
 
 from __future__ import annotations
 
@@ -20,14 +20,15 @@ from robsim.statistics.paired_tests import mcnemar, median_interval, paired_diff
 from robsim.statistics.proportions import check_level
 from robsim.studies import table_columns
 
-MOST_COMPARED = 20  # values, which make 190 pairs
+MOST_COMPARED = 20  # values, with 190 pairs
 
 
 class PairCounts(NamedTuple):
-    """Draws counted by which of two runs converged, and those that do not count.
+    """Numbers of draws by the outcomes of two runs.
 
-    The first four are of the draws in which both could begin. `apart` are those in which one of the
-    two, or both, could not, and `missing` those that lack one of the two runs.
+    `both`, `only_first`, `only_second` and `neither` count the draws with converged runs, among the
+    draws with two runs that could begin. `apart` counts draws with a run that could not begin, and
+    `missing` draws without one of the two runs.
     """
 
     both: int
@@ -40,12 +41,22 @@ class PairCounts(NamedTuple):
 
 @dataclass(frozen=True)
 class Pair:
-    """Two values of the column that is compared, such as two tasks, on the same draws.
+    """Two values of the compared column, such as two tasks, on the same draws.
 
-    `p` is that of McNemar's exact test on the draws in which one alone converged, and `p_holm` the
-    same corrected for as many pairs as are compared. `difference` is the share of the first that
-    converged less that of the second, `median` the median of a measure of the first less that of
-    the second in the same draw, where both converged.
+    Attributes
+    ----------
+    first, second : str
+        The two values.
+    counts : PairCounts
+        Numbers of draws by outcome.
+    p : float
+        p-value of McNemar's exact test on the draws with exactly one converged run.
+    p_holm : float
+        The same p-value, corrected for the number of pairs.
+    difference : Estimate
+        Converged share of the first value minus the share of the second.
+    median : Estimate
+        Median of the differences (first minus second) of a measure, over draws with both converged.
     """
 
     first: str
@@ -59,10 +70,18 @@ class Pair:
 
 @dataclass(frozen=True, repr=False)
 class PairedComparison(TabularValue):
-    """The pairs of values of a column, compared on the same draws; printed as a table.
+    """Pairs of values of a column, compared on the same draws; printed as a table.
 
-    `by` is the column that is compared, `measure` what the medians are of, "" for none, `unit` its
-    unit, and `level` that of the intervals.
+    Attributes
+    ----------
+    by : str
+        The compared column.
+    measure, unit : str
+        Measure of the medians and its unit; "" for none.
+    level : float
+        Level of the intervals.
+    pairs : tuple of Pair
+        The comparisons.
     """
 
     by: str
@@ -72,12 +91,13 @@ class PairedComparison(TabularValue):
     pairs: tuple[Pair, ...]
 
     def _title(self) -> str:
+        """Return the title of the table."""
         return f"{self.by}: the same draws compared"
 
     def _texts(self) -> list[list[str]]:
-        """Return the columns of the table; those that say nothing are left out."""
+        """Return the columns of the table, without empty ones."""
         pairs, percent = self.pairs, f"{100 * self.level:g} %"
-        shown = [
+        columns = [
             ["first", *(pair.first for pair in pairs)],
             ["second", *(pair.second for pair in pairs)],
             ["draws", *(str(pair.difference.of) for pair in pairs)],
@@ -89,11 +109,11 @@ class PairedComparison(TabularValue):
             ["p", *(_format_p_value(pair.p) for pair in pairs)],
         ]
         if len(pairs) > 1:
-            shown.append(["p (Holm)", *(_format_p_value(pair.p_holm) for pair in pairs)])
+            columns.append(["p (Holm)", *(_format_p_value(pair.p_holm) for pair in pairs)])
         if self.measure:
             head = f"{self.measure}{f', {self.unit}' if self.unit else ''} [{percent}]"
-            shown.append([head, *(pair.median.text() for pair in pairs)])
-        return shown
+            columns.append([head, *(pair.median.text() for pair in pairs)])
+        return columns
 
     def _numbers(self) -> list[Sequence[object]]:
         """Return the head and the rows, in full precision."""
@@ -108,13 +128,14 @@ class PairedComparison(TabularValue):
         return [head, *([*row, *of] for row, of in zip(rows, medians, strict=True))]
 
     def _notes(self) -> list[str]:
+        """Return the notes below the table."""
         lines = [
-            "draws in which both could begin; difference: share of the first that converged less "
-            "that of the second; p: McNemar's exact test"
+            "draws with two runs that could begin; difference: converged share of the first minus "
+            "the share of the second; p: McNemar's exact test"
         ]
         if self.measure:
             lines.append(
-                f"{self.measure}: median of first less second, over draws in which both converged"
+                f"{self.measure}: median of first minus second, over draws with both converged"
             )
         left_out = dict.fromkeys(_describe_excluded(pair.counts) for pair in self.pairs)
         if len(left_out) == 1:
@@ -126,15 +147,15 @@ class PairedComparison(TabularValue):
 
 
 def _describe_excluded(counts: PairCounts) -> str:
-    """Return which draws do not count, and why; empty if all do."""
-    apart = f"in {counts.apart} draws one or both could not begin" if counts.apart else ""
-    missing = f"in {counts.missing} draws one was not run" if counts.missing else ""
+    """Return the draws that are not counted and the reason; empty if all are."""
+    apart = f"{counts.apart} draws have a run that could not begin" if counts.apart else ""
+    missing = f"{counts.missing} draws lack a run" if counts.missing else ""
     why = ", ".join(text for text in (apart, missing) if text)
-    return f"{why}: they do not count" if why else ""
+    return f"{why}: not counted" if why else ""
 
 
 def _format_p_value(p: float) -> str:
-    """Return p to two digits; those below the smallest number are told as such."""
+    """Return p with two digits, or "<1e-300" below the smallest number."""
     return "<1e-300" if p < 1e-300 else f"{p:.2g}"
 
 
@@ -143,21 +164,38 @@ def compare_paired(
 ) -> PairedComparison:
     """Compare the values of a column, such as tasks, on the same draws of a study.
 
-    study       a study, or its table with the columns draw, outcome, began and `by`
-    by          the column that is compared; runs of the same draw differ in it alone
-    measure     a column of numbers, of which the medians of the differences are told, where both
-                converged; None for none
+    For each pair of values the result has the numbers of draws with both, one or neither run
+    converged; McNemar's exact test; the difference of the shares with the interval of Newcombe's
+    method 10; and the median difference of the measure with a distribution-free interval (see
+    `robsim.statistics.paired_tests`). For several pairs the p-values are also corrected by the
+    method of Holm (1979, "A simple sequentially rejective multiple test procedure"). Comparison on
+    the same draws is more sensitive than on independent draws, because a difficult draw is
+    difficult for both.
 
-    For each pair of values: in how many draws both, one alone, or neither converged; the exact test
-    of McNemar; the difference of the shares with the interval of Newcombe's method 10; and the
-    median of the differences of the measure with an interval that holds for any distribution (see
-    `robsim.statistics.paired_tests`). With several pairs the p are also corrected by Holm (1979, "A
-    simple sequentially rejective multiple test procedure"). The same draws tell more than as many
-    others: what makes a draw hard is the same for both.
+    Parameters
+    ----------
+    study : StudyResult or DataFrame
+        A study, or its table with the columns draw, outcome, began and `by`.
+    by : str, default "task"
+        The compared column. Runs of the same draw must differ in this column only.
+    measure : str or None, default "end_time"
+        Column of numbers for the median differences.
+    level : float, default 0.95
+        Level of the intervals.
 
-    InputError: a column that is not there, one value only, several runs of a value in one draw, or
-    no draw that has two of the values.
+    Returns
+    -------
+    PairedComparison
+        The comparisons of all pairs of values.
 
+    Raises
+    ------
+    InputError
+        If a column does not exist, has one value only, or has several runs of a value in one draw;
+        or if no draw has two of the values.
+
+    Examples
+    --------
     >>> import pandas as pd
     >>> outcomes = ["CONVERGED", "LOCAL_MINIMUM"] * 6 + ["CONVERGED"] * 4
     >>> rows = {"draw": [i // 2 for i in range(16)], "task": ["PBVS", "IBVS"] * 8}
@@ -170,36 +208,36 @@ def compare_paired(
     table = table_columns.get_table(study)
     labels, rows = _arrange_by_draw(table, by)
     values = None if measure is None else table_columns.read_numbers(table, measure)
-    arrived = table_columns.read_outcomes(table) == Outcome.CONVERGED
-    runs = table["began"].to_numpy(bool), arrived, values
+    converged = table_columns.read_outcomes(table) == Outcome.CONVERGED
+    runs = table["began"].to_numpy(bool), converged, values
     pairs = []
     for i, j in combinations(range(len(labels)), 2):
-        counts, away = _count_pair(rows[:, i], rows[:, j], *runs)
+        counts, differences = _count_pair(rows[:, i], rows[:, j], *runs)
         p = mcnemar(counts.only_first, counts.only_second)
-        found = paired_difference(*counts[:4], level), median_interval(away, level)
-        pairs.append(Pair(labels[i], labels[j], counts, p, p, *found))
+        estimates = paired_difference(*counts[:4], level), median_interval(differences, level)
+        pairs.append(Pair(labels[i], labels[j], counts, p, p, *estimates))
     if not any(pair.difference.of + pair.counts.apart for pair in pairs):
-        raise InputError(f"no draw has runs with two values of {by!r}: nothing can be compared")
+        raise InputError(f"no draw has runs with two values of {by!r}")
     unit = table_columns.get_unit(table, measure) if measure else ""
     return PairedComparison(by, measure or "", unit, level, tuple(_correct_by_holm(pairs)))
 
 
 def _arrange_by_draw(table: pd.DataFrame, by: str) -> tuple[tuple[str, ...], NDArray[np.intp]]:
-    """Return the compared values, and the row (draws, values) of each in each draw; -1 for none."""
+    """Return the compared values, and their rows (draws, values); -1 if missing."""
     if by == "draw":
-        raise InputError("the draws are the same for all that is compared: compare another column")
+        raise InputError("all compared runs share their draws: compare another column")
     table_columns.group_column(table, by, MOST_COMPARED)
     labels, index = table_columns.group_varied_column(table, by)
     draws, draw = np.unique(table_columns.read_numbers(table, "draw"), return_inverse=True)
     rows = np.full((len(draws), len(labels)), -1, np.intp)
-    there = np.flatnonzero(index >= 0)
-    rows[draw[there], index[there]] = there
-    twice = there[rows[draw[there], index[there]] != there]
-    if twice.size:
-        first = int(twice[0])
+    present = np.flatnonzero(index >= 0)
+    rows[draw[present], index[present]] = present
+    repeated = present[rows[draw[present], index[present]] != present]
+    if repeated.size:
+        first = int(repeated[0])
         raise InputError(
-            f"draw {draws[draw[first]]:g} has several runs with {by} {labels[index[first]]}: take "
-            "those that agree in everything else, as in table[table['...'] == ...]"
+            f"draw {draws[draw[first]]:g} has several runs with {by} {labels[index[first]]}: "
+            "select runs that agree in all other columns, as in table[table['...'] == ...]"
         )
     return labels, rows
 
@@ -211,28 +249,28 @@ def _count_pair(
     arrived: NDArray[np.bool_],
     values: Array | None,
 ) -> tuple[PairCounts, Array]:
-    """Return counts of draws (both, first, second, neither, apart, missing), and differences.
+    """Return the counts of draws and the differences of the measure.
 
-    `first` and `second` (draws,) are the rows of the two runs of each draw, -1 for none.
+    `first` and `second` (draws,) are the rows of the two runs of each draw, -1 if missing.
     """
-    there = (first >= 0) & (second >= 0)
-    missing = int(((first >= 0) | (second >= 0)).sum() - there.sum())
-    one, two = first[there], second[there]
+    complete = (first >= 0) & (second >= 0)
+    missing = int(((first >= 0) | (second >= 0)).sum() - complete.sum())
+    one, two = first[complete], second[complete]
     begun = started[one] & started[two]
     one, two = one[begun], two[begun]
     a, b = arrived[one], arrived[two]
     kinds = (a & b, a & ~b, ~a & b, ~a & ~b, ~begun)
     counts = PairCounts._make([*(int(each.sum()) for each in kinds), missing])
-    away = np.empty(0) if values is None else (values[one] - values[two])[a & b]
-    return counts, away[np.isfinite(away)]
+    differences = np.empty(0) if values is None else (values[one] - values[two])[a & b]
+    return counts, differences[np.isfinite(differences)]
 
 
 def _correct_by_holm(pairs: list[Pair]) -> list[Pair]:
-    """Return the pairs with their p corrected for as many as there are, by the steps of Holm."""
+    """Return the pairs with p-values corrected by the step-down method of Holm."""
     order = np.argsort([pair.p for pair in pairs], kind="stable")
     raised = np.array([pairs[i].p for i in order]) * np.arange(len(pairs), 0, -1)
     corrected = np.minimum(np.maximum.accumulate(raised), 1.0)
-    found = list(pairs)
+    result = list(pairs)
     for i, p in zip(order, corrected, strict=True):
-        found[i] = replace(pairs[i], p_holm=float(p))
-    return found
+        result[i] = replace(pairs[i], p_holm=float(p))
+    return result

@@ -1,4 +1,4 @@
-"""The simulation of a plan, some runs at a time, into memory or a store."""
+"""Simulation of a plan, some runs at a time, into memory or a store."""
 
 from __future__ import annotations
 
@@ -17,15 +17,13 @@ from robsim.studies.study_plan import Plan
 from robsim.studies.study_store import StudyStore
 
 Progress = Callable[[float], None]
-CHECKED_STARTS = (
-    32  # draws, and combinations of what is in turn, that are tried before anything runs
-)
-Chunk = tuple[int, int]  # runs from one until before another
+CHECKED_STARTS = 32  # draws and combinations of values that are checked before anything runs
+Chunk = tuple[int, int]  # first run, and last run (exclusive)
 
 
 @dataclass(eq=False)
 class MemorySink:
-    """Rows in memory: one array for each column."""
+    """Results in memory: one array for each column."""
 
     runs: int
     measures: bool = False
@@ -45,27 +43,27 @@ class MemorySink:
         """Yield all runs."""
         yield 0, runs
 
-    def put(self, plan: Plan, first: int, last: int, found: ChunkResult) -> None:
-        """Keep what came out of some runs."""
-        for name, values in found.facts.items():
+    def put(self, plan: Plan, first: int, last: int, result: ChunkResult) -> None:
+        """Store the results of some runs."""
+        for name, values in result.facts.items():
             if name not in self.columns:
                 self.columns[name] = np.empty(self.runs, dtype=values.dtype)
             self.columns[name][first:last] = values
         self.done[first:last] = True
 
     def facts(self, plan: Plan) -> tuple[Any, Columns]:
-        """Return the numbers of the runs that are there, and what came out of them."""
+        """Return the numbers of the finished runs, and their columns."""
         if self.done.all():
             return np.arange(self.runs), self.columns
         columns = self.columns or empty_columns(plan)
         return np.flatnonzero(self.done), {n: x[self.done[: len(x)]] for n, x in columns.items()}
 
 
-StudySink = MemorySink | StudyStore  # where the rows of a study go
+StudySink = MemorySink | StudyStore  # destination of the rows of a study
 
 
 def generate_chunks(sink: StudySink, plan: Plan, size: int) -> Iterator[Chunk]:
-    """Yield the runs that are missing, some at a time."""
+    """Yield the missing runs, some at a time."""
     for first, last in sink.missing(plan.runs):
         for begin in range(first, last, size):
             yield begin, min(begin + size, last)
@@ -74,15 +72,15 @@ def generate_chunks(sink: StudySink, plan: Plan, size: int) -> Iterator[Chunk]:
 def simulate_plan(
     plan: Plan, sink: StudySink, size: int, threads: int | None, progress: Progress | None
 ) -> bool:
-    """Simulate what is missing on this machine; return False if a stop came before the end."""
+    """Simulate the missing runs on this machine; return False after a stop."""
     rows, finished = RowSimulator(plan, threads), count_done(sink, plan)
     with interrupt.defer_stops() as stops:
         for first, last in generate_chunks(sink, plan, size):
             try:
-                found = rows.done(first, last)
+                result = rows.simulate(first, last)
             except StopRequest:
                 return False
-            sink.put(plan, first, last, found)
+            sink.put(plan, first, last, result)
             finished += last - first
             if progress:
                 progress(finished / plan.runs)
@@ -92,12 +90,15 @@ def simulate_plan(
 
 
 def count_done(sink: StudySink, plan: Plan) -> int:
-    """Return how many runs have their rows already."""
+    """Return the number of finished runs."""
     return plan.runs - sum(last - first for first, last in sink.missing(plan.runs))
 
 
 def check_plan(plan: Plan) -> None:
-    """Raise InputError if what is in turn is refused, or no start of the first draws will do."""
+    """Check a plan before it runs.
+
+    Raises InputError if an enumerated value is invalid, or no start of the first draws is accepted.
+    """
     rows = RowSimulator(plan)
     cells = [plan.cells_of([axis.name])[:CHECKED_STARTS] for axis in plan.in_turn]
     for part in rows.parts(np.unique(np.concatenate([plan.cells_of([]), *cells]))):
@@ -105,10 +106,10 @@ def check_plan(plan: Plan) -> None:
     if plan.start is None:
         return
     draws = np.arange(min(plan.draws, CHECKED_STARTS))
-    _, tries, will_do = rows.starts(draws)
-    if not will_do.any() and plan.start.visible:
+    _, tries, accepted = rows.starts(draws)
+    if not accepted.any() and plan.start.visible:
         raise InputError(
-            f"start: of {tries.sum()} starts that were drawn none is reached and sees its target "
-            "from within the limits of the joints; try another distance or cone, a larger image, "
-            "or visible=False to see why"
+            f"start: none of {tries.sum()} random starts is reachable, sees its target and is "
+            "within the joint limits; try another distance or cone, a larger image, or "
+            "visible=False to see why"
         )

@@ -1,4 +1,4 @@
-"""The columns of a study's table: what is kept of each run, what it means, its place in memory."""
+"""The columns of a study's table: their meanings, their values, and their size in memory."""
 
 from __future__ import annotations
 
@@ -22,25 +22,25 @@ from robsim.studies.study_plan import Codes, Plan
 
 COLUMN_MEANINGS = {
     "run": "number of the run",
-    "draw": "number of the draw; runs of one draw have the same start and drawn numbers",
-    "start_x": "where the frame that moves was at the start, in the world (m)",
-    "start_y": "likewise (m)",
-    "start_z": "likewise (m)",
-    "start_distance": "from there to its goal (m)",
-    "start_angle": "from its orientation at the start to that at its goal (rad)",
-    "start_tries": "how many starts were drawn until one would do",
-    "outcome": "why the run ended, see robsim.Outcome",
-    "began": "whether the start was in sight and within the limits, so that there is a run",
-    "end_time": "when the run ended (s)",
+    "draw": "number of the draw; runs of one draw share their start and their samples",
+    "start_x": "x of the moving frame at the start, in the world (m)",
+    "start_y": "y of the moving frame at the start, in the world (m)",
+    "start_z": "z of the moving frame at the start, in the world (m)",
+    "start_distance": "distance of the moving frame from its goal at the start (m)",
+    "start_angle": "angle between the moving frame and its goal at the start (rad)",
+    "start_tries": "number of attempts for the start",
+    "outcome": "outcome of the run, see robsim.Outcome",
+    "began": "whether the start sees its target and is within the limits",
+    "end_time": "time of the end of the run (s)",
     "error_norm": "length of the error at the end, in the units of the features",
     "pixel_error": "largest distance of a mark from its goal in the image at the end (px)",
-    "distance_to_goal": "from where the frame ended to its goal (m)",
-    "angle_to_goal": "from its orientation at the end to that at its goal (rad)",
-    "path_length": "way of the frame (m)",
+    "distance_to_goal": "distance of the moving frame from its goal at the end (m)",
+    "angle_to_goal": "angle between the moving frame and its goal at the end (rad)",
+    "path_length": "length of the path of the moving frame (m)",
 }
-RUN_BYTES = 120  # of a run in memory: what came out of it
-MEASURE_BYTES = 104  # likewise of its standard measures
-TABLE_BYTES = 400  # likewise while its table is made
+RUN_BYTES = 120  # memory of the results of a run
+MEASURE_BYTES = 104  # memory of the standard measures of a run
+TABLE_BYTES = 400  # memory of a run while the table is made
 Columns = dict[str, Any]
 COMMON_MEASURES = (
     "time",
@@ -48,24 +48,24 @@ COMMON_MEASURES = (
     "distance_to_goal",
     "angle_to_goal",
     "path_length",
-)  # in all tables
+)  # measures in all tables
 
 
 def varied_columns(plan: Plan, runs: Codes) -> Columns:
-    """Return a column of each varied number, or one of the labels of each varied value."""
-    made: Columns = {}
+    """Return a column for each varied number, or a column of labels for each varied value."""
+    columns: Columns = {}
     for axis in plan.axes:
         if not axis.is_number:
-            made[axis.name] = pd.Categorical.from_codes(plan.codes(axis, runs), axis.labels)
+            columns[axis.name] = pd.Categorical.from_codes(plan.codes(axis, runs), axis.labels)
             continue
         numbers = plan.numbers(axis, runs)
         if numbers.ndim == 1:
-            made[axis.name] = numbers
+            columns[axis.name] = numbers
             continue
-        for place in np.ndindex(*numbers.shape[1:]):
-            index = ",".join(map(str, place))
-            made[f"{axis.name}[{index}]"] = numbers[(slice(None), *place)]
-    return made
+        for index_of_number in np.ndindex(*numbers.shape[1:]):
+            index = ",".join(map(str, index_of_number))
+            columns[f"{axis.name}[{index}]"] = numbers[(slice(None), *index_of_number)]
+    return columns
 
 
 def empty_columns(plan: Plan) -> Columns:
@@ -78,13 +78,13 @@ def empty_columns(plan: Plan) -> Columns:
 
 
 def make_table(plan: Plan, runs: Codes, facts: Columns) -> pd.DataFrame:
-    """Return the table of some runs, one row each."""
+    """Return the table of some runs with one row each."""
     outcomes = [outcome.name for outcome in Outcome]
     places = np.array([int(outcome) for outcome in Outcome])
     codes = np.searchsorted(places, facts["outcome"])
-    told = {**facts, "outcome": pd.Categorical.from_codes(codes, outcomes)}
+    columns = {**facts, "outcome": pd.Categorical.from_codes(codes, outcomes)}
     table = pd.DataFrame(
-        {"run": runs, "draw": runs // plan.cells, **varied_columns(plan, runs), **told}
+        {"run": runs, "draw": runs // plan.cells, **varied_columns(plan, runs), **columns}
     )
     table.attrs["units"] = {
         name: axis.unit
@@ -96,29 +96,29 @@ def make_table(plan: Plan, runs: Codes, facts: Columns) -> pd.DataFrame:
 
 
 def collect_facts(loop: Loop) -> Columns:
-    """Return a column (runs,) of each fact about the start and the end of the runs."""
-    found, controller = end_variables.make_end_variables(loop), loop.controller
+    """Return the results (runs,) of runs: quantities of their start and of their end."""
+    results, controller = end_variables.make_end_variables(loop), loop.controller
     q0, s_goal = move_runs_last(loop.q0, 1), controller.s_goal.T[:, None]
-    with np.errstate(all="ignore"):  # a run that went wrong is data
-        _, away, turn = end_variables.measure_goal_offset(controller, q0, loop.q0)
-        place = end_variables.compute_moving_pose(
+    with np.errstate(all="ignore"):  # failed runs
+        _, distance, angle = end_variables.measure_goal_offset(controller, q0, loop.q0)
+        position = end_variables.compute_moving_pose(
             end_variables.select_goal_controller(controller), q0
         )[:, 3]
         error = make_error_variables(loop.recorder.last, s_goal)["error_norm"][:, 0]
     return {
-        **{f"start_{axis}": place[i].copy() for i, axis in enumerate("xyz")},
-        "start_distance": away,
-        "start_angle": turn,
-        "outcome": found["outcome"],
-        "began": end_variables.is_valid_start(found["outcome"], found["end_time"]),
-        "end_time": found["end_time"],
+        **{f"start_{axis}": position[i].copy() for i, axis in enumerate("xyz")},
+        "start_distance": distance,
+        "start_angle": angle,
+        "outcome": results["outcome"],
+        "began": end_variables.is_valid_start(results["outcome"], results["end_time"]),
+        "end_time": results["end_time"],
         "error_norm": error,
-        **{name: found[name] for name in COMMON_MEASURES if name in found},
+        **{name: results[name] for name in COMMON_MEASURES if name in results},
     }
 
 
 def collect_trajectories(loop: Loop, every: int) -> Columns:
-    """Return coordinates, velocities and length of the error (runs, instants, ...) of the runs."""
+    """Return coordinates, velocities and error norms (runs, instants, ...) of the runs."""
     own = loop.recorder.every or 1
     series = type(loop.recorder.series)(*(x[:, :: every // own] for x in loop.recorder.series))
     with np.errstate(all="ignore"):
@@ -127,14 +127,14 @@ def collect_trajectories(loop: Loop, every: int) -> Columns:
 
 
 def choose_block_size(experiment: Experiment) -> int:
-    """Return how many runs are measured at a time; one where the scene differs between them."""
+    """Return the number of runs that are measured at a time; 1 if their scenes differ."""
     if any(map(is_true_scene_name, experiment.varied)):
         return 1
     return count_block_runs(count_periods(experiment.dt, experiment.duration) + 1)
 
 
 def collect_measures(experiment: Experiment, loop: Loop) -> Columns:
-    """Return the standard measures (runs,) of runs with all instants, but for `COMMON_MEASURES`."""
+    """Return the standard measures (runs,) of runs with all instants, except `COMMON_MEASURES`."""
     true = experiment.of_run(0) if experiment.varied else experiment
-    found = measure_run(true.scene, experiment.dataset(loop))
-    return {name: found[name] for name in MEASURES if name not in COMMON_MEASURES}
+    values = measure_run(true.scene, experiment.dataset(loop))
+    return {name: values[name] for name in MEASURES if name not in COMMON_MEASURES}

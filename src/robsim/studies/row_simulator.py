@@ -1,4 +1,4 @@
-"""The simulation of some runs of a plan, and the columns of what came out."""
+"""Simulation of some runs of a plan, and the columns of their results."""
 
 from __future__ import annotations
 
@@ -30,22 +30,22 @@ from robsim.studies.study_axes import StudyAxis
 from robsim.studies.study_plan import Codes, Plan
 
 T = TypeVar("T")
-CACHE_SIZE = 100  # variants whose templates are kept
+CACHE_SIZE = 100  # most cached variants
 
 
 class StopRequest(Exception):
-    """A stop came while runs were simulated; they count as not begun."""
+    """A stop during a simulation of runs; these runs have no results."""
 
 
 class ChunkResult(NamedTuple):
-    """What came out of some runs: a column of each fact, and what was kept of each instant."""
+    """Results of some runs: a column for each quantity, and the stored instants."""
 
     facts: Columns
     tracks: Columns
 
 
 class ExperimentPart(NamedTuple):
-    """Some of the runs that one experiment makes: their places, and the experiment."""
+    """Runs of one experiment, with their positions among the requested runs."""
 
     at: Codes
     experiment: Experiment
@@ -53,7 +53,7 @@ class ExperimentPart(NamedTuple):
 
 @dataclass(eq=False)
 class RowSimulator:
-    """What simulates the runs of a plan, from any one to any other."""
+    """Simulator of any range of runs of a plan."""
 
     plan: Plan
     threads: int | None = None
@@ -61,64 +61,72 @@ class RowSimulator:
     _variants: dict[Any, Experiment] = field(default_factory=dict)
     _templates: dict[Any, tuple[BatchTemplate, Experiment]] = field(default_factory=dict)
 
-    def done(self, first: int, last: int) -> ChunkResult:
-        """Simulate the runs from one until before another, and return what came out of them.
+    def simulate(self, first: int, last: int) -> ChunkResult:
+        """Simulate the runs from `first` to `last` (exclusive), and return their results.
 
-        Stopped: a stop came before they had all ended.
+        Raises Stopped after a stop.
         """
         runs = np.arange(first, last)
         draws = np.unique(runs // self.plan.cells)
         q0, tries, fits = self.starts(draws)
         place = runs // self.plan.cells - draws[0]
-        made = ChunkResult({}, {})
+        result = ChunkResult({}, {})
         for part in self.parts(runs):
-            some = runs[part.at] // self.plan.cells
-            for at, found in self._simulated(part.experiment, some, q0[place[part.at]]):
-                _store_values(made.facts, found.facts, part.at[at], len(runs))
-                _store_values(made.tracks, found.tracks, part.at[at], len(runs))
+            part_draws = runs[part.at] // self.plan.cells
+            for at, part_result in self._simulate_parts(
+                part.experiment, part_draws, q0[place[part.at]]
+            ):
+                _store_values(result.facts, part_result.facts, part.at[at], len(runs))
+                _store_values(result.tracks, part_result.tracks, part.at[at], len(runs))
         if self.plan.start is not None:
-            made.facts["start_tries"] = tries[place]
-            made.facts["began"] &= fits[place]
-        return made
+            result.facts["start_tries"] = tries[place]
+            result.facts["began"] &= fits[place]
+        return result
 
     def parts(self, runs: Codes) -> Iterator[ExperimentPart]:
-        """Yield experiments which together have these runs, with the places of their runs."""
-        plain = [axis for axis in self.plan.axes if not axis.is_number]
-        codes = {axis.name: self.plan.codes(axis, runs) for axis in plain}
+        """Yield experiments that together contain the runs, with the positions of their runs."""
+        value_axes = [axis for axis in self.plan.axes if not axis.is_number]
+        codes = {axis.name: self.plan.codes(axis, runs) for axis in value_axes}
         for at in _group_equal_rows(codes.values(), len(runs)):
-            own = {a.name: list((a.values or {}).values())[codes[a.name][at[0]]] for a in plain}
+            own = {
+                a.name: list((a.values or {}).values())[codes[a.name][at[0]]] for a in value_axes
+            }
             yield from self._with_numbers(self._variant(own), runs, at)
 
     def _with_numbers(
         self, variant: Experiment, runs: Codes, at: Codes
     ) -> Iterator[ExperimentPart]:
-        """Yield the variant with numbers of its own in each run, or one for each number."""
+        """Yield the variant with varied numbers, or one experiment for each number.
+
+        Numbers that one experiment cannot vary from run to run get an experiment of their own.
+        """
         numbers = {a.name: self._numbers(a, runs[at]) for a in self.plan.axes if a.is_number}
-        bulk = {name: x for name, x in numbers.items() if is_batchable(variant, name, x)}
-        single = {name: x for name, x in numbers.items() if name not in bulk}
-        for some in _group_equal_rows(single.values(), len(at)):
+        per_run = {name: x for name, x in numbers.items() if is_batchable(variant, name, x)}
+        per_experiment = {name: x for name, x in numbers.items() if name not in per_run}
+        for group in _group_equal_rows(per_experiment.values(), len(at)):
             one = _apply_values(
-                variant, {name: _to_number_or_array(x[some[0]]) for name, x in single.items()}
+                variant,
+                {name: _to_number_or_array(x[group[0]]) for name, x in per_experiment.items()},
             )
-            varied = {name: make_read_only(x[some]) for name, x in bulk.items()}
-            yield ExperimentPart(at[some], one.with_(varied=varied) if varied else one)
+            varied = {name: make_read_only(x[group]) for name, x in per_run.items()}
+            yield ExperimentPart(at[group], one.with_(varied=varied) if varied else one)
 
     def _numbers(self, axis: StudyAxis, runs: Codes) -> Array:
-        """Return the numbers of an axis; InputError for any that is not valid."""
-        found = self.plan.numbers(axis, runs)
+        """Return the numbers of an axis; raise InputError for invalid numbers."""
+        numbers = self.plan.numbers(axis, runs)
         if axis.values is None:
-            axis.check(self.plan.experiment, found)
-        return found
+            axis.check(self.plan.experiment, numbers)
+        return numbers
 
     def _variant(self, values: dict[str, Any]) -> Experiment:
-        """Return the experiment with other objects under some names."""
+        """Return the experiment with other values under some names."""
         key = tuple((name, id(value)) for name, value in values.items())
         return _get_cached(self._variants, key, lambda: _apply_values(self.plan.experiment, values))
 
     def starts(self, draws: Codes) -> tuple[Array, Codes, NDArray[np.bool_]]:
-        """Return the starts (draws, nq) of some draws, how many were drawn, and which will do.
+        """Return the starts (draws, nq) of some draws, their attempts, and their acceptance.
 
-        Those that will not do are the last that were drawn.
+        If no attempt is accepted, the start is the last attempt.
         """
         experiment, start = self.plan.experiment, self.plan.start
         tries = np.ones(len(draws), dtype=np.int64)
@@ -132,26 +140,27 @@ class RowSimulator:
 
     @cached_property
     def reach(self) -> StartKinematics:
-        """The places of the plan's experiment."""
+        """The moving frame, the goal and the target of the plan's experiment."""
         with _IgnoreRankWarnings():
             return StartKinematics(self.plan.experiment.loop().controller)
 
     def begin(self, draws: Codes, q0: Array) -> NDArray[np.bool_]:
-        """Return which starts (draws, nq) see their target and are within the limits.
+        """Return whether starts (draws, nq) see their target and are within the limits.
 
-        It is judged with the numbers of the draw, in every true scene that is in turn.
+        Starts are checked with the samples of their draw, in every true scene of the enumerated
+        values.
         """
-        found = np.ones(len(draws), dtype=bool)
-        for cell in self.plan.seen:
+        accepted = np.ones(len(draws), dtype=bool)
+        for cell in self.plan.true_scene_cells:
             for part in self.parts(draws * self.plan.cells + cell):
                 one = part.experiment.with_(start=q0[part.at], duration=part.experiment.dt)
-                found[part.at] &= collect_facts(self._ended(one, draws[part.at]))["began"]
-        return found
+                accepted[part.at] &= collect_facts(self._run_all(one, draws[part.at]))["began"]
+        return accepted
 
-    def _simulated(
+    def _simulate_parts(
         self, experiment: Experiment, draws: Codes, q0: Array
     ) -> Iterator[tuple[slice, ChunkResult]]:
-        """Yield what came out of the runs of an experiment, some of them at a time."""
+        """Yield the results of the runs of an experiment, some runs at a time."""
         plan = self.plan
         size = choose_block_size(experiment) if plan.measures else len(draws)
         every = 1 if plan.measures else plan.trajectories
@@ -160,7 +169,7 @@ class RowSimulator:
             varied = {name: make_read_only(x[some]) for name, x in experiment.varied.items()}
             one = experiment.with_(start=q0[some], record=every or "summary", varied=varied)
             with prefix_errors(f"run of draw {draws[i]}"):
-                loop = self._ended(one, draws[some])
+                loop = self._run_all(one, draws[some])
             yield (
                 some,
                 ChunkResult(
@@ -172,8 +181,8 @@ class RowSimulator:
                 ),
             )
 
-    def _ended(self, experiment: Experiment, numbers: Codes) -> Loop:
-        """Return the loop of an experiment after all its runs, with these numbers."""
+    def _run_all(self, experiment: Experiment, numbers: Codes) -> Loop:
+        """Return the loop of an experiment after all its runs, with the given run numbers."""
         with _IgnoreRankWarnings():
             loop = experiment.loop(numbers, self._template(experiment))
             if not advance_loop(loop, self.threads, self.chunk, None):
@@ -181,7 +190,7 @@ class RowSimulator:
         return loop
 
     def _template(self, experiment: Experiment) -> BatchTemplate | None:
-        """Return what is the same for all parts of the same variant, made once."""
+        """Return the parts that all experiments of a variant share, made once."""
         if not experiment.varied:
             return None
         parts = experiment.sensing, experiment.actuation
@@ -190,7 +199,7 @@ class RowSimulator:
 
 
 def _get_cached(known: dict[Any, T], key: Any, make: Callable[[], T]) -> T:
-    """Return what is known by a key, which is made when it is first asked for."""
+    """Return the cached value of a key, which is made on first use."""
     if key not in known:
         if len(known) >= CACHE_SIZE:
             known.clear()
@@ -199,35 +208,35 @@ def _get_cached(known: dict[Any, T], key: Any, make: Callable[[], T]) -> T:
 
 
 def _apply_values(base: Experiment, values: dict[str, Any]) -> Experiment:
-    """Return an experiment with other values under some names, a whole before its parts."""
+    """Return an experiment with other values under some names, in the order of their depth."""
     ordered = sorted(values.items(), key=lambda each: each[0].count("."))
     return base.at(dict(ordered)) if values else base
 
 
 def _group_equal_rows(columns: Iterable[Any], count: int) -> Iterator[Codes]:
-    """Yield the rows in which all of some columns (count, ...) are the same, group by group."""
+    """Yield the indices of equal rows of several columns (count, ...), group by group."""
     table = [np.zeros((count, 1)), *(np.reshape(x, (count, -1)) for x in columns)]
     _, group = np.unique(np.concatenate(table, axis=1), axis=0, return_inverse=True)
     for number in range(group.max() + 1):
         yield np.flatnonzero(group.reshape(-1) == number)
 
 
-def _store_values(into: Columns, found: Columns, at: Codes, count: int) -> None:
-    """Put the values of some runs in their places; where others have none there is NaN."""
-    for name, values in found.items():
-        if name not in into:
+def _store_values(columns: Columns, values_by_name: Columns, at: Codes, count: int) -> None:
+    """Store the values of some runs at their positions; missing values of other runs are NaN."""
+    for name, values in values_by_name.items():
+        if name not in columns:
             fill = np.nan if values.dtype.kind == "f" else 0
-            into[name] = np.full((count, *values.shape[1:]), fill, dtype=values.dtype)
-        into[name][at] = values
+            columns[name] = np.full((count, *values.shape[1:]), fill, dtype=values.dtype)
+        columns[name][at] = values
 
 
 def _to_number_or_array(value: Any) -> Any:
-    """Return a number, or an array of several."""
+    """Return a scalar as a float, and others as an array."""
     return float(value) if np.ndim(value) == 0 else np.array(value)
 
 
 class _IgnoreRankWarnings(warnings.catch_warnings):
-    """A block without warnings that were given when the study was planned."""
+    """Context that ignores rank warnings, which were given when the study was planned."""
 
     def __enter__(self) -> None:
         super().__enter__()

@@ -1,4 +1,4 @@
-"""Samplers: what the values of a varied name are drawn from, or which they are in turn."""
+"""Samplers: random distributions of a varied name."""
 
 from __future__ import annotations
 
@@ -26,15 +26,21 @@ POSITIVE = Numbers(item=Amount(above=0), shape=None)
 
 @runtime_checkable
 class Sampler(Protocol):
-    """What draws numbers: one value (draws, *shape) for each draw.
+    """Protocol of samplers, which give each draw one value: an array (draws, *shape).
 
-    `shape` is the shape of the numbers that are given to it, () for one number. Your own class
-    joins the others by `robsim.declare.register("sampler", "my_sampler")`.
+    `shape` is the shape of the sampler's own numbers, () for one number. A user-defined class joins
+    the samplers by `robsim.declare.register("sampler", "my_sampler")`.
+
+    Examples
+    --------
+    >>> from robsim.samplers import Uniform
+    >>> isinstance(Uniform(0.0, 1.0), Sampler)
+    True
     """
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """The shape of one value, as far as the sampler says it."""
+        """The shape of one value, as far as the sampler determines it."""
         ...
 
     def drawn(self, draws: RandomNumbers, shape: tuple[int, ...]) -> Array:
@@ -43,24 +49,25 @@ class Sampler(Protocol):
 
 
 def is_sobol(sampler: Any) -> bool:
-    """Return whether a sampler takes its numbers from Sobol's sequence."""
+    """Return whether a sampler takes its numbers from a Sobol sequence."""
     return isinstance(sampler, Sobol) or (
         isinstance(sampler, Sum | Product) and is_sobol(sampler.of)
     )
 
 
 def count_given_values(sampler: Any) -> int | None:
-    """Return for how many draws a sampler has numbers; None if for any."""
+    """Return the number of draws that a sampler has values for; None if unlimited."""
     sampler = sampler.of if isinstance(sampler, Sum | Product) else sampler
     return len(sampler.values) if isinstance(sampler, TabulatedValues) else None
 
 
 def _draw_numbers(draw: Any, shape: tuple[int, ...]) -> Array:
-    """Return what `draw` gives for so many numbers, in this shape."""
+    """Return random numbers (draws, *shape) from a function of their count."""
     return np.asarray(draw(math.prod(shape)).reshape(-1, *shape))
 
 
 def _check_low_high(kind: str, low: Any, high: Any) -> None:
+    """Raise InputError if low is above high, or their shapes differ."""
     try:
         wrong = bool((low > high).any())
     except ValueError:
@@ -73,7 +80,7 @@ def _check_low_high(kind: str, low: Any, high: Any) -> None:
 
 @dataclass(frozen=True, eq=False)
 class RangeSampler(DeclaredValue):
-    """Numbers between two others."""
+    """Numbers between two bounds."""
 
     low: Annotated[Any, AMOUNT, "Lowest value."]
     high: Annotated[Any, AMOUNT, "Highest value."]
@@ -88,14 +95,14 @@ class RangeSampler(DeclaredValue):
         return np.broadcast_shapes(self.low.shape, self.high.shape)
 
     def at(self, share: Array) -> Array:
-        """Return the values at shares of the way from low to high."""
+        """Return the values at shares of the interval from low to high."""
         return np.asarray(self.low + (self.high - self.low) * share)
 
 
 @register("sampler", "uniform")
 @dataclass(frozen=True, eq=False)
 class Uniform(RangeSampler):
-    """Numbers that are anywhere between low and high with the same chance.
+    """Uniform distribution between low and high.
 
     >>> Uniform(0.5, 2.0).high
     array(2.)
@@ -109,11 +116,11 @@ class Uniform(RangeSampler):
 @register("sampler", "sobol")
 @dataclass(frozen=True, eq=False)
 class Sobol(RangeSampler):
-    """Numbers between low and high that fill the space of all that are so marked evenly.
+    """Evenly distributed numbers between low and high, from a Sobol sequence.
 
-    All numbers of a study with this sampler are the coordinates of one point of Sobol's sequence,
-    scrambled by the seed, so that means over the runs converge faster. It needs SciPy, of
-    `pip install 'robsim[store]'`.
+    All numbers of a study with this sampler are coordinates of one point of the Sobol sequence,
+    scrambled by the seed. Means over the runs then converge faster than with `Uniform`. It needs
+    SciPy, which `pip install 'robsim[store]'` installs.
 
     >>> Sobol(0.5, 2.0).low
     array(0.5)
@@ -127,7 +134,7 @@ class Sobol(RangeSampler):
 @register("sampler", "log_uniform")
 @dataclass(frozen=True, eq=False)
 class LogUniform(RangeSampler):
-    """Positive numbers whose logarithm is uniform: as often from 0.1 to 1 as from 1 to 10.
+    """Positive numbers with a uniform logarithm: as often from 0.1 to 1 as from 1 to 10.
 
     >>> LogUniform(0.1, 10.0).high
     array(10.)
@@ -145,7 +152,7 @@ class LogUniform(RangeSampler):
 @register("sampler", "normal")
 @dataclass(frozen=True, eq=False)
 class Normal(DeclaredValue):
-    """Numbers of a normal distribution.
+    """Normal distribution.
 
     >>> Normal(0.0, 0.01).std
     array(0.01)
@@ -176,20 +183,21 @@ class Normal(DeclaredValue):
 @register("sampler", "given")
 @dataclass(frozen=True, eq=False)
 class TabulatedValues(DeclaredValue):
-    """Numbers that were drawn elsewhere: the first draw has the first of them, and so on.
+    """Given numbers: the first draw has the first row, and so on.
 
-    Several names may have theirs, so that what belongs together is drawn together.
+    Use it for samples from elsewhere. Values of several names with this sampler stay combined row
+    by row.
 
     >>> TabulatedValues([0.1, 0.2, 0.4]).values
     array([0.1, 0.2, 0.4])
     """
 
-    values: Annotated[Any, AMOUNT, "Numbers, a row for each draw."]
+    values: Annotated[Any, AMOUNT, "Values, one row for each draw."]
 
     def __post_init__(self) -> None:
         super().__post_init__()
         if not self.values.ndim:
-            raise InputError("Given: expected a row of numbers for each draw, got one number")
+            raise InputError("Given: expected one row of numbers for each draw, got one number")
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -197,16 +205,16 @@ class TabulatedValues(DeclaredValue):
         return tuple(self.values.shape[1:])
 
     def drawn(self, draws: RandomNumbers, shape: tuple[int, ...]) -> Array:
-        """Return a value (draws, *shape) for each draw; beyond the last they begin anew."""
+        """Return a value (draws, *shape) for each draw, from the first row again after the last."""
         own = self.values[draws.numbers % len(self.values)]
         return np.array(np.broadcast_to(own, (len(own), *shape)))
 
 
 @dataclass(frozen=True, eq=False)
 class _NominalSampler(DeclaredValue):
-    """Numbers of another sampler that change the value which the experiment has."""
+    """Numbers of another sampler that change the nominal value of the experiment."""
 
-    of: Annotated[Any, ChoiceSpec(SAMPLER, short=False, protocol=Sampler), "What is drawn."]
+    of: Annotated[Any, ChoiceSpec(SAMPLER, short=False, protocol=Sampler), "Sampler of the change."]
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -221,14 +229,14 @@ class _NominalSampler(DeclaredValue):
         return tuple(self.of.shape)
 
     def drawn(self, draws: RandomNumbers, shape: tuple[int, ...]) -> Array:
-        """Return what is drawn (draws, *shape), without the value of the experiment."""
+        """Return the samples (draws, *shape), without the nominal value."""
         return np.asarray(self.of.drawn(draws, shape))
 
 
 @register("sampler", "plus")
 @dataclass(frozen=True, eq=False)
 class Sum(_NominalSampler):
-    """The value that the experiment has, plus what is drawn: an error about the nominal value.
+    """The nominal value of the experiment plus a sample: an additive error.
 
     >>> Sum(Normal(0.0, 0.002)).of.std
     array(0.002)
@@ -238,7 +246,7 @@ class Sum(_NominalSampler):
 @register("sampler", "times")
 @dataclass(frozen=True, eq=False)
 class Product(_NominalSampler):
-    """The value that the experiment has, times what is drawn: an error in percent.
+    """The nominal value of the experiment times a sample: a relative error.
 
     >>> Product(Uniform(0.9, 1.1)).of.low
     array(0.9)
@@ -248,17 +256,17 @@ class Product(_NominalSampler):
 @register("sampler", "choice")
 @dataclass(frozen=True, eq=False)
 class Choice(DeclaredValue):
-    """One of some values, drawn by chance: numbers, texts as in a file, or objects.
+    """Random choice of one of several values: numbers, texts as in a file, or objects.
 
-    To run every draw with each of them give the list alone, without `Choice`.
+    To combine every draw with each of the values, give the list alone, without `Choice`.
 
     >>> Choice([0.2, 0.5, 1.0]).values
     (0.2, 0.5, 1.0)
     """
 
-    values: Annotated[Any, ValuesSpec(), "Values, of which one is drawn."]
+    values: Annotated[Any, ValuesSpec(), "Values; each draw has one of them."]
 
     def picked(self, draws: RandomNumbers) -> NDArray[np.int64]:
-        """Return the number of a value (draws,) for each draw."""
+        """Return the index of a value (draws,) for each draw."""
         share = draws.uniform(1)[:, 0]
         return np.minimum((share * len(self.values)).astype(np.int64), len(self.values) - 1)

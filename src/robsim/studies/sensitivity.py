@@ -1,4 +1,4 @@
-"""What matters most: how much an outcome or a measure depends on each number that was varied."""
+"""Dependence of an outcome or a measure on each varied name of a study."""
 
 from __future__ import annotations
 
@@ -21,18 +21,28 @@ from robsim.statistics.proportions import check_level
 from robsim.studies import table_columns
 from robsim.studies.table_columns import Among
 
-FEWEST_RUNS = 20  # runs of which anything is told
-MOST_BINS, RUNS_PER_BIN = 10, 10  # into which a number is cut, and how many runs each has at least
+FEWEST_RUNS = 20  # least number of runs
+MOST_BINS, RUNS_PER_BIN = 10, 10  # most bins of a number, and least runs in each
 
 
 @dataclass(frozen=True)
 class Effect:
-    """How much depends on one column.
+    """Dependence on one column.
 
-    `eta` is the correlation ratio, 0 (nothing depends on it) to 1 (everything does), whatever the
-    shape: that of the groups of a choice, or of a number cut into `groups` bins of as many runs
-    each. `rho` is the rank correlation of a number, -1 (falling) to 1 (rising), and NaN of a
-    choice. Where eta is large and rho is not, the dependence bends.
+    Attributes
+    ----------
+    name : str
+        The column.
+    kind : {"number", "choice"}
+        Kind of the column.
+    groups : int
+        Number of groups of a choice, or of bins of a number.
+    eta : Estimate
+        Correlation ratio between 0 (no dependence) and 1 (complete dependence), of any shape. The
+        bins of a number have equal numbers of runs.
+    rho : Estimate
+        Rank correlation of a number, -1 (falling) to 1 (rising); NaN for a choice. A large eta with
+        a small rho indicates a dependence that is not monotonic.
     """
 
     name: str
@@ -44,10 +54,20 @@ class Effect:
 
 @dataclass(frozen=True, repr=False)
 class Sensitivity(TabularValue):
-    """How much an outcome or a measure depends on each column, the largest first; a table.
+    """Dependence of an outcome or a measure on each column, largest first; printed as a table.
 
-    `of` is "converged" or the measure, `runs` how many runs count, `among` which these are, and
-    `level` that of the intervals.
+    Attributes
+    ----------
+    of : str
+        "converged", or the measure.
+    among : {"converged", "began"}
+        Runs that count.
+    runs : int
+        Number of runs that count.
+    level : float
+        Level of the intervals.
+    effects : tuple of Effect
+        Dependence on each column.
     """
 
     of: str
@@ -57,9 +77,11 @@ class Sensitivity(TabularValue):
     effects: tuple[Effect, ...]
 
     def _title(self) -> str:
-        return f"What matters for {self.of}"
+        """Return the title of the table."""
+        return f"Sensitivity of {self.of}"
 
     def _texts(self) -> list[list[str]]:
+        """Return the columns as texts."""
         percent = f"{100 * self.level:g} %"
         return [
             ["varied", *(each.name for each in self.effects)],
@@ -70,6 +92,7 @@ class Sensitivity(TabularValue):
         ]
 
     def _numbers(self) -> list[Sequence[object]]:
+        """Return the head and the rows, in full precision."""
         heads = [f"{name}{end}" for name in ("eta", "rho") for end in ("", "_low", "_high")]
         rows = [
             [each.name, each.kind, each.groups, *each.eta.numbers, *each.rho.numbers, each.eta.of]
@@ -78,10 +101,10 @@ class Sensitivity(TabularValue):
         return [["varied", "kind", "groups", *heads, "independent_runs"], *rows]
 
     def _notes(self) -> list[str]:
+        """Return the notes below the table."""
         return [
             f"{self.of}, of {self.runs} runs that {self.among}",
-            "eta: how much depends on it, in any shape, 0 to 1; rho: whether it rises or falls "
-            "with it, -1 to 1",
+            "eta: dependence of any shape, 0 to 1; rho: rising or falling dependence, -1 to 1",
         ]
 
 
@@ -93,23 +116,41 @@ def compute_sensitivity(
     among: Among | None = None,
     level: float = 0.95,
 ) -> Sensitivity:
-    """Return how much an outcome or a measure of a study depends on each column, largest first.
+    """Return the dependence of an outcome or a measure on each column of a study, largest first.
 
-    study       a study, or its table
-    of          "converged" for whether a run converged, or a column of numbers
-    names       columns that may matter; None: what was varied, and the start's distance and angle
-                from the goal, where they differ
-    among       the runs that count: "converged", or all that "began"; None: of measures those that
-                converged, as a measure of a failed run says little
+    Each column has a correlation ratio, which detects dependences of any shape. Columns of numbers
+    also have Spearman's rank correlation, which shows the direction (see
+    `robsim.statistics.association`). Each column is examined alone: effects of combinations are not
+    detected. Runs of the same draw are not independent; for a column that is constant within each
+    draw, the draws are counted.
 
-    Of each column the correlation ratio, which sees dependences of any shape, and of numbers the
-    rank correlation of Spearman, which tells the direction (see
-    `robsim.statistics.association`). Each stands for itself alone: what acts only together with
-    another is not seen. Runs of the same draw are not independent: of a column that is the same for
-    all of them, the draws are counted.
+    Parameters
+    ----------
+    study : StudyResult or DataFrame
+        A study, or its table.
+    of : str, default "converged"
+        "converged" for the convergence of a run, or a column of numbers.
+    names : str or sequence of str, optional
+        Columns to examine. Default: the varied names, and the start's distance and angle from the
+        goal.
+    among : {"converged", "began"}, optional
+        Runs that count. Default for measures: the converged runs, because a measure of a failed run
+        has little meaning.
+    level : float, default 0.95
+        Level of the intervals.
 
-    InputError: a column that is not there, one value only, nothing began, or fewer than 20 runs.
+    Returns
+    -------
+    Sensitivity
+        Correlation measures of each column; printed as a table.
 
+    Raises
+    ------
+    InputError
+        If a column does not exist, has one value only, or fewer than 20 runs count.
+
+    Examples
+    --------
     >>> import pandas as pd
     >>> rows = {"run": range(100), "draw": range(100), "task.gain": [i / 100 for i in range(100)]}
     >>> outcomes = ["CONVERGED"] * 60 + ["DIVERGED"] * 40
@@ -129,21 +170,21 @@ def compute_sensitivity(
     if not listed:
         raise InputError("nothing was varied in this study: every run has the same numbers")
     known = chosen & np.isfinite(values)
-    found = [
+    effects = [
         _compute_column_effect(table, name, values, known, level) for name in listed if name != of
     ]
-    order = sorted(found, key=lambda each: (-each.eta.value, each.name))
+    order = sorted(effects, key=lambda each: (-each.eta.value, each.name))
     return Sensitivity(of, among, int(known.sum()), level, tuple(order))
 
 
 def _select_values(
     table: pd.DataFrame, of: str, among: Among | None
 ) -> tuple[Array, NDArray[np.bool_], Among]:
-    """Return the values (rows,) that may depend on others, the runs that count, and which."""
+    """Return the dependent values (rows,), the runs that count, and their kind."""
     if of == "converged":
         started = table_columns.select_counted_runs(table, "began" if among is None else among)
         if among == "converged":
-            raise InputError("whether runs converged is told among those that began")
+            raise InputError("convergence is counted among the runs that began")
         values = (table_columns.read_outcomes(table) == Outcome.CONVERGED).astype(float)
         return values, started, "began"
     chosen = among or "converged"
@@ -157,7 +198,7 @@ def _select_values(
 def _compute_column_effect(
     table: pd.DataFrame, name: str, values: Array, known: NDArray[np.bool_], level: float
 ) -> Effect:
-    """Return how much values (rows,) depend on a column, over the rows that are known."""
+    """Return the dependence of values (rows,) on a column, over the known rows."""
     number = table_columns.is_number_column(table, name)
     own = (
         table_columns.read_numbers(table, name)
@@ -175,41 +216,41 @@ def _compute_column_effect(
 
 
 def _check_variation(numbers: NDArray[Any], values: Array, name: str) -> None:
-    """Raise InputError for too few runs, and where there is one value only."""
+    """Raise InputError for too few runs, or for constant values."""
     if len(values) < FEWEST_RUNS:
         raise InputError(
             f"{name}: expected {FEWEST_RUNS} runs that count, or more, got {len(values)}"
         )
     if (values == values[0]).all():
         raise InputError(
-            f"all {len(values)} runs that count went alike ({values[0]:g}): nothing depends on "
-            f"{name}; ask for a measure, as in of='end_time'"
+            f"all {len(values)} runs that count have the same result ({values[0]:g}), independent "
+            f"of {name}; choose a measure, as in of='end_time'"
         )
     if (numbers == numbers[0]).all():
         raise InputError(f"column {name!r} has one value only in the runs that count")
 
 
 def _assign_bins(numbers: Array) -> NDArray[np.intp]:
-    """Return the bin of each number: its value where there are few, else bins of as many each.
+    """Return the bin of each number: its value if there are few values, else bins of equal counts.
 
-    Equal numbers share theirs.
+    Equal numbers share a bin.
     """
     values, index = np.unique(numbers, return_inverse=True)
     if len(values) <= MOST_BINS:
         return np.asarray(index, np.intp)
     n = len(numbers)
     many = max(2, min(MOST_BINS, n // RUNS_PER_BIN))
-    found = np.unique(((ranks(numbers) - 0.5) / n * many).astype(np.intp), return_inverse=True)[1]
-    return np.asarray(found if found.any() else numbers > numbers.min(), np.intp)
+    bins = np.unique(((ranks(numbers) - 0.5) / n * many).astype(np.intp), return_inverse=True)[1]
+    return np.asarray(bins if bins.any() else numbers > numbers.min(), np.intp)
 
 
 def _average_by_draw(
     table: pd.DataFrame, column: NDArray[Any], values: Array, rows: NDArray[np.bool_]
 ) -> tuple[NDArray[Any], Array]:
-    """Return a column and the values that may depend on it, of rows that are independent.
+    """Return a column and the dependent values of independent rows.
 
-    What all runs of a draw share is one number of the draw, and so is the mean of their values:
-    what else is in turn would drown it. Else they are those of the rows.
+    If the column is constant within each draw, both are averaged over the runs of a draw: otherwise
+    the variation by enumerated values would hide its effect. Other columns keep all rows.
     """
     here, depends = column[rows], values[rows]
     if not len(here):

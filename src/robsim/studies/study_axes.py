@@ -1,4 +1,4 @@
-"""The axes of a study: what differs from run to run under one dotted name, and how."""
+"""The axes of a study: varied names with their values or samplers."""
 
 from __future__ import annotations
 
@@ -17,93 +17,93 @@ from robsim.statistics.random_numbers import RandomNumbers
 from robsim.studies.samplers import Choice, Product, Sampler, Sum
 from robsim.studies.value_grid import assign_labels, parse_value_list
 
-FOCAL_FACTOR = 10.0  # pixels, below which a focal length is a factor, as in `Scene.believe`
+FOCAL_FACTOR = 10.0  # a focal length below this number is a factor, as in `Scene.believe`
 
 
 @dataclass(frozen=True, eq=False)
 class StudyAxis:
-    """A varied name: values by label, in turn or by chance, or what draws numbers."""
+    """A varied name with its values, enumerated or random, or with a sampler of numbers."""
 
     name: str
     values: dict[str, Any] | None
     sampler: Any = None
     shape: tuple[int, ...] = ()
-    nominal: Array | None = None  # the value of the experiment, which Plus and Times change
+    nominal: Array | None = None  # value of the experiment, for `Sum` and `Product`
     factor: bool = False
     unit: str = ""
-    named: bool = False  # whether the labels of its values were given
-    ends: tuple[Array, Array] | None = None  # least and largest numbers that are known to be valid
+    has_labels: bool = False  # whether the labels were given
+    checked_range: tuple[Array, Array] | None = None  # range of checked numbers
 
     @property
     def in_turn(self) -> bool:
-        """Whether every draw is run with each of its values."""
+        """Whether every draw is combined with each of the values."""
         return self.values is not None and self.sampler is None
 
     @property
     def is_number(self) -> bool:
-        """Whether all its values are numbers, and go by no other names."""
+        """Whether all values are numbers without labels of their own."""
         if self.values is None:
             return True
-        return not self.named and all(map(_is_real_number, self.values.values()))
+        return not self.has_labels and all(map(_is_real_number, self.values.values()))
 
     @property
     def labels(self) -> list[str]:
-        """The labels of its values."""
+        """The labels of the values."""
         return list(self.values or ())
 
     def numbers(self, draws: RandomNumbers) -> Array:
-        """Return what is drawn (draws, *shape), in SI."""
-        drawn: Array = self.sampler.drawn(draws, self.shape)
+        """Return sampled numbers (draws, *shape) in SI units."""
+        sampled: Array = self.sampler.drawn(draws, self.shape)
         if self.nominal is None:
-            return drawn
-        return np.asarray(self.nominal * drawn if self.factor else self.nominal + drawn)
+            return sampled
+        return np.asarray(self.nominal * sampled if self.factor else self.nominal + sampled)
 
     def check(self, experiment: Experiment, numbers: Array) -> StudyAxis:
-        """Return the axis, once the least and the largest of some numbers are valid in SI.
+        """Check the least and the largest of some numbers, and return the axis that stores them.
 
-        InputError or FileError: one is not, and which.
+        Raises InputError or FileError with the invalid number.
         """
-        found = numbers.min(axis=0), numbers.max(axis=0)
-        known = self.ends
-        if known and (found[0] >= known[0]).all() and (found[1] <= known[1]).all():
+        extremes = numbers.min(axis=0), numbers.max(axis=0)
+        checked = self.checked_range
+        if checked and (extremes[0] >= checked[0]).all() and (extremes[1] <= checked[1]).all():
             return self
-        for end in found:
-            with prefix_errors(f"vary: {self.name}: {format_value(end.tolist())} was drawn"):
+        for end in extremes:
+            with prefix_errors(f"vary: {self.name}: sampled value {format_value(end.tolist())}"):
                 experiment.at(self.name, end)
-        return replace(self, ends=found)
+        return replace(self, checked_range=extremes)
 
 
-def make_axis(experiment: Experiment, name: Any, given: Any) -> StudyAxis:
-    """Return the axis of a name; InputError or FileError for what cannot be varied so."""
+def make_axis(experiment: Experiment, name: Any, value: Any) -> StudyAxis:
+    """Return the axis of a name; raise InputError or FileError if it cannot be varied this way."""
     if not isinstance(name, str) or not name:
         raise InputError(
             f"vary: expected dotted names such as 'task.gain', got {format_value(name)}"
         )
     unit = get_unit_at(experiment, name)
-    what = f"vary: {name}"
-    sampler = given if isinstance(given, Choice) else None
-    labelled = assign_labels(given.values, what) if sampler else parse_value_list(given, what)
-    if labelled is not None:
-        return _make_value_axis(experiment, StudyAxis(name, None, sampler, unit=unit), *labelled)
-    if not isinstance(given, Sampler) or isinstance(given, type):
+    subject = f"vary: {name}"
+    sampler = value if isinstance(value, Choice) else None
+    values = assign_labels(value.values, subject) if sampler else parse_value_list(value, subject)
+    if values is not None:
+        return _make_value_axis(experiment, StudyAxis(name, None, sampler, unit=unit), *values)
+    if not isinstance(value, Sampler) or isinstance(value, type):
         raise InputError(
-            f"{what}: expected a sampler such as rs.Uniform(low, high), or a list of values, "
-            f"got {format_value(given)}"
+            f"{subject}: expected a sampler such as rs.Uniform(low, high), or a list of values, "
+            f"got {format_value(value)}"
         )
     try:
-        return _make_number_axis(experiment, StudyAxis(name, None, given, unit=unit))
+        return _make_number_axis(experiment, StudyAxis(name, None, value, unit=unit))
     except ValueError as error:
         if isinstance(error, InputError):
             raise
         raise InputError(
-            f"{what}: {format_value(given)} has not the shape of what is there"
+            f"{subject}: {format_value(value)} does not have the shape of the varied number"
         ) from None
 
 
 def _make_value_axis(
     experiment: Experiment, axis: StudyAxis, values: dict[str, Any], named: bool
 ) -> StudyAxis:
-    """Return an axis of values that are all valid under its name; in SI where they are numbers."""
+    """Return an axis of values that are all valid; numbers are converted to SI units."""
     numeric = axis.name.endswith(".focal") and all(map(_is_real_number, values.values()))
     if numeric and max(map(abs, values.values())) < FOCAL_FACTOR:
         nominal = get_number_at(experiment, axis.name)
@@ -114,23 +114,27 @@ def _make_value_axis(
         numbers = [get_number_at(experiment.at(axis.name, x), axis.name) for x in values.values()]
         if all(x.ndim == 0 for x in numbers):
             values = dict(zip(values, map(float, numbers), strict=True))
-    return replace(axis, values=values, named=named)
+    return replace(axis, values=values, has_labels=named)
 
 
-def _check_own_belief(experiment: Experiment, name: str, value: Any, made: Experiment) -> None:
-    """Raise InputError for a task with a belief of its own, which is not that of the experiment."""
+def _check_own_belief(
+    experiment: Experiment, name: str, value: Any, varied_experiment: Experiment
+) -> None:
+    """Raise InputError if a task has a belief that differs from the belief of the experiment."""
     if name != "task" or isinstance(value, str | dict):
         return
-    own = [belief for belief in list_beliefs(value) if belief is not None]
-    if own and any(belief != find_common_belief(experiment.task) for belief in own):
+    beliefs_of_task = [belief for belief in list_beliefs(value) if belief is not None]
+    if beliefs_of_task and any(
+        belief != find_common_belief(experiment.task) for belief in beliefs_of_task
+    ):
         raise InputError(
-            f"vary: task: {format_value(value)} has a belief of its own; give it to the experiment, or "
-            "vary it by its names, as in 'belief.cameras.eye.focal'"
+            f"vary: task: {format_value(value)} has a belief of its own; give it to the "
+            "experiment, or vary it by its names, as in 'belief.cameras.eye.focal'"
         )
 
 
 def _make_number_axis(experiment: Experiment, axis: StudyAxis) -> StudyAxis:
-    """Return an axis of numbers that are drawn, in the shape of what is there."""
+    """Return an axis of sampled numbers, in the shape of the varied number."""
     shape, factor = tuple(axis.sampler.shape), isinstance(axis.sampler, Product)
     if axis.name.endswith(".focal") and not isinstance(axis.sampler, Sum | Product):
         factor = _draws_factors(axis.sampler)
@@ -142,18 +146,19 @@ def _make_number_axis(experiment: Experiment, axis: StudyAxis) -> StudyAxis:
 
 
 def _is_real_number(value: Any) -> bool:
+    """Return whether a value is a number, but not a truth value."""
     return isinstance(value, int | float) and not isinstance(value, bool)
 
 
 def _draws_factors(sampler: Any) -> bool:
-    """Return whether what is drawn for a focal length is too small to be pixels."""
+    """Return whether the samples of a focal length are too small for pixels."""
     shape = tuple(sampler.shape)
     probe = RandomNumbers(0, "focal", np.arange(64), evenly=(max(math.prod(shape), 1), 0))
     return bool(np.abs(sampler.drawn(probe, shape)).max() < FOCAL_FACTOR)
 
 
 def _shape_of_number(experiment: Experiment, name: str) -> tuple[int, ...]:
-    """Return the shape of the number at a name; () where there is none yet."""
+    """Return the shape of the number at a name; () if there is none yet."""
     try:
         return get_number_at(experiment, name).shape
     except InputError:

@@ -1,4 +1,4 @@
-"""The plan of a study: which runs there are, and what differs between them."""
+"""The plan of a study: its runs, and the differences between them."""
 
 from __future__ import annotations
 
@@ -24,21 +24,19 @@ from robsim.studies.samplers import Uniform, count_given_values, is_sobol
 from robsim.studies.study_axes import StudyAxis, make_axis
 
 MOST_RUNS = 10**12
-CHECKED_DRAWS = (
-    200_000  # draws whose numbers are looked at before anything runs; later ones on their way
-)
-MOST_CELLS = 100_000  # combinations of values that every draw is run with
+CHECKED_DRAWS = 200_000  # draws with samples that are checked before anything runs
+MOST_CELLS = 100_000  # combinations of enumerated values
 Codes = NDArray[np.int64]
-START_NAME = "start"  # the name under which starts are drawn
+START_NAME = "start"  # name of the random numbers of starts
 
 
 @dataclass(frozen=True, eq=False)
 class Plan:
-    """Runs of one experiment: draws, each of which is run with every combination in turn.
+    """Runs of one experiment: draws, each combined with every combination of enumerated values.
 
-    Run number r is of draw r // cells, with the combination r % cells. What is drawn depends on
-    the seed, the name and the draw alone, so that runs of one draw differ only in what is in turn,
-    and any part of the runs can be simulated anywhere.
+    Run number r belongs to draw r // cells and has the combination r % cells. Samples depend on the
+    seed, the name and the draw alone. Runs of one draw therefore differ only in enumerated values,
+    and any subset of the runs can be simulated anywhere.
     """
 
     experiment: Experiment
@@ -46,22 +44,22 @@ class Plan:
     seed: int
     axes: tuple[StudyAxis, ...] = ()
     start: Start | None = None
-    q0: Array | None = None  # (draws, nq), starts that were given
-    trajectories: int | None = None  # every n-th instant that is kept, if any
-    measures: bool = False  # whether the standard measures are taken
+    q0: Array | None = None  # (draws, nq), given starts
+    trajectories: int | None = None  # every n-th instant is stored, if any
+    measures: bool = False  # whether the standard measures are computed
 
     @cached_property
     def in_turn(self) -> tuple[StudyAxis, ...]:
-        """The axes whose values every draw is run with."""
+        """The axes with enumerated values."""
         return tuple(axis for axis in self.axes if axis.in_turn)
 
     @cached_property
     def cells(self) -> int:
-        """The number of combinations that every draw is run with."""
+        """The number of combinations of enumerated values."""
         return math.prod(len(axis.values or ()) for axis in self.in_turn)
 
     def cells_of(self, names: Iterable[str]) -> Codes:
-        """Return the combinations in which all but these names have their first values."""
+        """Return the combinations with the first value for all other names."""
         cells = np.arange(self.cells)
         for axis in self.in_turn:
             if axis.name not in names:
@@ -69,22 +67,22 @@ class Plan:
         return cells
 
     @property
-    def seen(self) -> Codes:
-        """The combinations whose true scenes differ, in each of which a start must do."""
+    def true_scene_cells(self) -> Codes:
+        """The combinations with different true scenes; a start must be valid in each of them."""
         return self.cells_of([axis.name for axis in self.in_turn if is_true_scene_name(axis.name)])
 
     @property
     def runs(self) -> int:
-        """The number of runs in all."""
+        """The total number of runs."""
         return self.draws * self.cells
 
     def __str__(self) -> str:
-        """Return in a line how many runs there are, and of what."""
+        """Return the number of runs and the varied names, in one line."""
         turns = [f"{len(axis.values or ())} of {axis.name}" for axis in self.in_turn]
-        drawn = [axis.name for axis in self.axes if not axis.in_turn]
-        drawn = [*(["start"] if self.start else []), *drawn]
+        sampled = [axis.name for axis in self.axes if not axis.in_turn]
+        sampled = [*(["start"] if self.start else []), *sampled]
         counts = " x ".join([f"{self.draws} draws", *turns])
-        return f"{self.runs} runs: {counts}" + (f"; drawn: {', '.join(drawn)}" if drawn else "")
+        return f"{self.runs} runs: {counts}" + (f"; drawn: {', '.join(sampled)}" if sampled else "")
 
     def source(self, name: str, draws: Codes, attempt: int = 0) -> RandomNumbers:
         """Return the random numbers of a name for some draws."""
@@ -94,22 +92,22 @@ class Plan:
         return RandomNumbers(self.seed, name, draws, attempt, evenly)
 
     def codes(self, axis: StudyAxis, runs: Codes) -> Codes:
-        """Return which of its values an axis has in some runs, (runs,)."""
+        """Return the index of the value of an axis in some runs, (runs,)."""
         if not axis.in_turn:
-            return np.asarray(self._drawn(axis.name, runs, axis.sampler.picked))
+            return np.asarray(self._sample(axis.name, runs, axis.sampler.picked))
         sizes = [len(each.values or ()) for each in self.in_turn]
         digits = np.unravel_index(runs % self.cells, sizes)
-        found: Codes = digits[self.in_turn.index(axis)]
-        return found
+        codes: Codes = digits[self.in_turn.index(axis)]
+        return codes
 
     def numbers(self, axis: StudyAxis, runs: Codes) -> Array:
-        """Return the numbers (runs, ...) of an axis in some runs, in SI."""
+        """Return the numbers (runs, ...) of an axis in some runs, in SI units."""
         if axis.values is not None:
             return np.array(list(axis.values.values()), dtype=float)[self.codes(axis, runs)]
-        return np.asarray(self._drawn(axis.name, runs, axis.numbers))
+        return np.asarray(self._sample(axis.name, runs, axis.numbers))
 
-    def _drawn(self, name: str, runs: Codes, draw: Callable[[RandomNumbers], Any]) -> Any:
-        """Return what is drawn for some runs, once for each draw."""
+    def _sample(self, name: str, runs: Codes, draw: Callable[[RandomNumbers], Any]) -> Any:
+        """Return the samples of some runs, computed once for each draw."""
         own, where = np.unique(runs // self.cells, return_inverse=True)
         return draw(self.source(name, own))[where]
 
@@ -123,37 +121,39 @@ def make_plan(
     trajectories: Any = None,
     measures: Any = False,
 ) -> Plan:
-    """Return the plan of a study; InputError for what is no study."""
+    """Return the plan of a study; raise InputError if the arguments describe none."""
     base = check_instance(experiment, Experiment, "experiment")
     if isinstance(base.task, SelfSimulatingTask):
-        raise InputError("a mission has no single end that can be counted; study one of its phases")
+        raise InputError("a mission has no single end to count; study one of its phases")
     if base.varied:
-        raise InputError("numbers differ from run to run in this experiment: give them in vary=")
+        raise InputError(
+            "this experiment has numbers that differ from run to run: give them in vary="
+        )
     seed = base.seed if seed is None else as_integer(seed, "seed", 0, 2**64)
     base = base.with_(seed=seed, first_run=0, record="summary")
     base, own, q0 = _split_start(base, start)
-    given = _list_varied(vary)
-    _check_varied_names([str(name) for name, _ in given], trajectories is not None)
-    axes = tuple(make_axis(base, name, each) for name, each in given)
+    pairs = _list_varied(vary)
+    _check_varied_names([str(name) for name, _ in pairs], trajectories is not None)
+    axes = tuple(make_axis(base, name, each) for name, each in pairs)
     _check_nominal_axes(axes)
     every = None if trajectories is None else as_integer(trajectories, "trajectories", 1, 10**7)
-    kept = own, q0, every, as_bool(measures, "measures")
-    plan = _validate_axes(Plan(base, _count_draws(q0, runs), seed, axes, *kept))
+    settings = own, q0, every, as_bool(measures, "measures")
+    plan = _validate_axes(Plan(base, _count_draws(q0, runs), seed, axes, *settings))
     if plan.cells > MOST_CELLS:
-        raise InputError(
-            f"vary: {plan.cells} combinations of what is in turn; at most {MOST_CELLS}"
-        )
+        raise InputError(f"vary: {plan.cells} combinations of values; at most {MOST_CELLS}")
     for axis in axes:
-        known = count_given_values(axis.sampler)
-        if known is not None and known < plan.draws:
-            raise InputError(f"runs: {plan.draws}, and {axis.name} is given for {known} draws only")
+        available = count_given_values(axis.sampler)
+        if available is not None and available < plan.draws:
+            raise InputError(
+                f"runs: {plan.draws}, but {axis.name} has values for {available} draws only"
+            )
     if plan.draws > MOST_EVEN and any(is_sobol(axis.sampler) for axis in axes):
         raise InputError(f"runs: Sobol's sequence has {MOST_EVEN} points, got {plan.draws}")
     return plan
 
 
 def _validate_axes(plan: Plan) -> Plan:
-    """Return the plan, once what is drawn first is known to be valid."""
+    """Return the plan, with the samples of the first draws checked."""
     first = np.arange(min(plan.draws, CHECKED_DRAWS))
     axes = [
         axis
@@ -165,6 +165,7 @@ def _validate_axes(plan: Plan) -> Plan:
 
 
 def _list_varied(vary: Any) -> list[tuple[Any, Any]]:
+    """Return the varied names with their values."""
     if vary is None:
         return []
     if not isinstance(vary, Mapping):
@@ -173,20 +174,20 @@ def _list_varied(vary: Any) -> list[tuple[Any, Any]]:
 
 
 def _count_draws(q0: Array | None, runs: Any) -> int:
-    """Return the number of draws: as asked, or one for each start that is given."""
-    given = None if q0 is None else len(q0)
+    """Return the number of draws: `runs`, or one for each given start."""
+    start_count = None if q0 is None else len(q0)
     if runs is None:
-        if given is None:
-            raise InputError("runs: how many? give a whole number")
-        return given
+        if start_count is None:
+            raise InputError("runs: expected a whole number")
+        return start_count
     count = as_integer(runs, "runs", 1, MOST_RUNS + 1)
-    if given is not None and count != given:
-        raise InputError(f"runs: {count}, and {given} starts are given; leave one of them out")
+    if start_count is not None and count != start_count:
+        raise InputError(f"runs: {count}, but {start_count} starts are given; omit one of them")
     return count
 
 
 def _split_start(base: Experiment, start: Any) -> tuple[Experiment, Start | None, Array | None]:
-    """Return the experiment of one start, the sampler of starts, and the starts that are given."""
+    """Return the experiment with a single start, the sampler of starts, and the given starts."""
     if type(start) is Uniform:
         start = Anywhere(low=start.low, high=start.high)
     if isinstance(start, Start):
@@ -202,35 +203,37 @@ def _split_start(base: Experiment, start: Any) -> tuple[Experiment, Start | None
     return base.with_(start=q0), None, None
 
 
-def _check_varied_names(names: list[str], ways: bool) -> None:
-    """Raise InputError for names that cannot be in a study, or of which one says the other."""
+def _check_varied_names(names: list[str], trajectories: bool) -> None:
+    """Raise InputError for names that cannot be varied, or that determine each other."""
     for name in names:
         top, _, key = name.partition(".")
         if top == START_NAME:
             raise InputError(f"vary: {name}: starts are given by start=")
         if name in ("run.seed", "run.first_run", "run.record"):
-            raise InputError(f"vary: {name}: the study gives each run its own; give seed=")
+            raise InputError(f"vary: {name}: the study sets it for each run; give seed=")
         if top in ("study", "title", "display", "schema") or key.endswith(".home"):
             raise InputError(f"vary: {name}: no run depends on it")
-        if ways and name in ("run", "run.dt", "run.duration"):
-            raise InputError(f"trajectories: all runs need the same instants, and {name} varies")
+        if trajectories and name in ("run", "run.dt", "run.duration"):
+            raise InputError(f"trajectories: all runs need the same instants, but {name} varies")
     for one, other in permutations(names, 2):
         if other.startswith(f"{one}.") and one != "task":
             raise InputError(f"vary: {one} and {other}: one is a part of the other")
         if _is_same_quantity(one, other):
-            raise InputError(f"vary: {one} and {other}: both say the same; give one of the two")
+            raise InputError(
+                f"vary: {one} and {other}: both describe the same quantity; give one of them"
+            )
 
 
 def _is_same_quantity(one: str, other: str) -> bool:
-    """Return whether two names are of the same rotation, or of the same intrinsics."""
-    (owner, _, key), (whose, _, word) = one.rpartition("."), other.rpartition(".")
+    """Return whether two names describe the same rotation, or the same intrinsics."""
+    (owner, _, key), (other_owner, _, other_key) = one.rpartition("."), other.rpartition(".")
     turns = {"rpy", "rotvec", "rotation"}
-    lens = key == "K" and word in {"focal", "center", "skew"}
-    return owner == whose and ({key, word} <= turns or lens)
+    lens = key == "K" and other_key in {"focal", "center", "skew"}
+    return owner == other_owner and ({key, other_key} <= turns or lens)
 
 
 def _check_nominal_axes(axes: tuple[StudyAxis, ...]) -> None:
-    """Raise InputError for what changes a value that something else gives."""
+    """Raise InputError if `Plus` or `Times` changes a value that another axis replaces."""
     for axis in axes:
         if axis.nominal is None:
             continue
@@ -238,5 +241,5 @@ def _check_nominal_axes(axes: tuple[StudyAxis, ...]) -> None:
             if axis.name.startswith(f"{other.name}."):
                 raise InputError(
                     f"vary: {axis.name}: {type(axis.sampler).__name__} changes the value of the "
-                    f"experiment, and {other.name} brings its own; give numbers"
+                    f"experiment, which {other.name} replaces; give numbers"
                 )

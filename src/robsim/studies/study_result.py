@@ -1,4 +1,4 @@
-"""`StudyResult`: what came out of thousands of runs, as a table and as counts."""
+"""`StudyResult`: the results of many runs, as a table, as counts and as statistics."""
 
 from __future__ import annotations
 
@@ -37,12 +37,28 @@ from robsim.studies.trajectory_store import TrajectoryStore
 
 @dataclass(frozen=True, eq=False, repr=False)
 class StudyResult:
-    """The runs of a study: a table with a row for each, and its plan, by which they are repeated.
+    """Runs of a study as a table with a row for each run, and the plan that reproduces them.
 
-    `table` is a pandas DataFrame: the number of the run and of its draw, what differs from run to
-    run, where it started (m, rad), and how it ended (see `robsim.studies.result_columns.COLUMN_MEANINGS`). Runs
-    with `began` false have nothing to count: their start was out of sight, or beyond the limits of
-    the joints. `str` of a study counts the outcomes, with intervals.
+    `study` and `open_study` return it. `str` and `print` show the counted outcomes with intervals.
+
+    Attributes
+    ----------
+    plan : Plan
+        The plan of the study.
+    folder : Path or None
+        Folder of the store, if any.
+    table : DataFrame
+        Number of the run and of its draw, varied values, start (m, rad), and results; see
+        `robsim.studies.result_columns.COLUMN_MEANINGS`. Runs with `began` false are not counted:
+        their start does not see the target, or exceeds a joint limit.
+
+    Examples
+    --------
+    >>> import robsim as rs
+    >>> one = rs.load_scenario(rs.examples.path("visp_tutorial")).with_(duration=8)
+    >>> result = rs.study(one, 4, vary={"task.gain": rs.samplers.Uniform(1, 2)})
+    >>> result.complete, len(result.table), str(result.converged())
+    (True, 4, '75.0 % [30.1, 95.4]')
     """
 
     plan: Plan
@@ -51,27 +67,28 @@ class StudyResult:
 
     @property
     def experiment(self) -> Experiment:
-        """The experiment that was varied."""
+        """The experiment that is varied."""
         return self.plan.experiment
 
     @property
     def complete(self) -> bool:
-        """Whether all runs of the plan are there."""
+        """Whether all runs of the plan are finished."""
         return len(self.runs) == self.plan.runs
 
     @cached_property
     def _facts(self) -> tuple[Any, Columns]:
-        found: tuple[Any, Columns] = self._read()
-        return found
+        """The numbers of the finished runs, and their columns."""
+        result: tuple[Any, Columns] = self._read()
+        return result
 
     @property
     def runs(self) -> Any:
-        """The numbers (n,) of the runs that are there."""
+        """The numbers (n,) of the finished runs."""
         return self._facts[0]
 
     @cached_property
     def table(self) -> pd.DataFrame:
-        """The table, one row a run; see the class."""
+        """The table with a row for each run; see the class."""
         need, free = len(self.runs) * TABLE_BYTES, get_free_memory()
         if need > free:
             raise InputError(
@@ -81,21 +98,32 @@ class StudyResult:
         return make_table(self.plan, *self._facts)
 
     def counts(self, by: str | None = None) -> OutcomeCounts:
-        """Return how the runs ended, with intervals, for each value of a name if one is given."""
+        """Return the counted outcomes with intervals, in total or by the values of a column.
+
+        Parameters
+        ----------
+        by : str, optional
+            Column to group the runs by.
+
+        Returns
+        -------
+        OutcomeCounts
+            Counts and shares; printed as a table.
+        """
         return count_outcomes(self.table, by, self._tries(), self.plan.runs)
 
     def __str__(self) -> str:
-        """Return the counts, for each value of what is in turn first."""
+        """Return the counts, by the values of the first enumerated name."""
         return str(self.counts(self._first))
 
     @property
     def _first(self) -> str | None:
-        """The name of what is in turn first, if there are not too many values to be counted."""
+        """The first enumerated name with at most `MOST_GROUPS` values."""
         few = (axis.name for axis in self.plan.in_turn if len(axis.labels) <= MOST_GROUPS)
         return next(few, None)
 
     def __repr__(self) -> str:
-        """Return the counts, also where a notebook shows them as text."""
+        """Return the counts; notebooks show them as text."""
         return str(self)
 
     def _repr_html_(self) -> str:
@@ -104,11 +132,12 @@ class StudyResult:
 
     @property
     def visible(self) -> Estimate | None:
-        """The share of the starts that were drawn which would do; None if none were drawn."""
+        """The share of the random starts that were accepted; None if no starts were drawn."""
         tries = self._tries()
         return None if tries is None else estimate_share(*tries)
 
     def _tries(self) -> tuple[int, int] | None:
+        """Return the number of accepted starts and of all attempts; None without random starts."""
         runs, facts = self._facts
         if "start_tries" not in facts:
             return None
@@ -119,7 +148,18 @@ class StudyResult:
         return int(will_do.sum()), int(tries.sum())
 
     def of_run(self, number: int) -> Experiment:
-        """Return the experiment of one run, with its start and its noise; InputError: no run."""
+        """Return the experiment of one run, with its start and its noise.
+
+        Parameters
+        ----------
+        number : int
+            Number of the run.
+
+        Raises
+        ------
+        InputError
+            If the run does not exist.
+        """
         i = as_integer(number, "run", 0, self.plan.runs)
         rows = RowSimulator(self.plan)
         draw = np.array([i // self.plan.cells])
@@ -129,9 +169,27 @@ class StudyResult:
         return one.with_(start=q0[0], first_run=int(draw[0]), record="all")
 
     def replay(self, number: int) -> xr.Dataset:
-        """Simulate one run again, with all instants; ReplayWarning if it ends otherwise.
+        """Simulate one run again with all instants.
 
-        InputError: there is no such run.
+        Parameters
+        ----------
+        number : int
+            Number of the run.
+
+        Returns
+        -------
+        Dataset
+            The run.
+
+        Raises
+        ------
+        InputError
+            If the run does not exist.
+
+        Warns
+        -----
+        ReplayWarning
+            If the run ends otherwise than before.
         """
         one = self.of_run(number)
         run: xr.Dataset = one.run()
@@ -139,19 +197,27 @@ class StudyResult:
         for name in ("outcome", "end_time", "distance_to_goal", "path_length") if at.size else ():
             was, now = self._facts[1][name][at[0]], run[name].values
             if not np.array_equal(was, now, equal_nan=True):
-                told = [_format_fact(name, value) for value in (was, now)]
-                text = f"run {number} has another {name} now: {told[0]} became {told[1]}"
+                texts = [_format_fact(name, value) for value in (was, now)]
+                text = f"run {number} has another {name} now: {texts[0]} became {texts[1]}"
                 warnings.warn(text, ReplayWarning, stacklevel=2)
                 break
         return run
 
     def trajectories(self) -> xr.Dataset:
-        """Return what a store has kept of the instants of the runs, read when it is used.
+        """Return the stored instants of the runs, which are read on demand.
 
-        InputError: nothing was kept.
+        Returns
+        -------
+        Dataset
+            Coordinates, velocities and norm of the error over run and time.
+
+        Raises
+        ------
+        InputError
+            If the study stores no trajectories.
         """
         if self.folder is None or not self.plan.trajectories:
-            raise InputError("no trajectories were kept; give trajectories=1 and a store")
+            raise InputError("no trajectories were stored; give trajectories=1 and a store")
         return TrajectoryStore(self.folder / TRACKS).open(self.runs)
 
     def paired(
@@ -162,42 +228,118 @@ class StudyResult:
         where: Mapping[str, Any] | None = None,
         level: float = 0.95,
     ) -> PairedComparison:
-        """Return how the values of a name compare on the same draws; see `robsim.studies.paired_comparison`.
+        """Compare the values of a column on the same draws; see `robsim.studies.paired_comparison`.
 
-        McNemar's exact test, the difference of the shares that converged, and the median difference
-        of a measure, with intervals. `where` are values of other columns, {name: value}, to which
-        the runs are confined; where something else is in turn each needs one.
+        For each pair of values: McNemar's exact test, the difference of the shares that converged,
+        and the median difference of a measure, with intervals.
+
+        Parameters
+        ----------
+        by : str, default "task"
+            Column with the compared values.
+        measure : str or None, default "end_time"
+            Column of numbers for the median difference.
+        where : mapping of str to object, optional
+            Values of other columns that select runs. Needed if other names are enumerated.
+        level : float, default 0.95
+            Level of the intervals.
+
+        Returns
+        -------
+        PairedComparison
+            The comparisons; printed as a table.
         """
         return compare_paired(self.rows(where), by, measure, level=level)
 
     def sensitivity(
         self, of: str = "converged", *, where: Mapping[str, Any] | None = None, **how: Any
     ) -> Sensitivity:
-        """Return which varied numbers and choices matter most for a column, or for convergence.
+        """Return how much convergence or a measure depends on each varied number and choice.
 
-        See `robsim.studies.sensitivity`; `where` is as in `compare_paired`.
+        Parameters
+        ----------
+        of : str, default "converged"
+            "converged", or a column of numbers.
+        where : mapping of str to object, optional
+            Values of other columns that select runs.
+        **how
+            Further arguments of `robsim.studies.sensitivity.compute_sensitivity`.
+
+        Returns
+        -------
+        Sensitivity
+            Correlation measures, largest first; printed as a table.
         """
         return compute_sensitivity(self.rows(where), of, **how)
 
     def rows(self, where: Mapping[str, Any] | None = None) -> pd.DataFrame:
-        """Return the rows of the table in which columns have these values; InputError: none has."""
+        """Return the rows of the table with the given values in other columns.
+
+        Parameters
+        ----------
+        where : mapping of str to object, optional
+            Required values by column. Default: all rows.
+
+        Returns
+        -------
+        DataFrame
+            The selected rows.
+
+        Raises
+        ------
+        InputError
+            If a column does not exist, or no row has the values.
+        """
         table = self.table
         for name, value in (where or {}).items():
-            chosen = get_column(table, name) == value
-            if not chosen.any():
-                few = ", ".join(group_column(table, name, len(table)).labels[:10])
-                raise InputError(f"no run has {name} = {format_value(value)}; there are: {few}")
-            table = table[chosen]
+            selected = get_column(table, name) == value
+            if not selected.any():
+                examples = ", ".join(group_column(table, name, len(table)).labels[:10])
+                raise InputError(
+                    f"no run has {name} = {format_value(value)}; there are: {examples}"
+                )
+            table = table[selected]
         return table
 
     def worst(self, measure: str = "distance_to_goal", count: int = 10) -> pd.DataFrame:
-        """Return the rows of the runs that began with the largest values of a column."""
+        """Return the runs with the largest values of a column, among the runs that began.
+
+        Parameters
+        ----------
+        measure : str, default "distance_to_goal"
+            Column of numbers.
+        count : int, default 10
+            Largest number of rows.
+
+        Returns
+        -------
+        DataFrame
+            Rows of the table in descending order of the column.
+        """
         numbers = read_numbers(self.table, measure)
         table = self.table[self.table["began"] & np.isfinite(numbers)]
         return table.nlargest(as_integer(count, "count", 1), measure)
 
     def save(self, path: str | os.PathLike[str]) -> Path:
-        """Write the table as .parquet or .csv, or the counts as .tex; FileError: it cannot be."""
+        """Write the table or the counts to a file.
+
+        Parameters
+        ----------
+        path : path-like
+            File name that ends in .parquet or .csv (the table), or .tex (the counts).
+
+        Returns
+        -------
+        Path
+            The file.
+
+        Raises
+        ------
+        InputError
+            If the file name has another ending.
+        FileError
+            If the file cannot be written.
+        """
         suffix = Path(path).suffix if isinstance(path, str | os.PathLike) else ""
         if suffix == ".csv":
             return write_whole(path, self.table.to_csv(index=False))
@@ -211,25 +353,26 @@ class StudyResult:
 
     @property
     def text(self) -> str:
-        """The TOML text of the study, for `robsim study`; InputError if it is Python code."""
+        """The TOML text of the study for `robsim study`; InputError if it contains Python code."""
         return format_plan(self.plan)
 
     @property
     def hash(self) -> str:
-        """The first 16 hexadecimal digits of the hash of all rows, to the bit."""
+        """The first 16 hexadecimal digits of a hash of all rows, to the bit."""
         runs, facts = self._facts
-        made = hashlib.sha256(np.asarray(runs, dtype=np.int64).tobytes())
+        digest = hashlib.sha256(np.asarray(runs, dtype=np.int64).tobytes())
         for name in sorted(facts):
             values = facts[name]
-            made.update(name.encode() + np.ascontiguousarray(values).tobytes())
-        return made.hexdigest()[:16]
+            digest.update(name.encode() + np.ascontiguousarray(values).tobytes())
+        return digest.hexdigest()[:16]
 
     def converged(self) -> Estimate:
-        """Return the share of the runs that converged, of those that began."""
+        """Return the share of converged runs among the runs that began."""
         runs, facts = self._facts
         began, arrived = facts["began"], facts["outcome"] == Outcome.CONVERGED
         return estimate_clustered_share(arrived[began], runs[began] // self.plan.cells)
 
 
 def _format_fact(name: str, value: Any) -> str:
+    """Return a value of a column as text, an outcome by its name."""
     return Outcome(int(value)).name if name == "outcome" else repr(float(value))

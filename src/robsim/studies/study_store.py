@@ -1,4 +1,4 @@
-"""The folder of a study: its text, and its rows as Parquet files that are whole or not there."""
+"""The folder of a study: its text, and its rows as Parquet files that are written atomically."""
 
 from __future__ import annotations
 
@@ -28,15 +28,15 @@ from robsim.studies.study_text import format_plan, read_plan
 from robsim.studies.trajectory_store import TrajectoryStore, count_trajectory_bytes
 
 FORMAT = 1
-VERSIONS = {"robsim": VERSION, "kernels": KERNEL_HASH}  # which decide the bits of a run
+VERSIONS = {"robsim": VERSION, "kernels": KERNEL_HASH}  # they determine the bits of a run
 TEXT, ABOUT, TRACKS = "study.toml", "study.json", "trajectories.zarr"
-COMPARED_VALUES = 50  # values of an axis that are compared with what their text says
-ROW_BYTES = 150  # of a row on the disk
+COMPARED_VALUES = 50  # values of an axis that are compared with their text
+ROW_BYTES = 150  # disk space of a row
 _ROW_FILE = re.compile(r"rows-(\d{13})-(\d{13})\.parquet")
 
 
 class RowFile(NamedTuple):
-    """A file of rows: those from one until before another."""
+    """A file with the rows from `first` to `last` (exclusive)."""
 
     first: int
     last: int
@@ -45,17 +45,17 @@ class RowFile(NamedTuple):
 
 @dataclass(frozen=True)
 class StudyStore:
-    """A folder that holds a study."""
+    """A folder with a study."""
 
     folder: Path
 
     def begin(self, plan: Plan, resume: bool) -> None:
-        """Write what the study is; FileError or InputError if another one is in the way."""
+        """Write the description of the study; FileError or InputError if another is there."""
         import_pyarrow()
         text = make_exact_text(plan)
         if not self.is_there and self.parts():
             raise FileError(
-                f"{self.folder} has rows of a study, and not its {ABOUT}; choose another folder"
+                f"{self.folder} has rows of a study, but no {ABOUT}; choose another folder"
             )
         if self.is_there:
             self._check(text, resume)
@@ -72,44 +72,44 @@ class StudyStore:
             return (self.folder / ABOUT).exists()
 
     def plan(self) -> Plan:
-        """Return the plan of the study here; FileError if there is none that can be read."""
+        """Return the plan of the study; raise FileError if it cannot be read."""
         self.about()
         path = self.folder / TEXT
         return read_plan(Experiment.from_text(read_toml_text(path), str(path)))
 
     def about(self) -> dict[str, Any]:
-        """Return what is said of the study; FileError if it is none of this or an older format."""
+        """Return the description of the study; raise FileError if its format is unknown."""
         path = self.folder / ABOUT
         if not self.is_there:
-            raise FileError(f"{self.folder}: there is no study: it has no {ABOUT}")
+            raise FileError(f"{self.folder}: no study here: {ABOUT} is missing")
         try:
             about = json.loads(read_toml_text(path))
-            found = int(about["format"])
+            version = int(about["format"])
         except (ValueError, KeyError, TypeError, OverflowError):
-            raise FileError(f"{path}: not as RobSim wrote it") from None
-        if found > FORMAT:
+            raise FileError(f"{path}: not in the form that RobSim writes") from None
+        if version > FORMAT:
             newer = about.get("robsim", "a newer version")
             raise FileError(
-                f"{self.folder}: a study of format {found}, of RobSim {newer:.40}; this is "
+                f"{self.folder}: a study of format {version}, of RobSim {newer:.40}; this is "
                 f"{VERSION}, which reads format {FORMAT}: install the newer one"
             )
         return dict(about)
 
     def parts(self) -> list[RowFile]:
-        """Return the files of rows, in their order; FileError if two of them overlap."""
+        """Return the files of rows in order; raise FileError if two of them overlap."""
         with convert_os_errors(self.folder, "read"):
             names = sorted(path.name for path in self.folder.iterdir())
-        found = [
+        matches = [
             (match, self.folder / name) for name in names if (match := _ROW_FILE.fullmatch(name))
         ]
-        parts = [RowFile(int(match[1]), int(match[2]), path) for match, path in found]
+        parts = [RowFile(int(match[1]), int(match[2]), path) for match, path in matches]
         for one, other in pairwise(parts):
             if other.first < one.last:
                 raise FileError(f"{self.folder}: {one.path.name} and {other.path.name} overlap")
         return parts
 
     def missing(self, runs: int) -> Iterator[tuple[int, int]]:
-        """Yield the runs that have no row yet, from one until before another."""
+        """Yield the ranges of runs without rows, as first and last (exclusive)."""
         first = 0
         for part in self.parts():
             if part.last > runs:
@@ -120,18 +120,18 @@ class StudyStore:
         if first < runs:
             yield first, runs
 
-    def put(self, plan: Plan, first: int, last: int, found: ChunkResult) -> None:
-        """Write the rows of some runs; FileError if they cannot be, and nothing is left then.
+    def put(self, plan: Plan, first: int, last: int, result: ChunkResult) -> None:
+        """Write the rows of some runs; raise FileError and leave no file if that fails.
 
-        What was kept of their instants is written first: without its rows it is not read.
+        Instants are written first: without its rows they are not read.
         """
         if plan.trajectories:
-            TrajectoryStore(self.folder / TRACKS).put(plan, first, found.tracks)
-        rows = encode_parquet(make_table(plan, np.arange(first, last), found.facts))
+            TrajectoryStore(self.folder / TRACKS).put(plan, first, result.tracks)
+        rows = encode_parquet(make_table(plan, np.arange(first, last), result.facts))
         write_whole(self.folder / f"rows-{first:013d}-{last:013d}.parquet", rows)
 
     def facts(self, plan: Plan) -> tuple[Any, Columns]:
-        """Return the numbers of the runs that are there, and what came out of them."""
+        """Return the numbers of the finished runs, and their columns."""
         pa, pq = import_pyarrow()
         runs: list[Any] = []
         parts: list[Columns] = []
@@ -152,6 +152,7 @@ class StudyStore:
         }
 
     def _check(self, text: str, resume: bool) -> None:
+        """Raise FileError if the folder holds another study, or this study cannot be resumed."""
         about = self.about()
         if read_toml_text(self.folder / TEXT) != text:
             raise FileError(
@@ -166,12 +167,12 @@ class StudyStore:
         differ = [f"{key} {was}, now {now}" for key, (was, now) in other.items() if was != now]
         if differ:
             raise FileError(
-                f"{self.folder} was begun elsewhere ({'; '.join(differ)}), and its rows would not "
-                "have the same bits: begin it anew"
+                f"{self.folder} was begun with other versions ({'; '.join(differ)}), and new rows "
+                "would not have the same bits: begin a new study"
             )
 
     def _check_room(self, plan: Plan) -> None:
-        """Raise InputError if the disk has no room for the rows, before anything runs."""
+        """Raise InputError if the disk has too little space for the rows."""
         with convert_os_errors(self.folder):
             free = shutil.disk_usage(self.folder).free
         need = plan.runs * (ROW_BYTES + (count_trajectory_bytes(plan) if plan.trajectories else 0))
@@ -183,24 +184,26 @@ class StudyStore:
 
 
 def make_exact_text(plan: Plan) -> str:
-    """Return the text of a study, once it is known to say the same study; InputError if not."""
+    """Return the text of a study; raise InputError if the text does not reproduce the study."""
     text = format_plan(plan)
     again = read_plan(Experiment.from_text(text))
     if again.experiment != plan.experiment or format_plan(again) != text:
-        raise InputError("no text says this study exactly, as a store needs: run it without one")
+        raise InputError(
+            "no text describes this study exactly, which a store needs: run it without a store"
+        )
     for axis, other in zip(plan.axes, again.axes, strict=True):
         pairs = zip((axis.values or {}).values(), (other.values or {}).values(), strict=False)
         for one, two in () if axis.is_number else islice(pairs, COMPARED_VALUES):
             if plan.experiment.at(axis.name, one) != again.experiment.at(axis.name, two):
                 raise InputError(
-                    f"vary: {axis.name}: no text says these values exactly, as a store needs: "
+                    f"vary: {axis.name}: no text describes these values exactly, as a store needs: "
                     "give them as texts or tables of a file, or run without a store"
                 )
     return text
 
 
 def _read_facts(table: Any, part: RowFile, plan: Plan) -> Columns:
-    """Return what came out of the runs of a file; FileError if it is not theirs."""
+    """Return the results of a file of rows; raise FileError if its runs differ from its name."""
     if table.num_rows != part.last - part.first:
         raise FileError(f"{part.path}: {table.num_rows} rows instead of {part.last - part.first}")
     try:
@@ -212,7 +215,7 @@ def _read_facts(table: Any, part: RowFile, plan: Plan) -> Columns:
         facts = {str(name): data[name].to_numpy() for name in data if name not in known}
         codes = np.array([int(Outcome[name]) for name in facts["outcome"]], dtype=np.int8)
     except (KeyError, ValueError):
-        raise FileError(f"{part.path}: not as RobSim wrote it") from None
+        raise FileError(f"{part.path}: not in the form that RobSim writes") from None
     return {**facts, "outcome": codes}
 
 
@@ -225,7 +228,7 @@ def encode_parquet(table: pd.DataFrame) -> memoryview:
 
 
 def import_pyarrow() -> tuple[Any, Any]:
-    """Return PyArrow and its part for Parquet; InputError if it is not installed."""
+    """Import PyArrow and its Parquet module; raise InputError if it is not installed."""
     try:
         import pyarrow
         import pyarrow.parquet

@@ -1,4 +1,4 @@
-"""The text of a study: the table `[study]` beside those of its experiment."""
+"""The text of a study: the table `[study]` beside the tables of its experiment."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ SAMPLER_SPEC = ChoiceSpec(SAMPLER, short=False)
 
 @dataclass(frozen=True)
 class VarySpec(Spec):
-    """The dotted names that differ from run to run: a sampler, a list, or values by label."""
+    """The varied names, each with a sampler, a list, or values by label."""
 
     form: ClassVar[str] = "table"
     phrase: ClassVar[str] = (
@@ -42,13 +42,13 @@ class VarySpec(Spec):
     def read(self, raw: Raw, c: Context) -> dict[str, Any]:
         if not isinstance(raw, Mapping):
             raise make_expected_error(self.words(), raw)
-        found = _flatten_names(raw)
-        for name, each in found.items():
+        values = _flatten_names(raw)
+        for name, each in values.items():
             if is_sampler_table(each):
                 unit = get_unit_at(c.facts["experiment"], name)
                 inner = c.at(name).knowing(of=[unit if unit in DIMENSIONS else "1"])
-                found[name] = inner.tried(SAMPLER_SPEC, each)
-        return {name: each for name, each in found.items() if each is not MISSING}
+                values[name] = inner.tried(SAMPLER_SPEC, each)
+        return {name: each for name, each in values.items() if each is not MISSING}
 
     def write(self, value: Any, c: Context) -> dict[str, Raw]:
         each = value.items()
@@ -66,53 +66,55 @@ def is_sampler_table(raw: Raw) -> bool:
 
 
 def _flatten_names(raw: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
-    """Return names that were written without quotes, and hence as nested tables, in one piece."""
-    found: dict[str, Any] = {}
+    """Return dotted names as single keys; names without quotes are nested tables."""
+    names: dict[str, Any] = {}
     for key, value in raw.items():
         name = f"{prefix}{key}"
         is_table = isinstance(value, Mapping) and not is_sampler_table(value)
         inner = _flatten_names(value, f"{name}.") if is_table else {}
-        found |= inner if any(map(is_sampler_table, inner.values())) else {name: value}
-    return found
+        names |= inner if any(map(is_sampler_table, inner.values())) else {name: value}
+    return names
 
 
 @dataclass(frozen=True)
 class StudyTable:
-    """The table of a study in the text of its experiment."""
+    """The table [study] in the text of an experiment."""
 
     rivals: ClassVar[Any] = ((("start",), ("starts",)),)
 
     runs: Annotated[
-        int | None, Integer(1, MOST_RUNS), "How many draws; each is run with all that is in turn."
+        int | None,
+        Integer(1, MOST_RUNS),
+        "Number of draws; each is simulated with every combination of enumerated values.",
     ] = None
-    seed: Annotated[int | None, Integer(0, 2**64 - 1), "Seed of all that is drawn."] = None
-    start: Annotated[Any, ChoiceSpec(START, short=False), "Where starts are drawn."] = None
+    seed: Annotated[int | None, Integer(0, 2**64 - 1), "Seed of all samples."] = None
+    start: Annotated[Any, ChoiceSpec(START, short=False), "Sampler of starts."] = None
     starts: Annotated[
-        Any, Numbers(shape=("k", "n")), "Coordinates of all starts, one row for each run."
+        Any, Numbers(shape=("k", "n")), "Coordinates of all starts, one row for each draw."
     ] = None
-    vary: Annotated[Any, VarySpec(), "What differs from run to run, by dotted names."] = None
+    vary: Annotated[Any, VarySpec(), "Varied values by dotted names."] = None
     trajectories: Annotated[
-        int | None, Integer(1, 10**7), "Every n-th instant that is kept, in a store."
+        int | None, Integer(1, 10**7), "Interval of the instants that a store keeps."
     ] = None
     measures: Annotated[
-        bool, Flag(), "Whether the standard measures are taken, of every instant."
+        bool, Flag(), "Whether the standard measures are computed from every instant."
     ] = False
 
 
 def read_plan(experiment: Experiment) -> Plan:
-    """Return the plan that the table `[study]` of an experiment's text says; or FileError."""
-    source, told = experiment.source, _read_study_table(experiment)
-    start = told.start if told.starts is None else np.array(told.starts)
-    given = told.runs, told.seed, start, told.vary, told.trajectories, told.measures
+    """Return the plan in the table `[study]` of an experiment; FileError if it is invalid."""
+    source, table = experiment.source, _read_study_table(experiment)
+    start = table.start if table.starts is None else np.array(table.starts)
+    arguments = table.runs, table.seed, start, table.vary, table.trajectories, table.measures
     try:
-        return make_plan(experiment, *given)
+        return make_plan(experiment, *arguments)
     except InputError as error:
         text = str(error).removeprefix(f"{source}: ")
         raise FileError(": ".join(filter(None, [source, STUDY, text]))) from None
 
 
 def _read_study_table(experiment: Experiment) -> StudyTable:
-    """Return the table of a study in the text of an experiment; FileError if it is not valid."""
+    """Return the table [study] of an experiment; raise FileError if it is missing or invalid."""
     raw, problems = experiment.study, Problems(experiment.source)
     if raw is None:
         raise FileError(
@@ -121,44 +123,44 @@ def _read_study_table(experiment: Experiment) -> StudyTable:
         )
     with problems.at(STUDY):
         c = Context(problems, (STUDY,), {"experiment": experiment})
-        told: StudyTable = read_table(StudyTable, raw, c)
+        table: StudyTable = read_table(StudyTable, raw, c)
     problems.stop()
-    return told
+    return table
 
 
 def format_plan(plan: Plan) -> str:
     """Return the exact TOML text of a study.
 
-    InputError: it is made of Python code that no text can hold.
+    Raises InputError if the study contains Python code that TOML cannot represent.
     """
-    one, kept = plan.experiment, (plan.trajectories, plan.measures)
-    c = Context(Problems("<text>"), facts={"scene": one.scene, "apart": True})
-    tables = parse_toml(one.to_toml(complete=True), "text")
+    experiment, options = plan.experiment, (plan.trajectories, plan.measures)
+    c = Context(Problems("<text>"), facts={"scene": experiment.scene, "apart": True})
+    tables = parse_toml(experiment.to_toml(complete=True), "text")
     try:
-        vary = {axis.name: _write_axis(one, axis, c) for axis in plan.axes}
-        own = StudyTable(plan.draws, plan.seed, plan.start, plan.q0, vary or None, *kept)
-        return write_toml({**tables, STUDY: write_table(own, c)})
+        vary = {axis.name: _write_axis(experiment, axis, c) for axis in plan.axes}
+        table = StudyTable(plan.draws, plan.seed, plan.start, plan.q0, vary or None, *options)
+        return write_toml({**tables, STUDY: write_table(table, c)})
     except NoTextError as reason:
         raise InputError(f"this study has no text: {reason}") from None
 
 
 def _write_axis(experiment: Experiment, axis: StudyAxis, c: Context) -> Any:
-    """Return an axis as a text says it: objects by their tables, with their labels."""
+    """Return an axis in the form of a text: objects as tables, with their labels."""
     if axis.values is None:
         return axis.sampler
     raw = [_write_axis_value(experiment, axis.name, value, c) for value in axis.values.values()]
-    if axis.named or list(generate_labels(tuple(raw))) != axis.labels:
+    if axis.has_labels or list(generate_labels(tuple(raw))) != axis.labels:
         raw = [{"label": k, "value": x} for k, x in zip(axis.labels, raw, strict=True)]
     return raw if axis.in_turn else Choice(raw)
 
 
 def _write_axis_value(experiment: Experiment, name: str, value: Any, c: Context) -> Raw:
-    """Return how a text says a value at a name."""
+    """Return a value at a name in the form of a text."""
     if is_toml_value(value):
         return value
     if isinstance(value, np.ndarray | tuple | list):
         return np.asarray(value).tolist()
     path = find_path(experiment, name)
     if value is None or path is None:
-        raise InputError(f"vary: {name}: a text cannot say {format_value(value)}")
+        raise InputError(f"vary: {name}: a text cannot hold {format_value(value)}")
     return path.leaf.spec.write(value, c)

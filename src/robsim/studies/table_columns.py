@@ -1,4 +1,4 @@
-"""The columns of a study's table, read for statistics and figures, with clear errors."""
+"""Columns of a study's table for statistics and figures, with clear errors."""
 
 from __future__ import annotations
 
@@ -16,31 +16,31 @@ from robsim.engine.outcome import Outcome
 
 NEEDED = ("outcome", "began")
 START_UNITS = {"start_x": "m", "start_y": "m", "start_z": "m"}
-START_GOAL_UNITS = {"start_distance": "m", "start_angle": "rad"}  # from the goal: they may matter
+START_GOAL_UNITS = {"start_distance": "m", "start_angle": "rad"}  # from the goal; possible factors
 UNITS = {
     **START_UNITS,
     **START_GOAL_UNITS,
     "end_time": "s",
     **{name: each.unit for name, each in MEASURES.items()},
-    "error_norm": "",  # of the features, whose units may be mixed
+    "error_norm": "",  # features may have mixed units
 }
 _STANDARD_COLUMNS = {"run", "draw", "start_tries", *NEEDED, *START_UNITS, *START_GOAL_UNITS, *UNITS}
-MOST_GROUPS = 30  # different values of a column above which it is no choice
+MOST_GROUPS = 30  # most distinct values of a choice
 
 Among = Literal["converged", "began"]
 
 
 class ColumnGroups(NamedTuple):
-    """The different values of a column as texts, and which of them each row has; -1 for none."""
+    """The distinct values of a column as texts, and the index of each row; -1 for none."""
 
     labels: tuple[str, ...]
     which: NDArray[np.intp]
 
 
 def get_table(study: Any) -> pd.DataFrame:
-    """Return the table of a study, or the table itself, a row for each run.
+    """Return the table of a study, or a table itself, with one row for each run.
 
-    InputError: neither of both, a column that it must have is not there, or no row.
+    Raises InputError if it is neither, lacks a required column, or has no rows.
     """
     table = getattr(study, "table", study)
     if not isinstance(table, pd.DataFrame):
@@ -58,7 +58,7 @@ def get_table(study: Any) -> pd.DataFrame:
 
 
 def get_column(table: pd.DataFrame, name: Any) -> pd.Series[Any]:
-    """Return a column by its name; InputError if it is not there, with the nearest that is."""
+    """Return a column by its name; raise InputError with the nearest name if it does not exist."""
     names = list(map(str, table.columns))
     if not is_known_name(name, names):
         raise InputError(
@@ -68,16 +68,16 @@ def get_column(table: pd.DataFrame, name: Any) -> pd.Series[Any]:
 
 
 def is_number_column(table: pd.DataFrame, name: str) -> bool:
-    """Return whether a column holds real numbers; truth values are none."""
+    """Return whether a column holds real numbers; truth values do not count."""
     kind = get_column(table, name).dtype
     other = pd.api.types.is_bool_dtype(kind) or pd.api.types.is_complex_dtype(kind)
     return bool(pd.api.types.is_numeric_dtype(kind) and not other)
 
 
 def read_numbers(table: pd.DataFrame, name: str) -> Array:
-    """Return a column of numbers (rows,); NaN for what is not there or infinite.
+    """Return a column of numbers (rows,); missing and infinite values are NaN.
 
-    InputError: a column that is not there, or that holds texts.
+    Raises InputError if the column does not exist or holds texts.
     """
     values = get_column(table, name)
     if not is_number_column(table, name):
@@ -85,20 +85,24 @@ def read_numbers(table: pd.DataFrame, name: str) -> Array:
             f"column {name!r}: expected numbers, but it holds values such as "
             f"{format_value(values.iloc[0])}; group by it instead"
         )
-    found = values.to_numpy(dtype=np.float64, na_value=np.nan).copy()
-    found[~np.isfinite(found)] = np.nan
-    return np.asarray(found)
+    numbers = values.to_numpy(dtype=np.float64, na_value=np.nan).copy()
+    numbers[~np.isfinite(numbers)] = np.nan
+    return np.asarray(numbers)
 
 
 def group_column(table: pd.DataFrame, name: str, most: int = MOST_GROUPS) -> ColumnGroups:
-    """Return the different values of a column: numbers in rising order, else as they come first.
+    """Return the distinct values of a column, numbers in ascending order.
 
-    InputError: a column that is not there, has no value, or has more than `most` values.
+    Other values keep the order of their first appearance.
+
+    Raises InputError if the column does not exist, is empty, or has more than `most` values.
     """
     try:
         index, values = pd.factorize(get_column(table, name), sort=is_number_column(table, name))
     except TypeError:
-        raise InputError(f"column {name!r} holds values that are no texts and no numbers") from None
+        raise InputError(
+            f"column {name!r} holds values that are neither texts nor numbers"
+        ) from None
     if not 0 < len(values) <= most:
         raise InputError(
             f"column {name!r} has {len(values)} different values; expected a choice, 1 to {most}"
@@ -107,13 +111,13 @@ def group_column(table: pd.DataFrame, name: str, most: int = MOST_GROUPS) -> Col
 
 
 def _format_labels(values: Any) -> tuple[str, ...]:
-    """Return values as texts; numbers are short where that tells them apart."""
+    """Return values as texts; numbers are abbreviated if the texts stay distinct."""
     short = [f"{v:g}" if isinstance(v, float | np.floating) else str(v) for v in values]
     return tuple(short if len(set(short)) == len(short) else map(str, values))
 
 
 def group_varied_column(table: pd.DataFrame, name: str) -> ColumnGroups:
-    """Return the different values of a column, of which there are at least two; or InputError."""
+    """Return the distinct values of a column; raise InputError if there are fewer than two."""
     groups = group_column(table, name)
     if len(groups.labels) < 2:
         raise InputError(f"column {name!r} has one value only, {groups.labels[0]}")
@@ -121,7 +125,7 @@ def group_varied_column(table: pd.DataFrame, name: str) -> ColumnGroups:
 
 
 def read_outcomes(table: pd.DataFrame) -> NDArray[np.int64]:
-    """Return the outcome of each row as its number; InputError for a text that is none."""
+    """Return the outcome number of each row; raise InputError for unknown outcomes."""
     labels, index = group_column(table, "outcome")
     known = Outcome.__members__
     for label in labels:
@@ -135,64 +139,69 @@ def read_outcomes(table: pd.DataFrame) -> NDArray[np.int64]:
 
 
 def read_began(table: pd.DataFrame) -> NDArray[np.bool_]:
-    """Return which runs could begin; InputError if none could."""
-    found: NDArray[np.bool_] = table["began"].to_numpy(dtype=np.bool_)
-    if not found.any():
+    """Return which runs began; raise InputError if none did."""
+    started: NDArray[np.bool_] = table["began"].to_numpy(dtype=np.bool_)
+    if not started.any():
         raise InputError(
-            f"none of the {len(table)} runs could begin: their starts are out of sight or beyond "
-            "the limits of the joints"
+            f"none of the {len(table)} runs could begin: their starts do not see the target or "
+            "exceed a joint limit"
         )
-    return found
+    return started
 
 
 def select_counted_runs(table: pd.DataFrame, among: Among) -> NDArray[np.bool_]:
-    """Return which runs count: those that converged, or all that began; InputError if none."""
+    """Return which runs count: converged runs, or all runs that began; InputError if none do."""
     if not is_known_name(among, ("converged", "began")):
         raise InputError(f"among: expected 'converged' or 'began', got {format_value(among)}")
     started = read_began(table)
     if among == "began":
         return started
-    arrived: NDArray[np.bool_] = started & (read_outcomes(table) == Outcome.CONVERGED)
-    if not arrived.any():
+    converged: NDArray[np.bool_] = started & (read_outcomes(table) == Outcome.CONVERGED)
+    if not converged.any():
         raise InputError(f"none of {started.sum()} runs converged; take among='began' for all")
-    return arrived
+    return converged
 
 
 def read_draws(table: pd.DataFrame, rows: NDArray[np.bool_]) -> NDArray[Any]:
-    """Return the draws of some rows; each row is one of its own where the table has none."""
+    """Return the draws of some rows; each row is its own draw if the table has no draws."""
     draw = table["draw"].to_numpy() if "draw" in table.columns else np.arange(len(table))
     return np.asarray(draw[rows])
 
 
 def list_measures(table: pd.DataFrame) -> list[str]:
-    """Return the columns of numbers that say how the runs went."""
-    results = [name for name in UNITS if name not in START_UNITS and name not in START_GOAL_UNITS]
-    return [name for name in results if name in table.columns and is_number_column(table, name)]
+    """Return the numeric columns with results of the runs."""
+    names_of_results = [
+        name for name in UNITS if name not in START_UNITS and name not in START_GOAL_UNITS
+    ]
+    return [
+        name for name in names_of_results if name in table.columns and is_number_column(table, name)
+    ]
 
 
 def list_factors(table: pd.DataFrame) -> list[str]:
-    """Return the columns that may matter and have several values: what was varied, the start.
+    """Return the columns that may influence the results: varied names, and the start.
 
-    Of the start they are its distance and its angle from the goal.
+    The start is represented by its distance and its angle from the goal. Constant columns are left
+    out.
     """
-    mine = [str(name) for name in table.columns if name not in _STANDARD_COLUMNS]
-    both = [*mine, *(name for name in START_GOAL_UNITS if name in table.columns)]
-    return [name for name in both if table[name].nunique() > 1]
+    varied_names = [str(name) for name in table.columns if name not in _STANDARD_COLUMNS]
+    candidates = [*varied_names, *(name for name in START_GOAL_UNITS if name in table.columns)]
+    return [name for name in candidates if table[name].nunique() > 1]
 
 
 def get_unit(table: pd.DataFrame, name: str) -> str:
-    """Return the unit of a column, "" for none or where it is not known.
+    """Return the unit of a column; "" if it has none or is unknown.
 
-    `table.attrs["units"]`, {column: unit}, says those of what was varied.
+    `table.attrs["units"]`, {column: unit}, holds the units of varied names.
     """
     units = table.attrs.get("units", {})
     unit = str(units.get(name, UNITS.get(name, "")))
     return "" if unit == "1" else unit
 
 
-def check_column_names(names: Any, what: str) -> Sequence[str]:
-    """Return names of columns, given as a list of texts or as one; InputError for another."""
-    listed = [names] if isinstance(names, str) else names
-    if not isinstance(listed, list | tuple) or not listed:
-        raise InputError(f"{what}: expected names of columns, got {format_value(names)}")
-    return listed
+def check_column_names(names: Any, subject: str) -> Sequence[str]:
+    """Return names of columns as a sequence; a single text is one name. Or InputError."""
+    sequence = [names] if isinstance(names, str) else names
+    if not isinstance(sequence, list | tuple) or not sequence:
+        raise InputError(f"{subject}: expected names of columns, got {format_value(names)}")
+    return sequence

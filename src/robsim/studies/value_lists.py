@@ -1,4 +1,4 @@
-"""Lists of the values that a name may have: numbers, texts as in a file, tables, or objects."""
+"""Lists of values of a varied name: numbers, texts as in a file, tables, or objects."""
 
 from __future__ import annotations
 
@@ -16,28 +16,31 @@ from robsim.declare.spec import Context, Raw, Spec
 MOST_VALUES = 10_000
 
 
-def check_values(value: Any, what: str, *, twice: bool = False) -> tuple[Any, ...]:
-    """Return values as a tuple; InputError if there are none, or one twice where it may not be."""
+def check_values(value: Any, subject: str, *, twice: bool = False) -> tuple[Any, ...]:
+    """Return values as a tuple.
+
+    Raises InputError if there are none, or if a value occurs twice and `twice` is false.
+    """
     listed = isinstance(value, Sequence | np.ndarray) and has_items(value)
     if not listed or not 1 <= len(value) <= MOST_VALUES:
         raise InputError(
-            f"{what}: expected a list of 1 to {MOST_VALUES} values, got {format_value(value)}"
+            f"{subject}: expected a list of 1 to {MOST_VALUES} values, got {format_value(value)}"
         )
-    made = tuple(each.item() if isinstance(each, np.generic) else each for each in value)
-    for each in made:
+    checked = tuple(each.item() if isinstance(each, np.generic) else each for each in value)
+    for each in checked:
         if isinstance(each, float) and not np.isfinite(each):
-            raise InputError(f"{what}: {each} is not finite")
-    seen = set()
-    for each in () if twice else made:
+            raise InputError(f"{subject}: {each} is not finite")
+    keys = set()
+    for each in () if twice else checked:
         key = (type(each), repr(each) if isinstance(each, list | dict) else make_hashable(each))
-        if key in seen:
-            raise InputError(f"{what}: {format_value(each)} is there twice")
-        seen.add(key)
-    return made
+        if key in keys:
+            raise InputError(f"{subject}: {format_value(each)} occurs twice")
+        keys.add(key)
+    return checked
 
 
 def is_toml_value(value: Any) -> bool:
-    """Return whether a text says a value as it is."""
+    """Return whether a value can be written to TOML as it is."""
     if isinstance(value, list):
         return all(map(is_toml_value, value))
     if isinstance(value, dict):
@@ -47,7 +50,7 @@ def is_toml_value(value: Any) -> bool:
 
 @dataclass(frozen=True)
 class ValuesSpec(Spec):
-    """A list of values of any kind, as the varied name takes them."""
+    """A list of values of any kind that the varied name accepts."""
 
     form: ClassVar[str] = "list"
     phrase: ClassVar[str] = "a list of values"

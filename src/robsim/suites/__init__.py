@@ -1,1 +1,1 @@
-"""Suites: published or agreed sets of starts on which anybody's scheme is compared."""
+"""Suites of starts for the comparison of schemes, and `bench`, which runs them."""

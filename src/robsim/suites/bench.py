@@ -1,4 +1,4 @@
-"""`bench`: simulate schemes on suites, and count how often each succeeds."""
+"""`bench`: simulate schemes on suites, and count their successes."""
 
 from __future__ import annotations
 
@@ -27,22 +27,42 @@ def bench(
     threads: int | None = None,
     chunk: int = 256,
 ) -> Benchmark:
-    """Compare schemes on suites of starts, and return the shares that succeed, with intervals.
+    """Compare schemes on suites of starts, and return the success rates with intervals.
 
-    suites    names of suites, or suites of your own (`Suite`); None: all that ship with RobSim
-    schemes   your own, {name: scheme}: a task, which gets the goal and the gain of the suite, or
-              a class or function that is called as scheme(goal, gain=2.0) and returns a task
-    builtin   compare with the schemes of the suite, which are mostly those of the textbooks
+    Parameters
+    ----------
+    suites : str, Suite, or sequence of these, optional
+        Names of suites, or user-defined suites. Default: all suites of RobSim. The suite "gallery",
+        which reproduces published numbers, has schemes of its own.
+    schemes : mapping of str to Task or callable, optional
+        User schemes by name: a task, which receives the goal and the gain of the suite, or a class
+        or function that returns a task for scheme(goal, gain=2.0).
+    builtin : bool, default True
+        Whether to include the schemes of the suite, mostly textbook schemes.
+    progress : callable, optional
+        Function that is called with the finished share, 0 to 1.
+    threads : int, optional
+        Number of threads. Default: one for each processor.
+    chunk : int, default 256
+        Number of runs that are simulated in lockstep.
 
-    `progress`, `threads` and `chunk` are as in `simulate`. A suite that repeats published numbers,
-    "gallery", has schemes of its own.
+    Returns
+    -------
+    Benchmark
+        The counted runs; `print` shows a table for each suite.
 
-    InputError before anything runs, and where a scheme raises something within a run; Interrupted
-    after Ctrl-C, whose `run` is the Benchmark of what was simulated so far.
+    Raises
+    ------
+    InputError
+        If an argument is invalid (nothing has run then), or a scheme raises an error in a run.
+    Interrupted
+        After Ctrl-C; its `run` is the Benchmark of the finished runs.
 
+    Examples
+    --------
     >>> from robsim import IBVS
-    >>> found = bench("vit_500", {"twice the depth": IBVS(depth_scale=2.0)}, builtin=False)
-    >>> int(found.data["success"].sum())
+    >>> result = bench("vit_500", {"twice the depth": IBVS(depth_scale=2.0)}, builtin=False)
+    >>> int(result.data["success"].sum())
     391
     """
     check_progress(progress)
@@ -56,32 +76,32 @@ def bench(
 
 
 def _select_suites(suites: Any) -> list[Any]:
-    """Return suites by name or as they are; InputError for what is none."""
+    """Return the suites, loaded by name if necessary; raise InputError for other values."""
     listed = list_suites() if suites is None else suites
     if isinstance(listed, str | Suite | Reproduction):
         listed = [listed]
     listed = tuple(listed) if has_items(listed) else ()
     if not listed:
         raise InputError(f"expected names of suites, got {format_value(suites)}")
-    found = [
+    loaded = [
         each if isinstance(each, Suite | Reproduction) else load_suite(each) for each in listed
     ]
-    called = [each.name for each in found]
-    if len(set(called)) < len(called):
-        raise InputError(f"suites: each once, got {', '.join(called)}")
-    return found
+    names_of_suites = [each.name for each in loaded]
+    if len(set(names_of_suites)) < len(names_of_suites):
+        raise InputError(f"suites: a suite occurs twice in {', '.join(names_of_suites)}")
+    return loaded
 
 
 def _make_steps(
     suite: Any, own: Mapping[str, Any], builtin: bool, how: Mapping[str, Any]
 ) -> list[Any]:
-    """Return what makes the rows of each scheme in a suite, once it is known that it can."""
+    """Check the schemes of a suite, and return a function for each that gives its rows."""
     if isinstance(suite, Reproduction):
-        return [partial(run_reproduction, suite, how)]  # what ships is checked by tests
+        return [partial(run_reproduction, suite, how)]  # checked by the tests of RobSim
     goal, gain = suite.task_goal, suite.gain
     every = {**(suite.schemes if builtin else {}), **own}
-    made = {name: make_task(name, scheme, goal, gain) for name, scheme in every.items()}
-    trials = [Trial(suite, name, task, how) for name, task in made.items()]
+    tasks = {name: make_task(name, scheme, goal, gain) for name, scheme in every.items()}
+    trials = [Trial(suite, name, task, how) for name, task in tasks.items()]
     for trial in trials:
         trial.check()
     return [trial.rows for trial in trials]

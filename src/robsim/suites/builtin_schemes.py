@@ -1,4 +1,4 @@
-"""The schemes that are compared: those of the textbooks, and how a user's becomes a task."""
+"""The built-in schemes of suites, and the conversion of user schemes to tasks."""
 
 from __future__ import annotations
 
@@ -24,55 +24,53 @@ BUILT_IN: Mapping[str, Any] = {
     "partitioned": Partitioned(),
 }
 LIBRARIES = [sysconfig.get_path(each) for each in ("stdlib", "purelib", "platlib")]
-OWN_PATHS = (*LIBRARIES, str(Path(__file__).parents[1]))  # where no user's files are
-SCHEME_FORM = (
-    "a task such as rs.IBVS(), or a class or function that is called as scheme(goal, gain=2.0)"
-)
+OWN_PATHS = (*LIBRARIES, str(Path(__file__).parents[1]))  # folders without user files
+SCHEME_FORM = "a task such as rs.IBVS(), or a class or function scheme(goal, gain=2.0)"
 
 
 def check_user_schemes(schemes: Any) -> dict[str, Any]:
-    """Return a user's schemes by name; InputError for what is none."""
+    """Return user schemes by name; raise InputError for invalid ones."""
     if not isinstance(schemes, Mapping):
         raise InputError(
             f"expected schemes by name, as in {{'mine': IBVS}}, got {format_value(schemes)}"
         )
     for name, scheme in schemes.items():
         if not isinstance(name, str) or not name:
-            raise InputError(f"a scheme is called by a text, got {format_value(name)}")
+            raise InputError(f"expected a text as the name of a scheme, got {format_value(name)}")
         if not isinstance(scheme, ServoTask) and not callable(scheme):
             raise InputError(f"scheme '{name}': expected {SCHEME_FORM}; got {format_value(scheme)}")
         if name in BUILT_IN:
-            raise InputError(f"scheme '{name}': there is a built-in one of this name")
+            raise InputError(f"scheme '{name}': a built-in scheme has this name")
     return dict(schemes)
 
 
 def make_task(name: str, scheme: Any, goal: Any, gain: float) -> Any:
-    """Return the task that a scheme makes of a goal and a gain; InputError names the scheme."""
+    """Return the task of a scheme for a goal and a gain; InputError names the scheme."""
     with convert_user_errors(f"scheme '{name}'"):
         if isinstance(scheme, ServoTask):
             return replace(cast(Any, scheme), goal=goal, gain=gain)
-        made = scheme(goal, gain=gain)
-    if isinstance(made, type) or not isinstance(made, Task):
+        result = scheme(goal, gain=gain)
+    if isinstance(result, type) or not isinstance(result, Task):
         raise InputError(
-            f"scheme '{name}': expected that it returns a task, got {format_value(made)}"
+            f"scheme '{name}': expected a task as its result, got {format_value(result)}"
         )
-    return made
+    return result
 
 
 @contextmanager
-def convert_user_errors(what: str) -> Iterator[None]:
-    """Turn what a user's code raises into an InputError that says of what, and at which line."""
+def convert_user_errors(subject: str) -> Iterator[None]:
+    """Convert errors of user code into InputError, with the name of the code and the line."""
     try:
-        with prefix_errors(what):
+        with prefix_errors(subject):
             yield
     except (RobSimError, Warning):
         raise
     except Exception as error:
-        raise InputError(f"{what} {format_user_error(error)}") from error
+        raise InputError(f"{subject} {format_user_error(error)}") from error
 
 
 def format_user_error(error: BaseException) -> str:
-    """Return what a user's code raised, and at which of its lines, where it is one of them."""
+    """Return a phrase on an error of user code, with its line in the user's file if it has one."""
     frames = traceback.extract_tb(error.__traceback__)
     own = [frame for frame in frames if not frame.filename.startswith(OWN_PATHS)]
     where = f" ({own[-1].filename}, line {own[-1].lineno})" if own else ""

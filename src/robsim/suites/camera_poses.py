@@ -1,4 +1,4 @@
-"""Cameras that look at a target, and the scene in which they fly."""
+"""Camera poses that look at a target, and a scene with a flying camera."""
 
 from __future__ import annotations
 
@@ -17,16 +17,16 @@ SIZE = 640, 480  # pixels
 
 
 def make_flying_scene(focal: float, marks: Array) -> Scene:
-    """Return a flying camera, 640 x 480 pixels, and a target at the origin of the world."""
+    """Return a scene with a flying camera of 640 x 480 pixels, and a target at the origin."""
     K = [[focal, 0, (SIZE[0] - 1) / 2], [0, focal, (SIZE[1] - 1) / 2], [0, 0, 1]]
     eye = MountedCamera("eye", Camera(K, size=SIZE), on="free_camera.body")
     return Scene((robots.load("free_camera"),), (Object("square", marks=marks),), (eye,))
 
 
 def look_at_points(positions: Array, at: Array, roll: Array, y: Array) -> Pose:
-    """Return poses of cameras at positions (N, 3) that look at points (N, 3), rolled (N,).
+    """Return poses of cameras at positions (N, 3) that look at points (N, 3), rolled by (N,).
 
-    Without roll the rows of the image go down along y (3,) as nearly as can be.
+    Without roll the image columns run as close as possible to the direction y (3,).
     """
     axis = at - positions
     T = np.tile(np.eye(4), (len(axis), 1, 1))
@@ -36,7 +36,7 @@ def look_at_points(positions: Array, at: Array, roll: Array, y: Array) -> Pose:
 
 
 def directions_in_cap(u: Array, angle: float) -> Array:
-    """Return directions (N, 3) within an angle of -z, uniform on the sphere, of u (N, 2) in 0..1.
+    """Return directions (N, 3) within an angle of -z, uniform on the sphere, from u (N, 2) in 0..1.
 
     >>> directions_in_cap(np.array([[0.0, 0.3]]), 0.5)[0] + 0.0
     array([ 0.,  0., -1.])
@@ -47,5 +47,5 @@ def directions_in_cap(u: Array, angle: float) -> Array:
 
 
 def interpolate_range(u: Array, low: float, high: float) -> Array:
-    """Return numbers from low to high of numbers u in 0..1."""
+    """Return numbers between low and high from numbers u in 0..1."""
     return low + (high - low) * u

@@ -1,4 +1,4 @@
-"""`Reproduction`: a suite of published numbers, each of which a scenario must give again."""
+"""`Reproduction`: a suite of published numbers that scenarios must reproduce."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from robsim.run.experiment import Experiment, load_scenario
 
 
 class PublishedNumber(NamedTuple):
-    """A published number: a measure of a scenario with changes, and how far it may be off."""
+    """A published number: a measure of a scenario with changes, and its tolerance."""
 
     scenario: str
     changes: tuple[str, ...]
@@ -29,7 +29,7 @@ class PublishedNumber(NamedTuple):
 
     @property
     def case(self) -> str:
-        """The scenario with its changes, in a line."""
+        """The scenario with its changes, in one line."""
         return " ".join([self.scenario, *(each.removeprefix("task.") for each in self.changes)])
 
     def experiment(self) -> Experiment:
@@ -39,7 +39,7 @@ class PublishedNumber(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Reproduction:
-    """A suite of published numbers, each with the scenario and the scheme that must give it."""
+    """A suite of published numbers, each with its scenario and its scheme."""
 
     name: str
     version: int
@@ -50,25 +50,29 @@ class Reproduction:
 
 
 def run_reproduction(
-    suite: Reproduction, how: Mapping[str, Any], progress: Progress | None
+    suite: Reproduction, options: Mapping[str, Any], progress: Progress | None
 ) -> pd.DataFrame:
-    """Return a row for each number of a suite; Interrupted holds those before a stop."""
+    """Return a row for each number of a suite; Interrupted carries the rows before a stop."""
     experiments = {each.case: each.experiment() for each in suite.numbers}
     try:
-        return _make_number_table(suite, compare(experiments, progress=progress, **how))
+        return _make_number_table(suite, compare(experiments, progress=progress, **options))
     except Interrupted as stop:
         raise Interrupted(str(stop), _make_number_table(suite, stop.run)) from None
 
 
-def _make_number_table(suite: Reproduction, found: Comparison) -> pd.DataFrame:
-    done = [each for each in suite.numbers if each.case in found.names]
-    return pd.DataFrame([_make_number_row(i, suite, each, found) for i, each in enumerate(done)])
+def _make_number_table(suite: Reproduction, comparison: Comparison) -> pd.DataFrame:
+    """Return the rows of the finished numbers."""
+    finished = [each for each in suite.numbers if each.case in comparison.names]
+    return pd.DataFrame(
+        [_make_number_row(i, suite, each, comparison) for i, each in enumerate(finished)]
+    )
 
 
 def _make_number_row(
-    i: int, suite: Reproduction, number: PublishedNumber, found: Comparison
+    i: int, suite: Reproduction, number: PublishedNumber, comparison: Comparison
 ) -> dict[str, Any]:
-    of_case = found.data.sel(scheme=number.case)
+    """Return the row of one number."""
+    of_case = comparison.data.sel(scheme=number.case)
     value = float(of_case[number.measure])
     return {
         "suite": suite.name,

@@ -1,4 +1,4 @@
-"""`Suite`: starts and a goal on which schemes are compared, with what counts as success."""
+"""`Suite`: starts and a goal for the comparison of schemes, with a criterion of success."""
 
 from __future__ import annotations
 
@@ -37,27 +37,53 @@ TEXT_FIELDS = "name", "title", "source", "criterion"
 
 @dataclass(frozen=True, eq=False)
 class Suite:
-    """Starts and a goal in a scene, with what counts as success: what schemes are compared on.
+    """Starts and a goal in a scene, with a criterion of success: a benchmark for schemes.
 
-    name, version  results of the same name and version may be compared
-    title, source  what it is, and where it comes from
-    criterion      what counts as success, in words
-    succeeds       the same as a function of the rows of `Benchmark.data`: truth values, a row each
-    scene          with one camera and one target
-    goal           (nq,), the coordinates at which the camera is at its goal
-    starts         (runs, nq), where the runs start
-    gain           of every scheme
-    dt, duration   control period and length of a run, in seconds
-    varied         {name: (runs, ...)}, what else differs from run to run, as in `Experiment.vary`
-    groups         {what: (runs,) labels}, by which the runs are counted
-    crossed        count by every pair of the labels of two groups, not by each alone
-    computed       the goal is computed from its pose by what the controller believes, not shown
-    sensing        what is wrong with the images of all runs
-    seed           of the noise of the runs
-    schemes        {name: task}, which are compared; by default those of the textbooks
+    Parameters
+    ----------
+    name : str
+        Name of the suite.
+    version : int
+        Version. Results of the same name and version are comparable.
+    title, source : str
+        Title of the suite, and its source.
+    criterion : str
+        Criterion of success in words.
+    succeeds : callable
+        Criterion of success as a function from rows of `Benchmark.data` to one truth value per row.
+    scene : Scene
+        Scene with one camera and one target.
+    goal : array_like of shape (nq,)
+        Coordinates at the goal.
+    starts : array_like of shape (runs, nq)
+        Starts of the runs.
+    gain : float, default 1.0
+        Gain of every scheme, in 1/s.
+    dt, duration : float, default 0.02 and 10.0
+        Control period and duration of a run, in seconds.
+    varied : mapping of str to array_like, optional
+        Further values that differ from run to run, {name: (runs, ...)}, as in `Experiment.vary`.
+    groups : mapping of str to sequence of str, optional
+        Labels (runs,) of the groups of runs, by the name of the grouping.
+    crossed : bool, default False
+        Whether to count every pair of labels of two groupings, instead of each label alone.
+    computed : bool, default False
+        Whether the controller computes the goal from its pose by its beliefs, instead of being
+        taught.
+    sensing : Sensing, optional
+        Imperfections of the images of all runs.
+    seed : int, default 0
+        Seed of the noise of the runs.
+    schemes : mapping of str to ServoTask, optional
+        Compared schemes. Default: the textbook schemes.
 
-    InputError: a part that does not fit.
+    Raises
+    ------
+    InputError
+        If a parameter is invalid or does not fit the others.
 
+    Examples
+    --------
     >>> import robsim as rs
     >>> from robsim.suites.suite_registry import load_suite
     >>> one = load_suite("vit_500")
@@ -112,7 +138,7 @@ class Suite:
             _ = self.task_goal
 
     def _put_starts(self) -> None:
-        """Check goal and starts in the scene, and keep them as arrays."""
+        """Check goal and starts in the scene, and store them as arrays."""
         scene = check_instance(self.scene, Scene, "scene")
         _ = scene.camera(), scene.object()
         goal, start = (
@@ -126,20 +152,21 @@ class Suite:
         object.__setattr__(self, "starts", start)
 
     def _put_lists(self) -> None:
-        """Check that all that has a value for each run has as many; keep it unchanging."""
-        for what in ("varied", "groups"):
-            given = getattr(self, what)
-            lists = isinstance(given, Mapping) and all(map(has_items, given.values()))
-            if not lists or not all(isinstance(each, Sized) for each in given.values()):
-                raise InputError(
-                    f"{what}: expected a list for each name, got {format_value(given)}"
-                )
-            for name, values in given.items():
+        """Check that lists have one value for each run, and store them as immutable arrays."""
+        for field_name in ("varied", "groups"):
+            values_by_name = getattr(self, field_name)
+            lists = isinstance(values_by_name, Mapping) and all(
+                map(has_items, values_by_name.values())
+            )
+            if not lists or not all(isinstance(each, Sized) for each in values_by_name.values()):
+                got = format_value(values_by_name)
+                raise InputError(f"{field_name}: expected a list for each name, got {got}")
+            for name, values in values_by_name.items():
                 if len(values) != self.runs:
                     raise InputError(f"{name}: {len(values)} values for {self.runs} starts")
         varied = {name: make_read_only(as_floats(x, name, ())) for name, x in self.varied.items()}
         object.__setattr__(self, "varied", varied)
-        labels = {what: tuple(map(str, each)) for what, each in self.groups.items()}
+        labels = {field_name: tuple(map(str, each)) for field_name, each in self.groups.items()}
         object.__setattr__(self, "groups", labels)
 
     @property
@@ -149,7 +176,7 @@ class Suite:
 
     @property
     def task_goal(self) -> TaughtGoal | GoalPose:
-        """The goal as a task takes it."""
+        """The goal in the form that a task needs."""
         if not self.computed:
             return TaughtGoal(self.goal)
         T_w_c = self.scene.pose(self.scene.camera().name, self.goal)
@@ -157,7 +184,7 @@ class Suite:
         return GoalPose(Pose((T_w_c.inv() @ T_w_o).matrix))
 
     def experiment(self, task: Any) -> Experiment:
-        """Return the experiment of all runs of a task, without what differs from run to run."""
+        """Return the experiment of all runs of a task, without the varied values."""
         return Experiment(
             self.scene,
             task,
@@ -170,25 +197,27 @@ class Suite:
         )
 
     def off_goal(self, q: Array) -> tuple[Array, Array]:
-        """Return metres and radians (runs,) from the goal to where the true camera is at q."""
+        """Return distances (m) and angles (rad) (runs,) of the true camera at q from the goal."""
         name = self.scene.camera().name
-        there = np.broadcast_to(self.scene.pose(name, self.goal).matrix, (len(q), 4, 4))
-        here = self.scene.pose(name, q).matrix
-        return measure_pose_difference(*(np.moveaxis(T[:, :3], 0, 2) for T in (there, here)))
+        goal_matrices = np.broadcast_to(self.scene.pose(name, self.goal).matrix, (len(q), 4, 4))
+        matrices = self.scene.pose(name, q).matrix
+        return measure_pose_difference(
+            *(np.moveaxis(T[:, :3], 0, 2) for T in (goal_matrices, matrices))
+        )
 
     def cells(self) -> list[tuple[str, NDArray[np.bool_]]]:
-        """Return the label of each group of runs, and which runs (runs,) belong to it."""
-        labels = {what: np.asarray(each, dtype=object) for what, each in self.groups.items()}
+        """Return the label of each group of runs, and its members (runs,)."""
+        labels = {name: np.asarray(each, dtype=object) for name, each in self.groups.items()}
         if self.crossed:
             rows, columns = labels.values()
             labels = {"": np.array([f"{a}, {b}" for a, b in zip(rows, columns, strict=True)])}
-        found = [("all", np.ones(self.runs, dtype=bool))]
+        result = [("all", np.ones(self.runs, dtype=bool))]
         for each in labels.values():
-            found += [(label, each == label) for label in dict.fromkeys(each)]
-        return found
+            result += [(label, each == label) for label in dict.fromkeys(each)]
+        return result
 
 
 def square_marks(side: float) -> Array:
-    """Return the marks (4, 3) of a square of this side in metres, in its plane z = 0."""
+    """Return the marks (4, 3) of a square with the given side in metres, in the plane z = 0."""
     corners = [[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]]
     return make_read_only(0.5 * side * np.array(corners, dtype=float))

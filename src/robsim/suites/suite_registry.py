@@ -1,4 +1,4 @@
-"""The suites by name: a file in the folder `published` is all that a new one needs."""
+"""The suites by name; each module in the package `published` is a suite."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def list_suites() -> tuple[str, ...]:
 
 
 def load_suite(name: str) -> Any:
-    """Return the suite of a name. InputError: there is none of that name, with the nearest."""
+    """Return a suite by its name; raise InputError with the nearest name if it does not exist."""
     if not is_known_name(name, list_suites()):
         raise InputError(
             f"no suite {format_value(name)}; {suggest_names(name, list_suites(), 'suites')}"

@@ -1,4 +1,4 @@
-"""What the tables of a benchmark show: shares with intervals, medians, verdicts."""
+"""Tables of a benchmark: success rates with intervals, medians and verdicts."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from robsim.statistics.proportions import estimate_share
 from robsim.suites.reproduction import Reproduction
 from robsim.suites.suite import Suite
 
-MEDIANS = {  # of the runs that succeeded, or of those that began: head, and factor of SI
+MEDIANS = {  # by variable: runs that count, head, and factor from SI units
     "time": ("success", "time (s)", 1.0),
     "path_length": ("success", "path (m)", 1.0),
     "distance_to_goal": ("began", "off (mm)", 1e3),
@@ -24,21 +24,24 @@ MEDIANS = {  # of the runs that succeeded, or of those that began: head, and fac
 
 @dataclass(frozen=True, repr=False)
 class SuiteTable(TabularValue):
-    """The rows of a suite as a table, with what counts as success, and where it comes from."""
+    """The rows of a suite as a table, with the criterion of success and the source."""
 
     suite: Suite | Reproduction
     rows: pd.DataFrame
 
     def _title(self) -> str:
+        """Return the title of the table."""
         return f"{self.suite.name}, version {self.suite.version}: {self.suite.title}"
 
     def _texts(self) -> list[list[str]]:
+        """Return the columns as texts."""
         if isinstance(self.suite, Reproduction):
             return _verdict_columns(self.rows)
         table = count_suite(self.suite, self.rows)
         return _crossed_columns(self.suite, table) if self.suite.crossed else _group_columns(table)
 
     def _notes(self) -> list[str]:
+        """Return the notes below the table."""
         return [*_suite_notes(self.suite, self.rows), f"source: {self.suite.source}"]
 
     def __str__(self) -> str:
@@ -46,12 +49,12 @@ class SuiteTable(TabularValue):
         return f"{self._title()}\n{super().__str__()}"
 
     def latex(self) -> str:
-        """Return the table as LaTeX, for \\usepackage{booktabs}, with its title as a remark."""
+        """Return the table as LaTeX for \\usepackage{booktabs}, with its title as a comment."""
         return f"% {self._title()}\n{super().latex()}"
 
 
 def count_suite(suite: Suite | Reproduction, rows: pd.DataFrame) -> pd.DataFrame:
-    """Return a row for each group and scheme of a suite, as `Benchmark.table` has them."""
+    """Return a row for each group and scheme of a suite, as in `Benchmark.table`."""
     schemes = list(dict.fromkeys(rows["scheme"]))
     cells = [("all", None)] if isinstance(suite, Reproduction) else suite.cells()
     return pd.DataFrame(
@@ -63,36 +66,37 @@ def count_suite(suite: Suite | Reproduction, rows: pd.DataFrame) -> pd.DataFrame
 
 
 def _select_members(rows: pd.DataFrame, scheme: str, members: Any) -> pd.DataFrame:
-    """Return the rows of a scheme whose runs are members of a group; None: all."""
+    """Return the rows of a scheme with runs in a group; all its rows if `members` is None."""
     own = rows[rows["scheme"] == scheme]
     return own if members is None else own[members[own["run"].to_numpy()]]
 
 
 def _count_scheme(scheme: str, rows: pd.DataFrame) -> dict[str, Any]:
-    """Return the share of the runs of a scheme that succeed, and medians."""
+    """Return the success rate of the runs of a scheme, and medians."""
     began, success = (rows[key].to_numpy(dtype=bool) for key in ("began", "success"))
-    found = estimate_share(int(success.sum()), int(began.sum()))
-    made = {
+    estimate = estimate_share(int(success.sum()), int(began.sum()))
+    row = {
         "scheme": scheme,
-        "successes": found.count,
-        "runs": found.of,
-        "low": found.low,
-        "high": found.high,
+        "successes": estimate.count,
+        "runs": estimate.of,
+        "low": estimate.low,
+        "high": estimate.high,
         "not_begun": int((~began).sum()),
     }
     chosen = {"success": success, "began": began}
     present = {key: of for key, (of, *_) in MEDIANS.items() if key in rows}
-    return made | {
+    return row | {
         key: _median_or_nan(rows[key].to_numpy()[chosen[of]]) for key, of in present.items()
     }
 
 
 def _median_or_nan(values: Any) -> float:
+    """Return the median of values; NaN if there are none."""
     return float(np.median(values)) if len(values) else np.nan
 
 
 def _verdict_columns(rows: pd.DataFrame) -> list[list[str]]:
-    """Return columns of published numbers, what they are now, and whether that agrees."""
+    """Return columns of published numbers, their present values, and the verdicts."""
     numbers = {
         key: [f"{format_digits(x)} {unit}" for x, unit in zip(rows[key], rows["unit"], strict=True)]
         for key in ("value", "expected", "within")
@@ -103,49 +107,56 @@ def _verdict_columns(rows: pd.DataFrame) -> list[list[str]]:
 
 
 def _group_columns(table: pd.DataFrame) -> list[list[str]]:
-    """Return columns with a row for each group and scheme; the group stands once."""
+    """Return columns with a row for each group and scheme; repeated group names are blank."""
     groups = table["group"].tolist()
-    once = ["" if i and groups[i - 1] == each else each for i, each in enumerate(groups)]
-    found = [["group", *once], ["scheme", *table["scheme"]], ["success", *_format_shares(table)]]
-    found.append(["of", *map(str, table["runs"])])
+    shown_groups = ["" if i and groups[i - 1] == each else each for i, each in enumerate(groups)]
+    columns = [
+        ["group", *shown_groups],
+        ["scheme", *table["scheme"]],
+        ["success", *_format_shares(table)],
+    ]
+    columns.append(["of", *map(str, table["runs"])])
     if table["not_begun"].any():
-        found.append(["not begun", *map(str, table["not_begun"])])
+        columns.append(["not begun", *map(str, table["not_begun"])])
     for key, (_, head, factor) in MEDIANS.items():
-        found.append([head, *(format_digits(factor * value) for value in table[key])])
-    return found
+        columns.append([head, *(format_digits(factor * value) for value in table[key])])
+    return columns
 
 
 def _crossed_columns(suite: Suite, table: pd.DataFrame) -> list[list[str]]:
-    """Return columns of the second group, and rows for each scheme and label of the first."""
+    """Return a column for each label of the second group; rows are schemes and first labels."""
     first, second = (list(dict.fromkeys(each)) for each in suite.groups.values())
     schemes = list(dict.fromkeys(table["scheme"]))
     cells = table.assign(text=_format_cells(table)).set_index(["scheme", "group"])["text"]
     pairs = [(scheme, label) for scheme in schemes for label in first]
     names = [scheme if label == first[0] else "" for scheme, label in pairs]
-    found = [["scheme", *names], [" x ".join(suite.groups), *(label for _, label in pairs)]]
+    columns = [["scheme", *names], [" x ".join(suite.groups), *(label for _, label in pairs)]]
     for label in second:
-        found.append([label, *(cells[scheme, f"{row}, {label}"] for scheme, row in pairs)])
-    return found
+        columns.append([label, *(cells[scheme, f"{row}, {label}"] for scheme, row in pairs)])
+    return columns
 
 
 def _format_shares(table: pd.DataFrame) -> list[str]:
+    """Return the success rates as texts."""
     counts = zip(table["successes"], table["runs"], strict=True)
     return [str(estimate_share(int(count), int(of))) for count, of in counts]
 
 
 def _format_cells(table: pd.DataFrame) -> list[str]:
-    """Return shares in whole percent, each with its interval and the median time in seconds."""
+    """Return success rates in whole percent, with intervals and median times in seconds."""
     names = "successes", "runs", "time"
     return [_format_cell(*row) for row in zip(*(table[each] for each in names), strict=True)]
 
 
 def _format_cell(count: int, of: int, time: float) -> str:
-    found = estimate_share(int(count), int(of))
-    value, low, high = (100 * each for each in (found.value, found.low, found.high))
+    """Return a success rate in whole percent, its interval, and a time."""
+    estimate = estimate_share(int(count), int(of))
+    value, low, high = (100 * each for each in (estimate.value, estimate.low, estimate.high))
     return f"{value:.0f} [{low:.0f}, {high:.0f}]  {format_digits(time)}"
 
 
 def _suite_notes(suite: Suite | Reproduction, rows: pd.DataFrame) -> Iterator[str]:
+    """Yield the notes below the table."""
     yield f"success: {suite.criterion}"
     if isinstance(suite, Reproduction):
         return
@@ -153,6 +164,6 @@ def _suite_notes(suite: Suite | Reproduction, rows: pd.DataFrame) -> Iterator[st
     if suite.crossed:
         yield "cells: percent that succeed [interval]  seconds"
     else:
-        yield "off: medians of where the runs that began end, from the goal"
+        yield "off: medians of the final offset from the goal, over the runs that began"
     if not rows["began"].all():
-        yield "not begun: the start does not see the marks that a scheme needs; it counts nothing"
+        yield "not begun: the start does not see the marks that a scheme needs; not counted"

@@ -21,12 +21,12 @@ from robsim.run.experiment import Experiment
 from robsim.suites.builtin_schemes import convert_user_errors
 from robsim.suites.suite import Suite
 
-KEPT_VARIABLES = "outcome", "end_time", "path_length", "q0", "q_end"  # what is kept of runs
+KEPT_VARIABLES = "outcome", "end_time", "path_length", "q0", "q_end"  # stored variables of runs
 
 
 @dataclass(frozen=True, eq=False)
 class Trial:
-    """A scheme in a suite: its task, and threads and chunk."""
+    """A scheme in a suite: its task, and arguments for threads and chunk."""
 
     suite: Suite
     scheme: str
@@ -34,13 +34,13 @@ class Trial:
     how: Mapping[str, Any]
 
     @property
-    def what(self) -> str:
-        """What errors are said of."""
+    def subject(self) -> str:
+        """The subject of error messages."""
         return f"scheme '{self.scheme}' in suite '{self.suite.name}'"
 
     @cached_property
     def experiments(self) -> list[Experiment]:
-        """The experiment of all runs; one for each, where its task cannot be bound for all."""
+        """The experiment of all runs, or of each run if the task cannot be bound for all."""
         whole = self.suite.experiment(self.task)
         if not self.varied:
             return [whole]
@@ -50,70 +50,72 @@ class Trial:
             return [self._single(whole, i) for i in range(self.suite.runs)]
 
     def _single(self, whole: Experiment, i: int) -> Experiment:
+        """Return the experiment of one run."""
         one = whole.with_(start=self.suite.starts[i : i + 1], first_run=i)
         return one.at({name: np.asarray(values[i]) for name, values in self.varied.items()})
 
     @property
     def varied(self) -> dict[str, Any]:
-        """The numbers that differ from run to run, without those that this task does not have."""
+        """The values that differ from run to run, except fields that this task lacks."""
         varied = dict(self.suite.varied)
         if not getattr(self.task, "needs_depth", True):
             varied.pop("task.depth_scale", None)
         return varied
 
     def check(self) -> None:
-        """Bind the task, as a run would; InputError names the scheme."""
-        with convert_user_errors(self.what), warnings.catch_warnings():
+        """Bind the task as a run does; InputError names the scheme."""
+        with convert_user_errors(self.subject), warnings.catch_warnings():
             warnings.simplefilter("ignore", RankWarning)  # the run gives the warning
             self.experiments[0].check(view=False)
 
     def rows(self, progress: Progress | None) -> pd.DataFrame:
-        """Return a row for each run; Interrupted holds those of the runs that ended before."""
-        found: list[dict[str, Any]] = []
+        """Return a row for each run; Interrupted carries the rows of the finished runs."""
+        parts: list[dict[str, Any]] = []
         count = len(self.experiments)
         for i, one in enumerate(self.experiments):
             try:
-                with convert_user_errors(self.what):
+                with convert_user_errors(self.subject):
                     run = one.run(scale_progress(progress, i / count, 1 / count), **self.how)
             except Interrupted as stop:
                 raise Interrupted(
-                    str(stop), self._table([*found, _select_kept(stop.run)])
+                    str(stop), self._table([*parts, _select_kept(stop.run)])
                 ) from None
-            found.append(_select_kept(run))
-        return self._table(found)
+            parts.append(_select_kept(run))
+        return self._table(parts)
 
     def _table(self, parts: list[dict[str, Any]]) -> pd.DataFrame:
-        """Return the rows of runs that have ended."""
+        """Return the rows of finished runs."""
         ends = {
             key: np.concatenate([part[key] for part in parts]) for key in (*KEPT_VARIABLES, "began")
         }
         suite, runs = self.suite, np.arange(len(ends["outcome"]))
         rows = pd.DataFrame({"suite": suite.name, "version": suite.version, "run": runs})
         rows.insert(2, "scheme", self.scheme)
-        for what, labels in suite.groups.items():
-            rows[what] = list(labels)[: len(rows)]
+        for name, labels in suite.groups.items():
+            rows[name] = list(labels)[: len(rows)]
         rows["outcome"] = [Outcome(int(each)).words for each in ends["outcome"]]
         rows["began"] = ends["began"]
         rows["time"], rows["path_length"] = ends["end_time"], ends["path_length"]
         for when, q in (("at_start", ends["q0"]), ("to_goal", ends["q_end"])):
             rows[f"distance_{when}"], rows[f"angle_{when}"] = suite.off_goal(q)
         rows.insert(rows.columns.get_loc("began") + 1, "success", self._successes(rows))
-        done = ends["outcome"] != Outcome.RUNNING
-        return rows[done].reset_index(drop=True)
+        finished = ends["outcome"] != Outcome.RUNNING
+        return rows[finished].reset_index(drop=True)
 
     def _successes(self, rows: pd.DataFrame) -> Any:
-        """Return which runs began and succeeded; InputError: the suite does not say."""
+        """Return which runs began and succeeded; InputError if the criterion is invalid."""
         with convert_user_errors(f"succeeds of suite '{self.suite.name}'"):
-            found = np.asarray(self.suite.succeeds(rows))
-        if found.shape != (len(rows),) or found.dtype != np.bool_:
+            succeeded = np.asarray(self.suite.succeeds(rows))
+        if succeeded.shape != (len(rows),) or succeeded.dtype != np.bool_:
             raise InputError(
                 f"succeeds of suite '{self.suite.name}': expected truth values of shape "
-                f"({len(rows)},), got {found.dtype} of shape {found.shape}"
+                f"({len(rows)},), got {succeeded.dtype} of shape {succeeded.shape}"
             )
-        return found & rows["began"].to_numpy()
+        return succeeded & rows["began"].to_numpy()
 
 
 def _select_kept(run: xr.Dataset) -> dict[str, Any]:
+    """Return the stored variables of runs."""
     return {
         "began": is_valid_start(run["outcome"].values, run["end_time"].values),
         **{key: run[key].values for key in KEPT_VARIABLES},

@@ -1,4 +1,4 @@
-"""An imperfection of a run, and trial runs without it."""
+"""Removal of an imperfection from a run, and trial runs without it."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from robsim.engine.loop import Loop
 from robsim.engine.outcome import Outcome
 from robsim.run.experiment import Experiment
 
-TRIAL_DURATION = 3.0  # times the duration that a changed run may take
-LONGEST_TRIAL = 20.0  # times the duration, if the run is known to need as much
+TRIAL_DURATION = 3.0  # duration of a changed run, in durations of the run
+LONGEST_TRIAL = 20.0  # longest duration of a changed run with a known arrival
 
 ExperimentChange = Callable[[Experiment], Experiment]
 
@@ -28,17 +28,17 @@ class Ablation:
     sentence: str
     change: ExperimentChange
     evidence: dict[str, float] = field(default_factory=dict)
-    undone: str = ""  # phrase for the run without it, such as "without latency"
+    phrase: str = ""  # phrase for the removal, such as "without latency"
 
     @property
-    def known(self) -> dict[str, float]:
-        """The finite numbers among the evidence; a user's own task may have no gain."""
+    def finite_evidence(self) -> dict[str, float]:
+        """The finite numbers of the evidence; a user-defined task may have no gain."""
         return {name: value for name, value in self.evidence.items() if math.isfinite(value)}
 
 
 @dataclass(frozen=True, eq=False)
 class AblationTrial:
-    """How a changed run ended, and the loop that ran it."""
+    """The end of a changed run, and its loop."""
 
     outcome: Outcome
     end_time: float
@@ -46,12 +46,12 @@ class AblationTrial:
 
     @property
     def end(self) -> str:
-        """The time at which the run ended, as text."""
+        """The time of the end of the run, as text."""
         return f"after {format_number(self.end_time)} s"
 
     @property
-    def ending(self) -> str:
-        """The clause for a run that converged, or that was held at its goal until the end."""
+    def clause(self) -> str:
+        """The clause for a run that converged, or that stayed at its goal until the end."""
         if self.loop.hold:
             return "has converged at its end"
         return f"converges {self.end}"
@@ -63,7 +63,7 @@ class AblationTrial:
 
 
 def run_trial(case: Experiment, see: StepCallback | None = None) -> AblationTrial | None:
-    """Simulate a case and return how it ended; None if it cannot be simulated.
+    """Simulate a case and return its end; None if it cannot be simulated.
 
     `see` is called after every step.
     """
@@ -82,7 +82,7 @@ def run_converging_trial(case: Experiment) -> AblationTrial | None:
 
 
 def simulate_outcome(case: Experiment) -> Outcome | None:
-    """Return how a case ends; None if it cannot be simulated."""
+    """Return the outcome of a case; None if it cannot be simulated."""
     trial = run_trial(case)
     return trial.outcome if trial else None
 
@@ -95,11 +95,11 @@ def remove_imperfections(case: Experiment, removals: Iterable[Ablation]) -> Expe
 
 
 def extend_duration(case: Experiment, needed: float = 0.0) -> Experiment:
-    """Return the case with three times its duration, or with as much as is needed.
+    """Return the case with a longer duration: three times, or more if `needed` is known.
 
-    A case that is held keeps its duration.
+    A case with hold keeps its duration.
     """
     if case.hold:
         return case
-    times = max(TRIAL_DURATION, 1.2 * needed) if needed < LONGEST_TRIAL else TRIAL_DURATION
-    return case.with_(duration=times * case.duration)
+    factor = max(TRIAL_DURATION, 1.2 * needed) if needed < LONGEST_TRIAL else TRIAL_DURATION
+    return case.with_(duration=factor * case.duration)

@@ -29,15 +29,16 @@ BelievedPart = Robot | Object | MountedCamera
 
 def find_false_beliefs(case: Experiment) -> list[Ablation]:
     """Return every part of a task's belief that differs from the scene, each once."""
-    found: dict[str, Ablation] = {}
+    removals: dict[str, Ablation] = {}
     for leaf in list_servo_tasks(case.task):
         if leaf.belief is not None:
             for removal in _compare_scenes(leaf.belief, case.scene):
-                found.setdefault(removal.name, removal)
-    return list(found.values())
+                removals.setdefault(removal.name, removal)
+    return list(removals.values())
 
 
 def _compare_scenes(belief: Scene, truth: Scene) -> Iterator[Ablation]:
+    """Yield the differences of all cameras, robots and objects."""
     for eye in truth.cameras:
         yield from _compare_cameras(belief.camera(eye.name), eye)
     for robot in truth.robots:
@@ -47,9 +48,11 @@ def _compare_scenes(belief: Scene, truth: Scene) -> Iterator[Ablation]:
 
 
 def _compare_cameras(believed: MountedCamera, true: MountedCamera) -> Iterator[Ablation]:
+    """Yield the differences of a camera's intrinsics and mounting pose."""
     mine, real = believed.camera, true.camera
     if not np.array_equal(mine.K, real.K) or mine.distortion != real.distortion:
-        sentence = f"The intrinsics of '{true.name}' are believed wrongly: {_describe_intrinsics(mine, real)}."
+        difference = _describe_intrinsics(mine, real)
+        sentence = f"The believed intrinsics of '{true.name}' are wrong: {difference}."
         evidence = {"focal_ratio": float(mine.K[0, 0] / real.K[0, 0])}
         yield _make_belief_ablation(
             "intrinsics", "intrinsics", true, ("camera",), sentence, evidence
@@ -58,16 +61,17 @@ def _compare_cameras(believed: MountedCamera, true: MountedCamera) -> Iterator[A
 
 
 def _describe_intrinsics(mine: Camera, real: Camera) -> str:
-    """Return a description of the intrinsics that are wrong."""
+    """Return a description of the wrong intrinsics."""
     intrinsics = [_format_intrinsics(camera) for camera in (mine, real)]
     return "; ".join(
-        f"{noun} {believed}, in truth {intrinsics[1][noun]}"
+        f"{noun} {believed}, true {intrinsics[1][noun]}"
         for noun, believed in intrinsics[0].items()
         if believed != intrinsics[1][noun]
     )
 
 
 def _format_intrinsics(camera: Camera) -> dict[str, str]:
+    """Return the intrinsics as texts by noun."""
     (fx, skew, x), (_, fy, y) = camera.K[:2].tolist()
     focal = format_number(fx) if fx == fy else f"{format_number(fx)} by {format_number(fy)}"
     bends = ", ".join(format_number(k) for k in camera.distortion)
@@ -80,21 +84,23 @@ def _format_intrinsics(camera: Camera) -> dict[str, str]:
 
 
 def _compare_robots(believed: Robot, true: Robot) -> Iterator[Ablation]:
+    """Yield the differences of a robot's links and base pose."""
     joints = [{k.name: (k.parent, k.joint) for k in robot.links} for robot in (believed, true)]
     if joints[0] != joints[1]:
         wrong = [f"'{name}'" for name, joint in joints[1].items() if joints[0].get(name) != joint]
         which = f": {format_list(wrong)}" if wrong else ""
-        sentence = f"Links of '{true.name}' are believed wrongly{which}."
+        sentence = f"The believed links of '{true.name}' are wrong{which}."
         yield _make_belief_ablation("robot model", "links", true, ("links",), sentence)
     yield from _compare_poses(believed, true, "base", "base", "base")
 
 
 def _compare_objects(believed: Object, true: Object) -> Iterator[Ablation]:
+    """Yield the differences of an object's marks and pose."""
     if not np.array_equal(believed.marks, true.marks):
-        off = float(np.linalg.norm(believed.marks - true.marks, axis=1).max())
-        sentence = f"The marks on '{true.name}' are believed up to {format_length(off)} off."
+        distance = float(np.linalg.norm(believed.marks - true.marks, axis=1).max())
+        sentence = f"The believed marks on '{true.name}' are up to {format_length(distance)} off."
         yield _make_belief_ablation(
-            "target model", "marks", true, ("marks",), sentence, {"off_m": off}
+            "target model", "marks", true, ("marks",), sentence, {"off_m": distance}
         )
     yield from _compare_poses(believed, true, "target pose", "pose")
 
@@ -102,16 +108,21 @@ def _compare_objects(believed: Object, true: Object) -> Iterator[Ablation]:
 def _compare_poses(
     believed: Any, true: Any, about: str, noun: str, field: str = "pose"
 ) -> Iterator[Ablation]:
+    """Yield the difference between a believed and a true pose."""
     mine: Pose = getattr(believed, field)
     real: Pose = getattr(true, field)
     if mine == real and believed.on == true.on:
         return
-    apart = real.inv() @ mine
-    metres, angle = float(np.linalg.norm(apart.position)), float(np.linalg.norm(apart.rotvec))
-    leads = ": beyond 90 degrees commands can lead away from the goal" if angle > np.pi / 2 else ""
+    difference = real.inv() @ mine
+    metres, angle = (
+        float(np.linalg.norm(difference.position)),
+        float(np.linalg.norm(difference.rotvec)),
+    )
+    warning = (
+        ": beyond 90 degrees commands can lead away from the goal" if angle > np.pi / 2 else ""
+    )
     sentence = (
-        f"The {noun} of '{true.name}' is believed {format_offset(metres, angle)} away from where it is"
-        f"{leads}."
+        f"The believed {noun} of '{true.name}' is off by {format_offset(metres, angle)}{warning}."
     )
     evidence = {"angle_deg": float(np.degrees(angle)), "off_m": metres}
     yield _make_belief_ablation(about, noun, true, (field, "on"), sentence, evidence)
@@ -125,7 +136,7 @@ def _make_belief_ablation(
     sentence: str,
     evidence: dict[str, float] | None = None,
 ) -> Ablation:
-    """Return the false belief in what some fields of a part say, put right by their true values."""
+    """Return the removal of a false belief, which sets the named fields to their true values."""
     name, values = f"the {noun} of '{true.name}'", {each: getattr(true, each) for each in fields}
 
     def right(leaf: Any) -> Any:
@@ -138,4 +149,4 @@ def _make_belief_ablation(
     def change(case: Experiment) -> Experiment:
         return case.with_(task=map_servo_tasks(case.task, right))
 
-    return Ablation(about, name, sentence, change, evidence or {}, f"with {name} put right")
+    return Ablation(about, name, sentence, change, evidence or {}, f"with {name} corrected")

@@ -14,7 +14,7 @@ from robsim.servo.tasks.task import ServoTask
 
 
 def remove_border(case: Experiment) -> Experiment:
-    """Return the case with cameras whose images have no border."""
+    """Return the case with image borders removed."""
     return case.with_(scene=remove_image_borders(case.scene))
 
 
@@ -33,17 +33,18 @@ def enlarge_images(case: Experiment) -> Experiment:
 
 def remove_joint_limits(case: Experiment) -> Experiment:
     """Return the case without joint limits."""
-    free = [_remove_robot_limits(robot) for robot in case.scene.robots]
-    return case.with_(scene=case.scene.replacing(*free))
+    robots = [_remove_robot_limits(robot) for robot in case.scene.robots]
+    return case.with_(scene=case.scene.replacing(*robots))
 
 
 def _remove_robot_limits(robot: Robot) -> Robot:
+    """Return a robot without joint limits."""
     links = [replace(link, joint=replace(link.joint, limits=None)) for link in robot.links]
     return replace(robot, links=tuple(links))
 
 
 def scale_gain(case: Experiment, factor: float) -> Experiment | None:
-    """Return the case with its gain times a factor; None if it has no gain to change."""
+    """Return the case with its gain times a factor; None if the gain cannot be changed."""
 
     def change(leaf: ServoTask) -> ServoTask:
         gain = leaf.gain
@@ -63,16 +64,17 @@ def replace_task_fields(case: Experiment, **values: Any) -> Experiment | None:
 
 
 def add_robust_weighting(case: Experiment) -> Experiment | None:
-    """Return the case with robust weights in every servo task, beside those that it has."""
+    """Return the case with robust weights in every servo task, in addition to its weightings."""
     return _change_servo_tasks(
         case, lambda leaf: replace(leaf, weighting=(*leaf.weighting, "tukey"))
     )
 
 
 def _change_servo_tasks(case: Experiment, change: Any) -> Experiment | None:
+    """Return the case with `change` applied to every servo task; None if that is impossible."""
     if not list_servo_tasks(case.task):
         return None
     try:
         return case.with_(task=map_servo_tasks(case.task, change))
-    except (TypeError, ValueError):  # this kind of task does not let the field be chosen
+    except (TypeError, ValueError):  # this kind of task has no such field
         return None

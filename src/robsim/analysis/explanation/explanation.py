@@ -1,4 +1,4 @@
-"""`explain`: report what happened in a run, when, why, and what to try."""
+"""`explain`: report the outcome of a run, its causes, and changes that make it converge."""
 
 from __future__ import annotations
 
@@ -42,15 +42,25 @@ _NO_FAILURE = (Outcome.CONVERGED, Outcome.RUNNING, Outcome.ENDED)
 
 @dataclass(frozen=True)
 class Explanation:
-    """An account of what happened in a run, when, why, and what to try.
+    """Account of a run: its outcome and when it ended, the causes, and changes to try.
 
-    outcome  how the run ended
-    what     a sentence
-    when     seconds since the start
-    causes   reasons, most important first; for a run that converged, what is notable
-    advice   changes with which the same run converges
-    remarks  further observations
+    Attributes
+    ----------
+    outcome : Outcome
+        Outcome of the run.
+    what : str
+        Sentence on the end of the run.
+    when : float
+        Time of the end in seconds since the start.
+    causes : tuple of Finding
+        Causes, most important first; for a converged run, notable facts.
+    advice : tuple of Finding
+        Changes that let the run converge from the same start.
+    remarks : tuple of str
+        Further observations.
 
+    Examples
+    --------
     >>> Explanation(Outcome.CONVERGED, "After 1 s the run converged.", 1.0)
     Explanation(CONVERGED after 1 s: 0 causes, 0 pieces of advice)
     """
@@ -67,7 +77,7 @@ class Explanation:
         return "\n".join([self.what, *(f"{head}: {text}" for head, text in self._rows())])
 
     def _repr_html_(self) -> str:
-        """Return what `print` shows as a table for notebooks."""
+        """Return the printed text as a table for notebooks."""
         return format_html_table(self.what, self._rows())
 
     def _rows(self) -> list[tuple[str, str]]:
@@ -77,7 +87,7 @@ class Explanation:
         return rows + [("Try", advice.sentence) for advice in self.advice]
 
     def __repr__(self) -> str:
-        """Return one line: the outcome, and how many causes and pieces of advice."""
+        """Return one line: the outcome, and the numbers of causes and of pieces of advice."""
         return (
             f"Explanation({self.outcome.name} after {self.when:g} s: {len(self.causes)} causes, "
             f"{len(self.advice)} pieces of advice)"
@@ -87,23 +97,40 @@ class Explanation:
 def explain(
     run: xr.Dataset, experiment: Experiment | None = None, *, trials: bool = True
 ) -> Explanation:
-    """Explain why a single run ended as it did, by repeating it with one change at a time.
+    """Explain the outcome of a single run, by simulating it again with one change at a time.
 
-    The imperfections of images, joints, depths and beliefs are removed, together and one by one: a
-    cause is one without which the run converges. If none is the cause, reasons are read from the
-    `diagnose` of the run: null spaces, lost ranks, retreat, loop gain, limits. The advice are other
-    gains, interaction matrices and laws with which the same start was found to converge. Without
-    `trials` nothing is changed, only read.
+    Imperfections of images, joints, depths and beliefs are removed, together and one by one. A
+    cause is an imperfection without which the run converges. If there is none, the causes come from
+    the `diagnose` of the run: null spaces, lost ranks, retreat, loop gain and limits. The advice
+    lists other gains, interaction matrices and laws that let the run converge from the same start.
 
-    The run contains the text of its experiment; where that is Python code, give the experiment.
+    For a recorded run (`read_bag`, `read_log`) the causes are its differences from its experiment:
+    commands that differ from the controller's commands for the same images and joints, motion that
+    differs from the commands, marks that differ from the scene, and old images. A remark reports
+    the outcome of the experiment, simulated from the same start.
 
-    Of a run that was recorded (`read_bag`, `read_log`) the causes are how it differs from its
-    experiment: commands from those of the controller for the same images and joints, motion from
-    the commands, marks from where the scene has them, and the images' age. A remark says how the
-    experiment ends when it is simulated from the same start.
+    Parameters
+    ----------
+    run : Dataset
+        A single run.
+    experiment : Experiment, optional
+        Experiment of the run; needed if it contains Python code. Default: the experiment stored in
+        the run.
+    trials : bool, default True
+        Whether to simulate the run with changes. If false, the run is only analysed.
 
-    InputError: no single run, or one that cannot be repeated.
+    Returns
+    -------
+    Explanation
+        The account; `print` shows it.
 
+    Raises
+    ------
+    InputError
+        If `run` is no single run, or cannot be simulated again.
+
+    Examples
+    --------
     >>> from robsim import load_scenario
     >>> from robsim.files import examples
     >>> run = load_scenario(examples.path("local_minimum")).run()
@@ -113,33 +140,35 @@ def explain(
     check_run(run)
     if is_log_run(run):
         return _explain_log(run, experiment, as_bool(trials, "trials"))
-    inquiry = RunAnalysis(**vars(resimulate_run(run, experiment)), trials=as_bool(trials, "trials"))
-    found = (
-        _explain_success(inquiry, run)
-        if inquiry.outcome in _NO_FAILURE
-        else _explain_failure(inquiry)
+    analysis = RunAnalysis(
+        **vars(resimulate_run(run, experiment)), trials=as_bool(trials, "trials")
     )
-    return Explanation(inquiry.outcome, describe_run_end(inquiry), inquiry.end, *found)
+    parts = (
+        _explain_success(analysis, run)
+        if analysis.outcome in _NO_FAILURE
+        else _explain_failure(analysis)
+    )
+    return Explanation(analysis.outcome, describe_run_end(analysis), analysis.end, *parts)
 
 
-def _explain_success(inquiry: RunAnalysis, run: xr.Dataset) -> ExplanationParts:
-    """Return what is notable in a run that went well, or that somebody ended."""
-    converged = inquiry.outcome is Outcome.CONVERGED
-    notable = (*report_final_pose(inquiry), *generate_reasons(inquiry)) if converged else ()
-    return notable, (), _describe_unstopped_run(inquiry, run)
+def _explain_success(analysis: RunAnalysis, run: xr.Dataset) -> ExplanationParts:
+    """Return the notable facts of a run that converged, or that was ended on purpose."""
+    converged = analysis.outcome is Outcome.CONVERGED
+    notable = (*report_final_pose(analysis), *generate_reasons(analysis)) if converged else ()
+    return notable, (), _describe_unstopped_run(analysis, run)
 
 
-def _explain_failure(inquiry: RunAnalysis) -> ExplanationParts:
+def _explain_failure(analysis: RunAnalysis) -> ExplanationParts:
     """Return the causes of a failure, advice, and remarks."""
-    wrong, trials = list_imperfections(inquiry), inquiry.trials
-    found = SuccessCriterion().attributed(inquiry.case, wrong) if trials else Attribution()
-    causes = found.causes or tuple(generate_reasons(inquiry))
-    advice = tuple(find_remedies(inquiry)) if trials else ()
-    return causes, advice, _list_remarks(inquiry.case, found, wrong, trials)
+    wrong, trials = list_imperfections(analysis), analysis.trials
+    attribution = SuccessCriterion().attribute(analysis.case, wrong) if trials else Attribution()
+    causes = attribution.causes or tuple(generate_reasons(analysis))
+    advice = tuple(find_remedies(analysis)) if trials else ()
+    return causes, advice, _list_remarks(analysis.case, attribution, wrong, trials)
 
 
 def _explain_log(run: xr.Dataset, experiment: Experiment | None, trials: bool) -> Explanation:
-    """Return the account of a run that was recorded."""
+    """Return the account of a recorded run."""
     case = (
         check_instance(experiment, Experiment, "experiment") if experiment else Experiment.of(run)
     )
@@ -152,21 +181,21 @@ def _explain_log(run: xr.Dataset, experiment: Experiment | None, trials: bool) -
         remarks.append(f"Simulated from the same start, the experiment ends as {simulated}.")
     causes = tuple(evidence.findings())
     outcome = Outcome(int(run["outcome"]))
-    return Explanation(outcome, evidence.what(), end, causes, (), tuple(remarks))
+    return Explanation(outcome, evidence.describe_end(), end, causes, (), tuple(remarks))
 
 
 def _describe_ideal_run(case: Experiment, wrong: list[Ablation]) -> str:
-    """Return how a run ends that fails even with every imperfection removed."""
+    """Return the end of a failed run without any imperfection, as a clause."""
     trial = run_trial(remove_imperfections(extend_duration(case), wrong))
     if trial is None:
-        return "with all of it put right the run cannot be simulated"
+        return "with all of it corrected the run cannot be simulated"
     if trial.converged:
-        return "but only time is lacking"
-    return f"with all of it put right the run ends as {trial.outcome.name} {trial.end}"
+        return "but the run only needs more time"
+    return f"with all of it corrected the run ends as {trial.outcome.name} {trial.end}"
 
 
 def _describe_harm(removals: Sequence[Ablation]) -> str:
-    """Return in which way there are some: a limit of the safety is not wrong."""
+    """Return the adjective for imperfections: safety limits are in the way rather than wrong."""
     limits = [one.about.startswith("safety.") for one in removals]
     if all(limits):
         return "in the way"
@@ -174,33 +203,40 @@ def _describe_harm(removals: Sequence[Ablation]) -> str:
 
 
 def _list_remarks(
-    case: Experiment, found: Attribution, wrong: list[Ablation], trials: bool
+    case: Experiment, attribution: Attribution, wrong: list[Ablation], trials: bool
 ) -> tuple[str, ...]:
-    """Return remarks on the imperfections that are not the cause."""
+    """Return remarks on the imperfections that are no causes."""
     if not wrong:
         return ()
     names = format_list([one.name for one in wrong])
     if not trials:
         return (f"Also {_describe_harm(wrong)} in this run, and not examined: {names}.",)
-    if not found.causes:
-        words = f"{_describe_harm(wrong)} as well"
-        return (f"{words[0].upper()}{words[1:]}: {names}; {_describe_ideal_run(case, wrong)}.",)
+    if not attribution.causes:
+        adjective = f"{_describe_harm(wrong)} as well"
+        return (
+            f"{adjective[0].upper()}{adjective[1:]}: {names}; {_describe_ideal_run(case, wrong)}.",
+        )
     remarks = []
-    if found.one_too_many:
-        names = format_list([one.name for one in found.one_too_many])
-        remarks += [f"Only together do {names} harm: it is enough to put one of them right."]
-    if found.harmless:
-        names = format_list([one.name for one in found.harmless])
-        remarks += [f"Not the cause, though {_describe_harm(found.harmless)} as well: {names}."]
+    if attribution.one_too_many:
+        names = format_list([one.name for one in attribution.one_too_many])
+        remarks += [
+            f"Only the combination of {names} is harmful: correcting one of them is enough."
+        ]
+    if attribution.harmless:
+        names = format_list([one.name for one in attribution.harmless])
+        remarks += [
+            f"Not the cause, though {_describe_harm(attribution.harmless)} as well: {names}."
+        ]
     return tuple(remarks)
 
 
-def _describe_unstopped_run(inquiry: RunAnalysis, run: xr.Dataset) -> tuple[str, ...]:
-    """Return how a run that was stopped would have ended."""
-    if inquiry.outcome is not Outcome.RUNNING or not inquiry.trials:
+def _describe_unstopped_run(analysis: RunAnalysis, run: xr.Dataset) -> tuple[str, ...]:
+    """Return how a stopped run would have ended."""
+    if analysis.outcome is not Outcome.RUNNING or not analysis.trials:
         return ()
-    duration = float(run.attrs["duration"]) - 0.5 * inquiry.case.dt
-    trial = run_trial(inquiry.case.with_(duration=duration))
+    duration = float(run.attrs["duration"]) - 0.5 * analysis.case.dt
+    trial = run_trial(analysis.case.with_(duration=duration))
     if trial is None:
         return ()
-    return (f"Left alone it ends as {trial.outcome.name} after {format_number(trial.end_time)} s.",)
+    end = format_number(trial.end_time)
+    return (f"Without the stop it ends as {trial.outcome.name} after {end} s.",)

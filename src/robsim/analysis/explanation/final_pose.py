@@ -1,4 +1,4 @@
-"""Comparison of the final camera pose with the intended one, and causes of a difference."""
+"""Comparison of the final camera pose with the goal pose, and causes of a difference."""
 
 from __future__ import annotations
 
@@ -24,31 +24,31 @@ from robsim.run import end_variables
 from robsim.run.experiment import Experiment
 from robsim.servo.task_controller import TaskController
 
-FAR_METRES, FAR_RADIANS = 1e-3, 2e-3  # metres and radians above which a distance is reported
-NEAR_SHARE = 0.1  # share of its distance below which the camera counts as at its goal
+FAR_METRES, FAR_RADIANS = 1e-3, 2e-3  # metres and radians above which an offset is reported
+NEAR_SHARE = 0.1  # share of the former offset below which the camera counts as at its goal
 
 
-def report_final_pose(inquiry: RunAnalysis) -> list[Finding]:
-    """Report a converged run that stands away from its goal pose, and the cause."""
-    loop = inquiry.loop
-    off, full = measure_final_offset(loop), _is_pose_determined(loop.controller)
-    far, turned = (FAR_METRES, FAR_RADIANS) if full else (end_variables.FAR, end_variables.TURNED)
-    if math.isnan(off[0]) and end_variables.count_free_motions(loop.controller):
-        return [
-            _report_free_motions(inquiry)
-        ]  # of a goal that is numbers: no pose is the right one
-    if not (off[0] > far or off[1] > turned):
+def report_final_pose(analysis: RunAnalysis) -> list[Finding]:
+    """Report a converged run that ends away from its goal pose, and the cause."""
+    loop = analysis.loop
+    offset, is_determined = measure_final_offset(loop), _is_pose_determined(loop.controller)
+    far_metres, far_radians = (
+        (FAR_METRES, FAR_RADIANS) if is_determined else (end_variables.FAR, end_variables.TURNED)
+    )
+    if math.isnan(offset[0]) and end_variables.count_free_motions(loop.controller):
+        return [_report_free_motions(analysis)]  # a goal given as numbers has no pose
+    if not (offset[0] > far_metres or offset[1] > far_radians):
         return []
-    wrong = list_imperfections(inquiry)
-    first = _report_displacement(loop.controller, off, bool(wrong))
-    if not full:
-        return [first, _report_free_motions(inquiry)]
-    if not inquiry.trials:
+    wrong = list_imperfections(analysis)
+    first = _report_displacement(loop.controller, offset, bool(wrong))
+    if not is_determined:
+        return [first, _report_free_motions(analysis)]
+    if not analysis.trials:
         return [first]
-    cured = _make_nearness_test(off, float(inquiry.depths[-1]))
-    stands = SuccessCriterion(cured, lambda _: "the camera stands where it should")
-    causes = stands.attributed(inquiry.case, wrong).causes
-    return [first, *(causes or _explain_displacement(inquiry, cured, bool(wrong)))]
+    test = _make_nearness_test(offset, float(analysis.depths[-1]))
+    criterion = SuccessCriterion(test, lambda _: "the camera reaches its goal pose")
+    causes = criterion.attribute(analysis.case, wrong).causes
+    return [first, *(causes or _explain_displacement(analysis, test, bool(wrong)))]
 
 
 def _is_pose_determined(controller: TaskController) -> bool:
@@ -58,64 +58,66 @@ def _is_pose_determined(controller: TaskController) -> bool:
 
 
 def _report_displacement(
-    controller: TaskController, off: tuple[float, float], wrong: bool
+    controller: TaskController, offset: tuple[float, float], wrong: bool
 ) -> Finding:
-    """Report how far from the goal pose the run ended."""
+    """Report the distance of the end of the run from the goal pose."""
     part = end_variables.select_goal_controller(controller)
-    who = "the camera" if part.moving == part.frame else f"'{part.moving}'"
+    subject = "the camera" if part.moving == part.frame else f"'{part.moving}'"
     as_seen = "as the controller sees and believes it" if wrong else "but not in space"
     sentence = (
-        f"It converged in the image {as_seen}: in truth {who} stands {format_offset(*off)} away from "
-        "where it was meant to stand."
+        f"It converged in the image {as_seen}: the true pose of {subject} is "
+        f"{format_offset(*offset)} off its goal pose."
     )
-    return Finding("final pose", sentence, {"off_m": off[0], "angle_deg": math.degrees(off[1])})
+    return Finding(
+        "final pose", sentence, {"off_m": offset[0], "angle_deg": math.degrees(offset[1])}
+    )
 
 
-def _report_free_motions(inquiry: RunAnalysis) -> Finding:
+def _report_free_motions(analysis: RunAnalysis) -> Finding:
     """Report why features at their goal do not determine the pose."""
-    controller = inquiry.controller
+    controller = analysis.controller
     free, count = end_variables.count_free_motions(controller), controller.columns.size
     if free:
         sentence = (
-            f"The features leave {format_count(free, 'motion')} free that the joints can make, and so "
-            f"they have their goal at many poses. {_suggest_features(inquiry)}"
+            f"The features leave {format_count(free, 'motion')} of the joints free, and so "
+            f"they are at their goal in many poses. {_suggest_features(analysis)}"
         )
     else:
         sentence = (
-            f"A pose has six numbers, and the velocities that are commanded are {count}: the "
-            "features have their goal at other poses too."
+            f"A pose has six numbers, and {count} velocities are commanded: the features are at "
+            "their goal in other poses too."
         )
     return Finding("free motions", sentence, {"free_motions": free, "velocities": count})
 
 
-def _suggest_features(inquiry: RunAnalysis) -> str:
-    """Return advice on what would tell the poses apart."""
-    marks = inquiry.sight.target.marks
+def _suggest_features(analysis: RunAnalysis) -> str:
+    """Return advice on features that distinguish the poses."""
+    marks = analysis.sight.target.marks
     if np.linalg.matrix_rank(marks - marks[0], tol=1e-9) < 2:
-        return "Three marks or more that are not on one line tell these apart."
-    return "More features or marks tell these apart."
+        return "Three or more marks that are not collinear distinguish these."
+    return "More features or marks distinguish these."
 
 
 def _explain_displacement(
-    inquiry: RunAnalysis, cured: SuccessTest, wrong: bool
+    analysis: RunAnalysis, cured: SuccessTest, wrong: bool
 ) -> Iterator[Finding]:
     """Report why a camera ends away from its goal pose without any imperfection."""
-    finer = 1e-3 * inquiry.tolerance
-    case = replace_task_fields(extend_duration(inquiry.case), tolerance=finer)
+    finer = 1e-3 * analysis.tolerance
+    case = replace_task_fields(extend_duration(analysis.case), tolerance=finer)
     if case is None or not run_converging_trial(case):
         return
     if cured(case):
         yield Finding(
             "tolerance",
-            f"The tolerance of {inquiry.size(inquiry.tolerance)} leaves that: with "
-            f"{inquiry.size(finer)} the camera stands where it should.",
-            {"tolerance": inquiry.tolerance, "finer": finer},
+            f"The tolerance of {analysis.size(analysis.tolerance)} allows this: with "
+            f"{analysis.size(finer)} the camera reaches its goal pose.",
+            {"tolerance": analysis.tolerance, "finer": finer},
         )
     elif not wrong:
         yield Finding(
             "ambiguous features",
             "The features have the same values at both poses; three marks, for one, look the same "
-            "from up to four. More marks tell the poses apart.",
+            "from up to four. More marks distinguish the poses.",
         )
 
 
@@ -126,20 +128,20 @@ def measure_final_offset(loop: Loop) -> tuple[float, float]:
     return float(metres[0]), float(radians[0])
 
 
-def _make_nearness_test(off: tuple[float, float], depth: float) -> SuccessTest:
+def _make_nearness_test(offset: tuple[float, float], depth: float) -> SuccessTest:
     """Return the test whether a change brings the camera nearer to its goal pose.
 
-    A translation counts as the angle at which it is seen.
+    A translation counts as its visual angle.
     """
 
-    def apparent(miss: tuple[float, float]) -> float:
-        return max(miss[0] / depth, miss[1])
+    def apparent(offset_of_run: tuple[float, float]) -> float:
+        return max(offset_of_run[0] / depth, offset_of_run[1])
 
     def cured(case: Experiment) -> AblationTrial | None:
         trial = run_converging_trial(case)
         if trial is None:
             return None
-        now = apparent(measure_final_offset(trial.loop))
-        return trial if now < max(FAR_RADIANS, NEAR_SHARE * apparent(off)) else None
+        value = apparent(measure_final_offset(trial.loop))
+        return trial if value < max(FAR_RADIANS, NEAR_SHARE * apparent(offset)) else None
 
     return cured

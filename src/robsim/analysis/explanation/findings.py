@@ -9,9 +9,17 @@ from dataclasses import dataclass, field
 class Finding:
     """A cause, a remark or a piece of advice, as a sentence with the numbers behind it.
 
-    about     a short name of what it is about, such as "latency" or "joint limit"
-    evidence  numbers by name, in the units given in the sentence
+    Attributes
+    ----------
+    about : str
+        Short name of the subject, such as "latency" or "joint limit".
+    sentence : str
+        The finding as a sentence.
+    evidence : dict of str to float
+        Numbers by name, in the units of the sentence.
 
+    Examples
+    --------
     >>> Finding("noise", "The pixels are noisy.", {"noise_px": 0.5}).evidence["noise_px"]
     0.5
     """

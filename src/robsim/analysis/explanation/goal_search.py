@@ -1,4 +1,4 @@
-"""Whether some pose of the camera has the features of a goal that is given as numbers."""
+"""Search for a camera pose with the features of a goal that is given as numbers."""
 
 from __future__ import annotations
 
@@ -17,19 +17,19 @@ from robsim.servo.servo_controller import ServoController
 from robsim.statistics.random_numbers import RandomNumbers
 from robsim.vision.camera import Visibility
 
-STARTS = 300  # all around the target
-NEAREST_DEPTH, FARTHEST_DEPTH = 0.2, 5.0  # of the depth at the start
-LATERAL = 0.5  # tangent of the angle from the optical axis
-ROUNDS = 100  # of Levenberg and Marquardt
-STEP = 0.5  # radians, and of the depth: a longer step is shortened
+STARTS = 300  # random poses around the target
+NEAREST_DEPTH, FARTHEST_DEPTH = 0.2, 5.0  # range of depths, in units of the depth at the start
+LATERAL = 0.5  # largest tangent of the angle from the optical axis
+ROUNDS = 100  # iterations of Levenberg and Marquardt
+STEP = 0.5  # longest step, in radians and in depths
 
 
 @dataclass(frozen=True, eq=False)
 class NearestPose:
-    """The pose of the target in camera axes whose features are nearest to those of the goal.
+    """The pose of the target in camera axes with the features nearest to the goal.
 
-    `error` is the largest of its features and `length` that of all, both in units of one tolerance;
-    `seen` tells whether the camera sees all marks from there.
+    `error` is the largest error of a feature, and `length` the norm of all errors, both in units of
+    one tolerance. `seen` is whether the camera sees all marks from this pose.
     """
 
     T_c_o: Pose
@@ -39,49 +39,49 @@ class NearestPose:
 
 
 def find_nearest_pose(
-    servo: ServoController, seen: Sequence[Pose], depth: float
+    servo: ServoController, known_poses: Sequence[Pose], depth: float
 ) -> NearestPose | None:
     """Return the nearest pose; None unless one camera regulates features given as numbers.
 
-    From poses T_c_o that were `seen`, with marks at a depth (m), and from all around damped steps
-    V = -(L'L + mu D)^-1 L'e of the camera lessen the error, as long as that goes (Levenberg 1944;
-    Marquardt 1963).
+    The search starts from the poses T_c_o in `known_poses`, and from random poses around a target
+    at a depth (m). Damped steps V = -(L'L + mu D)^-1 L'e of the camera reduce the error while
+    possible (Levenberg 1944; Marquardt 1963).
     """
     if servo.regulated.given is None or len(servo.sights) != 1:
         return None
-    with np.errstate(all="ignore"):  # a pose that is none is left
-        e, T = _minimise_error(servo, _sample_search_starts(servo.sights[0], seen, depth))
+    with np.errstate(all="ignore"):  # invalid poses are dropped
+        e, T = _minimise_error(servo, _sample_search_starts(servo.sights[0], known_poses, depth))
     best = int(np.square(e).sum(0).argmin())
     one = np.ascontiguousarray(T[..., best : best + 1])
     *_, flags = servo.sights[0].image(np.eye(3, 4)[..., None], one)
     in_image = bool((flags == Visibility.IN_IMAGE).all())
-    left = e[:, best]
-    size, length = float(np.abs(left).max()), float(np.linalg.norm(left))
+    errors = e[:, best]
+    size, length = float(np.abs(errors).max()), float(np.linalg.norm(errors))
     return NearestPose(Pose(homogeneous_matrix(one)[0]), size, length, in_image)
 
 
-def _sample_search_starts(sight: CameraTarget, seen: Sequence[Pose], depth: float) -> Array:
-    """Return poses T_c_o (3, 4, B): those that were seen, and from all around."""
+def _sample_search_starts(sight: CameraTarget, known_poses: Sequence[Pose], depth: float) -> Array:
+    """Return poses T_c_o (3, 4, B): the given poses, and random poses around the target."""
     share = RandomNumbers(0, "goal search", np.arange(STARTS)).uniform(6)
     T = np.array(Pose.from_quaternion(np.zeros(3), random_quaternions(share[:, :3])).matrix)
     depths = NEAREST_DEPTH * (FARTHEST_DEPTH / NEAREST_DEPTH) ** share[:, 3] * depth
     aside = LATERAL * (2.0 * share[:, 4:] - 1.0)
     middle = np.concatenate([aside, np.ones((STARTS, 1))], axis=1) * depths[:, None]
     T[:, :3, 3] = middle - T[:, :3, :3] @ sight.target.marks.mean(axis=0)
-    return move_runs_last(np.concatenate([[each.matrix for each in seen], T])[:, :3], 2)
+    return move_runs_last(np.concatenate([[each.matrix for each in known_poses], T])[:, :3], 2)
 
 
 def _minimise_error(servo: ServoController, T: Array) -> tuple[Array, Array]:
-    """Return errors (k, B) where the descents end, in tolerances, and T there."""
+    """Return the errors (k, B) at the end of the descents, in tolerances, and the poses T."""
     e, L = _error_and_interaction(servo, T)
     damping = np.full(T.shape[2], 1e-3)
     for _ in range(ROUNDS):
-        there = _move_camera(T, _levenberg_step(e, L, damping, _mean_depth(servo, T)))
-        e_there, L_there = _error_and_interaction(servo, there)
-        better = np.square(e_there).sum(0) < np.square(e).sum(0)
+        next_T = _move_camera(T, _levenberg_step(e, L, damping, _mean_depth(servo, T)))
+        next_e, next_L = _error_and_interaction(servo, next_T)
+        better = np.square(next_e).sum(0) < np.square(e).sum(0)
         damping = np.clip(np.where(better, damping / 5, damping * 4), 1e-12, 1e12)
-        T = np.where(better, there, T)
-        e, L = np.where(better, e_there, e), np.where(better, L_there, L)
+        T = np.where(better, next_T, T)
+        e, L = np.where(better, next_e, e), np.where(better, next_L, L)
     return e, T
 
 
@@ -91,11 +91,11 @@ def _error_and_interaction(servo: ServoController, T: Array) -> tuple[Array, Arr
     (sight,) = regulated.sights
     depth, pixels, _ = sight.image(np.eye(3, 4)[..., None], T)
     more = {"model": sight.target.marks, "guess_last": np.ascontiguousarray(T)}
-    seen = Observation.of_last(pixels, depth, sight.eye.camera, **more)
-    views_ = [part.at_goal({sight.key: seen}, {}) for part in regulated.parts]
-    each = list(zip(regulated.parts, views_, strict=True))
-    s = np.concatenate([part.measure(view) for part, view in each])
-    L = np.concatenate([part.interaction(view) for part, view in each])
+    observation = Observation.of_last(pixels, depth, sight.eye.camera, **more)
+    views = [part.at_goal({sight.key: observation}, {}) for part in regulated.parts]
+    pairs = list(zip(regulated.parts, views, strict=True))
+    s = np.concatenate([part.measure(view) for part, view in pairs])
+    L = np.concatenate([part.interaction(view) for part, view in pairs])
     scale = (servo.tolerance / servo.tolerances)[:, None]
     e = scale * (s - regulated.s_goal)
     return np.where(np.isfinite(e).all(0), e, np.inf), scale[:, None] * L
@@ -108,15 +108,15 @@ def _mean_depth(servo: ServoController, T: Array) -> Array:
 
 
 def _move_camera(T: Array, V: Array) -> Array:
-    """Return T_c_o after the camera moved by exp(V)."""
-    back, out = np.empty(T.shape), np.empty(T.shape)
-    se3.exp_se3(np.ascontiguousarray(-V), back)
-    se3.compose(back, np.ascontiguousarray(T), out)
-    return out
+    """Return T_c_o after a camera motion exp(V)."""
+    inverse, moved = np.empty(T.shape), np.empty(T.shape)
+    se3.exp_se3(np.ascontiguousarray(-V), inverse)
+    se3.compose(inverse, np.ascontiguousarray(T), moved)
+    return moved
 
 
 def _levenberg_step(e: Array, L: Array, damping: Array, depth: Array) -> Array:
-    """Return steps V (6, B), lengths in depths; zero where there is no finite step."""
+    """Return steps V (6, B), with lengths in depths; zero if there is no finite step."""
     unit = np.ones((6, e.shape[1]))
     unit[:3] = depth
     usable = np.isfinite(e).all(0) & np.isfinite(L).all((0, 1))

@@ -1,4 +1,4 @@
-"""The imperfections of a run: in images, joints, depths and beliefs, and own motions."""
+"""The imperfections of a run: in images, joints, depths and beliefs, and prescribed motions."""
 
 from __future__ import annotations
 
@@ -21,23 +21,23 @@ from robsim.world.imperfections.imperfection import ActiveImperfection, RunFacts
 from robsim.world.motion import Motion
 
 
-def list_imperfections(inquiry: RunAnalysis) -> list[Ablation]:
-    """Return every imperfection of a run, in the order in which they are removed."""
+def list_imperfections(analysis: RunAnalysis) -> list[Ablation]:
+    """Return every imperfection of a run, in the order of their removal."""
     return [
-        *_list_acting_effects("sensing", inquiry),
-        *_list_acting_effects("actuation", inquiry),
-        *list_safety_limits(inquiry),
-        *list_depth_errors(inquiry),
-        *find_false_beliefs(inquiry.case),
-        *list_own_motions(inquiry),
+        *_list_acting_effects("sensing", analysis),
+        *_list_acting_effects("actuation", analysis),
+        *list_safety_limits(analysis),
+        *list_depth_errors(analysis),
+        *find_false_beliefs(analysis.case),
+        *list_own_motions(analysis),
     ]
 
 
-def _list_acting_effects(part: str, inquiry: RunAnalysis) -> Iterator[Ablation]:
+def _list_acting_effects(part: str, analysis: RunAnalysis) -> Iterator[Ablation]:
     """Yield the imperfections of the images or the joints."""
     each: ActiveImperfection[Any]
-    for each in getattr(inquiry.case, part).acting():
-        sentence, evidence = each.effect.stated(_make_run_facts(inquiry))
+    for each in getattr(analysis.case, part).acting():
+        sentence, evidence = each.effect.stated(_make_run_facts(analysis))
 
         def removed(case: Experiment, each: ActiveImperfection[Any] = each) -> Experiment:
             return case.with_(**{part: each.removed(getattr(case, part))})
@@ -45,53 +45,61 @@ def _list_acting_effects(part: str, inquiry: RunAnalysis) -> Iterator[Ablation]:
         yield Ablation(each.field, each.effect.title, sentence, removed, evidence)
 
 
-def _make_run_facts(inquiry: RunAnalysis) -> RunFacts:
-    """Return the facts of a run from which imperfections state their part in it."""
-    case, run = inquiry.case, inquiry.run
-    qd = run["qd"].values[: max(len(inquiry.snapshots) - 1, 1)]
-    moved = run["qd_actual"].values[: len(qd)] if "qd_actual" in run else qd
-    task = inquiry.gain, has_robust_weighting(case.task), inquiry.controller.columns
-    if inquiry.outcome is not Outcome.TIME_LIMIT:
-        return RunFacts(case.dt, *task, qd, moved, "", {})
-    sizes, tolerance = inquiry.errors, inquiry.tolerance
+def _make_run_facts(analysis: RunAnalysis) -> RunFacts:
+    """Return the facts of a run that imperfections need for their statements."""
+    case, run = analysis.case, analysis.run
+    qd = run["qd"].values[: max(len(analysis.snapshots) - 1, 1)]
+    velocities = run["qd_actual"].values[: len(qd)] if "qd_actual" in run else qd
+    task = analysis.gain, has_robust_weighting(case.task), analysis.controller.columns
+    if analysis.outcome is not Outcome.TIME_LIMIT:
+        return RunFacts(case.dt, *task, qd, velocities, "", {})
+    sizes, tolerance = analysis.errors, analysis.tolerance
     floor = float(np.median(sizes[-max(len(sizes) // 3, 1) :]))
     clause = (
-        f": the largest error stays at about {inquiry.size(floor)}, and the tolerance is "
-        f"{inquiry.size(tolerance)}"
+        f": the largest error stays at about {analysis.size(floor)}, and the tolerance is "
+        f"{analysis.size(tolerance)}"
     )
-    return RunFacts(case.dt, *task, qd, moved, clause, {"floor": floor, "tolerance": tolerance})
+    return RunFacts(
+        case.dt, *task, qd, velocities, clause, {"floor": floor, "tolerance": tolerance}
+    )
 
 
-def list_own_motions(inquiry: RunAnalysis) -> Iterator[Ablation]:
-    """Yield the imperfection that robots move on their own, removed by stopping all."""
-    scene = inquiry.case.scene
+def list_own_motions(analysis: RunAnalysis) -> Iterator[Ablation]:
+    """Yield the prescribed motions of robots as one imperfection; its removal stops them all."""
+    scene = analysis.case.scene
     if not scene.motions:
         return
     names = format_list([f"'{motion.robot}'" for motion in scene.motions])
-    drift, gain = _largest_drift(inquiry), inquiry.gain
-    known = any(leaf.feed_forward is not None for leaf in list_servo_tasks(inquiry.case.task))
-    how = "and its feed-forward does not make up for it" if known else "and the law does not know"
+    drift, gain = _largest_drift(analysis), analysis.gain
+    has_feed_forward = any(
+        leaf.feed_forward is not None for leaf in list_servo_tasks(analysis.case.task)
+    )
+    how = (
+        "and its feed-forward does not compensate"
+        if has_feed_forward
+        else "and the law has no feed-forward"
+    )
     sentence = f"{format_moving_robots(scene)}, {how}"
     if np.isfinite(drift / gain):
         sentence += (
-            f": a law of gain {format_number(gain)} per second lags behind by about the drift of the "
-            f"error over the gain, {format_number(drift)} / {format_number(gain)} = "
-            f"{inquiry.size(drift / gain)}"
+            f": a law of gain {format_number(gain)} per second lags behind by about the drift "
+            f"of the error over the gain, {format_number(drift)} / {format_number(gain)} = "
+            f"{analysis.size(drift / gain)}"
         )
-    still = [Motion(m.robot, np.zeros(scene.robot(m.robot).nv)) for m in scene.motions]
+    stopped_motions = [Motion(m.robot, np.zeros(scene.robot(m.robot).nv)) for m in scene.motions]
     evidence = {"drift": drift, "gain": gain, "lag": drift / gain}
 
     def stopped(case: Experiment) -> Experiment:
-        return case.with_(scene=case.scene.replacing(*still))
+        return case.with_(scene=case.scene.replacing(*stopped_motions))
 
-    told = f"{sentence}.", stopped, evidence, f"with {names} standing still"
-    yield Ablation("own motion", "what moves on its own", *told)
+    undone = f"with {names} standing still"
+    yield Ablation("own motion", "the prescribed motion", f"{sentence}.", stopped, evidence, undone)
 
 
-def _largest_drift(inquiry: RunAnalysis) -> float:
-    """Return the largest rate of change of the error by own motions at the end, per second."""
-    case = inquiry.case
-    truth = compute_true_error(case.task, case.scene, inquiry.snapshots[-1].q)
+def _largest_drift(analysis: RunAnalysis) -> float:
+    """Return the largest rate of the error due to prescribed motions at the end, in 1/s."""
+    case = analysis.case
+    truth = compute_true_error(case.task, case.scene, analysis.snapshots[-1].q)
     if truth is None:
         return float("nan")
-    return float(np.abs(truth.rates[0] @ case.scene.drift(inquiry.end)).max())
+    return float(np.abs(truth.rates[0] @ case.scene.drift(analysis.end)).max())

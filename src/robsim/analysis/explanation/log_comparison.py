@@ -1,4 +1,4 @@
-"""What explains a run that was recorded: how the robot differs from the simulator."""
+"""Findings on a recorded run: differences between the robot and its simulation."""
 
 from __future__ import annotations
 
@@ -28,16 +28,16 @@ from robsim.servo.task_controller import TaskController
 if TYPE_CHECKING:
     import xarray as xr
 
-ROUNDING = 1e-9  # of the largest command, below which it is rounding
-WINDOW, FEWEST = 0.05, 25  # seconds and periods over which motion is compared
-LARGE_OFFSET = 1.0  # pixels, by which marks are elsewhere than in the scene
-OLD_IMAGE = 2.0  # periods, beyond which an image is old
+ROUNDING = 1e-9  # share of the largest command below which a difference is rounding
+WINDOW, FEWEST = 0.05, 25  # averaging window of motion, in seconds, and its least periods
+LARGE_OFFSET = 1.0  # rms distance in pixels above which marks differ from the scene
+OLD_IMAGE = 2.0  # age in periods above which an image is old
 K_NAMES = {(0, 0): "fx", (1, 1): "fy", (0, 2): "cx", (1, 2): "cy", (0, 1): "skew"}
 
 
 @dataclass(frozen=True, eq=False)
 class LogComparison:
-    """A recorded run and the experiment that it is held against."""
+    """A recorded run, and the experiment that it is compared with."""
 
     run: xr.Dataset
     case: Experiment
@@ -54,117 +54,130 @@ class LogComparison:
         return not str(self.run.attrs.get("commands", "none")).startswith("none")
 
     def findings(self) -> Iterator[Finding]:
-        """Yield how commands, motion, images and lenses differ from those of the experiment."""
+        """Yield the differences of commands, motion, images and lenses from the experiment."""
         if self.has_commands:
-            yield from self._commands
-            yield from self._motion()
-        yield from self._places()
-        yield from self._lenses()
-        yield from self._ages()
-        yield from self._unseen()
+            yield from self._command_findings
+            yield from self._report_motion()
+        yield from self._report_mark_offsets()
+        yield from self._report_intrinsics()
+        yield from self._report_image_age()
+        yield from self._report_missing_marks()
 
     def remarks(self) -> Iterator[str]:
-        """Yield what is as in the experiment, or not known."""
+        """Yield the quantities that agree with the experiment, or are unknown."""
         if not self.has_commands:
             yield f"Commands were not recorded: {self.run.attrs['commands']}."
-        elif not self._commands:
-            yield "The recorded commands are those of this controller for the same images."
-        if self.has_commands and self._moved is not None and self._moved.is_same:
-            yield f"The joints move as commanded, but for {100 * self._moved.rest:.2g} %."
+        elif not self._command_findings:
+            yield "The recorded commands are the commands of this controller for the same images."
+        if self.has_commands and self._motion_fit is not None and self._motion_fit.is_same:
+            yield f"The joints move as commanded, but for {100 * self._motion_fit.rest:.2g} %."
 
     @cached_property
-    def _commands(self) -> tuple[Finding, ...]:
-        columns, made = recompute_commands(self.run, self.case)
-        told = self.run["qd"].values[:, columns]
-        found = fit_signals(made, told)
-        if found.largest <= ROUNDING * np.abs(made).max(initial=0.0):
+    def _command_findings(self) -> tuple[Finding, ...]:
+        """The difference between the recorded commands and the commands of the controller."""
+        columns, computed = recompute_commands(self.run, self.case)
+        recorded = self.run["qd"].values[:, columns]
+        fit = fit_signals(computed, recorded)
+        if fit.largest <= ROUNDING * np.abs(computed).max(initial=0.0):
             return ()
-        what = "The recorded commands are"
-        of = "those of this controller for the same images and joints"
-        return (Finding("commands", self._followed(found, what, of), asdict(found)),)
+        subject = "The recorded commands are"
+        reference = "the commands of this controller for the same images and joints"
+        return (Finding("commands", self._describe_fit(fit, subject, reference), asdict(fit)),)
 
     @cached_property
-    def _moved(self) -> SignalFit | None:
-        """How the joints follow their commands; None where they do, or it cannot be said.
+    def _motion_fit(self) -> SignalFit | None:
+        """The fit of the joint motion by the commands; None if they agree, or cannot be compared.
 
-        Over windows: the clock of a log may tremble, and held joints then stand still for a period
-        and go twice as far in the next.
+        The signals are averaged over windows: with clock jitter in a log, a joint can stand still
+        for one period and move twice as far in the next.
         """
         run, dt = self.run, self.case.dt
         if run["coordinate"].values.tolist() != run["velocity"].values.tolist():
-            return None  # of a joint whose coordinates do not change by its velocities
-        told, moved = run["qd"].values[:-1], np.diff(run["q"].values, axis=0) / dt
+            return None  # coordinates of some joint are not integrals of its velocities
+        commanded, velocities = run["qd"].values[:-1], np.diff(run["q"].values, axis=0) / dt
         rounding = ROUNDING * np.abs(run["q"].values).max(initial=1.0) / dt
-        if np.abs(moved - told).max(initial=0.0) <= rounding:
+        if np.abs(velocities - commanded).max(initial=0.0) <= rounding:
             return None
         periods = max(FEWEST, math.ceil(WINDOW / dt))
-        return fit_signals(average_window(told, periods), average_window(moved, periods), lags=True)
+        return fit_signals(
+            average_window(commanded, periods), average_window(velocities, periods), lags=True
+        )
 
-    def _motion(self) -> Iterator[Finding]:
-        found = self._moved
-        if found is not None and not found.is_same:
-            what, of = "The joints move with", "the velocities that were commanded"
-            yield Finding("motion", self._followed(found, what, of), asdict(found))
+    def _report_motion(self) -> Iterator[Finding]:
+        """Yield the difference between the joint motion and the commands."""
+        fit = self._motion_fit
+        if fit is not None and not fit.is_same:
+            subject, reference = "The joints move with", "the velocities that were commanded"
+            yield Finding("motion", self._describe_fit(fit, subject, reference), asdict(fit))
 
-    def _followed(self, found: SignalFit, what: str, of: str) -> str:
-        if not found.rest < 0.5:
-            return f"{what} something else than {of}: they differ by up to {format_number(found.largest)}."
-        late = f", {format_count(found.periods, 'period')} late" if found.periods else ""
-        seconds = f" ({format_number(found.periods * self.case.dt)} s)" if found.periods else ""
-        if found.lag:
-            seconds += f", with a lag of {format_number(found.lag * self.case.dt)} s"
-        rest = f"; {100 * found.rest:.2g} % of them is left unexplained"
-        left = rest if found.rest > ROUNDING else ""
-        return f"{what} {format_number(found.scale)} times {of}{late}{seconds}{left}."
+    def _describe_fit(self, fit: SignalFit, subject: str, reference: str) -> str:
+        """Return a sentence on the fit of one signal by another."""
+        if not fit.rest < 0.5:
+            largest = format_number(fit.largest)
+            return f"{subject} other values than {reference}: they differ by up to {largest}."
+        delay = f", {format_count(fit.periods, 'period')} late" if fit.periods else ""
+        seconds = f" ({format_number(fit.periods * self.case.dt)} s)" if fit.periods else ""
+        if fit.lag:
+            seconds += f", with a lag of {format_number(fit.lag * self.case.dt)} s"
+        rest = f"; {100 * fit.rest:.2g} % of them is unexplained"
+        remainder = rest if fit.rest > ROUNDING else ""
+        return f"{subject} {format_number(fit.scale)} times {reference}{delay}{seconds}{remainder}."
 
-    def _places(self) -> Iterator[Finding]:
+    def _report_mark_offsets(self) -> Iterator[Finding]:
+        """Yield the cameras with marks away from their projections in the scene."""
         q, first = move_runs_last(self.run["q"].values, 1), 0
         for sight in self.controller.sights:
             count = len(sight.target.marks)
-            seen = self.run["pixels"].values[:, first : first + count]
+            pixels = self.run["pixels"].values[:, first : first + count]
             first += count
-            away = (seen - np.moveaxis(sight.project(q).pixels, -1, 0)).reshape(-1, 2)
-            away = away[np.isfinite(away).all(axis=1)]
-            rms = float(np.sqrt((away**2).sum(axis=1).mean())) if len(away) else 0.0
+            offsets = (pixels - np.moveaxis(sight.project(q).pixels, -1, 0)).reshape(-1, 2)
+            offsets = offsets[np.isfinite(offsets).all(axis=1)]
+            rms = float(np.sqrt((offsets**2).sum(axis=1).mean())) if len(offsets) else 0.0
             if rms > LARGE_OFFSET:
-                yield _report_mark_offset(sight, rms, away.mean(axis=0))
+                yield _report_mark_offset(sight, rms, offsets.mean(axis=0))
 
-    def _lenses(self) -> Iterator[Finding]:
+    def _report_intrinsics(self) -> Iterator[Finding]:
+        """Yield the cameras with intrinsics that differ between log and scene."""
         for name in dict.fromkeys(sight.eye.name for sight in self.controller.sights):
-            given = self.run.attrs.get(f"{LOG_INTRINSICS}{name}")
-            if given is None:
+            recorded = self.run.attrs.get(f"{LOG_INTRINSICS}{name}")
+            if recorded is None:
                 continue
-            K, own = np.reshape(given, (3, 3)), np.asarray(self.case.scene.camera(name).camera.K)
-            differ = [
-                f"{label} {format_number(K[at])} (in the scene {format_number(own[at])})"
+            K, scene_K = (
+                np.reshape(recorded, (3, 3)),
+                np.asarray(self.case.scene.camera(name).camera.K),
+            )
+            differences = [
+                f"{label} {format_number(K[at])} (in the scene {format_number(scene_K[at])})"
                 for at, label in K_NAMES.items()
-                if abs(K[at] - own[at]) > 1e-6 * own[0, 0]
+                if abs(K[at] - scene_K[at]) > 1e-6 * scene_K[0, 0]
             ]
-            if differ:
-                text = f"In the log, camera '{name}' has {', '.join(differ)}."
+            if differences:
+                text = f"In the log, camera '{name}' has {', '.join(differences)}."
                 yield Finding("intrinsics", text)
 
-    def _ages(self) -> Iterator[Finding]:
+    def _report_image_age(self) -> Iterator[Finding]:
+        """Yield the age of the oldest image if it is old."""
         ages, times = self.run["image_age"].values, self.run["time"].values
         if ages.size and ages.max() > OLD_IMAGE * self.case.dt:
             worst, at = float(ages.max()), float(times[np.argmax(ages.max(axis=1))])
             text = f"The image is up to {format_number(worst)} s old, at {format_number(at)} s."
             yield Finding("old images", text, {"age_s": worst})
 
-    def _unseen(self) -> Iterator[Finding]:
-        lost = np.isnan(self.run["pixels"].values).any(axis=2).mean(axis=0)
-        if lost.size and lost.max() > 0:
-            mark = int(np.argmax(lost))
-            own = self.run["mark_target"].values[:mark].tolist()
+    def _report_missing_marks(self) -> Iterator[Finding]:
+        """Yield the mark that is missing most often."""
+        missing = np.isnan(self.run["pixels"].values).any(axis=2).mean(axis=0)
+        if missing.size and missing.max() > 0:
+            mark = int(np.argmax(missing))
+            targets = self.run["mark_target"].values[:mark].tolist()
             target = str(self.run["mark_target"].values[mark])
             text = (
-                f"Mark {own.count(target)} of '{target}' is not seen for "
-                f"{100 * lost[mark]:.3g} % of the time."
+                f"Mark {targets.count(target)} of '{target}' is not seen for "
+                f"{100 * missing[mark]:.3g} % of the time."
             )
-            yield Finding("unseen marks", text, {"share": float(lost[mark])})
+            yield Finding("unseen marks", text, {"share": float(missing[mark])})
 
-    def what(self) -> str:
-        """Return a sentence that says how the log ended."""
+    def describe_end(self) -> str:
+        """Return a sentence on the end of the log."""
         outcome, end = Outcome(int(self.run["outcome"])), format_time(float(self.run["end_time"]))
         if outcome is Outcome.OUT_OF_IMAGE:
             return f"{end} the log ends, and not all marks are seen."
@@ -180,9 +193,12 @@ class LogComparison:
 
 
 def _report_mark_offset(sight: CameraTarget, rms: float, mean: Array) -> Finding:
+    """Return the finding on marks away from their projections in the scene."""
+    camera, target = sight.eye.name, sight.target.name
+    offset = f"({format_number(mean[0])}, {format_number(mean[1])})"
     text = (
-        f"'{sight.eye.name}' sees the marks of '{sight.target.name}' {format_number(rms)} px from where "
-        f"the scene has them at the recorded joints, on average ({format_number(mean[0])}, "
-        f"{format_number(mean[1])}): the lens, a pose or the target is another, or images are late."
+        f"'{camera}' sees the marks of '{target}' {format_number(rms)} px from their projections in "
+        f"the scene at the recorded joints, on average {offset}: the lens, a pose or the target "
+        "differs, or images are late."
     )
     return Finding("places", text, {"rms_px": rms, "column_px": mean[0], "row_px": mean[1]})

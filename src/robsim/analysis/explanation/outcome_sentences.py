@@ -1,4 +1,4 @@
-"""A sentence on what happened and when, for each outcome of a run."""
+"""A sentence on the end of a run, for each outcome."""
 
 from __future__ import annotations
 
@@ -13,57 +13,61 @@ from robsim.servo.camera_target import CameraTarget
 from robsim.vision.camera import Visibility
 
 
-def describe_run_end(inquiry: RunAnalysis) -> str:
-    """Return a sentence that says how and when the run ended."""
-    return _SENTENCES[inquiry.outcome](inquiry)
+def describe_run_end(analysis: RunAnalysis) -> str:
+    """Return a sentence on how and when the run ended."""
+    return _SENTENCES[analysis.outcome](analysis)
 
 
-def _describe_convergence(inquiry: RunAnalysis) -> str:
-    held = ", at the end of the run, " if inquiry.case.hold else " the run converged: "
-    small = f"every error is below the tolerance of {inquiry.size(inquiry.tolerance)}."
-    return format_time(inquiry.end) + held + small
+def _describe_convergence(analysis: RunAnalysis) -> str:
+    held = ", at the end of the run, " if analysis.case.hold else " the run converged: "
+    small = f"every error is below the tolerance of {analysis.size(analysis.tolerance)}."
+    return format_time(analysis.end) + held + small
 
 
-def _describe_local_minimum(inquiry: RunAnalysis) -> str:
+def _describe_local_minimum(analysis: RunAnalysis) -> str:
     return (
-        f"{format_time(inquiry.end)} the robot stands still: no motion is commanded although the "
-        f"largest error is {inquiry.size(inquiry.errors[-1])}, and the tolerance "
-        f"{inquiry.size(inquiry.tolerance)}."
+        f"{format_time(analysis.end)} the robot stands still: no motion is commanded although the "
+        f"largest error is {analysis.size(analysis.errors[-1])}, and the tolerance "
+        f"{analysis.size(analysis.tolerance)}."
     )
 
 
-def _describe_singularity(inquiry: RunAnalysis) -> str:
-    controller = inquiry.controller
-    rank = int(inquiry.value("rank_task_jacobian"))
+def _describe_singularity(analysis: RunAnalysis) -> str:
+    controller = analysis.controller
+    rank = int(analysis.value("rank_task_jacobian"))
     return (
-        f"{format_time(inquiry.end)} the robot stands still in a singularity: L J has rank {rank}, and "
-        f"{controller.full_rank} at the goal; the largest error is "
-        f"{inquiry.size(inquiry.errors[-1])}."
+        f"{format_time(analysis.end)} the robot stands still in a singularity: L J has rank "
+        f"{rank}, and {controller.full_rank} at the goal; the largest error is "
+        f"{analysis.size(analysis.errors[-1])}."
     )
 
 
-def _describe_out_of_image(inquiry: RunAnalysis) -> str:
-    if inquiry.controller.excused:
-        return f"{format_time(inquiry.end)} too few marks are left to command: {describe_marks_in_use(inquiry)}."
-    sight, mark, place = find_lost_mark(inquiry, Visibility.OUT_OF_IMAGE)
+def _describe_out_of_image(analysis: RunAnalysis) -> str:
+    if analysis.controller.excused:
+        marks = describe_marks_in_use(analysis)
+        return f"{format_time(analysis.end)} too few marks are left for a command: {marks}."
+    sight, mark, place = find_lost_mark(analysis, Visibility.OUT_OF_IMAGE)
     side = _name_image_side(sight, place)
     return (
-        f"{format_time(inquiry.end)} mark {mark} of '{sight.target.name}' left the image of "
+        f"{format_time(analysis.end)} mark {mark} of '{sight.target.name}' left the image of "
         f"'{sight.eye.name}' {side}, at pixel {format_pixel(place)}."
     )
 
 
-def describe_marks_in_use(inquiry: RunAnalysis, t: int = -1) -> str:
-    """Return how many marks are in the image at an instant, and of what rank L J is."""
-    controller = inquiry.controller
-    marks, rank = (int(inquiry.value(each, t)) for each in ("marks_in_image", "rank_task_jacobian"))
+def describe_marks_in_use(analysis: RunAnalysis, t: int = -1) -> str:
+    """Return the number of marks in the image at an instant, and the rank of L J."""
+    controller = analysis.controller
+    marks, rank = (
+        int(analysis.value(each, t)) for each in ("marks_in_image", "rank_task_jacobian")
+    )
     return (
-        f"{marks} of {controller.marks} are in the image, and L J of those that count has rank "
+        f"{marks} of {controller.marks} are in the image, and L J of the counted marks has rank "
         f"{rank}, and {controller.full_rank} at the goal"
     )
 
 
 def _name_image_side(sight: CameraTarget, place: np.ndarray) -> str:
+    """Return the side of the image that a pixel is beyond."""
     (left, right), (top, bottom) = sight.eye.camera.border
     sides = {
         "on the left": place[0] < left,
@@ -71,19 +75,20 @@ def _name_image_side(sight: CameraTarget, place: np.ndarray) -> str:
         "at the top": place[1] < top,
         "at the bottom": place[1] >= bottom,
     }
-    out = [side for side, beyond in sides.items() if beyond]
-    return " and ".join(out) or "where its lens bends light no more"
+    names = [side for side, beyond in sides.items() if beyond]
+    return " and ".join(names) or "beyond the range of its lens model"
 
 
-def _describe_behind_camera(inquiry: RunAnalysis) -> str:
-    sight, mark, _ = find_lost_mark(inquiry, Visibility.BEHIND_CAMERA)
-    return f"{format_time(inquiry.end)} mark {mark} of '{sight.target.name}' came behind '{sight.eye.name}'."
+def _describe_behind_camera(analysis: RunAnalysis) -> str:
+    sight, mark, _ = find_lost_mark(analysis, Visibility.BEHIND_CAMERA)
+    target, camera = sight.target.name, sight.eye.name
+    return f"{format_time(analysis.end)} mark {mark} of '{target}' came behind '{camera}'."
 
 
-def find_lost_mark(inquiry: RunAnalysis, flag: Visibility) -> tuple[CameraTarget, int, np.ndarray]:
-    """Return the sight and the mark that is lost at the end, and its pixel."""
-    projections = inquiry.snapshots[-1].projections
-    for sight in inquiry.controller.sights:
+def find_lost_mark(analysis: RunAnalysis, flag: Visibility) -> tuple[CameraTarget, int, np.ndarray]:
+    """Return the camera-target pair and the mark that is lost at the end, and its pixel."""
+    projections = analysis.snapshots[-1].projections
+    for sight in analysis.controller.sights:
         gone = np.flatnonzero(projections[sight.key].visibility[:, 0] == flag)
         if gone.size:
             mark = int(gone[0])
@@ -91,52 +96,53 @@ def find_lost_mark(inquiry: RunAnalysis, flag: Visibility) -> tuple[CameraTarget
     raise AssertionError(f"no mark is {flag.name}")
 
 
-def _describe_joint_limit(inquiry: RunAnalysis) -> str:
-    name, side, limit, unit, speed = find_passed_limit(inquiry)
+def _describe_joint_limit(analysis: RunAnalysis) -> str:
+    name, side, limit, unit, speed = find_passed_limit(analysis)
     return (
-        f"{format_time(inquiry.end)} {name} passed its {side} limit of {_format_limit_value(limit, unit)}, at "
-        f"{_format_limit_value(speed, unit)} per second."
+        f"{format_time(analysis.end)} {name} passed its {side} limit of "
+        f"{_format_limit_value(limit, unit)}, at {_format_limit_value(speed, unit)} per second."
     )
 
 
-def find_passed_limit(inquiry: RunAnalysis) -> tuple[str, str, float, str, float]:
-    """Return the coordinate beyond a limit: its name, the side, the limit, unit and speed."""
-    scene, last = inquiry.case.scene, inquiry.snapshots[-1]
+def find_passed_limit(analysis: RunAnalysis) -> tuple[str, str, float, str, float]:
+    """Return the coordinate beyond a limit: its name, side, limit, unit and speed."""
+    scene, last = analysis.case.scene, analysis.snapshots[-1]
     q, limits = last.q[:, 0], scene.limits
     below, above = limits[:, 0] - q, q - limits[:, 1]
     i = int(np.maximum(below, above).argmax())
     high = bool(above[i] > below[i])
-    before = inquiry.snapshots[max(len(inquiry.snapshots) - 2, 0)].q[:, 0]
-    speed = abs(float(q[i] - before[i])) / inquiry.case.dt
+    before = analysis.snapshots[max(len(analysis.snapshots) - 2, 0)].q[:, 0]
+    speed = abs(float(q[i] - before[i])) / analysis.case.dt
     side = "upper" if high else "lower"
     name, unit = scene.coordinate_names[i], scene.coordinate_units[i]
     return f"joint '{name}'", side, float(limits[i, int(high)]), unit, speed
 
 
 def _format_limit_value(value: float, unit: str) -> str:
+    """Return a coordinate with its unit, angles in degrees."""
     return f"{np.degrees(value):.4g} degrees" if unit == "rad" else f"{format_number(value)} {unit}"
 
 
-def _describe_divergence(inquiry: RunAnalysis) -> str:
-    depths = inquiry.depths
+def _describe_divergence(analysis: RunAnalysis) -> str:
+    depths = analysis.depths
     if depths[-1] > 10 * depths[0]:
         return (
-            f"{format_time(inquiry.end)} the run diverged: the marks are {format_number(depths[-1])} m away, "
-            f"and were {format_number(depths[0])} m away at the start."
+            f"{format_time(analysis.end)} the run diverged: the depth of the marks is "
+            f"{format_number(depths[-1])} m, and was {format_number(depths[0])} m at the start."
         )
     return (
-        f"{format_time(inquiry.end)} the run diverged: the largest error grew from "
-        f"{inquiry.size(inquiry.errors[0])} to {inquiry.size(inquiry.errors[-1])}."
+        f"{format_time(analysis.end)} the run diverged: the largest error grew from "
+        f"{analysis.size(analysis.errors[0])} to {analysis.size(analysis.errors[-1])}."
     )
 
 
-def _describe_not_finite(inquiry: RunAnalysis) -> str:
-    return f"{format_time(inquiry.end)} {name_not_finite(inquiry)} was not finite any more."
+def _describe_not_finite(analysis: RunAnalysis) -> str:
+    return f"{format_time(analysis.end)} {name_not_finite(analysis)} was not finite any more."
 
 
-def name_not_finite(inquiry: RunAnalysis) -> str:
-    """Return which quantity is not finite at the end."""
-    last = inquiry.snapshots[-1]
+def name_not_finite(analysis: RunAnalysis) -> str:
+    """Return the name of the quantity that is not finite at the end."""
+    last = analysis.snapshots[-1]
     if not np.isfinite(last.q).all():
         return "the state"
     if not np.isfinite(last.command.error).all():
@@ -144,40 +150,41 @@ def name_not_finite(inquiry: RunAnalysis) -> str:
     return "the command"
 
 
-def _describe_time_limit(inquiry: RunAnalysis) -> str:
-    size = inquiry.size(inquiry.errors[-1])
+def _describe_time_limit(analysis: RunAnalysis) -> str:
+    size = analysis.size(analysis.errors[-1])
     return (
-        f"{format_time(inquiry.end)} the time was over: the largest error is {size} and "
-        f"{_describe_trend(inquiry)}; the tolerance is {inquiry.size(inquiry.tolerance)}."
+        f"{format_time(analysis.end)} the time was over: the largest error is {size} and "
+        f"{_describe_trend(analysis)}; the tolerance is {analysis.size(analysis.tolerance)}."
     )
 
 
-def _describe_trend(inquiry: RunAnalysis) -> str:
-    """Return how the error behaves in the last third of the run."""
-    low, high = float(inquiry.late_errors.min()), float(inquiry.late_errors.max())
-    if inquiry.falls:
-        return f"falls by {format_number(100 * (1 - np.exp(-inquiry.decay)))} percent per second"
+def _describe_trend(analysis: RunAnalysis) -> str:
+    """Return the trend of the error in the last third of the run."""
+    low, high = float(analysis.late_errors.min()), float(analysis.late_errors.max())
+    if analysis.is_falling:
+        return f"falls by {format_number(100 * (1 - np.exp(-analysis.decay)))} percent per second"
     if high < 1.02 * low:
         return "does not change any more"
-    return f"goes up and down between {inquiry.size(low)} and {inquiry.size(high)}"
+    return f"goes up and down between {analysis.size(low)} and {analysis.size(high)}"
 
 
-def _describe_stop(inquiry: RunAnalysis) -> str:
-    return _describe_final_error(inquiry, "the run was stopped by the user")
+def _describe_stop(analysis: RunAnalysis) -> str:
+    return _describe_final_error(analysis, "the run was stopped by the user")
 
 
-def _describe_final_error(inquiry: RunAnalysis, why: str) -> str:
-    """Return a sentence on a run that was ended, and its error then."""
+def _describe_final_error(analysis: RunAnalysis, why: str) -> str:
+    """Return a sentence on a run that was ended, with its final error."""
     return (
-        f"{format_time(inquiry.end)} {why}; the largest error was {inquiry.size(inquiry.errors[-1])} "
-        f"then, and the tolerance is {inquiry.size(inquiry.tolerance)}."
+        f"{format_time(analysis.end)} {why}; the largest error was "
+        f"{analysis.size(analysis.errors[-1])} then, and the tolerance is "
+        f"{analysis.size(analysis.tolerance)}."
     )
 
 
-def _describe_reached_ending(inquiry: RunAnalysis) -> str:
-    loop = inquiry.loop
+def _describe_reached_ending(analysis: RunAnalysis) -> str:
+    loop = analysis.loop
     ending = loop.endings[int(loop.recorder.ending[0])]
-    return _describe_final_error(inquiry, f"the run ended since {ending!r} held")
+    return _describe_final_error(analysis, f"the run ended because {ending!r} held")
 
 
 _SENTENCES: dict[Outcome, Callable[[RunAnalysis], str]] = {

@@ -1,4 +1,4 @@
-"""Reasons for an outcome that are read from the diagnosis, rather than found by removal."""
+"""Causes of an outcome that follow from the diagnosis, without trial runs."""
 
 from __future__ import annotations
 
@@ -41,25 +41,25 @@ from robsim.engine.outcome import Outcome
 ReasonReporter = Callable[[RunAnalysis], Finding | None]
 
 
-def generate_reasons(inquiry: RunAnalysis) -> Iterator[Finding]:
+def generate_reasons(analysis: RunAnalysis) -> Iterator[Finding]:
     """Yield the findings for the run's outcome, most important first."""
-    start = report_blind_start(inquiry) if inquiry.outcome in _TARGET_LOST else None
+    start = report_blind_start(analysis) if analysis.outcome in _TARGET_LOST else None
     if start:
         yield start
         return
-    unreachable = report_unreachable_goal(inquiry) if inquiry.outcome in _UNREACHED else None
+    unreachable = report_unreachable_goal(analysis) if analysis.outcome in _UNREACHED else None
     if unreachable:
         yield unreachable
         return
-    for reason in _REASONS[inquiry.outcome]:
-        finding = reason(inquiry)
+    for reason in _REASONS[analysis.outcome]:
+        finding = reason(analysis)
         if finding:
             yield finding
             if "converges_after_s" in finding.evidence:
-                return  # nothing else stands in the way
+                return  # there is no other obstacle
 
 
-_UNREACHED = (Outcome.LOCAL_MINIMUM, Outcome.TIME_LIMIT)  # as all end that cannot arrive
+_UNREACHED = (Outcome.LOCAL_MINIMUM, Outcome.TIME_LIMIT)  # outcomes of runs to an unreachable goal
 _TARGET_LOST = (Outcome.OUT_OF_IMAGE, Outcome.BEHIND_CAMERA)
 _COMMON_REASONS = (
     report_loop_gain,

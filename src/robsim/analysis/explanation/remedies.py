@@ -1,4 +1,4 @@
-"""Advice: changes of gain, L, law or image with which the same run converges."""
+"""Advice: changes of gain, L, law or image that let the same run converge."""
 
 from __future__ import annotations
 
@@ -26,150 +26,155 @@ from robsim.servo.tasks.docking_task import Docking
 from robsim.servo.tasks.schemes import IBVS, PBVS
 from robsim.servo.tasks.task import ServoTask
 
-MOST_REMEDIES = 3  # pieces of advice
+MOST_REMEDIES = 3  # most pieces of advice
 LOWER_GAINS = {0.5: "half", 0.25: "a quarter of", 0.1: "a tenth of"}  # factors of the gain
 HIGHER_GAINS = {2.0: "twice", 4.0: "four times", 10.0: "ten times"}
-OVERSHOOT = 1.0  # gain times period above which the loop overshoots
+OVERSHOOT = 1.0  # product of gain and period above which the loop overshoots
 
-Proposal = tuple[str, str, Experiment | None]  # what it is about, with what, and the case
+Proposal = tuple[str, str, Experiment | None]  # subject, phrase such as "With L mean", and case
 ProposalSource = Callable[[RunAnalysis], Iterator[Proposal]]
-NEAR_SHARE = 0.5  # share of the distance without robust weights below which they are advised
+NEAR_SHARE = 0.5  # largest ratio of the distances with and without advised robust weights
 
 
-def find_remedies(inquiry: RunAnalysis) -> list[Finding]:
-    """Return the first few changes with which the run converges, or stays nearer its goal."""
-    found = list(propose_robust_weighting(inquiry)) if inquiry.outcome is Outcome.TIME_LIMIT else []
-    for remedy in _REMEDIES[inquiry.outcome]:
-        for about, how, case in remedy(inquiry):
-            trial = run_trial(case) if case is not None and len(found) < MOST_REMEDIES else None
+def find_remedies(analysis: RunAnalysis) -> list[Finding]:
+    """Return the first few changes that let the run converge, or bring it nearer to its goal."""
+    advice = (
+        list(propose_robust_weighting(analysis)) if analysis.outcome is Outcome.TIME_LIMIT else []
+    )
+    for remedy in _REMEDIES[analysis.outcome]:
+        for about, how, case in remedy(analysis):
+            trial = run_trial(case) if case is not None and len(advice) < MOST_REMEDIES else None
             if trial is not None and trial.converged:
-                sentence = f"{how} the same start {trial.ending}."
+                sentence = f"{how} the same start {trial.clause}."
                 evidence = {"converges_after_s": trial.end_time}
-                found.append(Finding(about, sentence, evidence))
+                advice.append(Finding(about, sentence, evidence))
                 if remedy in (propose_lower_gain, propose_higher_gain):
                     break
-    return found
+    return advice
 
 
-def propose_interaction(inquiry: RunAnalysis) -> Iterator[Proposal]:
+def propose_interaction(analysis: RunAnalysis) -> Iterator[Proposal]:
     """Yield the case with each other named choice of L."""
-    given = [leaf.interaction for leaf in list_servo_tasks(inquiry.case.task)]
-    used = {which if isinstance(which, str) else "" for which in given}
+    choices = [leaf.interaction for leaf in list_servo_tasks(analysis.case.task)]
+    used = {which if isinstance(which, str) else "" for which in choices}
     if len(used) != 1:
         return
     for which in ("mean", "desired", "current"):
         if which not in used:
-            case = counterfactuals.replace_task_fields(inquiry.patient, interaction=which)
+            case = counterfactuals.replace_task_fields(analysis.extended_case, interaction=which)
             yield "interaction", f"With L {which}", case
 
 
-def propose_law(inquiry: RunAnalysis) -> Iterator[Proposal]:
+def propose_law(analysis: RunAnalysis) -> Iterator[Proposal]:
     """Yield the case with the other law."""
-    servo = inquiry.servo
+    servo = analysis.servo
     used = LAWS.name_of(servo.law) if servo else None
     for which in {"joint", "camera"} - {used} if used in ("joint", "camera") else ():
         case = counterfactuals.replace_task_fields(
-            inquiry.case if inquiry.falls else inquiry.patient, law=which
+            analysis.case if analysis.is_falling else analysis.extended_case, law=which
         )
         yield "law", f"With law '{which}'", case
 
 
-def propose_scheme(inquiry: RunAnalysis) -> Iterator[Proposal]:
+def propose_scheme(analysis: RunAnalysis) -> Iterator[Proposal]:
     """Yield the case with image-based instead of position-based servoing, or vice versa.
 
     For a unicycle, docking is yielded as well.
     """
-    task = inquiry.case.task
+    task = analysis.case.task
     others: dict[type, tuple[type[ServoTask], ...]] = {IBVS: (PBVS, Docking), PBVS: (IBVS, Docking)}
-    kept = ("goal", "camera", "target", "gain", "belief", "joints")
+    names = ("goal", "camera", "target", "gain", "belief", "joints")
     for other in others.get(type(task), ()):
-        given = {name: getattr(task, name) for name in kept}
-        with suppress(InputError):  # of a goal, say, that this scheme cannot have
-            case = inquiry.patient.with_(task=other(**given))
+        shared = {name: getattr(task, name) for name in names}
+        with suppress(InputError):  # such as a goal that this scheme does not support
+            case = analysis.extended_case.with_(task=other(**shared))
             yield other.__name__, f"With {other.__name__}", case
 
 
-def propose_inverse(inquiry: RunAnalysis) -> Iterator[Proposal]:
+def propose_inverse(analysis: RunAnalysis) -> Iterator[Proposal]:
     """Yield the case with a damped inverse in a singularity, else with a pseudo-inverse."""
-    used = INVERSES.name_of(inquiry.servo.inverse) if inquiry.servo else None
-    other = "damped" if inquiry.outcome is Outcome.SINGULAR else "pseudo_inverse"
+    used = INVERSES.name_of(analysis.servo.inverse) if analysis.servo else None
+    other = "damped" if analysis.outcome is Outcome.SINGULAR else "pseudo_inverse"
     if used and used != other:
-        case = counterfactuals.replace_task_fields(inquiry.patient, inverse=other)
+        case = counterfactuals.replace_task_fields(analysis.extended_case, inverse=other)
         yield "inverse", f"With inverse='{other}'", case
 
 
-def propose_no_speed_limit(inquiry: RunAnalysis) -> Iterator[Proposal]:
+def propose_no_speed_limit(analysis: RunAnalysis) -> Iterator[Proposal]:
     """Yield the case without its speed limit."""
-    if any(leaf.limit for leaf in list_servo_tasks(inquiry.case.task)):
-        case = counterfactuals.replace_task_fields(inquiry.case, limit=None)
+    if any(leaf.limit for leaf in list_servo_tasks(analysis.case.task)):
+        case = counterfactuals.replace_task_fields(analysis.case, limit=None)
         yield "limit", "Without its speed limit", case
 
 
-def propose_lower_gain(inquiry: RunAnalysis) -> Iterator[Proposal]:
+def propose_lower_gain(analysis: RunAnalysis) -> Iterator[Proposal]:
     """Yield the case with half, a quarter and a tenth of the gain, unless time is short."""
-    if not (inquiry.outcome is Outcome.TIME_LIMIT and inquiry.falls):
+    if not (analysis.outcome is Outcome.TIME_LIMIT and analysis.is_falling):
         for factor, word in LOWER_GAINS.items():
-            yield _propose_gain(inquiry, inquiry.patient, factor, word)
+            yield _propose_gain(analysis, analysis.extended_case, factor, word)
 
 
-def propose_higher_gain(inquiry: RunAnalysis) -> Iterator[Proposal]:
+def propose_higher_gain(analysis: RunAnalysis) -> Iterator[Proposal]:
     """Yield the case with two, four and ten times the gain, in the same time."""
     for factor, word in HIGHER_GAINS.items():
-        if factor * inquiry.gain * inquiry.case.dt < OVERSHOOT:
-            yield _propose_gain(inquiry, inquiry.case, factor, word)
+        if factor * analysis.gain * analysis.case.dt < OVERSHOOT:
+            yield _propose_gain(analysis, analysis.case, factor, word)
 
 
-def _propose_gain(inquiry: RunAnalysis, case: Experiment, factor: float, word: str) -> Proposal:
-    how = f"With {word} the gain ({format_number(factor * inquiry.gain)} per second)"
+def _propose_gain(analysis: RunAnalysis, case: Experiment, factor: float, word: str) -> Proposal:
+    """Return the case with its gain times a factor."""
+    how = f"With {word} the gain ({format_number(factor * analysis.gain)} per second)"
     return "gain", how, counterfactuals.scale_gain(case, factor)
 
 
-def propose_larger_image(inquiry: RunAnalysis) -> Iterator[Proposal]:
-    """Yield the case with a larger image."""
-    case = counterfactuals.enlarge_images(inquiry.patient)
+def propose_larger_image(analysis: RunAnalysis) -> Iterator[Proposal]:
+    """Yield the case with larger images."""
+    case = counterfactuals.enlarge_images(analysis.extended_case)
     yield "image", "With an image twice as wide and high", case
 
 
-def propose_border_weighting(inquiry: RunAnalysis) -> Iterator[Proposal]:
-    """Yield the case in which marks may leave the image, unless they may already."""
-    if not inquiry.controller.excused:
-        case = counterfactuals.replace_task_fields(inquiry.patient, weighting="border")
+def propose_border_weighting(analysis: RunAnalysis) -> Iterator[Proposal]:
+    """Yield the case with weighting="border", unless marks may leave the image already."""
+    if not analysis.controller.excused:
+        case = counterfactuals.replace_task_fields(analysis.extended_case, weighting="border")
         yield "weighting", "With weighting='border'", case
 
 
-def propose_limit_avoidance(inquiry: RunAnalysis) -> Iterator[Proposal]:
+def propose_limit_avoidance(analysis: RunAnalysis) -> Iterator[Proposal]:
     """Yield the case with limit avoidance, if the robot is redundant."""
-    controller = inquiry.controller
+    controller = analysis.controller
     if controller.columns.size > controller.full_rank:
-        case = counterfactuals.replace_task_fields(inquiry.patient, secondary=AvoidLimits())
+        case = counterfactuals.replace_task_fields(analysis.extended_case, secondary=AvoidLimits())
         yield "secondary", "With secondary=AvoidLimits()", case
 
 
-def propose_more_time(inquiry: RunAnalysis) -> Iterator[Proposal]:
+def propose_more_time(analysis: RunAnalysis) -> Iterator[Proposal]:
     """Yield the case with more time, if the error still falls."""
-    if inquiry.falls:
-        yield "duration", "Given more time", inquiry.patient
+    if analysis.is_falling:
+        yield "duration", "Given more time", analysis.extended_case
 
 
-def propose_feed_forward(inquiry: RunAnalysis) -> Iterator[Proposal]:
-    """Yield the case with feed-forward, if something moves on its own."""
-    if not inquiry.case.scene.motions:
+def propose_feed_forward(analysis: RunAnalysis) -> Iterator[Proposal]:
+    """Yield the case with feed-forward, if the scene has prescribed motions."""
+    if not analysis.case.scene.motions:
         return
     for which in ("known", "estimated"):
-        case = counterfactuals.replace_task_fields(inquiry.case, feed_forward=which)
+        case = counterfactuals.replace_task_fields(analysis.case, feed_forward=which)
         yield "feed_forward", f"With feed_forward='{which}'", case
 
 
-def propose_tolerance(inquiry: RunAnalysis) -> Iterator[Proposal]:
+def propose_tolerance(analysis: RunAnalysis) -> Iterator[Proposal]:
     """Yield the case with a tolerance above the final error."""
-    if inquiry.falls:
+    if analysis.is_falling:
         return
-    third = inquiry.errors[-max(len(inquiry.errors) // 3, 1) :]
-    wanted = float(f"{1.5 * float(np.median(third)):.2g}")
-    own = inquiry.controller.tolerances
-    if (own == own[0]).all() and inquiry.tolerance < wanted < 0.2 * inquiry.errors[0]:
-        case = counterfactuals.replace_task_fields(inquiry.case, tolerance=wanted)
-        yield "tolerance", f"With a tolerance of {inquiry.size(wanted)}", case
+    third = analysis.errors[-max(len(analysis.errors) // 3, 1) :]
+    larger = float(f"{1.5 * float(np.median(third)):.2g}")
+    tolerances = analysis.controller.tolerances
+    if (tolerances == tolerances[0]).all() and analysis.tolerance < larger < 0.2 * analysis.errors[
+        0
+    ]:
+        case = counterfactuals.replace_task_fields(analysis.case, tolerance=larger)
+        yield "tolerance", f"With a tolerance of {analysis.size(larger)}", case
 
 
 _REMEDIES: dict[Outcome, tuple[ProposalSource, ...]] = {
@@ -217,37 +222,39 @@ _REMEDIES: dict[Outcome, tuple[ProposalSource, ...]] = {
 }
 
 
-def propose_robust_weighting(inquiry: RunAnalysis) -> Iterator[Finding]:
-    """Yield the advice to weigh robustly, if marks lie, none is weighed so, and it helps.
+def propose_robust_weighting(analysis: RunAnalysis) -> Iterator[Finding]:
+    """Yield robust weighting as advice, if there are outliers, no robust weights yet, and it helps.
 
-    It helps if the run converges then. Where noise lets no run converge, it helps if the mean
-    distance to the goal over the second half is less than half of what it was.
+    It helps if the run converges with it. If noise prevents convergence, it helps if it reduces the
+    mean distance to the goal over the second half of the run to less than half.
     """
     q: list[Array] = []
     case = (
-        counterfactuals.add_robust_weighting(inquiry.case) if _has_outliers(inquiry.case) else None
+        counterfactuals.add_robust_weighting(analysis.case)
+        if _has_outliers(analysis.case)
+        else None
     )
     trial = run_trial(case, lambda snapshot, _: q.append(snapshot.q)) if case is not None else None
     if trial is None:
         return
-    others = any(leaf.weighting for leaf in list_servo_tasks(inquiry.case.task))
-    how = f"With weighting='tukey'{' beside what it has' * others}"
+    others = any(leaf.weighting for leaf in list_servo_tasks(analysis.case.task))
+    how = f"With weighting='tukey'{' beside the present weighting' * others}"
     if trial.converged:
-        sentence = f"{how} the same start {trial.ending}."
+        sentence = f"{how} the same start {trial.clause}."
         yield Finding("weighting", sentence, {"converges_after_s": trial.end_time})
         return
-    was = _mean_goal_distance(inquiry.loop, [snapshot.q for snapshot in inquiry.snapshots])
+    was = _mean_goal_distance(analysis.loop, [snapshot.q for snapshot in analysis.snapshots])
     now = _mean_goal_distance(trial.loop, q)
-    if trial.outcome is inquiry.outcome and now < NEAR_SHARE * was:
+    if trial.outcome is analysis.outcome and now < NEAR_SHARE * was:
         sentence = (
-            f"{how} the same run ends {format_length(now)} off its goal instead of {format_length(was)} (means "
-            "over its second half)."
+            f"{how} the same run ends {format_length(now)} off its goal instead of "
+            f"{format_length(was)} (means over its second half)."
         )
         yield Finding("weighting", sentence, {"off_m": now, "was_off_m": was})
 
 
 def _has_outliers(case: Experiment) -> bool:
-    """Return whether marks lie that nothing weighs robustly."""
+    """Return whether the images have outliers and no weighting is robust."""
     effects = [each.effect for each in case.sensing.acting()]
     strays = any(effect.deviation(True) < effect.deviation(False) for effect in effects)
     return strays and not has_robust_weighting(case.task)

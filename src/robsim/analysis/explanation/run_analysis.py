@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class RunAnalysis(Resimulation):
-    """A repeated run, and whether it may be repeated with changes."""
+    """A resimulated run, and whether trial runs with changes are allowed."""
 
     trials: bool
 
@@ -48,24 +48,24 @@ class RunAnalysis(Resimulation):
 
     @property
     def servo(self) -> ServoController | None:
-        """The controller; None unless it is that of one servo task."""
+        """The controller of a single servo task; None for other tasks."""
         return self.controller if isinstance(self.controller, ServoController) else None
 
     @cached_property
     def gain(self) -> float:
-        """The largest gain of the task, per second; NaN for a user's own kind of task."""
+        """The largest gain of the task in 1/s; NaN for a user-defined kind of task."""
         gains = [leaf.gain for leaf in list_servo_tasks(self.case.task)]
         numbers = (each.at_zero if isinstance(each, AdaptiveGain) else each for each in gains)
         return max(numbers, default=math.nan)
 
     @property
     def last(self) -> LawInput | None:
-        """What the last command is based on; None unless the run is of one servo task."""
+        """The basis of the last command; None unless the run has a single servo task."""
         basis = self.decisions[-1].basis
         return basis if isinstance(basis, LawInput) else None
 
-    def last_under(self, law: type[Law]) -> LawInput | None:
-        """Return what the last command is based on, if it follows from exactly this kind of law."""
+    def last_basis_under(self, law: type[Law]) -> LawInput | None:
+        """Return the basis of the last command if the law has exactly this type, else None."""
         return self.last if self.servo and type(self.servo.law) is law else None
 
     @cached_property
@@ -76,7 +76,7 @@ class RunAnalysis(Resimulation):
 
     @property
     def late_errors(self) -> Array:
-        """The errors of the last third of the run, of three instants at least."""
+        """The errors of the last third of the run, at least three instants."""
         return self.errors[-max(len(self.errors) // 3, 3) :]
 
     @cached_property
@@ -92,18 +92,18 @@ class RunAnalysis(Resimulation):
 
     @cached_property
     def goal_pose(self) -> Pose | None:
-        """The intended pose T_c_o at the goal; None where the goal is made of numbers."""
+        """The intended pose T_c_o at the goal; None for a goal given as numbers."""
         T = end_variables.get_camera_goal(self.controller)
         return None if T is None else Pose(homogeneous_matrix(T)[0])
 
     @cached_property
     def nearest(self) -> NearestPose | None:
-        """The pose whose features are nearest to those of a goal that is given as numbers."""
-        seen = [compute_target_pose(self.sight, self.snapshots[i].q)[0] for i in (0, -1)]
-        return None if self.servo is None else find_nearest_pose(self.servo, seen, self.depths[0])
+        """The pose with the features nearest to a goal given as numbers; None for other goals."""
+        poses = [compute_target_pose(self.sight, self.snapshots[i].q)[0] for i in (0, -1)]
+        return None if self.servo is None else find_nearest_pose(self.servo, poses, self.depths[0])
 
     @cached_property
-    def turn(self) -> Array | None:
+    def start_rotation(self) -> Array | None:
         """The rotation vector (3,) from the goal to the start, in camera axes."""
         if self.goal_pose is None:
             return None
@@ -113,7 +113,7 @@ class RunAnalysis(Resimulation):
 
     @property
     def end(self) -> float:
-        """The time in seconds at which the run ended."""
+        """The duration of the run in seconds."""
         return (len(self.snapshots) - 1) * self.case.dt
 
     @property
@@ -126,16 +126,16 @@ class RunAnalysis(Resimulation):
         return float(self.diagnosis[name].values[t])
 
     def trial(self, change: ExperimentChange) -> AblationTrial | None:
-        """Run the case with a change and enough time; None without trials."""
-        return run_trial(change(self.patient)) if self.trials else None
+        """Simulate the case with a change and enough time; return None without trials."""
+        return run_trial(change(self.extended_case)) if self.trials else None
 
     @property
-    def patient(self) -> Experiment:
+    def extended_case(self) -> Experiment:
         """The case with a longer duration, estimated from the decay of the error."""
-        return extend_duration(self.case, self.arrival / self.end if self.end else 0.0)
+        return extend_duration(self.case, self.arrival_time / self.end if self.end else 0.0)
 
     @property
-    def falls(self) -> bool:
+    def is_falling(self) -> bool:
         """Whether the error is still falling at the end."""
         third = self.late_errors
         if self.decay > 0.2 * self.gain and (np.diff(third) < 0).all():
@@ -143,17 +143,17 @@ class RunAnalysis(Resimulation):
         return self.decay * len(third) * self.case.dt > 0.05 and bool(third[-1] < 1.2 * third.min())
 
     @property
-    def arrival(self) -> float:
-        """The time in seconds at which the error would fall below the tolerance; or NaN."""
+    def arrival_time(self) -> float:
+        """The estimated time in seconds until the error is below the tolerance; or NaN."""
         size = self.errors[-1]
         if not self.decay > 0 or not size > self.tolerance:
             return math.nan
         return self.end + float(np.log(size / self.tolerance)) / self.decay
 
     @property
-    def on_its_way(self) -> bool:
+    def is_converging(self) -> bool:
         """Whether the error falls, and would fall below the tolerance."""
-        return self.falls and math.isfinite(self.arrival)
+        return self.is_falling and math.isfinite(self.arrival_time)
 
     def size(self, error: float) -> str:
         """Return an error as text with its unit."""
@@ -167,7 +167,7 @@ class RunAnalysis(Resimulation):
 
     @cached_property
     def decay(self) -> float:
-        """The rate per second at which the error fell in the last third, by least squares."""
+        """The decay rate of the error in the last third of the run in 1/s, by least squares."""
         sizes = self.late_errors
         if len(sizes) < 2 or not (sizes > 0).all() or not np.isfinite(sizes).all():
             return math.nan

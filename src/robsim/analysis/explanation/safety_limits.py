@@ -1,4 +1,4 @@
-"""The limits of a run's safety, as what may have kept it from its goal."""
+"""Safety limits that may have kept a run from its goal."""
 
 from __future__ import annotations
 
@@ -16,48 +16,50 @@ from robsim.servo.safety.safety import Safety
 from robsim.servo.shaping.command_shaper import find_coordinates
 from robsim.world.imperfections.imperfection import Statement
 
-AT_LIMIT = 1.0 - 1e-9  # of a limit, from which on it acts
-NEAR = 1e-3  # rad or metres
+AT_LIMIT = 1.0 - 1e-9  # share of a limit above which it is active
+NEAR = 1e-3  # distance from a limit in rad or metres
 
 
-def list_safety_limits(inquiry: RunAnalysis) -> list[Ablation]:
-    """Return the limits of a run's safety that acted, each with the change that lifts it."""
-    safety = inquiry.case.safety
+def list_safety_limits(analysis: RunAnalysis) -> list[Ablation]:
+    """Return the active safety limits of a run, each with the change that removes it."""
+    safety = analysis.case.safety
     if safety is None:
         return []
-    found = []
+    removals = []
     for field, (name, finding) in SAFETY_LIMITS.items():
         if getattr(safety, field) is not None:
-            sentence, evidence = finding(inquiry, safety)
+            sentence, evidence = finding(analysis, safety)
             if evidence.get("share") != 0.0:
-                found.append(
+                removals.append(
                     Ablation(
                         f"safety.{field}", name, sentence, _make_limit_removal(field), evidence
                     )
                 )
-    return found
+    return removals
 
 
 def _make_limit_removal(field: str) -> ExperimentChange:
-    """Return the change of an experiment whose safety does not have a limit."""
-    without: dict[str, Any] = {field: None}
-    return lambda case: case.with_(safety=replace(case.safety or Safety(), **without))
+    """Return the change that removes a safety limit from an experiment."""
+    no_limit: dict[str, Any] = {field: None}
+    return lambda case: case.with_(safety=replace(case.safety or Safety(), **no_limit))
 
 
-def _commanded_velocities(inquiry: RunAnalysis) -> Array:
-    """Return what was commanded in each period (T, n)."""
-    periods = max(len(inquiry.snapshots) - 1, 1)
-    found: Array = inquiry.run["qd"].values[:periods, inquiry.controller.columns]
-    return found
+def _commanded_velocities(analysis: RunAnalysis) -> Array:
+    """Return the commanded velocities (T, n) in each period."""
+    periods = max(len(analysis.snapshots) - 1, 1)
+    commands: Array = analysis.run["qd"].values[:periods, analysis.controller.columns]
+    return commands
 
 
-def _velocity_limits(inquiry: RunAnalysis, safety: Safety, which: str) -> Array:
-    return safety.limits(which, inquiry.case.scene.nv)[inquiry.controller.columns]
+def _velocity_limits(analysis: RunAnalysis, safety: Safety, which: str) -> Array:
+    """Return a velocity or acceleration limit of the commanded joints."""
+    return safety.limits(which, analysis.case.scene.nv)[analysis.controller.columns]
 
 
-def _state_speed_limit(inquiry: RunAnalysis, safety: Safety) -> Statement:
-    fast = np.abs(_commanded_velocities(inquiry)) >= AT_LIMIT * _velocity_limits(
-        inquiry, safety, "speed"
+def _state_speed_limit(analysis: RunAnalysis, safety: Safety) -> Statement:
+    """Return the statement on the speed limit."""
+    fast = np.abs(_commanded_velocities(analysis)) >= AT_LIMIT * _velocity_limits(
+        analysis, safety, "speed"
     )
     share = float(fast.any(axis=1).mean())
     sentence = (
@@ -66,10 +68,11 @@ def _state_speed_limit(inquiry: RunAnalysis, safety: Safety) -> Statement:
     return sentence, {"share": share}
 
 
-def _state_acceleration_limit(inquiry: RunAnalysis, safety: Safety) -> Statement:
-    commands = _commanded_velocities(inquiry)
+def _state_acceleration_limit(analysis: RunAnalysis, safety: Safety) -> Statement:
+    """Return the statement on the acceleration limit."""
+    commands = _commanded_velocities(analysis)
     changes = np.abs(np.diff(commands, axis=0, prepend=np.zeros((1, commands.shape[1]))))
-    most = _velocity_limits(inquiry, safety, "acceleration") * inquiry.case.dt
+    most = _velocity_limits(analysis, safety, "acceleration") * analysis.case.dt
     share = float((changes >= AT_LIMIT * most).any(axis=1).mean())
     sentence = (
         "The acceleration limit of the safety cuts the change of "
@@ -78,52 +81,57 @@ def _state_acceleration_limit(inquiry: RunAnalysis, safety: Safety) -> Statement
     return sentence, {"share": share}
 
 
-def _state_joint_margin(inquiry: RunAnalysis, safety: Safety) -> Statement:
-    scene, columns = inquiry.case.scene, inquiry.controller.columns
+def _state_joint_margin(analysis: RunAnalysis, safety: Safety) -> Statement:
+    """Return the statement on the margin of the joint limits."""
+    scene, columns = analysis.case.scene, analysis.controller.columns
     where, limits = find_coordinates(scene, columns)
-    q, margins = inquiry.run["q_end"].values[where], safety.limits("margin", scene.nq)[where]
+    q, margins = analysis.run["q_end"].values[where], safety.limits("margin", scene.nq)[where]
     room = np.where(where >= 0, np.minimum(q - limits[:, 0], limits[:, 1] - q) - margins, np.inf)
     least = int(np.argmin(room))
     name, left = scene.velocity_names[columns[least]], float(room[least])
     if left > NEAR:
-        return "The safety keeps the joints from their limits, and none is there.", {"room": left}
+        return "The safety keeps the joints from their limits, but no joint is near one.", {
+            "room": left
+        }
     margin, unit = float(margins[least]), scene.coordinate_units[where[least]]
     before = format_angle(margin) if unit == "rad" else format_length(margin)
     return f"The safety stops joint {name} {before} before its limit.", {"margin": margin}
 
 
-def _state_fence(inquiry: RunAnalysis, safety: Safety) -> Statement:
+def _state_fence(analysis: RunAnalysis, safety: Safety) -> Statement:
+    """Return the statement on the fence."""
     fence = safety.fence
     assert fence is not None
-    at = inquiry.case.scene.pose(fence.frame, inquiry.run["q_end"].values).position
+    at = analysis.case.scene.pose(fence.frame, analysis.run["q_end"].values).position
     room = np.minimum(at - np.array(fence.low), np.array(fence.high) - at)
     least = int(np.argmin(room))
     side = "low" if at[least] - fence.low[least] < fence.high[least] - at[least] else "high"
     left = float(room[least])
     sentence = (
-        f"The fence of the safety ends {format_number(max(left, 0.0))} m from where '{fence.frame}' is "
-        f"at the end of the run, on its {side} side along {'xyz'[least]}."
+        f"The fence of the safety is {format_number(max(left, 0.0))} m from '{fence.frame}' at the "
+        f"end of the run, on its {side} side along {'xyz'[least]}."
     )
     return sentence, {"room_m": left}
 
 
-def _state_watchdog(inquiry: RunAnalysis, safety: Safety) -> Statement:
+def _state_watchdog(analysis: RunAnalysis, safety: Safety) -> Statement:
+    """Return the statement on the watchdog."""
     dog = safety.watchdog
     assert dog is not None
-    still = float((_commanded_velocities(inquiry) == 0.0).all(axis=1).mean())
-    what = "holds" if dog.then == "hold" else "stops"
+    still = float((_commanded_velocities(analysis) == 0.0).all(axis=1).mean())
+    action = "holds" if dog.then == "hold" else "stops"
     sentence = (
-        f"The watchdog of the safety {what} the robot when the last image is older than "
-        f"{format_number(dog.after)} s; it stands still in {format_number(100 * still)} percent of the periods."
+        f"The watchdog of the safety {action} the robot when the last image is older than "
+        f"{format_number(dog.after)} s; it stands still in {format_number(100 * still)} percent of "
+        "the periods."
     )
     return sentence, {"after_s": dog.after, "share": still}
 
 
-def _state_ramp(inquiry: RunAnalysis, safety: Safety) -> Statement:
+def _state_ramp(analysis: RunAnalysis, safety: Safety) -> Statement:
+    """Return the statement on the slow start."""
     assert safety.ramp is not None
-    sentence = (
-        f"The safety lets a command grow for {format_number(safety.ramp)} s to its full size."
-    )
+    sentence = f"The safety ramps the commands up over {format_number(safety.ramp)} s."
     return sentence, {"ramp_s": safety.ramp}
 
 

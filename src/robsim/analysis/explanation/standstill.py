@@ -1,4 +1,4 @@
-"""Reasons why a robot stands still though the error is not small."""
+"""Causes of standstill with an error above the tolerance."""
 
 from __future__ import annotations
 
@@ -15,42 +15,42 @@ from robsim.analysis.vector_fields import STEP, VectorField
 from robsim.base.arrays import Array
 from robsim.servo.laws.law import CameraLaw, JointLaw
 
-MAIN_COMPONENT = 0.35  # least component of a unit direction for its joint to be named
+MAIN_COMPONENT = 0.35  # least component of a unit direction for a joint to be listed
 
 
-def report_null_space(inquiry: RunAnalysis) -> Finding | None:
-    """Report a joint law whose error lies in the null space of (L J)^+."""
-    last = inquiry.last_under(JointLaw)
+def report_null_space(analysis: RunAnalysis) -> Finding | None:
+    """Report a joint law with its error in the null space of (L J)^+."""
+    last = analysis.last_basis_under(JointLaw)
     if last is None:
         return None
-    k, rank = len(last.error), int(inquiry.value("rank_task_jacobian"))
+    k, rank = len(last.error), int(analysis.value("rank_task_jacobian"))
     norm = float(np.linalg.norm(last.state.error_last))
     speed = float(np.linalg.norm(law_matrix(JointLaw(), last.state) @ last.state.error_last))
-    curved = smallest_curvature(inquiry)
-    place = "a local minimum of V" if curved > -1e-9 else "an equilibrium of the law"
+    curvature = smallest_curvature(analysis)
+    kind = "a local minimum of V" if curvature > -1e-9 else "an equilibrium of the law"
     sentence = (
-        f"This is {place}: the law regulates k = {k} numbers and L J has rank {rank}, and the "
-        f"error that is left, of length {inquiry.size(norm)}, lies in the null space of (L J)^+, "
-        "where nothing is commanded, so that V' is zero (chapter, eq. 18)."
+        f"This is {kind}: the law regulates k = {k} numbers and L J has rank {rank}, and the "
+        f"remaining error, of length {analysis.size(norm)}, lies in the null space of (L J)^+, "
+        "so that nothing is commanded and V' is zero (chapter, eq. 18)."
     )
-    sentence += describe_missing_velocities(inquiry)
+    sentence += describe_missing_velocities(analysis)
     evidence = {"k": float(k), "rank": float(rank), "error_norm": norm, "speed": speed}
-    evidence["lyapunov_rate"] = inquiry.value("lyapunov_rate")
-    evidence |= {"least_curvature": curved} if np.isfinite(curved) else {}
+    evidence["lyapunov_rate"] = analysis.value("lyapunov_rate")
+    evidence |= {"least_curvature": curvature} if np.isfinite(curvature) else {}
     return Finding("local minimum", sentence, evidence)
 
 
-def smallest_curvature(inquiry: RunAnalysis) -> float:
+def smallest_curvature(analysis: RunAnalysis) -> float:
     """Return the least eigenvalue of the Hessian of V over its largest magnitude.
 
-    The Hessian is over the commanded joints at the end of the run, from differences of the
-    gradient (L J)' e; NaN if V is not known.
+    The Hessian is taken over the commanded joints at the end of the run, from differences of the
+    gradient (L J)' e. The result is NaN if V is unknown.
     """
-    columns = inquiry.controller.columns
-    n, q = columns.size, inquiry.snapshots[-1].q
+    columns = analysis.controller.columns
+    n, q = columns.size, analysis.snapshots[-1].q
     steps = STEP * np.concatenate([np.eye(n), -np.eye(n)], axis=1)
-    near = VectorField(inquiry.controller).moved(np.repeat(q, 2 * n, axis=1), steps)
-    truth = compute_true_error(inquiry.case.task, inquiry.case.scene, near)
+    states = VectorField(analysis.controller).displace(np.repeat(q, 2 * n, axis=1), steps)
+    truth = compute_true_error(analysis.case.task, analysis.case.scene, states)
     if truth is None or not (np.isfinite(truth.error).all() and np.isfinite(truth.rates).all()):
         return math.nan
     gradient = np.einsum("tkn,tk->tn", truth.rates[..., columns], truth.error)
@@ -59,70 +59,67 @@ def smallest_curvature(inquiry: RunAnalysis) -> float:
     return float(eigenvalues[0] / np.abs(eigenvalues).max())
 
 
-def describe_missing_velocities(inquiry: RunAnalysis) -> str:
+def describe_missing_velocities(analysis: RunAnalysis) -> str:
     """Return a sentence on a robot with too few velocities for its features; else ""."""
-    if inquiry.last is None:
+    if analysis.last is None:
         return ""
-    n, k = inquiry.last.state.jacobian_last.shape[1], len(inquiry.last.error)
-    rank = inquiry.value("rank_interaction")
+    n, k = analysis.last.state.jacobian_last.shape[1], len(analysis.last.error)
+    rank = analysis.value("rank_interaction")
     if not n < rank:
         return ""
-    return f" {n} velocities are commanded, too few for {k} numbers, which take {rank:.0f}."
+    return f" {n} velocities are commanded, too few for {k} numbers, which need {rank:.0f}."
 
 
-def report_camera_law(inquiry: RunAnalysis) -> Finding | None:
-    """Report a camera law whose twist the joints cannot follow at all."""
-    last = inquiry.last_under(CameraLaw)
+def report_camera_law(analysis: RunAnalysis) -> Finding | None:
+    """Report a camera law with a twist that the joints cannot follow at all."""
+    last = analysis.last_basis_under(CameraLaw)
     if last is None:
         return None
     state = last.state
     twist = np.linalg.pinv(state.interaction_last[..., 0]) @ state.error_last[:, 0]
     joints = int(np.linalg.matrix_rank(state.jacobian_last[..., 0]))
-    V = float(inquiry.gain * np.linalg.norm(twist))
+    V = float(analysis.gain * np.linalg.norm(twist))
     e = float(np.linalg.norm(state.error_last))
     if joints >= 6 or 1e-3 * e > V:
         return None
     sentence = (
-        f"The camera law asks for a twist of length {format_number(V)} (m/s, rad/s), and the joints, "
-        f"which move the camera in {joints} of 6 ways only, can do nothing of it: J^+ V = 0 where "
-        "V = -gain L^+ e is not. The joint law does not part the two steps."
+        f"The camera law commands a twist of length {format_number(V)} (m/s, rad/s), and the "
+        f"joints, with {joints} of 6 degrees of freedom, cannot follow it: J^+ V = 0 although "
+        "V = -gain L^+ e is not zero. The joint law does not separate the two steps."
     )
     return Finding("camera law", sentence, {"twist": V, "rank_J": float(joints), "error_norm": e})
 
 
-def report_ascent(inquiry: RunAnalysis) -> Finding | None:
-    """Report a camera law under which V grows, as the joints cannot follow every twist."""
-    last = inquiry.last_under(CameraLaw)
+def report_ascent(analysis: RunAnalysis) -> Finding | None:
+    """Report a camera law that increases V, because the joints cannot follow every twist."""
+    last = analysis.last_basis_under(CameraLaw)
     if last is None:
         return None
-    steepest = np.nanmax(inquiry.diagnosis["lyapunov_rate"].values)
+    steepest = np.nanmax(analysis.diagnosis["lyapunov_rate"].values)
     rank = int(np.linalg.matrix_rank(last.state.jacobian_last[..., 0]))
     if rank >= 6 or not steepest > 0:
         return None
     sentence = (
-        f"Under the camera law the error grows: the joints move the camera in {rank} of 6 ways "
-        "only, J^+ follows the twist that is asked for as well as that goes, and V' is up to "
-        f"{format_number(float(steepest))} on the way. The joint law descends V wherever L and J are "
-        "right."
+        f"Under the camera law the error grows: the joints have {rank} of 6 degrees of "
+        "freedom, J^+ approximates the commanded twist, and V' reaches "
+        f"{format_number(float(steepest))}. The joint law reduces V wherever L and J are right."
     )
     return Finding("camera law", sentence, {"rank_J": float(rank), "steepest": float(steepest)})
 
 
-def report_own_law(inquiry: RunAnalysis) -> Finding | None:
+def report_own_law(analysis: RunAnalysis) -> Finding | None:
     """Report a law of another kind that commands no motion."""
-    if inquiry.last_under(JointLaw) or inquiry.last_under(CameraLaw):
+    if analysis.last_basis_under(JointLaw) or analysis.last_basis_under(CameraLaw):
         return None
-    servo = inquiry.servo
-    name = type(servo.law).__name__ if servo else type(inquiry.case.task).__name__
-    return Finding(
-        "law", f"{name} commands (almost) nothing here: this is an equilibrium of its own."
-    )
+    servo = analysis.servo
+    name = type(servo.law).__name__ if servo else type(analysis.case.task).__name__
+    return Finding("law", f"{name} commands (almost) nothing here: this is one of its equilibria.")
 
 
-def report_lost_direction(inquiry: RunAnalysis) -> Finding | None:
+def report_lost_direction(analysis: RunAnalysis) -> Finding | None:
     """Report the motion that the features or the joints lost in a singularity."""
-    decision, names = inquiry.decisions[-1], inquiry.case.scene.velocity_names
-    controller = inquiry.controller
+    decision, names = analysis.decisions[-1], analysis.case.scene.velocity_names
+    controller = analysis.controller
     task_jacobian, J = decision.command.task_jacobian[..., 0], decision.J[..., 0]
     if not np.isfinite(task_jacobian).all():
         return None
@@ -130,23 +127,24 @@ def report_lost_direction(inquiry: RunAnalysis) -> Finding | None:
     full, rank = controller.full_rank, int((sigma > controller.rcond * sigma[0]).sum())
     columns = controller.columns
     rank_J = int(np.linalg.matrix_rank(J, tol=controller.rcond * np.linalg.norm(J)))
-    which = _name_main_joints(Vt[rank], [names[i] for i in columns])
-    posture = rank_J < min(J.shape) and inquiry.value("rank_interaction") != rank
-    who = (
+    joints = _name_main_joints(Vt[rank], [names[i] for i in columns])
+    is_posture = rank_J < min(J.shape) and analysis.value("rank_interaction") != rank
+    reason = (
         f"the posture is singular: J has rank {rank_J}, and the camera cannot move along "
         f"{_format_lost_twist(J)} (v, omega) in its axes"
-        if posture
-        else "the camera then moves as no feature sees"
+        if is_posture
+        else "no feature sees the motion of the camera"
     )
     sentence = (
-        f"L J lost rank, from {full} to {rank}: no error changes when {which} "
-        f"{'moves' if which.count(' ') == 0 else 'move together'}, and {who}."
+        f"L J lost rank, from {full} to {rank}: no error changes when {joints} "
+        f"{'moves' if joints.count(' ') == 0 else 'move together'}, and {reason}."
     )
     evidence = {"rank": float(rank), "full_rank": float(full), "rank_J": float(rank_J)}
     return Finding("singularity", sentence, evidence)
 
 
 def _name_main_joints(direction: Array, names: list[str]) -> str:
+    """Return the names of the main joints of a direction."""
     chosen = [
         name for name, part in zip(names, direction, strict=True) if abs(part) > MAIN_COMPONENT
     ]

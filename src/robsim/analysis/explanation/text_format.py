@@ -13,7 +13,7 @@ ROUNDING = 1e-9  # metres and radians
 
 
 def format_number(value: float) -> str:
-    """Return a number to three significant digits.
+    """Format a number with three significant digits.
 
     >>> format_number(0.123456)
     '0.123'
@@ -22,7 +22,7 @@ def format_number(value: float) -> str:
 
 
 def format_quantity(value: float, unit: str) -> str:
-    """Return a number with its unit, unless that is "1".
+    """Format a number with its unit; the unit "1" is omitted.
 
     >>> format_quantity(0.5, "px"), format_quantity(0.5, "1")
     ('0.5 px', '0.5')
@@ -31,7 +31,7 @@ def format_quantity(value: float, unit: str) -> str:
 
 
 def format_time(seconds: float) -> str:
-    """Return a time as the start of a sentence.
+    """Format a time as the start of a sentence.
 
     >>> format_time(0.0), format_time(1.24)
     ('At the start', 'After 1.24 s')
@@ -40,7 +40,7 @@ def format_time(seconds: float) -> str:
 
 
 def format_angle(radians: float) -> str:
-    """Return an angle in degrees.
+    """Format an angle in degrees.
 
     >>> format_angle(0.5)
     '28.6 degrees'
@@ -49,7 +49,7 @@ def format_angle(radians: float) -> str:
 
 
 def format_length(metres: float) -> str:
-    """Return a length in metres or millimetres.
+    """Format a length in metres or millimetres.
 
     >>> format_length(0.0123), format_length(2.5)
     ('12.3 mm', '2.5 m')
@@ -58,7 +58,7 @@ def format_length(metres: float) -> str:
 
 
 def format_pixel(place: Sequence[float] | Array) -> str:
-    """Return a position in an image, to whole pixels.
+    """Format a position in an image, in whole pixels.
 
     >>> format_pixel((1039.7, -4.2))
     '(1040, -4)'
@@ -67,7 +67,7 @@ def format_pixel(place: Sequence[float] | Array) -> str:
 
 
 def format_offset(metres: float, radians: float) -> str:
-    """Return the distance and angle between two poses, without what is only rounding.
+    """Format the distance and angle between two poses, without values below rounding.
 
     >>> format_offset(0.01, 1e-16), format_offset(0.01, 0.5)
     ('10 mm', '10 mm and 28.6 degrees')
@@ -78,7 +78,7 @@ def format_offset(metres: float, radians: float) -> str:
 
 
 def format_list(names: Sequence[str], last: str = "and") -> str:
-    """Return names joined as in a sentence.
+    """Join names as in a sentence.
 
     >>> format_list(["noise", "latency", "lag"])
     'noise, latency and lag'
@@ -89,13 +89,13 @@ def format_list(names: Sequence[str], last: str = "and") -> str:
 
 
 def format_moving_robots(scene: Scene) -> str:
-    """Return which robots move on their own, as the start of a sentence."""
+    """Return the robots with prescribed motions, as the start of a sentence."""
     names = [f"'{motion.robot}'" for motion in scene.motions]
     return f"{format_list(names)} {'moves on its' if len(names) == 1 else 'move on their'} own"
 
 
 def format_count(count: int, thing: str) -> str:
-    """Return a count and its noun, in the plural where needed.
+    """Format a count and its noun, in the plural if needed.
 
     >>> format_count(1, "control period"), format_count(3, "mark")
     ('1 control period', '3 marks')

@@ -1,1 +1,1 @@
-"""What `advise` is made of: the linear loop at rest, its limit, its noise, its calibration."""
+"""The linear loop of an experiment near its goal, the basis of `advise`."""

@@ -1,4 +1,4 @@
-"""What advice leaves out, or cannot say, in words."""
+"""Caveats of advice, in words: properties that the linear loop neglects."""
 
 from __future__ import annotations
 
@@ -18,32 +18,33 @@ from robsim.world.imperfections.image_effect import ImageTiming
 
 
 def generate_caveats(experiment: Experiment, linear: LinearLoop) -> Iterator[str]:
-    """Yield what is not in the advice."""
+    """Yield the properties of an experiment that the advice neglects."""
     free = linear.field.n - linear.response.basis.shape[1]
     if free:
-        yield f"{format_count(free, 'motion')} that the features leave free have no part in it"
-    if linear.field.unreached:
+        yield f"{format_count(free, 'motion')} that the features leave free are not considered"
+    if linear.field.unactuated:
         yield "wheels cannot move sideways: the sideways distance at the start is not corrected"
     if not is_within_bounds(experiment.task.bind(experiment.scene), linear.q).all():
         yield "it would come to rest outside of the limits of a joint or of an image"
     left = _residual_error(linear)
     if left:
-        yield f"it comes to rest with an error of {left}: the goal is out of reach, or not believed"
+        yield f"it rests with an error of {left}: the goal is out of reach, or beliefs are wrong"
     if any(isinstance(leaf.gain, AdaptiveGain) for leaf in list_servo_tasks(experiment.task)):
-        yield "of an adaptive gain the one at zero error counts"
-    if linear.timing.lost and not linear.scaled.plain:
-        yield "lost images have no part in the largest gain"
+        yield "the gain at zero error stands for an adaptive gain"
+    if linear.timing.lost and not linear.scaled.is_image_only:
+        yield "lost images are not considered in the largest gain"
     yield from _imperfection_caveats(experiment)
 
 
 def _residual_error(linear: LinearLoop) -> str:
-    """Return the largest error at rest, where it is above the tolerance."""
+    """Return the largest error at rest with its unit; empty if it is below the tolerance."""
     controller = linear.field.controller
     size = float(np.abs(linear.field.command(linear.q).error).max())
     return "" if size < controller.tolerance else format_quantity(size, controller.units[0])
 
 
 def _imperfection_caveats(experiment: Experiment) -> Iterator[str]:
+    """Yield the caveats of the image and joint imperfections."""
     images = experiment.sensing.acting()
     robust = has_robust_weighting(experiment.task)
     for one in images:
@@ -51,11 +52,11 @@ def _imperfection_caveats(experiment: Experiment) -> Iterator[str]:
         yield from one.effect.caveats(robust, math.hypot(*beside))
     left = dict.fromkeys(_ignored_imperfections(experiment))
     if left:
-        yield f"{format_list(list(left))} have no part in it"
+        yield f"{format_list(list(left))} are not considered"
 
 
 def _ignored_imperfections(experiment: Experiment) -> Iterator[str]:
-    """Yield the nouns of the imperfections that the linear loop does not have."""
+    """Yield the nouns of the imperfections that the linear loop neglects."""
     scene = experiment.scene
     for effect in (each.effect for each in experiment.sensing.acting()):
         timed = effect.timing(experiment.dt) != ImageTiming()

@@ -10,27 +10,27 @@ import numpy as np
 
 from robsim.analysis.linearisation.loop_delays import LoopDelays
 
-Matrix = Any  # real, or complex where it is that of a mode
+Matrix = Any  # real, or complex for a single mode
 
 
 class LinearStep(NamedTuple):
-    """A linear map: of the state and of an error in the command of an image."""
+    """A linear map of the state and of an error in the command of an image."""
 
     of_state: Matrix
     of_error: Matrix
 
     def covariance(self, X: Matrix, W: Matrix) -> Matrix:
-        """Return the covariance of what is mapped, from those of state and error."""
+        """Return the covariance after the map, from the covariances of state and error."""
         A, B = self
         return A @ X @ A.conj().T + B @ W @ B.conj().T
 
 
 @dataclass(frozen=True, eq=False)
 class DiscreteLoop:
-    """A loop whose command is seen @ motion, when the image was taken, plus now @ motion.
+    """A loop with the command seen @ (motion at the time of the image) + now @ motion.
 
-    The state at the arrival of an image is (motion, velocity, command of the last image, motions in
-    the images that are on their way), each (n,).
+    The state at the arrival of an image consists of the motion, the velocity, the command of the
+    last image, and the motions in the images that have not arrived yet, each (n,).
     """
 
     seen: Matrix  # (n, n)
@@ -39,20 +39,20 @@ class DiscreteLoop:
 
     @property
     def size(self) -> int:
-        """The number of components of the state of the sampled loop."""
+        """The number of components of the state."""
         return len(self.seen) * (3 + self.timing.delay)
 
     def steps(self, lost: bool = False) -> tuple[LinearStep, list[LinearStep]]:
-        """Return the maps to the state at the next image, and to the motion in each period.
+        """Return the map to the state at the next image, and the map to the motion in each period.
 
-        Where the image is `lost`, the last one is used again.
+        If the image is `lost`, the previous image is used again.
         """
         n, t = len(self.seen), self.timing
         whole = np.eye(self.size + n, dtype=self.seen.dtype)
         motion, v, command, *queue, error = (whole[i : i + n] for i in range(0, len(whole), n))
         if not lost:
             command = self.seen @ (queue[0] if queue else motion) + error
-        path, left = [], t.taken
+        path, left = [], t.until_taken
         for _ in range(t.every):
             path.append(self._split(motion))
             u = command + self.now @ motion
@@ -70,8 +70,8 @@ class DiscreteLoop:
 def _integrate_lag(
     motion: Matrix, v: Matrix, u: Matrix, seconds: float, lag: float
 ) -> tuple[Matrix, Matrix]:
-    """Return motion and velocity some time later, under a command u: lag v' = u - v."""
+    """Return motion and velocity after some seconds under a constant command u: lag v' = u - v."""
     if lag == 0.0:
         return motion + seconds * u, u
-    gone = -math.expm1(-seconds / lag)  # of the gap
+    gone = -math.expm1(-seconds / lag)  # decayed share of u - v
     return motion + seconds * u - (u - v) * (lag * gone), v + (u - v) * gone

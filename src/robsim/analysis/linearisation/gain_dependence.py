@@ -13,16 +13,16 @@ from robsim.analysis.linearisation.linear_response import LinearResponse
 from robsim.analysis.linearisation.loop_delays import LoopDelays
 from robsim.base.arrays import Array
 
-NEGLIGIBLE = 1e-6  # share of a command below which it is what differences round off
-EQUAL_RATE = 1e-6  # share of a rate within which two are one
+NEGLIGIBLE = 1e-6  # share of a command below which a part is rounding of differences
+EQUAL_RATE = 1e-6  # relative difference below which two rates are equal
 
 
 @dataclass(frozen=True, eq=False)
 class GainDependence:
-    """The command (r, r) of a motion: fixed + factor * growing, each of what is now and seen.
+    """Response (r, r) as fixed + factor * growing, for measured joints (now) and images (seen).
 
-    What is fixed does not depend on the gain, as a secondary motion. Motions are those that are
-    ever commanded: what the features leave free has no part in it.
+    The fixed part, such as a secondary motion, does not depend on the gain. Motions are restricted
+    to the commanded velocities; motions that the features leave free are excluded.
     """
 
     now: Array
@@ -32,7 +32,10 @@ class GainDependence:
 
     @classmethod
     def of(cls, response: LinearResponse, doubled: LinearResponse | None) -> Self:
-        """Return it from the responses at all gains and at twice these; None: all of it grows."""
+        """Return the dependence from the responses at the gains and at twice the gains.
+
+        With `doubled` None the whole response is proportional to the gains.
+        """
         now, seen = response.inside(response.now), response.inside(response.seen)
         if doubled is None:
             return cls(now, seen, np.zeros_like(now), np.zeros_like(seen))
@@ -41,43 +44,44 @@ class GainDependence:
         return cls(more_now, more_seen, now - more_now, seen - more_seen)
 
     @property
-    def proportional(self) -> bool:
-        """Whether all of the command grows with the gains."""
-        return self._nothing(self.fixed_now, self.fixed_seen)
+    def is_proportional(self) -> bool:
+        """Whether the whole command is proportional to the gains."""
+        return self._is_negligible(self.fixed_now, self.fixed_seen)
 
     @cached_property
-    def plain(self) -> bool:
-        """Whether what grows follows from the image alone, and what is fixed is apart from it.
+    def is_image_only(self) -> bool:
+        """Whether the growing part depends on the image alone, apart from the fixed part.
 
-        As a secondary motion, which is projected to where it does not move the features.
+        This holds for a secondary motion that is projected so that it does not move the features.
         """
-        U = self._served
-        return self._nothing(self.now, self.fixed_seen, U.T @ self.fixed_now)
+        U = self._image_basis
+        return self._is_negligible(self.now, self.fixed_seen, U.T @ self.fixed_now)
 
     @cached_property
-    def _served(self) -> Array:
-        """An orthonormal basis of the velocities that are commanded because of the image."""
+    def _image_basis(self) -> Array:
+        """An orthonormal basis of the velocities that the image commands."""
         U, sigma, _ = np.linalg.svd(self.seen)
         return np.asarray(U[:, sigma > NEGLIGIBLE * sigma[0]])
 
-    def _nothing(self, *parts: Array) -> bool:
+    def _is_negligible(self, *parts: Array) -> bool:
+        """Return whether all arrays are negligible beside `seen`."""
         return all(np.abs(A).max() <= NEGLIGIBLE * np.abs(self.seen).max() for A in parts)
 
     def at(self, factor: float, timing: LoopDelays) -> DiscreteLoop:
-        """Return the loop with gains multiplied by a factor."""
+        """Return the loop with all gains multiplied by a factor."""
         seen, now = factor * self.seen + self.fixed_seen, factor * self.now + self.fixed_now
         return DiscreteLoop(seen, now, timing)
 
     @cached_property
     def rates(self) -> Matrix:
-        """The rates (r,) per second at which motions decay without any delay, slowest first."""
-        found = -np.linalg.eigvals(self.now + self.seen + self.fixed_now + self.fixed_seen)
-        return found[np.argsort(found.real, kind="stable")]
+        """The decay rates (r,) of the motions without delay, in 1/s, slowest first."""
+        rates = -np.linalg.eigvals(self.now + self.seen + self.fixed_now + self.fixed_seen)
+        return rates[np.argsort(rates.real, kind="stable")]
 
     @property
     def modes(self) -> list[complex]:
-        """The rates of what the image commands, each once, of a pair that is complex one."""
-        U, kept = self._served, list[complex]()
+        """The distinct rates of the motions that the image commands, one for each complex pair."""
+        U, kept = self._image_basis, list[complex]()
         for rate in -np.linalg.eigvals(U.T @ self.seen @ U):
             if rate.imag >= 0.0 and all(abs(rate - one) > EQUAL_RATE * abs(rate) for one in kept):
                 kept.append(complex(rate))
@@ -85,5 +89,5 @@ class GainDependence:
 
 
 def make_mode_loop(rate: complex, timing: LoopDelays) -> DiscreteLoop:
-    """Return the loop of a single mode, which decays at this rate where nothing is late."""
+    """Return the loop of a single mode that decays at this rate without delay."""
     return DiscreteLoop(np.array([[-rate]]), np.zeros((1, 1)), timing)

@@ -1,4 +1,4 @@
-"""The linear loop of an experiment at rest: state, response, how it grows with gains, times."""
+"""The linear loop of an experiment at rest: state, response, gain dependence and timing."""
 
 from __future__ import annotations
 
@@ -17,46 +17,46 @@ from robsim.base.errors import InputError
 from robsim.run.experiment import Experiment
 from robsim.servo.tasks.task import Task
 
-CALLER = "advise"  # of errors
+CALLER = "advise"  # subject of error messages
 
 
 @dataclass(frozen=True, eq=False)
 class LinearLoop:
-    """A task, linear near a state of rest q (nq, 1), in a loop with these times."""
+    """A task, linearised about a state of rest q (nq, 1), in a loop with the given timing."""
 
-    task: Task  # steady
+    task: Task  # with constant gains
     field: VectorField
     q: Array
     timing: LoopDelays
 
     @classmethod
     def of(cls, experiment: Experiment) -> Self:
-        """Return the loop of an experiment; InputError where there is no linear one."""
+        """Return the loop of an experiment; raise InputError if it has no linear loop."""
         task = make_steady(experiment.task)
         field = VectorField.of(experiment.scene, task, CALLER)
         if not field.controller.sights:
-            raise InputError(f"{CALLER}: the task looks through no camera")
+            raise InputError(f"{CALLER}: the task uses no camera")
         q = find_rest_state(field, experiment)
-        field.check_forgetful(q, CALLER)
+        field.check_memoryless(q, CALLER)
         return cls(task, field, q, LoopDelays.of(experiment))
 
     def with_task(self, task: Task) -> Self:
-        """Return the same with another task at the same state."""
+        """Return the same loop with another task at the same state."""
         return replace(self, task=task, field=VectorField.of(self.field.scene, task, CALLER))
 
     @property
-    def calm(self) -> LoopDelays:
-        """The times without lost images, which are enough to compare limits."""
+    def lossless(self) -> LoopDelays:
+        """The timing without lost images, which suffices to compare limits."""
         return replace(self.timing, lost=0.0)
 
     @cached_property
     def response(self) -> LinearResponse:
-        """What is commanded near the state of rest."""
+        """The derivatives of the command near the state of rest."""
         return LinearResponse.of(self.field, self.q)
 
     @cached_property
     def scaled(self) -> GainDependence:
-        """The same as a function of a factor of all gains."""
+        """The response as a function of a factor of all gains."""
         own = list_servo_tasks(self.task)
         if not own or not all(map(has_single_gain, own)):
             return GainDependence.of(self.response, None)

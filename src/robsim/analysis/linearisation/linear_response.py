@@ -1,4 +1,4 @@
-"""The linear response of a task at rest: what it commands after small motions and pixel errors."""
+"""The linear response of a task at rest: its command after small motions and pixel errors."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from robsim.analysis.vector_fields import STEP, ImageArrays, VectorField
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError
 
-PIXEL = 0.01  # of central differences
-ROUGH = 0.02  # largest second difference over the first where a command counts as smooth
+PIXEL = 0.01  # step of central differences
+ROUGH = 0.02  # largest ratio of second to first difference of a smooth command
 RANK_TOLERANCE = (
     1e-6  # share of the largest singular value below which a motion counts as left free
 )
@@ -20,83 +20,83 @@ RANK_TOLERANCE = (
 
 @dataclass(frozen=True, eq=False)
 class LinearResponse:
-    """The derivatives of the commanded velocities qd (n,) at a state of rest, per second.
+    """Derivatives of the commanded velocities qd (n,) at a state of rest, in 1/s.
 
-    A motion (n,) is what the commanded velocities do in one second. A joint is read at once, and an
-    image may come late: qd = now @ motion + seen @ motion when the image was taken
-    + pixels @ errors in the image.
+    A motion (n,) is the displacement that velocities produce in one second. Joints are measured at
+    once and images may be late, so the two contributions are separate:
+    qd = now @ motion + seen @ (motion at the time of the image) + pixels @ (errors in the image).
     """
 
     now: Array  # (n, n)
     seen: Array  # (n, n)
-    pixels: Array  # (n, P) of the P = 2 N pixel coordinates of all sights
-    marks: Array  # (P, n) true pixels over the motion
-    place: Array  # (3, n) metres of the first camera in axes of its target, over the motion
-    turn: Array  # (3, n) radians likewise
+    pixels: Array  # (n, P), with the P = 2 N pixel coordinates of all camera-target pairs
+    marks: Array  # (P, n) derivative of the true pixels with respect to the motion
+    place: Array  # (3, n) derivative of the first camera's position in target axes
+    turn: Array  # (3, n) derivative of its rotation in target axes
 
     @classmethod
     def of(cls, field: VectorField, q: Array) -> LinearResponse:
         """Return the response at a state of rest q (nq, 1), by central differences.
 
-        InputError: the command has no derivative there, or does not depend on the state.
+        Raises InputError if the command has no derivative, or does not depend on the state.
         """
         n = field.n
-        there = field.moved(np.repeat(q, 2 * n, axis=1), STEP * _signed_steps(n))
-        seen, before = field.images(there), field.images(np.repeat(q, 2 * n, axis=1))
-        whole = field.respond(there, *seen)[0].qd
-        _check_smooth_command(whole, field.command(q).qd)
-        now = _central_difference(field.respond(there, *before)[0].qd, STEP)
-        total = _central_difference(whole, STEP)
-        place, turn = _relative_motion(field, q, there)
-        marks = _central_difference(_stack_pixels(seen[0]), STEP)
-        found = cls(now, total - now, _pixel_derivative(field, q), marks, place, turn)
-        if not all(np.isfinite(getattr(found, each.name)).all() for each in fields(found)):
-            raise InputError("advise: what is commanded beside the goal is not finite")
-        return found
+        displaced = field.displace(np.repeat(q, 2 * n, axis=1), STEP * _signed_steps(n))
+        images, former_images = field.images(displaced), field.images(np.repeat(q, 2 * n, axis=1))
+        commands = field.respond(displaced, *images)[0].qd
+        _check_smooth_command(commands, field.command(q).qd)
+        now = _central_difference(field.respond(displaced, *former_images)[0].qd, STEP)
+        total = _central_difference(commands, STEP)
+        place, turn = _relative_motion(field, q, displaced)
+        marks = _central_difference(_stack_pixels(images[0]), STEP)
+        response = cls(now, total - now, _pixel_derivative(field, q), marks, place, turn)
+        if not all(np.isfinite(getattr(response, each.name)).all() for each in fields(response)):
+            raise InputError("advise: the command near the goal is not finite")
+        return response
 
     @property
     def total(self) -> Array:
-        """The derivative (n, n) of qd over a motion that the image shows at once."""
+        """The derivative (n, n) of qd for images without delay."""
         return self.now + self.seen
 
     @cached_property
     def basis(self) -> Array:
-        """An orthonormal basis (n, r) of the velocities that are ever commanded."""
+        """An orthonormal basis (n, r) of the velocities that can be commanded."""
         U, sigma, _ = np.linalg.svd(self.total)
         return np.ascontiguousarray(U[:, sigma > RANK_TOLERANCE * sigma[0]])
 
     def inside(self, A: Array) -> Array:
-        """Return a map (n, n) of motions as (r, r), within the velocities that are commanded."""
+        """Return a map (n, n) of motions restricted to the commanded velocities, (r, r)."""
         U = self.basis
         return np.asarray(U.T @ A @ U)
 
-    def settled(self, qd: Array) -> Array:
-        """Return the motion (n,) after which a command qd (n,) at rest is no more: qd + G x = 0."""
+    def cancelling_motion(self, qd: Array) -> Array:
+        """Return the motion (n,) that cancels a command qd (n,) at rest: qd + G x = 0."""
         U = self.basis
-        found: Array = (
+        motion: Array = (
             -U @ np.linalg.pinv(self.inside(self.total), rcond=RANK_TOLERANCE) @ (U.T @ qd)
         )
-        return found
+        return motion
 
 
 def _signed_steps(n: int) -> Array:
-    """Return (n, 2 n): a step ahead along each axis, then one behind."""
+    """Return unit steps (n, 2 n): one forward along each axis, then one backward."""
     return np.concatenate([np.eye(n), -np.eye(n)], axis=1)
 
 
 def _central_difference(values: Array, step: float) -> Array:
-    """Return derivatives (k, n) from values (k, 2 n) ahead and behind."""
+    """Return derivatives (k, n) from values (k, 2 n) at forward and backward steps."""
     n = values.shape[1] // 2
     return np.asarray((values[:, :n] - values[:, n:]) / (2.0 * step))
 
 
 def _stack_pixels(images: ImageArrays) -> Array:
-    """Return the pixels (P, B) of all sights."""
+    """Return the pixels (P, B) of all camera-target pairs."""
     return np.concatenate([each.reshape(-1, each.shape[-1]) for each in images.values()])
 
 
 def _pixel_derivative(field: VectorField, q: Array) -> Array:
-    """Return the derivatives (n, P) of the command over the pixels."""
+    """Return the derivatives (n, P) of the command with respect to the pixels."""
     pixels, depth = field.images(q)
     P = len(_stack_pixels(pixels))
     errors, first = PIXEL * _signed_steps(P), 0
@@ -110,7 +110,7 @@ def _pixel_derivative(field: VectorField, q: Array) -> Array:
 
 
 def _relative_motion(field: VectorField, q: Array, there: Array) -> tuple[Array, Array]:
-    """Return metres and radians (3, n) of the first camera in axes of its target."""
+    """Return derivatives (3, n) of the first camera's position and rotation in target axes."""
     here, poses = field.pose(q)[0].inv(), field.pose(there).inv()
     turned = here.inv() @ poses
     return _central_difference(poses.position.T, STEP), here.rotation @ _central_difference(
@@ -119,14 +119,14 @@ def _relative_motion(field: VectorField, q: Array, there: Array) -> tuple[Array,
 
 
 def _check_smooth_command(qd: Array, here: Array) -> None:
-    """Raise InputError if the command (n, 2 n) has no derivative, or one that is zero."""
+    """Raise InputError if the command (n, 2 n) has no derivative, or a zero derivative."""
     n = qd.shape[1] // 2
     ahead, behind = qd[:, :n], qd[:, n:]
     size = np.abs(ahead - behind).max()
     if np.abs(ahead + behind - 2.0 * here).max() > ROUGH * size:
         raise InputError(
-            "advise: the command has no derivative at the goal, so that no linear loop stands for "
-            "it there (docking, for one): simulate it"
+            "advise: the command has no derivative at the goal (as in docking), and so it has no "
+            "linear loop: simulate it"
         )
     if size == 0.0:
-        raise InputError("advise: the task commands nothing beside its goal; its L J is zero there")
+        raise InputError("advise: the task commands nothing near its goal: its L J is zero")

@@ -1,4 +1,4 @@
-"""When images are taken and used, and how joints follow: the times of a loop."""
+"""The delays of a loop: when images are taken and used, and how joints lag."""
 
 from __future__ import annotations
 
@@ -11,19 +11,17 @@ from robsim.engine.image_stream import ROUNDING
 from robsim.run.experiment import Experiment
 
 LONGEST = 1000  # control periods from one image to the next, or until it is used
-MOST_LOST = 0.9  # share of images: of more, the mean square tells little of a run
-LONGEST_QUEUE = (
-    20  # images on their way, above which a loop of rarer images stands for the true one,
-)
-LONGEST_LOSSY_QUEUE = 6  # and where some are lost
+MOST_LOST = 0.9  # above this share the mean square no longer describes a single run
+LONGEST_QUEUE = 20  # pending images above which a loop with rarer images replaces the true loop
+LONGEST_LOSSY_QUEUE = 6  # the same limit if some images are lost
 
 
 @dataclass(frozen=True)
 class LoopDelays:
-    """The times of a loop in seconds: a command each `dt`, an image in each `every`-th period.
+    """Times of a loop in seconds: a command each `dt`, and an image in each `every`-th period.
 
-    Images are used `latency` after they were taken, a share `lost` of them never; joints follow
-    with a time constant `lag`.
+    Images are used `latency` after they were taken, and a share `lost` of them is never used.
+    Joints follow with a time constant `lag`.
     """
 
     dt: float
@@ -39,43 +37,50 @@ class LoopDelays:
         every, latency, lost = experiment.sensing.timing(dt)
         if max(every, latency / dt) > LONGEST:
             raise InputError(
-                f"advise: images are used up to {LONGEST} control periods long or late, and these "
+                f"advise: images may be {LONGEST} control periods apart or late at most, and these "
                 f"are {max(every, latency / dt):g}"
             )
         if lost > MOST_LOST:
-            raise InputError(f"advise: up to {MOST_LOST:g} of the images are lost, not {lost:g}")
+            raise InputError(
+                f"advise: at most {MOST_LOST:g} of the images may be lost, got {lost:g}"
+            )
         return cls(dt, every, latency, experiment.actuation.response(scene.nv).lag, lost)
 
     @property
     def period(self) -> float:
-        """Seconds from one image to the next."""
+        """The time in seconds from one image to the next."""
         return self.dt * self.every
 
     @property
     def delay(self) -> int:
-        """How many images come between that of an instant and that which is used then."""
+        """The number of images between the current image and the image that is used now."""
         return math.ceil(self.latency / self.period - ROUNDING)
 
     @property
-    def taken(self) -> float:
-        """Seconds from an image's arrival to when that is taken which comes `delay` later."""
+    def until_taken(self) -> float:
+        """The time in seconds from an arrival until the image used `delay` later is taken."""
         return max(self.delay * self.period - self.latency, 0.0)
 
     @property
-    def held(self) -> Self:
-        """The same loop, of which the command is the same from one image to the next."""
+    def per_image(self) -> Self:
+        """The same loop with a command that is constant from one image to the next."""
         return replace(self, dt=self.period, every=1)
 
     @property
-    def short(self) -> Self:
-        """The same, or a loop of rarer images with the same mean delay, where many are on the way.
+    def with_rarer_images(self) -> Self:
+        """The same loop, or a loop with rarer images if many images are pending.
 
-        A command that is held for T is late by T/2. The limit differs by some (T / latency)^2 / 24.
+        The rarer images have the same mean delay.
+
+        A command that is held for T is late by T/2. The relative
+        difference of the limits is about (T / latency)^2 / 24.
         """
         longer = math.ceil(self.delay / (LONGEST_LOSSY_QUEUE if self.lost else LONGEST_QUEUE))
         if longer <= 1:
             return self
         every = longer * self.every
         latency = self.latency - 0.5 * (every - self.every) * self.dt
-        lost = self.lost / (self.lost + longer * (1.0 - self.lost))  # of the same mean age
+        lost = self.lost / (
+            self.lost + longer * (1.0 - self.lost)
+        )  # gives the same mean age of images
         return replace(self, every=every, latency=latency, lost=lost)

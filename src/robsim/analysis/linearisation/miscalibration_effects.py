@@ -1,4 +1,4 @@
-"""What a small mistake of the calibration does to the end of a run and to its stability."""
+"""Effects of a small calibration error on the end of a run and on its stability."""
 
 from __future__ import annotations
 
@@ -15,21 +15,32 @@ from robsim.analysis.vector_fields import VectorField
 from robsim.base.arrays import Array
 from robsim.run import end_variables
 
-NOTABLE_CHANGE = 5e-4  # relative change that is told
-ROUNDING = 1e-8  # metres and radians, below which a change is one of rounding
+NOTABLE_CHANGE = 5e-4  # relative change that is printed
+ROUNDING = 1e-8  # metres and radians below which a change is rounding
 
 
 @dataclass(frozen=True)
 class MiscalibrationEffect:
-    """The effect of a number that is believed wrongly by a unit, to first order.
+    """First-order effect of an error of one unit in a believed number.
 
-    name     such as "cameras.eye.focal"; of a pose, along or about an axis of its own
-    unit     of the mistake: "1 %", "1 px", "1 mm", "1 deg", or 0.02 of a distortion
-    metres   by which the camera ends elsewhere, relative to the target
-    radians  by which it is turned there
-    rate     relative change of the slowest rate of decay
-    limit    relative change of the largest stable gain
+    Attributes
+    ----------
+    name : str
+        Dotted name of the number, such as "cameras.eye.focal". Pose errors are along or about an
+        axis of the part itself.
+    unit : str
+        Size of the error: "1 %", "1 px", "1 mm", "1 deg", or 0.02 of a distortion coefficient.
+    metres : float
+        Displacement of the camera relative to the target at the end.
+    radians : float
+        Rotation of the camera relative to the target at the end.
+    rate : float
+        Relative change of the slowest rate of decay.
+    limit : float
+        Relative change of the largest stable gain.
 
+    Examples
+    --------
     >>> MiscalibrationEffect("cameras.eye.focal", "1 %", 0.02, 0.0, 0.0, 0.01).metres
     0.02
     """
@@ -43,16 +54,16 @@ class MiscalibrationEffect:
 
     @property
     def moves(self) -> bool:
-        """Whether the camera ends elsewhere."""
+        """Whether the error displaces the camera at the end."""
         return bool(self.metres or self.radians)
 
     @property
     def notable(self) -> bool:
-        """Whether it moves the end, or changes a rate or the limit by a twentieth of a percent."""
+        """Whether the error displaces the end, or changes rate or limit by 0.05 % or more."""
         return self.moves or max(abs(self.rate), abs(self.limit)) >= NOTABLE_CHANGE
 
     def __str__(self) -> str:
-        """Return in a line what a unit of the mistake changes."""
+        """Return the changes that one unit of the error causes, in one line."""
         changes = (("slowest rate", self.rate), ("largest gain", self.limit))
         each = [f"ends {format_offset(self.metres, self.radians)} off"] if self.moves else []
         each += [f"{name} {100 * x:+.2g} %" for name, x in changes if abs(x) >= NOTABLE_CHANGE]
@@ -60,43 +71,48 @@ class MiscalibrationEffect:
 
 
 def compute_effects(linear: LinearLoop) -> tuple[MiscalibrationEffect, ...]:
-    """Return the effects of all mistakes, those that move the end of the camera most first.
+    """Return the effects of all errors, sorted by the displacement that they cause.
 
-    A distance counts as the angle at which it is seen from the target; where nothing moves, that
-    comes first which lowers the largest gain or the slowest rate most.
+    Distances are compared by their visual angle from the target. Errors without
+    displacement are sorted by how much they lower the largest gain or the slowest rate.
     """
-    field, limit = linear.field, find_mode_limit(linear.scaled.modes, linear.calm)
+    field, limit = linear.field, find_mode_limit(linear.scaled.modes, linear.lossless)
     depth = float(np.mean([Z.mean() for Z in field.images(linear.q)[1].values()]))
-    each = generate_perturbations(linear.task, field.scene, field.controller.sights)
-    found = [_compute_effect(linear, mistake, limit) for mistake in each]
-    return tuple(sorted(found, key=lambda one: _effect_order(one, depth)))
+    perturbations = generate_perturbations(linear.task, field.scene, field.controller.sights)
+    computed = [_compute_effect(linear, mistake, limit) for mistake in perturbations]
+    return tuple(sorted(computed, key=lambda one: _effect_order(one, depth)))
 
 
 def _effect_order(one: MiscalibrationEffect, depth: float) -> tuple[float, float, float]:
+    """Return the sort key of an effect: displacement first, then stability."""
     return -max(one.metres / depth, one.radians), min(one.limit, one.rate), one.limit
 
 
 def _compute_effect(
     linear: LinearLoop, mistake: BeliefPerturbation, limit: float
 ) -> MiscalibrationEffect:
-    """Return the effect of a mistake: dq = -(dqd/dq)^-1 qd, with the qd that it commands."""
-    other = linear.with_task(mistake.made(linear.task, linear.field.scene))
-    off = other.response.settled(other.field.command(linear.q).qd[:, 0])
-    metres, radians = _relative_offset(linear.field, linear.q, off)
-    scaled = GainDependence.of(other.response, None) if linear.scaled.proportional else other.scaled
+    """Return the effect of an error: dq = -(dqd/dq)^-1 qd, with its command qd at rest."""
+    perturbed = linear.with_task(mistake.apply(linear.task, linear.field.scene))
+    displacement = perturbed.response.cancelling_motion(perturbed.field.command(linear.q).qd[:, 0])
+    metres, radians = _relative_offset(linear.field, linear.q, displacement)
+    scaled = (
+        GainDependence.of(perturbed.response, None)
+        if linear.scaled.is_proportional
+        else perturbed.scaled
+    )
     slowest = scaled.rates[0].real / linear.scaled.rates[0].real - 1.0
-    raised = find_mode_limit(scaled.modes, linear.calm) / limit - 1.0 if limit else 0.0
+    raised = find_mode_limit(scaled.modes, linear.lossless) / limit - 1.0 if limit else 0.0
     return MiscalibrationEffect(mistake.name, mistake.unit, metres, radians, float(slowest), raised)
 
 
 def _relative_offset(field: VectorField, q: Array, motion: Array) -> tuple[float, float]:
-    """Return metres and radians by which a motion (n,) moves the camera against its target."""
-    moved = field.pose(field.moved(q, motion[:, None])).inv().matrix[0, :3, :, None]
-    here = field.pose(q).inv().matrix[0, :3, :, None]
-    metres, radians = end_variables.measure_pose_difference(here, moved)
+    """Return the displacement (m, rad) of the camera to its target by a motion (n,)."""
+    displaced = field.pose(field.displace(q, motion[:, None])).inv().matrix[0, :3, :, None]
+    pose = field.pose(q).inv().matrix[0, :3, :, None]
+    metres, radians = end_variables.measure_pose_difference(pose, displaced)
     return zero_rounding(float(metres[0])), zero_rounding(float(radians[0]))
 
 
 def zero_rounding(value: float) -> float:
-    """Return metres or radians, zero where differences and rounding make them up; NaN stays."""
+    """Return a distance or an angle, with values below rounding set to zero; NaN is kept."""
     return 0.0 if value <= ROUNDING else value

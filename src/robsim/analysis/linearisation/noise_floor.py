@@ -1,4 +1,4 @@
-"""The trembling that noise of the images leaves of a linear loop."""
+"""The jitter that image noise causes in a linear loop."""
 
 from __future__ import annotations
 
@@ -20,14 +20,19 @@ DOUBLINGS, ROUNDS, RELATIVE_TOLERANCE = 60, 100_000, 1e-12
 
 @dataclass(frozen=True)
 class NoiseFloor:
-    """What noise leaves at the end, as root mean squares over time.
+    """Jitter at the end of a run as root mean squares over time; infinite if the loop is unstable.
 
-    pixels    of the distance of a mark from its goal, in pixels
-    metres    of the distance of the camera from where it would rest, relative to the target
-    radians   of the angle likewise
+    Attributes
+    ----------
+    pixels : float
+        Distance of a mark from its goal, in pixels.
+    metres : float
+        Distance of the camera from its position of rest, relative to the target.
+    radians : float
+        Angle of the camera from its orientation of rest, relative to the target.
 
-    All are infinite where the loop is unstable.
-
+    Examples
+    --------
     >>> NoiseFloor(0.5, 1e-3, 0.01).metres
     0.001
     """
@@ -38,7 +43,7 @@ class NoiseFloor:
 
 
 def pixel_deviation(sensing: Sensing, robust: bool) -> float:
-    """Return the standard deviation of a pixel coordinate, as robust weights leave it or not."""
+    """Return the standard deviation of a pixel coordinate, with or without robust weights."""
     return math.hypot(*(each.effect.deviation(robust) for each in sensing.acting()))
 
 
@@ -49,12 +54,16 @@ def compute_noise_floor(
     pixel: float,
     encoder: Array,
 ) -> NoiseFloor:
-    """Return what remains under these deviations of a pixel and (n,) of joints that are read.
+    """Return the jitter for the standard deviations of a pixel and of the measured joints (n,).
 
-    The covariance X of the state settles where X = A X A' + B W B', with W that of the command.
+    The covariance X of the state is the solution of X = A X A' + B W B', with the covariance W of
+    the command.
     """
-    U, short = response.basis, timing.short
-    loop, together = scaled.at(1.0, short), short.every // timing.every  # images that are one
+    U, short = response.basis, timing.with_rarer_images
+    loop, together = (
+        scaled.at(1.0, short),
+        short.every // timing.every,
+    )  # images per image of the shortened loop
     if not is_stable(loop):
         return NoiseFloor(math.inf, math.inf, math.inf)
     share = pixel / math.sqrt(together)
@@ -68,21 +77,21 @@ def compute_noise_floor(
 
 
 def _stationary_covariance(loop: DiscreteLoop, W: Array) -> Array:
-    """Return the covariance of the state at the arrival of images."""
-    came, p = loop.steps()[0], loop.timing.lost
+    """Return the stationary covariance of the state at the arrival of images."""
+    used_step, p = loop.steps()[0], loop.timing.lost
     if not p:
-        return _sum_powers(came.of_state, came.of_error @ W @ came.of_error.T)
-    kept = loop.steps(lost=True)[0]
+        return _sum_powers(used_step.of_state, used_step.of_error @ W @ used_step.of_error.T)
+    lost_step = loop.steps(lost=True)[0]
     X = np.zeros((loop.size, loop.size))
     for _ in range(ROUNDS):
-        before, X = X, (1.0 - p) * came.covariance(X, W) + p * kept.covariance(X, W)
+        before, X = X, (1.0 - p) * used_step.covariance(X, W) + p * lost_step.covariance(X, W)
         if np.abs(X - before).max() <= RELATIVE_TOLERANCE * np.abs(X).max():
             break
     return X
 
 
 def _sum_powers(A: Array, Q: Array) -> Array:
-    """Return the sum of A^k Q A'^k over all k from 0 on (Smith 1968), by squaring A."""
+    """Return the sum of A^k Q A'^k over k = 0, 1, 2, ..., by squaring A (Smith 1968)."""
     X = Q
     for _ in range(DOUBLINGS):
         more = A @ X @ A.T
@@ -93,7 +102,7 @@ def _sum_powers(A: Array, Q: Array) -> Array:
 
 
 def _mean_covariance(loop: DiscreteLoop, X: Array, W: Array) -> Array:
-    """Return the mean covariance of the motion over the periods from one image to the next."""
+    """Return the covariance of the motion, averaged over the periods from one image to the next."""
     p, total = loop.timing.lost, np.zeros_like(W)
     for share, lost in ((1.0 - p, False), (p, True)):
         path = loop.steps(lost)[1] if share else []

@@ -1,4 +1,4 @@
-"""Small mistakes in what a controller believes: a unit of each number, one at a time."""
+"""Small errors in the beliefs of a controller: one unit of each number, one number at a time."""
 
 from __future__ import annotations
 
@@ -21,24 +21,28 @@ from robsim.world.scene import Scene
 
 RELATIVE, PIXEL, METRE, ANGLE, DISTORTION = 0.01, 1.0, 1e-3, math.radians(1.0), 0.02
 UNITS = {RELATIVE: "1 %", PIXEL: "1 px", METRE: "1 mm", ANGLE: "1 deg", DISTORTION: "0.02"}
-CALIBRATED_JOINTS = "revolute", "prismatic"  # joints whose constants a calibration finds
+CALIBRATED_JOINTS = "revolute", "prismatic"  # joints with constants that a calibration estimates
 
-BeliefChange = tuple[str, float, dict[str, Any]]  # name, unit, and what `Scene.believe` takes
+BeliefChange = tuple[str, float, dict[str, Any]]  # name, unit, arguments of `Scene.believe`
 
 
 @dataclass(frozen=True)
 class BeliefPerturbation:
-    """A number that is believed wrongly by a unit: what `Scene.believe` takes; nothing: depths."""
+    """An error of one unit in a believed number.
+
+    `wrong` holds the arguments of `Scene.believe`; if it is empty, the depths of the task are
+    wrong.
+    """
 
     name: str
     unit: str
     wrong: Mapping[str, Any] = field(default_factory=dict)
 
-    def made(self, task: Task, scene: Scene) -> Task:
-        """Return the task with this mistake beside those that it has."""
-        return map_servo_tasks(task, lambda leaf: self._made(leaf, scene))
+    def apply(self, task: Task, scene: Scene) -> Task:
+        """Return the task with this error added to the errors that it already has."""
+        return map_servo_tasks(task, lambda leaf: self._apply_to_task(leaf, scene))
 
-    def _made(self, leaf: ServoTask, scene: Scene) -> ServoTask:
+    def _apply_to_task(self, leaf: ServoTask, scene: Scene) -> ServoTask:
         if not self.wrong:
             larger = _enlarge_scale(leaf.depth_scale) if leaf.needs_depth else leaf.depth_scale
             return replace_fields(leaf, depth_scale=larger)
@@ -47,6 +51,7 @@ class BeliefPerturbation:
 
 
 def _enlarge_scale(scale: Any) -> Any:
+    """Return a depth scale, one number or one for each mark, larger by one percent."""
     larger = np.multiply(scale, 1.0 + RELATIVE)
     return tuple(larger.tolist()) if larger.ndim else float(larger)
 
@@ -54,7 +59,7 @@ def _enlarge_scale(scale: Any) -> Any:
 def generate_perturbations(
     task: Task, scene: Scene, sights: Sequence[CameraTarget]
 ) -> Iterator[BeliefPerturbation]:
-    """Yield the mistakes in the depths, and in what the sights depend on."""
+    """Yield the errors of the depths, and of all numbers that determine the images."""
     if any(leaf.needs_depth for leaf in list_servo_tasks(task)):
         yield BeliefPerturbation("task.depth_scale", UNITS[RELATIVE])
     kinds: tuple[tuple[str, str, Any, Callable[[Any], Iterator[BeliefChange]]], ...] = (
@@ -62,16 +67,16 @@ def generate_perturbations(
         ("objects", "target", [sight.target for sight in sights], _target_perturbations),
         ("robots", "robot", scene.robots, _robot_perturbations),
     )
-    for kind, who, parts, each in kinds:
+    for kind, keyword, parts, each in kinds:
         for name, part in {part.name: part for part in parts}.items():
             for number, unit, wrong in each(part):
                 yield BeliefPerturbation(
-                    f"{kind}.{name}.{number}", UNITS[unit], {who: name, **wrong}
+                    f"{kind}.{name}.{number}", UNITS[unit], {keyword: name, **wrong}
                 )
 
 
 def _camera_perturbations(eye: MountedCamera) -> Iterator[BeliefChange]:
-    """Yield mistakes in the intrinsics of a camera, and in where it is mounted."""
+    """Yield errors of the intrinsics and of the mounting pose of a camera."""
     first, *others = eye.camera.distortion or (0.0, 0.0, 0.0, 0.0)
     yield "focal", RELATIVE, {"focal": 1.0 + RELATIVE}
     yield "center.x", PIXEL, {"center": (PIXEL, 0.0)}
@@ -81,13 +86,13 @@ def _camera_perturbations(eye: MountedCamera) -> Iterator[BeliefChange]:
 
 
 def _target_perturbations(thing: Object) -> Iterator[BeliefChange]:
-    """Yield mistakes in the model of a target, and in where it stands."""
+    """Yield errors of the size and of the pose of a target."""
     yield "size", RELATIVE, {"size": 1.0 + RELATIVE}
     yield from _pose_perturbations("place")
 
 
 def _robot_perturbations(robot: Robot) -> Iterator[BeliefChange]:
-    """Yield mistakes in a Denavit-Hartenberg row after each joint, and in where a robot stands."""
+    """Yield errors of the Denavit-Hartenberg row after each joint, and of the base pose."""
     for link in robot.links:
         for name, unit in zip(DH_ERRORS, (ANGLE, METRE, METRE, ANGLE), strict=True):
             if link.joint.model.name in CALIBRATED_JOINTS:
@@ -95,9 +100,9 @@ def _robot_perturbations(robot: Robot) -> Iterator[BeliefChange]:
     yield from _pose_perturbations("base")
 
 
-def _pose_perturbations(what: str) -> Iterator[BeliefChange]:
-    """Yield small mistakes in a pose, along and about each axis."""
+def _pose_perturbations(keyword: str) -> Iterator[BeliefChange]:
+    """Yield small errors of a pose, along and about each axis."""
     for axis, along in zip("xyz", np.eye(3), strict=True):
-        yield f"position.{axis}", METRE, {what: Pose.at(*(METRE * along))}
+        yield f"position.{axis}", METRE, {keyword: Pose.at(*(METRE * along))}
     for axis, about in zip("xyz", np.eye(3), strict=True):
-        yield f"rotation.{axis}", ANGLE, {what: Pose.at(rotvec=ANGLE * about)}
+        yield f"rotation.{axis}", ANGLE, {keyword: Pose.at(rotvec=ANGLE * about)}

@@ -1,4 +1,4 @@
-"""Where a task comes to rest, near its goal."""
+"""The state of rest of a task near its goal."""
 
 from __future__ import annotations
 
@@ -17,13 +17,14 @@ from robsim.run.experiment import Experiment
 from robsim.servo.laws.gain import AdaptiveGain
 from robsim.servo.tasks.task import ServoTask, Task
 
-REST_TOLERANCE = 1e-9  # of the pace: a command below it is none
+REST_TOLERANCE = 1e-9  # largest command at rest, as a share of the pace of the controller
 
 
 def make_steady(task: Task, factor: float = 1.0) -> Task:
-    """Return the task as it is at rest: gains as at zero error, times a factor; no smooth start.
+    """Return the task with constant gains, times a factor, and without smooth start.
 
-    Gains of other names, those of `Placing`, stay.
+    Adaptive gains take their value at zero error. Gains with other names, as in `Placing`, are
+    kept.
     """
 
     def leaf(one: ServoTask) -> ServoTask:
@@ -34,22 +35,22 @@ def make_steady(task: Task, factor: float = 1.0) -> Task:
 
 
 def has_single_gain(leaf: ServoTask) -> bool:
-    """Return whether the gain of a servo task can be set."""
+    """Return whether a servo task has a field `gain`."""
     return "gain" in (each.name for each in fields(leaf))
 
 
 def find_rest_state(field: VectorField, experiment: Experiment) -> Array:
-    """Return the state of rest q (nq, 1): at the goal, or where a run without errors would end.
+    """Return the state of rest q (nq, 1), at the goal or at the end of a run without errors.
 
-    InputError: neither is a state of rest.
+    Raises InputError if neither is a state of rest.
     """
-    with np.errstate(all="ignore"):  # unusable states give NaN
+    with np.errstate(all="ignore"):  # invalid states give NaN
         q = _find_near_goal(field, experiment)
         return field.within_limits(_simulate_to_rest(experiment) if q is None else q)
 
 
 def _find_near_goal(field: VectorField, experiment: Experiment) -> Array | None:
-    """Return the state of rest nearest to a goal that was shown, if there is one."""
+    """Return the state of rest nearest to a taught goal; None if there is none."""
     if field.goal is None:
         return None
     q = _start_coordinates(experiment)
@@ -57,31 +58,31 @@ def _find_near_goal(field: VectorField, experiment: Experiment) -> Array | None:
     q[rows] = field.goal[rows]
     if np.abs(field.rates(q)).max() <= REST_TOLERANCE * field.controller.pace:
         return q
-    found = refine_equilibria(field, q)
-    return found[:, :1] if found.size else None
+    equilibria_near = refine_equilibria(field, q)
+    return equilibria_near[:, :1] if equilibria_near.size else None
 
 
 def _find_commanded_rows(field: VectorField) -> Array:
-    """Return the rows of the coordinates that the commanded velocities move."""
+    """Return which coordinates (nq,) the commanded velocities move."""
     q = move_runs_last(field.scene.home, 1)
-    moved = [field.moved(q, np.full((field.n, 1), amount)) != q for amount in (0.1, -0.2)]
-    return np.asarray(np.logical_or(*moved)[:, 0])
+    changes = [field.displace(q, np.full((field.n, 1), amount)) != q for amount in (0.1, -0.2)]
+    return np.asarray(np.logical_or(*changes)[:, 0])
 
 
 def _simulate_to_rest(experiment: Experiment) -> Array:
-    """Return where a run from the start ends, without errors of images and joints."""
-    found = equilibria(
+    """Return the final state of a run from the start, without image and joint errors."""
+    result = equilibria(
         experiment.scene, make_steady(experiment.task), starts=_start_coordinates(experiment).T
     )
-    if found.ends[0] < 0:
+    if result.ends[0] < 0:
         raise InputError(
-            "advise: from its start the task comes to rest nowhere, even with images and joints "
-            "without errors: its goal may be out of reach; see explain of the run"
+            "advise: from its start the task does not come to rest, even with exact images and "
+            "joints: its goal may be out of reach; call explain on the run"
         )
-    return move_runs_last(np.array(found[int(found.ends[0])].q), 1)
+    return move_runs_last(np.array(result[int(result.ends[0])].q), 1)
 
 
 def _start_coordinates(experiment: Experiment) -> Array:
-    """Return the coordinates (nq, 1) at which an experiment starts."""
+    """Return the start (nq, 1) of an experiment."""
     start = experiment.scene.home if experiment.start is None else experiment.start
     return move_runs_last(np.array(start), 1)

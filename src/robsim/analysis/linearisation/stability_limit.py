@@ -1,4 +1,4 @@
-"""The largest factor of the gains at which a linear loop is stable, and what limits it most."""
+"""The largest stable factor of the gains of a linear loop, and its main cause."""
 
 from __future__ import annotations
 
@@ -19,28 +19,29 @@ from robsim.base.arrays import Array
 from robsim.run.experiment import Experiment
 
 FIRST, LAST = 0.01, 1e9  # rate times delay at the first factor, and the largest factor over it
-UP, BLOCK = 1.1, 64  # from one factor that is tried to the next, and how many are at once
-LOWER, LOWEST = 0.1, 1e-8  # of the first factor: where even the last is unstable, none is stable
-PARTS, CUTS = 33, 4  # of an interval, and how often it is cut
-ROUNDS, PER_LOSS = 400, 150.0  # of a power iteration, at least, and times 1/(1 - lost)
-NOTABLE_RISE = 1.05  # factor by which the limit must rise without a cause
+UP, BLOCK = 1.1, 64  # ratio of consecutive factors, and how many are tested at once
+LOWER, LOWEST = 0.1, 1e-8  # of the first factor; no factor is stable if the last is not
+PARTS, CUTS = 33, 4  # parts of an interval, and number of subdivisions
+ROUNDS, PER_LOSS = 400, 150.0  # least rounds of a power iteration, and rounds times (1 - lost)
+NOTABLE_RISE = 1.05  # least ratio of the limits without and with a cause
 
 
 class StateMaps(NamedTuple):
-    """The maps (F, s, s) of the state from one image to the next, at several factors.
+    """Maps (F, s, s) of the state from one image to the next, at several factors of the gains.
 
-    `kept` are those where the image is lost, which a share `lost` is.
+    `used` are the maps for images that arrive, and `lost_map` the maps for lost images, with the
+    previous image used again. `lost` is the share of lost images.
     """
 
-    came: Matrix
-    kept: Matrix
+    used: Matrix
+    lost_map: Matrix
     lost: float
 
-    def settle(self) -> NDArray[np.bool_]:
-        """Return whether (F,) every motion decays, or its mean square where images are lost."""
+    def is_stable(self) -> NDArray[np.bool_]:
+        """Return whether (F,) all motions decay, in the mean square if images are lost."""
         if not self.lost:
-            return np.asarray(np.abs(np.linalg.eigvals(self.came)).max(axis=-1) < 1.0)
-        A, K, p = self.came, self.kept, self.lost
+            return np.asarray(np.abs(np.linalg.eigvals(self.used)).max(axis=-1) < 1.0)
+        A, K, p = self.used, self.lost_map, self.lost
         X: Any = np.broadcast_to(np.eye(A.shape[-1], dtype=A.dtype), A.shape)
         growth, rounds = np.zeros(len(A)), max(ROUNDS, int(PER_LOSS / (1.0 - p)))
         for i in range(rounds):
@@ -57,21 +58,21 @@ MapBuilder = Callable[[Array], StateMaps]  # of factors (F,)
 
 
 def find_largest_factor(scaled: GainDependence, timing: LoopDelays) -> float:
-    """Return the largest factor of the gains below which the loop settles; 0 if there is none.
+    """Return the largest factor of the gains below which the loop is stable; 0 if there is none.
 
-    It is where an eigenvalue of the map from one image to the next leaves the unit circle. Where
-    images are lost, the mean square is to settle, if the command follows from the image alone.
+    At this factor an eigenvalue of the map from one image to the next leaves the unit circle. With
+    lost images the mean square is used if the command depends on the image alone.
     """
-    if scaled.plain:
+    if scaled.is_image_only:
         return find_mode_limit(scaled.modes, timing)
-    short = replace(timing.short, lost=0.0)
+    short = replace(timing.with_rarer_images, lost=0.0)
     first = _small_factor(list(scaled.rates), short)
     return _search_limit(lambda factors: _stack_maps([scaled.at(f, short) for f in factors]), first)
 
 
 def find_mode_limit(rates: Sequence[complex], timing: LoopDelays) -> float:
-    """Return the same of a loop with these rates per second, which are told apart by the image."""
-    short = timing.short.held
+    """Return the largest factor of the gains for independent modes with these rates in 1/s."""
+    short = timing.with_rarer_images.per_image
     if min(rate.real for rate in rates) <= 0.0:
         return 0.0
     first = _small_factor(rates, short)
@@ -82,29 +83,31 @@ def find_mode_limit(rates: Sequence[complex], timing: LoopDelays) -> float:
 
 def is_stable(loop: DiscreteLoop) -> bool:
     """Return whether every motion of a loop decays."""
-    return bool(_stack_maps([loop]).settle()[0])
+    return bool(_stack_maps([loop]).is_stable()[0])
 
 
 def _make_mode_builder(rate: complex, timing: LoopDelays, usual: float) -> MapBuilder:
-    """Return what makes the maps of a mode, which are linear in the factor."""
+    """Return a function from factors to the maps of one mode, which are linear in the factor."""
     none, once = (_stack_maps([make_mode_loop(f * rate, timing)]) for f in (0.0, usual))
 
     def made(factors: Array) -> StateMaps:
         f = factors[:, None, None] / usual
-        came, kept = (a + f * (b - a) for a, b in zip(none[:2], once[:2], strict=True))
-        return StateMaps(came, kept, timing.lost)
+        used_map, lost_map = (a + f * (b - a) for a, b in zip(none[:2], once[:2], strict=True))
+        return StateMaps(used_map, lost_map, timing.lost)
 
     return made
 
 
 def _stack_maps(loops: Sequence[DiscreteLoop]) -> StateMaps:
-    came, kept = (
+    """Return the maps of several loops in one array."""
+    used_map, lost_map = (
         np.stack([loop.steps(lost)[0].of_state for loop in loops]) for lost in (False, True)
     )
-    return StateMaps(came, kept, loops[0].timing.lost)
+    return StateMaps(used_map, lost_map, loops[0].timing.lost)
 
 
 def _conjugate_transpose(A: Matrix) -> Matrix:
+    """Return the conjugate transpose."""
     return np.swapaxes(A, -1, -2).conj()
 
 
@@ -114,47 +117,47 @@ def _small_factor(rates: Sequence[complex], timing: LoopDelays) -> float:
     return FIRST / (max(abs(rate) for rate in rates) * delay)
 
 
-def _search_limit(made: MapBuilder, first: float) -> float:
-    """Return the least factor that is not stable, from one that is small."""
+def _search_limit(builder: MapBuilder, first: float) -> float:
+    """Return the smallest factor that is unstable; the search begins at the factor `first`."""
     low = first
-    while not made(np.array([low])).settle()[0]:
+    while not builder(np.array([low])).is_stable()[0]:
         low *= LOWER
         if low < LOWEST * first:
             return 0.0
     factors: Array = low * UP ** np.arange(BLOCK, dtype=np.float64)
-    while (stable := made(factors).settle()).all():
+    while (stable := builder(factors).is_stable()).all():
         factors = factors[-1] * UP ** np.arange(BLOCK, dtype=np.float64)
         if factors[0] > LAST * first:
             return float("inf")
     for _ in range(CUTS):
-        i = int(np.argmin(stable))  # the first that is not
+        i = int(np.argmin(stable))  # the first unstable factor
         factors = np.linspace(float(factors[max(i - 1, 0)]), float(factors[i]), PARTS + 1)
-        stable = made(factors).settle()
+        stable = builder(factors).is_stable()
         stable[-1] = False
     return float(factors[max(int(np.argmin(stable)) - 1, 0)])
 
 
 def find_limiting_cause(experiment: Experiment, linear: LinearLoop, gain: float) -> str:
-    """Return what the largest gain would be highest without, in words.
+    """Return the cause without which the largest gain would be highest, in words.
 
-    `gain` is that of the task, at which all motions would decay if all was believed rightly.
+    `gain` is the gain of the task. With true beliefs all motions would decay at this rate.
     """
-    found = sorted(_limits_without_causes(experiment, linear, gain))
+    limits = sorted(_limits_without_causes(experiment, linear, gain))
     limit = find_largest_factor(linear.scaled, linear.timing)
-    if not found or not found[-1][0] > NOTABLE_RISE * limit:
+    if not limits or not limits[-1][0] > NOTABLE_RISE * limit:
         return f"the control period of {format_number(1000 * linear.timing.dt)} ms"
-    return found[-1][1]
+    return limits[-1][1]
 
 
 def _limits_without_causes(
     experiment: Experiment, linear: LinearLoop, gain: float
 ) -> Iterator[tuple[float, str]]:
-    """Yield the largest factors of the gain without each cause."""
+    """Yield the largest factor of the gains without each cause, and the name of the cause."""
     for part in ("sensing", "actuation"):
         holder = getattr(experiment, part)
         for each in holder.acting():
-            left = LoopDelays.of(experiment.with_(**{part: each.removed(holder)}))
-            if left != linear.timing:
-                yield find_largest_factor(linear.scaled, left), each.effect.cause(experiment.dt)
+            timing = LoopDelays.of(experiment.with_(**{part: each.removed(holder)}))
+            if timing != linear.timing:
+                yield find_largest_factor(linear.scaled, timing), each.effect.cause(experiment.dt)
     if math.isfinite(gain):
-        yield find_mode_limit([gain], linear.timing), "what is believed, or the law"
+        yield find_mode_limit([gain], linear.timing), "wrong beliefs, or the law"

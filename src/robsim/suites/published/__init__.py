@@ -1,1 +1,1 @@
-"""The suites that ship with RobSim, one file each, which has a function `suite`."""
+"""The suites of RobSim, one file each with a function `suite`."""

@@ -1,8 +1,8 @@
-"""Calibration: a goal that is computed for a camera which is not the true one, and poor images.
+"""Calibration: a goal that is computed with wrong camera parameters, and poor images.
 
-The same fifty starts for each kind of error, with errors drawn evenly between the limits that the
-group names; the controller computes its goal for 60 cm from what it believes. Beside the schemes of
-the textbooks are some with robust weights, for marks that lie.
+Each kind of error has the same fifty starts, with errors distributed evenly between the limits in
+the name of the group. The controller computes its goal at 60 cm from its beliefs. Schemes with
+robust weights, for outliers among the marks, complete the textbook schemes.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ KINDS = {
     "all": "all together",
     "image": "1 px and outliers",
 }
-IMAGE_ERRORS = "noise", "outliers"  # what is wrong with the image alone
+IMAGE_ERRORS = "noise", "outliers"  # errors of the image alone
 ROBUST = {
     f"{name}, {each}": replace(BUILT_IN[of], weighting=each.lower())
     for name, of, kinds in (
@@ -76,20 +76,22 @@ def suite() -> Suite:
 
 
 def is_near_goal(rows: pd.DataFrame) -> Any:
-    """Return which runs, a row each, end near the goal as it was meant."""
+    """Return which runs end near the goal, one truth value for each row."""
     return (rows["distance_to_goal"] < 0.01) & (rows["angle_to_goal"] < np.radians(1.0))
 
 
 def _sample_camera_starts() -> Pose:
     """Return the poses (50,) of the camera at the start."""
     u = uniform(SEED, SUITES, STARTS, 4)
-    away = directions_in_cap(u[:, :2], np.radians(30.0)) * interpolate_range(u[:, 2:3], 0.6, 0.9)
+    positions = directions_in_cap(u[:, :2], np.radians(30.0)) * interpolate_range(
+        u[:, 2:3], 0.6, 0.9
+    )
     roll = interpolate_range(u[:, 3], -np.radians(45.0), np.radians(45.0))
-    return look_at_points(away, np.zeros((STARTS, 3)), roll, np.array([0.0, 1.0, 0.0]))
+    return look_at_points(positions, np.zeros((STARTS, 3)), roll, np.array([0.0, 1.0, 0.0]))
 
 
 def _sample_calibration_errors(u: Array) -> dict[str, Array]:
-    """Return what differs from run to run, of numbers u (runs, 10) in 0..1."""
+    """Return the values that differ from run to run, from numbers u (runs, 10) in 0..1."""
     even = interpolate_range(u, -1.0, 1.0)
     middle = (np.array(SIZE) - 1) / 2
     tilt = np.radians(2.0) * even[:, 6:9]
@@ -106,7 +108,7 @@ def _sample_calibration_errors(u: Array) -> dict[str, Array]:
 
 
 def _zero_other_kinds(values: Array, kind: str) -> Array:
-    """Return numbers (runs, ...) that are zero in runs without an error of a kind."""
+    """Return values (runs, ...) that are zero in the runs of other kinds."""
     has = np.repeat([_has_error(each, kind) for each in KINDS], STARTS)
     return np.where(has.reshape(-1, *[1] * (values.ndim - 1)), values, 0.0)
 

@@ -1,9 +1,9 @@
-"""CNS-150: pairs of start and goal in three thirds of rotation, each in three sizes of the world.
+"""CNS-150: pairs of start and goal in three ranges of rotation, each in three scales of the world.
 
-Public facts of the paper: 150 pairs, in thirds by the angle between start and goal; scenes of three
-scales; the camera, its 50 Hz, 600 steps, and what counts as success. Ours are the target, a square
-of 20 cm, and how a pair is drawn: both cameras within 45 degrees of the normal of the square,
-0.5 to 1 m away, looking at a point within 5 cm of its middle, with any roll.
+From the paper: 150 pairs, in thirds by the angle between start and goal; scenes of three scales;
+the camera, its 50 Hz, 600 steps, and the criterion of success. Chosen here: the target, a square of
+20 cm, and the sampling of pairs: both cameras are within 45 degrees of the normal of the square,
+0.5 to 1 m away, look at a point within 5 cm of its middle, and have any roll.
 """
 
 from __future__ import annotations
@@ -26,10 +26,10 @@ from robsim.suites.camera_poses import (
 from robsim.suites.suite import Suite, square_marks
 
 THIRDS = (3, 43), (45, 92), (94, 180)  # degrees between start and goal
-PAIRS = 50  # of each third
+PAIRS = 50  # pairs in each third
 SCALES = 0.2, 1.0, 5.0
-DRAWS = 4000  # of which enough are in each third
-SIDE = 0.2  # metres, at scale 1
+DRAWS = 4000  # samples, enough for each third
+SIDE = 0.2  # side of the square in metres, at scale 1
 
 
 def suite() -> Suite:
@@ -64,7 +64,7 @@ def suite() -> Suite:
 
 
 def is_within_tenth(rows: pd.DataFrame) -> Any:
-    """Return which runs, a row each, are as near to the goal as the paper asks."""
+    """Return which runs meet the criterion of the paper, one truth value for each row."""
     near = rows["distance_to_goal"] <= 0.1 * rows["distance_at_start"]
     return near & (rows["angle_to_goal"] <= np.radians(10.0))
 
@@ -81,11 +81,13 @@ def _sample_pairs() -> tuple[Pose, Pose]:
 
 
 def _sample_cameras(u: Array) -> Pose:
-    """Return poses of cameras that look at the square, of numbers u (N, 6) in 0..1."""
-    away = directions_in_cap(u[:, :2], np.radians(45.0)) * interpolate_range(u[:, 2:3], 0.5, 1.0)
+    """Return poses of cameras that look at the square, from numbers u (N, 6) in 0..1."""
+    positions = directions_in_cap(u[:, :2], np.radians(45.0)) * interpolate_range(
+        u[:, 2:3], 0.5, 1.0
+    )
     at = np.pad(interpolate_range(u[:, 3:5], -0.05, 0.05), ((0, 0), (0, 1)))
     return look_at_points(
-        away, at, interpolate_range(u[:, 5], -np.pi, np.pi), np.array([0.0, 1.0, 0.0])
+        positions, at, interpolate_range(u[:, 5], -np.pi, np.pi), np.array([0.0, 1.0, 0.0])
     )
 
 

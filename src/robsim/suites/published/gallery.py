@@ -1,4 +1,4 @@
-"""Gallery: numbers of docs/gallery.md, each of which its scenario must give again."""
+"""Gallery: numbers of docs/gallery.md that scenarios must reproduce."""
 
 from __future__ import annotations
 
@@ -52,6 +52,6 @@ def suite() -> Reproduction:
         1,
         "published results, run again",
         "docs/gallery.md, which cites the paper of each",
-        "the value is within half of the last digit that is printed; a goal is met to 1 mm",
+        "the value is within half of the last printed digit; a goal is met to 1 mm",
         NUMBERS,
     )

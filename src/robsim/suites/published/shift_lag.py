@@ -1,9 +1,10 @@
-"""Shift x lag: a target that jumps aside, seen by images that are late.
+"""Shift x lag: a target that jumps aside, seen by late images.
 
-The camera rests at its goal, and the target jumps by 0 to 10 cm, in twenty directions of space, and
-turns by 4 degrees for each centimetre. That is a run from beside the goal: until the first image of
-the jump comes, nothing moves, and so the clock starts with that image; until the camera's own
-motion is seen, the images show the jump alone, as those of a run before its first late image do.
+The camera rests at its goal. The target jumps by 0 to 10 cm, in twenty directions of space, and
+turns by 4 degrees for each centimetre. This equals a run from a start beside the goal: nothing
+moves until the first image of the jump arrives, and so the clock starts with that image. Until the
+camera's own motion is visible, the images show the jump alone, as images do before the first late
+image of a run.
 """
 
 from __future__ import annotations
@@ -31,9 +32,9 @@ def suite() -> Suite:
     cases = np.array(list(product(JUMPS, LATENCIES, range(DIRECTIONS))))
     (jump, latency), which = cases[:, :2].T, cases[:, 2].astype(int)
     u = uniform(SEED, SUITES, DIRECTIONS, 4)[which]
-    moved = jump[:, None] * directions_in_cap(u[:, :2], np.pi)
-    turned = TURN * jump[:, None] * directions_in_cap(u[:, 2:], np.pi)
-    jumps = Pose.at(*moved.T, rotvec=turned)  # of the target, in its own axes
+    shifts = jump[:, None] * directions_in_cap(u[:, :2], np.pi)
+    rotations = TURN * jump[:, None] * directions_in_cap(u[:, 2:], np.pi)
+    jumps = Pose.at(*shifts.T, rotvec=rotations)  # of the target, in its own axes
     return Suite(
         "shift_lag",
         1,
@@ -58,5 +59,5 @@ def suite() -> Suite:
 
 
 def is_at_jumped_goal(rows: pd.DataFrame) -> Any:
-    """Return which runs, a row each, rest where the target jumped to."""
+    """Return which runs rest at the new position of the target, one truth value for each row."""
     return (rows["distance_to_goal"] < 1e-3) & (rows["angle_to_goal"] < np.radians(0.5))

@@ -1,8 +1,8 @@
-"""ViT-500: 500 starts in a box above a target, of which some do not see all of it.
+"""ViT-500: 500 starts in a box above a target; some do not see all marks.
 
-Public facts of the paper: the number of starts and their seed, the box of 1.2 x 1.2 x 0.3 m about
-(0, 0, 0.61) m, the points looked at on four circles 8 cm apart, the roll within 120 degrees, the
-focal length, 1,500 steps, and what counts as success. Ours are the target, a square of 20 cm in the
+From the paper: the number of starts and their seed, the box of 1.2 x 1.2 x 0.3 m about
+(0, 0, 0.61) m, viewed points on four circles 8 cm apart, the roll within 120 degrees, the focal
+length, 1,500 steps, and the criterion of success. Chosen here: the target, a square of 20 cm in the
 plane z = 0, the goal at the middle of the box, 640 x 480 pixels, a gain of 1 and 50 Hz.
 """
 
@@ -46,11 +46,11 @@ def suite() -> Suite:
 
 
 def is_error_reduced(rows: pd.DataFrame) -> Any:
-    """Return which runs, a row each, are as near to the goal as the paper asks."""
-    away, turn = rows["distance_to_goal"], rows["angle_to_goal"]
-    reduced = away <= 0.1 * rows["distance_at_start"]
-    reduced &= turn <= 0.1 * rows["angle_at_start"]
-    return reduced | ((away < 0.01) & (turn < np.radians(1.0)))
+    """Return which runs meet the criterion of the paper, one truth value for each row."""
+    distance, angle = rows["distance_to_goal"], rows["angle_to_goal"]
+    reduced = distance <= 0.1 * rows["distance_at_start"]
+    reduced &= angle <= 0.1 * rows["angle_at_start"]
+    return reduced | ((distance < 0.01) & (angle < np.radians(1.0)))
 
 
 def _sample_box_starts() -> Pose:
@@ -63,11 +63,12 @@ def _sample_box_starts() -> Pose:
 
 
 def _points_on_circles(which: Array, turn: Array) -> Array:
-    """Return points (N, 3) on the circles, of numbers (N,) in 0..1."""
+    """Return points (N, 3) on the circles, from numbers (N,) in 0..1."""
     radius = STEP * (1 + np.floor(CIRCLES * which))
     angle = 2.0 * np.pi * turn
     return np.stack([radius * np.cos(angle), radius * np.sin(angle), 0.0 * angle], axis=1)
 
 
 def _sample_roll(u: Array) -> Array:
+    """Return roll angles (N,) in radians from numbers u (N,) in 0..1."""
     return interpolate_range(u, -np.radians(120.0), np.radians(120.0))

@@ -1,9 +1,9 @@
-"""ViT-500 with a poster of 40 marks, of which a start need not see all.
+"""ViT-500 with a poster of 40 marks; a start need not see all of them.
 
-Starts, goal, camera, gain, length and success are those of `vit_500`, where 88 of the starts do not
-see all four marks of the square. The poster is ours: 8 x 5 marks in the plane z = 0 that fill the
-image of the goal to 32 pixels from its sides. All schemes have the weighting `Border`, but for one
-that needs every mark.
+Starts, goal, camera, gain, length and criterion are the same as in `vit_500`, with 88 starts that
+do not see all four marks of the square. The poster is chosen here: 8 x 5 marks in the plane z = 0
+that fill the image of the goal to 32 pixels from its sides. All schemes have the weighting
+`Border`, except one scheme that needs every mark.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ def suite() -> Suite:
     schemes = {
         name: replace(task, weighting=Border())
         for name, task in BUILT_IN.items()
-        if name != "partitioned"  # whose area is made of all marks at once
+        if name != "partitioned"  # its area needs all marks
     }
     return replace(
         square,
@@ -51,6 +51,6 @@ def poster_marks() -> Array:
 
 
 def label_visibility(square: Suite) -> list[str]:
-    """Return of each start (500,) whether it sees all four marks of the square of `vit_500`."""
-    seen = square.scene.view(square.starts).visibility
-    return ["sees less than the square" if each.any() else "sees the square" for each in seen]
+    """Return for each start (500,) whether it sees all four marks of the square of `vit_500`."""
+    visibility = square.scene.view(square.starts).visibility
+    return ["sees less than the square" if each.any() else "sees the square" for each in visibility]
