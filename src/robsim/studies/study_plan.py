@@ -233,7 +233,7 @@ def _is_same_quantity(one: str, other: str) -> bool:
 
 
 def _check_nominal_axes(axes: tuple[StudyAxis, ...]) -> None:
-    """Raise InputError if `Plus` or `Times` changes a value that another axis replaces."""
+    """Raise InputError if `Sum` or `Product` changes a value that another axis replaces."""
     for axis in axes:
         if axis.nominal is None:
             continue
