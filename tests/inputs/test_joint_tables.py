@@ -193,7 +193,11 @@ MISTAKES = {
         'kind = "arc", radius = "1 m", angle = "0 deg"',
         "rear.curve: angle of an arc (radians) must not be 0",
     ),
-    "a chord of no rail": ('of = "rear"', 'of = "finger"', "'body' must follow a rail of its own"),
+    "a chord of no rail": (
+        'of = "rear"',
+        'of = "finger"',
+        "'body' must follow a rail that follows",
+    ),
     "a place beyond the chord": (
         'at = "20 cm"',
         'at = "60 cm"',

@@ -99,8 +99,8 @@ class Robot(Kinematics):
 
     Notes
     -----
-    Coordinates q (..., nq) are listed joint by joint, and velocities v (..., nv) likewise, in the
-    axes of the moved frame before the tail:
+    Coordinates q (..., nq) and velocities v (..., nv) are listed joint by joint. Velocities are in
+    the axes of the moved frame of the joint, before the tail:
 
     - revolute: angle (rad); angular velocity (rad/s)
     - prismatic: distance (m); velocity (m/s)

@@ -39,7 +39,7 @@ class Chord(Coupling):
 
     limited = False
     on_a_curve = True
-    wanted = "a rail of its own speed"
+    wanted = "a rail that follows nothing"
     of: SourceName
     length: Annotated[float, Length(above=0), "Distance between the centres of the two wheels."]
     radius: Annotated[
