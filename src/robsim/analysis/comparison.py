@@ -28,8 +28,8 @@ class Comparison:
         Run of each scheme.
     data : Dataset
         One variable for each measure (see `robsim.analysis.measures`), with dimensions (scheme,) or
-        (scheme, run), NaN if a measure is undefined; the outcome; and `began`, false if the start
-        does not see the target or exceeds a joint limit.
+        (scheme, run), NaN if a measure is undefined; the outcome; and `began`, false if the camera
+        does not see the target at the start, or a joint is beyond its limits.
     scenes : mapping of str to Scene
         Scene of each scheme.
     notes : tuple of str
@@ -170,7 +170,7 @@ class Comparison:
         ]
 
     def _not_begun(self, i: int) -> str:
-        """Return how many starts of a scheme could not begin, and why; empty if all could."""
+        """Return a note on the starts of a scheme that could not begin; empty if all could."""
         began, endings = self.data["began"].values[i], self.data["outcome"].values[i]
         counts = [(outcome, int((endings[~began] == outcome).sum())) for outcome in Outcome]
         why = ", ".join(f"{count} {outcome.words}" for outcome, count in counts if count)

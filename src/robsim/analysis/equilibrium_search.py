@@ -46,8 +46,8 @@ from robsim.world.scene import Scene
 NEAR = 0.02  # largest distance (m, rad) of the end of a run from its equilibrium
 CHUNK = 256  # runs in lockstep
 PAIRS = 200  # least number of pairs of ends for starts of Newton's method
-PERIODS = 0.02  # control period of a run, in time constants 1/rate of the fastest motion
-PATIENCE = 100.0  # duration of a run, in time constants 1/pace of the slowest motion
+PERIODS = 0.02  # control period of a run, in time constants of the fastest motion
+PATIENCE = 100.0  # duration of a run, in nominal time constants of the slowest motion
 LONGEST = 20_000  # control periods of a run, at most
 MOST = 1_000_001  # exclusive upper bound of the number of random starts
 
@@ -69,11 +69,12 @@ def equilibria(
     A run is simulated from every start as in `simulate`, but without image borders and joint
     limits. Newton's method then solves f(q) = 0, with the commanded velocities qdot = f(q), from
     the end and the start of every run, from random states between two ends (saddles lie there), and
-    from a taught goal. The result depends on the starts and may be incomplete. Each equilibrium is
-    classified by its error and by the eigenvalues of df/dq. Chaumette 1998, "Potential problems of
-    stability and convergence in image-based and position-based visual servoing", describes spurious
-    minima; Colotti et al. 2024, "Determination of all stable and unstable equilibria for
-    image-point-based visual servoing", all equilibria of points.
+    from a taught goal. The result depends on the starts and may be incomplete: an equilibrium that
+    no start leads to is missing. Each equilibrium is classified by its error and by the eigenvalues
+    of df/dq. Chaumette 1998, "Potential problems of stability and convergence in image-based and
+    position-based visual servoing", describes spurious minima; Colotti et al. 2024, "Determination
+    of all stable and unstable equilibria for image-point-based visual servoing", all equilibria of
+    points.
 
     Parameters
     ----------
@@ -91,7 +92,7 @@ def equilibria(
         For a single flying camera: least and largest distance from the middle of the marks, in
         units of the distance at the goal. The camera looks at the middle, with a random roll. For
         other robots every commanded joint is uniform within its limits, or within 0.5 m and a full
-        turn of home if it has none. Starts with a mark behind its camera are drawn again.
+        turn of home if it has no limits. Starts with a mark behind its camera are sampled again.
     cone : float, default pi/4
         For a single flying camera: largest angle in radians from the direction of the goal.
     dt : float, optional
@@ -159,7 +160,7 @@ def _check_given_starts(field: VectorField, starts: Any) -> Array:
 
 
 def _choose_period(field: VectorField, q0: Array, dt: Any, duration: Any) -> tuple[float, int]:
-    """Return the control period and the number of periods, by default from the task's rates."""
+    """Return the control period and the number of periods, by default from the decay rates."""
     if dt is None:
         rates = np.abs(loop_eigenvalues(field, q0 if field.goal is None else field.goal)).max(
             axis=0
@@ -184,7 +185,7 @@ def _simulate_runs(
 
 
 def _sample_between_ends(field: VectorField, ends: Array, seed: int) -> Array:
-    """Return random states between the ends of two runs: a saddle separates two basins."""
+    """Return random states between the ends of two runs, where saddles separate their basins."""
     count = ends.shape[1]
     share = RandomNumbers(seed, "between", np.arange(max(PAIRS, count))).uniform(3)
     i, j = (share[:, :2] * count).astype(int).T

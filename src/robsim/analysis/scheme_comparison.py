@@ -37,7 +37,7 @@ def compare(
     """Simulate several tasks from the same start and compute the same measures of each.
 
     The first form compares tasks in one scene. The second form, `compare(experiments)`, compares
-    experiments that may differ in everything but their number of starts. A recorded run
+    experiments, which may differ in everything except the number of starts. A recorded run
     (`read_bag`, `read_log`) may stand for an experiment; it is measured without simulation. The
     measures follow Gans, Hutchinson and Corke 2003 (see `robsim.analysis.measures`). For a batch
     the table shows the share of converged runs and medians.
@@ -69,7 +69,8 @@ def compare(
     Raises
     ------
     InputError, GoalError
-        If a scheme cannot be simulated; the message names it. Nothing has run then.
+        If a scheme cannot be simulated; the message names the scheme. All schemes are checked
+        before the first simulation.
     Interrupted
         After Ctrl-C; its `run` is the Comparison of the finished schemes.
 
@@ -123,7 +124,8 @@ def _make_experiments(
     return experiments
 
 
-_OWN_FIELDS = ("scene", "task", "start", "varied", "source", "title")  # fields that are no settings
+# fields of `Experiment` that are no settings
+_OWN_FIELDS = ("scene", "task", "start", "varied", "source", "title")
 
 
 def _check_name_mapping(value: Any, expected: str) -> Mapping[str, Any]:

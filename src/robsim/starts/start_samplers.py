@@ -31,10 +31,11 @@ FULL_TURN = (-np.pi, np.pi)
 
 @dataclass(frozen=True, eq=False)
 class Start(DeclaredValue):
-    """Base class of samplers of starts. `numbers` is the count of random numbers for a pose.
+    """Base class of samplers of starts.
 
-    With `visible` a start is drawn again until the cameras see the marks that the task needs and
-    all joints are within their limits. Rejected attempts are counted.
+    `numbers` is the count of uniform random numbers for one pose. With `visible` a start is sampled
+    again until the cameras see the marks that the task needs and all joints are within their
+    limits. Rejected attempts are counted.
     """
 
     numbers: ClassVar[int] = 0
@@ -46,7 +47,7 @@ class Start(DeclaredValue):
     def coordinates(
         self, reach: StartKinematics, draws: RandomNumbers
     ) -> tuple[Array, NDArray[np.bool_]]:
-        """Return coordinates (draws, nq), and whether each start is reached."""
+        """Return coordinates (draws, nq), and whether the robot reaches each start."""
         return reach.coordinates(self.poses(reach, draws.uniform(self.numbers)))
 
     def poses(self, reach: StartKinematics, share: Array) -> Array:
@@ -76,11 +77,11 @@ def _check_low_high_pair(pair: Any, subject: str, least: float = -np.inf) -> Non
 class LookAt(Start):
     """Camera poses that look at the middle of the marks of an object.
 
-    Distances are uniform between two bounds. Directions are uniform on the sphere, within the angle
-    `cone` of `axis` (3,), a direction in the world; the default is the direction from the target to
-    the camera at its goal. The camera is rotated about its optical axis by `roll`, relative to
-    image columns that run as close as possible to their direction at the goal. With `aside` the
-    camera looks at a random point within this radius of the middle.
+    Distances from the middle are uniform between two bounds. Directions from the middle are uniform
+    on the part of the sphere within the angle `cone` of `axis` (3,), a direction in the world. The
+    default axis points to the camera at its goal. At zero `roll` the image columns are as close as
+    possible to their direction at the goal; `roll` rotates the camera about its optical axis. With
+    `aside` the camera looks at a random point within this radius of the middle.
 
     >>> LookAt("plate", distance=(0.3, 0.8)).cone
     0.7853981633974483
@@ -135,8 +136,7 @@ class LookAt(Start):
         """Return the middle (3,) of the marks, and the unit axis (3,) of the cone."""
         if reach.frame not in [eye.name for eye in reach.scene.cameras]:
             raise InputError(
-                f"LookAt: the moving frame '{reach.frame}' is no camera; take Shell, Within "
-                "or About"
+                f"LookAt: the moving frame '{reach.frame}' is no camera; use Shell, Within or About"
             )
         middle = reach.middle(self.target or reach.controller.sights[0].target.name)
         direction = reach.goal.position - middle if self.axis is None else self.axis
@@ -243,7 +243,7 @@ class Anywhere(Start):
     def coordinates(
         self, reach: StartKinematics, draws: RandomNumbers
     ) -> tuple[Array, NDArray[np.bool_]]:
-        """Return coordinates (draws, nq), all of them reached."""
+        """Return coordinates (draws, nq), which the robot always reaches."""
         scene = reach.scene
         low, high = (
             limits if own is None else own
@@ -253,7 +253,8 @@ class Anywhere(Start):
             if end.shape not in ((), (scene.nq,)) or not np.isfinite(end).all():
                 raise InputError(
                     f"Anywhere.{name}: expected {scene.nq} finite coordinates, got "
-                    f"{format_value(end.tolist())}; joints without limits need these"
+                    f"{format_value(end.tolist())}; give low and high if joints have no "
+                    "limits"
                 )
         if (low > high).any():
             raise InputError(f"Anywhere: low {format_value(low.tolist())} is above high")

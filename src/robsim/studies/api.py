@@ -23,7 +23,7 @@ from robsim.studies.trajectory_store import count_trajectory_bytes, import_zarr
 
 CHUNK = 4000  # runs that are simulated together and stored in one file
 MOST_CHUNK = 1_000_000
-MOST_BYTES = 1e8  # most memory for the instants of a chunk
+MOST_BYTES = 1e8  # most memory for the stored instants of a chunk
 
 
 def study(
@@ -44,18 +44,19 @@ def study(
 ) -> StudyResult:
     """Simulate an experiment many times with varied numbers, choices and starts.
 
-    A study consists of draws. Each draw has a random start and random numbers, and is simulated
-    with every combination of the enumerated values (lists and grids). All results have the same
-    bits for any `threads`, `chunk` and `client`. A sampled focal length below 10 is a factor of the
-    focal length of the experiment, as in `Scene.believe`.
+    A study consists of draws. A draw is a random start with a sample of every random number; it is
+    simulated with each combination of the enumerated values (lists and grids). All results have the
+    same bits for any `threads`, `chunk` and `client`. A sampled focal length below 10 is a factor
+    of the focal length of the experiment, as in `Scene.believe`.
 
     Parameters
     ----------
     experiment : Experiment
         Experiment with a single start.
     runs : int, optional
-        Number of draws. If this and all other parameters of the plan are omitted, the table [study]
-        of the experiment's file is used.
+        Number of draws. Default: the number of given starts. If `runs`, `seed`, `start`, `vary`,
+        `measures` and `trajectories` are omitted, the table [study] of the experiment's file is the
+        plan.
     seed : int, optional
         Seed of the samples and of the noise. Default: the seed of the experiment.
     start : sampler, array_like of shape (nq,) or (B, nq), optional
@@ -63,7 +64,7 @@ def study(
         draw. Default: the start of the experiment.
     vary : mapping of str to object, optional
         Varied values by the dotted names of `Experiment.at`. A sampler (`Uniform`, `Normal`,
-        `LogUniform`, `Sobol`, `Choice`, or `Sum` and `Product` of these) gives each draw a new
+        `LogUniform`, `Sobol`, `Choice`, or `Sum` and `Product` of a sampler) gives each draw a new
         value. A list, a mapping {label: value} or a `Grid` is enumerated: every draw is simulated
         with each of its values.
     measures : bool, default False
@@ -91,7 +92,7 @@ def study(
     Raises
     ------
     InputError
-        If the study cannot be run; nothing has run then.
+        If the study cannot be simulated. The plan is checked before the first simulation.
     FileError
         If `store` cannot be written, or holds another study.
     Interrupted
@@ -135,7 +136,7 @@ def run_plan(
     chunk: int,
     progress: Progress | None,
 ) -> StudyResult:
-    """Run a plan into a claimed folder, or into memory; see `study`."""
+    """Simulate a plan, with its results in a locked folder or in memory; see `study`."""
     check_progress(progress)
     size = _choose_chunk_size(plan, chunk)
     threads = None if threads is None else as_integer(threads, "threads", 1, 1025)
@@ -158,7 +159,7 @@ def run_plan(
 
 
 def _choose_chunk_size(plan: Plan, chunk: int) -> int:
-    """Return the number of runs per chunk, smaller if all their instants are stored."""
+    """Return the number of runs per chunk, fewer if their instants are stored."""
     size = as_integer(chunk, "chunk", 1, MOST_CHUNK + 1)
     if plan.trajectories:
         import_zarr()

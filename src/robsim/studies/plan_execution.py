@@ -17,7 +17,7 @@ from robsim.studies.study_plan import Plan
 from robsim.studies.study_store import StudyStore
 
 Progress = Callable[[float], None]
-CHECKED_STARTS = 32  # draws and combinations of values that are checked before anything runs
+CHECKED_STARTS = 32  # draws and combinations of values that are checked before the simulation
 Chunk = tuple[int, int]  # first run, and last run (exclusive)
 
 
@@ -95,10 +95,7 @@ def count_done(sink: StudySink, plan: Plan) -> int:
 
 
 def check_plan(plan: Plan) -> None:
-    """Check a plan before it runs.
-
-    Raises InputError if an enumerated value is invalid, or no start of the first draws is accepted.
-    """
+    """Raise InputError if an enumerated value is invalid, or all first starts are rejected."""
     rows = RowSimulator(plan)
     cells = [plan.cells_of([axis.name])[:CHECKED_STARTS] for axis in plan.in_turn]
     for part in rows.parts(np.unique(np.concatenate([plan.cells_of([]), *cells]))):

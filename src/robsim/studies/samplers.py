@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Annotated, Any, Protocol, runtime_checkable
 
@@ -26,10 +27,10 @@ POSITIVE = Numbers(item=Amount(above=0), shape=None)
 
 @runtime_checkable
 class Sampler(Protocol):
-    """Protocol of samplers, which give each draw one value: an array (draws, *shape).
+    """Protocol of samplers, which return one value for each draw: an array (draws, *shape).
 
-    `shape` is the shape of the sampler's own numbers, () for one number. A user-defined class joins
-    the samplers by `robsim.declare.register("sampler", "my_sampler")`.
+    `shape` is the shape of the parameters of the distribution, () for one number. A user-defined
+    class joins the samplers by `robsim.declare.register("sampler", "my_sampler")`.
 
     Examples
     --------
@@ -40,7 +41,7 @@ class Sampler(Protocol):
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """The shape of one value, as far as the sampler determines it."""
+        """The shape of one value, as far as the parameters determine it."""
         ...
 
     def drawn(self, draws: RandomNumbers, shape: tuple[int, ...]) -> Array:
@@ -61,9 +62,9 @@ def count_given_values(sampler: Any) -> int | None:
     return len(sampler.values) if isinstance(sampler, TabulatedValues) else None
 
 
-def _draw_numbers(draw: Any, shape: tuple[int, ...]) -> Array:
+def _sample_numbers(sample: Callable[[int], Array], shape: tuple[int, ...]) -> Array:
     """Return random numbers (draws, *shape) from a function of their count."""
-    return np.asarray(draw(math.prod(shape)).reshape(-1, *shape))
+    return np.asarray(sample(math.prod(shape)).reshape(-1, *shape))
 
 
 def _check_low_high(kind: str, low: Any, high: Any) -> None:
@@ -110,7 +111,7 @@ class Uniform(RangeSampler):
 
     def drawn(self, draws: RandomNumbers, shape: tuple[int, ...]) -> Array:
         """Return a value (draws, *shape) for each draw."""
-        return self.at(_draw_numbers(draws.uniform, shape))
+        return self.at(_sample_numbers(draws.uniform, shape))
 
 
 @register("sampler", "sobol")
@@ -119,8 +120,8 @@ class Sobol(RangeSampler):
     """Evenly distributed numbers between low and high, from a Sobol sequence.
 
     All numbers of a study with this sampler are coordinates of one point of the Sobol sequence,
-    scrambled by the seed. Means over the runs then converge faster than with `Uniform`. It needs
-    SciPy, which `pip install 'robsim[store]'` installs.
+    scrambled by the seed. Means over the runs converge faster than with `Uniform`. The sampler
+    needs SciPy, which `pip install 'robsim[store]'` installs.
 
     >>> Sobol(0.5, 2.0).low
     array(0.5)
@@ -128,13 +129,13 @@ class Sobol(RangeSampler):
 
     def drawn(self, draws: RandomNumbers, shape: tuple[int, ...]) -> Array:
         """Return a value (draws, *shape) for each draw."""
-        return self.at(_draw_numbers(draws.even, shape))
+        return self.at(_sample_numbers(draws.even, shape))
 
 
 @register("sampler", "log_uniform")
 @dataclass(frozen=True, eq=False)
 class LogUniform(RangeSampler):
-    """Positive numbers with a uniform logarithm: as often from 0.1 to 1 as from 1 to 10.
+    """Positive numbers with a uniform logarithm: 0.1 to 1 is as probable as 1 to 10.
 
     >>> LogUniform(0.1, 10.0).high
     array(10.)
@@ -145,7 +146,7 @@ class LogUniform(RangeSampler):
 
     def drawn(self, draws: RandomNumbers, shape: tuple[int, ...]) -> Array:
         """Return a value (draws, *shape) for each draw."""
-        share = _draw_numbers(draws.uniform, shape)
+        share = _sample_numbers(draws.uniform, shape)
         return np.asarray(self.low * np.exp(np.log(self.high / self.low) * share))
 
 
@@ -177,16 +178,16 @@ class Normal(DeclaredValue):
 
     def drawn(self, draws: RandomNumbers, shape: tuple[int, ...]) -> Array:
         """Return a value (draws, *shape) for each draw."""
-        return np.asarray(self.mean + self.std * _draw_numbers(draws.normal, shape))
+        return np.asarray(self.mean + self.std * _sample_numbers(draws.normal, shape))
 
 
 @register("sampler", "given")
 @dataclass(frozen=True, eq=False)
 class TabulatedValues(DeclaredValue):
-    """Given numbers: the first draw has the first row, and so on.
+    """Tabulated numbers: draw i has row i.
 
-    Use it for samples from elsewhere. Values of several names with this sampler stay combined row
-    by row.
+    Use it for samples of another program. Several names with this sampler have values of the same
+    row in each draw, which preserves their correlation.
 
     >>> TabulatedValues([0.1, 0.2, 0.4]).values
     array([0.1, 0.2, 0.4])
@@ -197,7 +198,9 @@ class TabulatedValues(DeclaredValue):
     def __post_init__(self) -> None:
         super().__post_init__()
         if not self.values.ndim:
-            raise InputError("Given: expected one row of numbers for each draw, got one number")
+            raise InputError(
+                "TabulatedValues: expected one row of numbers for each draw, got one number"
+            )
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -205,14 +208,14 @@ class TabulatedValues(DeclaredValue):
         return tuple(self.values.shape[1:])
 
     def drawn(self, draws: RandomNumbers, shape: tuple[int, ...]) -> Array:
-        """Return a value (draws, *shape) for each draw, from the first row again after the last."""
+        """Return the row of each draw, (draws, *shape); the rows repeat cyclically."""
         own = self.values[draws.numbers % len(self.values)]
         return np.array(np.broadcast_to(own, (len(own), *shape)))
 
 
 @dataclass(frozen=True, eq=False)
 class _NominalSampler(DeclaredValue):
-    """Numbers of another sampler that change the nominal value of the experiment."""
+    """Samples that change the nominal value of the experiment."""
 
     of: Annotated[Any, ChoiceSpec(SAMPLER, short=False, protocol=Sampler), "Sampler of the change."]
 
@@ -258,7 +261,7 @@ class Product(_NominalSampler):
 class Choice(DeclaredValue):
     """Random choice of one of several values: numbers, texts as in a file, or objects.
 
-    To combine every draw with each of the values, give the list alone, without `Choice`.
+    Each draw has one value. Give a list without `Choice` to simulate every draw with each value.
 
     >>> Choice([0.2, 0.5, 1.0]).values
     (0.2, 0.5, 1.0)

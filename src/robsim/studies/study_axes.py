@@ -22,7 +22,7 @@ FOCAL_FACTOR = 10.0  # a focal length below this number is a factor, as in `Scen
 
 @dataclass(frozen=True, eq=False)
 class StudyAxis:
-    """A varied name with its values, enumerated or random, or with a sampler of numbers."""
+    """A varied name with its enumerated values, its random choice of values, or its sampler."""
 
     name: str
     values: dict[str, Any] | None
@@ -59,7 +59,7 @@ class StudyAxis:
         return np.asarray(self.nominal * sampled if self.factor else self.nominal + sampled)
 
     def check(self, experiment: Experiment, numbers: Array) -> StudyAxis:
-        """Check the least and the largest of some numbers, and return the axis that stores them.
+        """Check the smallest and the largest of some numbers, and store them in the returned axis.
 
         Raises InputError or FileError with the invalid number.
         """
@@ -151,7 +151,7 @@ def _is_real_number(value: Any) -> bool:
 
 
 def _draws_factors(sampler: Any) -> bool:
-    """Return whether the samples of a focal length are too small for pixels."""
+    """Return whether samples of a focal length are factors: they are too small for pixels."""
     shape = tuple(sampler.shape)
     probe = RandomNumbers(0, "focal", np.arange(64), evenly=(max(math.prod(shape), 1), 0))
     return bool(np.abs(sampler.drawn(probe, shape)).max() < FOCAL_FACTOR)

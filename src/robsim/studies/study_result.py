@@ -49,8 +49,8 @@ class StudyResult:
         Folder of the store, if any.
     table : DataFrame
         Number of the run and of its draw, varied values, start (m, rad), and results; see
-        `robsim.studies.result_columns.COLUMN_MEANINGS`. Runs with `began` false are not counted:
-        their start does not see the target, or exceeds a joint limit.
+        `robsim.studies.result_columns.COLUMN_MEANINGS`. Runs with `began` false are not counted: at
+        their start the target is not seen, or a joint is beyond its limits.
 
     Examples
     --------
@@ -98,7 +98,7 @@ class StudyResult:
         return make_table(self.plan, *self._facts)
 
     def counts(self, by: str | None = None) -> OutcomeCounts:
-        """Return the counted outcomes with intervals, in total or by the values of a column.
+        """Return the counted outcomes with intervals, in total or for each value of a column.
 
         Parameters
         ----------
@@ -132,7 +132,7 @@ class StudyResult:
 
     @property
     def visible(self) -> Estimate | None:
-        """The share of the random starts that were accepted; None if no starts were drawn."""
+        """The share of accepted random starts; None if the study has no random starts."""
         tries = self._tries()
         return None if tries is None else estimate_share(*tries)
 
@@ -142,10 +142,10 @@ class StudyResult:
         if "start_tries" not in facts:
             return None
         _, draw, count = np.unique(runs // self.plan.cells, return_inverse=True, return_counts=True)
-        will_do = np.bincount(draw, facts["began"].astype(float)) == count
+        accepted = np.bincount(draw, facts["began"].astype(float)) == count
         tries = np.zeros(len(count), dtype=np.int64)
         tries[draw] = facts["start_tries"]
-        return int(will_do.sum()), int(tries.sum())
+        return int(accepted.sum()), int(tries.sum())
 
     def of_run(self, number: int) -> Experiment:
         """Return the experiment of one run, with its start and its noise.
@@ -189,7 +189,7 @@ class StudyResult:
         Warns
         -----
         ReplayWarning
-            If the run ends otherwise than before.
+            If the new run has another outcome, end time, final distance or path length.
         """
         one = self.of_run(number)
         run: xr.Dataset = one.run()
@@ -230,8 +230,8 @@ class StudyResult:
     ) -> PairedComparison:
         """Compare the values of a column on the same draws; see `robsim.studies.paired_comparison`.
 
-        For each pair of values: McNemar's exact test, the difference of the shares that converged,
-        and the median difference of a measure, with intervals.
+        Each pair of values has McNemar's exact test, the difference of the converged shares, and
+        the median difference of a measure, with intervals.
 
         Parameters
         ----------
@@ -254,7 +254,7 @@ class StudyResult:
     def sensitivity(
         self, of: str = "converged", *, where: Mapping[str, Any] | None = None, **how: Any
     ) -> Sensitivity:
-        """Return how much convergence or a measure depends on each varied number and choice.
+        """Return the dependence of convergence or of a measure on each varied number and choice.
 
         Parameters
         ----------
@@ -353,7 +353,10 @@ class StudyResult:
 
     @property
     def text(self) -> str:
-        """The TOML text of the study for `robsim study`; InputError if it contains Python code."""
+        """The TOML text of the study, for `robsim study`.
+
+        Raises InputError if the study contains Python code.
+        """
         return format_plan(self.plan)
 
     @property

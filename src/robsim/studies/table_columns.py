@@ -93,9 +93,8 @@ def read_numbers(table: pd.DataFrame, name: str) -> Array:
 def group_column(table: pd.DataFrame, name: str, most: int = MOST_GROUPS) -> ColumnGroups:
     """Return the distinct values of a column, numbers in ascending order.
 
-    Other values keep the order of their first appearance.
-
-    Raises InputError if the column does not exist, is empty, or has more than `most` values.
+    Other values keep the order of their first appearance. Raises InputError if the column does not
+    exist, is empty, or has more than `most` values.
     """
     try:
         index, values = pd.factorize(get_column(table, name), sort=is_number_column(table, name))
@@ -134,7 +133,7 @@ def read_outcomes(table: pd.DataFrame) -> NDArray[np.int64]:
                 f"column 'outcome': no outcome {label!r}; {suggest_names(label, known, '')}"
             )
     if (index < 0).any():
-        raise InputError("column 'outcome' has gaps: every run has an outcome")
+        raise InputError("column 'outcome' has missing values: expected an outcome in every row")
     return np.array([int(known[label]) for label in labels])[index]
 
 
@@ -200,7 +199,7 @@ def get_unit(table: pd.DataFrame, name: str) -> str:
 
 
 def check_column_names(names: Any, subject: str) -> Sequence[str]:
-    """Return names of columns as a sequence; a single text is one name. Or InputError."""
+    """Return names of columns as a sequence; raise InputError if there are none."""
     sequence = [names] if isinstance(names, str) else names
     if not isinstance(sequence, list | tuple) or not sequence:
         raise InputError(f"{subject}: expected names of columns, got {format_value(names)}")

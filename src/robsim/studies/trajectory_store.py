@@ -41,7 +41,7 @@ class TrajectoryStore:
         return data.isel(run=runs).assign_coords(run=runs)
 
     def _group(self, plan: Plan, arrays: Columns) -> Any:
-        """Return the group, which is created atomically with all its arrays."""
+        """Return the group; the first call creates it atomically, with all its arrays."""
         zarr_module = import_zarr()
         if not self.path.exists():
             draft = make_draft_path(self.path)
@@ -81,7 +81,7 @@ def count_trajectory_bytes(plan: Plan) -> int:
 def import_zarr() -> Any:
     """Import Zarr; raise InputError if it is not installed."""
     try:
-        import zarr as found
+        import zarr
     except ImportError:
         raise InputError("trajectories need Zarr: pip install 'robsim[store]'") from None
-    return found
+    return zarr

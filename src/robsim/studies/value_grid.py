@@ -31,9 +31,9 @@ class Grid(RangeSampler):
     def __post_init__(self) -> None:
         super().__post_init__()
         if self.shape:
-            raise InputError("Grid: low and high are one number each")
+            raise InputError("Grid: expected one number for low and one for high")
         if self.log and self.low <= 0:
-            raise InputError(f"Grid: with log, low is above 0, got {float(self.low):g}")
+            raise InputError(f"Grid: with log, expected low above 0, got {float(self.low):g}")
 
     @property
     def values(self) -> tuple[float, ...]:
@@ -74,7 +74,7 @@ def _check_labels(values: dict[Any, Any], subject: str) -> dict[str, Any]:
 
 
 def generate_labels(values: tuple[Any, ...]) -> dict[str, Any]:
-    """Return values by generated labels, as short as distinguishes them.
+    """Return values by generated labels, the shortest that distinguish them.
 
     >>> list(generate_labels(({"kind": "ibvs"}, {"kind": "ibvs", "gain": 2.0}, {"kind": "pbvs"})))
     ['ibvs', 'ibvs gain=2', 'pbvs']

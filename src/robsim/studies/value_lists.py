@@ -1,4 +1,4 @@
-"""Lists of values of a varied name: numbers, texts as in a file, tables, or objects."""
+"""Lists of values of a varied name: numbers, TOML texts, tables, or objects."""
 
 from __future__ import annotations
 

@@ -35,8 +35,8 @@ def bench(
         Names of suites, or user-defined suites. Default: all suites of RobSim. The suite "gallery",
         which reproduces published numbers, has schemes of its own.
     schemes : mapping of str to Task or callable, optional
-        User schemes by name: a task, which receives the goal and the gain of the suite, or a class
-        or function that returns a task for scheme(goal, gain=2.0).
+        User schemes by name. A scheme is a task, which receives the goal and the gain of the suite,
+        or a class or function that returns a task, as in scheme(goal, gain=2.0).
     builtin : bool, default True
         Whether to include the schemes of the suite, mostly textbook schemes.
     progress : callable, optional
@@ -54,7 +54,8 @@ def bench(
     Raises
     ------
     InputError
-        If an argument is invalid (nothing has run then), or a scheme raises an error in a run.
+        If an argument is invalid, which is checked before the first simulation, or if a scheme
+        raises an error in a run.
     Interrupted
         After Ctrl-C; its `run` is the Benchmark of the finished runs.
 
@@ -69,7 +70,7 @@ def bench(
     chosen = _select_suites(suites)
     own = check_user_schemes({} if schemes is None else schemes)
     if not as_bool(builtin, "builtin") and not own:
-        raise InputError("no scheme to compare: give some, or builtin=True")
+        raise InputError("no scheme to compare: give schemes, or builtin=True")
     how = {"threads": threads, "chunk": chunk}
     steps = [step for suite in chosen for step in _make_steps(suite, own, builtin, how)]
     return run_steps(steps, partial(assemble_benchmark, chosen), progress)
@@ -95,7 +96,7 @@ def _select_suites(suites: Any) -> list[Any]:
 def _make_steps(
     suite: Any, own: Mapping[str, Any], builtin: bool, how: Mapping[str, Any]
 ) -> list[Any]:
-    """Check the schemes of a suite, and return a function for each that gives its rows."""
+    """Check the schemes of a suite, and return a function for each scheme that returns its rows."""
     if isinstance(suite, Reproduction):
         return [partial(run_reproduction, suite, how)]  # checked by the tests of RobSim
     goal, gain = suite.task_goal, suite.gain

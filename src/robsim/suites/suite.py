@@ -44,7 +44,7 @@ class Suite:
     name : str
         Name of the suite.
     version : int
-        Version. Results of the same name and version are comparable.
+        Version of the suite. Results with the same name and version are comparable.
     title, source : str
         Title of the suite, and its source.
     criterion : str
@@ -68,8 +68,8 @@ class Suite:
     crossed : bool, default False
         Whether to count every pair of labels of two groupings, instead of each label alone.
     computed : bool, default False
-        Whether the controller computes the goal from its pose by its beliefs, instead of being
-        taught.
+        Whether the controller computes the goal from its pose and its beliefs. Default: the goal is
+        shown.
     sensing : Sensing, optional
         Imperfections of the images of all runs.
     seed : int, default 0

@@ -40,7 +40,7 @@ class Trial:
 
     @cached_property
     def experiments(self) -> list[Experiment]:
-        """The experiment of all runs, or of each run if the task cannot be bound for all."""
+        """The experiment of all runs, or of each run if one experiment cannot vary the numbers."""
         whole = self.suite.experiment(self.task)
         if not self.varied:
             return [whole]

@@ -116,16 +116,16 @@ def _state_fence(analysis: RunAnalysis, safety: Safety) -> Statement:
 
 def _state_watchdog(analysis: RunAnalysis, safety: Safety) -> Statement:
     """Return the statement on the watchdog."""
-    dog = safety.watchdog
-    assert dog is not None
+    watchdog = safety.watchdog
+    assert watchdog is not None
     still = float((_commanded_velocities(analysis) == 0.0).all(axis=1).mean())
-    action = "holds" if dog.then == "hold" else "stops"
+    action = "holds" if watchdog.then == "hold" else "stops"
     sentence = (
         f"The watchdog of the safety {action} the robot when the last image is older than "
-        f"{format_number(dog.after)} s; it stands still in {format_number(100 * still)} percent of "
-        "the periods."
+        f"{format_number(watchdog.after)} s; it stands still in {format_number(100 * still)} "
+        "percent of the periods."
     )
-    return sentence, {"after_s": dog.after, "share": still}
+    return sentence, {"after_s": watchdog.after, "share": still}
 
 
 def _state_ramp(analysis: RunAnalysis, safety: Safety) -> Statement:

@@ -25,10 +25,10 @@ def generate_caveats(experiment: Experiment, linear: LinearLoop) -> Iterator[str
     if linear.field.unactuated:
         yield "wheels cannot move sideways: the sideways distance at the start is not corrected"
     if not is_within_bounds(experiment.task.bind(experiment.scene), linear.q).all():
-        yield "it would come to rest outside of the limits of a joint or of an image"
+        yield "at rest a joint is beyond its limits, or a mark outside of its image"
     left = _residual_error(linear)
     if left:
-        yield f"it rests with an error of {left}: the goal is out of reach, or beliefs are wrong"
+        yield f"the error at rest is {left}: the goal is out of reach, or beliefs are wrong"
     if any(isinstance(leaf.gain, AdaptiveGain) for leaf in list_servo_tasks(experiment.task)):
         yield "the gain at zero error stands for an adaptive gain"
     if linear.timing.lost and not linear.scaled.is_image_only:

@@ -1,4 +1,4 @@
-"""The linear loop from one image to the next, with late and rare images and joints that lag."""
+"""The linear loop from one image to the next, with delayed images and lagging joints."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ Matrix = Any  # real, or complex for a single mode
 
 
 class LinearStep(NamedTuple):
-    """A linear map of the state and of an error in the command of an image."""
+    """A linear map of the state, and of an error in the command that an image determines."""
 
     of_state: Matrix
     of_error: Matrix
@@ -27,7 +27,7 @@ class LinearStep(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class DiscreteLoop:
-    """A loop with the command seen @ (motion at the time of the image) + now @ motion.
+    """A discrete loop with the command qd = seen @ (motion in the image) + now @ (present motion).
 
     The state at the arrival of an image consists of the motion, the velocity, the command of the
     last image, and the motions in the images that have not arrived yet, each (n,).
