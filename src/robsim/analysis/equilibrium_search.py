@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from robsim.analysis.equilibrium import (
     EQUILIBRIUM_KINDS,
@@ -55,7 +56,7 @@ MOST = 1_000_001  # exclusive upper bound of the number of random starts
 def equilibria(
     scene: Scene,
     task: Task,
-    starts: Any = None,
+    starts: ArrayLike | Mapping[str, ArrayLike] | None = None,
     *,
     count: int = 200,
     seed: int = 0,
@@ -147,7 +148,7 @@ def _search_equilibria(
     return _assemble_equilibria(real, field, q, q0, ends, outcomes)
 
 
-def _check_given_starts(field: VectorField, starts: Any) -> Array:
+def _check_given_starts(field: VectorField, starts: ArrayLike | Mapping[str, ArrayLike]) -> Array:
     """Return the given starts as (nq, B); raise InputError if they are unusable."""
     coordinates = field.scene.coordinates(starts, "starts", limits=False)
     if coordinates.ndim != 2 or not coordinates.size:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from robsim.base.arrays import Array, as_positive
 from robsim.base.errors import InputError, format_value, suggest_names
@@ -18,7 +19,11 @@ ZERO_SHARE = 1e-9  # singular values below this share of the largest count as ze
 
 
 def manipulability(
-    robot: Robot, q: Any, link: str | None = None, axes: VelocityAxes = "all", length: float = 1.0
+    robot: Robot,
+    q: ArrayLike,
+    link: str | None = None,
+    axes: VelocityAxes = "all",
+    length: float = 1.0,
 ) -> Array:
     """Return the product of the singular values of a link's Jacobian.
 
@@ -66,7 +71,11 @@ def manipulability(
 
 
 def singularity_distance(
-    robot: Robot, q: Any, link: str | None = None, axes: VelocityAxes = "all", length: float = 1.0
+    robot: Robot,
+    q: ArrayLike,
+    link: str | None = None,
+    axes: VelocityAxes = "all",
+    length: float = 1.0,
 ) -> Array:
     """Return the smallest singular value of a link's Jacobian, zero at a singularity.
 
@@ -101,7 +110,11 @@ def singularity_distance(
 
 
 def condition_number(
-    robot: Robot, q: Any, link: str | None = None, axes: VelocityAxes = "all", length: float = 1.0
+    robot: Robot,
+    q: ArrayLike,
+    link: str | None = None,
+    axes: VelocityAxes = "all",
+    length: float = 1.0,
 ) -> Array:
     """Return the ratio of the largest to the smallest singular value of a link's Jacobian.
 
@@ -134,7 +147,11 @@ def condition_number(
 
 
 def jacobian_singular_values(
-    robot: Robot, q: Any, link: str | None = None, axes: VelocityAxes = "all", length: float = 1.0
+    robot: Robot,
+    q: ArrayLike,
+    link: str | None = None,
+    axes: VelocityAxes = "all",
+    length: float = 1.0,
 ) -> Array:
     """Return the r largest singular values (..., r) of a link's Jacobian, in descending order.
 

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
+from numpy.typing import ArrayLike
 
 from robsim.analysis.compared_scheme import MeasureArrays, Scheme, run_and_measure, run_steps
 from robsim.analysis.comparison import Comparison
@@ -27,12 +28,12 @@ from robsim.world.scene import Scene
 def compare(
     scene: Scene | Mapping[str, Experiment | xr.Dataset],
     tasks: Mapping[str, Task] | None = None,
-    q0: Any = None,
+    q0: ArrayLike | Mapping[str, ArrayLike] | None = None,
     *,
     progress: Progress | None = None,
     threads: int | None = None,
     chunk: int = 256,
-    **settings: Any,
+    **settings: Any,  # Any: the fields of `Experiment` have different types
 ) -> Comparison:
     """Simulate several tasks from the same start and compute the same measures of each.
 

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Annotated, Any, ClassVar
+from typing import Annotated, ClassVar, cast
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError, format_value
@@ -58,13 +58,15 @@ class Start(DeclaredValue):
         raise NotImplementedError
 
 
-def _interpolate_pair(pair: Any, share: Array) -> Array:
+def _interpolate_pair(pair: ArrayLike, share: Array) -> Array:
     """Return numbers between the two bounds of a pair."""
-    return np.asarray(pair[0] + (pair[1] - pair[0]) * share)
+    low, high = cast(Array, pair)
+    return np.asarray(low + (high - low) * share)
 
 
-def _check_low_high_pair(pair: Any, subject: str, least: float = -np.inf) -> None:
-    """Raise InputError unless a pair is ordered and at least `least`."""
+def _check_low_high_pair(bounds: ArrayLike, subject: str, least: float = -np.inf) -> None:
+    """Raise InputError unless a pair of bounds is ordered and at least `least`."""
+    pair = cast(Array, bounds)
     if pair.ndim != 1 or pair[0] > pair[1] or pair[0] < least:
         bound = "" if least == -np.inf else f" of at least {least:g}"
         raise InputError(
@@ -93,16 +95,18 @@ class LookAt(Start):
         str | None, FrameReference, "Target object; None: the target of the task."
     ] = None
     distance: Annotated[
-        Any, Numbers(item=Length(above=0), shape=(2,)), "Least and largest distance in metres."
+        ArrayLike,
+        Numbers(item=Length(above=0), shape=(2,)),
+        "Least and largest distance in metres.",
     ] = field(kw_only=True)
-    roll: Annotated[Any, PAIR, "Least and largest angle about the optical axis in radians."] = (
-        FULL_TURN
-    )
+    roll: Annotated[
+        ArrayLike, PAIR, "Least and largest angle about the optical axis in radians."
+    ] = FULL_TURN
     cone: Annotated[
         float, Angle(least=0, most=np.pi), "Largest angle from the axis in radians."
     ] = np.pi / 4
     axis: Annotated[
-        Any,
+        ArrayLike | None,
         Numbers(item=Amount(), shape=(3,)),
         "Direction from the target; None: the direction of the goal.",
     ] = None
@@ -114,7 +118,7 @@ class LookAt(Start):
         super().__post_init__()
         _check_low_high_pair(self.distance, "LookAt.distance (metres)", 0.0)
         _check_low_high_pair(self.roll, "LookAt.roll (radians)")
-        if self.axis is not None and not self.axis.any():
+        if self.axis is not None and not np.any(self.axis):
             raise InputError("LookAt.axis: expected a direction, got [0, 0, 0]")
 
     def poses(self, reach: StartKinematics, share: Array) -> Array:
@@ -139,7 +143,7 @@ class LookAt(Start):
                 f"LookAt: the moving frame '{reach.frame}' is no camera; use Shell, Within or About"
             )
         middle = reach.middle(self.target or reach.controller.sights[0].target.name)
-        direction = reach.goal.position - middle if self.axis is None else self.axis
+        direction = reach.goal.position - middle if self.axis is None else np.asarray(self.axis)
         if not np.abs(direction).max() > 0:
             raise InputError("LookAt: the goal is in the middle of the marks: give axis=")
         return middle, np.asarray(direction / np.sqrt((direction * direction).sum()))
@@ -160,20 +164,22 @@ class Shell(Start):
 
     numbers: ClassVar[int] = 6
 
-    distance: Annotated[Any, DISTANCES, "Least and largest distance in metres."]
-    angle: Annotated[Any, ANGLES, "Least and largest angle in radians."] = (0, 0)
+    distance: Annotated[ArrayLike, DISTANCES, "Least and largest distance in metres."]
+    angle: Annotated[ArrayLike, ANGLES, "Least and largest angle in radians."] = (0, 0)
     about: Annotated[Pose | None, POSE, "Pose in the world; None: the goal."] = None
 
     def __post_init__(self) -> None:
         super().__post_init__()
         _check_low_high_pair(self.distance, "Shell.distance (metres)", 0.0)
         _check_low_high_pair(self.angle, "Shell.angle (radians)", 0.0)
-        if self.angle[1] > np.pi:
-            raise InputError(f"Shell.angle: at most pi radians, got {self.angle[1]:g}")
+        _, most = cast(Array, self.angle)
+        if most > np.pi:
+            raise InputError(f"Shell.angle: at most pi radians, got {most:g}")
 
     def poses(self, reach: StartKinematics, share: Array) -> Array:
         """Return poses (draws, 4, 4) of the moving frame in the world."""
-        return _sample_about_pose(self.about or reach.goal, self.distance, self.angle, share)
+        distance, angle = cast(Array, self.distance), cast(Array, self.angle)
+        return _sample_about_pose(self.about or reach.goal, distance, angle, share)
 
 
 @register("start", "within")
@@ -214,17 +220,22 @@ class About(Start):
     numbers: ClassVar[int] = 6
 
     position: Annotated[
-        Any, Numbers(item=Length(least=0), shape=(3,)), "Largest offset along each axis in metres."
+        ArrayLike,
+        Numbers(item=Length(least=0), shape=(3,)),
+        "Largest offset along each axis in metres.",
     ] = (0.0, 0.0, 0.0)
     rpy: Annotated[
-        Any, Numbers(item=Angle(least=0), shape=(3,)), "Largest roll, pitch and yaw in radians."
+        ArrayLike,
+        Numbers(item=Angle(least=0), shape=(3,)),
+        "Largest roll, pitch and yaw in radians.",
     ] = (0.0, 0.0, 0.0)
     pose: Annotated[Pose | None, POSE, "Pose in the world; None: the goal."] = None
 
     def poses(self, reach: StartKinematics, share: Array) -> Array:
         """Return poses (draws, 4, 4) of the moving frame in the world."""
         signed = 2.0 * share - 1.0
-        offsets = Pose.at(*(signed[:, :3] * self.position).T, rpy=signed[:, 3:] * self.rpy)
+        position, rpy = cast(Array, self.position), cast(Array, self.rpy)
+        offsets = Pose.at(*(signed[:, :3] * position).T, rpy=signed[:, 3:] * rpy)
         return np.asarray(((self.pose or reach.goal) @ offsets).matrix)
 
 
@@ -237,8 +248,8 @@ class Anywhere(Start):
     True
     """
 
-    low: Annotated[Any, COORDINATES, "Lowest coordinates, (nq,)."] = None
-    high: Annotated[Any, COORDINATES, "Highest coordinates, (nq,)."] = None
+    low: Annotated[ArrayLike | None, COORDINATES, "Lowest coordinates, (nq,)."] = None
+    high: Annotated[ArrayLike | None, COORDINATES, "Highest coordinates, (nq,)."] = None
 
     def coordinates(
         self, reach: StartKinematics, draws: RandomNumbers
@@ -246,7 +257,7 @@ class Anywhere(Start):
         """Return coordinates (draws, nq), which the robot always reaches."""
         scene = reach.scene
         low, high = (
-            limits if own is None else own
+            limits if own is None else np.asarray(own)
             for own, limits in zip((self.low, self.high), scene.limits.T, strict=True)
         )
         for name, end in (("low", low), ("high", high)):

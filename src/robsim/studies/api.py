@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
+
+from numpy.typing import ArrayLike
 
 from robsim.base import interrupt
 from robsim.base.arrays import as_bool, as_integer
@@ -13,8 +16,11 @@ from robsim.base.errors import InputError, Interrupted, format_value
 from robsim.base.folder_lock import lock_folder
 from robsim.engine.workers import check_progress
 from robsim.run.experiment import Experiment
+from robsim.starts.start_samplers import Start
 from robsim.studies import dask_cluster
+from robsim.studies.dask_cluster import ClusterClient
 from robsim.studies.plan_execution import MemorySink, Progress, check_plan, simulate_plan
+from robsim.studies.samplers import Uniform
 from robsim.studies.study_plan import Plan, make_plan
 from robsim.studies.study_result import StudyResult
 from robsim.studies.study_store import StudyStore
@@ -31,13 +37,13 @@ def study(
     runs: int | None = None,
     *,
     seed: int | None = None,
-    start: Any = None,
-    vary: Any = None,
+    start: Start | Uniform | ArrayLike | Mapping[str, ArrayLike] | None = None,
+    vary: Mapping[str, object] | None = None,
     measures: bool = False,
     trajectories: int | None = None,
     store: str | os.PathLike[str] | None = None,
     resume: bool = False,
-    client: Any = None,
+    client: ClusterClient | None = None,
     threads: int | None = None,
     chunk: int = CHUNK,
     progress: Progress | None = None,
@@ -131,7 +137,7 @@ def run_plan(
     plan: Plan,
     folder: Path | None,
     resume: bool,
-    client: Any,
+    client: ClusterClient | None,
     threads: int | None,
     chunk: int,
     progress: Progress | None,

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import pickle
 import time
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from functools import lru_cache
-from typing import Any
+from typing import Any, Protocol
 
 from robsim.base import interrupt
 from robsim.base.errors import InputError, RobSimError, format_value
@@ -18,6 +19,22 @@ from robsim.studies.study_store import VERSIONS
 PATIENCE = 10.0  # time limit for the answer of a scheduler, in seconds
 POLL_INTERVAL = 0.02  # time between checks for a stop, in seconds
 CHUNKS_AHEAD = 2  # pending chunks for each thread of the cluster
+
+
+class ClusterClient(Protocol):
+    """The methods of `dask.distributed.Client` that a study uses."""
+
+    def ncores(self) -> Mapping[str, int]:
+        """Return the number of threads of each worker."""
+        ...
+
+    def submit(self, function: Callable[..., Any], /, *arguments: Any, **options: Any) -> Any:
+        """Submit a call to the cluster, and return its future."""
+        ...
+
+    def cancel(self, futures: Any, /) -> Any:
+        """Cancel the calls of some futures."""
+        ...
 
 
 def connect_client(address: str) -> Any:
@@ -49,7 +66,7 @@ async def _check_identity(distributed: Any, address: str) -> None:
 
 
 def simulate_on_cluster(
-    plan: Plan, sink: StudySink, size: int, client: Any, progress: Progress | None
+    plan: Plan, sink: StudySink, size: int, client: ClusterClient, progress: Progress | None
 ) -> bool:
     """Simulate the missing runs on a cluster; return False after a stop.
 
@@ -77,7 +94,7 @@ def simulate_on_cluster(
 
 
 def _submit_chunks(
-    client: Any, work: bytes, remaining: Any, pending: dict[Any, Chunk], at_once: int
+    client: ClusterClient, work: bytes, remaining: Any, pending: dict[Any, Chunk], at_once: int
 ) -> None:
     """Submit chunks until `at_once` are pending."""
     for first, last in remaining:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -19,6 +19,7 @@ from robsim.statistics.estimate import Estimate
 from robsim.statistics.paired_tests import mcnemar, median_interval, paired_difference
 from robsim.statistics.proportions import check_level
 from robsim.studies import table_columns
+from robsim.studies.table_columns import StudyData
 
 MOST_COMPARED = 20  # values, with 190 pairs
 
@@ -160,7 +161,7 @@ def _format_p_value(p: float) -> str:
 
 
 def compare_paired(
-    study: Any, by: str = "task", measure: str | None = "end_time", *, level: float = 0.95
+    study: StudyData, by: str = "task", measure: str | None = "end_time", *, level: float = 0.95
 ) -> PairedComparison:
     """Compare the values of a column, such as tasks, on the same draws of a study.
 

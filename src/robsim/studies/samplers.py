@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Annotated, Any, Protocol, runtime_checkable
+from typing import Annotated, Any, Protocol, cast, runtime_checkable
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError, format_value
@@ -18,7 +18,7 @@ from robsim.declare.array_types import Numbers
 from robsim.declare.kind_families import family
 from robsim.declare.quantities import Amount
 from robsim.statistics.random_numbers import RandomNumbers
-from robsim.studies.value_lists import ValuesSpec
+from robsim.studies.value_lists import Values, ValuesSpec
 
 SAMPLER = family("sampler")
 AMOUNT = Numbers(item=Amount(), shape=None)
@@ -59,7 +59,7 @@ def is_sobol(sampler: Any) -> bool:
 def count_given_values(sampler: Any) -> int | None:
     """Return the number of draws that a sampler has values for; None if unlimited."""
     sampler = sampler.of if isinstance(sampler, Sum | Product) else sampler
-    return len(sampler.values) if isinstance(sampler, TabulatedValues) else None
+    return len(sampler._rows) if isinstance(sampler, TabulatedValues) else None
 
 
 def _sample_numbers(sample: Callable[[int], Array], shape: tuple[int, ...]) -> Array:
@@ -67,7 +67,7 @@ def _sample_numbers(sample: Callable[[int], Array], shape: tuple[int, ...]) -> A
     return np.asarray(sample(math.prod(shape)).reshape(-1, *shape))
 
 
-def _check_low_high(kind: str, low: Any, high: Any) -> None:
+def _check_low_high(kind: str, low: Array, high: Array) -> None:
     """Raise InputError if low is above high, or their shapes differ."""
     try:
         wrong = bool((low > high).any())
@@ -83,21 +83,28 @@ def _check_low_high(kind: str, low: Any, high: Any) -> None:
 class RangeSampler(DeclaredValue):
     """Numbers between two bounds."""
 
-    low: Annotated[Any, AMOUNT, "Lowest value."]
-    high: Annotated[Any, AMOUNT, "Highest value."]
+    low: Annotated[ArrayLike, AMOUNT, "Lowest value."]
+    high: Annotated[ArrayLike, AMOUNT, "Highest value."]
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        _check_low_high(type(self).__name__, self.low, self.high)
+        _check_low_high(type(self).__name__, *self._bounds)
+
+    @property
+    def _bounds(self) -> tuple[Array, Array]:
+        """The bounds as arrays, as they are stored."""
+        return cast(Array, self.low), cast(Array, self.high)
 
     @property
     def shape(self) -> tuple[int, ...]:
         """The shape of one value."""
-        return np.broadcast_shapes(self.low.shape, self.high.shape)
+        low, high = self._bounds
+        return np.broadcast_shapes(low.shape, high.shape)
 
     def at(self, share: Array) -> Array:
         """Return the values at shares of the interval from low to high."""
-        return np.asarray(self.low + (self.high - self.low) * share)
+        low, high = self._bounds
+        return np.asarray(low + (high - low) * share)
 
 
 @register("sampler", "uniform")
@@ -141,13 +148,13 @@ class LogUniform(RangeSampler):
     array(10.)
     """
 
-    low: Annotated[Any, POSITIVE, "Lowest value."]
-    high: Annotated[Any, POSITIVE, "Highest value."]
+    low: Annotated[ArrayLike, POSITIVE, "Lowest value."]
+    high: Annotated[ArrayLike, POSITIVE, "Highest value."]
 
     def drawn(self, draws: RandomNumbers, shape: tuple[int, ...]) -> Array:
         """Return a value (draws, *shape) for each draw."""
-        share = _sample_numbers(draws.uniform, shape)
-        return np.asarray(self.low * np.exp(np.log(self.high / self.low) * share))
+        share, (low, high) = _sample_numbers(draws.uniform, shape), self._bounds
+        return np.asarray(low * np.exp(np.log(high / low) * share))
 
 
 @register("sampler", "normal")
@@ -159,26 +166,34 @@ class Normal(DeclaredValue):
     array(0.01)
     """
 
-    mean: Annotated[Any, AMOUNT, "Mean."]
-    std: Annotated[Any, Numbers(item=Amount(least=0), shape=None), "Standard deviation."]
+    mean: Annotated[ArrayLike, AMOUNT, "Mean."]
+    std: Annotated[ArrayLike, Numbers(item=Amount(least=0), shape=None), "Standard deviation."]
 
     def __post_init__(self) -> None:
         super().__post_init__()
+        mean, std = self._parameters
         try:
-            np.broadcast_shapes(self.mean.shape, self.std.shape)
+            np.broadcast_shapes(mean.shape, std.shape)
         except ValueError:
             raise InputError(
-                f"Normal: mean and std have shapes {self.mean.shape} and {self.std.shape}"
+                f"Normal: mean and std have shapes {mean.shape} and {std.shape}"
             ) from None
+
+    @property
+    def _parameters(self) -> tuple[Array, Array]:
+        """Mean and standard deviation as arrays, as they are stored."""
+        return cast(Array, self.mean), cast(Array, self.std)
 
     @property
     def shape(self) -> tuple[int, ...]:
         """The shape of one value."""
-        return np.broadcast_shapes(self.mean.shape, self.std.shape)
+        mean, std = self._parameters
+        return np.broadcast_shapes(mean.shape, std.shape)
 
     def drawn(self, draws: RandomNumbers, shape: tuple[int, ...]) -> Array:
         """Return a value (draws, *shape) for each draw."""
-        return np.asarray(self.mean + self.std * _sample_numbers(draws.normal, shape))
+        mean, std = self._parameters
+        return np.asarray(mean + std * _sample_numbers(draws.normal, shape))
 
 
 @register("sampler", "given")
@@ -193,23 +208,28 @@ class TabulatedValues(DeclaredValue):
     array([0.1, 0.2, 0.4])
     """
 
-    values: Annotated[Any, AMOUNT, "Values, one row for each draw."]
+    values: Annotated[ArrayLike, AMOUNT, "Values, one row for each draw."]
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if not self.values.ndim:
+        if not self._rows.ndim:
             raise InputError(
                 "TabulatedValues: expected one row of numbers for each draw, got one number"
             )
 
     @property
+    def _rows(self) -> Array:
+        """The values as an array, as they are stored."""
+        return cast(Array, self.values)
+
+    @property
     def shape(self) -> tuple[int, ...]:
         """The shape of one value."""
-        return tuple(self.values.shape[1:])
+        return tuple(self._rows.shape[1:])
 
     def drawn(self, draws: RandomNumbers, shape: tuple[int, ...]) -> Array:
         """Return the row of each draw, (draws, *shape); the rows repeat cyclically."""
-        own = self.values[draws.numbers % len(self.values)]
+        own = self._rows[draws.numbers % len(self._rows)]
         return np.array(np.broadcast_to(own, (len(own), *shape)))
 
 
@@ -217,7 +237,9 @@ class TabulatedValues(DeclaredValue):
 class _NominalSampler(DeclaredValue):
     """Samples that change the nominal value of the experiment."""
 
-    of: Annotated[Any, ChoiceSpec(SAMPLER, short=False, protocol=Sampler), "Sampler of the change."]
+    of: Annotated[
+        Sampler, ChoiceSpec(SAMPLER, short=False, protocol=Sampler), "Sampler of the change."
+    ]
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -267,7 +289,7 @@ class Choice(DeclaredValue):
     (0.2, 0.5, 1.0)
     """
 
-    values: Annotated[Any, ValuesSpec(), "Values; each draw has one of them."]
+    values: Annotated[Values, ValuesSpec(), "Values; each draw has one of them."]
 
     def picked(self, draws: RandomNumbers) -> NDArray[np.int64]:
         """Return the index of a value (draws,) for each draw."""

@@ -19,7 +19,7 @@ from robsim.statistics.association import correlation_ratio, ranks, spearman
 from robsim.statistics.estimate import Estimate
 from robsim.statistics.proportions import check_level
 from robsim.studies import table_columns
-from robsim.studies.table_columns import Among
+from robsim.studies.table_columns import Among, StudyData
 
 FEWEST_RUNS = 20  # least number of runs
 MOST_BINS, RUNS_PER_BIN = 10, 10  # most bins of a number, and least runs in each
@@ -109,7 +109,7 @@ class Sensitivity(TabularValue):
 
 
 def compute_sensitivity(
-    study: Any,
+    study: StudyData,
     of: str = "converged",
     names: Sequence[str] | str | None = None,
     *,

@@ -82,7 +82,9 @@ def make_axis(experiment: Experiment, name: Any, value: Any) -> StudyAxis:
     unit = get_unit_at(experiment, name)
     subject = f"vary: {name}"
     sampler = value if isinstance(value, Choice) else None
-    values = assign_labels(value.values, subject) if sampler else parse_value_list(value, subject)
+    values = (
+        assign_labels(tuple(value.values), subject) if sampler else parse_value_list(value, subject)
+    )
     if values is not None:
         return _make_value_axis(experiment, StudyAxis(name, None, sampler, unit=unit), *values)
     if not isinstance(value, Sampler) or isinstance(value, type):

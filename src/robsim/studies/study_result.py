@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import os
 import warnings
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -28,10 +28,10 @@ from robsim.studies.paired_comparison import PairedComparison, compare_paired
 from robsim.studies.result_columns import TABLE_BYTES, Columns, make_table
 from robsim.studies.row_simulator import RowSimulator
 from robsim.studies.sensitivity import Sensitivity, compute_sensitivity
-from robsim.studies.study_plan import Plan
+from robsim.studies.study_plan import Codes, Plan
 from robsim.studies.study_store import TRACKS, encode_parquet
 from robsim.studies.study_text import format_plan
-from robsim.studies.table_columns import get_column, group_column, read_numbers
+from robsim.studies.table_columns import Among, get_column, group_column, read_numbers
 from robsim.studies.trajectory_store import TrajectoryStore
 
 
@@ -62,7 +62,7 @@ class StudyResult:
     """
 
     plan: Plan
-    _read: Any = field(repr=False)  # returns (runs, columns)
+    _read: Callable[[], tuple[Codes, Columns]] = field(repr=False)
     folder: Path | None = None
 
     @property
@@ -76,13 +76,12 @@ class StudyResult:
         return len(self.runs) == self.plan.runs
 
     @cached_property
-    def _facts(self) -> tuple[Any, Columns]:
+    def _facts(self) -> tuple[Codes, Columns]:
         """The numbers of the finished runs, and their columns."""
-        result: tuple[Any, Columns] = self._read()
-        return result
+        return self._read()
 
     @property
-    def runs(self) -> Any:
+    def runs(self) -> Codes:
         """The numbers (n,) of the finished runs."""
         return self._facts[0]
 
@@ -225,7 +224,7 @@ class StudyResult:
         by: str = "task",
         measure: str | None = "end_time",
         *,
-        where: Mapping[str, Any] | None = None,
+        where: Mapping[str, object] | None = None,
         level: float = 0.95,
     ) -> PairedComparison:
         """Compare the values of a column on the same draws; see `robsim.studies.paired_comparison`.
@@ -252,7 +251,13 @@ class StudyResult:
         return compare_paired(self.rows(where), by, measure, level=level)
 
     def sensitivity(
-        self, of: str = "converged", *, where: Mapping[str, Any] | None = None, **how: Any
+        self,
+        of: str = "converged",
+        *,
+        where: Mapping[str, object] | None = None,
+        names: Sequence[str] | str | None = None,
+        among: Among | None = None,
+        level: float = 0.95,
     ) -> Sensitivity:
         """Return the dependence of convergence or of a measure on each varied number and choice.
 
@@ -262,17 +267,22 @@ class StudyResult:
             "converged", or a column of numbers.
         where : mapping of str to object, optional
             Values of other columns that select runs.
-        **how
-            Further arguments of `robsim.studies.sensitivity.compute_sensitivity`.
+        names : str or sequence of str, optional
+            Columns to examine. Default: the varied names, and the start's distance and angle from
+            the goal.
+        among : {"converged", "began"}, optional
+            Runs that count. Default for measures: the converged runs.
+        level : float, default 0.95
+            Level of the intervals.
 
         Returns
         -------
         Sensitivity
             Correlation measures, largest first; printed as a table.
         """
-        return compute_sensitivity(self.rows(where), of, **how)
+        return compute_sensitivity(self.rows(where), of, names, among=among, level=level)
 
-    def rows(self, where: Mapping[str, Any] | None = None) -> pd.DataFrame:
+    def rows(self, where: Mapping[str, object] | None = None) -> pd.DataFrame:
         """Return the rows of the table with the given values in other columns.
 
         Parameters

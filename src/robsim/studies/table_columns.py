@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, Literal, NamedTuple
+from typing import Any, Literal, NamedTuple, Protocol, TypeAlias
 
 import numpy as np
 import pandas as pd
@@ -30,6 +30,18 @@ MOST_GROUPS = 30  # most distinct values of a choice
 Among = Literal["converged", "began"]
 
 
+class TabularStudy(Protocol):
+    """Protocol of a study: an object with a table of its runs."""
+
+    @property
+    def table(self) -> pd.DataFrame:
+        """The table with a row for each run."""
+        ...
+
+
+StudyData: TypeAlias = TabularStudy | pd.DataFrame  # a study, or its table
+
+
 class ColumnGroups(NamedTuple):
     """The distinct values of a column as texts, and the index of each row; -1 for none."""
 
@@ -37,7 +49,7 @@ class ColumnGroups(NamedTuple):
     which: NDArray[np.intp]
 
 
-def get_table(study: Any) -> pd.DataFrame:
+def get_table(study: StudyData) -> pd.DataFrame:
     """Return the table of a study, or a table itself, with one row for each run.
 
     Raises InputError if it is neither, lacks a required column, or has no rows.

@@ -32,14 +32,15 @@ class Grid(RangeSampler):
         super().__post_init__()
         if self.shape:
             raise InputError("Grid: expected one number for low and one for high")
-        if self.log and self.low <= 0:
-            raise InputError(f"Grid: with log, expected low above 0, got {float(self.low):g}")
+        low, _ = self._bounds
+        if self.log and low <= 0:
+            raise InputError(f"Grid: with log, expected low above 0, got {float(low):g}")
 
     @property
     def values(self) -> tuple[float, ...]:
         """The numbers."""
-        space = np.geomspace if self.log else np.linspace
-        return tuple(space(self.low, self.high, self.count).tolist())
+        space, (low, high) = np.geomspace if self.log else np.linspace, self._bounds
+        return tuple(space(low, high, self.count).tolist())
 
 
 def parse_value_list(axis: Any, subject: str) -> LabelledValues | None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import Any
 
@@ -10,6 +10,7 @@ from robsim.analysis.compared_scheme import run_steps
 from robsim.base.arrays import as_bool, has_items
 from robsim.base.errors import InputError, format_value
 from robsim.engine.workers import Progress, check_progress
+from robsim.servo.tasks.task import Task
 from robsim.suites.benchmark import Benchmark, assemble_benchmark
 from robsim.suites.builtin_schemes import check_user_schemes, make_task
 from robsim.suites.reproduction import Reproduction, run_reproduction
@@ -20,7 +21,7 @@ from robsim.suites.suite_trial import Trial
 
 def bench(
     suites: str | Suite | Reproduction | Sequence[str | Suite | Reproduction] | None = None,
-    schemes: Mapping[str, Any] | None = None,
+    schemes: Mapping[str, Task | Callable[..., Task]] | None = None,
     *,
     builtin: bool = True,
     progress: Progress | None = None,

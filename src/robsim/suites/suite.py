@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence, Sized
 from dataclasses import KW_ONLY, dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from robsim.base.arrays import (
     Array,
@@ -24,7 +24,7 @@ from robsim.run.end_variables import measure_pose_difference
 from robsim.run.experiment import Experiment
 from robsim.run.run_checks import check_instance, check_starts
 from robsim.servo.goals.goal import GoalPose, TaughtGoal
-from robsim.servo.tasks.task import ServoTask
+from robsim.servo.tasks.task import ServoTask, Task
 from robsim.suites.builtin_schemes import BUILT_IN
 from robsim.world.scene import Scene
 from robsim.world.sensing import Sensing
@@ -96,15 +96,15 @@ class Suite:
     title: str
     source: str
     criterion: str
-    succeeds: Callable[[pd.DataFrame], Any]
+    succeeds: Callable[[pd.DataFrame], ArrayLike]
     scene: Scene
-    goal: Any
-    starts: Any
+    goal: ArrayLike
+    starts: ArrayLike
     _: KW_ONLY
     gain: float = 1.0
     dt: float = 0.02
     duration: float = 10.0
-    varied: Mapping[str, Any] = field(default_factory=dict)
+    varied: Mapping[str, ArrayLike] = field(default_factory=dict)
     groups: Mapping[str, Sequence[str]] = field(default_factory=dict)
     crossed: bool = False
     computed: bool = False
@@ -172,7 +172,7 @@ class Suite:
     @property
     def runs(self) -> int:
         """The number of runs of a scheme."""
-        return len(self.starts)
+        return len(np.asarray(self.starts))
 
     @property
     def task_goal(self) -> TaughtGoal | GoalPose:
@@ -183,7 +183,7 @@ class Suite:
         T_w_o = self.scene.pose(self.scene.object().name, self.goal)
         return GoalPose(Pose((T_w_c.inv() @ T_w_o).matrix))
 
-    def experiment(self, task: Any) -> Experiment:
+    def experiment(self, task: Task) -> Experiment:
         """Return the experiment of all runs of a task, without the varied values."""
         return Experiment(
             self.scene,

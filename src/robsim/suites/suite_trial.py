@@ -51,7 +51,7 @@ class Trial:
 
     def _single(self, whole: Experiment, i: int) -> Experiment:
         """Return the experiment of one run."""
-        one = whole.with_(start=self.suite.starts[i : i + 1], first_run=i)
+        one = whole.with_(start=np.asarray(self.suite.starts)[i : i + 1], first_run=i)
         return one.at({name: np.asarray(values[i]) for name, values in self.varied.items()})
 
     @property
