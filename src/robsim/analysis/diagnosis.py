@@ -315,6 +315,6 @@ def list_command_bases(again: Resimulation) -> list[LawInput] | None:
     return command_bases if all(isinstance(one, LawInput) for one in command_bases) else None
 
 
-def _stack_instants(arrays: list[Array]) -> Any:
+def _stack_instants(arrays: list[Array]) -> Array:
     """Return (T, ...) from T arrays with a single run along the last axis."""
     return np.stack([array[..., 0] for array in arrays])

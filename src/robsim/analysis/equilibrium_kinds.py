@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -90,7 +89,9 @@ def classify_points(field: VectorField, points: EquilibriumPoints) -> list[Equil
     return [_classify_point(*one) for one in zip(*columns, strict=True)]
 
 
-def _classify_point(zero: bool, is_elsewhere: bool, free: int, values: Any) -> EquilibriumKind:
+def _classify_point(
+    zero: bool, is_elsewhere: bool, free: int, values: NDArray[np.complex128]
+) -> EquilibriumKind:
     """Return the kind of a point from its error, its goal pose and its eigenvalues."""
     if zero:
         return "false goal" if is_elsewhere and not free else "goal"

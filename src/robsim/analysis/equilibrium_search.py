@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -160,7 +159,9 @@ def _check_given_starts(field: VectorField, starts: ArrayLike | Mapping[str, Arr
     return q
 
 
-def _choose_period(field: VectorField, q0: Array, dt: Any, duration: Any) -> tuple[float, int]:
+def _choose_period(
+    field: VectorField, q0: Array, dt: float | None, duration: float | None
+) -> tuple[float, int]:
     """Return the control period and the number of periods, by default from the decay rates."""
     if dt is None:
         rates = np.abs(loop_eigenvalues(field, q0 if field.goal is None else field.goal)).max(
@@ -234,7 +235,10 @@ def _assemble_equilibria(
 
 
 def _order_points(
-    field: VectorField, points: EquilibriumPoints, point_kinds: list[EquilibriumKind], counts: Any
+    field: VectorField,
+    points: EquilibriumPoints,
+    point_kinds: list[EquilibriumKind],
+    counts: NDArray[np.int64],
 ) -> list[int]:
     """Return indices of the points by kind, taught goal first, then by share, then by error."""
     ranks = np.array([EQUILIBRIUM_KINDS.index(kind) for kind in point_kinds])
@@ -254,7 +258,7 @@ def is_within_bounds(real: TaskController, q: Array) -> NDArray[np.bool_]:
 
 
 def _assign_ends(
-    field: VectorField, points: EquilibriumPoints, first: Any, ends: Array
+    field: VectorField, points: EquilibriumPoints, first: NDArray[np.int64], ends: Array
 ) -> NDArray[np.int64]:
     """Return the first point (B,) of the set near the end of each run; -1 if there is none."""
     distances = field.distances(ends, points.q)

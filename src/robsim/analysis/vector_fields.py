@@ -9,6 +9,7 @@ from functools import cached_property
 from typing import Any, cast
 
 import numpy as np
+from numpy.typing import NDArray
 
 from robsim.base.arrays import Array, select_runs
 from robsim.base.errors import InputError, RankWarning
@@ -137,10 +138,10 @@ class VectorField:
                 rates[:, is_in_front] = self.command(select_runs(q, is_in_front)).qd
         return rates
 
-    def in_front(self, q: Array) -> Any:
+    def in_front(self, q: Array) -> NDArray[np.bool_]:
         """Return whether (B,) all marks are in front of the cameras of the task."""
         depths = [sight.project(q).depth.min(axis=0) for sight in self.controller.sights]
-        return np.min(depths, axis=0) > 0
+        return np.asarray(np.min(depths, axis=0) > 0)
 
     def displace(self, q: Array, dq: Array) -> Array:
         """Return the states (nq, B) displaced by tangent coordinates dq (n, B)."""

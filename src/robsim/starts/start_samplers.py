@@ -16,7 +16,7 @@ from robsim.declare.kind_families import family
 from robsim.declare.quantities import Amount
 from robsim.declare.texts import FrameReference
 from robsim.geometry.look_at import look_at_rotation, sample_cone_directions
-from robsim.geometry.pose import Pose
+from robsim.geometry.pose import Pose, PoseLike
 from robsim.geometry.pose_table import POSE
 from robsim.starts.start_kinematics import StartKinematics
 from robsim.statistics.random_numbers import RandomNumbers
@@ -58,6 +58,11 @@ class Start(DeclaredValue):
         raise NotImplementedError
 
 
+def _get_reference(pose: PoseLike | None, reach: StartKinematics) -> Pose:
+    """Return the stored reference pose of a sampler, or the goal if it is None."""
+    return cast(Pose | None, pose) or reach.goal
+
+
 def _interpolate_pair(pair: ArrayLike, share: Array) -> Array:
     """Return numbers between the two bounds of a pair."""
     low, high = cast(Array, pair)
@@ -85,6 +90,14 @@ class LookAt(Start):
     possible to their direction at the goal; `roll` rotates the camera about its optical axis. With
     `aside` the camera looks at a random point within this radius of the middle.
 
+    Raises
+    ------
+    InputError
+        If bounds are not ordered, or the axis is zero. A study also raises it if the moving frame
+        is no camera.
+
+    Examples
+    --------
     >>> LookAt("plate", distance=(0.3, 0.8)).cone
     0.7853981633974483
     """
@@ -154,10 +167,21 @@ class LookAt(Start):
 class Shell(Start):
     """Poses within bounds of distance and angle from a reference pose, in any direction.
 
-    The reference pose `about` is in the world; the default is the goal. Positions are uniform in
-    the volume of the shell, angles uniform between their bounds, and rotation axes uniform on the
-    sphere.
+    The reference pose `about`, with position p0 and rotation R0, is in the world; the default is
+    the goal. A start has the pose
 
+        p = p0 + d u,    R = exp(theta [a]x) R0
+
+    with the position uniform in the volume of the shell, the angle theta uniform between its
+    bounds, and the direction u and the rotation axis a uniform on the sphere.
+
+    Raises
+    ------
+    InputError
+        If bounds are not ordered, or an angle exceeds pi.
+
+    Examples
+    --------
     >>> Shell(distance=(0.1, 0.2), angle=(0.0, 0.5)).about is None
     True
     """
@@ -166,7 +190,7 @@ class Shell(Start):
 
     distance: Annotated[ArrayLike, DISTANCES, "Least and largest distance in metres."]
     angle: Annotated[ArrayLike, ANGLES, "Least and largest angle in radians."] = (0, 0)
-    about: Annotated[Pose | None, POSE, "Pose in the world; None: the goal."] = None
+    about: Annotated[PoseLike | None, POSE, "Pose in the world; None: the goal."] = None
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -179,7 +203,7 @@ class Shell(Start):
     def poses(self, reach: StartKinematics, share: Array) -> Array:
         """Return poses (draws, 4, 4) of the moving frame in the world."""
         distance, angle = cast(Array, self.distance), cast(Array, self.angle)
-        return _sample_about_pose(self.about or reach.goal, distance, angle, share)
+        return _sample_about_pose(_get_reference(self.about, reach), distance, angle, share)
 
 
 @register("start", "within")
@@ -187,8 +211,11 @@ class Shell(Start):
 class Within(Start):
     """Poses within `radius` and `angle` of a reference pose, in any direction.
 
-    The reference pose `about` is in the world; the default is the goal.
+    The reference pose `about` is in the world; the default is the goal. The distribution is `Shell`
+    with distances from 0 to `radius` and angles from 0 to `angle`.
 
+    Examples
+    --------
     >>> Within(radius=0.2, angle=0.5).radius
     0.2
     """
@@ -197,12 +224,12 @@ class Within(Start):
 
     radius: Annotated[float, Length(least=0), "Largest distance in metres."]
     angle: Annotated[float, Angle(least=0, most=np.pi), "Largest angle in radians."] = 0.0
-    about: Annotated[Pose | None, POSE, "Pose in the world; None: the goal."] = None
+    about: Annotated[PoseLike | None, POSE, "Pose in the world; None: the goal."] = None
 
     def poses(self, reach: StartKinematics, share: Array) -> Array:
         """Return poses (draws, 4, 4) of the moving frame in the world."""
         distances, angles = np.array([0.0, self.radius]), np.array([0.0, self.angle])
-        return _sample_about_pose(self.about or reach.goal, distances, angles, share)
+        return _sample_about_pose(_get_reference(self.about, reach), distances, angles, share)
 
 
 @register("start", "about")
@@ -210,9 +237,11 @@ class Within(Start):
 class About(Start):
     """Poses in a box about a reference pose: offsets and rotations are bounded along each axis.
 
-    Offsets are along the axes of the reference pose, and rotations are roll, pitch and yaw. The
-    reference `pose` is in the world; the default is the goal.
+    Offsets are along the axes of the reference pose, and rotations are roll, pitch and yaw. Each is
+    uniform between -bound and bound. The reference `pose` is in the world; the default is the goal.
 
+    Examples
+    --------
     >>> About(position=[0.1, 0.1, 0.3], rpy=[0.0, 0.0, 1.0]).rpy
     array([0., 0., 1.])
     """
@@ -229,14 +258,14 @@ class About(Start):
         Numbers(item=Angle(least=0), shape=(3,)),
         "Largest roll, pitch and yaw in radians.",
     ] = (0.0, 0.0, 0.0)
-    pose: Annotated[Pose | None, POSE, "Pose in the world; None: the goal."] = None
+    pose: Annotated[PoseLike | None, POSE, "Pose in the world; None: the goal."] = None
 
     def poses(self, reach: StartKinematics, share: Array) -> Array:
         """Return poses (draws, 4, 4) of the moving frame in the world."""
         signed = 2.0 * share - 1.0
         position, rpy = cast(Array, self.position), cast(Array, self.rpy)
         offsets = Pose.at(*(signed[:, :3] * position).T, rpy=signed[:, 3:] * rpy)
-        return np.asarray(((self.pose or reach.goal) @ offsets).matrix)
+        return np.asarray((_get_reference(self.pose, reach) @ offsets).matrix)
 
 
 @register("start", "anywhere")
@@ -244,6 +273,11 @@ class About(Start):
 class Anywhere(Start):
     """Coordinates uniform between `low` and `high`; the defaults are the joint limits.
 
+    A study raises InputError if `low` or `high` is not finite, has another number of coordinates
+    than the scene, or if `low` is above `high`.
+
+    Examples
+    --------
     >>> Anywhere(visible=False).low is None
     True
     """

@@ -13,6 +13,8 @@ class Estimate:
     The number is NaN without values. An end of the interval is infinite if there are too few
     values. A share has the unit "%" and is printed in percent.
 
+    Examples
+    --------
     >>> print(Estimate(0.8, 0.49, 0.943, 10, "%"))
     80.0 % [49.0, 94.3]
     """

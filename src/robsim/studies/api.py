@@ -19,7 +19,7 @@ from robsim.run.experiment import Experiment
 from robsim.starts.start_samplers import Start
 from robsim.studies import dask_cluster
 from robsim.studies.dask_cluster import ClusterClient
-from robsim.studies.plan_execution import MemorySink, Progress, check_plan, simulate_plan
+from robsim.studies.plan_execution import MemorySink, Progress, StudySink, check_plan, simulate_plan
 from robsim.studies.samplers import Uniform
 from robsim.studies.study_plan import Plan, make_plan
 from robsim.studies.study_result import StudyResult
@@ -148,11 +148,12 @@ def run_plan(
     threads = None if threads is None else as_integer(threads, "threads", 1, 1025)
     if client is not None:
         dask_cluster.check_client(client)
-    sink: Any = MemorySink(plan.runs, plan.measures) if folder is None else StudyStore(folder)
+    store = None if folder is None else StudyStore(folder)
+    sink: StudySink = store or MemorySink(plan.runs, plan.measures)
     with interrupt.defer_stops(begun=False):
         check_plan(plan)
-        if folder is not None:
-            sink.begin(plan, resume)
+        if store is not None:
+            store.begin(plan, resume)
         if client is None:
             complete = simulate_plan(plan, sink, size, threads, progress)
         else:

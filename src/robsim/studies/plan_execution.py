@@ -4,16 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from robsim.base import interrupt
 from robsim.base.errors import InputError
 from robsim.base.free_memory import get_free_memory
 from robsim.studies.result_columns import MEASURE_BYTES, RUN_BYTES, Columns, empty_columns
 from robsim.studies.row_simulator import ChunkResult, RowSimulator, StopRequest
-from robsim.studies.study_plan import Plan
+from robsim.studies.study_plan import Codes, Plan
 from robsim.studies.study_store import StudyStore
 
 Progress = Callable[[float], None]
@@ -27,7 +27,7 @@ class MemorySink:
 
     runs: int
     measures: bool = False
-    done: Any = field(init=False)
+    done: NDArray[np.bool_] = field(init=False)
     columns: Columns = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -51,7 +51,7 @@ class MemorySink:
             self.columns[name][first:last] = values
         self.done[first:last] = True
 
-    def facts(self, plan: Plan) -> tuple[Any, Columns]:
+    def facts(self, plan: Plan) -> tuple[Codes, Columns]:
         """Return the numbers of the finished runs, and their columns."""
         if self.done.all():
             return np.arange(self.runs), self.columns

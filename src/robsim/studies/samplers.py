@@ -112,8 +112,17 @@ class RangeSampler(DeclaredValue):
 class Uniform(RangeSampler):
     """Uniform distribution between low and high.
 
-    >>> Uniform(0.5, 2.0).high
-    array(2.)
+    Raises
+    ------
+    InputError
+        If `low` is above `high`, or their shapes do not fit.
+
+    Examples
+    --------
+    >>> from robsim.statistics.random_numbers import RandomNumbers
+    >>> numbers = RandomNumbers(0, "task.gain", np.arange(3))  # of three draws
+    >>> Uniform(0.5, 2.0).drawn(numbers, ()).round(2)
+    array([1.46, 0.85, 1.28])
     """
 
     def drawn(self, draws: RandomNumbers, shape: tuple[int, ...]) -> Array:
@@ -124,12 +133,19 @@ class Uniform(RangeSampler):
 @register("sampler", "sobol")
 @dataclass(frozen=True, eq=False)
 class Sobol(RangeSampler):
-    """Evenly distributed numbers between low and high, from a Sobol sequence.
+    """Evenly distributed numbers between low and high, from a scrambled Sobol sequence.
 
     All numbers of a study with this sampler are coordinates of one point of the Sobol sequence,
     scrambled by the seed. Means over the runs converge faster than with `Uniform`. The sampler
     needs SciPy, which `pip install 'robsim[store]'` installs.
 
+    References
+    ----------
+    Sobol 1967, "On the distribution of points in a cube and the approximate evaluation of
+    integrals", USSR Computational Mathematics and Mathematical Physics 7(4).
+
+    Examples
+    --------
     >>> Sobol(0.5, 2.0).low
     array(0.5)
     """
@@ -144,8 +160,19 @@ class Sobol(RangeSampler):
 class LogUniform(RangeSampler):
     """Positive numbers with a uniform logarithm: 0.1 to 1 is as probable as 1 to 10.
 
-    >>> LogUniform(0.1, 10.0).high
-    array(10.)
+    A value is low (high / low)^u, with u uniform between 0 and 1.
+
+    Raises
+    ------
+    InputError
+        If `low` is above `high`, or their shapes do not fit.
+
+    Examples
+    --------
+    >>> from robsim.statistics.random_numbers import RandomNumbers
+    >>> numbers = RandomNumbers(0, "task.gain", np.arange(3))  # of three draws
+    >>> LogUniform(0.1, 10.0).drawn(numbers, ()).round(2)
+    array([1.9 , 0.29, 1.1 ])
     """
 
     low: Annotated[ArrayLike, POSITIVE, "Lowest value."]
@@ -160,10 +187,19 @@ class LogUniform(RangeSampler):
 @register("sampler", "normal")
 @dataclass(frozen=True, eq=False)
 class Normal(DeclaredValue):
-    """Normal distribution.
+    """Normal distribution, with independent numbers if `mean` or `std` is an array.
 
-    >>> Normal(0.0, 0.01).std
-    array(0.01)
+    Raises
+    ------
+    InputError
+        If the shapes of `mean` and `std` do not fit.
+
+    Examples
+    --------
+    >>> from robsim.statistics.random_numbers import RandomNumbers
+    >>> numbers = RandomNumbers(0, "task.gain", np.arange(3))  # of three draws
+    >>> Normal(0.0, 0.01).drawn(numbers, ()).round(4)
+    array([ 0.0066, -0.0151, -0.0113])
     """
 
     mean: Annotated[ArrayLike, AMOUNT, "Mean."]
@@ -204,6 +240,13 @@ class TabulatedValues(DeclaredValue):
     Use it for samples of another program. Several names with this sampler have values of the same
     row in each draw, which preserves their correlation.
 
+    Raises
+    ------
+    InputError
+        If `values` is a single number.
+
+    Examples
+    --------
     >>> TabulatedValues([0.1, 0.2, 0.4]).values
     array([0.1, 0.2, 0.4])
     """
@@ -263,6 +306,8 @@ class _NominalSampler(DeclaredValue):
 class Sum(_NominalSampler):
     """The nominal value of the experiment plus a sample: an additive error.
 
+    Examples
+    --------
     >>> Sum(Normal(0.0, 0.002)).of.std
     array(0.002)
     """
@@ -273,6 +318,8 @@ class Sum(_NominalSampler):
 class Product(_NominalSampler):
     """The nominal value of the experiment times a sample: a relative error.
 
+    Examples
+    --------
     >>> Product(Uniform(0.9, 1.1)).of.low
     array(0.9)
     """
@@ -285,6 +332,8 @@ class Choice(DeclaredValue):
 
     Each draw has one value. Give a list without `Choice` to simulate every draw with each value.
 
+    Examples
+    --------
     >>> Choice([0.2, 0.5, 1.0]).values
     (0.2, 0.5, 1.0)
     """

@@ -23,7 +23,7 @@ from robsim.run.experiment import Experiment
 from robsim.run.simulation_dataset import VERSION
 from robsim.studies.result_columns import Columns, empty_columns, make_table
 from robsim.studies.row_simulator import ChunkResult
-from robsim.studies.study_plan import Plan
+from robsim.studies.study_plan import Codes, Plan
 from robsim.studies.study_text import format_plan, read_plan
 from robsim.studies.trajectory_store import TrajectoryStore, count_trajectory_bytes
 
@@ -133,10 +133,10 @@ class StudyStore:
         rows = encode_parquet(make_table(plan, np.arange(first, last), result.facts))
         write_whole(self.folder / f"rows-{first:013d}-{last:013d}.parquet", rows)
 
-    def facts(self, plan: Plan) -> tuple[Any, Columns]:
+    def facts(self, plan: Plan) -> tuple[Codes, Columns]:
         """Return the numbers of the finished runs, and their columns."""
         pa, pq = import_pyarrow()
-        runs: list[Any] = []
+        runs: list[Codes] = []
         parts: list[Columns] = []
         for part in self.parts():
             with convert_os_errors(part.path, "read"):

@@ -21,8 +21,18 @@ LabelledValues = tuple[dict[str, Any], bool]  # values by label, and whether the
 class Grid(RangeSampler):
     """Evenly spaced numbers from low to high, each combined with every draw.
 
+    Raises
+    ------
+    InputError
+        If `low` or `high` is no single number, `low` is above `high`, or `low` is not positive with
+        `log`.
+
+    Examples
+    --------
     >>> Grid(0.0, 1.0, 5).values
     (0.0, 0.25, 0.5, 0.75, 1.0)
+    >>> Grid(1.0, 100.0, 3, log=True).values
+    (1.0, 10.0, 100.0)
     """
 
     count: Annotated[int, Integer(1, MOST_VALUES), "Number of values."] = 10

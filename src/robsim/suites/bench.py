@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from robsim.analysis.compared_scheme import run_steps
 from robsim.base.arrays import as_bool, has_items
@@ -17,6 +17,9 @@ from robsim.suites.reproduction import Reproduction, run_reproduction
 from robsim.suites.suite import Suite
 from robsim.suites.suite_registry import list_suites, load_suite
 from robsim.suites.suite_trial import Trial
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 
 def bench(
@@ -77,7 +80,7 @@ def bench(
     return run_steps(steps, partial(assemble_benchmark, chosen), progress)
 
 
-def _select_suites(suites: Any) -> list[Any]:
+def _select_suites(suites: Any) -> list[Suite | Reproduction]:
     """Return the suites, loaded by name if necessary; raise InputError for other values."""
     listed = list_suites() if suites is None else suites
     if isinstance(listed, str | Suite | Reproduction):
@@ -95,8 +98,8 @@ def _select_suites(suites: Any) -> list[Any]:
 
 
 def _make_steps(
-    suite: Any, own: Mapping[str, Any], builtin: bool, how: Mapping[str, Any]
-) -> list[Any]:
+    suite: Suite | Reproduction, own: Mapping[str, Any], builtin: bool, how: Mapping[str, Any]
+) -> list[Callable[[Progress | None], pd.DataFrame]]:
     """Check the schemes of a suite, and return a function for each scheme that returns its rows."""
     if isinstance(suite, Reproduction):
         return [partial(run_reproduction, suite, how)]  # checked by the tests of RobSim
