@@ -65,8 +65,8 @@ class Comparison:
         Starts that cannot begin do not count as failures. The share is between 0 and 1, and NaN if
         no run of a scheme began.
         """
-        arrived = (self.data["outcome"] == Outcome.CONVERGED).astype(float)
-        return arrived.where(self.data["began"]).mean("run") if self.batch else arrived
+        has_converged = (self.data["outcome"] == Outcome.CONVERGED).astype(float)
+        return has_converged.where(self.data["began"]).mean("run") if self.batch else has_converged
 
     def began(self) -> xr.DataArray:
         """Return the number of runs that began, for each scheme."""
@@ -95,8 +95,8 @@ class Comparison:
             raise InputError(f"share of a quantile: expected 0 to 1, got {share:g}")
         if not self.batch:
             return self.data[list(MEASURES)]
-        arrived = self.data["outcome"] == Outcome.CONVERGED
-        measures = self.data[list(MEASURES)].where(arrived)
+        has_converged = self.data["outcome"] == Outcome.CONVERGED
+        measures = self.data[list(MEASURES)].where(has_converged)
         with warnings.catch_warnings(action="ignore", category=RuntimeWarning):  # no run
             finite = measures.where(np.isfinite)
             return finite.quantile(share, "run", keep_attrs=True).drop_vars("quantile")

@@ -135,7 +135,18 @@ class EquilibriumSet(Value, Sequence[Equilibrium]):
         return len(self.found)
 
     def of(self, kind: EquilibriumKind) -> tuple[Equilibrium, ...]:
-        """Return all equilibria of one kind."""
+        """Return all equilibria of one kind.
+
+        Parameters
+        ----------
+        kind : str
+            Kind, as in `Equilibrium`.
+
+        Returns
+        -------
+        tuple of Equilibrium
+            The equilibria of the kind, in their order; empty if there are none.
+        """
         return tuple(each for each in self.found if each.kind == kind)
 
     @property

@@ -27,6 +27,8 @@ def manipulability(
 ) -> Array:
     """Return the product of the singular values of a link's Jacobian.
 
+        w = s_1 s_2 ... s_r
+
     Up to a constant the product is the volume of the ellipsoid of link velocities that joint
     velocities of unit length produce. It is zero at singularities. For a Jacobian with no more rows
     than columns it equals the measure sqrt(det(J J^T)) of Yoshikawa 1985, "Manipulability of
@@ -92,7 +94,12 @@ def singularity_distance(
     Returns
     -------
     ndarray of shape (...)
-        Smallest singular value.
+        Smallest singular value; 0 for a link that never moves along the axes.
+
+    Raises
+    ------
+    InputError
+        If the link or the axes do not exist, or an argument is invalid.
 
     Examples
     --------
@@ -130,7 +137,12 @@ def condition_number(
     Returns
     -------
     ndarray of shape (...)
-        Condition number.
+        Condition number; infinite for a link that never moves along the axes.
+
+    Raises
+    ------
+    InputError
+        If the link or the axes do not exist, or an argument is invalid.
 
     Examples
     --------

@@ -40,8 +40,8 @@ def _wrap_into_limits(field: VectorField, q: Array, threshold: float) -> Array:
 
     A shifted state need not be an equilibrium: a secondary motion may depend on full turns.
     """
-    turned = field.within_limits(q)
-    return np.where(euclidean_length(field.rates(turned)) <= threshold, turned, q)
+    shifted = field.within_limits(q)
+    return np.where(euclidean_length(field.rates(shifted)) <= threshold, shifted, q)
 
 
 def _newton_step(field: VectorField, q: Array, f: Array) -> tuple[Array, Array]:

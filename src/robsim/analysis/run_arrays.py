@@ -110,8 +110,8 @@ class RecordedRuns:
     @cached_property
     def converged(self) -> NDArray[np.bool_]:
         """Whether each run (B,) converged."""
-        arrived: NDArray[np.bool_] = self.variable("outcome") == Outcome.CONVERGED
-        return arrived
+        has_converged: NDArray[np.bool_] = self.variable("outcome") == Outcome.CONVERGED
+        return has_converged
 
     @cached_property
     def _starts(self) -> tuple[NDArray[np.bool_], NDArray[np.int64]]:

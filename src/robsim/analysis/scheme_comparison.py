@@ -175,7 +175,7 @@ def _assemble_comparison(
         )
         for key, each in MEASURES.items()
     }
-    begun = np.stack(
+    began = np.stack(
         [is_valid_start(run["outcome"].values, run["end_time"].values) for run in runs]
     )
     ending = {
@@ -184,7 +184,7 @@ def _assemble_comparison(
             np.stack([run["outcome"].values for run in runs]),
             first["outcome"].attrs,
         ),
-        "began": (dims, begun, {"units": "1", "long_name": "whether the start could begin"}),
+        "began": (dims, began, {"units": "1", "long_name": "whether the start could begin"}),
     }
     names = [scheme.name for scheme in finished]
     coordinates = {"scheme": names, **{dim: first[dim].values for dim in dims[1:]}}

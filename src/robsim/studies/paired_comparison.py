@@ -269,8 +269,8 @@ def _count_pair(
 def _correct_by_holm(pairs: list[Pair]) -> list[Pair]:
     """Return the pairs with p-values corrected by the step-down method of Holm."""
     order = np.argsort([pair.p for pair in pairs], kind="stable")
-    raised = np.array([pairs[i].p for i in order]) * np.arange(len(pairs), 0, -1)
-    corrected = np.minimum(np.maximum.accumulate(raised), 1.0)
+    multiplied = np.array([pairs[i].p for i in order]) * np.arange(len(pairs), 0, -1)
+    corrected = np.minimum(np.maximum.accumulate(multiplied), 1.0)
     result = list(pairs)
     for i, p in zip(order, corrected, strict=True):
         result[i] = replace(pairs[i], p_holm=float(p))

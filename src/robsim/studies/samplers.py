@@ -45,7 +45,21 @@ class Sampler(Protocol):
         ...
 
     def drawn(self, draws: RandomNumbers, shape: tuple[int, ...]) -> Array:
-        """Return a value (draws, *shape) for each draw."""
+        """Return a value (draws, *shape) for each draw.
+
+        Parameters
+        ----------
+        draws : RandomNumbers
+            Source of the random numbers. `draws.uniform(n)` and `draws.normal(n)` return arrays
+            (draws, n), and `draws.numbers` are the numbers of the draws.
+        shape : tuple of int
+            Shape of the varied number.
+
+        Returns
+        -------
+        ndarray of shape (draws, *shape)
+            The values. The value of a draw must depend on the random numbers of this draw alone.
+        """
         ...
 
 
@@ -341,6 +355,17 @@ class Choice(DeclaredValue):
     values: Annotated[Values, ValuesSpec(), "Values; each draw has one of them."]
 
     def picked(self, draws: RandomNumbers) -> NDArray[np.int64]:
-        """Return the index of a value (draws,) for each draw."""
+        """Return the index of a value (draws,) for each draw.
+
+        Parameters
+        ----------
+        draws : RandomNumbers
+            Source of the random numbers.
+
+        Returns
+        -------
+        ndarray of int of shape (draws,)
+            Indices in `values`, uniformly distributed.
+        """
         share = draws.uniform(1)[:, 0]
         return np.minimum((share * len(self.values)).astype(np.int64), len(self.values) - 1)

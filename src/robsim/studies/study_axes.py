@@ -103,7 +103,7 @@ def make_axis(experiment: Experiment, name: Any, value: Any) -> StudyAxis:
 
 
 def _make_value_axis(
-    experiment: Experiment, axis: StudyAxis, values: dict[str, Any], named: bool
+    experiment: Experiment, axis: StudyAxis, values: dict[str, Any], has_labels: bool
 ) -> StudyAxis:
     """Return an axis of values that are all valid; numbers are converted to SI units."""
     numeric = axis.name.endswith(".focal") and all(map(_is_real_number, values.values()))
@@ -116,7 +116,7 @@ def _make_value_axis(
         numbers = [get_number_at(experiment.at(axis.name, x), axis.name) for x in values.values()]
         if all(x.ndim == 0 for x in numbers):
             values = dict(zip(values, map(float, numbers), strict=True))
-    return replace(axis, values=values, has_labels=named)
+    return replace(axis, values=values, has_labels=has_labels)
 
 
 def _check_own_belief(

@@ -382,8 +382,8 @@ class StudyResult:
     def converged(self) -> Estimate:
         """Return the share of converged runs among the runs that began."""
         runs, facts = self._facts
-        began, arrived = facts["began"], facts["outcome"] == Outcome.CONVERGED
-        return estimate_clustered_share(arrived[began], runs[began] // self.plan.cells)
+        began, has_converged = facts["began"], facts["outcome"] == Outcome.CONVERGED
+        return estimate_clustered_share(has_converged[began], runs[began] // self.plan.cells)
 
 
 def _format_fact(name: str, value: Any) -> str:

@@ -184,7 +184,18 @@ class Suite:
         return GoalPose(Pose((T_w_c.inv() @ T_w_o).matrix))
 
     def experiment(self, task: Task) -> Experiment:
-        """Return the experiment of all runs of a task, without the varied values."""
+        """Return the experiment of all runs of a task, without the varied values.
+
+        Parameters
+        ----------
+        task : Task
+            Task with its goal and gain.
+
+        Returns
+        -------
+        Experiment
+            Experiment with all starts of the suite.
+        """
         return Experiment(
             self.scene,
             task,
@@ -197,7 +208,18 @@ class Suite:
         )
 
     def off_goal(self, q: Array) -> tuple[Array, Array]:
-        """Return distances (m) and angles (rad) (runs,) of the true camera at q from the goal."""
+        """Return distances and angles of the true camera from its goal pose.
+
+        Parameters
+        ----------
+        q : ndarray of shape (runs, nq)
+            Coordinates.
+
+        Returns
+        -------
+        distances, angles : ndarray of shape (runs,)
+            Distances in metres and angles in radians.
+        """
         name = self.scene.camera().name
         goal_matrices = np.broadcast_to(self.scene.pose(name, self.goal).matrix, (len(q), 4, 4))
         matrices = self.scene.pose(name, q).matrix

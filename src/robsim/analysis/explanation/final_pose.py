@@ -116,8 +116,8 @@ def _explain_displacement(
     elif not wrong:
         yield Finding(
             "ambiguous features",
-            "The features have the same values at both poses; three marks, for one, look the same "
-            "from up to four. More marks distinguish the poses.",
+            "The features have the same values at both poses; three marks, for example, look the "
+            "same from up to four poses. More marks distinguish the poses.",
         )
 
 

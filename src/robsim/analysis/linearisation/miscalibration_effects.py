@@ -101,8 +101,9 @@ def _compute_effect(
         else perturbed.scaled
     )
     slowest = scaled.rates[0].real / linear.scaled.rates[0].real - 1.0
-    raised = find_mode_limit(scaled.modes, linear.lossless) / limit - 1.0 if limit else 0.0
-    return MiscalibrationEffect(mistake.name, mistake.unit, metres, radians, float(slowest), raised)
+    limit_change = find_mode_limit(scaled.modes, linear.lossless) / limit - 1.0 if limit else 0.0
+    changes = float(slowest), limit_change
+    return MiscalibrationEffect(mistake.name, mistake.unit, metres, radians, *changes)
 
 
 def _relative_offset(field: VectorField, q: Array, motion: Array) -> tuple[float, float]:
