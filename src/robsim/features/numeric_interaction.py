@@ -10,7 +10,7 @@ from robsim.base.arrays import Array, make_read_only
 from robsim.base.value import replace_unchecked
 from robsim.features.feature import Feature, Observation
 from robsim.kernels.formulas import se3
-from robsim.kernels.formulas.point_transform import transform_image_points
+from robsim.kernels.formulas.perspective import transform_image_points
 from robsim.vision.camera import Camera
 
 DIFFERENCE_STEP = 1e-5  # metres and radians: rounding and truncation both near 1e-10 of L
