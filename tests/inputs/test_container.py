@@ -85,7 +85,7 @@ def test_arrays_that_share_numbers_are_no_more_than_there_are():
 def test_a_header_that_is_no_plain_json_is_refused(text):
     whole = text + len(text).to_bytes(8, "little")
     whole += hashlib.sha256(whole).digest() + MAGIC
-    with pytest.raises(ContainerError, match="no JSON"):
+    with pytest.raises(ContainerError, match="not JSON"):
         unpack_container(BytesIO(whole))
     long = json.dumps({}).encode() + (10**9).to_bytes(8, "little")
     with pytest.raises(ContainerError, match="index of 1000000000 bytes"):
