@@ -110,7 +110,7 @@ def write_entry(value: Any, name: str) -> Iterator[str]:
 def list_public_bases(kind: type[Any]) -> dict[str, str]:
     """Return the public base classes of a class, each with the module that has its entry."""
     modules = {n: m for m, names in reversed(list_public_names().items()) for n in names}
-    names = [each.__name__ for each in kind.__mro__[1:]]
+    names = [base.__name__ for base in kind.__mro__[1:] if any(n[0] != "_" for n in vars(base))]
     return {name: modules[name] for name in names if name in modules}
 
 
