@@ -105,10 +105,10 @@ def test_rows_that_are_no_log():
 @pytest.mark.parametrize(
     ("name", "reader"),
     [
-        ("a.mcap", r"rs\.open_bag\(path\)"),
-        ("a.db3", r"rs\.open_bag\(path\)"),
-        ("a.CSV", r"rs\.read_log\(path, experiment\)"),
-        ("a.parquet", r"rs\.read_log\(path, experiment\)"),
+        ("a.mcap", r"rs\.logs\.read_bag\(path\)"),
+        ("a.db3", r"rs\.logs\.read_bag\(path\)"),
+        ("a.CSV", r"rs\.logs\.read_log\(path, experiment\)"),
+        ("a.parquet", r"rs\.logs\.read_log\(path, experiment\)"),
     ],
 )
 def test_a_log_that_is_opened_as_a_run_is_told_what_reads_it(name, reader, tmp_path):

@@ -139,7 +139,7 @@ def sample_viewpoints(
     plan = make_plan(experiment, as_integer(count, "count", 1), seed, start)
     if plan.start is None:
         raise InputError(
-            f"{START_NAME}: expected a sampler such as rs.LookAt(...), which draws them"
+            f"{START_NAME}: expected a sampler such as rs.starts.LookAt(...), which draws them"
         )
     q, _, usable = RowSimulator(plan).starts(np.arange(plan.draws))
     if not usable.any():
