@@ -59,7 +59,7 @@ class BoundFeatureRows:
         return add_jacobian_stage(self.program, *where, moves)
 
     def add_task_jacobian(self, J: dict[PairKey, BlockRows], n: int) -> BlockRows:
-        """Return the rows of L J (k, n), camera by camera: sdot = L (J_c - J_o) qdot."""
+        """Return the rows of L J (k, n) with sdot = L (J_c - J_o) qdot, block by block."""
         regulated, program, k = self.regulated, self.program, self.regulated.k
         if regulated.as_one:
             first = J[regulated.sights[0].key]
@@ -91,11 +91,11 @@ class BoundFeatureRows:
 
     def _add_bodies(self) -> tuple[FKStages, dict[PairKey, Sequence[BlockRows]]]:
         """Return the bodies, and the believed poses of cameras and targets."""
-        given, sights = self.inputs, self.regulated.sights
-        if given.placed is not None and self.regulated.exact:
-            return given.placed, {key: view.frames for key, view in given.views.items()}
+        inputs, sights = self.inputs, self.regulated.sights
+        if inputs.placed is not None and self.regulated.exact:
+            return inputs.placed, {key: view.frames for key, view in inputs.views.items()}
         tree = sights[0].scene.tree
-        placed = add_body_poses(self.program, tree, given.q)
+        placed = add_body_poses(self.program, tree, inputs.q)
         return placed, {sight.key: placed.frames(sight.frames) for sight in sights}
 
     def _add_observation(self, sight: CameraTarget) -> ObservationRows:
@@ -171,9 +171,10 @@ class BoundFeatureRows:
         )
 
     def hidden(self) -> BlockRows:
-        """Return the rows (k,) that are 1 for components of hidden marks, unless all are hidden.
+        """Return the rows (k,): 1 for a component that depends on a hidden mark, else 0.
 
-        The dependence is found by hiding the marks: the components that become NaN depend on them.
+        A component depends on a mark if it is NaN without the mark. All are 0 if all marks are
+        hidden.
         """
         parts = zip(
             self.regulated.parts, self.block_observations, self.regulated.depends(), strict=True

@@ -52,7 +52,7 @@ class ServoStages:
             inputs.program.rows,
             inputs.program.constant,
         )
-        # set if the gain depends on the command of the law
+        # not None if the gain depends on the command of the law
         self._command_at_gain: CommandAtGain | None = None
         self.broyden_jacobian, self.last = self.rows(self.k, self.n), self.rows(self.k + self.n)
         self.weights: BlockRows | None = None

@@ -53,14 +53,16 @@ def add_mark_weights(
 
 
 def add_component_weights(
-    program: Program, marks: dict[PairKey, BlockRows], made_of: list[MarkDependencies]
+    program: Program, marks: dict[PairKey, BlockRows], dependencies: list[MarkDependencies]
 ) -> BlockRows:
     """Add the stages of the weights (k,) of components, from weights of marks; return their rows.
 
     The weight of a component is the smallest weight of its marks. The weights of a pose are 1 if
     enough marks are measured.
     """
-    return concatenate_rows(program, [_add_block_weights(program, marks, each) for each in made_of])
+    return concatenate_rows(
+        program, [_add_block_weights(program, marks, each) for each in dependencies]
+    )
 
 
 def _add_block_weights(

@@ -28,7 +28,7 @@ FLOATING_UNITS = FloatingJoint.units
 
 
 def _copy_configuration(q: Any) -> Any:
-    """Return a read-only copy of q; its size is checked against the scene later."""
+    """Return a read-only copy of q; the task checks its size in the scene."""
     if isinstance(q, Mapping):
         return {name: _copy_configuration(value) for name, value in q.items()}
     if isinstance(q, np.ndarray | list | tuple):
@@ -159,7 +159,7 @@ class GoalTable:
         POSE,
         "Pose of the target in camera axes, T_c_o, from which the goal is computed.",
     ] = None
-    s: Annotated[Any, Numbers(), "Features at the goal, as as_floats."] = None
+    s: Annotated[Any, Numbers(), "Features at the goal, as numbers."] = None
 
     def made(self, c: Context) -> Goal:
         """Return the goal."""

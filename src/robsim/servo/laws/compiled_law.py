@@ -105,7 +105,7 @@ _cached_law_function = lru_cache(maxsize=64)(_build_law_function)
 
 
 def as_compiled_law(law: Any) -> CompiledLaw | None:
-    """Return a law that is made of stages, or None if a user's class commands in Python."""
+    """Return a law that consists of stages, or None if its `command` is Python code."""
     overridden = not isinstance(law, CompiledLaw) or type(law).command is not CompiledLaw.command
     return None if overridden else law
 
@@ -118,7 +118,7 @@ def scale_by_gain(of: LawRows, unit: BlockRows) -> CommandAtGain:
 
 
 def add_joint_velocities(of: LawRows, V: BlockRows, length: BlockRows) -> BlockRows:
-    """Add the stages of J^+ V, with |v| in units of a length (eq. 19); return the rows (n,)."""
+    """Add the stages of J^+ V (eq. 19), with v in units of `length`; return the rows (n,)."""
     program, options = of.program, {"length": length, "how": 0}
     program.add(control_law.scale_length_unit, A=V.column, **options, B=V.column)
     J = program.result(control_law.scale_length_unit, "B", 6, of.n, A=of.J, **options)

@@ -18,8 +18,7 @@ from robsim.servo.laws.inverse import Inverse, PseudoInverse, multiply_batches
 class ControlState:
     """Input of a control law: error, interaction matrix and Jacobian at one instant.
 
-    All are as the controller models them.
-
+    All quantities follow the model of the controller, which may differ from the true scene.
     `ControlState.of` makes a state from arrays with the run first. The fields that end in `_last`
     have the run last, as the kernels do; the properties are run-first views. All arrays are
     read-only. J maps the commanded joint velocities to the twist of the camera relative to the

@@ -118,7 +118,7 @@ INVERSE = KindOf(
 )
 
 
-# number of leading columns of a matrix that are per metre
+# numbers of leading columns of a matrix that are per metre
 SAME_UNITS = 0
 LATERAL_TWIST = 2
 CAMERA_TWIST = 3
@@ -140,8 +140,8 @@ def add_solve(
     """Add the stage of x = A^+ y, damped unless damping is 0; return its rows (n,).
 
     Singular values are compared in a unit of length that gives all columns of A equal weight. J
-    gives the columns per metre: the rows of a Jacobian (6, n), TWIST or ACROSS. The row after x is
-    the rank, see `rank_row`.
+    determines the columns of A that are per metre: the rows of a Jacobian (6, n), or a number of
+    leading columns such as `CAMERA_TWIST`. The row after x is the rank, see `rank_row`.
     """
     m, n = A.shape
     solution = program.rows(n + 1)

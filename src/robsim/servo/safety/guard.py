@@ -92,15 +92,15 @@ class SafetyStages:
 
     def _add_hold(self, law_command: BlockRows, status: BlockRows | None) -> None:
         """Add the stage that holds the robot or lets it move."""
-        watchdog, program, given = self.safety.watchdog, self.program, self.inputs
+        watchdog, program, inputs = self.safety.watchdog, self.program, self.inputs
         after = math.inf if watchdog is None else watchdog.after
         stops = watchdog is not None and watchdog.then == "stop"
         program.add(
             command_limits.hold_command,
             wished=law_command,
-            dt=given.dt,
-            age=program.constant(0.0) if given.age is None else given.age,
-            released=program.constant(1.0) if given.released is None else given.released,
+            dt=inputs.dt,
+            age=program.constant(0.0) if inputs.age is None else inputs.age,
+            released=program.constant(1.0) if inputs.released is None else inputs.released,
             settings=program.constant([after, float(stops), self.safety.ramp or 0.0]),
             latched=program.rows(),
             passed=self.seconds,
@@ -119,15 +119,15 @@ class SafetyStages:
         return program.result(scale_command, "out", n, J=J, limits=limits, qd=command)
 
     def _bound_joints(self) -> tuple[list[int], tuple[BlockRows, BlockRows]]:
-        """Return the watched coordinates, or -1, and the rows of their bounds."""
-        where, bounds = find_coordinates(self.scene, self.controller.columns)
+        """Return the coordinate of each velocity, or -1 without a margin, and the rows of its bounds."""
+        coordinates, bounds = find_coordinates(self.scene, self.controller.columns)
         if self.safety.margin is None:
-            where = np.full(self.n, -1)
+            coordinates = np.full(self.n, -1)
         else:
-            margins = self.safety.limits("margin", self.scene.nq)[where]
+            margins = self.safety.limits("margin", self.scene.nq)[coordinates]
             bounds = bounds + np.stack([margins, -margins], axis=1)
         low, high = (self.program.constant(bounds[:, i]) for i in range(2))
-        return where.tolist(), (low, high)
+        return coordinates.tolist(), (low, high)
 
     def _add_fence(self, command: BlockRows, brake: BlockRows) -> BlockRows:
         """Add the stages that keep a frame in its box; return the rows of the command."""

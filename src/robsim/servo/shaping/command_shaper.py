@@ -26,14 +26,14 @@ PROJECTIONS = family("projection")
 @register("projection", "large")
 @dataclass(frozen=True)
 class LargeProjection(DeclaredValue):
-    """Projector that requires a secondary motion to keep ||e|| only, far from the goal.
+    """Projector onto motions that keep only the norm ||e||, far from the goal.
 
     The classic projector keeps every component of e, so a task that uses all joints leaves no room
     for a secondary motion. The large projector keeps the norm ||e|| above `high`, every component
     below `low`, and blends the two between them (see
     `robsim.servo.shaping.redundancy.large_projection`; Marey and Chaumette 2010). The robot then
-    avoids its limits on the way, and the final approach is undisturbed. Smaller bounds leave the
-    secondary motion active for longer.
+    avoids its joint limits far from the goal, and the secondary motion does not disturb the final
+    approach. Smaller bounds keep the secondary motion active for longer.
 
     Raises
     ------
@@ -73,7 +73,7 @@ PROJECTION = KindOf(PROJECTIONS, default="large", plain=("classic",))
 class CommandShaper:
     """Changes of the command after the law, for the commanded velocities of a scene."""
 
-    secondary: Any  # a `Secondary`, or None
+    secondary: Any  # a `SecondaryMotion`, or None
     projection: LargeProjection | None
     smooth_start: float | None  # per second
     limit: SpeedLimit | None
@@ -125,7 +125,7 @@ class CommandShaper:
     def _call_secondary(self, q: Array, n: int) -> Array:
         """Return the secondary motion (n, B) of a user's class.
 
-        Velocities without a coordinate of their own are at zero.
+        The coordinate of a velocity without its own coordinate is 0.
         """
         name, expected = type(self.secondary).__name__, (q.shape[1], n)
         has_coordinate = self.coordinates[:, None] >= 0

@@ -23,7 +23,7 @@ from robsim.servo.laws.gain import PER_SECOND
 def solve_priorities(levels: Sequence[tuple[Array, Array]], rcond: float) -> tuple[Array, Array]:
     """Return velocities (n, B) that serve tasks in order, and the projector onto the free motions.
 
-    Each level reduces its residual as far as the levels before it allow, and never disturbs them:
+    Each level reduces its residual |A_i qdot - rate_i| as far as the levels before it allow:
 
         qdot_i = qdot_(i-1) + (A_i P_(i-1))^+ (rate_i - A_i qdot_(i-1))
         P_i    = P_(i-1) - (A_i P_(i-1))^+ (A_i P_(i-1))
@@ -162,8 +162,8 @@ class AvoidLimits(DeclaredValue):
 
     A threshold is `margin` times the range in front of each limit. The motion descends the cost
     sum (q - threshold)^2/(2 range) of Chaumette and Marchand 2001, times the range of each
-    coordinate, so that `gain` is in 1/s for any unit of q. A coordinate without two limits is left
-    alone.
+    coordinate, so that `gain` is in 1/s for any unit of q. A coordinate without two limits gets no
+    motion.
 
     The motion is projected onto the motions that the task leaves free: it does not change the
     features, and it has no effect if the task uses all joints. A larger `margin` starts earlier,
@@ -270,7 +270,7 @@ class Posture(DeclaredValue):
     q: Annotated[
         Any,
         PerJoint(get_commanded_axes, later=True),
-        "Preferred coordinates, one for each get_commanded_axes velocity.",
+        "Preferred coordinates, one for each commanded velocity.",
     ]
     gain: SecondaryGain = 1.0
 

@@ -107,7 +107,7 @@ class CompiledCondition(ABC):
 
 
 def as_compiled_condition(condition: Any) -> CompiledCondition | None:
-    """Return a condition that is made of stages, or None if Python evaluates it."""
+    """Return a condition that consists of stages, or None if Python evaluates it."""
     ours = isinstance(condition, CompiledCondition)
     return condition if ours and type(condition).holds is CompiledCondition.holds else None
 
@@ -136,7 +136,7 @@ class ErrorBelow(CompiledCondition, DeclaredValue):
     value: Annotated[
         float, Number(above=0), "Bound of the largest |e|, in the unit of the features."
     ]
-    of: Annotated[str, Word(("first", "second"), "scheme"), "Scheme whose error is compared."] = (
+    of: Annotated[str, Word(("first", "second"), "scheme"), "Scheme with the compared error."] = (
         "first"
     )
 

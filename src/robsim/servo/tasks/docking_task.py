@@ -57,9 +57,9 @@ class Docking(WeightingFields):
 
     _: KW_ONLY
     gain: TaskGain = 1.0
-    turn: Annotated[float, PER_SECOND, "TaskGain of the rotation towards the goal."] = 3.0
+    turn: Annotated[float, PER_SECOND, "Gain of the rotation towards the goal."] = 3.0
     h: Annotated[
-        float, Number(above=0), "Weight of the angle theta in the rotation, without unit."
+        float, Number(above=0), "Weight of the angle theta in the rotation, dimensionless."
     ] = 2.0
 
     @property
@@ -68,7 +68,7 @@ class Docking(WeightingFields):
         return [Translation("goal"), "theta_u"]
 
     def warn_of_wheels(self, controller: ServoController) -> None:
-        """Issue no warning: the law is not smooth, and therefore reaches the pose."""
+        """Issue no warning: the law is not smooth, so it can reach the pose."""
 
     def bound_law(self, regulated: BoundFeatures) -> DockingLaw:
         """Return the law; raise InputError unless one unicycle carries the camera."""

@@ -199,7 +199,7 @@ class FollowPath(RedundancyFields):
             units=("m", "m", "m", "rad", "rad", "rad")[:k],
             full_rank=estimate_generic_rank(scene, frame, columns, k),
             rcond=get_rcond(self.inverse),
-            way_pace=None if self.path is not None else Pace(**self._pace_values()),
+            line_pace=None if self.path is not None else Pace(**self._pace_values()),
             end=end,
             shaping=self.shaping(scene, columns),
         )

@@ -32,7 +32,7 @@ from robsim.world.scene import Scene
 class PathFollower(TrajectoryFollower):
     """Controller of `FollowPath`."""
 
-    way_pace: Pace | None  # pace of a straight path, from the start of each run to the end
+    line_pace: Pace | None  # pace of a straight path, from the start of each run to the end
     end: Array  # (3, 4), end of the path
     shaping: CommandShaper
 
@@ -115,7 +115,7 @@ class PathFollower(TrajectoryFollower):
         self, inputs: ControllerInputs, T: BlockRows, end: BlockRows
     ) -> ReferenceRows:
         """Add the stages of the straight path of each run, from the start of its frame at T."""
-        assert self.way_pace is not None
+        assert self.line_pace is not None
         program, goal, room = inputs.program, end, inputs.program.scratch(kernels.PATH_SCRATCH)
         start = program.result(axis_trajectory.store_start, "to", 12, rows=list(T.flat)).reshape(
             3, 4
@@ -125,13 +125,13 @@ class PathFollower(TrajectoryFollower):
             goal = program.result(
                 axis_trajectory.store_start, "to", 12, rows=position_goal
             ).reshape(3, 4)
-        way = program.result(
+        line = program.result(
             kernels.plan_straight_motion, "way", 8, start=start, goal=goal, room=room
         )
-        pace = self.way_pace
+        pace = self.line_pace
         limits = None if pace.duration is not None else np.reshape(pace.limits, (2, 2))
-        times = add_timing(program, way[6:], pace.duration, limits)
-        ends = {"start": start, "way": way, "goal": goal, "room": room}
+        times = add_timing(program, line[6:], pace.duration, limits)
+        ends = {"start": start, "way": line, "goal": goal, "room": room}
         rows = program.result(
             kernels.sample_straight_motion, "here", 2, 3, 4, dt=inputs.dt, **times, **ends
         )

@@ -80,12 +80,12 @@ class Placing(RedundancyFields, ServoTask):
 
     _: KW_ONLY
     variant: Annotated[
-        PlacingVariant, Word(get_args(PlacingVariant), "variant"), "PlacingVariant of the law."
+        PlacingVariant, Word(get_args(PlacingVariant), "variant"), "Variant of the law."
     ] = "corrected"
     marks: Annotated[
         tuple[int, int, int],
         IndexList(least=3, most=3),
-        "IndexList of the marks a, b and c, which must not lie on one line.",
+        "Indices of the marks a, b and c, which must not lie on one line.",
     ] = (0, 1, 2)
     rotation: Annotated[float, PER_SECOND, "Gain k1 of the rotation."] = 1.0
     translation: Annotated[float, PER_SECOND, "Gain k2 of the translation."] = 1.0

@@ -77,11 +77,12 @@ class ServoTask(CommandFields):
 
     `IBVS`, `PBVS`, `Hybrid`, `Partitioned`, `Placing` and `Docking` are servo tasks. A task of
     your own derives from this class and defines `features`, and optionally `law`, `gain` and
-    `bound_law`. The optional fields (features,
-    depth, law and weighting) are in `robsim.servo.tasks.task_fields`.
+    `bound_law`. Derive it also from classes of `robsim.servo.tasks.task_fields` to get the fields
+    of features, depth, law and weighting.
 
     `goal` is shown (at a configuration), computed (from a pose), or given as numbers. A shown goal
-    is reached exactly even with a wrong calibration, since the run and the goal are measured alike.
+    is reached exactly even with a wrong calibration, since the true camera measures both the goal
+    and the run.
     `belief` is the scene as the controller models it: the difference from the true scene is the
     modelling error.
 

@@ -32,18 +32,18 @@ def check_servo_fields(task: Any) -> None:
 
 def _check_law_fields(task: Any) -> None:
     """Raise InputError for contradictions of law, inverse, interaction and feed-forward."""
-    name, learnt = type(task.law).__name__, isinstance(task.interaction, Broyden)
+    name, broyden = type(task.law).__name__, isinstance(task.interaction, Broyden)
     if task.feed_forward is not None and isinstance(task.inverse, JacobianTranspose):
         raise InputError(
             "the transpose gives a direction, not the motion that cancels the target motion: "
             "use inverse='pseudo_inverse' or 'damped' with feed_forward"
         )
-    if learnt and getattr(task.law, "in_camera", False):
+    if broyden and getattr(task.law, "in_camera", False):
         raise InputError(
             f"Broyden's rule estimates how the joints move the features, and {name} needs the "
             "motion of the camera: use law='joint'"
         )
-    if learnt and isinstance(task.feed_forward, EstimatedMotion):
+    if broyden and isinstance(task.feed_forward, EstimatedMotion):
         raise InputError(
             "Broyden's rule and feed_forward='estimated' both explain the error of the model: "
             "use one of them"
@@ -56,11 +56,11 @@ def _check_law_fields(task: Any) -> None:
 def _check_depth_fields(task: Any) -> None:
     """Raise InputError for features and depths that do not fit together."""
     features, depths = [block.feature for block in task.blocks], task.depths
-    made_of_it = [each for each in features if getattr(each, "measures_depth", False)]
-    if made_of_it and not depths.measured:
+    measuring_depth = [each for each in features if getattr(each, "measures_depth", False)]
+    if measuring_depth and not depths.measured:
         with prefix_path("features"):
             raise InputError(
-                f"{type(made_of_it[0]).__name__} measures the depth of the marks, and depth="
+                f"{type(measuring_depth[0]).__name__} measures the depth of the marks, and depth="
                 f"{depths.which!r} does not: use depth='true' or a DepthFilter"
             )
     if not task.needs_depth and depths != DepthModel():

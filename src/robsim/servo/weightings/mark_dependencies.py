@@ -45,7 +45,7 @@ def find_mark_dependencies(regulated: BoundFeatures) -> list[MarkDependencies]:
 
     Raises InputError if a feature depends on all marks at once, so that no mark may be missing.
     """
-    result = [MarkDependencies(part, marks) for part, marks in regulated.made_of()]
+    result = [MarkDependencies(part, marks) for part, marks in regulated.find_dependencies()]
     for each in result:
         counts = each.marks.any(axis=1)
         whole = counts.any(axis=0).sum()

@@ -37,7 +37,7 @@ class _RobustWeighting(MarkWeighting):
 
     def marks(self, of: MarkRows) -> BlockRows:
         """Add the stage of the weights of the marks of a pair; return their rows."""
-        program, N = of.given.program, of.N
+        program, N = of.inputs.program, of.N
         goal = program.numbers(of.goal, 2)
         image = {"pixels": of.view.pixels, "goal": goal, "there": of.there}
         options = {"kind": self.kernel, "least": program.number(self.noise)}

@@ -1,4 +1,4 @@
-"""Weightings: how much each mark, or each component computed from it, counts in a servo task.
+"""Weightings: weights of the marks, or of the components of s, in a servo task.
 
 With weights w the law uses diag(w) L and diag(w) e, the weighted least squares. The weights of
 several weightings multiply.
@@ -21,7 +21,7 @@ WEIGHTINGS = family("weighting")
 class MarkRows(NamedTuple):
     """Rows of the N marks of a camera-target pair, the input of a weighting."""
 
-    given: ControllerInputs
+    inputs: ControllerInputs
     N: int
     view: ViewRows  # measured pixels, or NaN; a hidden mark keeps its last measured pixels
     camera: BlockRows  # in the order of `robsim.kernels.images.projection`
