@@ -22,7 +22,7 @@ from robsim.base.errors import InputError, format_value
 from robsim.base.value import construct_unchecked, replace_unchecked
 from robsim.declare import Number, family
 from robsim.features.observation_checks import check_image, check_observation_fields, convert_poses
-from robsim.geometry.pose import homogeneous_matrix
+from robsim.geometry.pose import PoseLike, homogeneous_matrix
 from robsim.kernels.estimation.pose_fit import fit_pose
 from robsim.vision.camera import Camera
 from robsim.vision.pose_estimation import estimate_pose
@@ -137,10 +137,10 @@ class Observation:
         camera: Camera,
         *,
         model: ArrayLike | None = None,
-        guess: Any = None,
-        pose: Any = None,
+        guess: PoseLike | None = None,
+        pose: PoseLike | None = None,
         other: Observation | None = None,
-        between: Any = None,
+        between: PoseLike | None = None,
     ) -> Observation:
         """Return an observation of pixels and depths by a camera.
 
@@ -194,7 +194,9 @@ class Observation:
         return observation
 
     @classmethod
-    def of_last(cls, pixels: Array, depth: Array, camera: Camera, **more: Any) -> Observation:
+    def of_last(
+        cls, pixels: Array, depth: Array, camera: Camera, **more: Array | Observation | None
+    ) -> Observation:
         """Return an observation from valid arrays with the run last, without checks.
 
         Parameters

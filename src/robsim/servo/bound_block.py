@@ -50,7 +50,7 @@ class BoundBlock:
         return replace(self, feature=feature)
 
     def with_size(self, goal: Observation) -> BoundBlock:
-        """Return the block with the size k of s at the goal; s must have this size in every view."""
+        """Return the block with the size k of s at the goal, which later checks require."""
         whole = replace(self, components=None)
         return replace(self, k=len(whole.measure(goal)))
 

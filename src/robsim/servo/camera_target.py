@@ -153,7 +153,7 @@ class CameraTarget:
         return self.scene.tree.moves(self.sign, columns)
 
     def moves_with(self, other: CameraTarget) -> bool:
-        """Return whether the same bodies carry both pairs, so that they have one relative motion."""
+        """Return whether the same bodies carry both pairs: they then have one relative motion."""
         find = self.scene.tree.find
         pairs = zip(self.key, other.key, strict=True)
         return all(find(mine)[0] == find(theirs)[0] for mine, theirs in pairs)

@@ -15,9 +15,15 @@ from robsim.servo.camera_target import PairKey
 from robsim.servo.controller_rows import ControllerInputs, ControllerOutputs
 from robsim.servo.laws.broyden_rule import Broyden
 from robsim.servo.laws.control_state import ControlState
-from robsim.servo.laws.feed_forward import FeedForward
+from robsim.servo.laws.feed_forward import EstimatedMotion, KnownMotion
 from robsim.servo.laws.gain import AdaptiveGain
-from robsim.servo.laws.inverse import RCOND, SAME_UNITS, Inverse, JacobianTranspose, compute_rank
+from robsim.servo.laws.inverse import (
+    RCOND,
+    SAME_UNITS,
+    InverseKind,
+    JacobianTranspose,
+    compute_rank,
+)
 from robsim.servo.laws.law import Law
 from robsim.servo.servo_stages import ServoStages
 from robsim.servo.shaping.command_shaper import CommandShaper
@@ -31,9 +37,9 @@ class ServoController(TaskController):
 
     regulated: BoundFeatures
     law: Law
-    gain: Any  # float, AdaptiveGain, or (runs,) with one gain for each run
-    inverse: Inverse
-    feed_forward: FeedForward
+    gain: float | AdaptiveGain | Array  # an array (runs,) has one gain for each run
+    inverse: InverseKind
+    feed_forward: KnownMotion | EstimatedMotion | None
     broyden: Broyden | None
     shaping: CommandShaper
     weighting: tuple[Any, ...] = ()
@@ -82,7 +88,7 @@ class ServoController(TaskController):
         return self.broyden is None and self.regulated.as_one
 
 
-def compute_decay_rate(regulated: BoundFeatures, gain: Any, inverse: Inverse) -> Any:
+def compute_decay_rate(regulated: BoundFeatures, gain: Any, inverse: InverseKind) -> Any:
     """Return the slowest decay rate of the error in 1/s, () or (runs,): the gain.
 
     With the transpose the rate is the gain times the smallest sigma^2 of L J at the goal.
@@ -113,6 +119,6 @@ def compute_goal_rank(regulated: BoundFeatures) -> Any:
     return ranks if len(ranks) > 1 else int(ranks[0])
 
 
-def get_rcond(inverse: Inverse) -> float:
+def get_rcond(inverse: InverseKind) -> float:
     """Return the relative size below which a singular value counts as zero."""
     return inverse.numbers[2] or RCOND

@@ -15,7 +15,7 @@ from robsim.kernels.control import control_law
 from robsim.kernels.machine.block_rows import BlockRows
 from robsim.kernels.machine.program import Program, ProgramFunction
 from robsim.servo.laws.control_state import ControlState
-from robsim.servo.laws.inverse import Inverse, add_solve
+from robsim.servo.laws.inverse import InverseKind, add_solve
 
 CommandAtGain = Callable[
     [BlockRows], BlockRows
@@ -37,7 +37,7 @@ class LawRows(NamedTuple):
     A: BlockRows  # (k, n) L J
     s: BlockRows | None  # (k,)
     q: BlockRows | None  # (nq,)
-    inverse: Inverse
+    inverse: InverseKind
     one_motion: bool  # whether A is the product of L and J
 
 
@@ -84,7 +84,7 @@ class CompiledLaw(ABC):
 
 
 def _build_law_function(
-    law: CompiledLaw, n: int, sizes: tuple[int, ...], inverse: Inverse, one_motion: bool
+    law: CompiledLaw, n: int, sizes: tuple[int, ...], inverse: InverseKind, one_motion: bool
 ) -> ProgramFunction:
     """Return the velocities (n,) of a law as a function of rows: gain, e, L, J, L J, s, q.
 

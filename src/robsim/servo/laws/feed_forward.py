@@ -79,7 +79,5 @@ class EstimatedMotion(DeclaredValue):
     ] = 0.2
 
 
-FeedForward = KnownMotion | EstimatedMotion | None
-
-
+FeedForward = KnownMotion | EstimatedMotion | str  # a feed-forward, or its name
 FEED_FORWARD = KindOf(FEED_FORWARDS, none="none", beside_of={"lag": ("estimated", "lag")})

@@ -99,7 +99,8 @@ class JacobianTranspose:
     --------
     >>> import robsim as rs
     >>> L = np.diag([2.0, 0.1]) @ np.eye(2, 6)
-    >>> state = rs.laws.ControlState.of([1.0, 1.0], L, np.eye(6), inverse=rs.laws.JacobianTranspose())
+    >>> inverse = rs.laws.JacobianTranspose()
+    >>> state = rs.laws.ControlState.of([1.0, 1.0], L, np.eye(6), inverse=inverse)
     >>> rs.laws.JointLaw().command(state)[0, :2]
     array([-2. , -0.1])
     """
@@ -110,7 +111,8 @@ class JacobianTranspose:
         return True, 0.0, RCOND
 
 
-Inverse = PseudoInverse | DampedInverse | JacobianTranspose
+InverseKind = PseudoInverse | DampedInverse | JacobianTranspose
+Inverse = InverseKind | str  # an inverse, or its name
 INVERSE = KindOf(
     INVERSES,
     default="pseudo_inverse",
@@ -165,7 +167,11 @@ def rank_row(x: BlockRows) -> BlockRows:
 
 
 def add_inverse(
-    program: Program, A: BlockRows, y: BlockRows, inverse: Inverse, J: BlockRows | int = SAME_UNITS
+    program: Program,
+    A: BlockRows,
+    y: BlockRows,
+    inverse: InverseKind,
+    J: BlockRows | int = SAME_UNITS,
 ) -> BlockRows:
     """Add the stage of x = A^+ y by a choice of inverse, or of A' y; return its rows."""
     transposed, damping, rcond = inverse.numbers

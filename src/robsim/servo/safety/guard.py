@@ -119,7 +119,7 @@ class SafetyStages:
         return program.result(scale_command, "out", n, J=J, limits=limits, qd=command)
 
     def _bound_joints(self) -> tuple[list[int], tuple[BlockRows, BlockRows]]:
-        """Return the coordinate of each velocity, or -1 without a margin, and the rows of its bounds."""
+        """Return the coordinate of each velocity, -1 without a margin, and the rows of bounds."""
         coordinates, bounds = find_coordinates(self.scene, self.controller.columns)
         if self.safety.margin is None:
             coordinates = np.full(self.n, -1)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Annotated, Any, Protocol, runtime_checkable
+from typing import Annotated, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -268,7 +268,7 @@ class Posture(DeclaredValue):
     """
 
     q: Annotated[
-        Any,
+        Sequence[float] | Array,
         PerJoint(get_commanded_axes, later=True),
         "Preferred coordinates, one for each commanded velocity.",
     ]
@@ -317,4 +317,5 @@ class Posture(DeclaredValue):
         return rest, rest
 
 
+Subtask = SecondaryMotion | str  # a secondary motion, or its name
 SECONDARY = KindOf(SECONDARIES, short=False, protocol=SecondaryMotion)

@@ -3,19 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
+from robsim.base.arrays import Array
 from robsim.base.errors import InputError, format_value
 from robsim.declare.problems import prefix_path
+from robsim.features.feature import Feature
 from robsim.servo.bound_block import BoundBlock
 from robsim.servo.bound_features import BoundFeatures
 from robsim.servo.camera_target import CameraTarget, PairKey, make_camera_target
 from robsim.servo.feature_block import FeatureBlock
 from robsim.servo.goals.goal import GoalFeatures, find_goal_configuration, observe_goal
-from robsim.servo.laws.broyden_rule import Broyden
+from robsim.servo.laws.broyden_rule import Broyden, Interaction
 from robsim.servo.tasks.task_checks import is_collinear
 from robsim.world.scene import Scene
 
@@ -56,8 +58,10 @@ def bind_features(task: Any, truth: BlockTargets, columns: NDArray[np.int64]) ->
         depths.check(len(each.target.marks), each.target.name)
     with prefix_path("features"):
         bound = tuple(_bind_block(*pair) for pair in zip(task.blocks, believed, strict=True))
-    which: Any = "current" if isinstance(task.interaction, Broyden) else task.interaction
-    s_goal = goal.s if isinstance(goal, GoalFeatures) else None
+    which: Interaction | Array = (
+        "current" if isinstance(task.interaction, Broyden) else task.interaction
+    )
+    s_goal = np.asarray(goal.s) if isinstance(goal, GoalFeatures) else None
     draft = BoundFeatures(bound, sights, exact, columns, depths, which, goals, q_goal, s_goal, runs)
     return draft.at_its_goal()
 
@@ -78,7 +82,7 @@ def _bind_block(part: FeatureBlock, sights: tuple[CameraTarget, ...]) -> BoundBl
         )
     _check_camera_count(feature, sights)
     _check_feature_marks(feature, target.marks if marks is None else target.marks[marks])
-    return BoundBlock(feature, sights, marks, components, part.weight)
+    return BoundBlock(cast(Feature, feature), sights, marks, components, part.weight)
 
 
 def _check_camera_count(feature: Any, sights: Sequence[CameraTarget]) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import KW_ONLY, dataclass
-from typing import Annotated, Any, Literal, get_args
+from typing import Annotated, Literal, get_args
 
 import numpy as np
 
@@ -92,7 +92,7 @@ class Placing(RedundancyFields, ServoTask):
     length: UnitOfLength = 1.0
 
     @property
-    def features(self) -> Any:
+    def features(self) -> list[FeatureBlock]:
         """Triangulated positions of the marks."""
         return [FeatureBlock("stereo_points", marks=self.marks)]
 

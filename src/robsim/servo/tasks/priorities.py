@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import repeat
-from typing import Annotated, Any
+from typing import Annotated, Any, cast
 
 from robsim.base.errors import InputError, format_value
 from robsim.declare import ListOf, register
@@ -22,7 +23,7 @@ from robsim.servo.tasks.composite import (
     TaskListFields,
     merge_controller_fields,
 )
-from robsim.servo.tasks.task import ServoTask, Task
+from robsim.servo.tasks.task import ServoTask, Task, TaskLike
 from robsim.servo.tasks.task_choice import TASKS, TaskChoice
 from robsim.world.scene import Scene
 
@@ -59,7 +60,8 @@ class Priorities(TaskListFields, RedundancyFields):
 
     >>> import robsim as rs
     >>> scenario = rs.load_scenario(rs.examples.path("mobile_arm"))
-    >>> centre = rs.IBVS(features=rs.features.FeatureBlock("point_moments", components=[1, 2]), gain=3)
+    >>> centroid = rs.features.FeatureBlock("point_moments", components=[1, 2])
+    >>> centre = rs.IBVS(features=centroid, gain=3)
     >>> task = rs.Priorities([centre, rs.PBVS()])
     >>> run = rs.simulate(scenario.scene, task, scenario.start, duration=20)
     >>> rs.Outcome(int(run.outcome)).name
@@ -67,7 +69,7 @@ class Priorities(TaskListFields, RedundancyFields):
     """
 
     tasks: Annotated[
-        Any,
+        Sequence[TaskLike],
         PRIORITY_LEVELS,
         "Two or more servo tasks with the joint law, the most important first.",
     ]
@@ -87,7 +89,8 @@ class Priorities(TaskListFields, RedundancyFields):
     def bind(self, scene: Scene, columns: VelocityIndices | None = None) -> TaskController:
         """Return the controller of all tasks in a scene."""
         columns = self.columns(scene) if columns is None else columns
-        parts = self.bound(scene, repeat(columns, len(self.tasks)))
+        bound = self.bound(scene, repeat(columns, len(self.tasks)))
+        parts = cast(tuple[ServoController, ...], bound)
         shared = merge_controller_fields(parts) | {"rcond": self.rcond}
         shaping = self.shaping(scene, columns)
         return PriorityController(**shared, columns=columns, parts=parts, shaping=shaping)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import KW_ONLY, dataclass
 from functools import cached_property
 from typing import Annotated, Any, ClassVar, Protocol, cast, runtime_checkable
@@ -10,14 +11,22 @@ import numpy as np
 
 from robsim.base.arrays import make_read_only
 from robsim.declare import Number, described
-from robsim.declare.spec import Context
+from robsim.declare.spec import Context, Raw
 from robsim.servo.bound_features import BoundFeatures
-from robsim.servo.feature_block import CAMERAS, TARGET, FeatureBlock, make_feature_blocks
-from robsim.servo.goals.goal import GoalSpec
+from robsim.servo.feature_block import (
+    CAMERAS,
+    TARGET,
+    FeatureBlock,
+    Features,
+    Name,
+    make_feature_blocks,
+)
+from robsim.servo.goals.goal import Goal, GoalKind, GoalSpec
 from robsim.servo.laws.broyden_rule import Broyden
 from robsim.servo.laws.depth_model import DepthModel
+from robsim.servo.laws.gain import AdaptiveGain
 from robsim.servo.laws.inverse import PseudoInverse
-from robsim.servo.laws.law import JointLaw
+from robsim.servo.laws.law import JointLaw, Law, LawLike
 from robsim.servo.servo_controller import (
     ServoController,
     compute_decay_rate,
@@ -58,6 +67,9 @@ class Task(Protocol):
         `columns` are the commanded velocities if several tasks share them. Raises InputError or
         GoalError if the task is impossible in the scene.
         """
+
+
+TaskLike = Task | str  # a task, or its name
 
 
 @described
@@ -113,12 +125,14 @@ class ServoTask(CommandFields):
 
     group: ClassVar[str] = "goal"
     goal: Annotated[
-        Any,
+        Goal | None,
         GoalSpec(),
         "Goal: a configuration q at which it is shown (None: home), GoalPose or GoalFeatures.",
     ] = None
     camera: Annotated[
-        Any, CAMERAS, "Name of the camera, or names of a stereo pair; None: the only camera."
+        Name | None,
+        CAMERAS,
+        "Name of the camera, or names of a stereo pair; None: the only camera.",
     ] = None
     target: Annotated[
         str | None, TARGET, "Name of the object with the marks; None: the only object."
@@ -132,7 +146,7 @@ class ServoTask(CommandFields):
     belief: Annotated[
         Scene | None, BeliefSpec(), "Scene as the controller models it; None: the true scene."
     ] = None
-    # defaults of tasks without these fields
+    # defaults of tasks without these fields; Any: the classes of `task_fields` declare their types
     interaction = cast(Any, "current")
     inverse = cast(Any, PseudoInverse())
     feed_forward = cast(Any, None)
@@ -145,17 +159,17 @@ class ServoTask(CommandFields):
         check_servo_fields(self)
 
     @property
-    def features(self) -> Any:
+    def features(self) -> Features:
         """Regulated features: one feature, or several features that are stacked."""
         raise NotImplementedError(f"{type(self).__name__} needs features")
 
     @property
-    def law(self) -> Any:
+    def law(self) -> LawLike:
         """Law that maps the error e to joint velocities."""
         return JointLaw()
 
     @property
-    def gain(self) -> Any:
+    def gain(self) -> float | AdaptiveGain:
         """Decay rate of e, in 1/s."""
         return 1.0
 
@@ -170,7 +184,7 @@ class ServoTask(CommandFields):
         return any(getattr(block.feature, "uses_depth", True) for block in self.blocks)
 
     @classmethod
-    def text_check(cls, raw: Any, c: Context) -> None:
+    def text_check(cls, raw: Mapping[str, Raw], c: Context) -> None:
         """Report a camera or a target that a text must name."""
         own, scene = c.facts["own"], c.facts.get("scene")
         features = own.get("features")
@@ -243,7 +257,7 @@ class ServoTask(CommandFields):
         check_bound_law(self.law, self.interaction, regulated)
         check_weighting(self.weighting, regulated)
         s_goal = regulated.s_goal
-        check_goal_interaction(self.goal, regulated)
+        check_goal_interaction(cast(GoalKind, self.goal), regulated)
         own = regulated.tolerances
         tolerance = own if self.tolerance is None else np.full(own.shape, self.tolerance)
         check_feature_tolerance(tolerance, regulated)
@@ -285,6 +299,6 @@ class ServoTask(CommandFields):
         """Issue a RankWarning if a unicycle alone has more features than velocities."""
         warn_of_wheels(controller)
 
-    def bound_law(self, regulated: BoundFeatures) -> Any:
+    def bound_law(self, regulated: BoundFeatures) -> Law:
         """Return the law, which depends on the scene in some tasks."""
-        return self.law
+        return cast(Law, self.law)

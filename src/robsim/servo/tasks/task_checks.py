@@ -13,7 +13,7 @@ from robsim.base.unit_warnings import find_user_stacklevel
 from robsim.declare.problems import prefix_path
 from robsim.features.points import PixelPoints, Points
 from robsim.servo.bound_features import BoundFeatures
-from robsim.servo.goals.goal import Goal, GoalFeatures
+from robsim.servo.goals.goal import GoalFeatures, GoalKind
 from robsim.servo.laws.broyden_rule import Broyden
 from robsim.servo.laws.depth_model import DepthModel
 from robsim.servo.laws.feed_forward import EstimatedMotion
@@ -120,10 +120,10 @@ def check_bound_law(law: Any, interaction: Any, regulated: BoundFeatures) -> Non
 def _check_broyden_shape(rule: Broyden, regulated: BoundFeatures) -> None:
     """Raise InputError unless the first estimate of a Broyden rule has the shape (k, n)."""
     k, n = regulated.k, regulated.columns.size
-    if rule.start is not None and rule.start.shape != (k, n):
+    if rule.start is not None and np.shape(rule.start) != (k, n):
         raise InputError(
             f"Broyden start: expected shape ({k}, {n}), {k} features by {n} commanded "
-            f"velocities, got {rule.start.shape}"
+            f"velocities, got {np.shape(rule.start)}"
         )
 
 
@@ -140,7 +140,7 @@ def _check_constant_interaction(L: Array, regulated: BoundFeatures) -> None:
         )
 
 
-def check_goal_interaction(goal: Goal, regulated: BoundFeatures) -> None:
+def check_goal_interaction(goal: GoalKind, regulated: BoundFeatures) -> None:
     """Raise GoalError if L is not finite at a goal that has an image."""
     if not isinstance(goal, GoalFeatures) and not np.isfinite(regulated.at_goal.L).all():
         raise GoalError(f"{regulated.names}: L at the goal is not finite{regulated.reasons}")

@@ -7,6 +7,7 @@ several weightings multiply.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import ClassVar, NamedTuple, Protocol, runtime_checkable
 
@@ -101,5 +102,7 @@ class MarkWeighting(ABC):
         """Add the stages of the weights of the marks of a pair; return their rows (N,)."""
 
 
+# weightings, or their names
+Weights = Weighting | MarkWeighting | str | Sequence[Weighting | MarkWeighting | str]
 WEIGHTING = KindOf(WEIGHTINGS, protocol=Weighting)
 WEIGHTING_LIST = ListOf(WEIGHTING, most=16, alone=True)
