@@ -45,7 +45,7 @@ class BoundBlock:
         feature = towards(goal)
         if not isinstance(feature, Feature):
             raise InputError(
-                f"{self.name}.towards returned {format_value(feature)}, and no feature"
+                f"{self.name}.towards returned {format_value(feature)} instead of a feature"
             )
         return replace(self, feature=feature)
 

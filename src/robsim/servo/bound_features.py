@@ -47,7 +47,7 @@ class BoundFeatures:
     given: Array | None  # (k,) goal of numbers, `GoalFeatures.s`
     runs: int = 1  # number of runs with individual numbers, and therefore goals
 
-    def at_its_goal(self) -> BoundFeatures:
+    def measure_from_goal(self) -> BoundFeatures:
         """Return a copy with features measured relative to the goal, if they have `towards`."""
         bound = [
             (part.towards(view) if self.given is None else part).with_size(view)
@@ -167,12 +167,12 @@ class BoundFeatures:
     def find_dependencies(self) -> list[tuple[BoundBlock, NDArray[np.bool_]]]:
         """Return each block with the marks that its components depend on at the goal.
 
-        A goal of numbers has no image; the dependence is then evaluated in front of the target.
+        A goal of numbers has no image; a view from in front of the target then replaces it.
         Raises InputError if a feature has no value there.
         """
         observations = self._pair_observations
         if self.given is not None:
-            observations = {sight.key: sight.before() for sight in self.sights}
+            observations = {sight.key: sight.observe_from_front() for sight in self.sights}
         result = []
         for part in self.parts:
             marks = part.find_dependencies(part.all_at_goal(observations, self._goal_projections))

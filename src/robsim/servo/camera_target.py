@@ -141,7 +141,7 @@ class CameraTarget:
         more = {"model": self.target.marks, "guess_last": T_c_o}
         return Observation.of_last(pixels, depth, self.eye.camera, **more)
 
-    def before(self) -> Observation:
+    def observe_from_front(self) -> Observation:
         """Return the observation of the slightly rotated target by a camera well in front of it."""
         distance = 4.0 * float(np.abs(self.target.marks).max()) + 1e-3  # metres
         T_c_o = Pose.at(0.0, 0.0, distance, rpy=(0.1, 0.2, 0.3)).matrix[:3, :, None].copy()

@@ -55,8 +55,8 @@ class BoundFeatureRows:
 
     def jacobian(self, sight: CameraTarget, moves: BodyMoves) -> BlockRows:
         """Return the rows of J (6, n) of a camera relative to its target, by some velocities."""
-        where = self.placed.poses, self.placed.ratio, self.frames[sight.key][0]
-        return add_jacobian_stage(self.program, *where, moves)
+        camera_frame = self.placed.poses, self.placed.ratio, self.frames[sight.key][0]
+        return add_jacobian_stage(self.program, *camera_frame, moves)
 
     def add_task_jacobian(self, J: dict[PairKey, BlockRows], n: int) -> BlockRows:
         """Return the rows of L J (k, n) with sdot = L (J_c - J_o) qdot, block by block."""

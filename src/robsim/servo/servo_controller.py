@@ -73,9 +73,9 @@ class ServoController(TaskController):
         """Add the stages of one instant to a program; return the rows that they write."""
         stages = ServoStages(self, inputs)
         stages.assess()
-        return stages.commanded(stages.command())
+        return stages.outputs(stages.command())
 
-    def commanded(self, state: ControlState) -> Array:
+    def evaluate_law(self, state: ControlState) -> Array:
         """Return velocities (n, B) from the law, which may be a user's."""
         expected = (state.error_last.shape[1], self.columns.size)
         who = f"{type(self.law).__name__}.command"

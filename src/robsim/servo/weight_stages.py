@@ -38,7 +38,8 @@ def add_mark_weights(
 ) -> BlockRows:
     """Add the stages of the weights of marks, see `MarkRows`; return their rows (N,).
 
-    A weight is zero without a measurement, and for a hidden mark unless a weighting fades.
+    The weight of a mark is 0 if the mark has no measurement, or if the mark is hidden and no
+    weighting fades marks.
     """
     ours = [each for each in weightings if isinstance(each, MarkWeighting)]
     program, N = inputs.program, view.depth.size

@@ -256,10 +256,10 @@ def observe_goal(
 ) -> Observation:
     """Return the observation of the goal by a camera, with true depths.
 
-    q (nq, runs) is the `find_goal_configuration` of a shown goal; `runs` exceeds 1 if numbers of
-    the scene differ from run to run. A computed goal is the pose of the believed target of `first`
-    in its camera; the other camera-target pairs follow if they move with `first`. A goal of
-    numbers has no image; its observation has the right shape only. Raises GoalError if a mark is
+    q (nq, runs) is the result of `find_goal_configuration`; `runs` exceeds 1 if numbers of the
+    scene differ from run to run. A computed goal is the pose of the believed target of `first` in
+    its camera; the other camera-target pairs follow if they move with `first`. A goal of numbers
+    has no image: its observation, at home, only has the right shape. Raises GoalError if a mark is
     outside the image.
     """
     if isinstance(goal, GoalPose):
@@ -306,9 +306,9 @@ def _make_poses(T: Array) -> Pose:
 def _check_marks_visible(sight: CameraTarget, status: Any, kind: str) -> None:
     """Raise GoalError for the first mark that is outside the image, (N, B), in any run."""
     for run, n in np.argwhere(status.T != Visibility.IN_IMAGE)[:1]:
-        where = "behind" if status[n, run] == Visibility.BEHIND_CAMERA else "out of the image of"
-        whose = f" of run {run}" if status.shape[1] > 1 else ""
+        place = "behind" if status[n, run] == Visibility.BEHIND_CAMERA else "out of the image of"
+        suffix = f" of run {run}" if status.shape[1] > 1 else ""
         raise GoalError(
-            f"the {kind} goal{whose} puts mark {n} of '{sight.target.name}' {where} "
+            f"the {kind} goal{suffix} puts mark {n} of '{sight.target.name}' {place} "
             f"camera '{sight.eye.name}'"
         )

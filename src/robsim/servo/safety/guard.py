@@ -46,11 +46,11 @@ class SafetyStages:
         self.controller, self.inputs = controller, inputs
         self.safety, self.scene = guard.safety, guard.believed
         inner, n, program = controller.stages(inputs), controller.columns.size, inputs.program
-        self.n, self.program, self.share, self.busy = n, program, program.rows(), program.rows()
+        self.n, self.program, self.scale, self.busy = n, program, program.rows(), program.rows()
         self.last = program.rows(n)  # last command
-        self.seconds = program.rows()  # time since the command began to grow
-        self.most = program.constant(self._velocity_limits("acceleration"))
-        self.why = program.rows()  # active limits, as the bits of `command_limits`
+        self.growth_time = program.rows()  # time since the command began to grow
+        self.accelerations = program.constant(self._velocity_limits("acceleration"))
+        self.reasons = program.rows()  # active limits, as the bits of `command_limits`
         self.at_limit = program.rows(n)  # 1 for a joint that is kept from its limit
         qd = self._limit_command(inner)
         busy = program.result(control_law.compute_any, "out", rows=[inner.busy, self.busy])
@@ -69,10 +69,10 @@ class SafetyStages:
             last=self.last,
             command=command,
             brake=brake,
-            shares=self.share,
-            reason=self.why,
+            shares=self.scale,
+            reason=self.reasons,
             duration=self.inputs.dt,
-            accelerations=self.most,
+            accelerations=self.accelerations,
             low=low,
             high=high,
             q=self.inputs.q,
@@ -84,9 +84,9 @@ class SafetyStages:
             command_limits.store_command,
             out=qd,
             last=self.last,
-            reason=self.why,
+            reason=self.reasons,
             busy=self.busy,
-            share=self.share,
+            share=self.scale,
         )
         return qd
 
@@ -103,9 +103,9 @@ class SafetyStages:
             released=program.constant(1.0) if inputs.released is None else inputs.released,
             settings=program.constant([after, float(stops), self.safety.ramp or 0.0]),
             latched=program.rows(),
-            passed=self.seconds,
-            share=self.share,
-            reason=self.why,
+            passed=self.growth_time,
+            share=self.scale,
+            reason=self.reasons,
             status=program.constant(float(IN_IMAGE)) if status is None else status,
         )
 
@@ -139,7 +139,7 @@ class SafetyStages:
             command=command,
             brake=brake,
             duration=self.inputs.dt,
-            most=self.most,
+            most=self.accelerations,
             velocities=qd,
             seconds=seconds,
         )
@@ -157,7 +157,7 @@ class SafetyStages:
             n,
             attempts=qd,
             brake=brake,
-            reason=self.why,
+            reason=self.reasons,
             box=program.constant([fence.low, fence.high]),
             now=self._add_pose(fence.frame, self.inputs.q),
             places=len(BRAKE_FRACTIONS),

@@ -69,7 +69,7 @@ class CommandFields(DeclaredValue):
         at = find_coordinates(scene, columns)
         return CommandShaper(self.secondary, large, self.smooth_start, self.limit, *at)
 
-    def chosen(self, scene: Scene, moving: VelocityIndices) -> VelocityIndices:
+    def select_velocities(self, scene: Scene, moving: VelocityIndices) -> VelocityIndices:
         """Return the velocities in `moving` that `joints` names."""
         if self.joints is None:
             return moving
@@ -80,7 +80,7 @@ class CommandFields(DeclaredValue):
         if not commanded.size:
             names = [scene.velocity_names[i] for i in moving]
             raise InputError(
-                f"joints: none of {', '.join(self.joints)} moves what the task controls; "
+                f"joints: none of {', '.join(self.joints)} moves a feature or a frame of the task; "
                 f"these do: {', '.join(names)}"
             )
         return make_read_only(commanded)

@@ -57,12 +57,12 @@ class CompositeController(TaskController):
         return frozenset().union(*(part.whole for part in self.parts))
 
     def check_start(self, q0: Array) -> None:
-        """Raise InputError if a task is impossible from all of the starts q0 (B, nq)."""
+        """Raise InputError if a task is possible from none of the starts q0 (B, nq)."""
         for part in self.parts:
             part.check_start(q0)
 
     def _find_positions(self, part: TaskController) -> VelocityIndices:
-        """Return the indices of the velocities of a part among all commanded velocities."""
+        """Return the positions of a part's velocities among all commanded velocities."""
         return np.searchsorted(self.columns, part.columns)
 
     def _add_parts(self, inputs: ControllerInputs) -> list[ControllerOutputs]:

@@ -63,7 +63,7 @@ def bind_features(task: Any, truth: BlockTargets, columns: NDArray[np.int64]) ->
     )
     s_goal = np.asarray(goal.s) if isinstance(goal, GoalFeatures) else None
     draft = BoundFeatures(bound, sights, exact, columns, depths, which, goals, q_goal, s_goal, runs)
-    return draft.at_its_goal()
+    return draft.measure_from_goal()
 
 
 def deduplicate_targets(blocks: BlockTargets) -> tuple[CameraTarget, ...]:

@@ -170,7 +170,7 @@ class FollowJoints(DeclaredValue):
     def facts(cls, own: Mapping[str, Any], c: Context) -> Context:  # Any: values of all fields
         """Return the context with the joints of the task, which set the units of its numbers."""
         scene = c.facts.get("scene")
-        if sum(way in c.facts["raw"] for way in GOAL_FIELDS) > 1:
+        if sum(name in c.facts["raw"] for name in GOAL_FIELDS) > 1:
             raise UnreadableValue  # reported already
         if scene is None:
             return c
@@ -247,7 +247,8 @@ class FollowJoints(DeclaredValue):
     @property
     def _goal_field(self) -> tuple[str, Any]:
         """Name of the field that gives the goal, and its value."""
-        return next((name, way) for name in GOAL_FIELDS if (way := getattr(self, name)) is not None)
+        fields = ((name, getattr(self, name)) for name in GOAL_FIELDS)
+        return next((name, value) for name, value in fields if value is not None)
 
     def _resolve_goal(self, names: list[str]) -> Array:
         """Return the end of the trajectory (n,); with `by` its length.

@@ -193,7 +193,7 @@ class FollowPath(RedundancyFields):
         columns = np.flatnonzero((scene.tree.carries(frame) != 0) & ~scene.prescribed)
         if not columns.size:
             raise InputError(f"no joint that a task can command moves '{frame}'")
-        return self.chosen(scene, make_read_only(columns))
+        return self.select_velocities(scene, make_read_only(columns))
 
     def bind(self, scene: Scene, columns: VelocityIndices | None = None) -> PathFollower:
         """Return the controller of the task; raise InputError if the scene lacks the frame."""

@@ -84,7 +84,7 @@ class Priorities(TaskListFields, RedundancyFields):
 
     def columns(self, scene: Scene) -> VelocityIndices:
         """Return the indices of the velocities that any of the tasks commands."""
-        return self.chosen(scene, super().columns(scene))
+        return self.select_velocities(scene, super().columns(scene))
 
     def bind(self, scene: Scene, columns: VelocityIndices | None = None) -> TaskController:
         """Return the controller of all tasks in a scene."""
@@ -129,6 +129,6 @@ class PriorityController(CompositeController):
         for one in levels:
             one.assess()
         qd, _ = add_priorities(inputs.program, [(one.A, one.rate()) for one in levels], self.rcond)
-        outputs = self._merge_outputs(inputs, [one.commanded(qd) for one in levels], qd)
+        outputs = self._merge_outputs(inputs, [one.outputs(qd) for one in levels], qd)
         task = outputs.error, levels[0].feature_rows.first_jacobian, outputs.task_jacobian
         return replace(outputs, qd=self.shaping.stages(inputs, qd, *task))

@@ -188,7 +188,7 @@ class Hybrid(RedundancyFields, WeightingFields, LawFields, DepthFields):
 @register("task", "partitioned")
 @dataclass(frozen=True, eq=False)
 class Partitioned(RedundancyFields, DepthFields):
-    """Partitioned visual servoing: the optical axis is controlled apart from the other motions.
+    """Partitioned visual servoing: separate control of the optical axis.
 
     Two scalar features drive the optical axis, and the points drive the other four components of
     the camera twist (Corke and Hutchinson 2001),
@@ -258,6 +258,6 @@ class Partitioned(RedundancyFields, DepthFields):
         if np.abs(regulated.at_goal.J[2]).max() < 1e-9:
             raise InputError(
                 "the partitioned scheme moves the camera along its optical axis, and no commanded "
-                f"joint moves '{regulated.sights[0].eye.name}' so"
+                f"joint moves '{regulated.sights[0].eye.name}' in this direction"
             )
         return self.law

@@ -203,7 +203,7 @@ class ServoTask(CommandFields):
     def columns(self, scene: Scene) -> VelocityIndices:
         """Return the velocity indices that move a camera of the task relative to its target."""
         columns = [s.columns for each in self.sights(scene) for s in each]
-        return self.chosen(scene, make_read_only(np.unique(np.concatenate(columns))))
+        return self.select_velocities(scene, make_read_only(np.unique(np.concatenate(columns))))
 
     def bind(self, scene: Scene, columns: VelocityIndices | None = None) -> ServoController:
         """Return the controller of the task in a scene, after checks of names, goal and fields.

@@ -147,9 +147,9 @@ def check_goal_interaction(goal: GoalKind, regulated: BoundFeatures) -> None:
 
 
 def check_feature_tolerance(tolerances: Array, regulated: BoundFeatures) -> None:
-    """Raise InputError if any two images are within the tolerance (k,) of a feature.
+    """Raise InputError if a tolerance (k,) exceeds every possible error of its feature.
 
-    This concerns image points with a known image size: no error exceeds the size of the image.
+    Only image points in an image of known size have a largest error, the size of the image.
     """
     first = 0
     for part in regulated.parts:

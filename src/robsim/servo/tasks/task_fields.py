@@ -16,7 +16,7 @@ from robsim.servo.laws.law import LAW, LawLike
 from robsim.servo.tasks.task import ServoTask
 from robsim.servo.weightings.weighting_protocol import WEIGHTING_LIST, Weights
 
-Gain = Annotated[float | AdaptiveGain, GAIN, "Rate at which e falls: a constant, or adaptive."]
+Gain = Annotated[float | AdaptiveGain, GAIN, "Decay rate of e, in 1/s: a constant, or adaptive."]
 
 
 @dataclass(frozen=True, eq=False)

@@ -25,27 +25,24 @@ from robsim.world.scene import Scene
 
 @runtime_checkable
 class Trajectory(Protocol):
-    """Protocol of a trajectory: any object with a duration and points at times.
+    """Protocol of a trajectory: any object with a duration, and with points at times.
 
     Examples
     --------
     >>> class Swing:  # one joint, for two seconds
     ...     duration = 2.0
     ...     def at(self, t):
-    ...         return 0.1 * np.sin(np.asarray(t)[..., None])
-    >>> Swing().at(0.0)
-    array([0.])
+    ...         return [0.1 * np.sin(np.pi * t)]
+    >>> isinstance(Swing(), Trajectory)
+    True
     """
 
     @property
     def duration(self) -> float:
         """Duration in seconds."""
 
-    def at(self, t: ArrayLike) -> ArrayLike:
-        """Return the points at times t (...) in seconds.
-
-        A point has n coordinates (..., n), or it is a pose (..., 4, 4).
-        """
+    def at(self, t: float) -> ArrayLike:
+        """Return the point at a time in seconds: n coordinates (n,), or a pose (4, 4)."""
 
 
 TABLE_TYPES = (Blends, Path, Quintic, Straight, Trapezoid)  # sampled once into a table

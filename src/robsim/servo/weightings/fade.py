@@ -57,4 +57,6 @@ class Fade(MarkWeighting, DeclaredValue):
         program = of.inputs.program
         times = {"seconds": program.number(self.time), "dt": of.inputs.dt}
         ramp = program.rows(of.N)
-        return program.result(kernels.fade_weights, "out", of.N, there=of.there, **times, ramp=ramp)
+        return program.result(
+            kernels.fade_weights, "out", of.N, there=of.present, **times, ramp=ramp
+        )

@@ -26,7 +26,7 @@ class MarkRows(NamedTuple):
     N: int
     view: ViewRows  # measured pixels, or NaN; a hidden mark keeps its last measured pixels
     camera: BlockRows  # in the order of `robsim.kernels.images.projection`
-    there: BlockRows  # (N,) 1 for a mark measured in this image, else 0
+    present: BlockRows  # (N,) 1 for a mark measured in this image, else 0
     goal: Array  # (N, 2, runs) pixels at the goal, or (N, 2, 1) for all runs
 
 
