@@ -246,7 +246,18 @@ class Observation:
         return replace_unchecked(self, **points, depth_last=depth, other=other)
 
     def repeated(self, runs: int) -> Observation:
-        """Return the observation with the first run repeated `runs` times."""
+        """Return the observation with the first run repeated.
+
+        Parameters
+        ----------
+        runs : int
+            Number of repetitions.
+
+        Returns
+        -------
+        Observation
+            The observation of `runs` equal runs.
+        """
         names = ["pixels_last", "points_last", "depth_last", "guess_last", "between_last"]
         if self.model is not None and self.model.ndim > 2:
             names.append("model")
@@ -368,4 +379,15 @@ class Feature(Protocol):
         """Tolerance: a run has converged if max|e| is below it."""
 
     def measure(self, seen: Observation) -> Array:
-        """Return the features s (B, k)."""
+        """Return the features.
+
+        Parameters
+        ----------
+        seen : Observation
+            Marks of B runs.
+
+        Returns
+        -------
+        ndarray of shape (B, k)
+            Features s. NaN for a component without a value.
+        """

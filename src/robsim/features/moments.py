@@ -65,7 +65,23 @@ class _BasicMoments(MarkFeature):
         return seen.computed(features.basic_stage, 4, of_marks=self.of_marks, **arguments)
 
     def towards(self, goal: Observation) -> Self:
-        """Return the feature with alpha within a quarter turn of its value at the goal."""
+        """Return the feature with alpha within a quarter turn of its value at the goal.
+
+        Parameters
+        ----------
+        goal : Observation
+            Observation of the marks at the goal.
+
+        Returns
+        -------
+        RegionMoments or PointMoments
+            The feature with `alpha_goal` from the observation.
+
+        Raises
+        ------
+        InputError
+            If `goal` is not an Observation, or has too few marks.
+        """
         return replace_unchecked(
             self, alpha_goal=make_read_only(self.measure(goal)[:, 3][None].copy())
         )
@@ -230,7 +246,23 @@ class DecoupledMoments(CompiledFeature, DeclaredValue):
         )
 
     def towards(self, goal: Observation) -> DecoupledMoments:
-        """Return the feature with a*, Z*, the orientation and the head at the goal."""
+        """Return the feature with a*, Z*, the orientation and the head at the goal.
+
+        Parameters
+        ----------
+        goal : Observation
+            Observation of the marks at the goal.
+
+        Returns
+        -------
+        DecoupledMoments
+            The feature relative to the observation.
+
+        Raises
+        ------
+        InputError
+            If `goal` is not an Observation.
+        """
         centre, mu = _measure_goal_moments(goal, self.of_marks)
         s = np.empty((4, mu.shape[1]))
         features.basic_moments(self.of_marks, centre, mu, s)

@@ -135,7 +135,21 @@ class SecondaryMotion(Protocol):
     """
 
     def velocity(self, q: Array, limits: Array) -> Array:
-        """Return desired velocities (B, n) at commanded coordinates q (B, n) with limits (n, 2)."""
+        """Return the desired velocities.
+
+        Parameters
+        ----------
+        q : ndarray of shape (B, n)
+            Coordinates of the commanded velocities in B runs; 0 for a velocity without its own
+            coordinate.
+        limits : ndarray of shape (n, 2)
+            Lower and upper limits of the coordinates; infinite without a limit.
+
+        Returns
+        -------
+        ndarray of shape (B, n)
+            Desired velocities in rad/s or m/s.
+        """
 
 
 def _check_limits_array(limits: ArrayLike, count: int) -> Array:

@@ -174,7 +174,18 @@ class TaskListFields(CompositeTask):
         return {("tasks", i): cast(Task, task) for i, task in enumerate(self.tasks)}
 
     def with_inner(self, tasks: Sequence[Task]) -> Self:
-        """Return a copy with other tasks in the same order."""
+        """Return a copy with other tasks.
+
+        Parameters
+        ----------
+        tasks : sequence of Task
+            Tasks in the order of `inner`.
+
+        Returns
+        -------
+        Parallel or Priorities
+            The copy.
+        """
         copy: Self = replace(cast(Any, self), tasks=tuple(tasks))
         return copy
 

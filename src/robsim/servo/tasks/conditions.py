@@ -34,7 +34,18 @@ class Condition(Protocol):
     """
 
     def holds(self, first: SchemeState, second: SchemeState) -> NDArray[np.bool_]:
-        """Return truth values (B,): whether the condition holds in each run."""
+        """Return whether the condition holds in each run.
+
+        Parameters
+        ----------
+        first, second : SchemeState
+            States of the two schemes in B runs.
+
+        Returns
+        -------
+        ndarray of bool of shape (B,)
+            True for each run in which the condition holds.
+        """
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,7 +105,18 @@ class CompiledCondition(ABC):
         """Add the stage of the condition; return a row that is 1 if it holds, else 0."""
 
     def holds(self, first: SchemeState, second: SchemeState) -> NDArray[np.bool_]:
-        """Return truth values (B,): whether the condition holds in each run."""
+        """Return whether the condition holds in each run.
+
+        Parameters
+        ----------
+        first, second : SchemeState
+            States of the two schemes in B runs.
+
+        Returns
+        -------
+        ndarray of bool of shape (B,)
+            True for each run in which the condition holds.
+        """
 
         def add(
             program: Program, e: BlockRows, x: BlockRows, e2: BlockRows, x2: BlockRows

@@ -93,7 +93,18 @@ class Switch(CompositeTask):
         return {("first",): cast(Task, self.first), ("second",): cast(Task, self.second)}
 
     def with_inner(self, tasks: Sequence[Task]) -> Self:
-        """Return a copy with other tasks in the same order."""
+        """Return a copy with other tasks.
+
+        Parameters
+        ----------
+        tasks : sequence of Task
+            First and second scheme.
+
+        Returns
+        -------
+        Switch
+            The copy.
+        """
         first, second = tasks
         return replace(self, first=first, second=second)
 

@@ -59,13 +59,39 @@ class Task(Protocol):
     """Protocol of a task: an object that can be simulated in a scene."""
 
     def columns(self, scene: Scene) -> VelocityIndices:
-        """Return the indices of the velocities that the task commands."""
+        """Return the indices of the velocities that the task commands.
+
+        Parameters
+        ----------
+        scene : Scene
+            True scene.
+
+        Returns
+        -------
+        ndarray of int
+            Indices of the velocities of the scene, in increasing order.
+        """
 
     def bind(self, scene: Scene, columns: VelocityIndices | None = None) -> TaskController:
         """Return the controller of the task in a scene.
 
-        `columns` are the commanded velocities if several tasks share them. Raises InputError or
-        GoalError if the task is impossible in the scene.
+        Parameters
+        ----------
+        scene : Scene
+            True scene.
+        columns : ndarray of int, optional
+            Indices of the commanded velocities, if several tasks share them. Default:
+            `columns(scene)`.
+
+        Returns
+        -------
+        TaskController
+            The controller.
+
+        Raises
+        ------
+        InputError or GoalError
+            If the task is impossible in the scene.
         """
 
 
@@ -201,7 +227,24 @@ class ServoTask(CommandFields):
         return make_feature_blocks(self.features)
 
     def columns(self, scene: Scene) -> VelocityIndices:
-        """Return the velocity indices that move a camera of the task relative to its target."""
+        """Return the indices of the commanded velocities.
+
+        Parameters
+        ----------
+        scene : Scene
+            True scene.
+
+        Returns
+        -------
+        ndarray of int
+            Velocities that move a camera of the task relative to its target, and that `joints`
+            names.
+
+        Raises
+        ------
+        InputError
+            If the scene lacks a name, or if no joint moves the camera relative to the target.
+        """
         columns = [s.columns for each in self.sights(scene) for s in each]
         return self.select_velocities(scene, make_read_only(np.unique(np.concatenate(columns))))
 
@@ -284,7 +327,18 @@ class ServoTask(CommandFields):
         )
 
     def sights(self, scene: Scene) -> BlockTargets:
-        """Return the true camera-target pairs of each feature block, cached for the last scene."""
+        """Return the true camera-target pairs of each feature block, cached for the last scene.
+
+        Parameters
+        ----------
+        scene : Scene
+            True scene.
+
+        Returns
+        -------
+        list of tuple of CameraTarget
+            For each block, the pairs of its one or two cameras.
+        """
         last: BlockTargets | None = vars(self).get("_last_sights")
         if last is None or last[0][0].scene is not scene:
             last = find_camera_targets(self, scene)
@@ -292,7 +346,25 @@ class ServoTask(CommandFields):
         return last
 
     def regulated(self, sights: BlockTargets, columns: VelocityIndices) -> BoundFeatures:
-        """Return the bound features of the task; raise InputError if they are impossible."""
+        """Return the features of the task in a scene.
+
+        Parameters
+        ----------
+        sights : list of tuple of CameraTarget
+            True camera-target pairs of each feature block, from `sights`.
+        columns : ndarray of int
+            Indices of the commanded velocities.
+
+        Returns
+        -------
+        BoundFeatures
+            Features with their goal, as the controller models them.
+
+        Raises
+        ------
+        InputError or GoalError
+            If the goal, the belief or the depth does not fit the scene.
+        """
         return bind_features(self, sights, columns)
 
     def warn_of_wheels(self, controller: ServoController) -> None:
@@ -300,5 +372,16 @@ class ServoTask(CommandFields):
         warn_of_wheels(controller)
 
     def bound_law(self, regulated: BoundFeatures) -> Law:
-        """Return the law, which depends on the scene in some tasks."""
+        """Return the law in a scene.
+
+        Parameters
+        ----------
+        regulated : BoundFeatures
+            Features of the task in the scene.
+
+        Returns
+        -------
+        Law
+            The field `law`. Some tasks return a law that depends on the scene.
+        """
         return cast(Law, self.law)

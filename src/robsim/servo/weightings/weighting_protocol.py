@@ -86,7 +86,18 @@ class Weighting(Protocol):
     """
 
     def weigh(self, now: Residuals) -> Array:
-        """Return weights (B, k) from 0 to 1 for each component of s in each run."""
+        """Return the weights of the components of s.
+
+        Parameters
+        ----------
+        now : Residuals
+            Error, and weights from the marks, of B runs.
+
+        Returns
+        -------
+        ndarray of shape (B, k)
+            Weights from 0 to 1.
+        """
 
 
 class MarkWeighting(ABC):
