@@ -142,7 +142,7 @@ class GoalFeatures(Value):
 
 
 GoalKind = TaughtGoal | GoalPose | GoalFeatures
-Goal = GoalKind | Configuration  # a goal, or the configuration at which it is shown
+Goal = GoalKind | Configuration  # a goal, or the configuration of a shown goal
 
 
 @dataclass(frozen=True)

@@ -44,7 +44,7 @@ class Condition(Protocol):
         Returns
         -------
         ndarray of bool of shape (B,)
-            True for each run in which the condition holds.
+            True if the condition holds in the run.
         """
 
 
@@ -115,7 +115,7 @@ class CompiledCondition(ABC):
         Returns
         -------
         ndarray of bool of shape (B,)
-            True for each run in which the condition holds.
+            True if the condition holds in the run.
         """
 
         def add(
