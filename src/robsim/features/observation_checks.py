@@ -21,7 +21,7 @@ OPTIONAL_SHAPES = {  # optional parts
 }
 
 
-def check_image(pixels: ArrayLike, depth: ArrayLike, camera: Any) -> tuple[Array, Array, Array]:
+def check_image(pixels: ArrayLike, depth: ArrayLike, camera: Camera) -> tuple[Array, Array, Array]:
     """Return pixels and points (N, 2, B) and depths (N, B) from pixels (B, N, 2), depths (B, N)."""
     if not isinstance(camera, Camera):
         raise InputError(f"camera: expected a Camera, got {format_value(camera)}")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any
+from typing import cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +24,7 @@ from robsim.servo.controller_rows import ControllerInputs, allocate_inputs
 from robsim.servo.frame_rows import add_body_poses, add_prescribed_velocities
 from robsim.servo.laws.depth_filter import DepthFilter
 from robsim.servo.weight_stages import add_mark_weights, scale_entries
+from robsim.servo.weightings.weighting_protocol import MarkWeighting, Weighting
 
 
 class BoundFeatureRows:
@@ -33,7 +34,10 @@ class BoundFeatureRows:
     """
 
     def __init__(
-        self, regulated: BoundFeatures, inputs: ControllerInputs, weightings: Any = ()
+        self,
+        regulated: BoundFeatures,
+        inputs: ControllerInputs,
+        weightings: Sequence[Weighting | MarkWeighting] = (),
     ) -> None:
         self.regulated, self.inputs, self.program = regulated, inputs, inputs.program
         self.weightings, self.weights = weightings, dict[PairKey, BlockRows]()
@@ -185,7 +189,7 @@ class BoundFeatureRows:
         self, part: BoundBlock, seen: ObservationRows, depends: NDArray[np.bool_] | None
     ) -> BlockRows:
         """Return the rows that are 1 for the currently lost components of a block."""
-        flags: list[Any] = [self.inputs.views[sight.key].hidden for sight in part.sights]
+        flags = [cast(BlockRows, self.inputs.views[sight.key].hidden) for sight in part.sights]
         if depends is not None:
             each = [[flags[c][n] for c, n in np.argwhere(marks)] for marks in depends]
             return self.program.result(

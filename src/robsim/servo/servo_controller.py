@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from robsim.base.arrays import Array, move_runs_first, view_runs_last
 from robsim.base.errors import InputError
@@ -29,6 +29,7 @@ from robsim.servo.servo_stages import ServoStages
 from robsim.servo.shaping.command_shaper import CommandShaper
 from robsim.servo.task_controller import TaskController
 from robsim.servo.user_return import check_returned_array
+from robsim.servo.weightings.weighting_protocol import MarkWeighting, Weighting
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,7 +43,7 @@ class ServoController(TaskController):
     feed_forward: KnownMotion | EstimatedMotion | None
     broyden: Broyden | None
     shaping: CommandShaper
-    weighting: tuple[Any, ...] = ()
+    weighting: tuple[Weighting | MarkWeighting, ...] = ()
 
     @property
     def weighted(self) -> bool:
@@ -88,7 +89,9 @@ class ServoController(TaskController):
         return self.broyden is None and self.regulated.as_one
 
 
-def compute_decay_rate(regulated: BoundFeatures, gain: Any, inverse: InverseKind) -> Any:
+def compute_decay_rate(
+    regulated: BoundFeatures, gain: float | AdaptiveGain | Array, inverse: InverseKind
+) -> float | Array:
     """Return the slowest decay rate of the error in 1/s, () or (runs,): the gain.
 
     With the transpose the rate is the gain times the smallest sigma^2 of L J at the goal.
@@ -107,7 +110,7 @@ def compute_decay_rate(regulated: BoundFeatures, gain: Any, inverse: InverseKind
     return slowest * (smallest if len(smallest) > 1 else float(smallest[0]))
 
 
-def compute_goal_rank(regulated: BoundFeatures) -> Any:
+def compute_goal_rank(regulated: BoundFeatures) -> int | NDArray[np.int64]:
     """Return the rank of L J at the goal if it was shown, or else the largest possible rank.
 
     The result is (runs,) for several runs with individual goals.

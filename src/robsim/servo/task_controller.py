@@ -56,8 +56,8 @@ class TaskController(ABC):
     units: tuple[str, ...]
     tolerances: Array
     goal_pixels: Array
-    pace: Any
-    full_rank: Any
+    pace: Any  # Any: one number, or an array (runs,)
+    full_rank: Any  # Any: one number, or an array (runs,)
     rcond: float
 
     @abstractmethod

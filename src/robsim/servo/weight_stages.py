@@ -25,11 +25,12 @@ from robsim.servo.weightings.weighting_protocol import (
     MarkRows,
     MarkWeighting,
     Residuals,
+    Weighting,
 )
 
 
 def add_mark_weights(
-    weightings: tuple[Any, ...],
+    weightings: Sequence[Weighting | MarkWeighting],
     inputs: ControllerInputs,
     view: ViewRows,
     points: BlockRows,
@@ -79,7 +80,7 @@ def _add_block_weights(
 
 def add_user_weights(
     program: Program,
-    weightings: Sequence[Any],
+    weightings: Sequence[Weighting],
     error: BlockRows,
     weights: BlockRows,
     tolerances: Array,

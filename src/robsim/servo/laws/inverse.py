@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Annotated, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from robsim.base.arrays import Array
 from robsim.declare import DeclaredValue, KindOf, Number, family, register
@@ -180,7 +181,9 @@ def add_inverse(
     return program.result(control_law.multiply_transpose, "x", A.shape[1], A=A, y=y)
 
 
-def compute_rank(A: Array, moves: Array | int = SAME_UNITS, rcond: float = RCOND) -> Any:
+def compute_rank(
+    A: Array, moves: Array | int = SAME_UNITS, rcond: float = RCOND
+) -> NDArray[np.int64]:
     """Return the rank (B,) of A (m, n, B) with columns of `moves` (6, n, B), as in `add_solve`.
 
     The rank is the number of singular values above rcond times the largest.

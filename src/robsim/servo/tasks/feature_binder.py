@@ -73,7 +73,7 @@ def deduplicate_targets(blocks: BlockTargets) -> tuple[CameraTarget, ...]:
 
 def _bind_block(part: FeatureBlock, sights: tuple[CameraTarget, ...]) -> BoundBlock:
     """Return a block bound to its camera-target pairs; raise InputError if it does not fit."""
-    feature, target = part.feature, sights[0].target
+    feature, target = cast(Feature, part.feature), sights[0].target
     marks, components = (_convert_indices(part.marks), _convert_indices(part.components))
     if marks is not None and marks.max() >= len(target.marks):
         raise InputError(
@@ -82,10 +82,10 @@ def _bind_block(part: FeatureBlock, sights: tuple[CameraTarget, ...]) -> BoundBl
         )
     _check_camera_count(feature, sights)
     _check_feature_marks(feature, target.marks if marks is None else target.marks[marks])
-    return BoundBlock(cast(Feature, feature), sights, marks, components, part.weight)
+    return BoundBlock(feature, sights, marks, components, part.weight)
 
 
-def _check_camera_count(feature: Any, sights: Sequence[CameraTarget]) -> None:
+def _check_camera_count(feature: Feature, sights: Sequence[CameraTarget]) -> None:
     """Raise InputError unless a feature gets the one or two cameras that it needs."""
     needed = getattr(feature, "cameras", 1)
     if needed not in (1, 2):
@@ -98,7 +98,7 @@ def _check_camera_count(feature: Any, sights: Sequence[CameraTarget]) -> None:
         raise InputError(f"{type(feature).__name__} needs {expected}, got '{names}'")
 
 
-def _check_feature_marks(feature: Any, marks: Any) -> None:
+def _check_feature_marks(feature: Feature, marks: Array) -> None:
     """Raise InputError if a feature gets too few marks, or a pose marks on one line."""
     name, poses = type(feature).__name__, getattr(feature, "uses_pose", False)
     least = max(getattr(feature, "least_marks", 1), 3 if poses else 1)

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from robsim.base.arrays import Array, as_floats
 from robsim.kernels.control import axis_trajectory, control_law
@@ -13,6 +13,7 @@ from robsim.kernels.control import frame_trajectory as kernels
 from robsim.kernels.machine.block_rows import BlockRows
 from robsim.kernels.machine.program import Program
 from robsim.robot.fk_stages import FKStages
+from robsim.robot.robot import Robot
 from robsim.servo.controller_rows import ControllerInputs, ControllerOutputs
 from robsim.servo.frame_rows import add_body_poses, add_prescribed_velocities
 from robsim.servo.laws.inverse import add_inverse, compute_rank
@@ -105,7 +106,7 @@ class PathFollower(TrajectoryFollower):
     def _add_path(self, inputs: ControllerInputs) -> ReferenceRows:
         """Add the stages of a path that all runs share."""
 
-        def at(t: Any) -> Array:
+        def at(t: ArrayLike) -> Array:
             T = as_floats(self.task.path.at(t), "path.at", (4, 4))
             return T[..., :3, :].reshape(*T.shape[:-2], 12)
 
@@ -152,7 +153,7 @@ def estimate_generic_rank(scene: Scene, frame: str, columns: VelocityIndices, k:
     return int(compute_rank(np.ascontiguousarray(J[:k][:, columns])).max())
 
 
-def _move_from_home(robot: Any, duration: float) -> Array:
+def _move_from_home(robot: Robot, duration: float) -> Array:
     """Return the coordinates (nq,) of a robot after a motion from home at constant velocities."""
     rates = duration * (1.0 + 0.1 * np.arange(robot.nv))
     q: Array = robot.integrate(robot.home, rates, 1.0)

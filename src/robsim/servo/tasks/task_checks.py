@@ -11,6 +11,7 @@ from robsim.base.arrays import Array
 from robsim.base.errors import GoalError, InputError, RankWarning
 from robsim.base.unit_warnings import find_user_stacklevel
 from robsim.declare.problems import prefix_path
+from robsim.features.feature import Feature
 from robsim.features.points import PixelPoints, Points
 from robsim.servo.bound_features import BoundFeatures
 from robsim.servo.goals.goal import GoalFeatures, GoalKind
@@ -104,7 +105,7 @@ def _check_weighting_fields(task: Any) -> None:
         )
 
 
-def check_bound_law(law: Any, interaction: Any, regulated: BoundFeatures) -> None:
+def check_bound_law(law: object, interaction: object, regulated: BoundFeatures) -> None:
     """Raise InputError for a law and an interaction matrix that do not fit the scene."""
     if getattr(law, "in_camera", False) and not regulated.as_one:
         raise InputError(
@@ -163,7 +164,7 @@ def check_feature_tolerance(tolerances: Array, regulated: BoundFeatures) -> None
             )
 
 
-def _measure_image_width(feature: Any, camera: Camera) -> float:
+def _measure_image_width(feature: Feature, camera: Camera) -> float:
     """Return the largest distance of two points along an axis of the image; infinity if unknown."""
     several = camera.K.ndim > 2 or np.ndim(camera.distortion) > 1  # one camera for each run
     if camera.size is None or type(feature) not in (Points, PixelPoints) or several:
@@ -218,7 +219,7 @@ def warn_of_wheels(controller: ServoController) -> None:
         )
 
 
-def is_collinear(marks: Any) -> bool:
+def is_collinear(marks: Array) -> bool:
     """Return whether marks (N, 3) lie on one line, or marks (N, 3, B) in any run."""
     each = np.moveaxis(marks, (0, 1), (-2, -1))
     return bool((np.linalg.matrix_rank(each - each[..., :1, :], tol=1e-9) < 2).any())

@@ -94,7 +94,7 @@ def make_cameraless_fields(
 
 
 def add_trajectory(
-    inputs: ControllerInputs, trajectory: Trajectory, n: int, at: Callable[[Any], Array]
+    inputs: ControllerInputs, trajectory: Trajectory, n: int, at: Callable[[ArrayLike], Array]
 ) -> ReferenceRows:
     """Add the stages of a trajectory `at(t)` (..., n) at times t (...) in seconds."""
     rows, duration = inputs.program.rows(2, n), trajectory.duration
