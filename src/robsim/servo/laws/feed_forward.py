@@ -41,12 +41,12 @@ class KnownMotion:
 class EstimatedMotion(DeclaredValue):
     """Feed-forward of the estimated motion of the target in the image.
 
-    The motion of the target is the change of e that the command does not explain. Its estimate
-    de/dt is a first-order low-pass filter, with time constant `lag`, of
+    The motion of the target is the change of e that the command does not explain,
 
-        (e_k - e_(k-1))/dt - L J qdot_(k-1)
+        (e_k - e_(k-1))/dt - L J qdot_(k-1).
 
-    and the law acts on e + (de/dt)/gain, as with `KnownMotion` (Chaumette and Hutchinson 2007,
+    A first-order low-pass filter with time constant `lag` smooths it to the estimate de/dt. The
+    law acts on e + (de/dt)/gain, as with `KnownMotion` (Chaumette and Hutchinson 2007,
     section on target tracking; Corke and Good 1996). The estimate needs no model of the target, and
     removes the lag behind a target of constant velocity. A larger `lag` rejects more noise and
     reacts later; a small `lag` with delayed images may destabilise the loop.

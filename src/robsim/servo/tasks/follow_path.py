@@ -99,11 +99,11 @@ class FollowPath(RedundancyFields):
 
         qdot = J^+ V
 
-    with the Jacobian J of the frame and the twist V = (v, omega) that carries the frame from its
-    measured pose to the pose of the path one period later, minus the twist that a `Motion` of the
-    scene gives it (resolved motion rate control: Whitney 1969; Siciliano et al. 2009, section
-    3.7). Each period is one step of Newton's method, so the distance from the path is of second
-    order in the period.
+    with the Jacobian J of the frame (resolved motion rate control: Whitney 1969; Siciliano et al.
+    2009, section 3.7). The twist V = (v, omega) carries the frame from its measured pose to the
+    pose of the path one period later. If a `Motion` of the scene moves the frame, its twist is
+    subtracted from V. Each period is one step of Newton's method, so the distance from the path is
+    of second order in the period.
 
     With `to` the frame moves on a straight line to a pose, or with mask "position" to a position,
     in the given `duration`, or within `speed` and `acceleration` (and for a pose `turn` and

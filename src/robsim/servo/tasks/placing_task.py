@@ -33,14 +33,14 @@ PlacingVariant = Literal["corrected", "printed", "completed"]
 class Placing(RedundancyFields, ServoTask):
     """Placing of an object with two fixed cameras that triangulate three of its marks.
 
-    From the unit vectors P_ab and P_ac between the marks a, b and c, now (1) and at the goal (2),
-    the law computes a twist at the origin of the world (chapter, section 6.2),
+    The law computes a twist at the origin of the world (chapter, section 6.2),
 
         Omega = rotation (P_ab1 x P_ac1) x (P_ab2 x P_ac2)
         T = translation t_a - Omega x p_a
 
-    with the remaining translation t_a of mark a and its position p_a. A point p then has the
-    velocity v = T + Omega x p, and the frame that holds the target gets this twist by eq. 19,
+    with the unit vectors P_ab and P_ac from mark a to the marks b and c, now (1) and at the goal
+    (2). Mark a is at p_a and has the translation t_a left to its goal. A point p then has the
+    velocity v = T + Omega x p. The frame that holds the target gets this twist by eq. 19,
     qdot = J^+ (v, Omega).
 
     `variant` chooses among three laws:

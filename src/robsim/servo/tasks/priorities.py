@@ -35,15 +35,16 @@ PRIORITY_LEVELS = ListOf(TaskChoice(TASKS, only=("ibvs", "pbvs", "hybrid"), prot
 class Priorities(TaskListFields, RedundancyFields):
     """Several servo tasks in strict order: no task disturbs a task before it.
 
-    Each task i requires A_i qdot = rate_i with its task Jacobian A_i = L J and rate_i = -gain e_i,
-    and gets the least-squares solution within the motions that the tasks before it leave free,
+    Task i requires A_i qdot = rate_i, with its task Jacobian A_i = L J and rate_i = -gain e_i. It
+    gets the least-squares solution within the motions that the tasks before it leave free,
 
         qdot_i = qdot_(i-1) + (A_i P_(i-1))^+ (rate_i - A_i qdot_(i-1))
-        P_i    = P_(i-1) - (A_i P_(i-1))^+ (A_i P_(i-1))
+        P_i    = P_(i-1) - (A_i P_(i-1))^+ (A_i P_(i-1)),
 
-    with P_0 = I (Siciliano and Slotine 1991; Baerlocher and Boulic 1998). The first task converges
-    as it would alone; the last task takes the motions that remain. Put the task that must never
-    fail first, such as keeping the target in the centre of the image, and the pose second.
+    from qdot_0 = 0 and P_0 = I (Siciliano and Slotine 1991; Baerlocher and Boulic 1998). The first
+    task converges as it would alone; the last task takes the motions that remain. Put the task that
+    must never fail first, such as keeping the target in the centre of the image, and the pose
+    second.
 
     Features, gain, depth and feed-forward belong to each task, and every law is "joint". `joints`,
     `secondary`, `smooth_start` and `limit` belong to the whole. A larger `rcond` leaves weak

@@ -194,10 +194,10 @@ class Partitioned(RedundancyFields, DepthFields):
     the camera twist (Corke and Hutchinson 2001),
 
         omega_z = roll (angle - angle*),    v_z = advance ln(sigma*/sigma),
-        V_xy = L_xy^+ (-gain e - L_z V_z),
+        V_xy = L_xy^+ (-gain e - L_z V_z).
 
-    with the angle of the line through two marks (`segment`) and the square root sigma of the area
-    of the polygon of all marks. The law is `PartitionedLaw(roll, advance, length)`.
+    The angle is the direction of the line through two marks (`segment`); sigma is the square root
+    of the area of the polygon of all marks. The law is `PartitionedLaw(roll, advance, length)`.
 
     A rotation about the optical axis no longer causes the retreat of `IBVS`, since the angle alone
     commands it. `roll` and `advance` set the rates of rotation and approach relative to `gain`. A

@@ -105,13 +105,13 @@ class ServoTask(CommandFields):
 
     The features s depend on the pose of a camera relative to its target, and so on the joints,
 
-        sdot = L (J_c - J_o) qdot = L J qdot,
+        sdot = L (J_c - J_o) qdot = L J qdot.
 
-    with the interaction matrix L (k, 6) of the features and the Jacobians of camera and target at
-    the origin of the camera, in camera axes. A camera on the hand has J_o = 0, a fixed camera has
-    J_c = 0, a camera on another robot has both. The law chooses qdot so that e decays
-    exponentially at the rate `gain`, as far as the joints allow (chapter, eqs. 5 to 8; Chaumette
-    and Hutchinson 2006).
+    L (k, 6) is the interaction matrix of the features. J_c and J_o are the Jacobians of camera and
+    target at the origin of the camera, in camera axes. J_o is 0 for a camera on the hand, J_c is 0
+    for a fixed camera, and neither is 0 for a camera on another robot. The law chooses qdot so that
+    e decays exponentially at the rate `gain`, as far as the joints allow (chapter, eqs. 5 to 8;
+    Chaumette and Hutchinson 2006).
 
     `IBVS`, `PBVS`, `Hybrid`, `Partitioned`, `Placing` and `Docking` are servo tasks. A task of
     your own derives from this class and defines `features`, and optionally `law`, `gain` and
