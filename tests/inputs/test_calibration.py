@@ -104,7 +104,7 @@ def on_the_hand(scene):
         ),
         (
             lambda v: rs.calibrate(seeing(v, [0, 1, 2, 3])),
-            "pixels: marks seen in view 0: marks: a pose takes three that are not on one line",
+            "marks seen in view 0: marks: a pose needs three marks that are not on one line",
         ),
         (
             lambda v: rs.calibrate(replace(v, pixels=0 * v.pixels)),

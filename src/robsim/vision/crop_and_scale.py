@@ -22,8 +22,8 @@ def scale_intrinsics(
     scale = np.array(new) / old
     if not as_bool(stretch, "stretch") and abs(scale[0] - scale[1]) * max(old) >= 1:
         raise InputError(
-            f"{old[0]} x {old[1]} pixels resized to {new[0]} x {new[1]} changes the shape: "
-            "crop it before (`cropped`), or give stretch=True"
+            f"{old[0]} x {old[1]} pixels resized to {new[0]} x {new[1]} changes the aspect "
+            "ratio: crop the camera first (`cropped`), or give stretch=True"
         )
     K_new = K.copy()
     K_new[:2] *= scale[:, None]
@@ -39,7 +39,7 @@ def crop_intrinsics(
     corner = np.array([as_integer(left, "left", 0, LARGEST), as_integer(top, "top", 0, LARGEST)])
     if (corner + new > old).any():
         raise InputError(
-            f"{new[0]} x {new[1]} pixels from ({left}, {top}) on leave an image of "
+            f"{new[0]} x {new[1]} pixels from ({left}, {top}) on exceed the image of "
             f"{old[0]} x {old[1]}"
         )
     K_new = K.copy()

@@ -15,9 +15,7 @@ from robsim.geometry.pose import broadcast_leading_shape
 RANK = 1e-10  # relative to the largest singular value: smaller ones count as zero
 FARTHEST = 1e100  # points farther from the origin count as missing
 CLOSE = 1e-100  # points closer together count as one point
-SMALLEST_TRANSLATION = (
-    1e-10  # relative to the distance of the plane: smaller translations count as zero
-)
+SMALLEST_TRANSLATION = 1e-10  # relative to the plane's distance: smaller ones count as zero
 
 
 def estimate_homography(points_a: ArrayLike, points_b: ArrayLike) -> Array:
@@ -110,8 +108,9 @@ def append_one(a: Array) -> Array:
 class HomographyMotions(Value):
     """The camera motions of a homography H = R + t n'/d, with X_b = R X_a + t and n'X_a = d.
 
-    A motion with its translation along the normal occurs twice. If H is a pure rotation, the first
-    motion is the rotation with translation 0 and normal NaN, and the other motions are NaN.
+    There are four motions, two of them in front of both cameras in general. If the translation is
+    along the normal, the same motion occurs twice. If H is a pure rotation, the first motion is
+    this rotation with translation 0 and normal NaN, and the other motions are NaN.
 
     Attributes
     ----------
@@ -122,8 +121,7 @@ class HomographyMotions(Value):
     normals : ndarray of shape (..., 4, 3)
         Unit normals of the plane in axes of camera a.
     in_front : ndarray of bool, shape (..., 4)
-        Whether the points are in front of both cameras, which holds for two motions of a general
-        plane.
+        Whether the points are in front of both cameras.
 
     Examples
     --------
@@ -158,13 +156,13 @@ def decompose_homography(H: ArrayLike, points: ArrayLike = ((0.0, 0.0),)) -> Hom
     Raises
     ------
     InputError
-        If H has no inverse or a negative determinant, which no motion in front of one side of a
-        plane has.
+        If the determinant of H is not positive. It is positive if both cameras are on the same side
+        of the plane.
 
     Examples
     --------
-    >>> found = decompose_homography(np.eye(3) + np.outer([0.1, 0, 0], [0, 0, 1]))
-    >>> np.round(found.translations[found.in_front], 9) + 0.0
+    >>> motions = decompose_homography(np.eye(3) + np.outer([0.1, 0, 0], [0, 0, 1]))
+    >>> np.round(motions.translations[motions.in_front], 9) + 0.0
     array([[0.00499376, 0.        , 0.09987523],
            [0.1       , 0.        , 0.        ]])
     """
@@ -212,7 +210,7 @@ def _homography_motions(H: Array) -> tuple[Array, Array, Array]:
 
 
 def _set_rotations(H: Array, rest: NDArray[np.bool_], R: Array, t: Array, n: Array) -> None:
-    """Set the motion to R = H, t = 0 in place for homographies that are pure rotations."""
+    """Write the motion R = H, t = 0 in place for the homographies that are pure rotations."""
     U, _, Vt = np.linalg.svd(H[rest])
     n[rest], R[rest], t[rest] = np.nan, np.nan, np.nan
     R[rest, 0], t[rest, 0] = U @ Vt, 0.0

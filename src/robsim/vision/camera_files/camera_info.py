@@ -13,8 +13,8 @@ FIELDS = "width", "height", "distortion_model"
 MATRICES = "k", "d", "p"  # upper case in ROS 1
 
 
-def camera_from_message(message: Any, rectified: bool, make: MakeCamera) -> Any:
-    """Return the camera of the image that belongs to a message; see `Camera.from_ros`."""
+def camera_from_message(message: object, rectified: bool, make: MakeCamera) -> Any:
+    """Return the camera of the image that a message describes; see `Camera.from_ros`."""
     with prefix_errors("camera_info"):
         table = _message_fields(message)
         if not as_floats(table["k"], "k", ()).any():
@@ -35,7 +35,7 @@ def _rectified_intrinsics(p: Any) -> Any:
     return matrix.reshape(3, 4)[:, :3]
 
 
-def _message_fields(message: Any) -> dict[str, Any]:
+def _message_fields(message: object) -> dict[str, Any]:
     """Return the fields of a message by their names in ROS 2."""
     values = {name: _find_field(message, name) for name in FIELDS}
     values |= {name: _find_field(message, name, name.upper()) for name in MATRICES}
@@ -43,19 +43,19 @@ def _message_fields(message: Any) -> dict[str, Any]:
         raise InputError(f"k is missing; keys: {format_value(', '.join(map(str, message)))}")
     if values["k"] is None:
         raise InputError(
-            f"expected a message CameraInfo or a dict of it, got {format_value(message)}"
+            f"expected a CameraInfo message or a dict of its fields, got {format_value(message)}"
         )
     return {name: value for name, value in values.items() if value is not None}
 
 
-def _find_field(message: Any, *names: str) -> Any:
-    """Return the first of several fields that a message, or a dictionary, contains, or None."""
+def _find_field(message: object, *names: str) -> Any:
+    """Return the field of a message or dictionary with the first name that it has, or None."""
     if isinstance(message, Mapping):
         return next((message[name] for name in names if name in message), None)
     return next((getattr(message, name) for name in names if hasattr(message, name)), None)
 
 
-def _crop_to_region(camera: Any, message: Any) -> Any:
+def _crop_to_region(camera: Any, message: object) -> Any:
     """Return the camera of the region of interest; a region of zeros is the whole image."""
     region = _find_field(message, "roi")
     fields = ("x_offset", "y_offset", "width", "height")
@@ -68,8 +68,8 @@ def _crop_to_region(camera: Any, message: Any) -> Any:
     return camera.cropped(left, top, width or size[0] - left, height or size[1] - top)
 
 
-def _apply_binning(camera: Any, message: Any) -> Any:
-    """Return the camera of an image with several pixels summed to one; a binning of 0 means 1."""
+def _apply_binning(camera: Any, message: object) -> Any:
+    """Return the camera of the image after binning; a binning of 0 means 1."""
     across, down = (
         as_integer(_find_field(message, f"binning_{axis}") or 1, "binning", 1) for axis in "xy"
     )

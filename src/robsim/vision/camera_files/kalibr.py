@@ -1,4 +1,4 @@
-"""Cameras in Kalibr's chain of cameras, camchain.yaml."""
+"""Cameras in Kalibr's camera chain, camchain.yaml."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ KEYS = "camera_model", "intrinsics", "distortion_model", "distortion_coeffs", "r
 
 
 def is_camera_chain(table: Any) -> TypeGuard[Mapping[str, Mapping[str, Any]]]:
-    """Return whether a table is a chain of cameras, with cam0 and further cameras."""
+    """Return whether a table is a camera chain: whether it has the camera cam0."""
     return isinstance(table, Mapping) and isinstance(table.get("cam0"), Mapping)
 
 
