@@ -1,4 +1,4 @@
-"""The joints between a camera and its target: relative poses of their frames, and rates."""
+"""The joints between a camera and its target: relative poses of their frames, and Jacobians."""
 
 from __future__ import annotations
 
@@ -26,14 +26,14 @@ class JointChain:
         return bool((tree.carried(self.on) != tree.carried(self.under)).any())
 
     def poses(self, q: Array) -> Array:
-        """Return the poses T_m_f (V, 4, 4) of the target's frame in the camera's, at q (V, nq)."""
+        """Return the poses T_m_f (V, 4, 4) of the frame `under` in the frame `on`, at q (V, nq)."""
         return (self.scene.pose(self.on, q).inv() @ self.scene.pose(self.under, q)).matrix
 
     def rates(self, q: Array, X: Array, columns: NDArray[np.int64]) -> Array:
-        """Return the derivatives (V, N, 3, n) of points X (V, N, 3) by velocities of joints.
+        """Return the derivatives (V, N, 3, n) of points X (V, N, 3) of the target by joints.
 
-        The points belong to the target. Points and rates are in axes of the frame `on` of the
-        camera.
+        The points and the derivatives are in axes of the frame `on` of the camera. `columns` are
+        the indices of the n joints in the Jacobian of the scene.
         """
         tree, bodies = self.scene.tree, self.scene.tree.bodies(move_runs_last(q, 1))
         T_w_m, T_w_f = (self.scene.pose(name, q).matrix for name in (self.on, self.under))
