@@ -1,4 +1,4 @@
-"""Messages that command velocities, made by a function from the fields of a message."""
+"""Messages that command velocities, for the message classes of rclpy or rosbags."""
 
 from __future__ import annotations
 
@@ -12,9 +12,8 @@ from robsim.logs import message_types
 from robsim.logs.twists import TwistComponent
 from robsim.run.log import NANO
 
-MakeMessage = Callable[
-    ..., Any
-]  # returns a message of a type with its fields, as `message_types.message`
+# Make(type, field=...) returns a message, as `message_types.make_message`
+MakeMessage = Callable[..., Any]  # Any: the message classes of rclpy or rosbags
 
 
 def make_header(make: MakeMessage, time: int, frame: str = "") -> Any:
@@ -40,9 +39,9 @@ def make_number_array(make: MakeMessage, velocity: Array) -> Any:
 def make_trajectory(
     make: MakeMessage, names: Sequence[str], position: Array, velocity: Array, ahead: int
 ) -> Any:
-    """Return a JointTrajectory with one point, the positions of the joints after `ahead` ns.
+    """Return a JointTrajectory with one point: the positions of the joints after `ahead` ns.
 
-    It begins at once from the present positions, with constant velocities.
+    The trajectory begins at once, at the positions (n,), and has constant velocities (n,).
     """
     after = make("builtin_interfaces/msg/Duration", sec=ahead // NANO, nanosec=ahead % NANO)
     point = make(
@@ -58,7 +57,7 @@ def make_trajectory(
 
 
 def make_twist(make: MakeMessage, velocity: Array, parts: Sequence[TwistComponent]) -> Any:
-    """Return velocities as Twist, given the components of their twist."""
+    """Return velocities as Twist; `parts` are the components of the twist with their indices."""
     values = {of: dict.fromkeys("xyz", 0.0) for of in ("linear", "angular")}
     for each in parts:
         values[each.of][each.axis] = float(velocity[each.column])

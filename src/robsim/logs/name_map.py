@@ -22,10 +22,11 @@ def check_name_map(
     things: str,
     kind: type = str,
 ) -> Mapping[str, Any]:
-    """Return an argument {name in the scene: name in the log} after a check, empty for None.
+    """Return a checked argument {name in the scene: name in the log}, empty for None.
 
-    InputError is raised for another type, described by `form`, and for names that are not in
-    `known`.
+    `what` is the name of the argument. InputError is raised for another type than `form` describes,
+    and for a name that is not in `known`. The texts `no` and `things` name the unknown thing and
+    the known things in the message.
     """
     if name_map is None:
         return {}
@@ -39,17 +40,19 @@ def check_name_map(
 
 
 def map_joint_names(names: Any, scene: Scene) -> Mapping[str, str]:
-    """Return the names of joints in a log, for joints with different names there.
+    """Return {joint of the scene: its name in a log} for joints with another name in the log.
 
-    InputError is raised for a joint that the scene does not have, or if two joints have one name in
-    the log.
+    InputError is raised for a joint that the scene does not have, or if two joints have the same
+    name in the log.
     """
     known = sorted({*scene.coordinate_names, *scene.velocity_names})
     form = "{joint: joint in the bag}"
-    called = check_name_map(names, "names", form, known, "no joint {}", "joints")
-    if len(set(called.values())) < len(called):
-        raise InputError(f"names: two joints are one in the bag, in {format_value(dict(called))}")
-    return called
+    log_names = check_name_map(names, "names", form, known, "no joint {}", "joints")
+    if len(set(log_names.values())) < len(log_names):
+        raise InputError(
+            f"names: two joints have the same name in the bag, in {format_value(dict(log_names))}"
+        )
+    return log_names
 
 
 def map_mark_ids(controller: Controller, camera: str, marks: Any) -> tuple[Ids, dict[PairKey, int]]:
@@ -68,7 +71,7 @@ def map_mark_ids(controller: Controller, camera: str, marks: Any) -> tuple[Ids, 
         ):
             if each in ids:
                 raise InputError(
-                    f"marks: '{each}' is two marks, of '{ids[each][0][1]}' and "
+                    f"marks: two marks have the id '{each}', of '{ids[each][0][1]}' and "
                     f"'{sight.target.name}'"
                 )
             ids[each] = sight.key, i
@@ -76,7 +79,7 @@ def map_mark_ids(controller: Controller, camera: str, marks: Any) -> tuple[Ids, 
 
 
 def _target_mark_ids(marks: Mapping[str, Any], target: str, count: int) -> list[str]:
-    """Return the ids of the marks of a target."""
+    """Return the ids of the marks of a target; the default is TARGET.NUMBER."""
     ids = marks.get(target, [f"{target}.{i}" for i in range(count)])
     texts = not isinstance(ids, str) and all(isinstance(each, str) for each in ids)
     if not texts or len(ids) != count:

@@ -1,4 +1,4 @@
-"""The topics of a bag and their types."""
+"""The topics of a bag: their roles, default names and types."""
 
 from __future__ import annotations
 
@@ -27,11 +27,11 @@ TYPES = {
     "still": (message_types.FRAMES,),
 }
 FRAME_ROLES = ("frames", "still")  # read if the joint states are incomplete
-GUESSED_ROLES = ("joints", "marks", "lens")  # found by type if one topic has the type
+GUESSED_ROLES = ("joints", "marks", "lens")  # the only topic of a type has the role
 
 
 def camera_topic(name: str, what: str) -> str:
-    """Return the topic of a camera's marks or lens.
+    """Return the topic of the marks ("detections") or the lens ("camera_info") of a camera.
 
     >>> camera_topic("left-eye", "detections")
     '/left_eye/detections'
@@ -40,7 +40,7 @@ def camera_topic(name: str, what: str) -> str:
 
 
 def default_topics(cameras: tuple[str, ...]) -> dict[str, str]:
-    """Return the default topic of each role: joints, commands, frames, marks and lens."""
+    """Return the default topic by role: joints, commands, frames, marks and lenses of cameras."""
     return {
         "joints": JOINTS,
         "commands": COMMANDS,
@@ -57,10 +57,11 @@ def choose_topics(
     name_map: Mapping[str, str] | None,
     roams: bool = False,
 ) -> dict[str, str]:
-    """Return the topic of each role in a bag with the topics {topic: type}.
+    """Return {role: topic} for a bag with the topics {topic: type}.
 
-    If a body drives or flies (`roams`), frames may replace joints. FileError is raised for a
-    missing topic or another type, InputError for an unknown role.
+    `name_map` are the topics that the user gives, by role. If a body drives or flies (`roams`), the
+    topic of frames may replace the topic of joints. FileError is raised if a topic is missing or
+    has another type, InputError for an unknown role.
     """
     usual = default_topics(cameras)
     wanted = _topics_by_role(usual, cameras, name_map)
@@ -83,7 +84,7 @@ def choose_topics(
 def _topics_by_role(
     usual: Mapping[str, str], cameras: tuple[str, ...], name_map: Any
 ) -> dict[str, str]:
-    """Return the given topics by role; the role of the only camera needs no name of the camera."""
+    """Return the topics of the user by role; "marks" and "lens" stand for the only camera."""
     short = {of: f"{of}.{cameras[0]}" for of in ("marks", "lens") if len(cameras) == 1}
     known = [*usual, *short]
     roles = check_name_map(name_map, "topics", "{role: topic}", known, "no {}", "topics")
@@ -104,8 +105,10 @@ def _find_topic(
 
 
 def check_topic(bag_topics: Mapping[str, str], name: str, types: tuple[str, ...]) -> None:
-    """Raise FileError unless a bag has a topic of one of some types."""
+    """Raise FileError unless a bag has a topic, with one of some types."""
     if name not in bag_topics:
         raise FileError(f"no topic {name}; {suggest_names(name, sorted(bag_topics), 'topics')}")
     if bag_topics[name] not in types:
-        raise FileError(f"topic {name} holds {bag_topics[name]}; expected {' or '.join(types)}")
+        raise FileError(
+            f"topic {name} has the type {bag_topics[name]}; expected {' or '.join(types)}"
+        )
