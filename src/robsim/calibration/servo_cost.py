@@ -116,7 +116,7 @@ def estimate_servo_cost(
     runs: int = 200,
     *,
     seed: int = 0,
-    **how: Any,
+    **how: Any,  # Any: the further arguments of `study`
 ) -> CalibrationCost:
     """Return the effect of the remaining calibration error on an experiment.
 

@@ -25,14 +25,14 @@ class RecordedMessage(NamedTuple):
 
     logged: int  # time of recording
     stamped: int | None  # time in the header, None without a header
-    message: Any
+    message: message_types.Message
 
 
 class TimedMessage(NamedTuple):
     """A message and its time in nanoseconds."""
 
     time: int
-    message: Any
+    message: message_types.Message
 
     @property
     def when(self) -> str:

@@ -6,10 +6,11 @@ import os
 import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from heapq import merge
-from typing import Any, Literal, NamedTuple
+from typing import Literal, NamedTuple
 
 import xarray as xr
 
+from robsim.base.arrays import Array
 from robsim.base.errors import FileError, FileWarning, check_known, prefix_errors, suggest_names
 from robsim.base.unit_warnings import find_user_stacklevel
 from robsim.logs.bag_files import Bag, Clock, RecordedMessage, TimedMessage, assign_times
@@ -192,7 +193,13 @@ class _BagReader:
         self.others: dict[str, None] = {}
         self.messages: dict[str, list[RecordedMessage]] = {}
 
-    def log(self, topics: Any, names: Any, marks: Any, frames: Any) -> Log:
+    def log(
+        self,
+        topics: Mapping[str, str] | None,
+        names: Mapping[str, str] | None,
+        marks: Mapping[str, Sequence[str]] | None,
+        frames: Mapping[str, str] | None,
+    ) -> Log:
         """Return the streams of the bag as a log of the experiment."""
         log_names = map_joint_names(names, self.scene)
         bodies = BodyPoses(self.scene, log_names, frames)
@@ -248,7 +255,9 @@ class _BagReader:
         self.others |= commands.others
         return stream
 
-    def _images(self, camera: str, marks: Any) -> dict[PairKey, Stream]:
+    def _images(
+        self, camera: str, marks: Mapping[str, Sequence[str]] | None
+    ) -> dict[PairKey, Stream]:
         """Return the pixels of the targets of a camera."""
         ids, sizes = map_mark_ids(self.controller, camera, marks)
         others: dict[str, None] = {}
@@ -259,7 +268,7 @@ class _BagReader:
         self.others |= dict.fromkeys(f"mark {name}" for name in others)
         return streams
 
-    def _lenses(self) -> dict[str, Any]:
+    def _lenses(self) -> dict[str, Array]:
         """Return the intrinsics in the bag by camera, as attributes of the run."""
         attributes = {}
         for camera in self.controller.cameras:

@@ -94,7 +94,7 @@ def write_bag(
         return _write_bag(Path(path), storage, generate_messages(one, source, round(first * NANO)))
 
 
-def _select_single_run(run: Any) -> xr.Dataset:
+def _select_single_run(run: xr.Dataset) -> xr.Dataset:
     """Return a single run up to its end; raise InputError for several runs or a summary."""
     check_run(run)
     if run.sizes.get("run", 1) != 1:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Any
 
 import numpy as np
 
@@ -13,10 +12,10 @@ from robsim.logs.twists import TwistComponent
 from robsim.run.log import NANO
 
 # Make(type, field=...) returns a message, as `message_types.make_message`
-MakeMessage = Callable[..., Any]  # Any: the message classes of rclpy or rosbags
+MakeMessage = Callable[..., message_types.Message]
 
 
-def make_header(make: MakeMessage, time: int, frame: str = "") -> Any:
+def make_header(make: MakeMessage, time: int, frame: str = "") -> message_types.Message:
     """Return the header of a message at a time in nanoseconds."""
     stamp = make("builtin_interfaces/msg/Time", sec=time // NANO, nanosec=time % NANO)
     return make("std_msgs/msg/Header", stamp=stamp, frame_id=frame)
@@ -24,13 +23,13 @@ def make_header(make: MakeMessage, time: int, frame: str = "") -> Any:
 
 def make_joint_state(
     make: MakeMessage, time: int, names: Sequence[str], position: Array, velocity: Array
-) -> Any:
+) -> message_types.Message:
     """Return coordinates or velocities (n,) as JointState, without efforts."""
     parts = {"position": position, "velocity": velocity, "effort": np.empty(0)}
     return make(message_types.JOINTS, header=make_header(make, time), name=list(names), **parts)
 
 
-def make_number_array(make: MakeMessage, velocity: Array) -> Any:
+def make_number_array(make: MakeMessage, velocity: Array) -> message_types.Message:
     """Return velocities (n,) as Float64MultiArray."""
     layout = make("std_msgs/msg/MultiArrayLayout", dim=[], data_offset=0)
     return make(message_types.NUMBERS, layout=layout, data=velocity)
@@ -38,7 +37,7 @@ def make_number_array(make: MakeMessage, velocity: Array) -> Any:
 
 def make_trajectory(
     make: MakeMessage, names: Sequence[str], position: Array, velocity: Array, ahead: int
-) -> Any:
+) -> message_types.Message:
     """Return a JointTrajectory with one point: the positions of the joints after `ahead` ns.
 
     The trajectory begins at once, at the positions (n,), and has constant velocities (n,).
@@ -56,7 +55,9 @@ def make_trajectory(
     return make(message_types.TRAJECTORY, header=start, joint_names=list(names), points=[point])
 
 
-def make_twist(make: MakeMessage, velocity: Array, parts: Sequence[TwistComponent]) -> Any:
+def make_twist(
+    make: MakeMessage, velocity: Array, parts: Sequence[TwistComponent]
+) -> message_types.Message:
     """Return velocities as Twist; `parts` are the components of the twist with their indices."""
     values = {of: dict.fromkeys("xyz", 0.0) for of in ("linear", "angular")}
     for each in parts:

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from typing import Any
 
 import numpy as np
 
 from robsim.base.arrays import Array
 from robsim.base.errors import FileError
 from robsim.logs.bag_files import TimedMessage
+from robsim.logs.message_types import Message
 from robsim.logs.name_map import Ids
 from robsim.run.log import Stream
 from robsim.servo.camera_target import PairKey
@@ -58,7 +58,7 @@ def read_marks(
     return values
 
 
-def _list_detections(message: Any) -> Iterator[tuple[str, PixelPosition]]:
+def _list_detections(message: Message) -> Iterator[tuple[str, PixelPosition]]:
     """Yield the id and the pixel of each mark: the middle of a box, or a corner of an AprilTag."""
     for detection in message.detections:
         if hasattr(detection, "corners"):

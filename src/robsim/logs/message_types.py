@@ -24,6 +24,7 @@ TWISTS = TWIST, STAMPED
 APRILTAGS = "apriltag_msgs/msg/AprilTagDetectionArray"
 FRAMES = "tf2_msgs/msg/TFMessage"
 COMPRESSED = "sensor_msgs/msg/CompressedImage"
+Message = Any  # Any: rosbags and rclpy create the classes of messages at run time
 LONGEST = 1 << 26  # items of a sequence, such as the bytes of an image
 # fields of vision_msgs 4 and apriltag_msgs 2, which are not part of ROS itself
 _VISION = {
@@ -62,7 +63,7 @@ def load_typestore() -> Any:
     return store
 
 
-def make_message(kind: str, **fields: Any) -> Any:
+def make_message(kind: str, **fields: Any) -> Message:
     """Return a message of a type, such as `JOINTS`."""
     return load_typestore().types[kind](**fields)
 

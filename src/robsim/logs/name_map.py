@@ -2,26 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
-from typing import Any
+from collections.abc import Collection, Mapping, Sequence
+from typing import TypeVar
 
 from robsim.base.errors import InputError, check_known, format_value
 from robsim.run.control.standalone_controller import Controller
 from robsim.servo.camera_target import PairKey
 from robsim.world.scene import Scene
 
+T = TypeVar("T")
 Ids = Mapping[str, tuple[PairKey, int]]  # id of a mark in a log -> (camera, target), index
 
 
 def check_name_map(
-    name_map: Any,
+    name_map: Mapping[str, T] | None,
     what: str,
     form: str,
     known: Collection[str],
     no: str,
     things: str,
     kind: type = str,
-) -> Mapping[str, Any]:
+) -> Mapping[str, T]:
     """Return a checked argument {name in the scene: name in the log}, empty for None.
 
     `what` is the name of the argument. InputError is raised for another type than `form` describes,
@@ -39,7 +40,7 @@ def check_name_map(
     return name_map
 
 
-def map_joint_names(names: Any, scene: Scene) -> Mapping[str, str]:
+def map_joint_names(names: Mapping[str, str] | None, scene: Scene) -> Mapping[str, str]:
     """Return {joint of the scene: its name in a log} for joints with another name in the log.
 
     InputError is raised for a joint that the scene does not have, or if two joints have the same
@@ -55,7 +56,9 @@ def map_joint_names(names: Any, scene: Scene) -> Mapping[str, str]:
     return log_names
 
 
-def map_mark_ids(controller: Controller, camera: str, marks: Any) -> tuple[Ids, dict[PairKey, int]]:
+def map_mark_ids(
+    controller: Controller, camera: str, marks: Mapping[str, Sequence[str]] | None
+) -> tuple[Ids, dict[PairKey, int]]:
     """Return the ids of a camera's marks in a log, and the number of marks of each target.
 
     InputError is raised for a wrong number of ids, an id that occurs twice, or an unknown target.
@@ -78,7 +81,7 @@ def map_mark_ids(controller: Controller, camera: str, marks: Any) -> tuple[Ids, 
     return ids, {sight.key: len(sight.target.marks) for sight in camera_sights}
 
 
-def _target_mark_ids(marks: Mapping[str, Any], target: str, count: int) -> list[str]:
+def _target_mark_ids(marks: Mapping[str, Sequence[str]], target: str, count: int) -> list[str]:
     """Return the ids of the marks of a target; the default is TARGET.NUMBER."""
     ids = marks.get(target, [f"{target}.{i}" for i in range(count)])
     texts = not isinstance(ids, str) and all(isinstance(each, str) for each in ids)

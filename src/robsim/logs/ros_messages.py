@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -129,7 +128,7 @@ class RosMessages:
             If a joint occurs twice, or a number is not finite.
         """
         with _convert_errors(message, "JointState"):
-            state: Any = message
+            state: message_types.Message = message
             if len(state.position):
                 self._bodies.leave_out(state.name)
             return self._update_joints("JointState", TimedMessage(_message_time(state), state))
@@ -153,7 +152,7 @@ class RosMessages:
             If a transform is not a pose.
         """
         with _convert_errors(message, "TFMessage"):
-            tree: Any = message
+            tree: message_types.Message = message
             if still:
                 self._bodies.store_static("TFMessage", tree.transforms)
                 return None
@@ -193,7 +192,7 @@ class RosMessages:
 
     def command(
         self, velocities: ArrayLike, kind: str = message_types.NUMBERS, ahead: float = 0.1
-    ) -> Any:  # Any: a message class of rclpy or rosbags
+    ) -> message_types.Message:
         """Return a message with the velocities (n,) of a command.
 
         Parameters
@@ -241,7 +240,7 @@ class RosMessages:
         self._q = self._q if values is None else values
         return values
 
-    def _make_twist(self, velocity: Array, kind: str) -> Any:
+    def _make_twist(self, velocity: Array, kind: str) -> message_types.Message:
         """Return a Twist or TwistStamped of commanded velocities."""
         parts = twist_components(self.controller.velocity_names)
         message = command_messages.make_twist(self._make, velocity, parts)
@@ -268,7 +267,7 @@ class RosMessages:
         return str(camera)
 
 
-def _check_joint_order(order: Any, commanded: Sequence[str]) -> Sequence[str]:
+def _check_joint_order(order: Sequence[str], commanded: Sequence[str]) -> Sequence[str]:
     """Return the names of joints in a command; raise InputError if a commanded joint is missing."""
     if not isinstance(order, list | tuple) or not all(isinstance(name, str) for name in order):
         raise InputError(f"order: expected names of joints, got {format_value(order)}")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from functools import partial
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from robsim.base.arrays import Array
 from robsim.geometry.pose import Pose
 from robsim.logs import message_types, topics
 from robsim.logs.command_messages import make_header, make_joint_state
-from robsim.logs.message_types import make_message
+from robsim.logs.message_types import Message, make_message
 from robsim.run.experiment import Experiment
 from robsim.run.log import NANO
 from robsim.vision.camera import Camera
@@ -33,7 +33,7 @@ class TopicMessage(NamedTuple):
     topic: str
     kind: str
     time: int  # nanoseconds
-    message: Any
+    message: Message
 
 
 class _RunArrays(NamedTuple):
@@ -122,7 +122,7 @@ def _frame_poses(scene: Scene, q: Array) -> dict[str, Array]:
     return {name: np.broadcast_to(Pose(T.matrix).q, (len(q), 7)) for name, T in poses.items()}
 
 
-def _transforms_message(poses: dict[str, Array], time: int) -> Any:
+def _transforms_message(poses: dict[str, Array], time: int) -> Message:
     """Return the TFMessage of poses (7,) of frames in the world."""
     transforms = []
     for name, T in poses.items():
@@ -143,7 +143,7 @@ def _transforms_message(poses: dict[str, Array], time: int) -> Any:
     return make_message(message_types.FRAMES, transforms=transforms)
 
 
-def _camera_info_message(camera: Camera, header: Any) -> Any:
+def _camera_info_message(camera: Camera, header: Message) -> Message:
     """Return the CameraInfo of a camera; its size is 0 x 0 if the camera has no size."""
     width, height = camera.size or (0, 0)
     model, count = DISTORTION_MODELS.get(len(camera.distortion), RATIONAL)
@@ -167,7 +167,7 @@ def _camera_info_message(camera: Camera, header: Any) -> Any:
     )
 
 
-def _detections_message(arrays: _RunArrays, camera: str, i: int, time: int) -> Any:
+def _detections_message(arrays: _RunArrays, camera: str, i: int, time: int) -> Message:
     """Return the Detection2DArray of the marks that a camera sees at an instant."""
     header = _make_header(time, camera)
     places = ((name, *arrays.pixels[i, mark].tolist()) for mark, name in arrays.marks[camera])
@@ -177,7 +177,7 @@ def _detections_message(arrays: _RunArrays, camera: str, i: int, time: int) -> A
     return make_message(message_types.DETECTIONS, header=header, detections=detections)
 
 
-def _detection_message(header: Any, name: str, column: float, row: float) -> Any:
+def _detection_message(header: Message, name: str, column: float, row: float) -> Message:
     """Return the Detection2D of one mark, as a box of size zero."""
     point = make_message("vision_msgs/msg/Point2D", x=column, y=row)
     centre = make_message("vision_msgs/msg/Pose2D", position=point, theta=0.0)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 
 from robsim.base.arrays import Array
 from robsim.base.atomic_files import convert_os_errors
@@ -119,8 +120,8 @@ def _list_log_columns(experiment: Experiment) -> dict[str, LogColumn]:
 AXES = ("column", "row")
 
 
-def _open_table(path: Any) -> tuple[str, pd.DataFrame]:
-    """Return the name of a table for error messages, and the table."""
+def _open_table(path: Any) -> tuple[str, pd.DataFrame]:  # Any: each type is checked
+    """Return the name of a table for error messages, and the table; see `read_log`."""
     import pandas as pd
 
     if isinstance(path, pd.DataFrame):
@@ -143,7 +144,7 @@ def _open_table(path: Any) -> tuple[str, pd.DataFrame]:
         raise FileError(f"{path} cannot be read as a table: {error!s:.200}") from None
 
 
-def _check_rows(rows: Sequence[Any]) -> list[Any]:
+def _check_rows(rows: Sequence[Mapping[str, float]]) -> list[Mapping[str, float]]:
     """Return checked rows; raise FileError without rows, or for a row that is not a mapping."""
     if not rows:
         raise FileError("rows: nothing was recorded")
@@ -156,7 +157,7 @@ def _check_rows(rows: Sequence[Any]) -> list[Any]:
 
 
 def _select_columns(
-    frame: pd.DataFrame, known: Mapping[str, LogColumn], name_map: Any
+    frame: pd.DataFrame, known: Mapping[str, LogColumn], name_map: Mapping[str, str] | None
 ) -> dict[str, Array]:
     """Return the columns of a table as numbers, by their names in a run."""
     form, no = "{column of a run: column}", "no column {} in a run"
@@ -177,7 +178,7 @@ def _select_columns(
     }
 
 
-def _parse_column(column: Any, name: str) -> Array:
+def _parse_column(column: pd.Series, name: str) -> Array:
     """Return a column as numbers, NaN if empty; raise FileError for other content."""
     try:
         values = np.array(column, dtype=np.float64)
@@ -190,7 +191,9 @@ def _parse_column(column: Any, name: str) -> Array:
     return values
 
 
-def _unit_factors(known: Mapping[str, LogColumn], unit_map: Any) -> dict[str, float]:
+def _unit_factors(
+    known: Mapping[str, LogColumn], unit_map: Mapping[str, str] | None
+) -> dict[str, float]:
     """Return the factor to SI units of each column."""
     names = [*known, *dict.fromkeys(each.group for each in known.values())]
     form, no = "{column: unit}", "no column {}"
@@ -235,7 +238,7 @@ def _build_log(
 
 def _parse_times(seconds: Array) -> Times:
     """Return times in seconds as nanoseconds; raise FileError for values that are not times."""
-    wrong = ~(np.abs(seconds) < LATEST)
+    wrong = np.asarray(~(np.abs(seconds) < LATEST))
     if wrong.any():
         row = _first_row(wrong)
         raise FileError(f"column time: {seconds[row]} in row {row} is not a time in seconds")
@@ -248,7 +251,7 @@ def _column_stream(
     """Return the rows (n, width) of some columns, without empty rows."""
     values = _stack_columns(columns, names, what)
     empty = np.isnan(values)
-    partly = empty.any(axis=1) & ~empty.all(axis=1)
+    partly = np.asarray(empty.any(axis=1) & ~empty.all(axis=1))
     if partly.any():
         row = _first_row(partly)
         name = names[int(np.argmax(empty[row]))]
@@ -278,6 +281,6 @@ def _stack_columns(columns: Mapping[str, Array], names: Sequence[str], what: str
     return np.stack([columns[name] for name in names], axis=1)
 
 
-def _first_row(wrong: Any) -> int:
+def _first_row(wrong: NDArray[np.bool_]) -> int:
     """Return the index of the first row that is true."""
     return int(np.argmax(wrong))

@@ -5,13 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 from robsim.base.arrays import Array
 from robsim.base.errors import FileError
 from robsim.geometry.pose import Pose
 from robsim.logs.bag_files import TimedMessage
 from robsim.logs.joint_states import JointStateFields
+from robsim.logs.message_types import Message
 from robsim.logs.name_map import check_name_map
 from robsim.logs.transforms import FrameTransforms
 from robsim.robot.joints.planar_joint import PlanarKind
@@ -67,7 +67,9 @@ class BodyPoses:
         If `frames` contains a frame of no body that drives or flies.
     """
 
-    def __init__(self, scene: Scene, log_names: Mapping[str, str], frames: Any) -> None:
+    def __init__(
+        self, scene: Scene, log_names: Mapping[str, str], frames: Mapping[str, str] | None
+    ) -> None:
         bodies = _find_mobile_bodies(scene, log_names)
         log_frames = _map_frame_names(frames, [each.frame for each in bodies])
         self.transforms = FrameTransforms()
@@ -86,11 +88,11 @@ class BodyPoses:
         """Return the link of the body that a coordinate moves, or None."""
         return next((body.frame for _, body in self._bodies if name in body.names), None)
 
-    def store_static(self, what: str, transforms: Iterable[Any]) -> None:
+    def store_static(self, what: str, transforms: Iterable[Message]) -> None:
         """Store transforms that do not change; raise FileError for an invalid pose."""
         self.transforms.take(what, transforms, moving=False)
 
-    def take(self, what: str, transforms: Iterable[Any]) -> Iterator[TimedMessage]:
+    def take(self, what: str, transforms: Iterable[Message]) -> Iterator[TimedMessage]:
         """Store transforms, and yield the coordinates of each body that they move, by name.
 
         The time is the stamp of the transform, or zero. Between the world and a body there may be
@@ -109,7 +111,7 @@ class BodyPoses:
                 )
 
 
-def _map_frame_names(frames: Any, links: list[str]) -> Mapping[str, str]:
+def _map_frame_names(frames: Mapping[str, str] | None, links: list[str]) -> Mapping[str, str]:
     """Return the names in a bag of the world and of links; raise InputError for other frames."""
     form, known = "{frame: frame in the bag}", [WORLD, *links]
     log_frames = check_name_map(

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
 
 from robsim.base.errors import FileError, suggest_names
 from robsim.logs import message_types
@@ -82,7 +81,7 @@ def choose_topics(
 
 
 def _topics_by_role(
-    usual: Mapping[str, str], cameras: tuple[str, ...], name_map: Any
+    usual: Mapping[str, str], cameras: tuple[str, ...], name_map: Mapping[str, str] | None
 ) -> dict[str, str]:
     """Return the topics of the user by role; "marks" and "lens" stand for the only camera."""
     short = {of: f"{of}.{cameras[0]}" for of in ("marks", "lens") if len(cameras) == 1}

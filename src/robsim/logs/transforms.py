@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from typing import Any
 
 import numpy as np
 
 from robsim.base.arrays import Array
 from robsim.base.errors import raise_file_errors
 from robsim.geometry.pose import Pose
-from robsim.logs.message_types import header_time
+from robsim.logs.message_types import Message, header_time
 
 
 class FrameTransforms:
@@ -25,7 +24,7 @@ class FrameTransforms:
         """The frames that have a parent."""
         return list(self._edges)
 
-    def take(self, what: str, transforms: Iterable[Any], moving: bool = True) -> dict[str, int]:
+    def take(self, what: str, transforms: Iterable[Message], moving: bool = True) -> dict[str, int]:
         """Store the transforms of a message, and return the time of each frame in nanoseconds.
 
         A time is zero without a stamp. FileError is raised for an invalid pose.

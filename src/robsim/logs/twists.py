@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from robsim.base.errors import InputError
+from robsim.logs.message_types import Message
 
 TWIST_PARTS = {  # name of a velocity after the last dot -> component of a Twist
     "vx": ("linear", "x"),
@@ -47,12 +48,12 @@ def twist_components(names: Sequence[str]) -> tuple[TwistComponent, ...]:
     return tuple(TwistComponent(*TWIST_PARTS[part], i) for i, _, part in twists)
 
 
-def read_twist(twist: Any, parts: Sequence[TwistComponent]) -> dict[int, float]:
+def read_twist(twist: Message, parts: Sequence[TwistComponent]) -> dict[int, float]:
     """Return the velocities in a Twist message by their index in the scene."""
     return {each.column: float(getattr(getattr(twist, each.of), each.axis)) for each in parts}
 
 
-def list_unused_components(twist: Any, parts: Sequence[TwistComponent]) -> list[str]:
+def list_unused_components(twist: Message, parts: Sequence[TwistComponent]) -> list[str]:
     """Return the nonzero components of a Twist message that are not velocities of the body."""
     used = {(each.of, each.axis) for each in parts}
     return [

@@ -230,8 +230,7 @@ class Camera(Value):
         >>> Camera.from_file("eye.xml").size
         (640, 480)
         """
-        camera: Camera = load_camera(path, name, cls)
-        return camera
+        return load_camera(path, name, cls)
 
     def to_file(self, path: str | os.PathLike[str]) -> Path:
         """Write a calibration file, which `from_file` reads without loss, and return its path.
@@ -280,8 +279,7 @@ class Camera(Value):
         >>> Camera.from_ros(info).size
         (640, 480)
         """
-        camera: Camera = camera_info.camera_from_message(message, rectified, cls)
-        return camera
+        return camera_info.camera_from_message(message, rectified, cls)
 
     def resized(self, width: int, height: int, *, stretch: bool = False) -> Camera:
         """Return the camera of the image scaled to another size in pixels.

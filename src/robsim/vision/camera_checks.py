@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
+from numpy.typing import ArrayLike
 
 from robsim.base.arrays import Array, as_floats
 from robsim.base.errors import InputError
@@ -24,7 +23,7 @@ def check_focal(fx: float, fy: float) -> None:
         )
 
 
-def check_intrinsics(matrix: Any) -> Array:
+def check_intrinsics(matrix: ArrayLike) -> Array:
     """Return K (3, 3) as an array; raise InputError if it is no matrix of intrinsics."""
     K = as_floats(matrix, "K", (3, 3))
     if K.ndim != 2 or K[1, 0] != 0 or not np.array_equal(K[2], (0, 0, 1)):
@@ -34,7 +33,7 @@ def check_intrinsics(matrix: Any) -> Array:
     return K
 
 
-def check_distortion(coefficients: Any) -> tuple[float, ...]:
+def check_distortion(coefficients: ArrayLike) -> tuple[float, ...]:
     """Return the coefficients as a flat tuple, from a row, a column or a flat array of OpenCV."""
     array = as_floats(coefficients, "distortion", ())
     lens = array.ravel()

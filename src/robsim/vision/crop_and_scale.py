@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -15,7 +15,7 @@ LARGEST = 1_000_000  # pixels of a side
 
 
 def scale_intrinsics(
-    K: Array, size: PixelSize | None, new_size: Any, stretch: bool
+    K: Array, size: PixelSize | None, new_size: Sequence[int], stretch: bool
 ) -> tuple[Array, PixelSize]:
     """Return K and the size of the image scaled to another size."""
     new, old = _check_new_size(new_size), _require_size(size, "resized")
@@ -32,7 +32,7 @@ def scale_intrinsics(
 
 
 def crop_intrinsics(
-    K: Array, size: PixelSize | None, left: int, top: int, new_size: Any
+    K: Array, size: PixelSize | None, left: int, top: int, new_size: Sequence[int]
 ) -> tuple[Array, PixelSize]:
     """Return K and the size of the part of an image that begins at the pixel (left, top)."""
     new, old = _check_new_size(new_size), _require_size(size, "cropped")
@@ -47,7 +47,7 @@ def crop_intrinsics(
     return K_new, new
 
 
-def _check_new_size(value: Any) -> PixelSize:
+def _check_new_size(value: Sequence[int]) -> PixelSize:
     """Return a checked size (width, height) in whole pixels."""
     size = SIZE.check(value, "size")
     if max(size) > LARGEST:

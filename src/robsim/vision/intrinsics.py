@@ -68,7 +68,10 @@ def replace_intrinsic_part(K: Array, name: str, new: Any) -> Array:
 
 
 def build_intrinsics(
-    focal: Sequence[float] | None, center: Sequence[float] | None, skew: float | None, size: Any
+    focal: Sequence[float] | None,
+    center: Sequence[float] | None,
+    skew: float | None,
+    size: Sequence[int] | None,
 ) -> list[list[float]]:
     """Return K from its parts; the default center is the middle of the image, the default skew 0.
 
@@ -86,7 +89,7 @@ def build_intrinsics(
     return [[fx, skew or 0.0, cx], [0.0, fy, cy], [0.0, 0.0, 1.0]]
 
 
-def image_center(size: Any) -> list[float]:
+def image_center(size: Sequence[int] | None) -> list[float]:
     """Return the middle (column, row) of an image in pixels, empty without a size."""
     return [(n - 1) / 2 for n in size or ()]
 

@@ -15,14 +15,14 @@ from robsim.base.errors import FileError, InputError, check_known, raise_file_er
 from robsim.base.file_content import read_bytes
 from robsim.geometry.pose import Pose
 from robsim.vision.camera_files import camera_tables, colmap, kalibr, yaml_text
-from robsim.vision.camera_files.camera_tables import LensCoefficients, MakeCamera, OptionalSize
+from robsim.vision.camera_files.camera_tables import C, LensCoefficients, MakeCamera, OptionalSize
 from robsim.vision.camera_files.xml_text import parse_xml_table
 
 LARGEST_FILE = 1_000_000  # bytes
 EXPECTED = "a calibration of OpenCV, ROS, Kalibr or COLMAP"
 
 
-def load_camera(path: str | os.PathLike[str], name: str | None, make: MakeCamera) -> Any:
+def load_camera(path: str | os.PathLike[str], name: str | None, make: MakeCamera[C]) -> C:
     """Return the camera of a file with a name, or its only camera; see `Camera.from_file`."""
     cameras, _ = _load_cameras(path, make)
     if name is None and len(cameras) == 1:
@@ -36,7 +36,7 @@ def load_camera(path: str | os.PathLike[str], name: str | None, make: MakeCamera
         return cameras[name]
 
 
-def load_rig(path: str | os.PathLike[str], make: MakeCamera) -> dict[str, tuple[Any, Pose]]:
+def load_rig(path: str | os.PathLike[str], make: MakeCamera[C]) -> dict[str, tuple[C, Pose]]:
     """Return the cameras of Kalibr's chain with their poses in axes of the first camera.
 
     FileError is raised for files of other programs, which do not store the poses of cameras.
@@ -49,7 +49,7 @@ def load_rig(path: str | os.PathLike[str], make: MakeCamera) -> dict[str, tuple[
     return {name: (camera, poses[name]) for name, camera in cameras.items()}
 
 
-def _load_cameras(path: str | os.PathLike[str], make: MakeCamera) -> tuple[dict[str, Any], Any]:
+def _load_cameras(path: str | os.PathLike[str], make: MakeCamera[C]) -> tuple[dict[str, C], Any]:
     """Return the cameras of a file by name, and its content as plain tables."""
     data, source = read_bytes(path, EXPECTED, LARGEST_FILE), str(path)
     if data.lstrip().startswith(b"<"):

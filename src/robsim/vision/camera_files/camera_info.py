@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, Protocol, Self, TypeVar
 
-from robsim.base.arrays import as_bool, as_floats, as_integer
+from numpy.typing import ArrayLike
+
+from robsim.base.arrays import Array, as_bool, as_floats, as_integer
 from robsim.base.errors import InputError, format_value, prefix_errors
 from robsim.vision.camera_files.camera_tables import MakeCamera, read_table_cameras
 
@@ -13,7 +15,26 @@ FIELDS = "width", "height", "distortion_model"
 MATRICES = "k", "d", "p"  # upper case in ROS 1
 
 
-def camera_from_message(message: object, rectified: bool, make: MakeCamera) -> Any:
+class ResizableCamera(Protocol):
+    """The members of a camera that binning and a region of interest need."""
+
+    @property
+    def size(self) -> tuple[int, int] | None:
+        """The width and height of the image in pixels."""
+
+    def cropped(self, left: int, top: int, width: int, height: int) -> Self:
+        """Return the camera of a region of the image."""
+
+    def resized(self, width: int, height: int, *, stretch: bool = False) -> Self:
+        """Return the camera of the image scaled to another size."""
+
+
+CameraOfMessage = TypeVar("CameraOfMessage", bound=ResizableCamera)
+
+
+def camera_from_message(
+    message: object, rectified: bool, make: MakeCamera[CameraOfMessage]
+) -> CameraOfMessage:
     """Return the camera of the image that a message describes; see `Camera.from_ros`."""
     with prefix_errors("camera_info"):
         table = _message_fields(message)
@@ -27,7 +48,7 @@ def camera_from_message(message: object, rectified: bool, make: MakeCamera) -> A
         )
 
 
-def _rectified_intrinsics(p: Any) -> Any:
+def _rectified_intrinsics(p: ArrayLike | None) -> Array:
     """Return the first three columns of a projection matrix P of 3 x 4 numbers."""
     matrix = None if p is None else as_floats(p, "p", ())
     if matrix is None or matrix.size != 12:
@@ -55,7 +76,7 @@ def _find_field(message: object, *names: str) -> Any:
     return next((getattr(message, name) for name in names if hasattr(message, name)), None)
 
 
-def _crop_to_region(camera: Any, message: object) -> Any:
+def _crop_to_region(camera: CameraOfMessage, message: object) -> CameraOfMessage:
     """Return the camera of the region of interest; a region of zeros is the whole image."""
     region = _find_field(message, "roi")
     fields = ("x_offset", "y_offset", "width", "height")
@@ -68,7 +89,7 @@ def _crop_to_region(camera: Any, message: object) -> Any:
     return camera.cropped(left, top, width or size[0] - left, height or size[1] - top)
 
 
-def _apply_binning(camera: Any, message: object) -> Any:
+def _apply_binning(camera: CameraOfMessage, message: object) -> CameraOfMessage:
     """Return the camera of the image after binning; a binning of 0 means 1."""
     across, down = (
         as_integer(_find_field(message, f"binning_{axis}") or 1, "binning", 1) for axis in "xy"

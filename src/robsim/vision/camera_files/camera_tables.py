@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping
-from typing import Any
+from typing import Any, TypeVar
+
+from numpy.typing import ArrayLike
 
 from robsim.base.arrays import Array, as_floats, has_items
 from robsim.base.errors import InputError, format_value
 
-MakeCamera = Callable[..., Any]  # Make(K, size, distortion=lens) returns a camera
+C = TypeVar("C")  # the class of cameras
+MakeCamera = Callable[..., C]  # Make(K, size, distortion=lens) returns a camera
 OptionalSize = tuple[int, int] | None  # the width and height of the image in pixels
 LensCoefficients = tuple[float, ...]  # the distortion coefficients
 # keys of other programs for each part of a camera, reduced to letters and digits in lower case; a
@@ -34,7 +37,7 @@ PERSPECTIVE = (
 )
 
 
-def read_table_cameras(table: Any, make: MakeCamera) -> dict[str, Any]:
+def read_table_cameras(table: object, make: MakeCamera[C]) -> dict[str, C]:
     """Return the cameras of a table by the number at the end of their keys, or "camera".
 
     InputError is raised if the camera matrix is missing, two keys belong to the same part, or the
@@ -95,7 +98,9 @@ def parse_matrix(value: Any, what: str) -> Array:
     return data.reshape([int(n) for n in shape])
 
 
-def _build_table_camera(table: Mapping[str, Any], keys: Mapping[str, str], make: MakeCamera) -> Any:
+def _build_table_camera(
+    table: Mapping[str, Any], keys: Mapping[str, str], make: MakeCamera[C]
+) -> C:
     """Return the camera of a table from the keys of its parts."""
     K = parse_matrix(table[keys["K"]], keys["K"])
     if K.shape == (9,):
@@ -108,7 +113,7 @@ def _build_table_camera(table: Mapping[str, Any], keys: Mapping[str, str], make:
     return make(K, _read_image_size(table, keys), distortion=lens)
 
 
-def _read_image_size(table: Mapping[str, Any], keys: Mapping[str, str]) -> Any:
+def _read_image_size(table: Mapping[str, Any], keys: Mapping[str, str]) -> ArrayLike | None:
     """Return (width, height), or None if the table has neither."""
     if "size" in keys and not keys.keys() & {"width", "height"}:
         return parse_matrix(table[keys["size"]], keys["size"]).ravel()
@@ -133,6 +138,6 @@ def _record_key(keys: dict[str, str], part: str, key: str) -> None:
     keys[part] = key
 
 
-def _is_whole_number(value: Any) -> bool:
+def _is_whole_number(value: object) -> bool:
     """Return whether a value is a whole number, 0 or larger."""
     return isinstance(value, int | float) and value >= 0 and value == int(value)

@@ -10,12 +10,12 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from decimal import Context, Decimal
-from typing import Any
 
 from robsim.base.arrays import Array, as_float
 from robsim.base.errors import FileError, InputError, format_value
 from robsim.vision.camera_files.camera_tables import (
     PERSPECTIVE,
+    C,
     LensCoefficients,
     MakeCamera,
     OptionalSize,
@@ -47,12 +47,12 @@ def is_cameras_txt(text: str) -> bool:
     return any(map(_LINE.match, [line for _, line in _split_lines(text)][:1]))
 
 
-def read_colmap_cameras(text: str, source: str, make: MakeCamera) -> dict[str, Any]:
+def read_colmap_cameras(text: str, source: str, make: MakeCamera[C]) -> dict[str, C]:
     """Return the cameras of a text by their number.
 
     FileError is raised for an invalid line, a number that occurs twice, or an unsupported model.
     """
-    cameras: dict[str, Any] = {}
+    cameras: dict[str, C] = {}
     for at, line in _split_lines(text):
         try:
             name, model, *rest = line.split()
@@ -82,7 +82,7 @@ def _split_lines(text: str) -> list[tuple[int, str]]:
     return [(i, line) for i, line in stripped if line and not line.startswith("#")]
 
 
-def _build_colmap_camera(model: str, words: Sequence[str], make: MakeCamera) -> Any:
+def _build_colmap_camera(model: str, words: Sequence[str], make: MakeCamera[C]) -> C:
     """Return the camera of a model from the further words of its line: size and parameters."""
     if model not in MODELS:
         raise InputError(

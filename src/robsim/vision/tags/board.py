@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from robsim.base.arrays import Array, as_integer, as_positive
 from robsim.base.errors import InputError
@@ -110,7 +111,9 @@ class Board(PlanarTarget):
         dark = (column + row) % 2 == 0
         return np.asarray(inside & (dark | self._is_tag_black(x, y, column, row)))
 
-    def _is_tag_black(self, x: Array, y: Array, column: Any, row: Any) -> BoolArray:
+    def _is_tag_black(
+        self, x: Array, y: Array, column: NDArray[np.int64], row: NDArray[np.int64]
+    ) -> BoolArray:
         """Return whether points in white squares are black cells of a tag."""
         n, margin = find_tag_family(self.family).cells, (self.square - self.tag) / 2
         i, j = (

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -156,7 +155,7 @@ def _check_board_corners(corners: Array, repeated: bool) -> tuple[Array | None, 
     return corners, [f"{seen} of {len(corners)} corners"] if seen < FEW else []
 
 
-def _check_targets(targets: Any) -> tuple[Tag | Board, ...]:
+def _check_targets(targets: Iterable[Tag | Board]) -> tuple[Tag | Board, ...]:
     """Return the targets as a tuple; raise InputError if two targets share a tag."""
     if not has_items(targets):
         raise InputError(f"targets: expected a list of Tag and Board, got {format_value(targets)}")
@@ -177,7 +176,7 @@ def _check_targets(targets: Any) -> tuple[Tag | Board, ...]:
     return every
 
 
-def _check_grey_image(image: Any) -> NDArray[np.uint8]:
+def _check_grey_image(image: object) -> NDArray[np.uint8]:
     """Return a grey image as a contiguous array; raise InputError for any other image."""
     if not isinstance(image, np.ndarray):
         raise InputError(f"image: expected an array (h, w) of uint8, got {format_value(image)}")

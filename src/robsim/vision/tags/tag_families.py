@@ -34,7 +34,7 @@ TAG_FAMILIES = {
 }
 
 
-def find_tag_family(name: Any) -> TagFamily:
+def find_tag_family(name: str) -> TagFamily:
     """Return the family with a name of AprilTag or OpenCV; raise InputError if there is none.
 
     >>> find_tag_family("tag36h11").ids
