@@ -54,40 +54,40 @@ def select_unknowns(views: CalibrationViews, also: Iterable[str]) -> Unknowns:
     joints = dict(_single_joints(views))
     if not has_items(also):
         raise InputError(f"also: expected a list of names, got {format_value(also)}")
-    chosen = tuple(also)
+    extra_names = tuple(also)
     known = [*LENS, *joints]
-    for name in chosen:
+    for name in extra_names:
         if not is_known_name(name, known):
             raise InputError(
                 f"also: no {format_value(name)}; {suggest_names(name, known, 'names')}"
             )
-    lens = _select_lens_numbers(views.lens, chosen)
-    offsets = [joints[name] for name in joints if name in chosen]
+    lens = _select_lens_numbers(views.lens, extra_names)
+    offsets = [joints[name] for name in joints if name in extra_names]
     names = [f"{part}.{axis}" for part in ("mount", "target") for axis in POSE]
     names += [LENS_NAMES[i] for i in lens] + [views.scene.coordinate_names[i] for i in offsets]
     units = ["m"] * 3 + ["rad"] * 3
     units = [*units, *units, *("px" if i < 4 else "1" for i in lens)]
     units += [views.scene.coordinate_units[i] for i in offsets]
-    whole = (np.array(each, dtype=np.int64) for each in (lens, offsets))
-    return Unknowns(tuple(names), tuple(units), *whole)
+    index_arrays = (np.array(each, dtype=np.int64) for each in (lens, offsets))
+    return Unknowns(tuple(names), tuple(units), *index_arrays)
 
 
 def _single_joints(views: CalibrationViews) -> Iterable[tuple[str, int]]:
     """Return names and indices of the coordinates of joints with a single coordinate."""
-    alone = set(views.scene.tree.alone(np.arange(views.scene.nv)).tolist())
-    return ((n, i) for i, n in enumerate(views.scene.coordinate_names) if i in alone)
+    single = set(views.scene.tree.alone(np.arange(views.scene.nv)).tolist())
+    return ((n, i) for i, n in enumerate(views.scene.coordinate_names) if i in single)
 
 
-def _select_lens_numbers(camera: Camera, chosen: tuple[str, ...]) -> list[int]:
+def _select_lens_numbers(camera: Camera, extra_names: tuple[str, ...]) -> list[int]:
     """Return the indices of the parameters of the lens to estimate."""
     count = len(camera.distortion)
-    if "distortion" in chosen and not count:
+    if "distortion" in extra_names and not count:
         raise InputError(
             "also: distortion: the camera has no coefficients; give the camera initial values, as "
             "in distortion=(0, 0, 0, 0)"
         )
     indices = {"focal": range(2), "center": range(2, 4), "distortion": range(4, 4 + count)}
-    return [i for name in LENS if name in chosen for i in indices[name]]
+    return [i for name in LENS if name in extra_names for i in indices[name]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -138,9 +138,9 @@ def twist_from_pose(T: Pose) -> Array:
     array([1. , 2. , 3. , 0.4, 0.5, 0.6])
     """
     t, w = T.position, T.rotvec
-    turned = np.cross(w, t)
+    w_cross_t = np.cross(w, t)
     c = se3.log_coefficient(float(np.sqrt(w @ w)))
-    return np.concatenate([t - 0.5 * turned + c * np.cross(w, turned), w])
+    return np.concatenate([t - 0.5 * w_cross_t + c * np.cross(w, w_cross_t), w])
 
 
 def _lens_numbers(camera: Camera, which: NDArray[np.int64]) -> Array:

@@ -38,18 +38,18 @@ class JointChain:
         tree, bodies = self.scene.tree, self.scene.tree.bodies(move_runs_last(q, 1))
         T_w_m, T_w_f = (self.scene.pose(name, q).matrix for name in (self.on, self.under))
         P = X @ T_w_m[:, :3, :3].swapaxes(1, 2) + T_w_m[:, None, :3, 3]
-        carried = [
+        point_rates = [
             self._rigid_rates(J[:, :, columns], P - T[:, None, :3, 3])
             for J, T in (
                 (move_runs_first(tree.jacobian(bodies, self.under)), T_w_f),
                 (move_runs_first(tree.jacobian(bodies, self.on)), T_w_m),
             )
         ]
-        rates = carried[0] - carried[1]
+        rates = point_rates[0] - point_rates[1]
         return np.asarray(T_w_m[:, None, :3, :3].swapaxes(2, 3) @ rates)
 
     @staticmethod
     def _rigid_rates(J: Array, arm: Array) -> Array:
         """Return rates (V, N, 3, n) of points at `arm` (V, N, 3) from an origin with Jacobian J."""
-        turned = np.cross(J[:, None, 3:], arm[..., None], axisa=2, axisb=2, axisc=2)
-        return np.asarray(J[:, None, :3] + turned)
+        tangential = np.cross(J[:, None, 3:], arm[..., None], axisa=2, axisb=2, axisc=2)
+        return np.asarray(J[:, None, :3] + tangential)

@@ -94,23 +94,23 @@ def select_next_poses(calibration: CalibrationFit, candidates: ArrayLike, count:
     if q.ndim != 2:
         raise InputError(f"candidates: expected (n, {views.scene.nq}), got {q.shape}")
     usable = np.flatnonzero(_is_usable_view(calibration, q))
-    wanted = as_integer(count, "count", 1)
-    if len(usable) < wanted:
+    view_count = as_integer(count, "count", 1)
+    if len(usable) < view_count:
         raise InputError(
             f"candidates: {len(usable)} of {len(q)} see the whole target within the limits of the "
-            f"joints, and count is {wanted}"
+            f"joints, and count is {view_count}"
         )
     information = _view_information(calibration, q[usable])
-    chosen, variances = _select_greedily(
-        np.asarray(np.linalg.inv(calibration.covariance)), information, wanted
+    selection, variances = _select_greedily(
+        np.asarray(np.linalg.inv(calibration.covariance)), information, view_count
     )
-    spread = np.sqrt([[C[:3].sum(), C[3:].sum()] for C in variances]).T
-    number = usable[chosen]
+    deviations = np.sqrt([[C[:3].sum(), C[3:].sum()] for C in variances]).T
+    number = usable[selection]
     return NextPoses(
         make_read_only(q[number]),
         make_read_only(number),
-        make_read_only(spread[0]),
-        make_read_only(spread[1]),
+        make_read_only(deviations[0]),
+        make_read_only(deviations[1]),
     )
 
 
@@ -130,20 +130,20 @@ def _view_information(calibration: CalibrationFit, q: Array) -> Array:
     return np.asarray(J.swapaxes(1, 2) @ J)
 
 
-def _select_greedily(known: Array, information: Array, count: int) -> tuple[list[int], list[Array]]:
+def _select_greedily(total: Array, information: Array, count: int) -> tuple[list[int], list[Array]]:
     """Return the indices of the most informative views, and the variances (6,) of the mount.
 
     The second list has the variances after each selected view.
     """
-    chosen: list[int] = []
+    selection: list[int] = []
     variances = []
     for _ in range(count):
-        gain = _mount_log_det(known + information)
-        gain[chosen] = -np.inf
-        chosen.append(int(gain.argmax()))
-        known = known + information[chosen[-1]]
-        variances.append(np.diag(np.linalg.inv(known))[:6])
-    return chosen, variances
+        gain = _mount_log_det(total + information)
+        gain[selection] = -np.inf
+        selection.append(int(gain.argmax()))
+        total = total + information[selection[-1]]
+        variances.append(np.diag(np.linalg.inv(total))[:6])
+    return selection, variances
 
 
 def _mount_log_det(M: Array) -> Array:

@@ -93,11 +93,11 @@ class CalibrationCost(Value):
 
     def __str__(self) -> str:
         """Return the proportion of converged runs and their median errors, also of exact runs."""
-        (far, least), (turned, least_turned) = self.metres, np.degrees(self.radians)
+        (mm, exact_mm), (deg, exact_deg) = 1e3 * np.array(self.metres), np.degrees(self.radians)
         return (
-            f"{self.converged} converged, median {1e3 * far:.3g} mm and {turned:.3g} deg off the "
-            f"goal\nexact: {self.exact.converged()} converged, median {1e3 * least:.3g} mm and "
-            f"{least_turned:.3g} deg"
+            f"{self.converged} converged, median {mm:.3g} mm and {deg:.3g} deg off the goal\n"
+            f"exact: {self.exact.converged()} converged, median {exact_mm:.3g} mm and "
+            f"{exact_deg:.3g} deg"
         )
 
     def __repr__(self) -> str:
@@ -160,17 +160,17 @@ def estimate_servo_cost(
     """
     check_instance(experiment, Experiment, "experiment")
     count = as_integer(runs, "runs", 1, MOST_RUNS)
-    chosen = np.r_[*(calibration.free.parts[name] for name in PARTS)]
-    errors = _sample_errors(calibration.covariance[np.ix_(chosen, chosen)], count, seed)
+    indices = np.r_[*(calibration.free.parts[name] for name in PARTS)]
+    errors = _sample_errors(calibration.covariance[np.ix_(indices, indices)], count, seed)
     steps = np.zeros((count, len(calibration.names)))
-    steps[:, chosen] = errors
+    steps[:, indices] = errors
     true_values, samplers = _camera_beliefs(
         calibration, experiment.scene.camera(calibration.views.camera), steps
     )
     exact = experiment.at(true_values)
     studies = study(exact, count, vary=samplers, **how), study(exact, count, **how)
     return CalibrationCost(
-        *studies, make_read_only(errors), tuple(calibration.names[i] for i in chosen)
+        *studies, make_read_only(errors), tuple(calibration.names[i] for i in indices)
     )
 
 

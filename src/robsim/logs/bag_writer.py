@@ -82,16 +82,18 @@ def write_bag(
     ...
     robsim.base.errors.InputError: expected a run, ...
     """
-    one = _select_single_run(run)
-    source = Experiment.of(one) if experiment is None else experiment
+    single_run = _select_single_run(run)
+    source = Experiment.of(single_run) if experiment is None else experiment
     check_instance(source, Experiment, "experiment")
     check_known(storage, PLUGINS, "no storage {}", "storages")
     first = as_float(start, "start (seconds)")
-    if not 0.0 <= first < LATEST - float(one["time"].values[-1]):
+    if not 0.0 <= first < LATEST - float(single_run["time"].values[-1]):
         raise InputError(f"start: expected seconds since 1970, got {format_value(start)}")
     message_types.load_typestore()
     with convert_os_errors(path):
-        return _write_bag(Path(path), storage, generate_messages(one, source, round(first * NANO)))
+        return _write_bag(
+            Path(path), storage, generate_messages(single_run, source, round(first * NANO))
+        )
 
 
 def _select_single_run(run: xr.Dataset) -> xr.Dataset:
@@ -101,11 +103,11 @@ def _select_single_run(run: xr.Dataset) -> xr.Dataset:
         raise InputError(
             f"a bag stores a single run, got {run.sizes['run']}: select one by run.isel(run=0)"
         )
-    one: xr.Dataset = run.squeeze("run") if "run" in run.dims else run
-    if "time" not in one.dims or "q" not in one:
+    single_run: xr.Dataset = run.squeeze("run") if "run" in run.dims else run
+    if "time" not in single_run.dims or "q" not in single_run:
         raise InputError("only the end of this run was recorded: simulate it with record='all'")
-    before_end = np.isfinite(one["q"].values).all(axis=1)
-    return one.isel(time=slice(0, int(before_end.sum())))
+    before_end = np.isfinite(single_run["q"].values).all(axis=1)
+    return single_run.isel(time=slice(0, int(before_end.sum())))
 
 
 def _write_bag(path: Path, storage: str, outbound: Iterator[TopicMessage]) -> Path:

@@ -62,13 +62,13 @@ def choose_topics(
     topic of frames may replace the topic of joints. FileError is raised if a topic is missing or
     has another type, InputError for an unknown role.
     """
-    usual = default_topics(cameras)
-    wanted = _topics_by_role(usual, cameras, name_map)
-    by_frames, roles = roams and wanted.get("frames", FRAMES) in bag_topics, {}
-    for role, topic in usual.items():
+    defaults = default_topics(cameras)
+    user_topics = _topics_by_role(defaults, cameras, name_map)
+    by_frames, roles = roams and user_topics.get("frames", FRAMES) in bag_topics, {}
+    for role, topic in defaults.items():
         kind = role.partition(".")[0]
-        alone = kind in GUESSED_ROLES and ("." not in role or len(cameras) == 1)
-        name = wanted.get(role) or _find_topic(bag_topics, usual, role, alone)
+        by_type = kind in GUESSED_ROLES and ("." not in role or len(cameras) == 1)
+        name = user_topics.get(role) or _find_topic(bag_topics, defaults, role, by_type)
         if name is not None:
             check_topic(bag_topics, name, TYPES[kind])
             roles[role] = name
@@ -81,26 +81,26 @@ def choose_topics(
 
 
 def _topics_by_role(
-    usual: Mapping[str, str], cameras: tuple[str, ...], name_map: Mapping[str, str] | None
+    defaults: Mapping[str, str], cameras: tuple[str, ...], name_map: Mapping[str, str] | None
 ) -> dict[str, str]:
     """Return the topics of the user by role; "marks" and "lens" stand for the only camera."""
     short = {of: f"{of}.{cameras[0]}" for of in ("marks", "lens") if len(cameras) == 1}
-    known = [*usual, *short]
+    known = [*defaults, *short]
     roles = check_name_map(name_map, "topics", "{role: topic}", known, "no {}", "topics")
     return {short.get(role, role): topic for role, topic in roles.items()}
 
 
 def _find_topic(
-    bag_topics: Mapping[str, str], usual: Mapping[str, str], role: str, alone: bool
+    bag_topics: Mapping[str, str], defaults: Mapping[str, str], role: str, by_type: bool
 ) -> str | None:
-    """Return the default topic of a role, or the only topic of its types if `alone`."""
-    if usual[role] in bag_topics:
-        return usual[role]
+    """Return the default topic of a role, or the only topic of its types if `by_type`."""
+    if defaults[role] in bag_topics:
+        return defaults[role]
     types = TYPES[role.partition(".")[0]]
     alike = [
-        name for name, kind in bag_topics.items() if kind in types and name not in usual.values()
+        name for name, kind in bag_topics.items() if kind in types and name not in defaults.values()
     ]
-    return alike[0] if alone and len(alike) == 1 else None
+    return alike[0] if by_type and len(alike) == 1 else None
 
 
 def check_topic(bag_topics: Mapping[str, str], name: str, types: tuple[str, ...]) -> None:

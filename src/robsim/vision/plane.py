@@ -170,11 +170,11 @@ def decompose_homography(H: ArrayLike, points: ArrayLike = ((0.0, 0.0),)) -> Hom
     p = as_floats(points, "points", ("N", 2))
     lead = broadcast_leading_shape(A.shape[:-2], p.shape[:-2], "H and points")
     A = np.broadcast_to(A, (*lead, 3, 3)).reshape(-1, 3, 3)
-    known = np.isfinite(A).all((1, 2))
-    if not (np.linalg.slogdet(A[known])[0] > 0).all():
+    finite = np.isfinite(A).all((1, 2))
+    if not (np.linalg.slogdet(A[finite])[0] > 0).all():
         raise InputError("H: a plane seen from one side has a homography of positive determinant")
     R, t, n = (np.full((len(A), 4, *shape), np.nan) for shape in ((3, 3), (3,), (3,)))
-    R[known], t[known], n[known] = _homography_motions(A[known])
+    R[finite], t[finite], n[finite] = _homography_motions(A[finite])
     R, t, n = R.reshape(*lead, 4, 3, 3), t.reshape(*lead, 4, 3), n.reshape(*lead, 4, 3)
     ahead = (n @ np.swapaxes(append_one(p), -1, -2) > 0).all(-1)
     ahead |= np.isfinite(t).all(-1) & np.isnan(n).all(-1)
@@ -198,11 +198,11 @@ def _homography_motions(H: Array) -> tuple[Array, Array, Array]:
     for u in ((along + across) / length, (along - across) / length):
         normal = np.cross(v2, u)
         a, b = H @ v2[..., None], H @ u[..., None]
-        turned = np.concatenate([a, b, np.cross(a, b, axis=1)], axis=-1)  # with axes as columns
-        rotation = turned @ np.stack([v2, u, normal], axis=-2)
-        shift = ((H - rotation) @ normal[..., None])[..., 0]
+        axes_b = np.concatenate([a, b, np.cross(a, b, axis=1)], axis=-1)  # with axes as columns
+        rotation = axes_b @ np.stack([v2, u, normal], axis=-2)
+        translation = ((H - rotation) @ normal[..., None])[..., 0]
         R += [rotation, rotation]
-        t += [shift, -shift]
+        t += [translation, -translation]
         n += [normal, -normal]
     out = np.stack(R, 1), np.stack(t, 1), np.stack(n, 1)
     _set_rotations(H, rest, *out)

@@ -92,7 +92,7 @@ def _iterate_poses(p: Array, x: Array, starts: Array, roots: Array | None) -> Ar
     active = np.flatnonzero(T.any((1, 2)))
     for _ in range(ROUNDS):
         updated = _fit_in_chunks(p, images[active], T[active], rows[active])
-        far = pose_distance(updated, T[active]) > ARRIVED  # false where NaN
+        far = pose_distance(updated, T[active]) > ARRIVED  # false for NaN
         T[active], active = updated, active[far]
     return T.reshape(starts.shape)
 

@@ -103,8 +103,7 @@ def _reweight_minima(
         weights[:, active] = fit_robust_pose(
             marks[..., active], images[..., active], updated, kind, least
         )
-        far = (
-            pose_distance(move_runs_first(updated), move_runs_first(T[..., active])) > ARRIVED
-        )  # false where NaN
+        change = pose_distance(move_runs_first(updated), move_runs_first(T[..., active]))
+        far = change > ARRIVED  # false for NaN
         T[..., active], active = updated, active[far]
     return move_runs_first(T).reshape(B, k, 3, 4), move_runs_first(weights).reshape(B, k, len(p))

@@ -97,11 +97,12 @@ def _corner_shifts(corners: Array, offsets: Array) -> Array:
     """Return the shifts (4, 2) of corners that move all sides by their offsets (4, 2)."""
     ends = zip(corners, np.roll(corners, -1, 0), strict=True)
     normals = np.array([_outward_normal(a, b) for a, b in ends])
-    both = np.stack(
-        [np.roll(normals, 1, 0), normals], axis=1
-    )  # normals of the sides before and after the corner
-    wanted = np.stack([np.roll(offsets[:, 1], 1), offsets[:, 0]], axis=1)
-    crossing = np.abs(np.linalg.det(both)) > 0.05  # else the sides are nearly one line
-    moves = np.full((4, 2), np.inf)
-    moves[crossing] = np.linalg.solve(both[crossing], wanted[crossing, :, None])[..., 0]
-    return moves
+    # normals of the sides before and after each corner
+    normal_pairs = np.stack([np.roll(normals, 1, 0), normals], axis=1)
+    offset_pairs = np.stack([np.roll(offsets[:, 1], 1), offsets[:, 0]], axis=1)
+    crossing = np.abs(np.linalg.det(normal_pairs)) > 0.05  # else the sides are nearly one line
+    shifts = np.full((4, 2), np.inf)
+    shifts[crossing] = np.linalg.solve(normal_pairs[crossing], offset_pairs[crossing, :, None])[
+        ..., 0
+    ]
+    return shifts
