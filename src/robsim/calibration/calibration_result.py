@@ -43,9 +43,10 @@ class Calibration(CalibrationFit):
     free : Unknowns
         Names and units of the estimated parameters.
     covariance : ndarray of shape (P, P)
-        Covariance of the parameters `names` in m, rad and px: the twist (v, omega) in camera axes
-        from `mount` to the true mount, X exp(twist); the twist in axes of the target from `place`
-        to its true pose; and the parameters named in `also`.
+        Covariance of the parameters `names` in m, rad and px. The first six are the twist (v,
+        omega) of the true mount relative to the estimate, true mount = mount exp(twist), in camera
+        axes. The next six are the same for `place`, in axes of the target. The parameters named in
+        `also` follow.
     sigma : float
         Standard deviation of a pixel coordinate, estimated or given.
     freedom : float

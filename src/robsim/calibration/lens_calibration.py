@@ -95,7 +95,8 @@ def calibrate_lens(
     size : (int, int)
         Width and height of the image in pixels.
     coefficients : {5, 0, 4, 8}, default 5
-        Number of distortion coefficients: 4 (k1 k2 p1 p2), 5 (with k3) or 8 (with k4 k5 k6).
+        Number of distortion coefficients: 0 (no distortion), 4 (k1 k2 p1 p2), 5 (with k3) or 8
+        (with k4 k5 k6).
     guess : Camera, optional
         First estimate of the camera, needed if the marks are not in a plane.
 

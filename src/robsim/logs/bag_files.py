@@ -43,8 +43,8 @@ class TimedMessage(NamedTuple):
 def assign_times(messages: Sequence[RecordedMessage], clock: Clock) -> Iterator[TimedMessage]:
     """Yield messages with their times.
 
-    The times are those of the headers if the clock is "header" and any header has a time that is
-    not zero, otherwise the times of recording.
+    The times come from the headers if the clock is "header" and any header has a nonzero time.
+    Otherwise they are the times of recording.
     """
     stamped = clock == "header" and any(each.stamped for each in messages)
     for each in messages:
@@ -106,7 +106,7 @@ class Bag:
                     yield connection.topic, timed
 
     def _store_topics(self) -> None:
-        """Store the topics; raise FileError without messages, or for too many or unclear ones."""
+        """Store the topics; raise FileError for an empty or huge bag, or a topic of two types."""
         for each in (each for reader in self._readers for each in reader.connections):
             if self.topics.setdefault(each.topic, each.msgtype) != each.msgtype:
                 raise FileError(

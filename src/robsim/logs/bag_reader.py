@@ -68,10 +68,10 @@ def read_bag(
 ) -> xr.Dataset:
     """Read a ROS 2 bag as a run.
 
-    The instants of the run are the periods of the experiment. At each instant the run has the last
-    joints, marks and commands before it (zero-order hold), and `image_age` is the age of the images
-    in seconds. Marks that are not seen are NaN. The run begins when every joint and every mark has
-    been measured once, and ends with the last joint message.
+    The run has one instant for each period of the experiment, with the last joints, marks and
+    commands before it (zero-order hold); `image_age` is the age of the images in seconds. Marks
+    that are not seen are NaN. The run begins when every joint and every mark has been measured
+    once, and ends with the last joint message.
 
     These messages are supported:
 

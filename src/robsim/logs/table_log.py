@@ -55,7 +55,7 @@ def read_log(
     pixels[mark,row]; optionally the commanded velocities qd[velocity] and the measured velocities
     qd_actual[velocity]. Other columns are ignored. Rows are in the order of time, at any intervals.
 
-    The instants of the run are the periods of the experiment, with the last values before them
+    The run has one instant for each period of the experiment, with the last values before it
     (zero-order hold); `image_age` is the age of the pixels in seconds. A row may be empty in all
     columns of the joints, or of all marks of a target: then there is no new measurement. If a
     single mark is empty, it was not seen.
@@ -65,8 +65,8 @@ def read_log(
     path : path_like, pandas.DataFrame or sequence of mappings
         CSV file, Parquet file, table, or list of rows as returned by `Controller.row`.
     experiment : Experiment
-        Experiment with the scene, the task and the period. The start and the duration are those of
-        the table.
+        Experiment with the scene, the task and the period. The table determines the start and the
+        duration of the run.
     columns : mapping, optional
         Names {column of a run: column of the table}, if they differ.
     units : mapping, optional

@@ -30,7 +30,7 @@ class TwistComponent(NamedTuple):
 
 
 def twist_components(names: Sequence[str]) -> tuple[TwistComponent, ...]:
-    """Return the components of a Twist for velocities with some names, which have one body.
+    """Return the Twist components of the body that drives or moves freely, from velocity names.
 
     InputError is raised if no body, or more than one body, drives or moves freely.
 

@@ -41,6 +41,8 @@ _SINGLE_NDIM = {"K": 2, "distortion": 1}  # number of dimensions if all runs hav
 class Visibility(IntEnum):
     """The position of a point relative to a camera: in the image, outside it, or behind.
 
+    Examples
+    --------
     >>> Visibility(2)
     <Visibility.BEHIND_CAMERA: 2>
     """
@@ -379,7 +381,7 @@ class Camera(Value):
         return move_runs_first(status, lead)
 
     def normalise(self, pixels: ArrayLike) -> Array:
-        """Return the undistorted points at unit depth of pixels: the inverse of `project`.
+        """Return the undistorted, normalised coordinates of pixels: points at unit depth.
 
         Parameters
         ----------

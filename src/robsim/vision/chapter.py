@@ -14,7 +14,8 @@ from robsim.base.arrays import Array, as_floats, as_positive
 from robsim.base.errors import InputError
 from robsim.geometry.pose import Pose
 
-# pose of the camera axes of this package in the axes of the chapter: x is its y, y its -x
+# pose of the camera axes of this package in the camera axes of the chapter: the x axis of this
+# package is the y axis of the chapter, and its y axis is the -x axis of the chapter
 T_CHAPTER_CAMERA = Pose([[0, -1, 0, 0], [1, 0, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]])
 
 

@@ -12,9 +12,9 @@ from robsim.vision.plane import append_one
 def orthographic_poses(marks: Array, x: Array) -> Array:
     """Return both poses T_c_o (B, 2, 3, 4) of marks (N, 3) at normalised points x (B, N, 2).
 
-    The marks are projected to their least-squares plane. The image is approximated by an affine map
-    about its centroid d, x - d = J p, of the points p of the plane relative to their centroid at
-    depth Z.
+    The marks are projected to their least-squares plane. About its centroid d the image is
+    approximated by an affine map, x - d = J p, with points p of the plane relative to the centroid
+    of the marks, which is at depth Z.
 
     J = B A / Z, with the projection B along the ray (d, 1). The matrix A contains the first two
     rows and columns of the rotation from the plane to axes along this ray, so A = U diag(1, c) V'

@@ -31,9 +31,10 @@ DEEP = 1 / 3  # relative to the depth: a larger standard deviation makes the pos
 class PoseEstimate(Value):
     """The result of `estimate_pose`: the minima of the reprojection error, the best one first.
 
-    With the squared errors E1 and E2 of the two best minima, the odds of the best minimum are
-    exp((E2 - E1) / (2 sigma^2)). If sigma is unknown, the odds are (E2 / E1)^(N - 3), with sigma
-    integrated out (Jeffreys's prior) over the 2N - 6 degrees of freedom of the residuals.
+    Let E1 and E2 be the squared errors of the two best minima, and sigma the standard deviation of
+    a pixel coordinate. The odds of the best minimum are exp((E2 - E1) / (2 sigma^2)). If sigma is
+    unknown, the odds are (E2 / E1)^(N - 3), with sigma integrated out (Jeffreys's prior) over the
+    2N - 6 degrees of freedom of the residuals.
 
     Attributes
     ----------

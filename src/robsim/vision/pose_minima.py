@@ -37,7 +37,7 @@ def find_minima(p: Array, u: Array, camera: Camera) -> tuple[Array, Array]:
 
 
 def is_usable_image(x: Array) -> NDArray[np.bool_]:
-    """Return which images (B,) of normalised points (B, N, 2) are finite and not a point."""
+    """Return whether images (B,) of normalised points (B, N, 2) are finite and not a point."""
     usable = (np.ptp(x, axis=1).max(-1) > POINT) & (np.abs(x).max((1, 2)) < ASIDE)
     return np.asarray(usable)  # false for NaN
 
