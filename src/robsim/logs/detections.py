@@ -68,6 +68,11 @@ def _list_detections(message: Message) -> Iterator[tuple[str, PixelPosition]]:
             name = tag_name(detection.family, detection.id)
             yield from ((f"{name}.{i}", tuple(pixel)) for i, pixel in enumerate(corners.tolist()))
         else:
-            classes = (result.hypothesis.class_id for result in detection.results)
-            name = detection.id or next(classes, "")
+            name = detection.id or next(_class_ids(detection), "")
             yield name, (detection.bbox.center.position.x, detection.bbox.center.position.y)
+
+
+def _class_ids(detection: Message) -> Iterator[str]:
+    """Yield the class ids of the hypotheses of a detection."""
+    for result in detection.results:
+        yield result.hypothesis.class_id
