@@ -40,7 +40,7 @@ class TaperedCylinder(Primitive):
     """
 
     radius: SolidRadius
-    end_radius: Annotated[float, Length(above=0), "SolidRadius at the upper end."]
+    end_radius: Annotated[float, Length(above=0), "Radius at the upper end."]
     length: SideLength
     n: CirclePoints = 32
     color: FigureColour = "k"
