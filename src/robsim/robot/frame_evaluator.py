@@ -1,4 +1,4 @@
-"""Evaluation of frames of a tree at configurations of the user, without repeated lookups."""
+"""Evaluation of the poses and Jacobians of frames, for arrays of the user."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ class FrameEvaluator:
         self.tree, self.names = tree, names
 
     def poses(self, q: Array, out: Array) -> bool:
-        """Fill out (..., frames, 4, 4) at q (..., nq); return whether the kernel checked q.
+        """Fill out (..., frames, 4, 4) with poses at q (..., nq).
 
-        A result of True means that q passed the checks of the kernel.
+        Return True if the kernel checked q and found no error, else False.
         """
         if self.tree.compiled:
             is_checked: bool = kernels.fill_frame_poses(
@@ -39,7 +39,7 @@ class FrameEvaluator:
         return False
 
     def jacobian(self, q: Array, out: Array) -> bool:
-        """Fill out (..., 6, nv) of the first frame at q (..., nq); return as `poses` does."""
+        """Fill out (..., 6, nv) with the Jacobian of the first frame; return as `poses` does."""
         if self.tree.compiled and out.size:
             flat = out.reshape(-1, 6 * self.tree.nv)
             is_checked: bool = kernels.fill_jacobians(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cached_property
-from typing import Any
+from typing import cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -19,23 +19,23 @@ from robsim.base.arrays import (
     move_runs_last,
 )
 from robsim.base.errors import FrameError, InputError, format_value, is_known_name, suggest_names
-from robsim.geometry.pose import broadcast_leading_shape
+from robsim.geometry.pose import PoseLike, broadcast_leading_shape
 from robsim.robot.frame_evaluator import FrameEvaluator
 from robsim.robot.ik.arm import IKArm
 from robsim.robot.ik.closed_form import ClosedFormIK, solve_closed
 from robsim.robot.ik.ik_result import IKResult
 from robsim.robot.ik.ik_search import SearchBudget
-from robsim.robot.ik.numeric_ik import solve_numeric
-from robsim.robot.robot_coordinates import RobotCoordinates
+from robsim.robot.ik.numeric_ik import IKMask, solve_numeric
+from robsim.robot.robot_coordinates import Coordinates, RobotCoordinates
 
 
 class Kinematics(RobotCoordinates):
-    """Motion of a `Robot`."""
+    """Forward and inverse kinematics of a `Robot`, its Jacobian, and its motion."""
 
-    home: Any
+    home: Array
     tip: str
 
-    def fk(self, q: Any, link: str | None = None) -> Array:
+    def fk(self, q: Coordinates, link: str | None = None) -> Array:
         """Return the pose of a link in the frame of the base link (forward kinematics).
 
         Parameters
@@ -58,7 +58,7 @@ class Kinematics(RobotCoordinates):
         """
         return self._evaluate(self._placement(link).poses, q, (4, 4))
 
-    def frames(self, q: Any) -> Array:
+    def frames(self, q: Coordinates) -> Array:
         """Return the poses of all links in the frame of the base link.
 
         Parameters
@@ -79,7 +79,7 @@ class Kinematics(RobotCoordinates):
         """
         return self._evaluate(self._every_frame.poses, q, (len(self.links), 4, 4))
 
-    def jacobian(self, q: Any, link: str | None = None) -> Array:
+    def jacobian(self, q: Coordinates, link: str | None = None) -> Array:
         """Return the geometric Jacobian of a link.
 
         The Jacobian J maps velocities to the twist of the link, (v, omega) = J(q) qdot, with the
@@ -107,19 +107,21 @@ class Kinematics(RobotCoordinates):
         return self._evaluate(self._placement(link).jacobian, q, (6, self.tree.nv))
 
     def _evaluate(
-        self, fill: Callable[[Array, Array], bool], q: Any, shape: tuple[int, ...]
+        self, fill: Callable[[Array, Array], bool], q: Coordinates, shape: tuple[int, ...]
     ) -> Array:
         """Return an array (..., *shape) that `fill` computes from q (..., nq).
 
         The kernel checks coordinates while it evaluates them, since a check in Python takes longer
-        than the evaluation of one configuration. If the kernel objects, Python checks them and
-        raises.
+        than the evaluation of one configuration. If this check fails, `coordinates` raises the
+        error.
         """
         is_plain, nq = self._is_plain, self.tree.nq
         if not is_plain:
             values = self.coordinates(q, limits=False)
         else:
-            values = q if is_kernel_array(q, nq) else as_floats(q, "q", (nq,))
+            values = cast(
+                Array, q if is_kernel_array(q, nq) else as_floats(cast(ArrayLike, q), "q", (nq,))
+            )
         out = np.empty(values.shape[:-1] + shape)
         if not fill(values, out) and is_plain:
             self.coordinates(values, limits=False)
@@ -127,11 +129,11 @@ class Kinematics(RobotCoordinates):
 
     def ik(
         self,
-        T: Any,
-        q0: Any = None,
+        T: PoseLike,
+        q0: Coordinates | None = None,
         *,
         link: str | None = None,
-        mask: Any = None,
+        mask: IKMask | None = None,
         tolerance: float = 1e-8,
         iterations: int = 40,
         restarts: int = 100,
@@ -167,10 +169,10 @@ class Kinematics(RobotCoordinates):
             last search continues from the best coordinates so far, for up to ten times as many
             iterations.
         restarts : int, default 100
-            Largest number of further searches from random coordinates, in order of the distance of
-            their poses from the goal.
+            Largest number of further searches from random coordinates. Coordinates with poses near
+            the goal come first.
         seed : int, default 0
-            Seed of these coordinates, which are the same for all rows.
+            Seed of the random coordinates, which are the same for all rows.
         limits : bool, default True
             Whether to respect the limits of the coordinates.
         threads : int, optional
@@ -195,8 +197,8 @@ class Kinematics(RobotCoordinates):
         --------
         >>> from robsim import Pose, Robot
         >>> arm = Robot.from_dh([[0, 0, 1, 0], [0, 0, 1, 0]], home=[0.1, 0.1])
-        >>> found = arm.ik(Pose.at(1, 1, 0), mask="position")
-        >>> bool(found.success), found.reason.name
+        >>> result = arm.ik(Pose.at(1, 1, 0), mask="position")
+        >>> bool(result.success), result.reason.name
         (True, 'SOLVED')
         """
         arm = self._arm(link, limits)
@@ -205,7 +207,7 @@ class Kinematics(RobotCoordinates):
         return solve_numeric(arm, T, start, mask, effort)
 
     def closed_ik(
-        self, T: Any, *, link: str | None = None, tolerance: float = 1e-9
+        self, T: PoseLike, *, link: str | None = None, tolerance: float = 1e-9
     ) -> ClosedFormIK:
         """Return all coordinates that bring a link to a pose, for arms with a closed form.
 
@@ -225,7 +227,7 @@ class Kinematics(RobotCoordinates):
 
         Returns
         -------
-        ClosedIK
+        ClosedFormIK
             All solutions, with flags for existing solutions and solutions within the limits.
 
         Raises
@@ -239,8 +241,8 @@ class Kinematics(RobotCoordinates):
         >>> a = np.pi / 2
         >>> rows = [[0, 0.3, 0, -a], [0, 0, 0.2, 0], [0, 0, 0.2, 0], [0, 0, 0, -a], [0, 0.1, 0, 0]]
         >>> arm = Robot.from_dh(rows)
-        >>> found = arm.closed_ik(arm.fk([0.1, -1.0, 1.0, 0.5, 0.2]))
-        >>> found.q.shape, found.q[0].round(9)
+        >>> result = arm.closed_ik(arm.fk([0.1, -1.0, 1.0, 0.5, 0.2]))
+        >>> result.q.shape, result.q[0].round(9)
         ((4, 5), array([ 0.1, -1. ,  1. ,  0.5,  0.2]))
         """
         return solve_closed(self._arm(link, True), T, tolerance)
@@ -256,10 +258,10 @@ class Kinematics(RobotCoordinates):
 
     @cached_property
     def _arms(self) -> dict[tuple[str, bool], IKArm]:
-        """Problems that `_arm` has computed, by link and use of limits."""
+        """Cache of `_arm`, by link and use of limits."""
         return {}
 
-    def integrate(self, q: Any, v: ArrayLike, dt: float) -> Array:
+    def integrate(self, q: Coordinates, v: ArrayLike, dt: float) -> Array:
         """Return the coordinates after a constant velocity over a time, exactly.
 
         A floating joint moves by T exp(V dt), and a planar joint or unicycle along an arc. A car
@@ -312,14 +314,15 @@ class Kinematics(RobotCoordinates):
 
     def _placement(self, link: str | None) -> FrameEvaluator:
         """Return the compiled evaluation of a link, or of the tip for None."""
-        known = self._placements.get(link) if link is None or isinstance(link, str) else None
-        if known is None:
-            known = self._placements[link] = FrameEvaluator(self.tree, [self._link(link)])
-        return known
+        evaluator = self._placements.get(link) if link is None or isinstance(link, str) else None
+        if evaluator is None:
+            evaluator = FrameEvaluator(self.tree, [self._link(link)])
+            self._placements[link] = evaluator
+        return evaluator
 
     @cached_property
     def _placements(self) -> dict[str | None, FrameEvaluator]:
-        """Evaluations that `_placement` has made, by link."""
+        """Cache of `_placement`, by link."""
         return {}
 
     @cached_property

@@ -71,7 +71,8 @@ class Tree:
     def bodies(self, q: Array, runs: RunNumbers = None) -> Bodies:
         """Return the poses of all bodies at coordinates q[n, b].
 
-        The indices `runs` (b,) select the runs if constants differ between runs. Default: all runs.
+        If constants differ between runs, the indices `runs` (b,) select the constants of the
+        columns of q. Default: all runs.
         """
         values = self._bodies(self._append_python_kinds(q), runs)
         count = 12 * len(self.parent)
@@ -182,17 +183,17 @@ class Tree:
 
     def carried(self, name: str) -> Array:
         """Return 1.0 for each move that affects the frame, else 0.0."""
-        rides: Array = self._ancestry[self.find(name)[0]]
-        return rides
+        signs: Array = self._ancestry[self.find(name)[0]]
+        return signs
 
     def carries(self, name: str) -> Array:
         """Return 1.0 for each velocity that moves the frame, else 0.0."""
-        moved = np.zeros(self.nv)
-        np.maximum.at(moved, self.velocity, self.carried(name))
-        return make_read_only(moved)
+        signs = np.zeros(self.nv)
+        np.maximum.at(signs, self.velocity, self.carried(name))
+        return make_read_only(signs)
 
     def moves(self, sign: Array, columns: NDArray[np.int64] | None = None) -> jacobians.BodyMoves:
-        """Return the moves of some velocities (default: all) with their signs, for the kernels."""
+        """Return the moves of some velocities with their signs, for the kernels. Default: all."""
         if columns is None:
             columns = as_int64(np.arange(self.nv))
         is_selected = np.zeros(self.nv, dtype=np.bool_)

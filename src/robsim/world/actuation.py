@@ -41,6 +41,8 @@ class Actuation(DeclaredValue):
     joints, planar joints and unicycles move with their mean velocity over each period; all other
     joints are integrated exactly.
 
+    Examples
+    --------
     >>> Actuation(lag=0.1, velocity=[0.5, 1.0]).response(2).velocity
     array([0.5, 1. ])
     """

@@ -1,4 +1,4 @@
-"""The errors of the images that a controller gets."""
+"""The errors of the images that a controller receives."""
 
 from __future__ import annotations
 
@@ -29,10 +29,12 @@ class Sensing(DeclaredValue):
 
     Every error is off by default, and errors combine: noise, rounding and mismatched marks change
     the pixels; occlusions hide marks; lost, late and rare images delay the information of the
-    control loop. Coordinates of joints are never late. Until the first late image arrives, the
-    controller uses the image of the start. Random numbers are keyed by (seed, run) and step, so
+    control loop. The coordinates of joints have no delay. Until the first late image arrives, the
+    controller uses the image at the start. Random numbers are keyed by (seed, run) and step, so
     that a run has the same noise alone and in any batch.
 
+    Examples
+    --------
     >>> Sensing(noise=0.5, latency=0.04).noise
     0.5
     """

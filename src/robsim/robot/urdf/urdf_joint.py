@@ -42,7 +42,7 @@ SHORTEST_AXIS = 1e-6
 
 @dataclass(frozen=True)
 class UrdfJoint:
-    """Joint, and the names in the file of the links that it connects."""
+    """Joint of a file, with the names of its parent and child links in the file."""
 
     element: Element
     name: str
