@@ -248,8 +248,8 @@ class Pose:
         Parameters
         ----------
         **changes : array_like
-            New values of `position` (..., 3) in metres, and of `rotation` (..., 3, 3), `rpy` (...,
-            3) or `rotvec` (..., 3) in radians. Leading dimensions give a batch of poses.
+            New `position` (..., 3) in metres, and one of `rotation` (..., 3, 3), `rpy` (..., 3) and
+            `rotvec` (..., 3) in radians. Leading axes give a batch of poses.
 
         Returns
         -------
@@ -455,7 +455,13 @@ def as_matrix(value: object) -> Any:  # Any: a value that is no pose is returned
 
 
 def homogeneous_matrix(T: Array, lead: tuple[int, ...] = (-1,)) -> Array:
-    """Return homogeneous matrices (*lead, 4, 4) from matrices (3, 4, b) of the kernels."""
+    """Return homogeneous matrices (*lead, 4, 4) from matrices (3, 4, b), with the run last.
+
+    Examples
+    --------
+    >>> homogeneous_matrix(np.zeros((3, 4, 2))).shape
+    (2, 4, 4)
+    """
     out = np.zeros((T.shape[-1], 4, 4))
     out[:, :3], out[:, 3, 3] = np.moveaxis(T, -1, 0), 1.0
     return out.reshape(*lead, 4, 4)

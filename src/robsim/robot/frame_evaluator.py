@@ -53,23 +53,23 @@ class FrameEvaluator:
     def _build_program(self) -> tuple[FKStages, list[BlockRows]]:
         """Return the bodies in a program, and the rows of the frames."""
         program = Program()
-        placed = FKStages(program, self.tree.joints, program.rows(self.tree.nq))
-        placed.add()
-        return placed, placed.frames([self.tree.find(name) for name in self.names])
+        stages = FKStages(program, self.tree.joints, program.rows(self.tree.nq))
+        stages.add()
+        return stages, stages.frames([self.tree.find(name) for name in self.names])
 
     @cached_property
     def _pose_arguments(self) -> tuple[Any, ...]:
         """Arguments of the kernel that evaluates the frames."""
-        placed, frames = self._build_program()
-        return *placed.program.prepared(), int(placed.q), np.array(frames, dtype=np.int64)
+        stages, frames = self._build_program()
+        return *stages.program.prepared(), int(stages.q), np.array(frames, dtype=np.int64)
 
     @cached_property
     def _jacobian_arguments(self) -> tuple[Any, ...]:
         """Arguments of the kernel of the Jacobian, at the frame in axes of the world."""
-        placed, (T, *_) = self._build_program()
+        stages, (T, *_) = self._build_program()
         moves = self.tree.moves(self.tree.carried(self.names[0]))
-        J = placed.base_jacobian(T, moves)
-        return *placed.program.prepared(), int(placed.q), int(J)
+        J = stages.base_jacobian(T, moves)
+        return *stages.program.prepared(), int(stages.q), int(J)
 
 
 def _flatten_coordinates(q: Array) -> Array:

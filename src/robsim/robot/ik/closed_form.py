@@ -106,9 +106,9 @@ def _prepare_closed_form(arm: IKArm, axes: Array, rows: NDArray[np.int64]) -> tu
     form = kernels.solve_six_joints if len(rows) == 6 else kernels.solve_five_joints
     program.add(form, axes=program.constant(axes), goal=goal, angles=[q[i] for i in rows])
     program.add(kernels.fold_angles, joints=[(q[i], limits[i]) for i in rows])
-    placed = FKStages(program, arm.tree.joints, q)
-    placed.add()
-    (T,) = placed.frames([arm.tree.find(arm.link)])
+    stages = FKStages(program, arm.tree.joints, q)
+    stages.add()
+    (T,) = stages.frames([arm.tree.find(arm.link)])
     program.add(
         kernels.check_solution,
         T=T,

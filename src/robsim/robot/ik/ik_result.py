@@ -17,8 +17,19 @@ from robsim.kernels.inverse_kinematics import ik_scheduler as kernels
 class IKReason(IntEnum):
     """Reason why the search for coordinates ended.
 
-    The members are SOLVED, UNREACHABLE, LIMITS and ITERATIONS; `message` explains each.
+    Attributes
+    ----------
+    SOLVED
+        The link is at the pose, within the limits.
+    UNREACHABLE
+        No search reached the pose, not even without limits.
+    LIMITS
+        Limits of joints prevent the pose.
+    ITERATIONS
+        The error was still falling at the last iteration.
 
+    Examples
+    --------
     >>> IKReason.SOLVED.message
     'solved: the link is at the pose, within the limits'
     """

@@ -254,7 +254,15 @@ def wrap_magnitude(angle: Array) -> Array:
 
 
 def check_joint_kind(kind: JointKind) -> None:
-    """Raise InputError unless a kind of the user is complete and consistent."""
+    """Raise InputError unless a kind of the user is complete and consistent.
+
+    Examples
+    --------
+    >>> check_joint_kind(JointKind())
+    Traceback (most recent call last):
+    ...
+    robsim...InputError: JointKind.name: expected a word such as 'helical', got ''
+    """
     who = type(kind).__name__
     if not kind.name or not isinstance(kind.name, str):
         raise InputError(

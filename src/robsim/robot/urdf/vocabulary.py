@@ -91,13 +91,13 @@ def check_words(element: Element, findings: Diagnostics) -> None:
             _report_unknown_word(
                 element, f"attribute '{name:.60}'", name, word.attributes, findings
             )
-    seen: set[str] = set()
+    tags: set[str] = set()
     for child in element.children:
         tag = child.tag
         if tag in word.children:
-            if tag in seen and (tag not in REPEATED_TAGS or element.tag in ("visual", "collision")):
+            if tag in tags and (tag not in REPEATED_TAGS or element.tag in ("visual", "collision")):
                 findings.error(child, "there is one already; only one is allowed")
-            seen.add(tag)
+            tags.add(tag)
             check_words(child, findings)
         elif tag.startswith("xacro:"):
             findings.error(child, 'xacro is not read; expand it: "xacro in.xacro > out.urdf"')

@@ -51,6 +51,8 @@ class Occlusion(ImageEffect):
     visible mark. If the task has a weighting, the pose is estimated from the visible marks, and the
     run ends if they are too few.
 
+    Examples
+    --------
     >>> from robsim import Sensing, examples, load_scenario
     >>> hidden = Occlusion([0], start=0.1, end=0.2)
     >>> case = load_scenario(examples.path("holonomic")).with_(sensing=Sensing(occlusions=hidden))
@@ -116,7 +118,7 @@ class Occlusion(ImageEffect):
         several = len(self.marks) > 1
         sentence = (
             f"Mark{'s' * several} {', '.join(map(str, self.marks))} {'are' if several else 'is'} "
-            f"hidden from {self.start:.3g} s {until}, and the law goes on without."
+            f"hidden from {self.start:.3g} s {until}, and the law continues without them."
         )
         numbers = {"marks": float(len(self.marks)), "start_s": self.start, "end_s": self.end}
         return sentence, numbers

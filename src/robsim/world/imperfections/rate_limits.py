@@ -29,7 +29,7 @@ AccelerationBound = Annotated[
 
 
 class RateLimit(JointEffect):
-    """Base class of limits of the joints; `limited` is the name of the field with the limit."""
+    """Base class of limits of the joints; `limited` names the field with the limit."""
 
     place: ClassVar[JointEffectStage] = JointEffectStage.FOLLOWED
     left_out: ClassVar[str] = "limits of velocity and acceleration"
@@ -58,6 +58,8 @@ class RateLimit(JointEffect):
 class VelocityLimit(RateLimit):
     """A limit of the velocity of each joint; commands are clipped.
 
+    Examples
+    --------
     >>> VelocityLimit([0.5, 1.0]).response(2).velocity
     array([0.5, 1. ])
     """
@@ -72,6 +74,8 @@ class VelocityLimit(RateLimit):
 class AccelerationLimit(RateLimit):
     """A limit of the acceleration of each joint.
 
+    Examples
+    --------
     >>> AccelerationLimit(2.0).response(1).acceleration
     array([2.])
     """
