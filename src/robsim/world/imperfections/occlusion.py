@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Annotated, Any, ClassVar
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from robsim.base.errors import InputError, suggest_names
 from robsim.base.si_units import Dimension
@@ -79,6 +79,17 @@ class Occlusion(ImageEffect):
     camera: Annotated[
         str | None, FrameReference, "Camera that does not see the marks. None: all cameras."
     ] = None
+
+    if TYPE_CHECKING:  # the types of the arguments are wider than the types of the attributes
+
+        def __init__(
+            self,
+            marks: int | Sequence[int],
+            start: float,
+            end: float = math.inf,
+            target: str | None = None,
+            camera: str | None = None,
+        ) -> None: ...
 
     def __post_init__(self) -> None:
         super().__post_init__()

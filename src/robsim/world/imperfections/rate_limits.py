@@ -8,12 +8,13 @@ from typing import Annotated, ClassVar
 
 import numpy as np
 
+from robsim.base.arrays import Array
 from robsim.declare import PerRun, register
 from robsim.declare.joint_numbers import OneOrEach, check_joint_count, get_velocity_axes
 from robsim.world.imperfections.imperfection import RunFacts, Statement
 from robsim.world.imperfections.joint_effect import JointEffect, JointEffectStage, JointResponse
 
-PerJointLimit = float | Sequence[float]  # one number for all velocities, or one for each
+PerJointLimit = float | Sequence[float] | Array  # one number for all joints, or one for each
 VelocityBound = Annotated[
     PerJointLimit | None,
     OneOrEach(get_velocity_axes, "/s"),
