@@ -337,7 +337,7 @@ class Pose:
             with np.errstate(over="ignore", invalid="ignore"):  # overflow raises an error below
                 product = self.matrix @ right.matrix
             return _make_pose(_check_finite_pose(product, "product of poses"), frames)
-        points = as_floats(cast(ArrayLike, other), "points", (3,))
+        points = as_floats(other, "points", (3,))  # type: ignore[arg-type]  # raises for others
         if points.ndim == 1:
             return (self.rotation @ points) + self.position
         broadcast_leading_shape(self.matrix.shape[:-2], points.shape[:-2], "poses and points")
@@ -351,7 +351,7 @@ class Pose:
         """Return one or several poses of a batch."""
         lead = self.matrix.shape[:-2]
         if not lead:
-            raise InputError("this is a single pose, not a batch: it has nothing to index")
+            raise InputError("this is a single pose, not a batch: it cannot be indexed")
         try:
             chosen = np.arange(math.prod(lead)).reshape(lead)[index]
         except IndexError as error:
@@ -473,7 +473,7 @@ def is_pose_like(value: object) -> bool:
     if matrix is not value:
         return True
     try:
-        return bool(np.shape(cast(ArrayLike, matrix))[-2:] == (4, 4))
+        return bool(np.shape(matrix)[-2:] == (4, 4))  # type: ignore[call-overload]
     except ValueError:  # lists of unequal lengths
         return False
 

@@ -205,7 +205,7 @@ class Joint:
         if "dh" in changes:
             return self.held(**changes)
         if self.dh is not None and changes.keys() & {"place", "tail"}:
-            raise InputError("dh and place or tail: give one of the two only")
+            raise InputError("dh and place or tail: give only one of them")
         return replace(self, **changes)
 
     def held(self, **changes: Any) -> Joint:  # Any: values of the fields named
@@ -225,7 +225,7 @@ class Joint:
         poses = self.place, self.tail
         place, tail = row.constants(self.model.turns)
         if poses not in ((IDENTITY, IDENTITY), (place, tail)):
-            raise InputError("dh and place or tail: give one of the two only")
+            raise InputError("dh and place or tail: give only one of them")
         object.__setattr__(self, "place", place)
         object.__setattr__(self, "tail", tail)
 

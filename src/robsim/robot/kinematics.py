@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cached_property
-from typing import cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -119,9 +118,7 @@ class Kinematics(RobotCoordinates):
         if not is_plain:
             values = self.coordinates(q, limits=False)
         else:
-            values = cast(
-                Array, q if is_kernel_array(q, nq) else as_floats(cast(ArrayLike, q), "q", (nq,))
-            )
+            values = q if is_kernel_array(q, nq) else as_floats(q, "q", (nq,))  # type: ignore[assignment, arg-type]
         out = np.empty(values.shape[:-1] + shape)
         if not fill(values, out) and is_plain:
             self.coordinates(values, limits=False)
@@ -143,10 +140,15 @@ class Kinematics(RobotCoordinates):
     ) -> IKResult:
         """Return coordinates that bring a link to a pose (numerical inverse kinematics).
 
-        Damped least squares, with a damping in proportion to the squared error (Chan and Lawrence
-        1988; Sugihara 2011). A joint at a limit is held there while the step would leave the
-        limits. Floating and planar joints take part; vehicles do not. Each row of a batch has the
-        same bits as a single call.
+        The search repeats damped least-squares steps
+
+            dq = (J' J + mu 1)^-1 J' e,
+
+        with the weighted pose error e, the weighted Jacobian J, and a damping mu that is
+        proportional to e'e (Chan and Lawrence 1988; Sugihara 2011). A joint at a limit is held
+        there while the step would leave the limits. If the first search fails, further searches
+        start from random coordinates. Floating and planar joints can move the link; vehicles
+        cannot. Each row of a batch has the same bits as a single call.
 
         Parameters
         ----------
@@ -157,17 +159,17 @@ class Kinematics(RobotCoordinates):
         link : str, optional
             Name of the link. Default: the tip.
         mask : {"pose", "position", "pointing"} or array_like of shape (6,), optional
-            Parts of the pose that count. "pointing" is the position and the direction of the z axis
-            of the link. Six weights apply to the position error p_goal - p and to the rotation
-            vector of R_goal R', in axes of the base; each is 0 or at least a thousandth of the
-            largest. Default: the whole pose.
+            Parts of the pose that count. "pointing" selects the position and the direction of the z
+            axis of the link. Six weights multiply the position error p_goal - p and the rotation
+            vector of R_goal R', in axes of the base; each weight is 0 or at least a thousandth of
+            the largest. Default: the whole pose.
         tolerance : float, default 1e-8
             Largest `error` of a solution: the larger of the position error in m and the angle in
             rad.
         iterations : int, default 40
-            Largest number of iterations of a search. A search without progress ends sooner. The
-            last search continues from the best coordinates so far, for up to ten times as many
-            iterations.
+            Largest number of iterations of a search. A search without progress ends sooner. After
+            all searches, a last search continues from the best coordinates, for up to ten times as
+            many iterations.
         restarts : int, default 100
             Largest number of further searches from random coordinates. Coordinates with poses near
             the goal come first.
@@ -186,12 +188,20 @@ class Kinematics(RobotCoordinates):
         Raises
         ------
         InputError
-            If T is not a pose, q0 does not fit, no joint moves the link, or the link rides on a
-            vehicle.
+            If T is not a pose, q0 does not fit, no joint moves the link, or a vehicle carries the
+            link.
 
         See Also
         --------
         closed_ik : All solutions in closed form, for arms that have one.
+
+        References
+        ----------
+        S. K. Chan and P. D. Lawrence, General inverse kinematics with the error damped
+        pseudoinverse, IEEE Int. Conf. on Robotics and Automation, 1988.
+
+        T. Sugihara, Solvability-unconcerned inverse kinematics by the Levenberg-Marquardt method,
+        IEEE Trans. on Robotics 27(5), 2011.
 
         Examples
         --------
@@ -214,7 +224,7 @@ class Kinematics(RobotCoordinates):
         An arm with six revolute joints and a spherical wrist has eight solutions (Pieper 1968; Paul
         and Zhang 1986), and an arm with five joints like the Rhino has four (Schilling 1990,
         section 3.5). In both, axis 1 is perpendicular to axis 2, and axis 3 is parallel to axis 2.
-        The geometry of the arm is recognized from its constants.
+        The method derives the geometry from the constants of the joints.
 
         Parameters
         ----------
@@ -234,6 +244,15 @@ class Kinematics(RobotCoordinates):
         ------
         InputError
             If T is not a pose, or the arm has no such closed form. The message gives the reason.
+
+        References
+        ----------
+        D. L. Pieper, The kinematics of manipulators under computer control, 1968.
+
+        R. P. Paul and H. Zhang, Computationally efficient kinematics for manipulators with
+        spherical wrists, Int. J. Robotics Research 5(2), 1986.
+
+        R. J. Schilling, Fundamentals of Robotics, 1990.
 
         Examples
         --------

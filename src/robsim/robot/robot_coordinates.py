@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import cached_property
-from typing import cast
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -127,7 +126,7 @@ class RobotCoordinates(Value):
         """Return checked coordinates (..., nq) as `coordinates` does, without a degree warning."""
         if self._is_floating and is_pose_like(q):
             q = as_pose(q).q
-        values = as_floats(cast(ArrayLike, q), what, (self.nq,))
+        values = as_floats(q, what, (self.nq,))  # type: ignore[arg-type]  # raises for others
         for kind, rows, name in self._kind_checks:
             values[..., rows] = kind.checked(values[..., rows], what, name)
         if limits:

@@ -94,5 +94,5 @@ class Pace:
             missing = (
                 "speed and acceleration" if self.speed is None else "turn and turn_acceleration"
             )
-            raise InputError(f"this motion would take no time: give {missing} as well")
+            raise InputError(f"the duration of this motion is undefined: give {missing} as well")
         return timing

@@ -40,7 +40,7 @@ class Diagnostics:
     def odd(self, element: Element, text: str) -> None:
         """Add an oddity; raise FileError if there are too many."""
         if self.odd_count == MOST_ODDITIES:
-            self.error(element, f"more than {MOST_ODDITIES} unknown words and the like")
+            self.error(element, f"more than {MOST_ODDITIES} oddities, such as unknown words")
             self.stop()
         self.odd_count += 1
         kind = element.tag, _VARIABLE_TEXT.sub("", text)

@@ -121,7 +121,7 @@ def _find_tail_joints(root: Element) -> dict[str, Element]:
 
 
 def _is_bare_link(link: Element) -> bool:
-    """Return whether a link has nothing but the inertia that our writer gives to moving links."""
+    """Return whether a link is empty, apart from the inertia that our writer adds."""
     findings = Diagnostics("")
     inertia = read_inertia(link, findings)
     is_ours = not (findings.errors or findings.oddities) and inertia in (None, TOKEN_INERTIA)
@@ -189,9 +189,9 @@ def _attach_link(joint: Joint, link: Link, parent: Link) -> Link:
 def _drop_impossible_limits(
     urdf_joints: Iterable[UrdfJoint], findings: Diagnostics
 ) -> Iterator[Joint]:
-    """Yield the joints, without the limits of a mimic that leave its source no range.
+    """Yield the joints, without limits of a mimicking joint that its source can never satisfy.
 
-    Such files exist, and other programs ignore the limits of mimicking joints.
+    Some published files have such limits. Other programs ignore the limits of mimicking joints.
     """
     joints = {h.name: h.joint for h in urdf_joints}
     follows = {name: joint.follows for name, joint in joints.items()}
@@ -288,7 +288,7 @@ def _check_mimic_joints(urdf_joints: Iterable[UrdfJoint], findings: Diagnostics)
     for name, of in sources.items():
         _check_mimic_source(joints[name], of, joints, findings)
     for name in _find_loops(sources):
-        findings.error(joints[name].element, "mimics itself in the end; follow another joint")
+        findings.error(joints[name].element, "mimics itself; follow another joint")
         return
     for h in joints.values():
         _check_mimic_chain(h, joints, findings)
