@@ -38,7 +38,7 @@ def spec_of_key(field: DeclaredField, key: str) -> Spec:
         return next(each.spec for each in fields_of(spec.declared) if each.name == key)
     if isinstance(spec, KindOf):
         if key != field.name:
-            return next(each.spec for beside, _, each in spec._beside() if beside == key)
+            return next(each.spec for beside, _, each in spec._fields_beside() if beside == key)
         return spec.other or spec
     return spec
 

@@ -36,7 +36,7 @@ Tasks
     IBVS           Image-based visual servoing.
     PBVS           Position-based visual servoing.
     Hybrid         Hybrid (2 1/2 D) visual servoing.
-    Partitioned    Partitioned visual servoing: rotation and translation about the optical axis apart.
+    Partitioned    Partitioned visual servoing: motion about the optical axis treated apart.
     Placing        Placing of a camera from the image of a triangle, as in the chapter.
     Docking        Docking of a vehicle at a target.
     FollowJoints   Motion of joints along a trajectory.

@@ -1,10 +1,10 @@
-"""Containers: arrays of numbers, a header in JSON that describes them, and a checksum of all.
+"""Containers: arrays of numbers, a JSON header that describes them, and a checksum.
 
     numbers | header | length of the header (8 bytes) | SHA-256 of all before | MAGIC
 
-Runs, checkpoints, recordings and machine code are stored so. The numbers of a run are a NetCDF-4
-file, whose readers do not look beyond its end. The checksum detects damage; it does not prove who
-wrote a file. A header, whoever wrote it, can claim no more memory than the numbers take.
+Runs, checkpoints, recordings and machine code are stored in this format. The numbers of a run are a
+NetCDF-4 file; its readers ignore bytes after its end. The checksum detects damage but does not
+authenticate a file. A header cannot claim more memory than the numbers take.
 """
 
 from __future__ import annotations
@@ -27,11 +27,14 @@ MOST_DIMENSIONS = 16
 LONGEST_HEADER = 1 << 24  # bytes
 _DIGEST, _COUNT = 32, 8  # bytes
 _TAIL = _COUNT + _DIGEST + len(MAGIC)
-_PIECE = 1 << 20  # bytes that are read at a time
+_PIECE = 1 << 20  # bytes per read
 
 
 class ContainerError(ValueError):
-    """A file is damaged, or `lacking`: it is no container of this kind, or cut short."""
+    """Error about a damaged file.
+
+    `lacking` is set if the file is not a container of this kind, or is cut short.
+    """
 
     def __init__(self, message: str, lacking: bool = False):
         super().__init__(message)
@@ -40,7 +43,7 @@ class ContainerError(ValueError):
 
 @dataclass(frozen=True)
 class ArrayBlock:
-    """An array among the numbers of a container, in one piece from `offset` on."""
+    """An array in a container, stored as one piece from `offset` on."""
 
     kinds: ClassVar[set[str]] = NUMBERS | {"<c16"}
 
@@ -51,32 +54,32 @@ class ArrayBlock:
     def __post_init__(self) -> None:
         places = [*_check_list(self.shape), self.offset]
         if self.dtype not in self.kinds or not all(map(is_json_count, places)):
-            raise ValueError(f"no type and place of numbers: {self.dtype!s:.80}")
+            raise ValueError(f"invalid type or place of numbers: {self.dtype!s:.80}")
         if len(self.shape) > MOST_DIMENSIONS:
             raise ValueError(f"{len(self.shape)} dimensions")
 
     @property
     def size(self) -> int:
-        """The count of numbers."""
+        """The number of elements."""
         return math.prod(self.shape)
 
     @property
     def bytes(self) -> int:
-        """The bytes that the numbers take."""
+        """The size of the numbers in bytes."""
         return self.size * np.dtype(self.dtype).itemsize
 
     def read(self, file: BinaryIO) -> NDArray[Any]:
-        """Return the array from an open container. ValueError: the file is too short."""
-        is_truth = self.dtype == "|b1"  # for which bytes other than 0 and 1 are invalid
-        found = np.empty(self.size, "|i1" if is_truth else self.dtype)
+        """Return the array from an open container; ValueError if the file is too short."""
+        is_truth = self.dtype == "|b1"  # bytes other than 0 and 1 would be invalid
+        array = np.empty(self.size, "|i1" if is_truth else self.dtype)
         file.seek(self.offset)
-        if file.readinto(found) != found.nbytes:  # type: ignore[attr-defined]
+        if file.readinto(array) != array.nbytes:  # type: ignore[attr-defined]
             raise ValueError("it was changed while it was read")
-        return (found != 0 if is_truth else found).reshape(self.shape)
+        return (array != 0 if is_truth else array).reshape(self.shape)
 
 
 def pack_container(header: Any, arrays: Sequence[NDArray[Any]]) -> BytesIO:
-    """Return a container of a header and arrays. ValueError: an array is not of numbers.
+    """Return a container of a header and arrays; ValueError if an array is not numeric.
 
     >>> unpack_container(pack_container({"step": 3}, [np.arange(2.0)]))
     ({'step': 3}, [array([0., 1.])])
@@ -91,18 +94,18 @@ def pack_container(header: Any, arrays: Sequence[NDArray[Any]]) -> BytesIO:
 
 
 def unpack_container(file: BinaryIO) -> tuple[Any, list[NDArray[Any]]]:
-    """Return the header and the arrays of a container. ContainerError: it is none, or damaged."""
-    size, told = read_header(file)
+    """Return the header and the arrays of a container; ContainerError if it is not valid."""
+    size, content = read_header(file)
     try:
-        blocks = [ArrayBlock(**each) for each in _check_list(told["arrays"])]
+        blocks = [ArrayBlock(**each) for each in _check_list(content["arrays"])]
         check_blocks_fit(blocks, size)
-        return told["header"], [block.read(file) for block in blocks]
+        return content["header"], [block.read(file) for block in blocks]
     except (ValueError, TypeError, KeyError) as error:
-        raise ContainerError(f"has a header that fits no numbers: {error!s:.200}", True) from None
+        raise ContainerError(f"has a header that is not valid: {error!s:.200}", True) from None
 
 
 def check_blocks_fit(blocks: Sequence[ArrayBlock], size: int) -> None:
-    """Raise ValueError unless all blocks fit into so many bytes, and none twice."""
+    """Raise ValueError unless all blocks fit into `size` bytes, each and in total."""
     if any(block.offset + block.bytes > size for block in blocks):
         raise ValueError("a variable goes beyond the end")
     if sum(block.bytes for block in blocks) > size:
@@ -110,7 +113,7 @@ def check_blocks_fit(blocks: Sequence[ArrayBlock], size: int) -> None:
 
 
 def append_seal(content: BytesIO, header: object) -> None:
-    """Append the header and the checksum to numbers. ValueError: the header cannot be written."""
+    """Append the header and the checksum to numbers; ValueError if the header is too long."""
     text = json.dumps(header, ensure_ascii=False, separators=(",", ":")).encode()
     if len(text) > LONGEST_HEADER:
         raise ValueError(f"its names, texts and attributes take more than {LONGEST_HEADER} bytes")
@@ -121,14 +124,14 @@ def append_seal(content: BytesIO, header: object) -> None:
 
 
 def read_header(file: BinaryIO) -> tuple[int, Any]:
-    """Return how many bytes the numbers take, and the header. ContainerError: damaged."""
+    """Return the size of the numbers in bytes, and the header; ContainerError if damaged."""
     size = file.seek(0, os.SEEK_END)
     file.seek(max(size - _TAIL, 0))
     tail = file.read(_TAIL)
     if len(tail) < _TAIL or not tail.endswith(MAGIC):
         raise ContainerError("has no seal: it is of another program or version, or cut short", True)
     if _checksum(file, size - _DIGEST - len(MAGIC)) != tail[_COUNT : _COUNT + _DIGEST]:
-        raise ContainerError("was changed: its bytes are not those that were written")
+        raise ContainerError("was changed: its checksum does not match")
     length = int.from_bytes(tail[:_COUNT], "little")
     if length > min(LONGEST_HEADER, size - _TAIL):
         raise ContainerError(f"has a seal with an index of {length} bytes")
@@ -137,34 +140,34 @@ def read_header(file: BinaryIO) -> tuple[int, Any]:
 
 
 def is_json_count(value: Any) -> bool:
-    """Return whether a value of JSON is a count."""
+    """Return whether a JSON value is a nonnegative integer below 2^62."""
     return type(value) is int and 0 <= value < 1 << 62
 
 
 def _checksum(file: BinaryIO, size: int) -> bytes:
     """Return the SHA-256 of the first bytes of a file."""
-    found = hashlib.sha256()
+    digest = hashlib.sha256()
     file.seek(0)
     while size > 0 and (piece := file.read(min(_PIECE, size))):
-        found.update(piece)
+        digest.update(piece)
         size -= len(piece)
-    return found.digest()
+    return digest.digest()
 
 
 def _parse_header(text: bytes) -> Any:
     try:
         header = json.loads(text.decode(), object_pairs_hook=_make_unique_dict)
-        json.dumps(header, ensure_ascii=False).encode()  # half a character could not be printed
+        json.dumps(header, ensure_ascii=False).encode()  # rejects lone surrogates
     except (ValueError, RecursionError) as error:
-        raise ContainerError(f"has a seal whose index is no JSON: {error!s:.200}") from None
+        raise ContainerError(f"has a seal with an index that is not JSON: {error!s:.200}") from None
     return header
 
 
 def _make_unique_dict(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    found = dict(pairs)
-    if len(found) < len(pairs):
+    table = dict(pairs)
+    if len(table) < len(pairs):
         raise ValueError("a name occurs twice")
-    return found
+    return table
 
 
 def _check_list(value: Any) -> list[Any]:

@@ -182,10 +182,12 @@ def test_a_checkpoint_that_does_not_serve_is_refused_by_its_reason(monkeypatch):
     rs.save_run(NOISY.run(duration=0.4), "run.nc")
     for wrong in (b"", b"mine", content[:-1], content[:60], content + b"x"):
         Path("wrong").write_bytes(wrong)
-        assert refused(path="wrong").startswith("wrong is no checkpoint of this version of RobSim")
-    assert refused(path="run.nc").startswith("run.nc is no checkpoint")
+        assert refused(path="wrong").startswith(
+            "wrong is not a checkpoint of this version of RobSim"
+        )
+    assert refused(path="run.nc").startswith("run.nc is not a checkpoint")
     monkeypatch.setattr(checkpoint, "KERNEL_HASH", "0" * 16)
-    assert "cannot be taken up: RobSim was" in refused()
+    assert "cannot be resumed: RobSim was" in refused()
 
 
 def test_a_checkpoint_is_taken_up_on_another_machine_which_is_told(monkeypatch):

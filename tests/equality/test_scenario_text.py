@@ -341,7 +341,7 @@ def test_rows_of_a_batch_are_repeated_with_their_own_noise(puma_scene, task, sta
         again = replay(part)
         for name in part.variables:
             assert part[name].values.tobytes() == again[name].values.tobytes(), name
-    with pytest.raises(rs.errors.InputError, match=r"runs \[0, 2\] do not follow one another"):
+    with pytest.raises(rs.errors.InputError, match=r"runs \[0, 2\] are not consecutive"):
         replay(run.isel(run=[0, 2]))
 
 

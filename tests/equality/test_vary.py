@@ -215,7 +215,7 @@ BAD = {
     "below zero": ({FOCAL: [500.0, -1.0]}, "greater than 0"),
     "text": ({FOCAL: ["500", "510"]}, "expected a number"),
     "unequal numbers": ({FOCAL: [5e2] * 3, "task.gain": [1, 2]}, "3 of .*focal, 2 of task.gain"),
-    "a joint without lag": ({"actuation.lag": [0.0, 0.1]}, "each is above 0"),
+    "a joint without lag": ({"actuation.lag": [0.0, 0.1]}, "each must be above 0"),
     "no rotation": ({"cameras.camera.rotation": np.ones((2, 3, 3))}, "rotation"),
     "a mark less": ({"belief.objects.square.marks": np.zeros((2, 3, 3))}, "marks"),
 }
@@ -240,7 +240,7 @@ def test_several_runs_have_no_text_no_steps_and_no_controller(wrong):
 
 def test_tasks_of_several_tasks_and_bound_laws_are_refused():
     for name in (*OWN_LAW, "mobile_arm"):
-        with pytest.raises(rs.errors.InputError, match="of one servo task"):
+        with pytest.raises(rs.errors.InputError, match="for one servo task"):
             rs.load_scenario(examples.path(name)).vary({"sensing.noise": [0.1, 0.2]})
 
 

@@ -1004,7 +1004,7 @@ def interrupted(q0=START, task="built in", **settings):
 def test_ctrl_c_keeps_what_was_simulated_so_far(task, threads, tmp_path):
     starts = np.stack([START.q, GOAL.q, turned(20).q])
     error = interrupted(starts, task, threads=threads, chunk=2)
-    assert str(error) == "stopped by the user; what was simulated so far is in .run"
+    assert str(error) == "stopped by the user; the run so far is in .run"
     run = error.run
     assert (run.outcome == Outcome.RUNNING).all()
     steps = run.sizes["time"]

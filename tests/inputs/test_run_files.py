@@ -167,7 +167,7 @@ def test_a_forged_index_is_refused_whatever_its_seal(path, change):
     content, index = parts(path)
     entry(index, "q").update(change)
     path.write_bytes(sealed(content, index))
-    with pytest.raises(rs.errors.FileError, match="has a seal that says of no run what is in it"):
+    with pytest.raises(rs.errors.FileError, match="has a seal that does not describe a run"):
         rs.open_run(path)
 
 
@@ -176,7 +176,7 @@ def test_a_forged_index_is_refused_whatever_its_seal(path, change):
 )
 def test_an_index_that_is_no_plain_json_is_refused(path, text):
     path.write_bytes(sealed(parts(path)[0], text))
-    with pytest.raises(rs.errors.FileError, match="has a seal whose index is no JSON"):
+    with pytest.raises(rs.errors.FileError, match="has a seal with an index that is not JSON"):
         rs.open_run(path)
 
 
@@ -194,7 +194,7 @@ def test_what_is_sealed_must_be_a_run(path, name, value, told):
     content, index = parts(path)
     index["attributes"][name] = value
     path.write_bytes(sealed(content, index))
-    message = f"is not a run that RobSim saved: {told}|says of no run"
+    message = f"is not a run that RobSim saved: {told}|does not describe a run"
     with pytest.raises(rs.errors.FileError, match=message):
         rs.open_run(path)
 
@@ -250,7 +250,7 @@ def group(file):
         (packed, "q is compressed"),
         (huge, "its variables are larger than the file"),
         (soft, "q is a link"),
-        (group, "q is no variable"),
+        (group, "q is not a variable"),
     ],
 )
 def test_hdf5_that_reaches_further_than_its_file_is_refused_in_any_case(path, harm, told):
@@ -263,7 +263,7 @@ def test_hdf5_that_reaches_further_than_its_file_is_refused_in_any_case(path, ha
         harm(file)
     with pytest.raises(rs.errors.FileError, match=r"run\.nc has no seal.*unsealed=True"):
         rs.open_run(path)
-    with pytest.raises(rs.errors.FileError, match=f"cannot be taken for a run: {told}"):
+    with pytest.raises(rs.errors.FileError, match=f"cannot be read as a run: {told}"):
         rs.open_run(path, unsealed=True)
 
 
@@ -280,7 +280,7 @@ def test_a_file_without_a_seal_opens_by_an_explicit_word_only(run, path, called)
 
 def test_what_hdf5_cannot_read_is_told(path):
     path.write_bytes(parts(path)[0][:3000])
-    with pytest.raises(rs.errors.FileError, match=r"run\.nc cannot be taken for a run"):
+    with pytest.raises(rs.errors.FileError, match=r"run\.nc cannot be read as a run"):
         rs.open_run(path, unsealed=True)
     path.write_text("no run")
     with pytest.raises(rs.errors.FileError, match=r"run\.nc is not a NetCDF-4 file"):
@@ -323,7 +323,7 @@ def test_a_difference_under_another_version_names_the_versions(run):
 
 
 def test_instants_that_are_none_are_told(run):
-    with pytest.warns(rs.errors.ReplayWarning, match="3 of its instants are none now"):
+    with pytest.warns(rs.errors.ReplayWarning, match="3 of its instants are missing now"):
         rs.replay(run.assign_coords(time=run.time + np.arange(11) // 8 * 1e-3))
 
 

@@ -870,8 +870,8 @@ WRONG = [
     ("gain = 1.5", f"gain = {'{a=' * 3000}", ["nested too deeply"]),
     ("gain = 1.5", f"gain = {'[' * 60}{']' * 60}", ["task.gain", "number", "[[["]),
     ("gain = 1.5", f"{'a.' * 20}a = 1", ["task.a", "unknown key"]),
-    ("gain = 1.5", f"{'a.' * 100_000}a = 1", ["not a key", "line 23"]),
-    ("gain = 1.5", f"""{"'a' . " * 100_000}a = 1""", ["not a key", "line 23"]),
+    ("gain = 1.5", f"{'a.' * 100_000}a = 1", ["invalid key", "line 23"]),
+    ("gain = 1.5", f"""{"'a' . " * 100_000}a = 1""", ["invalid key", "line 23"]),
     (RHINO, " \n", ["empty", "schema = 1"]),
 ]
 

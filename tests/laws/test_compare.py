@@ -341,9 +341,8 @@ def test_starts_that_cannot_begin_are_no_failures(free_scene):
     assert (found.data.outcome.values[:, 3:5] == rs.Outcome.CONVERGED).all()
     arrived = found.data.outcome.values[:, 3:] == rs.Outcome.CONVERGED
     np.testing.assert_array_equal(found.converged(), arrived.mean(axis=1))
-    note = (
-        "note: 3 of 6 starts could not begin and are not counted: 2 out of image, 1 behind camera"
-    )
+    why = "2 out of image, 1 behind camera"
+    note = f"note: 3 of 6 starts could not begin and are not counted: {why}"
     assert str(found).splitlines()[-1] == note
     assert found.csv().splitlines()[0].startswith("scheme,converged (1),began (1),time (s)")
     assert found.csv().splitlines()[1].split(",")[2] == "3"

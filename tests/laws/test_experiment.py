@@ -78,7 +78,7 @@ def test_what_is_no_run_has_no_experiment(visp):
     for value in (3, visp, None, rs.simulate):
         with pytest.raises(rs.errors.InputError, match="expected a run, a Dataset of simulate"):
             rs.Experiment.of(value)
-    with pytest.raises(rs.errors.InputError, match="do not follow one another"):
+    with pytest.raises(rs.errors.InputError, match="are not consecutive"):
         rs.Experiment.of(batch(visp).isel(run=[0, 2]))
 
 

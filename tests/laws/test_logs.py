@@ -135,7 +135,7 @@ def test_a_mark_that_is_not_seen_is_nan_and_held_for_the_controller(rhino, rows)
     for t in range(12):
         qd = controller.step(run.pixels.values[t], run.q.values[t], t * rhino.dt).velocities
         assert np.isfinite(qd).all()
-    with pytest.warns(rs.errors.ReplayWarning, match="not those of the controller"):
+    with pytest.warns(rs.errors.ReplayWarning, match="differ from the controller.s"):
         again = rs.replay(run)
     np.testing.assert_array_equal(again.qd.values[11], qd)
     assert [each.about for each in rs.explain(run, trials=False).causes][-1] == "unseen marks"

@@ -220,7 +220,7 @@ def test_a_level_has_no_law_of_its_own(kind):
 
 def test_a_level_has_no_inverse_of_its_own():
     """What is left to each is inverted by `rcond` of the whole."""
-    with pytest.raises(rs.errors.InputError, match="inverse: .* inverts the task Jacobians"):
+    with pytest.raises(rs.errors.InputError, match=r"inverse: .* inverts the task Jacobians"):
         rs.Priorities([rs.IBVS(inverse="damped"), rs.PBVS()])
 
 

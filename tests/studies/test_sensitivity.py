@@ -137,11 +137,7 @@ def test_it_prints_as_a_table_in_every_form():
         (lambda t: t, {"names": ["gian"]}, "no column 'gian' in this study; did you mean 'gain'"),
         (lambda t: t, {"names": []}, "names: expected names of columns"),
         (lambda t: t.assign(began=False), {}, "none of the 600 runs could begin"),
-        (
-            lambda t: t.assign(outcome="CONVERGED"),
-            {},
-            "have the same result .1., independent of gain",
-        ),
+        (lambda t: t.assign(outcome="CONVERGED"), {}, "same result .1., independent of gain"),
         (lambda t: t.assign(outcome="DIVERGED"), {"of": "distance_to_goal"}, "among='began'"),
         (lambda t: t.assign(gain=1.0), {"names": "gain"}, "'gain' has one value only"),
         (lambda t: t.assign(lens="a"), {"names": "lens"}, "'lens' has one value only"),

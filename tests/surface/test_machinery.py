@@ -1,10 +1,10 @@
-"""The machinery of declarations does not grow: what reads, writes and finds values by name."""
+"""The machinery of declarations, which reads, writes and finds values by name, does not grow."""
 
 import importlib.util
 from pathlib import Path
 
 SCRIPT = Path(__file__).parents[2] / "tools" / "count_machinery.py"
-MOST = 5100  # lines; 3,900 are wanted
+MOST = 3700  # lines of code, without docstrings and comments
 
 
 def counted():

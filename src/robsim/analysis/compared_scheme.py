@@ -147,10 +147,10 @@ def run_steps(
     combine: Callable[[list[T]], R],
     progress: Progress | None,
 ) -> R:
-    """Return `made` of the results of all steps.
+    """Return `combine` of the results of all steps.
 
     Each step is called with its share of the progress. After a stop Interrupted is raised, with
-    `made` of the finished results.
+    `combine` of the finished results.
     """
     results: list[T] = []
     complete, count = True, len(steps)

@@ -1,1 +1,1 @@
-"""The modules that all others build on: arrays, errors, names, units and values."""
+"""Basic modules: arrays, errors, names, units, values, files and interrupts."""

@@ -1,4 +1,4 @@
-"""Conversion between a user's arrays, whose first axes are the runs, and the kernels', run last."""
+"""Checks and layouts of arrays: runs are the first axis for users, the last for kernels."""
 
 import math
 from collections.abc import Iterable
@@ -11,20 +11,20 @@ from robsim.base.errors import InputError, format_value
 
 Array = NDArray[np.float64]
 T = TypeVar("T", bound=np.generic)
-EXACT_INTEGERS = 2**53  # whole numbers below it are floats, too
+EXACT_INTEGERS = 2**53  # integers up to this bound are exact as floats
 _FLOAT = np.dtype(np.float64)
 
 
 def as_floats(
     value: ArrayLike, what: str, shape: tuple[int | str, ...], *, gaps: bool = False
 ) -> Array:
-    """Return a finite float64 copy whose last axes have `shape` (a word stands for any size).
+    """Return a finite float64 copy with the last axes in `shape`.
 
-    InputError names `what` if it is not numeric, not finite, or of another shape. With `gaps`,
-    NaN may stand for what is not there.
+    A word in `shape` stands for any size. With `gaps`, NaN is valid for missing numbers. Raise
+    InputError, naming `what`, if the value is not numeric, not finite, or of another shape.
     """
     if type(value) is float and math.isfinite(value) and not shape:
-        return np.array(value)  # as below, without the time that it takes
+        return np.array(value)  # fast path
     if type(value) is np.ndarray and value.dtype is _FLOAT:
         array = value.copy()
     else:
@@ -35,14 +35,14 @@ def as_floats(
     if gaps:
         finite |= np.isnan(array)
     if np.count_nonzero(finite) != array.size:
-        where = tuple(int(i) for i in np.argwhere(~finite)[0])
-        place = f" at index {where}" if where else ""
-        raise InputError(f"{what}: {array[where]}{place}; every number must be finite")
+        index = tuple(int(i) for i in np.argwhere(~finite)[0])
+        place = f" at index {index}" if index else ""
+        raise InputError(f"{what}: {array[index]}{place}; every number must be finite")
     return array
 
 
 def is_kernel_array(value: Any, size: int) -> bool:
-    """Return whether this is an array (..., size) that kernels can read as it is."""
+    """Return whether a value is an array (..., size) that kernels can read without a copy."""
     return (
         type(value) is np.ndarray
         and value.dtype is _FLOAT
@@ -53,19 +53,19 @@ def is_kernel_array(value: Any, size: int) -> bool:
 
 
 def _convert_to_floats(value: ArrayLike, what: str, shape: tuple[int | str, ...]) -> Array:
-    """Return a float64 copy; raise InputError unless it is numeric."""
+    """Return a float64 copy; InputError unless the value is numeric."""
     try:
-        given = np.asarray(value)
-        if given.dtype.kind not in "iufO" or (given.dtype.kind == "O" and None in given.ravel()):
-            raise TypeError("texts, truth values, dates and None are no numbers, as NumPy has it")
-        return np.array(value, dtype=np.float64, order="C")  # kernels are compiled for it
+        array = np.asarray(value)
+        if array.dtype.kind not in "iufO" or (array.dtype.kind == "O" and None in array.ravel()):
+            raise TypeError("texts, truth values, dates and None are not numbers")
+        return np.array(value, dtype=np.float64, order="C")  # the layout of compiled kernels
     except (TypeError, ValueError, OverflowError):
         kind = f"numbers of shape {_format_shape(shape)}" if shape else "a number"
         raise InputError(f"{what}: expected {kind}, got {format_value(value)}") from None
 
 
 def _check_shape(array: Array, what: str, shape: tuple[int | str, ...]) -> None:
-    """Raise InputError unless the last axes have `shape`, where a word stands for any size."""
+    """Raise InputError unless the last axes have `shape`; a word stands for any size."""
     tail = array.shape[array.ndim - len(shape) :] if array.ndim >= len(shape) else None
     if tail is None or any(
         isinstance(n, int) and n != size for n, size in zip(shape, tail, strict=True)
@@ -78,15 +78,15 @@ def _format_shape(shape: tuple[int | str, ...]) -> str:
 
 
 def make_read_only(array: NDArray[T]) -> NDArray[T]:
-    """Return the same array, made read-only."""
+    """Return the array itself, set to read-only."""
     array.flags.writeable = False
     return array
 
 
 def move_runs_last(array: NDArray[T], axes: int) -> NDArray[T]:
-    """Return an array (..., a, b) of `axes` trailing axes as a contiguous one (a, b, run).
+    """Return an array (..., a, b) with `axes` trailing axes as a contiguous array (a, b, run).
 
-    It can be written to, whether the array could or not: kernels are compiled for each kind.
+    The result is writable, because kernels are compiled for writable arrays.
     """
     lead, tail = array.shape[: array.ndim - axes], array.shape[array.ndim - axes :]
     flat = array.reshape(math.prod(lead), *tail)
@@ -94,32 +94,32 @@ def move_runs_last(array: NDArray[T], axes: int) -> NDArray[T]:
 
 
 def move_runs_first(array: NDArray[T], lead: tuple[int, ...] = (-1,)) -> NDArray[T]:
-    """Return an array (a, b, run) as a contiguous one (*lead, a, b)."""
+    """Return an array (a, b, run) as a contiguous array (*lead, a, b)."""
     first = np.ascontiguousarray(np.moveaxis(array, -1, 0))
     return first.reshape(*lead, *array.shape[:-1])
 
 
 def has_items(value: object) -> bool:
-    """Return whether a value has items: a text is one value, and so is an array without axes."""
+    """Return whether a value has items; a text or an array without axes has none."""
     if isinstance(value, np.ndarray):
         return value.ndim > 0
     return isinstance(value, Iterable) and not isinstance(value, str)
 
 
 def is_any_nonzero(value: Any) -> bool:
-    """Return whether a number, or any of an array, is not zero; a number takes less time so."""
+    """Return whether a number, or any number of an array, is nonzero; fast for numbers."""
     return bool(value) if isinstance(value, float | int) else bool(np.any(value))
 
 
 def select_runs(array: NDArray[T], chosen: NDArray[Any]) -> NDArray[T]:
-    """Return a contiguous copy (..., some) of the chosen runs of an array with the run last."""
+    """Return a contiguous copy (..., some) of chosen runs, for an array with the run last."""
     return np.ascontiguousarray(array[..., chosen])
 
 
 def euclidean_length(array: Array) -> Array:
-    """Return the Euclidean length over the first axis, summed term by term.
+    """Return the Euclidean norm over the first axis, summed term by term.
 
-    The order of the terms is fixed, so that the bits are the same for any number of runs.
+    The order of the terms is fixed, so that the bits do not depend on the number of runs.
     """
     square = np.zeros(array.shape[1:])
     for row in array:
@@ -137,34 +137,34 @@ def view_runs_first(array: NDArray[T]) -> NDArray[T]:
 
 
 def view_for_user(array: NDArray[T]) -> NDArray[T]:
-    """Return a read-only view (run, a, b), for the user, of an array (a, b, run)."""
+    """Return a read-only view (run, a, b) of an array (a, b, run), for users."""
     return make_read_only(view_runs_first(array))
 
 
 def view_runs_last(array: NDArray[T]) -> NDArray[T]:
-    """Return a view (a, b, run) of an array (run, a, b); it is contiguous if that was a view."""
+    """Return a view (a, b, run) of an array (run, a, b); contiguous if that is a view of one."""
     return array.transpose(_RUN_LAST[array.ndim])
 
 
 def as_one_or_each(
     value: Any, what: str, owner: str, *, zero: bool = False
 ) -> float | tuple[float, ...]:
-    """Return one positive number for all, or a tuple of one for each owner.
+    """Return one positive number for all owners, or a tuple with one for each.
 
-    With `zero`, 0 is allowed too. InputError names `what` and the owner.
+    With `zero`, 0 is valid too. InputError names `what` and the owner.
     """
-    given = as_floats(value, what, ())
-    fits = (given >= 0 if zero else given > 0).all()
-    if given.ndim > 1 or not given.size or not fits:
+    array = as_floats(value, what, ())
+    fits = (array >= 0 if zero else array > 0).all()
+    if array.ndim > 1 or not array.size or not fits:
         kind = "number not below 0" if zero else "positive number"
         raise InputError(
-            f"{what} must be a {kind}, or one for each {owner}, got {format_value(given.tolist())}"
+            f"{what} must be a {kind}, or one for each {owner}, got {format_value(array.tolist())}"
         )
-    return tuple(given.tolist()) if given.ndim else float(given)
+    return tuple(array.tolist()) if array.ndim else float(array)
 
 
 def as_float(value: Any, what: str) -> float:
-    """Return a finite number, or raise an InputError that names `what`."""
+    """Return a finite number; InputError, naming `what`, for other values."""
     array = as_floats(value, what, ())
     if array.ndim:
         raise InputError(f"{what}: expected a number, got {format_value(value)}")
@@ -172,7 +172,7 @@ def as_float(value: Any, what: str) -> float:
 
 
 def as_positive(value: Any, what: str) -> float:
-    """Return a finite number above zero, or raise an InputError that names `what`."""
+    """Return a finite positive number; InputError, naming `what`, for other values."""
     if type(value) is float and 0.0 < value < math.inf:
         return value
     array = as_floats(value, what, ())
@@ -182,7 +182,7 @@ def as_positive(value: Any, what: str) -> float:
 
 
 def as_nonnegative(value: Any, what: str) -> float:
-    """Return a finite number of at least zero, or raise an InputError that names `what`."""
+    """Return a finite number of at least zero; InputError, naming `what`, for other values."""
     array = as_floats(value, what, ())
     if array.ndim or array < 0:
         raise InputError(f"{what} must be a number not below 0, got {format_value(value)}")
@@ -190,11 +190,11 @@ def as_nonnegative(value: Any, what: str) -> float:
 
 
 def as_integer(value: Any, what: str, low: int, below: int | None = None) -> int:
-    """Return a whole number of at least `low`, or raise an InputError that names `what`."""
+    """Return an integer of at least `low`; InputError, naming `what`, for other values."""
     if type(value) is int and low <= value < (
         EXACT_INTEGERS if below is None else min(below, EXACT_INTEGERS)
     ):
-        return value  # as below, without the time that it takes
+        return value  # fast path
     array = as_floats(value, what, ())
     if isinstance(value, bool) or array.ndim or array != np.round(array) or array < low:
         raise InputError(f"{what} must be a whole number from {low} on, got {format_value(value)}")
@@ -204,7 +204,7 @@ def as_integer(value: Any, what: str, low: int, below: int | None = None) -> int
 
 
 def as_bool(value: Any, what: str) -> bool:
-    """Return a truth value, or raise an InputError that names `what`."""
+    """Return a truth value; InputError, naming `what`, for other values."""
     if not isinstance(value, bool | np.bool_):
         raise InputError(f"{what} must be True or False, got {format_value(value)}")
     return bool(value)

@@ -1,4 +1,4 @@
-"""Files that appear under their names only when they are whole."""
+"""Files that appear under their names only when they are complete."""
 
 from __future__ import annotations
 
@@ -13,13 +13,14 @@ from pathlib import Path
 from robsim.base.errors import FileError, format_value
 
 _DRAFT = re.compile(r"\.robsim-(\d+)-[0-9a-f]{32}")
-ABANDONED = 86400.0  # seconds, after which a draft is nobody's, whatever has its process number
+ABANDONED = 86400.0  # seconds until a draft is deleted even if its process number is in use
 
 
 def write_whole(path: str | os.PathLike[str], content: bytes | memoryview | str) -> Path:
-    """Write a file, with the folders that it needs; what was there stays until that is done.
+    """Write a file and missing folders; an old file is replaced at the end of the writing.
 
-    FileError: it cannot be written, as on a full disk; then there is what was there before.
+    Raise FileError if the file cannot be written, for example on a full disk. The old file is then
+    unchanged.
 
     >>> write_whole("notes/gain.txt", "gain 2").read_text()
     'gain 2'
@@ -27,7 +28,7 @@ def write_whole(path: str | os.PathLike[str], content: bytes | memoryview | str)
     with convert_os_errors(path):
         if not Path(path).name or Path(path).is_dir():
             raise IsADirectoryError("it is a folder")
-        target = Path(os.path.realpath(path))  # a link stays one
+        target = Path(os.path.realpath(path))  # keep a symbolic link
         data = content.encode() if isinstance(content, str) else content
         if target.exists() and not target.is_file():  # a device or a pipe, such as /dev/stdout
             target.write_bytes(data)
@@ -45,37 +46,37 @@ def write_whole(path: str | os.PathLike[str], content: bytes | memoryview | str)
 
 
 def make_draft_path(target: Path) -> Path:
-    """Return the path of a draft, which is to be renamed, by which it is known whose it is."""
+    """Return the path of a draft, which contains the process number, for later renaming."""
     return target.parent / f".robsim-{os.getpid()}-{uuid.uuid4().hex}"
 
 
 @contextmanager
 def convert_os_errors(path: object, doing: str = "write") -> Iterator[None]:
-    """Raise FileError, which names the path, where the system refuses."""
+    """Convert errors of the system to a FileError that names the path."""
     try:
         yield
-    except FileError:  # has been said
+    except FileError:
         raise
-    except (OSError, TypeError, ValueError) as error:  # the latter of odd paths, as with a NUL
+    except (OSError, TypeError, ValueError) as error:  # ValueError: paths with a NUL
         reason = getattr(error, "strerror", None) or error
         name = str(path) if isinstance(path, str | os.PathLike) else format_value(path)
         raise FileError(f"cannot {doing} {name:.300}: {reason}") from None
 
 
 def _remove_drafts(folder: Path) -> None:
-    """Delete what processes left in a folder that were killed while they wrote."""
+    """Delete the drafts of processes that were killed while they wrote into a folder."""
     for path in folder.glob(".robsim-*"):
-        found = _DRAFT.fullmatch(path.name)
-        if found and int(found[1]) != os.getpid():
+        match = _DRAFT.fullmatch(path.name)
+        if match and int(match[1]) != os.getpid():
             with suppress(OSError):
                 old = time.time() - path.stat().st_mtime > ABANDONED
-                if old or not _is_process_alive(int(found[1])):
+                if old or not _is_process_alive(int(match[1])):
                     path.unlink()
 
 
 def _is_process_alive(process: int) -> bool:
-    """Return whether a process of this number goes on, on this machine."""
-    if os.name == "nt":  # where signal 0 would end it
+    """Return whether a process with this number is running on this machine."""
+    if os.name == "nt":  # signal 0 would end the process
         return True
     try:
         os.kill(process, 0)
@@ -94,7 +95,7 @@ def _write_synced(path: Path, content: bytes | memoryview) -> None:
 
 
 def _sync_folder(folder: Path) -> None:
-    """Let the name last, too, where the system can do that."""
+    """Flush the directory entry to disk, if the system can."""
     with suppress(OSError):
         number = os.open(folder, os.O_RDONLY)
         try:

@@ -1,18 +1,18 @@
-"""The errors that are raised before or around a run; one inside a run is data, see `Outcome`.
+"""Errors and warnings of RobSim. Errors within a run are outcomes, see `Outcome`.
 
 RobSimError
-├── InputError (also a ValueError)   something given is not usable
-│   ├── UnitError                    a quantity without its unit, or with another's
-│   ├── FrameError                   poses that do not join, or a frame that does not exist
-│   ├── GoalError                    a goal that the camera cannot see or the robot not reach
-│   └── FileError                    a file that cannot be read, understood or written
-└── Interrupted                      Ctrl-C or its like; holds what was simulated in `.run`
+├── InputError (also a ValueError)   an argument is not valid
+│   ├── UnitError                    a quantity without a unit, or with a wrong one
+│   ├── FrameError                   poses with different frames, or an unknown frame
+│   ├── GoalError                    a goal out of view or out of reach
+│   └── FileError                    a file that cannot be read, parsed or written
+└── Interrupted                      a stop by the user; the run so far is in `.run`
 
-RankWarning                          the features cannot fix every motion of the camera
-UnitWarning                          a number that looks like degrees or mm, taken as rad or m
-FileWarning                          a file has oddities, which are left out or read otherwise
-FitWarning                           what was calibrated does not fit its views
-ReplayWarning                        a run that is simulated again is another one
+RankWarning                          features that leave camera motions free
+UnitWarning                          a number that looks like degrees or millimetres
+FileWarning                          parts of a file that were skipped or changed
+FitWarning                           a calibration that does not fit its views
+ReplayWarning                        a repeated run that differs
 """
 
 import difflib
@@ -23,13 +23,40 @@ from typing import Any
 
 
 class RobSimError(Exception):
-    """The base class of every error that RobSim raises on purpose."""
+    """Base class of all errors that RobSim raises on purpose.
+
+    >>> import robsim as rs
+    >>> try:
+    ...     rs.PBVS(gain=-1.0)
+    ... except rs.RobSimError as error:
+    ...     print(type(error).__name__)
+    InputError
+    """
 
 
 class InputError(RobSimError, ValueError):
-    """An input is not usable; the message says what was expected and what exists."""
+    """Error about an argument that is not valid.
 
-    path: str = ""  # of keys, to where this is in a text or a thing; in front of the message
+    The message gives the expected and the existing values.
+
+    Attributes
+    ----------
+    path : str
+        Keys that lead to the value in a text or an object, in front of the message.
+    text : str
+        Message without the path.
+
+    Examples
+    --------
+    >>> import robsim as rs
+    >>> try:
+    ...     rs.PBVS(gain=-1.0)
+    ... except rs.errors.InputError as error:
+    ...     print(error)
+    PBVS.gain must be a positive number (per second), got -1.0
+    """
+
+    path: str = ""
 
     @property
     def text(self) -> str:
@@ -37,28 +64,61 @@ class InputError(RobSimError, ValueError):
         return super().__str__()
 
     def __str__(self) -> str:
-        """Return the path, if any, and the message."""
+        """Return the path, if there is one, and the message."""
         return f"{self.path}: {self.text}" if self.path else self.text
 
 
 class UnitError(InputError):
-    """A quantity has no unit, or a unit of another dimension."""
+    """Error about a quantity without a unit, or with a unit of another dimension.
+
+    >>> from robsim.units import parse
+    >>> parse("5 kg", "length")
+    Traceback (most recent call last):
+    ...
+    robsim.base.errors.UnitError: '5 kg': expected one number with a unit of length (m, ...
+    """
 
 
 class FrameError(InputError):
-    """The frames of two poses do not match, or a frame does not exist."""
+    """Error about poses with different frames, or about an unknown frame.
+
+    >>> issubclass(FrameError, InputError)
+    True
+    """
 
 
 class GoalError(InputError):
-    """The camera cannot see a goal, or the robot cannot reach it."""
+    """Error about a goal out of view of the camera, or out of reach of the robot.
+
+    >>> issubclass(GoalError, InputError)
+    True
+    """
 
 
 class FileError(InputError):
-    """A file cannot be read, understood or written."""
+    """Error about a file that cannot be read, parsed or written.
+
+    >>> import robsim as rs
+    >>> rs.load_scenario("nothing.toml")
+    Traceback (most recent call last):
+    ...
+    robsim.base.errors.FileError: nothing.toml: no such file
+    """
 
 
 class Interrupted(RobSimError):
-    """The user stopped the simulation; `run` is the Dataset of what was done until then."""
+    """Error that the user stopped a simulation.
+
+    Attributes
+    ----------
+    run : xarray.Dataset, MissionRun or list
+        Results until the stop.
+
+    Examples
+    --------
+    >>> Interrupted("stopped by the user", run=None).run is None
+    True
+    """
 
     def __init__(self, message: str, run: Any):
         super().__init__(message)
@@ -66,27 +126,47 @@ class Interrupted(RobSimError):
 
 
 class RankWarning(UserWarning):
-    """The features do not fix every motion that the robot can make."""
+    """Warning that the features leave some motions of the robot free.
+
+    >>> issubclass(RankWarning, UserWarning)
+    True
+    """
 
 
 class UnitWarning(UserWarning):
-    """A number looks as if it were given in another unit than the one in which it is taken."""
+    """Warning about a number that looks as if it had another unit, such as degrees.
+
+    >>> issubclass(UnitWarning, UserWarning)
+    True
+    """
 
 
 class FileWarning(UserWarning):
-    """A file was read in part: the message says, line by line, what was left out or changed."""
+    """Warning about skipped or changed parts of a file, one per line of the message.
+
+    >>> issubclass(FileWarning, UserWarning)
+    True
+    """
 
 
 class FitWarning(UserWarning):
-    """What was found does not fit what it was found from; the message says where it fits worst."""
+    """Warning about a result that does not fit its data, with the place of the worst misfit.
+
+    >>> issubclass(FitWarning, UserWarning)
+    True
+    """
 
 
 class ReplayWarning(UserWarning):
-    """A run has other numbers than the same simulation has now; the message says the first."""
+    """Warning about a repeated run with other numbers, with the first difference.
+
+    >>> issubclass(ReplayWarning, UserWarning)
+    True
+    """
 
 
 def format_value(value: object) -> str:
-    """Return how a message shows a value that was given: short, and on one line.
+    """Return a value as a short text in one line, for messages.
 
     >>> format_value("cm" * 1000), format_value(10**5000)
     ("'cmcmcmcmcmcmcmcmcmcmcmcmcm...mcmcmcmcmcmcmcmcmcmcmcmcmcm'", '0x...')
@@ -96,7 +176,7 @@ def format_value(value: object) -> str:
 
 
 class _ShortRepr(reprlib.Repr):
-    """The short texts of values, also of whole numbers that Python writes in hexadecimal only."""
+    """Short representations of values, also of integers with very many digits."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -112,12 +192,12 @@ _SHORT = _ShortRepr()
 
 
 def is_known_name(name: object, exist: Container[str]) -> bool:
-    """Return whether this is a name that exists: an array, say, is none."""
+    """Return whether a value is one of the existing names; values of other types are not."""
     return isinstance(name, str) and name in exist
 
 
 def suggest_names(name: object, exists: Iterable[str], kind: str) -> str:
-    """Return the end of a message on an unknown name: the nearest name, and all that exist.
+    """Return the end of a message about an unknown name: the nearest and all existing names.
 
     >>> suggest_names("tol", ["base", "tool"], "frames")
     "did you mean 'tool'? frames: base, tool"
@@ -129,17 +209,17 @@ def suggest_names(name: object, exists: Iterable[str], kind: str) -> str:
 
 
 def check_known(name: object, exist: Collection[str], no: str, kind: str) -> None:
-    """Raise InputError unless a name is one of those that exist; `no` says it: "no frame {}"."""
+    """Raise InputError unless a name exists; `no` is the message, such as "no frame {}"."""
     if not is_known_name(name, exist):
         raise InputError(f"{no.format(format_value(name))}; {suggest_names(name, exist, kind)}")
 
 
 @contextmanager
 def raise_file_errors(where: object) -> Iterator[None]:
-    """Raise FileError, which names a file or a place in one, for another InputError from inside."""
+    """Convert an inner InputError to a FileError that names a file or a place in it."""
     try:
         yield
-    except FileError:  # has been said
+    except FileError:  # names the file already
         raise
     except InputError as error:
         raise FileError(f"{where}: {error}") from None
@@ -147,7 +227,7 @@ def raise_file_errors(where: object) -> Iterator[None]:
 
 @contextmanager
 def prefix_errors(what: str) -> Iterator[None]:
-    """Put what an InputError from inside is about in front of it, such as "phase 'lift'"."""
+    """Prepend the subject to an inner InputError, such as "phase 'lift'"."""
     try:
         yield
     except InputError as error:

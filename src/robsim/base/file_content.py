@@ -1,4 +1,4 @@
-"""Files that are read whole, after a look at their size."""
+"""Reading of whole files with a limit of their size."""
 
 from __future__ import annotations
 
@@ -10,9 +10,10 @@ from robsim.base.errors import FileError
 
 
 def read_bytes(path: str | os.PathLike[str], expected: str, largest: int) -> bytes:
-    """Return the content of a file of at most `largest` bytes, of which no more are read.
+    """Return the content of a file of at most `largest` bytes.
 
-    FileError, which names what was `expected`: missing, a folder, too large, not to be read.
+    Raise FileError if the file is missing, a folder, too large, or unreadable. `expected` describes
+    its content.
 
     >>> Path("lens.xml").write_text("<lens/>")
     7

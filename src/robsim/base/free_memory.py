@@ -1,4 +1,4 @@
-"""How much memory there is for results, of the machine and of the limits on a process."""
+"""The free memory of the machine, within the limits of the process."""
 
 from __future__ import annotations
 
@@ -7,14 +7,14 @@ from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
 
-UNKNOWN = 4e9  # bytes, where the system does not tell
-OWN = 2e8  # bytes, of what is still to be imported
+UNKNOWN = 4e9  # bytes, if the system does not report its memory
+OWN = 2e8  # bytes reserved for later imports
 _CGROUP = Path("/sys/fs/cgroup")
 _PROCESS, _MACHINE = Path("/proc/self"), Path("/proc/meminfo")
 
 
 def get_free_memory() -> float:
-    """Return how many bytes this process may still take: the least that any limit leaves."""
+    """Return the free memory of this process in bytes, the least of all limits."""
     return max(min(_get_memory_limits(), default=UNKNOWN) - OWN, 0.0)
 
 
@@ -30,7 +30,7 @@ def _get_memory_limits() -> Iterator[float]:
 
 
 def _get_process_limit() -> float:
-    """Return what RLIMIT_AS leaves; a ValueError where there is no such limit."""
+    """Return the free memory within RLIMIT_AS; ValueError if there is no such limit."""
     import resource
 
     limit, _ = resource.getrlimit(resource.RLIMIT_AS)
@@ -41,14 +41,14 @@ def _get_process_limit() -> float:
 
 
 def _get_cgroup_limit() -> float:
-    """Return what the limit of a container leaves (cgroup v2); pages of files can be given up."""
+    """Return the free memory within a container (cgroup v2), including the file cache."""
     group = _CGROUP / _read_cgroup_name("0::").lstrip("/")
     group = group if (group / "memory.max").exists() else _CGROUP
     return _subtract_used(group, "max", "current", "inactive_file")
 
 
 def _get_cgroup_v1_limit() -> float:
-    """Return what the limit of a container leaves (cgroup v1)."""
+    """Return the free memory within a container (cgroup v1)."""
     return _subtract_used(
         _CGROUP / "memory", "limit_in_bytes", "usage_in_bytes", "total_inactive_file"
     )
@@ -56,11 +56,11 @@ def _get_cgroup_v1_limit() -> float:
 
 def _subtract_used(group: Path, most: str, now: str, files: str) -> float:
     limit, used = (float((group / f"memory.{name}").read_text()) for name in (most, now))
-    return limit - used + _read_number(group / "memory.stat", files)  # the limit "max" is no number
+    return limit - used + _read_number(group / "memory.stat", files)  # ValueError for limit "max"
 
 
 def _get_available_memory() -> float:
-    """Return what is available, or where the system does not tell half of what there is."""
+    """Return the available memory in bytes, or half of the total if it is not reported."""
     with suppress(OSError, KeyError):
         return 1024.0 * _read_number(_MACHINE, "MemAvailable:")
     return 0.5 * os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
@@ -72,5 +72,5 @@ def _read_cgroup_name(kind: str) -> str:
 
 
 def _read_number(path: Path, name: str) -> float:
-    """Return the number that stands behind a name in a file of lines."""
+    """Return the number after a name in a file of lines."""
     return float(dict(line.split()[:2] for line in path.read_text().splitlines())[name])

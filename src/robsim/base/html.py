@@ -1,4 +1,4 @@
-"""Tables and lists in HTML for notebooks, with every text escaped."""
+"""HTML tables for notebooks, with escaped texts."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ _CELL = "text-align: left; padding: 0.15em 0.8em 0.15em 0"
 def format_html_table(
     title: str, rows: Iterable[Sequence[object]], head: Sequence[object] = (), note: str = ""
 ) -> str:
-    """Return a table as HTML, from rows of texts or numbers, with a title above and a note below.
+    """Return an HTML table from rows of texts or numbers, with a title and a note.
 
-    A head names the columns. A row of fewer cells than the head leaves the last ones empty.
+    `head` names the columns. A row with fewer cells than the head is filled with empty cells.
 
     >>> format_html_table("a < b", [("x", 1)]).count("&lt;")
     1

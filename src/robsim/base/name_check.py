@@ -12,7 +12,7 @@ _NAME = re.compile(NAME_PATTERN)
 
 
 def check_name(name: object, what: str) -> str:
-    """Return a name that is safe in files, figures and paths, or raise an InputError."""
+    """Return a name if it is safe in files, figures and paths; else raise InputError."""
     if not isinstance(name, str) or not _NAME.fullmatch(name):
         raise InputError(
             f"{what} {format_value(name)}: a name starts with a letter and has up to {LONGEST_NAME} "

@@ -1,10 +1,10 @@
-"""The number of processors that a computation may use."""
+"""The number of available processors."""
 
 import os
 
 
 def count_processors() -> int:
-    """Return how many processors this process may use."""
+    """Return the number of processors that this process may use."""
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1

@@ -1,4 +1,4 @@
-"""Quantities with units in texts; all values in Python are in metres, radians and seconds.
+"""Quantities with units in texts. All values in Python are in metres, radians and seconds.
 
 >>> 22.86 * cm, round(90 * deg, 6), (1, 2) * mm
 (0.2286, 1.570796, (0.001, 0.002))
@@ -15,10 +15,14 @@ from robsim.base.errors import UnitError
 
 
 class Unit(float):
-    """A unit as its factor to SI, by which tuples and lists are multiplied number by number."""
+    """A unit, as its factor to SI. Numbers, tuples and lists can be multiplied by it.
+
+    >>> 5 * Unit(0.01), [1, 2] * Unit(0.001)
+    (0.05, [0.001, 0.002])
+    """
 
     def __rmul__(self, other: Any) -> Any:
-        """Return a number, or a tuple or a list of them, in SI."""
+        """Return a number, or a tuple or list of numbers, in SI."""
         if isinstance(other, tuple | list):
             return type(other)(each * self for each in other)
         return float.__rmul__(self, other)
@@ -40,7 +44,7 @@ Dimension = Literal[
     "density",
     "inertia",
 ]
-# a power of ten is applied to the decimal number, so "22.86 cm" is the double nearest 0.2286
+# powers of ten are applied to decimal numbers, so that "22.86 cm" is the double nearest 0.2286
 _UNITS: dict[str, dict[str, int | float]] = {
     "length": {"m": 0, "cm": -2, "mm": -3, "um": -6},
     "angle": {"rad": 0, "deg": deg},
@@ -63,9 +67,32 @@ def parse(text: object, dimension: Dimension, count: int) -> tuple[float, ...]: 
 def parse(
     text: object, dimension: Dimension, count: int | None = None
 ) -> float | tuple[float, ...]:
-    """Read a quantity such as "22.86 cm", or `count` of them as "1, 2, 3 mm", into SI.
+    """Return a quantity such as "22.86 cm", or several such as "1, 2, 3 mm", in SI.
 
-    UnitError: no unit, a unit of another dimension, a number that is not finite, a wrong count.
+    Parameters
+    ----------
+    text : str
+        Quantity with its unit.
+    dimension : str
+        Dimension, such as "length", "angle" or "time".
+    count : int, optional
+        Number of numbers in the text. Default: one, which is returned as a float.
+
+    Returns
+    -------
+    float or tuple of float
+        Numbers in SI units.
+
+    Raises
+    ------
+    UnitError
+        If the text has no unit, a unit of another dimension, a number that is not finite, or a
+        wrong count of numbers.
+
+    Examples
+    --------
+    >>> parse("22.86 cm", "length"), parse("1, 2, 3 mm", "length", count=3)
+    (0.2286, (0.001, 0.002, 0.003))
     """
     if dimension not in _UNITS:
         raise UnitError(f"no dimension {dimension!r}; dimensions: {', '.join(_UNITS)}")
@@ -85,14 +112,14 @@ def parse(
 
 
 def _describe_expected(dimension: Dimension, count: int | None) -> str:
-    """Return the end of a message on a text that is none of a dimension."""
-    what, example = ("a vector", "1, 2, 3") if count else ("one number", "1.5")
+    """Return the end of a message about a text that is not a quantity of a dimension."""
+    noun, example = ("a vector", "1, 2, 3") if count else ("one number", "1.5")
     listed, first = ", ".join(_UNITS[dimension]), next(iter(_UNITS[dimension]))
-    return f'expected {what} with a unit of {dimension} ({listed}), as in "{example} {first}"'
+    return f'expected {noun} with a unit of {dimension} ({listed}), as in "{example} {first}"'
 
 
 def list_units(dimension: Dimension) -> tuple[str, ...]:
-    """Return the units of a dimension.
+    """Return the names of the units of a dimension.
 
     >>> list_units("time")
     ('s', 'ms')
@@ -101,7 +128,7 @@ def list_units(dimension: Dimension) -> tuple[str, ...]:
 
 
 def get_unit_factor(unit: object, dimension: Dimension) -> float:
-    """Return how many SI units a unit is; UnitError if it is none of a dimension.
+    """Return the factor of a unit to SI; UnitError if it is not a unit of the dimension.
 
     >>> get_unit_factor("ms", "time")
     0.001
@@ -114,13 +141,13 @@ def get_unit_factor(unit: object, dimension: Dimension) -> float:
 
 
 def make_quantity_pattern(dimension: Dimension) -> str:
-    """Return a regular expression of the texts that may be a quantity, for editors.
+    """Return a regular expression that matches quantities of a dimension, for editors.
 
     >>> make_quantity_pattern("angle")
     '^[-+0-9.eE,\\\\s]+(rad|deg)\\\\s*$'
     """
-    named = "|".join(unit.replace("^", r"\^") for unit in _UNITS[dimension])
-    return rf"^[-+0-9.eE,\s]+({named})\s*$"
+    units = "|".join(unit.replace("^", r"\^") for unit in _UNITS[dimension])
+    return rf"^[-+0-9.eE,\s]+({units})\s*$"
 
 
 def _scale_decimal(word: str, factor: int | float) -> float:

@@ -1,4 +1,4 @@
-"""Tables as text: aligned for a terminal, as comma-separated values and as LaTeX."""
+"""Text tables: aligned for a terminal, as comma-separated values and as LaTeX."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ _LATEX = str.maketrans(
 
 
 class TabularValue:
-    """A base of values that print as a table, whose rows and heads the value itself gives."""
+    """Base of values that are printed as tables; subclasses return the rows and heads."""
 
     def _title(self) -> str:
-        """Return what stands above the table in a notebook."""
+        """Return the title above the table in a notebook."""
         raise NotImplementedError
 
     def _texts(self) -> list[list[str]]:
@@ -31,7 +31,7 @@ class TabularValue:
         raise NotImplementedError
 
     def _numbers(self) -> list[Sequence[object]]:
-        """Return the head and the rows, with numbers in full precision; NaN for none."""
+        """Return the head and the rows, with numbers in full precision; NaN for missing ones."""
         raise NotImplementedError
 
     def _notes(self) -> list[str]:
@@ -39,7 +39,7 @@ class TabularValue:
         return []
 
     def csv(self) -> str:
-        """Return the table as comma-separated values, in full precision; empty for no number."""
+        """Return the table as comma-separated values in full precision; NaN is an empty cell."""
         return format_csv(self._numbers())
 
     def latex(self) -> str:
@@ -51,7 +51,7 @@ class TabularValue:
         return "\n".join([*align_columns(self._texts()), *self._notes()])
 
     def __repr__(self) -> str:
-        """Return the table, also where a notebook shows it as text."""
+        """Return the table, as a notebook shows it as text."""
         return str(self)
 
     def _repr_html_(self) -> str:
@@ -61,7 +61,7 @@ class TabularValue:
 
 
 def align_columns(columns: Sequence[Sequence[str]], left: int = 2) -> list[str]:
-    """Return the lines of a table of columns: the first `left` flush left, the others right.
+    """Return the lines of a table: the first `left` columns flush left, the others right.
 
     >>> align_columns([["name", "a"], ["", "b"], ["value", "1"]])
     ['name     value', 'a     b      1']
@@ -105,9 +105,9 @@ def _format_exact(cell: object) -> object:
 
 
 def format_latex(rows: Sequence[Sequence[str]]) -> str:
-    """Return rows, the head first, as a tabular with the rules of the package booktabs.
+    """Return rows, head first, as a LaTeX tabular with the rules of the package booktabs.
 
-    Every text is escaped; the first two columns are flush left.
+    Texts are escaped. The first two columns are flush left.
 
     >>> print(format_latex([("name", "", "share"), ("a_b", "", "50 %")]))
     \\begin{tabular}{llr}
@@ -125,6 +125,6 @@ def format_latex(rows: Sequence[Sequence[str]]) -> str:
 
 
 def _escape_latex(text: str) -> str:
-    """Return a text for LaTeX, in which the sign of a negative number is a minus."""
+    """Return a text for LaTeX, with a minus sign in negative numbers."""
     text = re.sub(r"(?<!\w)-(?=\d)", "$-$", text.translate(_LATEX))
-    return re.sub(r"^\[", "{[}", text)  # which after a line break would be its length
+    return re.sub(r"^\[", "{[}", text)  # else an argument of the line break before it

@@ -1,4 +1,4 @@
-"""Warnings of what is given: for whom they are, and what looks like another unit."""
+"""Warnings about numbers that look like other units."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from numpy.typing import ArrayLike
 
 from robsim.base.errors import UnitWarning
 
-LARGEST_RADIANS = 4.0 * np.pi  # radians that people write by hand are within
-LARGEST_DEGREES = 720.0  # degrees; larger numbers stand for "no limit"
-LONGEST_PRINT = 10.0  # metres of what is printed
-ROUND_DEGREES = 5.0  # degrees that people write by hand are multiples of it
+LARGEST_RADIANS = 4.0 * np.pi  # bound of plausible angles in radians
+LARGEST_DEGREES = 720.0  # bound of plausible angles in degrees; larger numbers mean "no limit"
+LONGEST_PRINT = 10.0  # bound of plausible sizes of prints in metres
+ROUND_DEGREES = 5.0  # degrees; plausible angles in degrees are multiples of it
 
 
 def find_user_stacklevel() -> int:
-    """Return the `stacklevel` of the user's code, for whom a warning of our caller is."""
+    """Return the `stacklevel` of the user's code, to be passed to `warnings.warn` by our caller."""
     frame, level = sys._getframe(1), 1
     while frame.f_back and frame.f_globals.get("__name__", "").split(".")[0] == "robsim":
         frame, level = frame.f_back, level + 1
@@ -25,10 +25,10 @@ def find_user_stacklevel() -> int:
 
 
 def warn_of_degrees(angles: ArrayLike, what: str) -> None:
-    """Warn of an angle in radians that was meant in degrees, by all likelihood.
+    """Warn about an angle in radians that probably was meant in degrees.
 
-    That is a multiple of 5 between 15 and 720: more than two turns in radians, and round in
-    degrees. 10 passes, as do 1.57, 6.28319 and any angle that was computed.
+    These are the multiples of 5 between 15 and 720: more than two turns in radians, and round in
+    degrees. Angles such as 10, 1.57 or 6.28319, and computed angles, pass.
 
     >>> warn_of_degrees(np.radians([10.0, 180.0, 360.0]), "rpy")
     """
@@ -36,15 +36,13 @@ def warn_of_degrees(angles: ArrayLike, what: str) -> None:
     large = size[(size > LARGEST_RADIANS) & (size <= LARGEST_DEGREES)]
     degrees = large[large % ROUND_DEGREES == 0.0]
     if degrees.size:
-        given, meant = float(degrees[0]), float(np.radians(degrees[0]))
-        looks = f"{what}: {given:g} looks like degrees, and angles are in radians"
-        _warn_of_unit(f"{looks}; np.radians({given:g}) is {meant:.4g}")
+        angle, radians = float(degrees[0]), float(np.radians(degrees[0]))
+        looks = f"{what}: {angle:g} looks like degrees, and angles are in radians"
+        _warn_of_unit(f"{looks}; np.radians({angle:g}) is {radians:.4g}")
 
 
 def warn_of_millimetres(size: float, what: str) -> None:
-    """Warn of a length in metres of something printed that was meant in millimetres.
-
-    That is one above 10.
+    """Warn about a size of a print in metres, above 10, that probably was meant in millimetres.
 
     >>> warn_of_millimetres(0.08, "size of a tag in metres")
     """

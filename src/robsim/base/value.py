@@ -1,4 +1,4 @@
-"""Values that hold arrays: equal when all their fields are, hashable, and which never change."""
+"""Immutable values with arrays, which are compared and hashed by content."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import numpy as np
 
 
 class Value:
-    """A base of frozen dataclasses with `eq=False`, compared and hashed with their arrays."""
+    """Base of frozen dataclasses with `eq=False`, compared and hashed with their arrays."""
 
     def __eq__(self, other: object) -> bool:
         return type(other) is type(self) and self._key() == other._key()
@@ -21,12 +21,12 @@ class Value:
 
     @cached_property
     def holds_still(self) -> bool:
-        """Whether nobody can change it, as none of it is of a user's class."""
+        """Whether the value is immutable: no part of it has a user's class."""
         return _is_own_immutable(self)
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         for value in state.values():
-            _freeze_arrays(value)  # copies must be read-only too
+            _freeze_arrays(value)  # arrays of copies are read-only too
         self.__dict__.update(state)
 
     def __getstate__(self) -> dict[str, Any]:
@@ -41,24 +41,24 @@ T = TypeVar("T")
 
 
 def replace_unchecked(value: T, **changes: Any) -> T:
-    """Return a copy of a frozen dataclass with other fields, which are known to be right."""
-    kept = {each.name: getattr(value, each.name) for each in fields(value)}  # type: ignore[arg-type]
-    return construct_unchecked(type(value), **{**kept, **changes})
+    """Return a copy of a frozen dataclass with other fields, which are known to be valid."""
+    old_fields = {each.name: getattr(value, each.name) for each in fields(value)}  # type: ignore[arg-type]
+    return construct_unchecked(type(value), **{**old_fields, **changes})
 
 
 def copy_cached(old: Any, new: Any, names: Iterable[str]) -> None:
-    """Let a new value have what an old one has derived, under the names of cached properties."""
+    """Copy cached properties with these names from an old value to a new one."""
     vars(new).update({name: vars(old)[name] for name in names if name in vars(old)})
 
 
 def construct_unchecked(kind: type[T], /, **values: Any) -> T:
-    """Return a dataclass of values that are known to be right, without the time of its checks.
+    """Return a dataclass from values that are known to be valid, without its checks.
 
-    The fields that are not given must have plain defaults.
+    Missing fields must have plain defaults.
     """
-    made = object.__new__(kind)
-    made.__dict__.update(values)
-    return made
+    value = object.__new__(kind)
+    value.__dict__.update(values)
+    return value
 
 
 def _freeze_arrays(value: Any) -> None:
@@ -69,18 +69,18 @@ def _freeze_arrays(value: Any) -> None:
 
 
 def make_hashable(value: Any) -> Any:
-    """Return a hashable stand-in of a value for comparisons: arrays by their shape and bytes."""
+    """Return a hashable equivalent of a value; arrays are replaced by their shape and bytes."""
     if isinstance(value, dict):
         return tuple((key, make_hashable(part)) for key, part in sorted(value.items()))
     if isinstance(value, np.ndarray):
-        return value.shape, (value + 0.0).tobytes()  # -0.0 equals 0.0, and so do their bytes then
+        return value.shape, (value + 0.0).tobytes()  # -0.0 becomes 0.0, which it equals
     return value
 
 
 def is_immutable(value: Any) -> bool:
-    """Return whether nobody can change a value: numbers, texts, read-only arrays, ours of these.
+    """Return whether a value is immutable: a number, a text, a read-only array, or our own type.
 
-    What a user's class holds is not known, whatever it says.
+    Objects of a user's class count as mutable.
 
     >>> is_immutable((1.0, "a", None)), is_immutable(np.zeros(2)), is_immutable([1.0])
     (True, False, False)
@@ -95,7 +95,7 @@ def is_immutable(value: Any) -> bool:
 
 
 def _is_own_immutable(value: Any) -> bool:
-    """Return whether a value of ours, frozen or with slots, holds nothing that may change."""
+    """Return whether a value of our own class, frozen or with slots, has immutable parts."""
     kind: Any = type(value)
     params = getattr(kind, "__dataclass_params__", None)
     if not kind.__module__.startswith("robsim.") or (params and not params.frozen):

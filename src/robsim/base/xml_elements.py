@@ -1,4 +1,4 @@
-"""The elements of an XML text with their line numbers, by the parser of the standard library."""
+"""XML elements with their line numbers, read by the parser of the standard library."""
 
 from __future__ import annotations
 
@@ -7,12 +7,12 @@ from xml.parsers import expat
 
 from robsim.base.errors import FileError, format_value
 
-LARGEST_FILE = 4_000_000  # bytes; the largest published robots take a tenth of it
+LARGEST_FILE = 4_000_000  # bytes, ten times the largest published robots
 MOST_XML_PARTS = 100_000  # elements and attributes
 DEEPEST_XML = 64  # elements inside each other
-ENCODINGS = "utf-8", "us-ascii", "iso-8859-1"  # that a file may declare
-UTF16_MARKS = b"\xff\xfe", b"\xfe\xff"  # that files begin with that are not in them
-XML_BLANKS = " \t\r\n"  # what separates in XML; Python takes other characters for blanks, too
+ENCODINGS = "utf-8", "us-ascii", "iso-8859-1"  # valid declared encodings
+UTF16_MARKS = b"\xff\xfe", b"\xfe\xff"  # byte order marks of UTF-16
+XML_BLANKS = " \t\r\n"  # white space of XML; Python counts more characters as such
 
 
 @dataclass(slots=True, eq=False)
@@ -23,12 +23,12 @@ class Element:
     attributes: dict[str, str]
     line: int
     owner: Element | None = None
-    text: str = ""  # all that is no child of it, without white space around
+    text: str = ""  # stripped text outside of the children
     children: list[Element] = field(default_factory=list)
 
     @property
     def label(self) -> str:
-        """The name of the element in messages, as in <joint 'elbow'> <limit>."""
+        """The name of the element in messages, such as <joint 'elbow'> <limit>."""
         name = self.attributes.get("name")
         own = f"<{self.tag:.40}>" if name is None else f"<{self.tag:.40} {format_value(name)}>"
         if name is not None or self.owner is None or self.owner.owner is None:
@@ -37,9 +37,10 @@ class Element:
 
 
 def parse_xml(data: bytes, source: str, expected: str) -> Element:
-    """Return the root element of an XML text that was read from `source`.
+    """Return the root element of an XML text from `source`.
 
-    FileError: it is empty, where `expected` says what it should be, or is not plain XML.
+    Raise FileError if the text is not plain XML, or if it is empty; `expected` describes its
+    content.
 
     >>> parse_xml(b"<robot name='arm'><link/></robot>", "arm.urdf", "a robot").children[0].label
     '<link>'
@@ -53,46 +54,46 @@ def parse_xml(data: bytes, source: str, expected: str) -> Element:
     try:
         parser.Parse(data, True)
     except expat.ExpatError as error:
-        what = expat.ErrorString(error.code)
-        raise FileError(f"{source}:{error.lineno}: not valid XML: {what}") from None
+        reason = expat.ErrorString(error.code)
+        raise FileError(f"{source}:{error.lineno}: not valid XML: {reason}") from None
     assert builder.root is not None
     return builder.root
 
 
 class _ElementBuilder:
-    """A builder of the tree of elements from the events of the parser."""
+    """Builder of the tree of elements from the events of the parser."""
 
     def __init__(self, source: str, parser: expat.XMLParserType):
         self.source, self.parser = source, parser
         self.root: Element | None = None
         self.open: list[Element] = []
-        self.texts: list[list[str]] = []  # of the open elements, in the pieces as they come
+        self.texts: list[list[str]] = []  # pieces of the texts of the open elements
         self.parts = 0
         parser.buffer_text = True
-        parser.XmlDeclHandler = self._declared
-        parser.CharacterDataHandler = self._text
-        parser.StartElementHandler = self._start
-        parser.EndElementHandler = self._end
-        parser.StartDoctypeDeclHandler = self._doctype
+        parser.XmlDeclHandler = self._check_encoding
+        parser.CharacterDataHandler = self._add_text
+        parser.StartElementHandler = self._open_element
+        parser.EndElementHandler = self._close_element
+        parser.StartDoctypeDeclHandler = self._refuse_doctype
 
-    def _declared(self, version: str, encoding: str | None, standalone: int) -> None:
+    def _check_encoding(self, version: str, encoding: str | None, standalone: int) -> None:
         if encoding is not None and encoding.lower() not in ENCODINGS:
-            self._refuse(
+            self._raise_error(
                 f"encoding {format_value(encoding)}; expected one of {', '.join(ENCODINGS)}"
             )
 
-    def _text(self, text: str) -> None:
+    def _add_text(self, text: str) -> None:
         if self.texts:
             self.texts[-1].append(text)
 
-    def _start(self, tag: str, attributes: dict[str, str]) -> None:
+    def _open_element(self, tag: str, attributes: dict[str, str]) -> None:
         owner = self.open[-1] if self.open else None
         element = Element(tag, attributes, self.parser.CurrentLineNumber, owner)
         self.parts += 1 + len(attributes)
         if self.parts > MOST_XML_PARTS:
-            self._refuse(f"more than {MOST_XML_PARTS} elements and attributes")
+            self._raise_error(f"more than {MOST_XML_PARTS} elements and attributes")
         if len(self.open) >= DEEPEST_XML:
-            self._refuse(f"elements are nested more than {DEEPEST_XML} deep")
+            self._raise_error(f"elements are nested more than {DEEPEST_XML} deep")
         if owner is None:
             self.root = element
         else:
@@ -100,11 +101,11 @@ class _ElementBuilder:
         self.open.append(element)
         self.texts.append([])
 
-    def _end(self, tag: str) -> None:
+    def _close_element(self, tag: str) -> None:
         self.open.pop().text = "".join(self.texts.pop()).strip(XML_BLANKS)
 
-    def _doctype(self, *_: object) -> None:
-        self._refuse("a DOCTYPE is not allowed, nor are the entities that it could define")
+    def _refuse_doctype(self, *_: object) -> None:
+        self._raise_error("a DOCTYPE is not allowed, nor are the entities that it could define")
 
-    def _refuse(self, text: str) -> None:
+    def _raise_error(self, text: str) -> None:
         raise FileError(f"{self.source}:{self.parser.CurrentLineNumber}: {text}")

@@ -1,8 +1,9 @@
-"""Declarations: what a class says of its fields, and all that follows from it.
+"""Declarations of fields, and the checks, texts, schemas and documents that follow from them.
 
-A frozen dataclass declares a field by its annotation, `Annotated[float, Length(above=0), "The
-radius of the sphere."]`, and `register("feature", "my_feature")` gives it a name. From that come
-its checks, its place in TOML files and dotted names, the JSON Schema and the documentation.
+A frozen dataclass declares a field by its annotation, `Annotated[float, Length(above=0), "Radius of
+the sphere."]`, and `register("feature", "my_feature")` gives the class a name. RobSim derives from
+the declaration the checks of values, the keys in TOML files, the dotted names, the JSON Schema and
+the documentation.
 """
 
 from robsim.declare.choices import KindOf as KindOf

@@ -1,4 +1,4 @@
-"""Arrays of numbers, which a text says as lists."""
+"""Arrays of numbers, written as lists in a text."""
 
 from __future__ import annotations
 
@@ -18,9 +18,10 @@ from robsim.declare.spec import Context, Raw, make_expected_error
 
 @dataclass(frozen=True, kw_only=True)
 class Numbers(PlainValue):
-    """Numbers in a list, or in rows, each as `item` declares it, which become an array.
+    """Array of numbers, each declared by `item`, written as a list or as rows.
 
-    A word in the shape stands for any size. Without a shape they may be one number, or either.
+    A word in `shape` stands for any size. If `shape` is None, a single number or an array of any
+    shape is valid.
     """
 
     item: Number = ANY
@@ -65,7 +66,7 @@ class Numbers(PlainValue):
         return reduce(lambda items, _: {"type": "array", "items": items}, self.shape, one)
 
     def _list_of(self, words: str) -> str:
-        """Return the phrase for numbers of which each is `words`."""
+        """Return a phrase for an array of numbers that are described by `words`."""
         if self.shape is None:
             return f"{words}, or a list of these"
         *rows, count = self.shape
@@ -75,11 +76,11 @@ class Numbers(PlainValue):
         return f"a list of {'one or more' if isinstance(count, str) else count}: {words}"
 
     def _each(self, raw: Raw, change: Callable[[Any, Context], Any], c: Context) -> Any:
-        """Return nested lists with what each of their numbers becomes."""
+        """Return nested lists with `change` applied to each number."""
         if not isinstance(raw, list):
             return change(raw, c)
-        made = []
+        changed = []
         for i, each in enumerate(raw):
             with prefix_path(i):
-                made.append(self._each(each, change, c))
-        return made
+                changed.append(self._each(each, change, c))
+        return changed

@@ -1,4 +1,4 @@
-"""Values of which there are several kinds, or several ways to say them."""
+"""Fields that hold one of several kinds, by name or by table."""
 
 from __future__ import annotations
 
@@ -36,23 +36,45 @@ from robsim.declare.tables import (
 
 @dataclass(frozen=True)
 class KindOf(Spec):
-    """One of the kinds of a family: its name alone, or a table with `kind`.
+    """A field with one of the kinds of a family: a name, a table with `kind`, or an object.
 
-    `default` is the kind of a table that does not say one. `beside_of` are keys that stand beside
-    the name instead of in a table: {key: (kind, field)}. `protocol` is what a user's own object
-    needs that no family knows. `plain` are words that are kept as they are, and `other` is what may
-    stand there instead, such as a number.
+    Parameters
+    ----------
+    family : Family
+        Family of the kinds, see `family`.
+    default : str, optional
+        Kind of a table without `kind`.
+    beside_of : dict of str to (str, str), optional
+        Keys beside the name that replace a table: {key: (kind, field)}.
+    protocol : type, optional
+        Protocol of user objects that do not belong to the family.
+    short : bool, default True
+        Whether the name alone is valid for kinds without required fields.
+    none : str, optional
+        Word for None.
+    plain : tuple of str, optional
+        Words that are stored as they are.
+    other : Spec, optional
+        Other valid values, such as numbers.
+    only : tuple of str, optional
+        Valid kinds. Default: all kinds of the family.
+
+    Examples
+    --------
+    >>> from robsim.declare import family
+    >>> KindOf(family("law")).check("joint", "law")
+    JointLaw()
     """
 
     family: KindFamily
     default: str | None = None
     beside_of: Mapping[str, tuple[str, str]] = field(default_factory=dict)
     protocol: Any = None
-    short: bool = True  # whether the name alone will do
-    none: str | None = None  # the word for None
+    short: bool = True
+    none: str | None = None
     plain: tuple[str, ...] = ()
     other: Spec | None = None
-    only: tuple[str, ...] | None = None  # of the kinds, those that may stand here
+    only: tuple[str, ...] | None = None
     forms: ClassVar[tuple[str, ...]] = ("plain", "table")
 
     def __hash__(self) -> int:
@@ -60,17 +82,17 @@ class KindOf(Spec):
 
     @property
     def names(self) -> list[str]:
-        """The names of the kinds that may stand here."""
+        """The names of the valid kinds."""
         return [name for name in self.family.names if self.only is None or name in self.only]
 
     def check(self, value: Any, what: str) -> Any:
         if isinstance(value, str):
             if value in self.plain or value == self.none:
                 return value if value in self.plain else None
-            if value in self._known(value):
+            if value in self._find_names(value):
                 return _make_default_kind(self.family.find(value), value, what)
         elif not isinstance(value, type):
-            if self._allows(value):
+            if self._is_allowed(value):
                 return value
             if self.protocol is not None and isinstance(value, self.protocol):
                 return value
@@ -79,14 +101,18 @@ class KindOf(Spec):
         hint = suggest_names(value, [*self.plain, *self.names], pluralize(self.family.noun))
         more = f", or {self.other.words()}" if self.other else ""
         more += f", or an object with {format_methods(self.protocol)}" if self.protocol else ""
-        named = isinstance(value, str)
-        wrong = f"no {self.family.noun} {format_value(value)}" if named else self._not_one(value)
+        is_text = isinstance(value, str)
+        wrong = (
+            f"no {self.family.noun} {format_value(value)}"
+            if is_text
+            else self._describe_mismatch(value)
+        )
         raise InputError(f"{what}: {wrong}; {hint}{more}")
 
     def read(self, raw: Raw, c: Context) -> Any:
         if isinstance(raw, str) and raw in self.plain:
             return raw
-        if isinstance(raw, str) and self.short and raw in self._known(raw):
+        if isinstance(raw, str) and self.short and raw in self._find_names(raw):
             return read_table(self.family.find(raw), {}, c.changing(MISSING))
         if not isinstance(raw, Mapping):
             return self._read_other(raw, c)
@@ -100,7 +126,7 @@ class KindOf(Spec):
         if kind is None:
             c.at("kind").report(f"{LACKING}; kinds: {', '.join(map(repr, self.names))}")
             raise UnreadableValue
-        if not isinstance(kind, str) or kind not in self._known(kind):
+        if not isinstance(kind, str) or kind not in self._find_names(kind):
             c.at("kind").report(
                 f"no kind {format_value(kind)}; {suggest_names(str(kind)[:64], self.names, 'kinds')}"
             )
@@ -111,8 +137,8 @@ class KindOf(Spec):
         if isinstance(value, str) and value in self.plain:
             return value
         if self.other is not None and self.family.name_of(value) is None:
-            return self._written_other(value, c)
-        name, table = self._written(value, c)
+            return self._write_other(value, c)
+        name, table = self._write_kind(value, c)
         if self.short and not table:
             return name
         return table if name == self.default and not self.short else {"kind": name, **table}
@@ -130,20 +156,20 @@ class KindOf(Spec):
             return None
         for key, (kind, at) in self.beside_of.items():
             if kind == raw:
-                return self._with_one(self.family.find(raw), at, key, table, c)
+                return self._read_field_beside(self.family.find(raw), at, key, table, c)
         return MISSING if raw is MISSING else c.at(name, over=c.over).tried(self, raw)
 
-    def _with_one(
+    def _read_field_beside(
         self, kind: type[Any], at: str, key: str, table: Mapping[str, Raw], c: Context
     ) -> Any:
-        """Return an object of a kind, of which one field stands under a key beside its name."""
+        """Return an object of a kind, with one field from a key beside the name."""
         old = c.over if type(c.over) is kind else MISSING
         before, each = c.problems.seen, replace(find_declared_field(kind, at), name=key)
         value = read_field(each, table, c.changing(MISSING if old is MISSING else getattr(old, at)))
         if c.problems.seen > before:
             return MISSING
-        given = {} if value is MISSING else {at: value}
-        return kind(**given) if old is MISSING else replace(old, **given)
+        own_fields = {} if value is MISSING else {at: value}
+        return kind(**own_fields) if old is MISSING else replace(old, **own_fields)
 
     def put(self, table: dict[str, Raw], name: str, value: Any, c: Context) -> None:
         if value is None:
@@ -166,37 +192,37 @@ class KindOf(Spec):
         return self._words([self.other.text_words()] if self.other else [])
 
     def _words(self, more: list[str]) -> str:
-        names = map(repr, self._bare)
-        bare = self.only == () or (self.short and self.names)  # so that no table may stand here
-        table = [] if bare else [f"the table of {self._article}"]
+        names = map(repr, self._bare_words)
+        bare = self.only == () or (self.short and self.names)  # the phrase needs no table
+        table = [] if bare else [f"the table of {self._noun_with_article}"]
         return join_alternatives(*names, *more, *table)
 
     def accepts(self) -> str:
         more = [self.other.accepts()] if self.other else []
-        return join_alternatives(*map(repr, self._bare), *more, self._article)
+        return join_alternatives(*map(repr, self._bare_words), *more, self._noun_with_article)
 
     def schema(self, define: Any) -> dict[str, Any]:
         tables = [define(self.family.find(name), name) for name in self.names]
-        if self.default is not None:  # whose table need not say its kind
+        if self.default is not None:  # its table may lack `kind`
             tables.append(define(self.family.find(self.default)))
-        words = [*self._bare, *([self.none] * bool(self.none))]
-        named: list[Any] = [{"enum": words}] if words else []
+        words = [*self._bare_words, *([self.none] * bool(self.none))]
+        enums: list[Any] = [{"enum": words}] if words else []
         more = [self.other.schema(define)] if self.other else []
-        return {"anyOf": [*named, *more, *tables] or [{"type": "object"}]}
+        return {"anyOf": [*enums, *more, *tables] or [{"type": "object"}]}
 
     def properties(self, name: str, define: Any) -> dict[str, Any]:
-        beside = {key: each.spec.schema(define) for key, _, each in self._beside()}
+        beside = {key: each.spec.schema(define) for key, _, each in self._fields_beside()}
         return {name: self.schema(define), **beside}
 
     def rows(self, name: str) -> list[tuple[str, str]]:
         beside = [
             (key, f"{each.spec.rows(each.name)[0][1]}; with {name} = {kind!r}")
-            for key, kind, each in self._beside()
+            for key, kind, each in self._fields_beside()
         ]
         return [(name, self.words()), *beside]
 
-    def _beside(self) -> Iterator[tuple[str, str, DeclaredField]]:
-        """Yield the keys beside the name, each with the kind and the field that it is for."""
+    def _fields_beside(self) -> Iterator[tuple[str, str, DeclaredField]]:
+        """Yield the keys beside the name, each with its kind and field."""
         for key, (kind, at) in self.beside_of.items():
             yield key, kind, find_declared_field(self.family.find(kind), at)
 
@@ -206,7 +232,7 @@ class KindOf(Spec):
             yield from self.other.controls(value, place)
             return
         key = place if self.short or name in self.plain else place.at("kind", place.meaning)
-        offered = self._offered(name)
+        offered = self._list_options(name)
         if len(offered) > 1:
             yield key.control("choice", name or self.none, options=offered)
         if name is not None and not isinstance(value, str):
@@ -220,15 +246,15 @@ class KindOf(Spec):
         if keys == ["kind"]:
             keys.clear()
             return [PathPart(self, c, self.family.name_of, _find_other_kind)]
-        if self._allows(value):
+        if self._is_allowed(value):
             return find_field_parts(get_text_form(type(value)), keys, value, c)
         return [] if self.other is None else self.other.parts(keys, value, c)
 
     def inner(self, name: str, key: str) -> tuple[str, ...]:
         return () if key == name else (self.beside_of[key][1],)
 
-    def _offered(self, name: str | None) -> tuple[str, ...]:
-        """Return the words that do without a table, and the one that stands there."""
+    def _list_options(self, name: str | None) -> tuple[str, ...]:
+        """Return the words that need no table, and the name of the present value."""
         bare = [
             each for each in self.names if not _list_required_parameters(self.family.find(each))
         ]
@@ -239,13 +265,13 @@ class KindOf(Spec):
     def inside(self) -> Sequence[type[Any]]:
         return [self.family.find(name) for name in self.names]
 
-    def _allows(self, value: Any) -> bool:
-        """Return whether a value is of one of the kinds that may stand here."""
+    def _is_allowed(self, value: Any) -> bool:
+        """Return whether a value is of one of the valid kinds."""
         loaded = self.family.loaded.items()
         kinds = [kind for name, kind in loaded if self.only is None or name in self.only]
         return isinstance(value, tuple(kinds))
 
-    def _written_other(self, value: Any, c: Context) -> Raw:
+    def _write_other(self, value: Any, c: Context) -> Raw:
         assert self.other is not None
         try:
             self.other.check(value, "value")
@@ -253,40 +279,40 @@ class KindOf(Spec):
             raise NoTextError(f"{type(value).__name__} is Python code") from None
         return self.other.write(value, c)
 
-    def _known(self, name: str) -> list[str]:
+    def _find_names(self, name: str) -> list[str]:
         if name not in self.family.names:
             with suppress(InputError):
-                self.family.find(name)  # which looks for what installed packages bring
+                self.family.find(name)  # also loads the kinds of installed packages
         return self.names
 
     def _read_other(self, raw: Raw, c: Context) -> Any:
-        """Return what is no kind of the family; InputError with the nearest if it is a word."""
+        """Return a value that is not a kind of the family; InputError with the nearest name."""
         if self.other is not None:
             try:
                 return self.other.read(raw, c)
             except InputError:
                 if not isinstance(raw, str):
                     raise
-        near = difflib.get_close_matches(str(raw)[:64], self._bare, 1, 0.5)
+        near = difflib.get_close_matches(str(raw)[:64], self._bare_words, 1, 0.5)
         guess = f"; did you mean {near[0]!r}?" if near else ""
-        if isinstance(raw, str) and raw in self.names:  # which needs a table here
+        if isinstance(raw, str) and raw in self.names:  # the kind has required fields
             guess = f', as in {{ kind = "{raw}" }}'
         raise InputError(f"must be {self.text_words()}, got {format_value(raw)}{guess}")
 
-    def _not_one(self, value: object) -> str:
-        made = ", not the class" if isinstance(value, type) else ""
-        return f"expected {self._article}{made}, got {format_value(value)}"
+    def _describe_mismatch(self, value: object) -> str:
+        hint = ", not the class" if isinstance(value, type) else ""
+        return f"expected {self._noun_with_article}{hint}, got {format_value(value)}"
 
     @property
-    def _bare(self) -> list[str]:
-        """The words that may stand here without a table."""
+    def _bare_words(self) -> list[str]:
+        """The words that are valid without a table."""
         return [*self.plain, *(self.names if self.short else [])]
 
     @property
-    def _article(self) -> str:
+    def _noun_with_article(self) -> str:
         return add_article(self.family.noun)
 
-    def _written(self, value: Any, c: Context) -> tuple[str, dict[str, Raw]]:
+    def _write_kind(self, value: Any, c: Context) -> tuple[str, dict[str, Raw]]:
         name = self.family.name_of(value)
         if name is None:
             raise NoTextError(f"{type(value).__name__} is Python code")
@@ -294,34 +320,34 @@ class KindOf(Spec):
 
 
 def find_declared_field(kind: type[Any], name: str) -> DeclaredField:
-    """Return the declared field of that name."""
+    """Return the declared field of a class with a name."""
     return next(each for each in fields_of(get_text_form(kind)) if each.name == name)
 
 
 def _list_required_parameters(kind: type[Any]) -> list[str]:
-    """Return the parameters that must be given."""
+    """Return the names of the required fields."""
     return [each.name for each in fields_of(kind) if each.required]
 
 
 def _make_default_kind(kind: type[Any], name: str, what: str) -> Any:
-    """Return a kind without parameters; InputError if it needs some."""
+    """Return an object of a kind without arguments; InputError if some are required."""
     if needed := _list_required_parameters(kind):
         raise InputError(f"{what}: {name!r} needs {', '.join(needed)}: give a {kind.__name__}(...)")
     return kind()
 
 
 def _replace_user_fields(value: Any, raw: Mapping[str, Raw], c: Context) -> Any:
-    """Return an object of a user's class, which no family knows, with other fields."""
+    """Return an object of a user's class without a family, with other fields."""
     known = [each.name for each in fields(value) if each.init]
     for key in raw.keys() - set(known):
         c.at(key).report(
             f"unknown key {format_value(key)}; {suggest_names(key[:64], known, 'keys')}"
         )
-    given = {
+    new_fields = {
         key: x.value if isinstance(x, PythonValue) else x for key, x in raw.items() if key in known
     }
-    return replace(value, **given)
+    return replace(value, **new_fields)
 
 
 def _find_other_kind(owner: Any, name: str) -> Any:
-    raise InputError(f"{name}: what is of another kind has other parameters")
+    raise InputError(f"{name}: an object of another kind has other parameters")

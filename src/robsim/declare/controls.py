@@ -1,7 +1,7 @@
-"""Controls: the values that a person may change by hand, as their declarations say them.
+"""Controls: editable values for user interfaces, derived from declarations.
 
-Each `Spec` says by `controls` how what it declares is touched: a slider within its bounds, a
-switch, a choice, or several of them.
+The method `controls` of a `Spec` returns its widgets: a slider within the bounds, a switch, a
+choice, or several sliders.
 """
 
 from __future__ import annotations
@@ -14,21 +14,37 @@ from typing import Any
 from robsim.declare.quantities import ExactQuantity
 from robsim.declare.spec import Context, Raw
 
-# how far from zero a slider reaches where no bound is declared and the value is small, by unit
+# range of a slider without declared bounds, for small values, by unit
 REACH = {"m": 0.5, "rad": math.pi, "s": 0.5, "px": 5.0, "per second": 5.0, "m/s": 1.0, "rad/s": 2.0}
-FACTOR = 4.0  # times the value, likewise where it is large
+FACTOR = 4.0  # range of a slider without declared bounds, as a multiple of a large value
 
 
 @dataclass(frozen=True)
 class Control:
-    """A value that a person may change, with what its declaration says of it.
+    """An editable value, with the data of its declaration.
 
-    path     dotted name of the value, as `Experiment.at` takes it
-    form     "number", "whole", "flag", "choice" or "numbers"
-    value    a number in SI, a truth value, a word, or a list of numbers
-    low      lowest value that is offered, and `high` the highest; one for each of "numbers"
-    united   whether a text says it with its unit
-    beside   other names with values that must be said along with it
+    Attributes
+    ----------
+    path : str
+        Dotted name of the value, for `Experiment.at`.
+    form : {"number", "whole", "flag", "choice", "numbers"}
+        Type of the widget.
+    value : object
+        Number in SI units, truth value, word, or list of numbers.
+    meaning : str
+        Description of the value.
+    unit : str
+        SI unit; a sequence for "numbers".
+    low, high : float
+        Lowest and highest offered value; lists for "numbers".
+    options : tuple of str
+        Words of a choice.
+    names : tuple of str
+        Names of "numbers".
+    united : bool
+        Whether a text has the number with its unit.
+    beside : dict
+        Other dotted names with values that must change along with this one.
     """
 
     path: str
@@ -44,12 +60,12 @@ class Control:
     beside: Mapping[str, Any] = field(default_factory=dict)
 
     def changes(self, value: Any) -> dict[str, Raw]:
-        """Return what `Experiment.at` takes to give it another value, of the kind of its own."""
+        """Return the argument of `Experiment.at` that sets the value."""
         return {**self.beside, self.path: self._raw(value)}
 
     def _raw(self, value: Any) -> Raw:
         if self.form == "choice":
-            return f'"{value}"'  # which is a text also where it reads as something else
+            return f'"{value}"'  # quoted: a text even if it looks like another value
         if not self.united:
             return value
         if isinstance(self.unit, str):
@@ -59,7 +75,7 @@ class Control:
 
 @dataclass(frozen=True)
 class ControlPlace:
-    """The dotted name of a value, what it means, and what is known there."""
+    """The dotted name of a value, its meaning, and the context there."""
 
     path: str
     c: Context
@@ -72,7 +88,7 @@ class ControlPlace:
         return replace(self, path=path, meaning=meaning)
 
     def with_(self, path: str, value: Any) -> ControlPlace:
-        """Return the same place, where another name must be said along with what is changed."""
+        """Return the same place with another name that must be set along with each change."""
         return replace(self, beside={**self.beside, path: value})
 
     def control(self, form: str, value: Any, **more: Any) -> Control:
@@ -88,9 +104,9 @@ class ControlPlace:
         united: bool = False,
         open_ends: tuple[bool, bool] = (False, False),
     ) -> Control:
-        """Return the control of a number, which reaches far enough where it has no bounds.
+        """Return the control of a number, with a default range if it has no bounds.
 
-        A bound that is not a value itself is left out by a thousandth of the reach.
+        A range with an open end is shortened there by a thousandth.
         """
         first, last = _compute_slider_range(value, unit, low, high, 0.0, FACTOR)
         gap = 1e-3 * (last - first)
@@ -100,7 +116,7 @@ class ControlPlace:
     def several(
         self, values: Any, names: Sequence[str], unit: Any, united: bool = True, limits: Any = None
     ) -> Control:
-        """Return the control of several numbers, within limits (n, 2) where there are any."""
+        """Return the control of several numbers, within limits (n, 2) if these are passed."""
         each = [float(x) for x in values]
         units = [unit] * len(each) if isinstance(unit, str) else unit
         bounds = limits if limits is not None else [(None, None)] * len(each)
@@ -116,7 +132,7 @@ class ControlPlace:
 def _compute_slider_range(
     value: float, unit: str, low: float | None, high: float | None, middle: float, factor: float
 ) -> tuple[float, float]:
-    """Return the bounds of a number, or where there are none how far it reaches from a middle."""
+    """Return the bounds of a number, or a default range about `middle`."""
     far = max(factor * abs(value), REACH.get(unit, 1.0))
     ends = (low, middle - far), (high, middle + far)
     first, last = (float(x) if x is not None and math.isfinite(x) else reach for x, reach in ends)

@@ -1,4 +1,4 @@
-"""Tables for the documentation: what may stand in a table of a text, from the declarations."""
+"""Markdown tables of the keys of declared classes, for the documentation."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ GROUPS = ("", "goal", "features", "depth", "law", "weighting", "shaping")
 
 
 def format_markdown_table(kind: type[Any]) -> str:
-    """Return a Markdown table of the keys of a class: what each holds, its default, its meaning.
+    """Return a Markdown table of the keys of a class: type, default and meaning of each.
 
-    The fields of a group, which the class that declares them names, stand together.
+    The fields of a group, which is named by the declaring class, are placed together.
     """
     form, lines = (
         get_text_form(kind),

@@ -1,9 +1,9 @@
-"""Paths: the dotted names of declared numbers, resolved to get, replace and stack their values.
+"""Paths: dotted names of declared numbers, resolved to get, replace and stack their values.
 
-A path such as "robots.arm.links.deck.dh.alpha" is resolved once, by the declarations of what it
-leads through, to a row of parts: `Table`, `ListOf`, `Choice` and other specs give the part under
-a key. Every part knows how its owner has another value there, checked as when the owner is made,
-or numbers of many runs, which the simulation binds at once.
+A path such as "robots.arm.links.deck.dh.alpha" is resolved once to a sequence of parts: the specs
+(`Table`, `ListOf`, `Choice` and others) return the part for a key. A part can replace its value in
+the owner, with the checks of the owner, or put in the numbers of many runs, which the simulation
+binds at once.
 """
 
 from __future__ import annotations
@@ -22,24 +22,36 @@ from robsim.declare.fields import DeclaredField, fields_of
 from robsim.declare.scalars import LARGEST
 from robsim.declare.spec import Context, Spec
 
-Shapes = tuple[tuple[int | str, ...], ...]  # of the number of one run
+Shapes = tuple[tuple[int | str, ...], ...]  # valid shapes of the number of one run
 
 
 def _replace_whole(owner: Any, new: Any) -> Any:
-    """Return what is there instead of an owner that holds nothing else."""
+    """Return the new value, for an owner that holds nothing else."""
     return new
 
 
 @dataclass(frozen=True)
 class PathPart:
-    """A part of a value under one key: what it may hold, and how its owner has another.
+    """A part of a value under one key.
 
-    get     value of the part in its owner
-    put     owner with another value there, checked
-    hold    owner with another value there that is known to be right
-    stack   owner with the numbers (runs, ...) of all runs there; None where runs cannot differ
-    shapes  shapes that the number of one run may have
-    above   what every number is above where runs differ, if anything
+    Attributes
+    ----------
+    spec, c : Spec and Context
+        Spec of the part, and its context.
+    get : callable
+        Returns the part of an owner.
+    put : callable
+        Returns an owner with another part, checked.
+    hold : callable
+        Returns an owner with another part that is known to be valid.
+    stack : callable or None
+        Returns an owner with the numbers (runs, ...) of all runs; None if runs cannot differ.
+    shapes : tuple
+        Valid shapes of the number of one run.
+    above : float or None
+        Bound that every number exceeds if runs differ.
+    meaning : str
+        Description.
     """
 
     spec: Spec
@@ -53,85 +65,85 @@ class PathPart:
     meaning: str = ""
 
     def fits(self, shape: tuple[int, ...]) -> bool:
-        """Return whether the number of one run may have a shape, where a word is any size."""
+        """Return whether the number of one run may have a shape; a word stands for any size."""
         return any(
-            len(shape) == len(wanted)
-            and all(isinstance(n, str) or n == m for n, m in zip(wanted, shape, strict=True))
-            for wanted in self.shapes
+            len(shape) == len(valid_shape)
+            and all(isinstance(n, str) or n == m for n, m in zip(valid_shape, shape, strict=True))
+            for valid_shape in self.shapes
         )
 
 
 @dataclass(frozen=True)
 class DottedPath:
-    """A dotted name that is resolved: the parts through which it leads."""
+    """A resolved dotted name: a sequence of parts."""
 
     name: str
     parts: tuple[PathPart, ...]
 
     @property
     def leaf(self) -> PathPart:
-        """The part at the end."""
+        """The last part."""
         return self.parts[-1]
 
     def get(self, value: Any) -> Any:
-        """Return what a value has there."""
+        """Return the number of a value at this path."""
         for part in self.parts:
             value = part.get(value)
         return value
 
     def replace(self, value: Any, new: Any) -> Any:
-        """Return a copy of a value that has another number there, with every check made."""
+        """Return a copy of a value with another number at this path, checked."""
         return _replace_at_path(value, self.parts, new)
 
     def stack(self, value: Any, numbers: Array) -> Any:
-        """Return a copy of a value with the numbers (runs, ...) of all runs there."""
+        """Return a copy of a value with the numbers (runs, ...) of all runs at this path."""
         owner = value
         for part in self.parts[:-1]:
             owner = part.get(owner)
         assert self.leaf.stack is not None
         return _stack_at_path(value, self.parts[:-1], self.leaf.stack(owner, numbers))
 
-    def taken(self, given: Any, old: Any) -> Any:
-        """Return a number, or an array, as the leaf keeps it; InputError if a file cannot have it.
+    def taken(self, value: Any, old: Any) -> Any:
+        """Return a number or array as the leaf stores it; InputError if a file cannot hold it.
 
-        A text is what a file would say, a number is in SI.
+        A text is parsed as in a file; a number is in SI units.
         """
         spec, c = self.leaf.spec.plain_spec, self.leaf.c
-        if isinstance(given, np.generic | np.ndarray):
-            given = given.tolist()
-        text = isinstance(given, str) or (isinstance(given, list) and isinstance(given[0], str))
-        if text or (not spec.united and np.ndim(given) == 0):
-            made = spec.read(given, c)
+        if isinstance(value, np.generic | np.ndarray):
+            value = value.tolist()
+        text = isinstance(value, str) or (isinstance(value, list) and isinstance(value[0], str))
+        if text or (not spec.united and np.ndim(value) == 0):
+            checked = spec.read(value, c)
         else:
-            if not np.all(np.abs(np.asarray(given, dtype=float)) <= LARGEST):
+            if not np.all(np.abs(np.asarray(value, dtype=float)) <= LARGEST):
                 raise InputError(
-                    f"expected numbers of at most {LARGEST:g}, got {format_value(given)}"
+                    f"expected numbers of at most {LARGEST:g}, got {format_value(value)}"
                 )
-            made = spec.check(given, self.name)
-        shape = np.shape(made)
+            checked = spec.check(value, self.name)
+        shape = np.shape(checked)
         if not (self.leaf.fits(shape) if self.leaf.shapes else shape == np.shape(old)):
             raise InputError(f"{self.name}: another shape than {np.shape(old)}")
-        return made
+        return checked
 
 
 def resolve_path(spec: Spec, value: Any, name: str, c: Context) -> DottedPath | None:
-    """Return the path of a dotted name within a value that a spec declares; None if none leads.
+    """Return the path of a dotted name within a declared value; None if there is no such path.
 
-    Through what does not stand there, such as the parameters of another kind, no path leads.
+    A path leads through present parts only, not through parameters of another kind.
     """
     keys, parts = name.split("."), list[PathPart]()
     while keys:
-        found = spec.parts(keys, value, c)
-        if not found:
+        inner_parts = spec.parts(keys, value, c)
+        if not inner_parts:
             return None
-        parts += found
-        for part in found if keys else ():
+        parts += inner_parts
+        for part in inner_parts if keys else ():
             value, spec, c = part.get(value), part.spec, part.c
     return DottedPath(name, tuple(parts))
 
 
 def find_field_parts(form: type[Any], keys: list[str], value: Any, c: Context) -> list[PathPart]:
-    """Return the part of a declared object under the first of these keys, which is taken away."""
+    """Return the part of a declared object under the first key, and remove it from the keys."""
     each = _find_owner_field(form, keys[0])
     if each is None:
         return []
@@ -145,7 +157,7 @@ def find_field_parts(form: type[Any], keys: list[str], value: Any, c: Context) -
 
 
 def _find_owner_field(form: type[Any], key: str) -> DeclaredField | None:
-    """Return the field to which a key of the table of a class belongs."""
+    """Return the field that owns a key in the table of a class."""
     if form not in _OWNERS:
         _OWNERS[form] = {key: f for f in fields_of(form) for key in f.spec.keys(f.name)}
     return _OWNERS[form].get(key)
@@ -155,14 +167,14 @@ _OWNERS: dict[type[Any], dict[str, DeclaredField]] = {}
 
 
 def get_inner_context(form: type[Any], value: Any, c: Context) -> Context:
-    """Return the context inside of the table of an object."""
+    """Return the context inside the table of an object."""
     own = _LazyFields(value, form)
     inner = c.knowing(own=own, raw={})
     return form.facts(own, inner) if hasattr(form, "facts") else inner
 
 
 class _LazyFields(dict[str, Any]):
-    """The fields of an object by name, each looked up when it is asked for."""
+    """The fields of an object by name, each looked up at its first use."""
 
     def __init__(self, value: Any, form: type[Any]):
         super().__init__()
@@ -173,7 +185,7 @@ class _LazyFields(dict[str, Any]):
         return attrgetter(self.stands.get(name, name))(self.value)
 
     def get(self, name: str, default: Any = None) -> Any:
-        """Return a field; the default where the object has none of this name."""
+        """Return a field; the default if the object lacks it."""
         try:
             return self[name]
         except AttributeError:
@@ -181,7 +193,7 @@ class _LazyFields(dict[str, Any]):
 
 
 def make_field_part(form: type[Any], each: DeclaredField, value: Any, c: Context) -> PathPart:
-    """Return the part of a field, of the object itself or of the form that says it."""
+    """Return the part of a field, of an object or of the form that represents it in texts."""
     stands: Mapping[str, str] = {} if form is type(value) else getattr(form, "stands", {})
     name, spec = each.name, each.spec
     if form is not type(value) and hasattr(form, "of") and name not in stands:
@@ -202,13 +214,13 @@ def make_field_part(form: type[Any], each: DeclaredField, value: Any, c: Context
     )
     if each.stacked is None:
         return part
-    shaped = each.stacked
-    part = replace(part, shapes=shaped.shapes, above=shaped.above)
-    return replace(part, stack=lambda owner, x: hold(owner, shaped.bound(x)))
+    stacked = each.stacked
+    part = replace(part, shapes=stacked.shapes, above=stacked.above)
+    return replace(part, stack=lambda owner, x: hold(owner, stacked.bound(x)))
 
 
 def _make_setter(keys: Sequence[str], way: Callable[..., Any]) -> Callable[[Any, Any], Any]:
-    """Return what gives an object another value at attributes of attributes."""
+    """Return a function that replaces a nested attribute of an object."""
 
     def put(owner: Any, new: Any) -> Any:
         if len(keys) > 1:
@@ -219,25 +231,26 @@ def _make_setter(keys: Sequence[str], way: Callable[..., Any]) -> Callable[[Any,
 
 
 def replace_checked(value: Any, **changes: Any) -> Any:
-    """Return a copy with other fields, all of which are checked.
+    """Return a copy with other fields, all checked.
 
-    A class whose making takes long may know what to check again: its method `replace_checked`.
+    A class with an expensive constructor may define a method `replace_checked` that checks only the
+    changes.
     """
     own = getattr(value, "revised", None)
     return own(**changes) if own is not None else replace(value, **changes)
 
 
 def replace_stacked(value: Any, **changes: Any) -> Any:
-    """Return a copy with other fields, which are known to be right, or numbers of many runs.
+    """Return a copy with other fields that are known to be valid, or that hold many runs.
 
-    A class of which more follows from these has a method `replace_stacked`.
+    A class with values that depend on these fields has a method `replace_stacked`.
     """
     own = getattr(value, "held", None)
     return own(**changes) if own is not None else replace_unchecked(value, **changes)
 
 
 def make_item_part(spec: Spec, number: int, c: Context) -> PathPart:
-    """Return the part of a tuple at a place."""
+    """Return the part of a tuple at an index."""
 
     def put(owner: Any, new: Any) -> Any:
         return (*owner[:number], new, *owner[number + 1 :])

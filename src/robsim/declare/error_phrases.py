@@ -1,4 +1,4 @@
-"""Phrases of messages about what may stand in a place."""
+"""Phrases of error messages about valid values."""
 
 from __future__ import annotations
 
@@ -8,15 +8,15 @@ from typing import Any
 
 def format_methods(protocol: type[Any]) -> str:
     """Return the public methods of a protocol, such as "command(state)"."""
-    found = {name: each for name, each in vars(protocol).items() if inspect.isfunction(each)}
+    methods = {name: each for name, each in vars(protocol).items() if inspect.isfunction(each)}
     return " and ".join(
         f"{name}({', '.join(list(inspect.signature(each).parameters)[1:])})"
-        for name, each in found.items()
+        for name, each in methods.items()
         if not name.startswith("_")
     )
 
 
 def join_alternatives(*phrases: str) -> str:
-    """Return phrases joined with commas and 'or'."""
+    """Return phrases joined by commas and "or"."""
     *most, last = phrases
     return f"{', '.join(most)} or {last}" if most else last

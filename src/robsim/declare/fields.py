@@ -1,7 +1,7 @@
-"""The declared fields of frozen dataclasses, and the checks that follow from them.
+"""Declared fields of frozen dataclasses, and the checks of their values.
 
-A field is declared by its annotation, `Annotated[type, spec, "What it means."]`. One that no run
-depends on has a `Role` beside these.
+A field is declared by its annotation, `Annotated[type, spec, "Meaning."]`. A field without effect
+on a run also has a `Role` there.
 """
 
 from __future__ import annotations
@@ -22,10 +22,23 @@ from robsim.declare.spec import MISSING, Spec
 
 @dataclass(frozen=True, init=False)
 class PerRun:
-    """The mark of a field whose number may differ from run to run, in the shapes of one run.
+    """Annotation of a field with a number that may differ from run to run.
 
-    A stage then takes it as an array with the runs last, of `rows` where it has rows. Where runs
-    differ, each number is `above` another, if one is given.
+    A stage gets such a number as an array with the runs on the last axis.
+
+    Parameters
+    ----------
+    *shapes : tuple of (int or str)
+        Valid shapes of the number of one run. A word stands for any size.
+    rows : bool, default False
+        Whether the stage takes a two-dimensional array, with a row for each number.
+    above : float, optional
+        Bound that all numbers exceed if runs differ.
+
+    Examples
+    --------
+    >>> PerRun(()).bound(np.zeros(5)).shape
+    (5,)
     """
 
     shapes: tuple[tuple[int | str, ...], ...]
@@ -40,26 +53,32 @@ class PerRun:
         object.__setattr__(self, "above", above)
 
     def bound(self, values: Array) -> Array:
-        """Return numbers (runs, ...) as a stage takes them, read-only."""
+        """Return numbers (runs, ...) in the shape for a stage, read-only."""
         runs_last = np.ascontiguousarray(np.moveaxis(values, 0, -1))
         return make_read_only(np.atleast_2d(runs_last) if self.rows else runs_last)
 
 
 class Role(Enum):
-    """The purpose of a declared field: what changes with it."""
+    """Purpose of a declared field: the outputs that depend on it.
+
+    Examples
+    --------
+    >>> [role.value for role in Role]
+    ['run', 'label', 'figure', 'robot', 'file']
+    """
 
     RUN = "run"
-    LABEL = "label"  # what people read: titles, sources, colours
-    FIGURE = "figure"  # what figures show: housings, solids of links
-    ROBOT = "robot"  # what the controller of a robot does, and no simulation
-    FILE = "file"  # what files of other simulators hold: masses, limits of drives
+    LABEL = "label"  # texts for people: titles, sources, colours
+    FIGURE = "figure"  # content of figures: housings, solids of links
+    ROBOT = "robot"  # behaviour of a controller on a robot, not of a simulation
+    FILE = "file"  # content of files for other simulators: masses, limits of drives
 
 
 @dataclass(frozen=True)
 class DeclaredField:
-    """A declared field: what it may hold, what it means, and its default.
+    """A declared field: name, spec, meaning, default and role.
 
-    `stacked` says that its number may differ from run to run.
+    `stacked` is set if its number may differ from run to run.
     """
 
     name: str
@@ -71,12 +90,17 @@ class DeclaredField:
 
     @property
     def required(self) -> bool:
-        """Whether the field must be given."""
+        """Whether the field has no default."""
         return self.default is MISSING
 
 
 def fields_of(kind: type[Any]) -> tuple[DeclaredField, ...]:
-    """Return the declared fields of a dataclass, in the order of its arguments."""
+    """Return the declared fields of a dataclass, in the order of its arguments.
+
+    >>> from robsim import IBVS
+    >>> "gain" in [each.name for each in fields_of(IBVS)]
+    True
+    """
     if kind not in _FOUND:
         _FOUND[kind] = _collect_fields(kind)
     return _FOUND[kind]
@@ -87,34 +111,55 @@ _FOUND: dict[type[Any], tuple[DeclaredField, ...]] = {}
 
 def _collect_fields(kind: type[Any]) -> tuple[DeclaredField, ...]:
     hints = get_type_hints(kind, include_extras=True)
-    found = []
+    declared = []
     for each in dataclasses.fields(kind):
-        said = getattr(hints.get(each.name), "__metadata__", ())
-        specs = [part for part in said if isinstance(part, Spec)]
+        metadata = getattr(hints.get(each.name), "__metadata__", ())
+        specs = [part for part in metadata if isinstance(part, Spec)]
         if specs and each.init:
-            meaning = next((part for part in said if isinstance(part, str)), "")
-            stacked = next((part for part in said if isinstance(part, PerRun)), None)
-            role = next((part for part in said if isinstance(part, Role)), Role.RUN)
-            found.append(
+            meaning = next((part for part in metadata if isinstance(part, str)), "")
+            stacked = next((part for part in metadata if isinstance(part, PerRun)), None)
+            role = next((part for part in metadata if isinstance(part, Role)), Role.RUN)
+            declared.append(
                 DeclaredField(each.name, specs[0], meaning, _get_default(each), stacked, role)
             )
-    return tuple(found)
+    return tuple(declared)
 
 
 class DeclaredValue(Value):
-    """A value that checks its declared fields when it is made."""
+    """Base of frozen dataclasses that check their declared fields when they are created.
+
+    Instances are compared and hashed by value, arrays included.
+
+    Examples
+    --------
+    >>> from robsim.tasks import NearBorder
+    >>> NearBorder(10.0, (640, 480)) == NearBorder(10.0, (640, 480))
+    True
+    >>> NearBorder(-1.0, (640, 480))
+    Traceback (most recent call last):
+    ...
+    robsim.base.errors.InputError: NearBorder.margin must be a positive number (px), got -1.0
+    """
 
     def __post_init__(self) -> None:
         check_fields(self)
 
 
 def check_fields(value: Any) -> None:
-    """Check the declared fields of a new frozen dataclass, and keep them as they should be."""
+    """Check the declared fields of a new frozen dataclass, and store the checked values.
+
+    Call it in `__post_init__` of a class that does not derive from `DeclaredValue`.
+
+    >>> from robsim.endings import Region
+    >>> region = Region("arm.tool", low=(0, 0, 0), high=(1, 1, 1))
+    >>> check_fields(region) is None
+    True
+    """
     kind = type(value).__name__
     for each in fields_of(type(value)):
-        given = getattr(value, each.name)
-        if given is not None or each.default is not None or each.spec.takes_none:
-            checked = each.spec.check(given, f"{kind}.{each.name}")
+        value_given = getattr(value, each.name)
+        if value_given is not None or each.default is not None or each.spec.takes_none:
+            checked = each.spec.check(value_given, f"{kind}.{each.name}")
             object.__setattr__(value, each.name, checked)
 
 
@@ -127,7 +172,7 @@ def _get_default(each: dataclasses.Field[Any]) -> Any:
 
 
 def is_identical(a: Any, b: Any) -> bool:
-    """Return whether two values are one to the last bit: -0.0 is not 0.0."""
+    """Return whether two values are identical to the last bit: -0.0 differs from 0.0."""
     if type(a) is not type(b):
         return False
     if isinstance(a, float):
@@ -144,7 +189,7 @@ def is_identical(a: Any, b: Any) -> bool:
 
 
 def is_default(each: DeclaredField, value: Any) -> bool:
-    """Return whether a field has the value that it has where a text says nothing."""
+    """Return whether a field has its default value."""
     if each.required or is_identical(each.default, value):
         return not each.required
     if each.default is None and not each.spec.takes_none:

@@ -1,4 +1,4 @@
-"""Numbers of joints: each in the unit of its joint, which the scene knows."""
+"""Numbers of joints, each in the unit of its joint, which the scene defines."""
 
 from __future__ import annotations
 
@@ -27,32 +27,32 @@ class Axes(NamedTuple):
     names: Sequence[str]
 
 
-AxesOf = Callable[[Context], Axes | None]  # None where the scene is not known
+AxesOf = Callable[[Context], Axes | None]  # None if the scene is not known
 
 
 def get_coordinate_axes(c: Context) -> Axes | None:
-    """Return the coordinates of the scene."""
+    """Return the axes of the coordinates of the scene."""
     scene = c.facts.get("scene")
     return None if scene is None else Axes(scene.coordinate_units, scene.coordinate_names)
 
 
 def get_velocity_axes(c: Context) -> Axes | None:
-    """Return the velocities of the scene."""
+    """Return the axes of the velocities of the scene."""
     scene = c.facts.get("scene")
     return None if scene is None else Axes(scene.velocity_units, scene.velocity_names)
 
 
 def get_commanded_axes(c: Context) -> Axes | None:
-    """Return the velocities that the task around a value commands; None while it is read."""
+    """Return the axes of the velocities that the task commands; None while it is read."""
     known = c.facts.get("commanded")
     try:
         return known() if known else None
     except InputError:
-        return None  # of a task that this scene cannot have
+        return None  # the task does not fit the scene
 
 
 def get_followed_axes(c: Context) -> Axes | None:
-    """Return the coordinates of the joints that the task around a value follows."""
+    """Return the axes of the coordinates of the joints that the task follows."""
     axes: Axes | None = c.facts.get("followed")
     return axes
 
@@ -61,9 +61,9 @@ def get_followed_axes(c: Context) -> Axes | None:
 class PerJoint(Numbers):
     """A list of one number for each joint, which becomes an array.
 
-    `per` is "" for coordinates, "/s" for velocities and "/s^2" for accelerations. `later` says that
-    the joints are known only once the task around it is: until then each number may be of any
-    joint, and `check_deferred_numbers` has the last word.
+    `per` is "" for coordinates, "/s" for velocities and "/s^2" for accelerations. With `later`, the
+    joints are known only after the task is read: until then a number may have the unit of any
+    joint, and `check_deferred_numbers` does the final check.
     """
 
     axes: AxesOf
@@ -74,11 +74,11 @@ class PerJoint(Numbers):
 
     @property
     def of_any(self) -> tuple[str, ...]:
-        """The units of the numbers of any joint."""
+        """The possible units of a number, for any joint."""
         return f"rad{self.per}", f"m{self.per}"
 
     def axes_at(self, c: Context) -> Axes | None:
-        """Return the joints with the unit of each number; None where they are not known."""
+        """Return the joints with the unit of each number; None if they are not known."""
         axes = self.axes(c)
         return axes and Axes([f"{u.removesuffix('/s')}{self.per}" for u in axes.units], axes.names)
 
@@ -91,20 +91,20 @@ class PerJoint(Numbers):
         """Return numbers by their keys, each in the unit of its joint."""
         axes = self.axes_at(c)
         if axes is None and not self.later:
-            raise UnreadableValue  # for the scene, or the robot, is wrong already
+            raise UnreadableValue  # an error of the scene or robot is reported already
         if axes is None:
             c.facts["later"].append((self, raw, c))
         elif len(raw) != len(axes.units):
             names = ", ".join(axes.names) or "none"
             raise InputError(f"{len(raw)} {NOUNS[self.per]}, expected {len(axes.units)}: {names}")
-        made, units = {}, [(unit,) for unit in axes.units] if axes else [self.of_any] * len(raw)
+        values, units = {}, [(unit,) for unit in axes.units] if axes else [self.of_any] * len(raw)
         for (key, text), of in zip(raw.items(), units, strict=True):
             with prefix_path(key):
-                made[key] = self.read_one(text, *of)
-        return made
+                values[key] = self.read_one(text, *of)
+        return values
 
     def read_one(self, raw: Raw, *of: str) -> Any:
-        """Return a number in SI of a text in one of these units."""
+        """Return a number in SI from a text in one of these units."""
         return self.item.within(read_quantity(raw, *of), raw)
 
     def write(self, value: Any, c: Context) -> Any:
@@ -135,7 +135,7 @@ class OneOrEach(PerJoint):
     forms: ClassVar[tuple[str, ...]] = ("plain", "list")
 
     def demand(self, value: Any) -> str:
-        return ""  # once it is taken
+        return ""  # `taken` has checked it
 
     def taken(self, value: Any, what: str) -> Any:
         return as_one_or_each(value, what, "joint", zero=self.item.least == 0)
@@ -152,11 +152,11 @@ class OneOrEach(PerJoint):
             return super().write(value, c)
         return ExactQuantity(
             value, (self._kinds(c) or self.of_any)[0]
-        )  # of whatever joint: it is for all
+        )  # in the unit of the first joint
 
     def controls(self, value: Any, place: Any) -> Iterable[Any]:
         kinds = self._kinds(place.c)
-        if isinstance(value, float) and kinds:  # in the unit of the first: it is for all
+        if isinstance(value, float) and kinds:  # in the unit of the first joint
             return [place.slider(value, kinds[0], 0.0, None, True)]
         return super().controls(value, place)
 
@@ -173,14 +173,14 @@ class OneOrEach(PerJoint):
         return {"anyOf": [*for_all, super().schema(define)]}
 
     def _kinds(self, c: Context) -> list[str]:
-        """Return the units of the numbers of the joints, each once, without "1"."""
+        """Return the distinct units of the joints, without "1"."""
         axes = self.axes_at(c)
         return [unit for unit in dict.fromkeys(axes.units if axes else ()) if unit != "1"]
 
 
 @dataclass(frozen=True)
 class OfJoint(Number):
-    """A number in the unit of the joint whose table is around it; `per` is "" or "/s"."""
+    """A number in the unit of the joint that contains it; `per` is "" or "/s"."""
 
     per: str = ""
     united: ClassVar[bool] = True
@@ -200,42 +200,48 @@ class OfJoint(Number):
 
 
 def get_joint_unit(c: Context) -> str:
-    """Return the unit of the only coordinate of the joint; InputError if it has not one."""
+    """Return the unit of the single coordinate of a joint; InputError for other joints."""
     kind = c.facts["joint"]
     if kind is None:
         raise UnreadableValue
     if len(kind.units) != 1:
-        raise InputError(f"a {kind.name} joint has none; joints of one coordinate have one")
+        raise InputError(f"a {kind.name} joint has none; only joints of one coordinate have one")
     unit: str = kind.units[0]
     return unit
 
 
-def has_wrong_count(given: Any, owners: Sequence[str]) -> bool:
-    """Return whether there is a number for each, but not of these names; (n, runs) if runs differ.
+def has_wrong_count(numbers_given: Any, owners: Sequence[str]) -> bool:
+    """Return whether there is a number for each owner, but a wrong count of them.
 
-    One number for all, or one for each run, is no misfit.
+    One number for all owners, or one for each run, is not wrong. If runs differ, numbers have the
+    shape (n, runs).
     """
-    return (isinstance(given, tuple) or np.ndim(given) > 1) and len(given) != len(owners)
+    return (isinstance(numbers_given, tuple) or np.ndim(numbers_given) > 1) and len(
+        numbers_given
+    ) != len(owners)
 
 
-def check_joint_count(given: Any, name: str, owners: Sequence[str]) -> None:
-    """Raise InputError unless there is one number for all, or one for each of these names."""
-    if has_wrong_count(given, owners):
-        raise InputError(f"{len(given)} numbers of {name} for {len(owners)}: {', '.join(owners)}")
+def check_joint_count(numbers_given: Any, name: str, owners: Sequence[str]) -> None:
+    """Raise InputError unless there is one number for all owners, or one for each."""
+    if has_wrong_count(numbers_given, owners):
+        raise InputError(
+            f"{len(numbers_given)} numbers of {name} for {len(owners)}: {', '.join(owners)}"
+        )
 
 
-def broadcast_limits(given: Any, count: int) -> Array:
+def broadcast_limits(bounds: Any, count: int) -> Array:
     """Return limits (count,) from one for all, one for each, or None for infinity.
 
-    An array has the numbers of many runs, (runs,) or (count, runs): then the limits have, too.
+    An array has the numbers of many runs, (runs,) or (count, runs); then the result is (count,
+    runs).
     """
-    runs = given.shape[-1:] if isinstance(given, np.ndarray) else ()
-    values = np.asarray(np.inf if given is None else given, dtype=float)
+    runs = bounds.shape[-1:] if isinstance(bounds, np.ndarray) else ()
+    values = np.asarray(np.inf if bounds is None else bounds, dtype=float)
     return make_read_only(np.broadcast_to(values, (count, *runs)).copy())
 
 
 def check_deferred_numbers(later: Sequence[tuple[PerJoint, Any, Context]], axes: Axes) -> None:
-    """Report what does not fit the joints of a task, now that they are known."""
+    """Report numbers that do not fit the joints of a task, after these are known."""
     for spec, raw, c in later:
         with c.problems.at(*c.path):
             spec.read_each(raw, c.knowing(commanded=lambda: axes))

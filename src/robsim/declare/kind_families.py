@@ -1,8 +1,8 @@
-"""Families: the kinds of one sort of thing, by the names that texts use.
+"""Families: named kinds of features, laws, tasks and other exchangeable parts.
 
-A kind of RobSim is found in the files that `kinds.toml` lists for its family, and is imported when
-it is needed. A user's kind joins a family by `register`, or as an entry point of the group "robsim"
-whose object is the class, decorated likewise.
+The kinds of RobSim are found in the files that `kinds.toml` lists for each family, and are imported
+when they are needed. A user's kind joins a family by the decorator `register`, or as a registered
+class that is an entry point of the group "robsim".
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ class KindSource(NamedTuple):
 
 @dataclass
 class KindFamily:
-    """The kinds of one sort of thing, such as the "feature" or "law" of its `noun`."""
+    """The kinds of one family, such as "feature" or "law" (its `noun`)."""
 
     noun: str
     files: tuple[str, ...] = ()  # patterns of the files with the kinds of RobSim
@@ -42,7 +42,7 @@ class KindFamily:
 
     @cached_property
     def shipped(self) -> dict[str, KindSource]:
-        """The sources of RobSim's kinds by name, read from their files without importing them."""
+        """The sources of RobSim's kinds by name, read from their files without an import."""
         paths = [path for pattern in self.files for path in sorted(PACKAGE.glob(pattern))]
         return {
             name: KindSource(_get_module_name(path), kind)
@@ -53,22 +53,22 @@ class KindFamily:
 
     @property
     def names(self) -> list[str]:
-        """The names of all kinds: those of RobSim, and the others in order of registration."""
+        """The names of all kinds: RobSim's own, then the others in order of registration."""
         return list(dict.fromkeys([*self.shipped, *self.loaded]))
 
     @property
     def kinds(self) -> dict[str, type[Any]]:
-        """All kinds by name, which are imported for this."""
+        """All kinds by name. Access imports them."""
         return {name: self.find(name) for name in self.names}
 
     def get(self, name: str) -> type[Any] | None:
-        """Return the class of that name; None if there is none so far."""
+        """Return the class of a name; None if it is not registered yet."""
         if name not in self.loaded and name in self.shipped:
             import_module(self.shipped[name].module)
         return self.loaded.get(name)
 
     def find(self, name: object) -> type[Any]:
-        """Return the class of that name; InputError with the nearest, and all there are."""
+        """Return the class of a name; InputError with the nearest and all names."""
         key = name if isinstance(name, str) else ""
         kind = self.get(key)
         if kind is None:
@@ -80,7 +80,7 @@ class KindFamily:
         return kind
 
     def name_of(self, value: object) -> str | None:
-        """Return the name of the class of a value; None if it does not belong here."""
+        """Return the name of the class of a value; None if it does not belong to the family."""
         names = (name for name, kind in self.loaded.items() if type(value) is kind)
         return next(names, None)
 
@@ -109,22 +109,52 @@ def pluralize(noun: str) -> str:
 
 
 def family(noun: str) -> KindFamily:
-    """Return the family of that noun, which is made when it is first asked for."""
+    """Return the family with a noun, such as "law"; a new family if there is none.
+
+    >>> family("law").find("joint").__name__
+    'JointLaw'
+    """
     return _FAMILIES.setdefault(noun, KindFamily(noun))
 
 
 def families() -> dict[str, KindFamily]:
-    """Return all families by their nouns."""
+    """Return all families by their nouns.
+
+    >>> {"feature", "law", "task"} <= set(families())
+    True
+    """
     return dict(_FAMILIES)
 
 
 def register(noun: str, name: str | None = None) -> Callable[[K], K]:
-    """Return a decorator that gives a class its name in a family, such as ("feature", "points").
+    """Return a decorator that registers a class as a kind of a family.
 
-    Without a name the class has that of its attribute `name`. Its docstring gets a list of its
-    parameters, as by `described`.
+    A registered class can be used by its name in Python, scenario files, changes and saved runs.
+    The decorator also adds the declared fields to the docstring, as `described` does.
 
-    InputError: there is no such family, the name cannot be one, or another class has it.
+    Parameters
+    ----------
+    noun : str
+        Family, such as "feature".
+    name : str, optional
+        Name of the kind. Default: the attribute `name` of the class.
+
+    Returns
+    -------
+    callable
+        The decorator, which returns the class.
+
+    Raises
+    ------
+    InputError
+        If the family does not exist, if the name is not valid, or if another class has it.
+
+    Examples
+    --------
+    >>> register("featur", "mine")(type("Mine", (), {}))
+    Traceback (most recent call last):
+    ...
+    robsim.base.errors.InputError: no family 'featur'; did you mean 'feature'? ...
     """
 
     def named(kind: K) -> K:
@@ -145,7 +175,7 @@ def register(noun: str, name: str | None = None) -> Callable[[K], K]:
 
 
 def make_kind_getattr(noun: str) -> Callable[[str], type[Any]]:
-    """Return the `__getattr__` of a package that has the kinds of a family by their classes."""
+    """Return the `__getattr__` of a package that exports the kinds of a family by class name."""
 
     def named(attribute: str) -> type[Any]:
         for name, source in family(noun).shipped.items():
@@ -158,7 +188,7 @@ def make_kind_getattr(noun: str) -> Callable[[str], type[Any]]:
 
 @cache
 def _load_entry_points() -> None:
-    """Import what installed packages bring, once: their decorators do the rest."""
+    """Import the kinds of installed packages, once; their decorators register them."""
     from importlib.metadata import entry_points
 
     for point in entry_points(group="robsim"):

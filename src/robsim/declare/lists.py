@@ -1,4 +1,4 @@
-"""Lists of values: of one kind, or of names."""
+"""Lists of values, and lists of names."""
 
 from __future__ import annotations
 
@@ -21,15 +21,37 @@ from robsim.declare.texts import Text
 
 @dataclass(frozen=True)
 class ListOf(Spec):
-    """A list of at least and at most so many values, which becomes a tuple."""
+    """A field with a list of values, which becomes a tuple.
+
+    Parameters
+    ----------
+    item : Spec
+        Spec of each value.
+    least, most : int, default 0 and 10000
+        Bounds of the number of values.
+    alone : bool, default False
+        Whether Python code may pass a single value instead of a list.
+    by_hand : bool, default True
+        Whether user interfaces offer the values for editing.
+    names : sequence of str, optional
+        Names of numbers in user interfaces.
+    in_turn : bool, default False
+        Whether the reading of an item depends on the previous items.
+
+    Examples
+    --------
+    >>> from robsim.declare import Length
+    >>> ListOf(Length(), 1).check([1, 2.5], "sizes")
+    (1.0, 2.5)
+    """
 
     item: Spec
     least: int = 0
     most: int = 10_000
-    alone: bool = False  # whether in Python one value may stand for a list of it
-    by_hand: bool = True  # whether a person may change its values by hand
-    names: Sequence[str] = ()  # of its numbers, where a person changes them
-    in_turn: bool = False  # whether an item is read in the light of those before it
+    alone: bool = False
+    by_hand: bool = True
+    names: Sequence[str] = ()
+    in_turn: bool = False
     form: ClassVar[str] = "list"
 
     def check(self, value: Any, what: str) -> tuple[Any, ...]:
@@ -43,7 +65,7 @@ class ListOf(Spec):
         return tuple(self.item.check(each, what) for each in value)
 
     def read(self, raw: Raw, c: Context) -> tuple[Any, ...]:
-        if self._changes(raw, c.over):
+        if self._is_change(raw, c.over):
             return self._read_changes(raw, c)
         if not isinstance(raw, list):
             tables = self.item.form == "table" and isinstance(raw, Mapping) and c.path
@@ -52,10 +74,12 @@ class ListOf(Spec):
             )
         self._check_count(raw)
         before = c.problems.seen
-        made = [c.at(get_item_label(each, i)).tried(self.item, each) for i, each in enumerate(raw)]
+        values = [
+            c.at(get_item_label(each, i)).tried(self.item, each) for i, each in enumerate(raw)
+        ]
         if c.problems.seen > before:
             raise UnreadableValue
-        return tuple(made)
+        return tuple(values)
 
     def write(self, value: Any, c: Context) -> list[Raw]:
         if not isinstance(c.over, tuple) or not c.over or not self.named:
@@ -94,7 +118,7 @@ class ListOf(Spec):
             names = self.names or [str(i) for i in range(len(value))]
             yield place.several(value, names, unit, False)
         elif self.item.inside() and self.by_hand:
-            for name, each in zip(self._labels(value or ()), value or (), strict=True):
+            for name, each in zip(self._list_labels(value or ()), value or (), strict=True):
                 yield from self.item.controls(each, place.at(name))
 
     @property
@@ -104,7 +128,7 @@ class ListOf(Spec):
     def parts(self, keys: list[str], value: Any, c: Context) -> list[Any]:
         if not self.item.inside() or not isinstance(value, tuple):
             return []
-        names = self._labels(value)
+        names = self._list_labels(value)
         if keys[0] not in names:
             return []
         first = keys.pop(0)
@@ -115,28 +139,28 @@ class ListOf(Spec):
 
     @property
     def named(self) -> bool:
-        """Whether the items have names, by which a text changes them."""
+        """Whether the items have names, which a text uses to change them."""
         return bool(self._name_key) and isinstance(self.item, Table)
 
     @property
     def _name_key(self) -> str:
-        """The key under which the items have their names; "" if they have none."""
+        """The key of the names of the items; "" if they have no names."""
         return next(filter(None, map(find_name_key, self.item.inside())), "")
 
-    def _labels(self, value: Sequence[Any]) -> list[str]:
-        """Return the names of the items, or else their numbers."""
+    def _list_labels(self, value: Sequence[Any]) -> list[str]:
+        """Return the names of the items, or their numbers."""
         key = self._name_key
         return [getattr(each, key) if key else str(i) for i, each in enumerate(value)]
 
-    def _changes(self, raw: Raw, old: Any) -> bool:
-        """Return whether a text changes items of an old list, and is no new list."""
+    def _is_change(self, raw: Raw, old: Any) -> bool:
+        """Return whether a text changes items of an old list, instead of replacing the list."""
         several = isinstance(old, tuple) and bool(old) and bool(self.item.inside())
         return several and isinstance(raw, list if self.named else Mapping)
 
     def _read_changes(self, raw: Raw, c: Context) -> tuple[Any, ...]:
-        """Return the old list, of which items are changed by their names or numbers."""
-        before, labels = c.problems.seen, self._labels(c.over)
-        changes = self._by_name(raw, c) if isinstance(raw, list) else dict(raw)
+        """Return the old list with changed items, by their names or numbers."""
+        before, labels = c.problems.seen, self._list_labels(c.over)
+        changes = self._collect_changes_by_name(raw, c) if isinstance(raw, list) else dict(raw)
         numbered = f"; they are numbered 0 to {len(labels) - 1}"
         for name in changes.keys() - set(labels):
             hint = (
@@ -147,26 +171,26 @@ class ListOf(Spec):
             c.at(name).report(f"there is none{hint}")
         if self.in_turn:
             changes = {name: changes.get(name, {}) for name in labels}
-        made = [
+        values = [
             c.at(name, over=old).tried(self.item, changes[name]) if name in changes else old
             for name, old in zip(labels, c.over, strict=True)
         ]
         if c.problems.seen > before:
             raise UnreadableValue
-        return tuple(made)
+        return tuple(values)
 
-    def _by_name(self, raw: list[Raw], c: Context) -> dict[str, Raw]:
-        """Return the changes of a list of tables by the names that they say."""
-        found: dict[str, Raw] = {}
+    def _collect_changes_by_name(self, raw: list[Raw], c: Context) -> dict[str, Raw]:
+        """Return the changes in a list of tables, by the names in the tables."""
+        changes: dict[str, Raw] = {}
         for i, table in enumerate(raw):
             name = get_item_label(table, i)
             if isinstance(name, int):
-                c.at(i).report(f"needs the name of what it changes, got {format_value(table)}")
-            elif name in found:
+                c.at(i).report(f"needs the name of the item to change, got {format_value(table)}")
+            elif name in changes:
                 c.at(name).report("there are two tables of this name; give one")
             else:
-                found[name] = table
-        return found
+                changes[name] = table
+        return changes
 
     def _check_count(self, raw: list[Raw]) -> None:
         count = len(raw)
@@ -199,12 +223,12 @@ class Names(ListOf):
 
 
 def find_name_key(kind: type[Any]) -> str | None:
-    """Return the key under which things of a class have their name; None if they have none."""
+    """Return the key of the names of objects of a class; None if they have no names."""
     return next((key for key in ("name", "robot") if key in get_table_keys(kind)), None)
 
 
 def get_item_label(raw: Raw, number: int) -> str | int:
-    """Return the name of a table, or its number; a library robot has that of its model."""
+    """Return the name of a table, or its number; the name of a library robot is its model."""
     table = raw if isinstance(raw, Mapping) else {}
     name = next((table[key] for key in ("name", "model", "robot") if key in table), None)
     return name if isinstance(name, str) and name else number

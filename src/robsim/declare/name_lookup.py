@@ -1,4 +1,4 @@
-"""Dotted names: those that a value has, and those that may have been meant."""
+"""Listing of dotted names, and suggestions for unknown ones."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from typing import Any
 from robsim.declare.fields import fields_of
 from robsim.declare.tables import get_text_form
 
-# lists of things with names, and the key of the name
+# lists of named objects, and the key of the name
 NAMED = {"robots": "name", "objects": "name", "cameras": "name", "motions": "robot"}
 NAMED |= {"links": "name", "tools": "name", "phases": "name"}
 
 
 def yield_dotted_names(value: Any, depth: int = 0) -> Iterator[str]:
-    """Yield the dotted names of the keys of a declared value, and of the values within it.
+    """Yield the dotted names of the keys of a declared value and of its inner values.
 
     >>> from robsim import IBVS
     >>> "gain" in yield_dotted_names(IBVS())
@@ -37,7 +37,7 @@ def yield_dotted_names(value: Any, depth: int = 0) -> Iterator[str]:
 
 
 def suggest_dotted_names(path: str, names: Iterable[str]) -> str:
-    """Return the end of a message about an unknown dotted name: what may have been meant."""
+    """Return the end of a message about an unknown dotted name, with suggestions."""
     known = list(names)
     leaf = path.rpartition(".")[2]
     meant = [name for name in known if name.rpartition(".")[2] == leaf and name != path]

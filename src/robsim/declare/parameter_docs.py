@@ -1,4 +1,4 @@
-"""The parameters of declared classes in their docstrings, as `help` and editors show them."""
+"""Sections "Parameters" in the docstrings of declared classes."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from robsim.declare.fields import DeclaredField, fields_of
 from robsim.declare.spec import MISSING
 
 K = TypeVar("K", bound=type[Any])
-WIDTH = 92  # of a line
+WIDTH = 92  # longest line in characters
 
 
 class _Docstring:
-    """A class docstring that is completed when it is read: most are not, and fields take time."""
+    """A class docstring that is completed at its first use, because fields take time."""
 
     def __init__(self, text: str):
         self.text = text
@@ -29,7 +29,7 @@ class _Docstring:
 
 
 def _list_arguments(kind: type[Any]) -> tuple[DeclaredField, ...]:
-    """Return the declared fields of a dataclass, those that are given by keyword alone last."""
+    """Return the declared fields of a dataclass, keyword-only fields last."""
     keyword = {each.name: each.kw_only is True for each in dataclasses.fields(kind)}
     return tuple(sorted(fields_of(kind), key=lambda each: keyword[each.name]))
 
@@ -90,10 +90,10 @@ _MODULES = re.compile(r"\b(?:[A-Za-z_]\w*\.)+(?=[A-Za-z_])")
 
 
 def described(kind: K) -> K:
-    """Return a dataclass whose docstring lists its declared fields as parameters.
+    """Add the declared fields of a dataclass to its docstring.
 
-    A section "Parameters" in the manner of NumPy stands before the first example. As a decorator
-    it comes before `@dataclass`; `register` does the same.
+    The section "Parameters" is placed before the first example. Write the decorator above
+    `@dataclass`; `register` includes it.
 
     >>> from robsim.tasks import NearBorder
     >>> "margin : a positive number (px)" in NearBorder.__doc__
@@ -108,7 +108,7 @@ def described(kind: K) -> K:
 
 
 def add_parameters_section(text: str, fields: tuple[DeclaredField, ...]) -> str:
-    """Return a docstring with a section on these fields, before the first example.
+    """Return a docstring with a section on fields, before the first example.
 
     >>> from robsim.declare import Length
     >>> print(add_parameters_section("A ball.", (DeclaredField("radius", Length(above=0), "Its radius."),)))

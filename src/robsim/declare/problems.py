@@ -1,4 +1,4 @@
-"""The problems of a text: where each stands, what was given, and what would be valid."""
+"""Collected errors of a text: location, invalid value and valid values of each."""
 
 from __future__ import annotations
 
@@ -7,19 +7,19 @@ from contextlib import contextmanager
 
 from robsim.base.errors import FileError, InputError, format_value
 
-SHOWN = 10  # problems that one error lists
+SHOWN = 10  # largest number of problems in one error
 LONGEST = 600  # characters of one problem
 
 
 class UnreadableValue(Exception):
-    """The signal that a value cannot be read, for reasons that are already reported."""
+    """The signal that a value cannot be read because of errors that are already reported."""
 
 
 @contextmanager
 def prefix_path(*keys: str | int) -> Iterator[None]:
-    """Put these keys in front of the path of an InputError that comes from inside.
+    """Prepend keys to the path of an InputError from inside.
 
-    A FileError stays as it is: it says all that is wrong, and where.
+    A FileError is unchanged: its message is complete.
 
     >>> with prefix_path("cameras", "eye", "K"):
     ...     raise InputError("expected 9 numbers")
@@ -37,34 +37,34 @@ def prefix_path(*keys: str | int) -> Iterator[None]:
 
 
 class Problems:
-    """The problems of one text, collected so that one error can list them all."""
+    """The problems of one text, collected for a single error."""
 
     def __init__(self, source: str):
         self.source = source
-        self.found: list[str] = []
-        self.untold = 0  # how many more there are than are shown
-        self.seen = 0  # how many values were wrong, told of or not
+        self.lines: list[str] = []
+        self.hidden = 0  # number of problems that are not shown
+        self.seen = 0  # number of wrong values, shown or not
 
     @property
     def full(self) -> bool:
-        """Whether as many problems are known as an error lists; more need only be counted."""
-        return len(self.found) >= SHOWN
+        """Whether no more problems are shown; further ones are only counted."""
+        return len(self.lines) >= SHOWN
 
     def add(self, path: str, text: str) -> None:
-        """Add a problem, unless it is known; a path or text that is too long is cut."""
+        """Add a problem, unless it is listed already. Long paths and texts are shortened."""
         self.seen += 1
         if self.full:
-            self.untold += 1
+            self.hidden += 1
             return
         path = path if len(path) <= LONGEST // 2 else f"{path[:140]} ... {path[-140:]}"
         line = ": ".join(part for part in (self.source, path, text) if part)
         line = line if len(line) <= LONGEST else f"{line[: LONGEST - 4]} ..."
-        if line not in self.found:
-            self.found.append(line)
+        if line not in self.lines:
+            self.lines.append(line)
 
     @contextmanager
     def at(self, *keys: str | int) -> Iterator[None]:
-        """Keep an InputError that comes from inside, and go on."""
+        """Collect an InputError from inside, and continue."""
         try:
             with prefix_path(*keys):
                 yield
@@ -76,11 +76,11 @@ class Problems:
             pass
 
     def stop(self) -> None:
-        """Raise a FileError if there were problems: the first ten, one a line."""
-        if self.found:
+        """Raise a FileError if there were problems: the first ten, one per line."""
+        if self.lines:
             place = f"{self.source}: " if self.source else ""
-            rest = [f"{place}and {self.untold} more"] if self.untold else []
-            raise FileError("\n".join([*self.found, *rest])) from None
+            rest = [f"{place}and {self.hidden} more"] if self.hidden else []
+            raise FileError("\n".join([*self.lines, *rest])) from None
 
 
 def join_keys(*keys: str | int) -> str:
@@ -93,5 +93,5 @@ def join_keys(*keys: str | int) -> str:
 
 
 def _shorten_key(key: str) -> str:
-    """Return a key of the path; a path that is already joined stays as it is."""
+    """Return a key of a path, shortened if it is long; a path that is joined is unchanged."""
     return key if len(key) <= 200 and key.isprintable() else format_value(key)

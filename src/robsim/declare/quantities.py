@@ -1,4 +1,4 @@
-"""Numbers with units in texts, SI inside."""
+"""Numbers with units in texts, in SI units in Python."""
 
 from __future__ import annotations
 
@@ -34,23 +34,23 @@ EXAMPLES = {
 
 
 def read_quantity(raw: Raw, *of: str, count: int | None = None) -> Any:
-    """Return a number in SI of a text such as "22.86 cm", or `count` of "1, 2, 3 mm".
+    """Return a number in SI from a text such as "22.86 cm", or `count` from "1, 2, 3 mm".
 
-    `of` are the SI units of what it may be of; of "1" it is bare, as a quaternion's numbers are.
+    `of` are the SI units of the valid dimensions. The unit "1" stands for a number without a unit.
     """
     text, plain = isinstance(raw, str), isinstance(raw, int | float)
     if not (len(raw) <= LONGEST if text else plain and not abs(raw) > LARGEST):
         raise _make_unit_error(raw, of, count)
-    found = _parse_quantity(" ".join(raw.split()) if text else raw, of, count)
-    if not all(abs(number) <= LARGEST for number in (found if count else (found,))):
+    values = _parse_quantity(" ".join(raw.split()) if text else raw, of, count)
+    if not all(abs(number) <= LARGEST for number in (values if count else (values,))):
         raise UnitError(
             f"{format_value(raw)}: expected a number of at most {LARGEST:g} in SI units"
         )
-    return found
+    return values
 
 
 def _parse_quantity(text: Raw, of: tuple[str, ...], count: int | None) -> Any:
-    """Return numbers in SI of a text with a unit of the first dimension that it fits."""
+    """Return numbers in SI from a text with a unit of one of the dimensions."""
     for unit in of:
         try:
             if unit == "1":
@@ -63,10 +63,10 @@ def _parse_quantity(text: Raw, of: tuple[str, ...], count: int | None) -> Any:
 
 
 def _make_unit_error(raw: Raw, of: tuple[str, ...], count: int | None) -> UnitError:
-    wanted = "a bare number"
+    expected_text = "a bare number"
     if of != ("1",):
-        wanted = f"a short text with a unit, as in {format_examples(*of, count=count)}"
-    return UnitError(f"{format_value(raw)}: expected {wanted}")
+        expected_text = f"a short text with a unit, as in {format_examples(*of, count=count)}"
+    return UnitError(f"{format_value(raw)}: expected {expected_text}")
 
 
 def format_examples(*of: str, count: int | None = None) -> str:
@@ -75,28 +75,41 @@ def format_examples(*of: str, count: int | None = None) -> str:
 
 
 def format_example(unit: str, count: int | None = None) -> str:
-    """Return how a text says a quantity of an SI unit, or `count` of them."""
+    """Return an example text of a quantity in an SI unit, or of `count` of them."""
     number, name = EXAMPLES[DIMENSIONS[unit]].split(" ", 1)
     return f"{', '.join('123'[:count]) if count else number} {name}"
 
 
 class ExactQuantity(str):
-    """The text of numbers in SI, such as '0.1, 0.2 m', which knows them; bare of unit "1"."""
+    """The text of numbers in SI, such as '0.1, 0.2 m', with the numbers as an attribute."""
 
     numbers: tuple[float, ...]
     unit: str
 
     def __new__(cls, numbers: Any, unit: str) -> ExactQuantity:
-        """Return the text of a number, or of several."""
+        """Return the text of a number, or of several; the unit "1" is not written."""
         own = tuple(map(float, np.atleast_1d(numbers)))
-        made = super().__new__(cls, f"{', '.join(map(repr, own))} {unit}".removesuffix(" 1"))
-        made.numbers, made.unit = own, unit
-        return made
+        text = super().__new__(cls, f"{', '.join(map(repr, own))} {unit}".removesuffix(" 1"))
+        text.numbers, text.unit = own, unit
+        return text
 
 
 @dataclass(frozen=True, kw_only=True)
 class Quantity(Number):
-    """A number with a unit in a text, such as "5 cm", which becomes one in SI."""
+    """A field with a number that has a unit in texts, such as "5 cm", and is in SI in Python.
+
+    Parameters
+    ----------
+    above, least, below, most : float, optional
+        Bounds in SI units; `above` and `below` are exclusive.
+    dimension : str, default "length"
+        Dimension, such as "length", "turn rate" or "mass".
+
+    Examples
+    --------
+    >>> Quantity(dimension="speed", least=0).words()
+    'a number (m/s) not below 0'
+    """
 
     united: ClassVar[bool] = True
 
@@ -108,7 +121,7 @@ class Quantity(Number):
 
     @property
     def example(self) -> str:
-        """How a text says it."""
+        """An example text."""
         return format_example(self.si_unit)
 
     def parsed(self, raw: Raw, c: Context) -> Any:
@@ -130,30 +143,55 @@ class Quantity(Number):
 
 
 def Length(**bounds: Any) -> Quantity:
-    """Return a length in metres."""
+    """Return the spec of a length in metres, with the bounds of `Quantity`.
+
+    >>> Length(above=0).words()
+    'a positive number (m)'
+    """
     return Quantity(**bounds, dimension="length")
 
 
 def Angle(**bounds: Any) -> Quantity:
-    """Return an angle in radians."""
+    """Return the spec of an angle in radians, with the bounds of `Quantity`.
+
+    >>> Angle().words()
+    'a number (rad)'
+    """
     return Quantity(**bounds, dimension="angle")
 
 
 def Time(**bounds: Any) -> Quantity:
-    """Return a time in seconds."""
+    """Return the spec of a time in seconds, with the bounds of `Quantity`.
+
+    >>> Time(least=0).words()
+    'a number (s) not below 0'
+    """
     return Quantity(**bounds, dimension="time")
 
 
 @dataclass(frozen=True)
 class Vector(Quantity):
-    """Several quantities of one dimension in one text, such as "1, 2, 3 mm"."""
+    """A field with several quantities of one dimension in one text, such as "1, 2, 3 mm".
+
+    Parameters
+    ----------
+    dimension : str, default "length"
+        Dimension.
+    count : int, default 3
+        Number of quantities.
+
+    Examples
+    --------
+    >>> Vector(count=2).check([1, 2], "size")
+    (1.0, 2.0)
+    """
 
     dimension: si_units.Dimension = "length"
     count: int = 3
 
     @property
     def example(self) -> str:
-        """How a text says it."""
+        """An example text."""
         return format_example(self.si_unit, self.count)
 
     def demand(self, value: Any) -> str:
@@ -178,7 +216,7 @@ class Vector(Quantity):
 
 @dataclass(frozen=True, kw_only=True)
 class Amount(Number):
-    """A number in SI or a quantity such as "5 cm", `of` one of the units that the place says."""
+    """A number in SI or a quantity such as "5 cm", in one of the units that the context defines."""
 
     json: ClassVar[Mapping[str, Any]] = {"type": ["number", "string"]}
 

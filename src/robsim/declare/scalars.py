@@ -1,4 +1,4 @@
-"""Plain values: numbers within bounds, whole numbers and truth values."""
+"""Scalar fields: numbers within bounds, integers and truth values."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from robsim.base.arrays import as_floats
 from robsim.base.errors import InputError, format_value
 from robsim.declare.spec import Context, NoTextError, Raw, Spec, make_expected_error
 
-LARGEST = 1e9  # of any number in SI units, so that no product of poses overflows
+LARGEST = 1e9  # bound of all numbers in SI units, so that no product of poses overflows
 
 
 class Bound(NamedTuple):
-    """How a bound is said, how one that is broken is, what keeps it, and its key in a schema."""
+    """A kind of bound: its word, the phrase of an error, its comparison, and its schema key."""
 
     word: str
     demand: str
@@ -37,31 +37,31 @@ BOUNDS = {
 
 @dataclass(frozen=True)
 class PlainValue(Spec):
-    """A value that one test decides on, whether it comes from a text or from Python."""
+    """A field with a value that a single test accepts or rejects, in a text and in Python."""
 
     def demand(self, value: Any) -> str:
-        """Return what a value must be where it is something else, or ""."""
+        """Return a phrase for the valid values if a value is not valid, or ""."""
         raise NotImplementedError
 
     def taken(self, value: Any, what: str) -> Any:
-        """Return a Python value as it is kept; what it cannot be is refused later."""
+        """Return a Python value in its stored type, or unchanged if it is not valid."""
         return value
 
     def parsed(self, raw: Raw, c: Context) -> Any:
-        """Return what a text says, likewise."""
+        """Return the value of a text in its stored type, or unchanged if it is not valid."""
         return raw
 
     def within(self, value: Any, raw: Raw) -> Any:
-        """Return a value that a text says as `raw`; InputError unless it is one."""
+        """Return a value that was read from `raw`; InputError unless it is valid."""
         if demand := self.demand(value):
             raise make_expected_error(demand, raw)
         return value
 
     def check(self, value: Any, what: str) -> Any:
-        made = self.taken(value, what)
-        if self.demand(made):
+        taken = self.taken(value, what)
+        if self.demand(taken):
             raise InputError(f"{what} must be {self.accepts()}, got {format_value(value)}")
-        return made
+        return taken
 
     def read(self, raw: Raw, c: Context) -> Any:
         return self.within(self.parsed(raw, c), raw)
@@ -74,7 +74,24 @@ class PlainValue(Spec):
 
 @dataclass(frozen=True, kw_only=True)
 class Number(PlainValue):
-    """A finite number within bounds, in `unit` where that is not an SI unit."""
+    """A field with a finite number within bounds.
+
+    Parameters
+    ----------
+    above, below : float, optional
+        Exclusive bounds.
+    least, most : float, optional
+        Inclusive bounds.
+    unit : str, optional
+        Unit for messages and documents, if it is not an SI unit.
+
+    Examples
+    --------
+    >>> Number(above=0, most=1).check(0.5, "share")
+    0.5
+    >>> Number(above=0, unit="px").words()
+    'a positive number (px)'
+    """
 
     above: float | None = None
     least: float | None = None
@@ -84,13 +101,13 @@ class Number(PlainValue):
 
     @cached_property
     def limits(self) -> list[tuple[Bound, float]]:
-        """The bounds that are given, each with its number."""
+        """The declared bounds, each with its number."""
         own = ((bound, getattr(self, name)) for name, bound in BOUNDS.items())
         return [(bound, limit) for bound, limit in own if limit is not None]
 
     @property
     def bounds(self) -> str:
-        """What bounds a number, as the end of a phrase; "" where nothing does."""
+        """The bounds as the end of a phrase; "" if there are none."""
         return " and".join(f" {bound.word} {limit:g}" for bound, limit in self.limits)
 
     def demand(self, value: Any) -> str:
@@ -139,7 +156,18 @@ ANY, POSITIVE, NOT_NEGATIVE = Number(), Number(above=0), Number(least=0)
 
 @dataclass(frozen=True)
 class Integer(PlainValue):
-    """A whole number from `least` to `most`."""
+    """A field with a whole number.
+
+    Parameters
+    ----------
+    least, most : int, default 0 and 2**63 - 1
+        Inclusive bounds.
+
+    Examples
+    --------
+    >>> Integer(1).check(3.0, "count"), Integer(1).words()
+    (3, 'a whole number from 1 on')
+    """
 
     least: int = 0
     most: int = 2**63 - 1
@@ -167,7 +195,11 @@ class Integer(PlainValue):
 
 @dataclass(frozen=True)
 class Flag(PlainValue):
-    """A truth value."""
+    """A field with a truth value.
+
+    >>> Flag().check(True, "hold")
+    True
+    """
 
     phrase: ClassVar[str] = "true or false"
     json: ClassVar[Mapping[str, Any]] = {"type": "boolean"}

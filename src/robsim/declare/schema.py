@@ -1,4 +1,4 @@
-"""A JSON Schema of declared classes, by which editors complete and check TOML files."""
+"""JSON Schema of declared classes, for completion and checks of TOML files in editors."""
 
 from __future__ import annotations
 
@@ -14,27 +14,27 @@ Properties = dict[str, Any]
 
 @dataclass(frozen=True)
 class SchemaDefinitions:
-    """The schemas of declared classes, each made when a reference to it is first asked for.
+    """The schemas of declared classes, each created at the first reference to it.
 
-    With `partial` nothing is required: the tables change others.
+    With `partial` no key is required, for tables that change other tables.
     """
 
-    made: dict[str, Any] = field(default_factory=dict)
+    schemas: dict[str, Any] = field(default_factory=dict)
     partial: bool = False
 
     def __call__(self, kind: type[Any], name: str = "", **more: Any) -> dict[str, Any]:
-        """Return the reference to the table of a class, that of its kind `name` in its family."""
+        """Return the reference to the table of a class, with its kind `name` in a family."""
         key = "_".join(filter(None, [kind.__name__, name, "changes" if self.partial else ""]))
-        if key not in self.made:
-            self.made[key] = {}  # for tables within tables of the same kind
-            named = {"kind": {"const": name}} if name else {}
-            self.made[key] |= self.table(kind, {**named, **more}, list(named))
+        if key not in self.schemas:
+            self.schemas[key] = {}  # for tables within tables of the same kind
+            own = {"kind": {"const": name}} if name else {}
+            self.schemas[key] |= self.table(kind, {**own, **more}, list(own))
         return {"$ref": f"#/definitions/{key}"}
 
     @property
     def changes(self) -> SchemaDefinitions:
-        """The same where tables change others, so that no key is required."""
-        return SchemaDefinitions(self.made, True)
+        """The same schemas without required keys, for tables that change others."""
+        return SchemaDefinitions(self.schemas, True)
 
     def table(self, kind: type[Any], more: Properties, needed: list[str]) -> dict[str, Any]:
         """Return the schema of the table of a class, with `more` properties."""
@@ -45,19 +45,19 @@ class SchemaDefinitions:
         needed = [*needed, *(each.name for each in fields_of(get_text_form(kind)) if each.required)]
         needed = [] if self.partial else [key for key in needed if key in properties]
         about = (kind.__doc__ or "").split("\n")[0]
-        made = {"type": "object", "description": about, "properties": properties}
-        return {**made, "required": needed, "additionalProperties": False}
+        schema_of_table = {"type": "object", "description": about, "properties": properties}
+        return {**schema_of_table, "required": needed, "additionalProperties": False}
 
 
 def json_schema(kind: type[Any], **more: Any) -> dict[str, Any]:
-    """Return the JSON Schema of the table of a class, with `more` properties that are required."""
+    """Return the JSON Schema of the table of a class, with `more` required properties."""
     define = SchemaDefinitions()
     top = define.table(kind, more, list(more))
-    return {"$schema": DRAFT, **top, "definitions": define.made}
+    return {"$schema": DRAFT, **top, "definitions": define.schemas}
 
 
 def _add_description(each: DeclaredField, schema: dict[str, Any]) -> dict[str, Any]:
-    """Return a schema with the meaning of its field; beside a reference nothing may stand."""
+    """Return a schema with the meaning of its field; a reference is unchanged, as required."""
     if not each.meaning or "$ref" in schema or "description" in schema:
         return schema
     return {**schema, "description": each.meaning}

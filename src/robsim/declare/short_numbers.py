@@ -1,4 +1,4 @@
-"""Tables of exact numbers, with each in the unit in which a person would write it."""
+"""Exact numbers in texts, each in the unit that makes it short."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from robsim.base import si_units
 from robsim.declare.fields import is_identical
 from robsim.declare.quantities import DIMENSIONS, ExactQuantity
 
-LESS = re.compile(r"\b0\.")  # how a number below one begins
-WHOLE = 1e15  # up to which a number without a fraction may be said as a whole one
+LESS = re.compile(r"\b0\.")  # the start of a number below one
+WHOLE = 1e15  # integers below it are written without a decimal point
 
 
 def shorten_numbers(raw: Any) -> Any:
-    """Return tables in which each number has the unit that makes its text the shortest."""
+    """Return tables with each number in the unit that makes its text the shortest."""
     if isinstance(raw, Mapping):
         return {key: shorten_numbers(each) for key, each in raw.items()}
     if isinstance(raw, list):
@@ -30,12 +30,12 @@ def shorten_numbers(raw: Any) -> Any:
 
 
 def _rank_text(text: str) -> tuple[int, int, int]:
-    """Return by what one text of numbers is better than another: shorter, then whole."""
+    """Return a sort key of texts: length, then decimals below one, then decimal points."""
     return len(text), len(LESS.findall(text)), text.count(".")
 
 
 def _yield_texts(numbers: tuple[float, ...], unit: str) -> Iterator[str]:
-    """Yield texts that are read as these very numbers, the last in SI."""
+    """Yield texts that are read as exactly these numbers, the last one in SI."""
     if unit in DIMENSIONS:
         dimension = DIMENSIONS[unit]
         for each in sorted(si_units.list_units(dimension), key="rad".__eq__):
@@ -46,7 +46,7 @@ def _yield_texts(numbers: tuple[float, ...], unit: str) -> Iterator[str]:
 
 
 def _format_in_unit(x: float, unit: str, dimension: si_units.Dimension) -> str | None:
-    """Return the shortest number that is x in a unit; None where there is none."""
+    """Return the shortest text of x in a unit; None if no text reproduces x exactly."""
     ratio = x / si_units.get_unit_factor(unit, dimension)
     rounded = (round(ratio, digits) for digits in range(16))
     near = (math.nextafter(ratio, side) for side in (-math.inf, math.inf))
@@ -58,6 +58,6 @@ def _format_in_unit(x: float, unit: str, dimension: si_units.Dimension) -> str |
 
 
 def _format_decimal(x: float) -> str:
-    """Return a number without an exponent, where that is not longer."""
+    """Return a number without an exponent, unless the exponent makes it shorter."""
     exact = repr(float(x)).removesuffix(".0")
     return min(exact, format(Decimal(exact), "f"), key=len)

@@ -1,4 +1,4 @@
-"""The specification of what a declared field may hold: checked, read and written."""
+"""Specs: the types of declared fields, with their checks, reading and writing."""
 
 from __future__ import annotations
 
@@ -11,15 +11,15 @@ import numpy as np
 from robsim.base.errors import FileError, InputError, format_value
 from robsim.declare.problems import Problems, UnreadableValue, join_keys
 
-Raw = Any  # what a TOML text holds: tables, lists, texts, numbers, truth values
+Raw = Any  # a TOML value: table, list, text, number or truth value
 
 
 class NoTextError(Exception):
-    """The error about a value made of a user's Python code, which no text can hold."""
+    """The error about a value that contains a user's Python code and has no text."""
 
 
 class _Missing:
-    """The mark of a field without a value."""
+    """The type of MISSING, which marks a field without a value."""
 
     def __repr__(self) -> str:
         return "MISSING"
@@ -30,14 +30,14 @@ MISSING: Any = _Missing()
 
 @dataclass(frozen=True)
 class PythonValue:
-    """A value that Python code gives in a table, as it is, and a table of changes of it."""
+    """A Python object in a table, and a table of changes to it."""
 
     value: Any
     changes: Mapping[str, Raw] | None = None
 
 
 def is_numeric(value: Any) -> bool:
-    """Return whether a value is a number, or a list of numbers, also within lists."""
+    """Return whether a value is a number, or a nested list of numbers."""
     if isinstance(value, list):
         return all(map(is_numeric, value))
     return isinstance(value, int | float) and not isinstance(value, bool)
@@ -45,12 +45,11 @@ def is_numeric(value: Any) -> bool:
 
 @dataclass(frozen=True)
 class Context:
-    """The place of a value in a text, and the facts that are known there.
+    """The location of a value in a text, and facts from the outer tables.
 
-    `facts` come from outer tables, such as the scene whose joints give numbers their units.
-    `over` is the value before, where a text changes one: `Spec.read` then takes from it all that
-    the text leaves as it is, and `Spec.write` leaves out all that is the same. It is of this place
-    alone.
+    `facts` include the scene, which defines the units of joint numbers. `over` is the old value, if
+    a text changes one: `Spec.read` then keeps all of it that the text does not change, and
+    `Spec.write` omits equal parts. `over` belongs to this location only.
     """
 
     problems: Problems
@@ -59,35 +58,33 @@ class Context:
     over: Any = MISSING
 
     def at(self, *keys: str | int, over: Any = MISSING) -> Context:
-        """Return the context of a value inside."""
+        """Return the context of an inner value."""
         return Context(self.problems, (*self.path, *keys), self.facts, over)
 
     def changing(self, old: Any) -> Context:
-        """Return the context of a change of an old value."""
+        """Return the context of a change to an old value."""
         return Context(self.problems, self.path, self.facts, old)
 
     def knowing(self, **facts: Any) -> Context:
-        """Return the same place with more facts."""
+        """Return the same context with more facts."""
         return Context(self.problems, self.path, {**self.facts, **facts}, self.over)
 
     def report(self, text: str) -> None:
-        """Add a problem of the value here."""
+        """Add a problem of the value at this location."""
         self.problems.add(join_keys(*self.path), text)
 
     def blame(self, error: InputError) -> None:
-        """Add an error about the value here, or about a value inside."""
+        """Add an error of the value at this location, or of an inner value."""
         self.problems.add(join_keys(*self.path, error.path), error.text)
 
     def tried(self, spec: Spec, raw: Raw) -> Any:
-        """Return the value that `raw` says, or MISSING with its problem reported."""
+        """Return the value of `raw`, or MISSING with its problem reported."""
         try:
             if not isinstance(raw, PythonValue):
                 return spec.read(raw, self)
-            value = self._checked(spec, raw.value)
+            value = self._check_python_value(spec, raw.value)
             return value if raw.changes is None else spec.read(raw.changes, self.changing(value))
-        except (
-            UnreadableValue
-        ):  # for a problem that is reported elsewhere: nothing is made of the rest
+        except UnreadableValue:  # because of a problem that is reported elsewhere
             self.problems.seen += 1
         except FileError:
             raise
@@ -95,10 +92,10 @@ class Context:
             self.blame(error)
         return MISSING
 
-    def _checked(self, spec: Spec, value: Any) -> Any:
-        """Return a Python object as the field keeps it; plain values are those of a text.
+    def _check_python_value(self, spec: Spec, value: Any) -> Any:
+        """Return a Python object as the field stores it; plain values are read as in a text.
 
-        A number in SI stands for itself where a text has a unit.
+        Numbers of fields with a unit are in SI.
         """
         if isinstance(value, np.generic | np.ndarray) and not np.ndim(value):
             value = value.item()
@@ -110,96 +107,96 @@ class Context:
         except (TypeError, ValueError, AttributeError, OverflowError) as error:
             if isinstance(error, InputError):
                 raise
-            raise make_python_error(spec, value) from None  # of an object that is no number
+            raise make_python_error(spec, value) from None
 
 
 class UnwritableChange(Exception):
-    """The signal that no table says how one value differs from another."""
+    """The signal that no table can represent the difference between two values."""
 
 
 class Spec:
-    """The specification of what a declared field may hold.
+    """Base of the types of declared fields.
 
-    A field is written under its own name, unless `keys`, `pick` and `put` say otherwise.
+    By default a field has a single key, its name; `keys`, `pick` and `put` can change this.
     """
 
-    form: ClassVar[str] = "plain"  # or "list", or "table": by which `OneOf` tells them apart
-    forms: ClassVar[tuple[str, ...]] = ()  # where it is several
-    takes_none: ClassVar[bool] = False  # whether None is checked as well, where it is the default
-    united: ClassVar[bool] = False  # whether a text says it with a unit, and Python without
-    phrase: ClassVar[str] = ""  # for what is expected, where it is always the same
-    python_phrase: ClassVar[str] = ""  # for what Python code may give, likewise
-    json: ClassVar[Mapping[str, Any]] = {}  # its JSON Schema, likewise
+    form: ClassVar[str] = "plain"  # "plain", "list" or "table": selects a spec of `OneOf`
+    forms: ClassVar[tuple[str, ...]] = ()  # if there are several forms
+    takes_none: ClassVar[bool] = False  # whether a default None is checked too
+    united: ClassVar[bool] = False  # whether numbers have units in texts
+    phrase: ClassVar[str] = ""  # constant phrase for valid values
+    python_phrase: ClassVar[str] = ""  # constant phrase for valid Python values
+    json: ClassVar[Mapping[str, Any]] = {}  # constant JSON Schema
 
     def check(self, value: Any, what: str) -> Any:
-        """Return the value as the object keeps it; InputError that names `what`."""
+        """Return the value as the object stores it; InputError, naming `what`, if not valid."""
         return value
 
     def read(self, raw: Raw, c: Context) -> Any:
-        """Return the value that a text says, over `c.over`; InputError with what would be valid."""
+        """Return the value of a text, merged into `c.over`; InputError with the valid values."""
         raise NotImplementedError
 
     def write(self, value: Any, c: Context) -> Raw:
-        """Return how a text says the value exactly, or how it differs from `c.over`.
+        """Return the exact text value, or its difference from `c.over`.
 
-        NoText: it cannot. Unsayable: no text says the difference.
+        Raise NoText if there is no text, Unsayable if no text represents the difference.
         """
         raise NotImplementedError
 
     def words(self) -> str:
-        """Return what is expected, as a phrase."""
+        """Return a phrase for the valid values."""
         return self.phrase
 
     def accepts(self) -> str:
-        """Return what Python code may give, as a phrase: what a text says, without its units."""
+        """Return a phrase for the valid Python values; by default the text phrase without units."""
         return self.python_phrase or self.words().partition(", as in")[0]
 
     def text_words(self) -> str:
-        """Return likewise what is expected in a text, where that is something else."""
+        """Return a phrase for the valid text values, if it differs from `words`."""
         return self.words()
 
     def schema(self, define: Any) -> dict[str, Any]:
-        """Return a JSON Schema; `define` gives the reference to that of a declared class."""
+        """Return a JSON Schema; `define` returns the reference to a declared class."""
         return dict(self.json)
 
     def inside(self) -> Sequence[type[Any]]:
-        """Return the declared classes whose tables may stand here."""
+        """Return the declared classes of valid tables."""
         return ()
 
     def controls(self, value: Any, place: Any) -> Iterable[Any]:
-        """Return how a person may change a value at its `Place`; nothing where nobody can."""
+        """Return the controls of a value at its `Place`; none if it cannot be edited."""
         return ()
 
     @property
     def si_unit(self) -> str:
-        """The unit in Python of the numbers here; "" where there is none."""
+        """The SI unit of the numbers; "" if there is none."""
         return str(getattr(self, "unit", ""))
 
     @property
     def plain_spec(self) -> Spec:
-        """What a number here must be."""
+        """The spec of a number of this field."""
         return self
 
     def parts(self, keys: list[str], value: Any, c: Context) -> list[Any]:
-        """Return the `Part`s of a value to which the first keys lead, which are taken away."""
+        """Return the `Part`s of a value for the first keys, and remove these keys."""
         return []
 
-    # a field among the keys of its table
+    # the keys of the field in its table
 
     def keys(self, name: str) -> tuple[str, ...]:
-        """Return the keys of the table that say this field."""
+        """Return the keys of the field in its table."""
         return (name,)
 
     def inner(self, name: str, key: str) -> tuple[str, ...]:
-        """Return the keys within the value of the field to which one of its keys leads."""
+        """Return the keys within the value that correspond to a key of the table."""
         return () if key == name else (key,)
 
     def pick(self, table: Mapping[str, Raw], name: str, c: Context) -> Any:
-        """Return the value of the field from its table; MISSING if it is not there, or wrong."""
+        """Return the value of the field from its table; MISSING if it is absent or not valid."""
         return c.at(name, over=c.over).tried(self, table[name]) if name in table else MISSING
 
     def put(self, table: dict[str, Raw], name: str, value: Any, c: Context) -> None:
-        """Write the field into its table, and nothing for None."""
+        """Write the field into its table; nothing for None."""
         if value is not None:
             table[name] = self.write(value, c.at(name, over=c.over))
 
@@ -208,7 +205,7 @@ class Spec:
         return {name: self.schema(define)}
 
     def rows(self, name: str) -> list[tuple[str, str]]:
-        """Return each key with what it holds, for the documentation."""
+        """Return each key with its type in words, for the documentation."""
         return [(name, self.words())]
 
 
@@ -218,7 +215,7 @@ def add_article(noun: str) -> str:
 
 
 def make_expected_error(words: str, raw: Raw) -> InputError:
-    """Return the error about a value of the wrong kind."""
+    """Return the error about a value of a wrong type."""
     return InputError(f"must be {words}, got {format_value(raw)}")
 
 

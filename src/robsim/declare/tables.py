@@ -1,4 +1,4 @@
-"""Tables of a text, read and written by what classes declare of their fields."""
+"""Tables of a text, read and written by the declared fields of classes."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ Fields = dict[str, Any]
 
 
 def get_text_form(kind: type[Any]) -> type[Any]:
-    """Return the class that declares how a table of this kind looks: mostly the kind itself."""
+    """Return the class that declares the table of a kind: its `text_form`, or the kind itself."""
     form: type[Any] = getattr(kind, "text_form", kind)
     return form
 
@@ -45,87 +45,91 @@ def get_table_keys(kind: type[Any]) -> tuple[str, ...]:
 def read_table(
     kind: type[Any], raw: Raw, c: Context, *extra: str, form: type[Any] | None = None
 ) -> Any:
-    """Return the object that a table says, or into which it changes the object `c.over`.
+    """Return the object of a table, or the object `c.over` with the changes of the table.
 
-    Of an object of another kind the fields stay that mean the same here. Broken, InputError: with
-    all that is wrong.
+    If `c.over` is of another kind, fields with the same declaration are kept. Raise Broken or
+    InputError if the table is not valid.
     """
     if not isinstance(raw, Mapping):
         raise make_expected_error("a table", raw)
     form, before = form or get_text_form(kind), c.problems.seen
     _report_unknown_keys(form, raw, c, extra)
     source = _convert_old_value(form, c)
-    gone = {
+    removed = {
         key for key, each in raw.items() if isinstance(each, PythonValue) and each.value is None
     }
-    raw = {key: each for key, each in raw.items() if key not in gone}
-    kept = _collect_kept_fields(form, source, gone | _find_rival_fields(form, raw, c))
-    given = _read_fields(form, raw, kept, c)
+    raw = {key: each for key, each in raw.items() if key not in removed}
+    kept_fields = _collect_kept_fields(form, source, removed | _find_rival_fields(form, raw, c))
+    own_fields = _read_fields(form, raw, kept_fields, c)
     if c.problems.seen > before:
         raise UnreadableValue
-    made = replace(source, **given) if type(source) is form else form(**given)
-    return made if form is kind else made.made(c.knowing(own=given))
+    value = replace(source, **own_fields) if type(source) is form else form(**own_fields)
+    return value if form is kind else value.made(c.knowing(own=own_fields))
 
 
 def _convert_old_value(form: type[Any], c: Context) -> Any:
-    """Return the object that a table changes, as its table says it; MISSING if there is none."""
+    """Return the old object in the form of its table; MISSING if there is none."""
     if c.over is MISSING or not hasattr(form, "of") or type(c.over) is form:
         return c.over
     return form.of(c.over, c.knowing(brief=True, short=True))
 
 
 def _find_rival_fields(form: type[Any], raw: Mapping[str, Raw], c: Context) -> set[str]:
-    """Return the fields that cannot stand beside those of a table; report some of the table's."""
-    found = set[str]()
+    """Return the fields that exclude fields of a table; report exclusive fields of the table."""
+    excluded = set[str]()
     for group in getattr(form, "rivals", ()):
         ways = {
             way: [key for name in way for key in _get_field_keys(form, name) if key in raw]
             for way in group
         }
-        given = [", ".join(keys) for keys in ways.values() if keys]
-        if len(given) > 1:
-            c.report(f"{' and '.join(given)}: give one of them only")
-        found |= {name for way, keys in ways.items() if given and not keys for name in way}
-    return found
+        present = [", ".join(keys) for keys in ways.values() if keys]
+        if len(present) > 1:
+            c.report(f"{' and '.join(present)}: give one of them only")
+        excluded |= {name for way, keys in ways.items() if present and not keys for name in way}
+    return excluded
 
 
 def _get_field_keys(form: type[Any], name: str) -> tuple[str, ...]:
     return next(each.spec.keys(name) for each in fields_of(form) if each.name == name)
 
 
-def _collect_kept_fields(form: type[Any], source: Any, gone: set[str]) -> Fields:
-    """Return the fields of an object that stay as they are where a table does not say them."""
+def _collect_kept_fields(form: type[Any], source: Any, removed: set[str]) -> Fields:
+    """Return the fields of an old object that a table leaves unchanged."""
     if source is MISSING:
         return {}
     fields = fields_of(form)
     if type(source) is not form:
         before = [(each.name, each.spec) for each in fields_of(type(source))]
         fields = tuple(each for each in fields if (each.name, each.spec) in before)
-    return {each.name: getattr(source, each.name) for each in fields if each.name not in gone}
+    return {each.name: getattr(source, each.name) for each in fields if each.name not in removed}
 
 
-def _read_fields(form: type[Any], raw: Mapping[str, Raw], kept: Fields, c: Context) -> Fields:
-    """Return the fields that a table says, those that are kept, and the defaults of the rest."""
+def _read_fields(
+    form: type[Any], raw: Mapping[str, Raw], kept_fields: Fields, c: Context
+) -> Fields:
+    """Return the fields of a table, the kept fields, and the defaults of the others."""
     fields, first = fields_of(form), getattr(form, "facts_from", ())
-    usual = {each.name: each.default for each in fields if not each.required}
-    usual = {name: x for name, x in usual.items() if not raw.keys() & _get_field_keys(form, name)}
-    given: Fields = {}
-    own = ChainMap(given, kept, usual)
+    defaults = {each.name: each.default for each in fields if not each.required}
+    defaults = {
+        name: x for name, x in defaults.items() if not raw.keys() & _get_field_keys(form, name)
+    }
+    read_values: Fields = {}
+    own = ChainMap(read_values, kept_fields, defaults)
     inner = c.changing(MISSING).knowing(own=own, raw=raw, also=())
     facts = getattr(form, "facts", None)
     for each in sorted(fields, key=lambda each: each.name not in first):
         if facts and each.name not in first:
             inner, facts = facts(own, inner), None
-        value = read_field(each, raw, inner.changing(kept.get(each.name, MISSING)))
+        value = read_field(each, raw, inner.changing(kept_fields.get(each.name, MISSING)))
         if value is not MISSING:
-            given[each.name] = value
+            read_values[each.name] = value
     if check := getattr(form, "text_check", None):
         check(raw, inner)
     return dict(own)
 
 
 def read_field(each: DeclaredField, raw: Mapping[str, Raw], c: Context) -> Any:
-    """Return the value of a field from its table; MISSING if it is not there, or wrong."""
+    """Return the value of a field from its table; MISSING if it is absent or not valid."""
     before = c.problems.seen
     value = each.spec.pick(raw, each.name, c)
     if value is MISSING and each.required and c.over is MISSING and c.problems.seen == before:
@@ -136,10 +140,10 @@ def read_field(each: DeclaredField, raw: Mapping[str, Raw], c: Context) -> Any:
 def write_table(
     value: Any, c: Context, form: type[Any] | None = None, key: str | None = None
 ) -> dict[str, Raw]:
-    """Return the table that says an object exactly, or how it differs from the object `c.over`.
+    """Return the exact table of an object, or its difference from the object `c.over`.
 
-    The value of a `key` is there in any case. NoText: no text can say the object. Unsayable: none
-    can say the difference.
+    The value of `key` is always included. Raise NoText if the object has no text, Unsayable if no
+    text represents the difference.
     """
     form = form or get_text_form(type(value))
     if c.over is not MISSING:
@@ -177,14 +181,14 @@ def _write_changes(value: Any, c: Context, form: type[Any], key: str | None) -> 
 
 
 def _is_replaced(form: type[Any], name: str, own: Fields) -> bool:
-    """Return whether another field says what a field no longer does."""
+    """Return whether an exclusive field replaces a field that is None now."""
     groups = (group for group in getattr(form, "rivals", ()) if any(name in way for way in group))
     ways = (way for group in groups for way in group if name not in way)
     return any(own[each] is not None for way in ways for each in way)
 
 
 def _collect_field_values(value: Any, c: Context, form: type[Any]) -> tuple[Fields, Context]:
-    """Return the declared fields of an object as its table says them, and what is known there."""
+    """Return the declared fields of an object in the form of its table, and the inner context."""
     c = c.changing(MISSING)
     source = value if form is type(value) else form.of(value, c)
     own = {each.name: getattr(source, each.name) for each in fields_of(form)}
@@ -199,7 +203,7 @@ def _report_unknown_keys(form: type[Any], raw: Mapping[str, Raw], c: Context, ex
         if key in known:
             continue
         if c.problems.full:
-            c.problems.untold += 1
+            c.problems.hidden += 1
             c.problems.seen += 1
         else:
             c.at(key).report(
@@ -208,9 +212,9 @@ def _report_unknown_keys(form: type[Any], raw: Mapping[str, Raw], c: Context, ex
 
 
 def _check_undeclared_fields(source: Any, own: Fields) -> None:
-    """Raise NoText if an object holds what its declared fields do not say."""
+    """Raise NoText if an object has values outside its declared fields."""
     for each in dataclasses.fields(source):
-        if each.init and each.compare and each.name not in own:  # what is part of the value
+        if each.init and each.compare and each.name not in own:
             plain, value = each.default, getattr(source, each.name)
             if type(plain) is not type(value) or make_hashable(plain) != make_hashable(value):
                 raise NoTextError(f"{type(source).__name__} has a {each.name} of its own")
@@ -228,9 +232,22 @@ def yield_controls(value: Any, place: Any, form: type[Any] | None = None) -> Ite
 
 @dataclass(frozen=True)
 class Table(Spec):
-    """A table of one class, in the form of the class `says` if that is another.
+    """A field with a table of one class.
 
-    If it is `flat`, its keys stand in the table around it.
+    Parameters
+    ----------
+    kind : type
+        Class of the object.
+    says : type, optional
+        Class that declares the keys, if it is not `kind`.
+    flat : bool, default False
+        Whether the keys are in the outer table.
+
+    Examples
+    --------
+    >>> from robsim import Safety
+    >>> Table(Safety).words()
+    'a Safety'
     """
 
     kind: type[Any]
@@ -256,7 +273,7 @@ class Table(Spec):
         return self.written(value, c)
 
     def written(self, value: Any, c: Context, key: str | None = None) -> dict[str, Raw]:
-        """Return the table of a value, with the value of a `key` in any case."""
+        """Return the table of a value; the value of `key` is always included."""
         if type(value) is not self.kind:
             raise NoTextError(f"{type(value).__name__} is Python code")
         known = type(c.over) is type(value)
@@ -307,6 +324,6 @@ class Table(Spec):
         ]
         return {
             key: {**x, "description": each.meaning}
-            for each, made in fields
-            for key, x in made.items()
+            for each, schemas in fields
+            for key, x in schemas.items()
         }

@@ -1,4 +1,4 @@
-"""Texts: free, names, colors and words of a few."""
+"""Text fields: free texts, names, colours and words from a list."""
 
 from __future__ import annotations
 
@@ -17,7 +17,20 @@ from robsim.declare.spec import Context, Raw
 
 @dataclass(frozen=True)
 class Text(PlainValue):
-    """A text of a bounded length, which may have to fit a pattern."""
+    """A field with a text.
+
+    Parameters
+    ----------
+    most, least : int, default 2000 and 0
+        Bounds of the number of characters.
+    pattern : str, optional
+        Regular expression that the whole text must match.
+
+    Examples
+    --------
+    >>> Text(pattern="[a-z]+").check("abc", "word")
+    'abc'
+    """
 
     most: int = 2000
     pattern: str | None = None
@@ -43,7 +56,13 @@ class Text(PlainValue):
 
 @dataclass(frozen=True)
 class Name(Text):
-    """A name that is safe in files, figures and paths."""
+    """A field with a name that is safe in files, figures and paths.
+
+    Examples
+    --------
+    >>> Name().check("left_arm", "name")
+    'left_arm'
+    """
 
     most: int = LONGEST_NAME
     pattern: str | None = NAME_PATTERN
@@ -55,14 +74,14 @@ class Name(Text):
 
 @dataclass(frozen=True)
 class ColorSpec(Text):
-    """A colour by a name that Matplotlib knows; in Python in any form that Matplotlib takes."""
+    """A colour by its Matplotlib name; Python code may use any form that Matplotlib accepts."""
 
     most: int = 64
     pattern: str | None = r"[A-Za-z0-9#][A-Za-z0-9 #:._-]*"
     phrase: ClassVar[str] = "the name of a color"
 
     def check(self, value: Any, what: str) -> Any:
-        return value  # which only Matplotlib knows
+        return value  # Matplotlib checks it
 
 
 Color = ColorSpec()
@@ -70,7 +89,20 @@ Color = ColorSpec()
 
 @dataclass(frozen=True)
 class Word(PlainValue):
-    """One of a few words."""
+    """A field with one of a few words.
+
+    Parameters
+    ----------
+    choices : tuple of str
+        Valid words.
+    noun : str, default "choice"
+        Noun for messages.
+
+    Examples
+    --------
+    >>> Word(("near", "far")).words()
+    "'near' or 'far'"
+    """
 
     choices: tuple[str, ...]
     noun: str = "choice"

@@ -1,4 +1,4 @@
-"""A value in one of several forms."""
+"""Fields with a value in one of several forms."""
 
 from __future__ import annotations
 
@@ -13,10 +13,24 @@ from robsim.declare.spec import Context, NoTextError, Raw, Spec, make_expected_e
 
 @dataclass(frozen=True)
 class OneOf(Spec):
-    """One of several forms of a value: plain, a list, or a table."""
+    """A field with a value in one of several forms: plain, a list, or a table.
+
+    Parameters
+    ----------
+    *specs : Spec
+        Specs of the forms, tried in this order.
+    words : str, optional
+        Phrase for messages. Default: the phrases of the specs.
+
+    Examples
+    --------
+    >>> from robsim.declare import Number, Word
+    >>> OneOf(Word(("auto",)), Number(above=0)).check(2, "size")
+    2.0
+    """
 
     specs: tuple[Spec, ...]
-    summary: str = ""  # what is expected, where the specs do not say it well
+    summary: str = ""  # phrase for messages; "": the phrases of the specs
 
     def __init__(self, *specs: Spec, words: str = ""):
         object.__setattr__(self, "specs", specs)
@@ -24,7 +38,7 @@ class OneOf(Spec):
 
     @property
     def forms(self) -> tuple[str, ...]:  # type: ignore[override]
-        """The forms of all of them."""
+        """The forms of all specs."""
         return tuple(form for spec in self.specs for form in spec.forms or (spec.form,))
 
     def check(self, value: Any, what: str) -> Any:

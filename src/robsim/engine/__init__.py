@@ -1,1 +1,1 @@
-"""The loop: motion, images, command, judgement and record of runs in lockstep, and its threads."""
+"""The simulation loop: motion, images, command, termination and record of runs in lockstep."""

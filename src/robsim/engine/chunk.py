@@ -1,4 +1,4 @@
-"""The runs that advance in lockstep, and what is remembered of each from step to step."""
+"""Chunks: runs that advance in lockstep, and their memory from step to step."""
 
 from __future__ import annotations
 
@@ -13,37 +13,37 @@ from robsim.kernels.machine.program import Blocks
 
 
 class Chunk(Blocks):
-    """The runs of a chunk that go on: their numbers, and what Python code remembers of them."""
+    """The running runs of a chunk: their numbers, and the memory of Python code."""
 
     def keep(self, going: NDArray[np.bool_]) -> None:
-        """Go on with some of the runs."""
+        """Keep only some of the runs."""
         self.memory = _select_memory(self.memory, going)
         super().keep(going)
 
 
 @dataclass(eq=False)
 class ChunkProgress:
-    """A chunk of runs on its way: these rows of all runs, and the step that comes next."""
+    """The progress of a chunk: its rows of all runs, its state, and its next step."""
 
     rows: NDArray[np.int64]
-    chunk: Chunk | None = None  # before it has begun, and after its end
+    chunk: Chunk | None = None  # None before the first step and after the last
     step: int = 0
     done: bool = False
 
 
 def _select_memory(memory: dict[str, Any], going: NDArray[np.bool_]) -> dict[str, Any]:
-    """Return what a controller or a user's law remembers of the runs that go on."""
-    kept: dict[str, Any] = {}
+    """Return the memory of a controller or a user's law, of the running runs only."""
+    selected: dict[str, Any] = {}
     for name, value in memory.items():
         if isinstance(value, dict):
-            kept[name] = _select_memory(value, going)
+            selected[name] = _select_memory(value, going)
         else:
-            kept[name] = _check_memory_rows(name, value, going.size)[going]
-    return kept
+            selected[name] = _check_memory_rows(name, value, going.size)[going]
+    return selected
 
 
 def _check_memory_rows(name: str, value: Any, runs: int) -> NDArray[Any]:
-    """Return a remembered array, one row for each run; InputError if it is none."""
+    """Return an array of the memory, one row for each run; InputError for another shape."""
     try:
         array = np.asarray(value)
     except ValueError:  # rows of unequal lengths

@@ -14,12 +14,12 @@ from robsim.servo.command import Command
 
 
 class ChunkState(NamedTuple):
-    """The true state of a chunk, what its cameras see, and what is commanded; the run last."""
+    """The true state of a chunk, its projections and its commands; the run is the last axis."""
 
     q: Array  # (nq, B)
     qd: Array  # (nv, B) commanded
-    rates: Array  # (nv, B) of the joints where they do not follow at once; else no rows
+    rates: Array  # (nv, B) velocities of the joints, if they differ from qd; else no rows
     projections: dict[PairKey, Projection]  # of every camera and its target
-    pixels: Array  # (N, 2, B) of all of them, without noise
+    pixels: Array  # (N, 2, B) image coordinates of all marks, without noise
     command: Command
     outcome: NDArray[np.int8]

@@ -1,4 +1,4 @@
-"""Endings: conditions of an experiment on which its runs end, beside those that always end one."""
+"""Endings: further conditions that end the runs of an experiment."""
 
 from __future__ import annotations
 
@@ -22,13 +22,36 @@ from robsim.world.scene import Scene
 
 @dataclass(frozen=True, eq=False)
 class ControlInstant:
-    """What an ending sees of B runs at a control instant, after the command, with the run first.
+    """State of B runs at a control instant after the command, for an `Ending`.
 
-    time     seconds since the start
-    scene    the true scene, for its names; where numbers differ from run to run, of any run
-    q, qd    coordinates (B, nq), and velocities (B, nv) commanded or prescribed
-    error    of the features (B, k)
-    pixels   true image (B, N, 2) of all marks
+    The run is the first axis of all arrays.
+
+    Attributes
+    ----------
+    time : float
+        Seconds since the start.
+    scene : Scene
+        True scene, for its names. If numbers differ from run to run, they are of an arbitrary run.
+    q : ndarray of shape (B, nq)
+        Coordinates.
+    qd : ndarray of shape (B, nv)
+        Commanded or prescribed velocities.
+    error : ndarray of shape (B, k)
+        Error of the features.
+    pixels : ndarray of shape (B, N, 2)
+        True image coordinates of all marks.
+    runs : ndarray of shape (B,)
+        Numbers of the runs in their batch, from 0.
+
+    Examples
+    --------
+    An ending of your own, for a high tool:
+
+    >>> class TooHigh:
+    ...     def holds(self, now):
+    ...         return now.position("arm.tool")[:, 2] > 1.0
+    >>> isinstance(TooHigh(), Ending)
+    True
     """
 
     time: float
@@ -37,7 +60,7 @@ class ControlInstant:
     qd: Array
     error: Array
     pixels: Array
-    runs: NDArray[np.int64]  # (B,) numbers of the runs in their batch, from 0 on
+    runs: NDArray[np.int64]
 
     def pose(self, frame: str) -> Array:
         """Return the pose (B, 4, 4) of a frame in the world."""
@@ -54,14 +77,24 @@ class ControlInstant:
 
 @runtime_checkable
 class Ending(Protocol):
-    """The interface of an ending: any object with this method.
+    """Interface of an ending: a condition that ends runs.
 
-    Registered with `register("ending", "my_ending")`, it has a place in scenario files. It may also
-    have `check(scene)`, which raises an InputError before anything runs.
+    Any object with the method `holds` is an ending. A class registered with `register("ending",
+    "my_ending")` can be used in scenario files. An optional method `check(scene)` raises an
+    InputError before the simulation if the ending does not fit the scene.
+
+    See Also
+    --------
+    Region, TooClose : Endings of RobSim.
+
+    Examples
+    --------
+    >>> isinstance(TooClose("left.tool", "right.tool", 0.1), Ending)
+    True
     """
 
     def holds(self, now: ControlInstant) -> NDArray[np.bool_]:
-        """Return truth values (B,): which runs end now."""
+        """Return a mask (B,) of the runs that end now."""
 
 
 ENDINGS = family("ending")
@@ -72,16 +105,18 @@ ENDING_LIST = ListOf(ENDING, most=64, alone=True)
 @register("ending", "region")
 @dataclass(frozen=True)
 class Region(FrameBox):
-    """The ending that the origin of a frame is in a box of the world, or with `leaves` out of it.
+    """Ending of runs by the position of a frame: inside a box of the world, or outside.
+
+    With `leaves`, a run ends when the origin of the frame is outside the box.
 
     >>> Region("arm.tool", low=(-1, -1, 0), high=(1, 1, 2), leaves=True).frame
     'arm.tool'
     """
 
-    leaves: Annotated[bool, Flag(), "Whether the run ends outside the box, not within it."] = False
+    leaves: Annotated[bool, Flag(), "Whether a run ends outside the box, not inside."] = False
 
     def holds(self, now: ControlInstant) -> NDArray[np.bool_]:
-        """Return truth values (B,): which runs end now."""
+        """Return a mask (B,) of the runs that end now."""
         at = now.position(self.frame)
         within = ((at >= self.low) & (at <= self.high)).all(axis=1)
         return np.asarray(within != self.leaves)
@@ -90,15 +125,17 @@ class Region(FrameBox):
 @register("ending", "too_close")
 @dataclass(frozen=True)
 class TooClose(DeclaredValue):
-    """The ending that the origins of two frames are nearer to each other than a distance.
+    """Ending of runs by the distance between the origins of two frames.
+
+    A run ends when the distance falls below a bound.
 
     >>> TooClose("left.tool", "right.tool", 0.1).distance
     0.1
     """
 
-    one: Annotated[str, FrameReference, "Frame whose origin is looked at."]
-    other: Annotated[str, FrameReference, "Frame to whose origin the distance is measured."]
-    distance: Annotated[float, Length(above=0), "Distance below find_first_ending a run ends."]
+    one: Annotated[str, FrameReference, "First frame."]
+    other: Annotated[str, FrameReference, "Second frame."]
+    distance: Annotated[float, Length(above=0), "Least allowed distance of the origins."]
 
     def check(self, scene: Scene) -> None:
         """Raise FrameError unless the scene has both frames."""
@@ -106,13 +143,13 @@ class TooClose(DeclaredValue):
             scene.tree.find(frame)
 
     def holds(self, now: ControlInstant) -> NDArray[np.bool_]:
-        """Return truth values (B,): which runs end now."""
+        """Return a mask (B,) of the runs that end now."""
         apart = euclidean_length((now.position(self.one) - now.position(self.other)).T)
         return np.asarray(apart < self.distance)
 
 
 def check_endings(endings: Sequence[Ending], scene: Scene) -> None:
-    """Raise InputError unless every ending can be looked at in a scene."""
+    """Raise InputError unless every ending fits the scene."""
     for ending in endings:
         check = getattr(ending, "check", None)
         try:
@@ -123,16 +160,16 @@ def check_endings(endings: Sequence[Ending], scene: Scene) -> None:
 
 
 def find_first_ending(endings: Sequence[Ending], now: ControlInstant) -> NDArray[np.int64]:
-    """Return the number (B,) of the first ending that holds, or -1."""
-    found = np.full(len(now.q), -1)
+    """Return the index (B,) of the first ending that holds, or -1."""
+    first = np.full(len(now.q), -1)
     for i, ending in enumerate(endings):
         holds = _evaluate_ending(ending, now)
-        found[holds & (found < 0)] = i
-    return found
+        first[holds & (first < 0)] = i
+    return first
 
 
 def _evaluate_ending(ending: Ending, now: ControlInstant) -> NDArray[np.bool_]:
-    """Return truth values (B,) of an ending, which may be a user's."""
+    """Return the mask (B,) of an ending, which may be a user's object."""
     value = ending.holds(now)
     try:
         holds: NDArray[Any] = np.asarray(value)

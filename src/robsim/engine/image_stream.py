@@ -1,4 +1,4 @@
-"""The images that reach the controller: late, rare, lost, hidden or wrong, run by run."""
+"""The image stream: images with delay, loss, occlusion and noise for the controller."""
 
 from __future__ import annotations
 
@@ -24,17 +24,18 @@ from robsim.servo.controller_rows import ControllerInputs, ViewRows, add_image
 from robsim.world.imperfections.image_effect import ImageEffectStage, ImageRows, MarkGroup
 from robsim.world.sensing import Sensing
 
-ROUNDING = 1e-9  # of a period: times that differ by less are one
-TOGETHER = 256  # runs of a chunk, unless others are asked for
+ROUNDING = 1e-9  # periods; times that differ by less are equal
+TOGETHER = 256  # default number of runs in a chunk
 
 
 class ImageStream:
-    """The rows of a program with the images that the controller gets, and the stages of them.
+    """Rows and stages of a program for the images that the controller gets.
 
-    `true` is the first row of the image of this instant, as it truly is, and `seen` that of the
-    same without marks that are out of the image, where these are excused. `pixels` and `depth` are
-    from `measure` on those of the image that is used. `hidden` has a row for each mark, or is
-    -1, and `age` is that of the image in periods, rounded up. `views` and `status` are of `look`.
+    `true` is the first row of the true image at this instant. `seen` is the same image without the
+    marks outside of it, if the task allows such marks; else it equals `true`. After `measure`,
+    `pixels` and `depth` are the image that the controller uses, `hidden` has a row for each mark or
+    is None, and `age` is the age of that image in periods, rounded up. `look` sets `views` and
+    `status`.
     """
 
     def __init__(
@@ -67,29 +68,29 @@ class ImageStream:
 
     @property
     def fresh(self) -> bool:
-        """Whether the image that is used is always that of this instant."""
-        return not (self.late or self._keeps)
+        """Whether the controller always uses the image of the present instant."""
+        return not (self.late or self._reuses_images)
 
     @property
     def late(self) -> bool:
-        """Whether images need time to arrive."""
+        """Whether images arrive with a delay."""
         return bool(self.delays.any())
 
     @property
-    def _keeps(self) -> bool:
-        """Whether an image, or some of its marks, may be used again."""
+    def _reuses_images(self) -> bool:
+        """Whether an image, or some of its marks, may be used more than once."""
         return self.every > 1 or any(
             each.effect.place >= ImageEffectStage.HIDDEN for each in self.effects
         )
 
     def look(self) -> None:
         """Add the stages that project the marks into the images."""
-        self.views = self.taken(self.plant.placed, self.true, self.seen, self.status)
+        self.views = self.add_projections(self.plant.placed, self.true, self.seen, self.status)
 
     def measure(self) -> ControllerInputs:
-        """Add the stages that measure, and return what the controller gets."""
+        """Add the stages that measure, and return the input of the controller."""
         plant = self.plant
-        self._deliver()
+        self._add_transport()
         q = plant.measured()
         views = {
             sight.key: ViewRows(*self.rows(group), each.frames)
@@ -101,26 +102,30 @@ class ImageStream:
         )
 
     def remember(self) -> None:
-        """Add the stages that keep the image of the period that ends, before the joints move."""
+        """Add the stages that store the image of the past period, before the joints move."""
         if not self.late:
             return
         self.ring = self.program.rows(self.length, 3 * self.N)
-        between = self._between() if self._passes else self.seen
-        given = {"then": self.seen, "between": between, "share": self.share}
-        self.program.add(image_delay.store_image, **given, ring=self.ring)
+        between = self._add_intermediate_image() if self._passes else self.seen
+        images = {"then": self.seen, "between": between, "share": self.share}
+        self.program.add(image_delay.store_image, **images, ring=self.ring)
 
-    def _between(self) -> BlockRows:
-        """Add the stages of an image that is taken while a period passes; return its rows."""
-        found = self.program.rows(3 * self.N)
-        seen = self.program.rows(3 * self.N) if self.excused else found
-        self.taken(self.plant.within(self.ahead), found, seen, self.program.rows())
+    def _add_intermediate_image(self) -> BlockRows:
+        """Add the stages of an image within the past period, and return its rows."""
+        image = self.program.rows(3 * self.N)
+        seen = self.program.rows(3 * self.N) if self.excused else image
+        self.add_projections(self.plant.within(self.ahead), image, seen, self.program.rows())
         return seen
 
-    def taken(
+    def add_projections(
         self, placed: FKStages, image: BlockRows, seen: BlockRows, status: BlockRows
     ) -> list[ViewRows]:
-        """Add the stages of an image of bodies that are placed, of what is seen, and its status."""
-        found, of, taken = [], WORST_STATUS, split_image_rows(image)
+        """Add the stages that project the marks of placed bodies into an image.
+
+        `seen` gets the image without the marks outside of it, and `status` the visibility. Return
+        the views.
+        """
+        views, of, taken = [], WORST_STATUS, split_image_rows(image)
         shown = taken if seen is image else split_image_rows(seen)
         for sight, group in zip(self.sights, self.groups, strict=True):
             some = group.rows
@@ -128,33 +133,35 @@ class ImageStream:
             to = rows if seen is image else [part[some] for part in shown]
             if sight.key in self.excused:
                 each = self.program.rows(len(sight.target.marks))
-                found.append(add_image(self.program, placed, sight, *rows, each, of=EACH_STATUS))
-                given = dict(zip(("pixels", "depth", "seen", "seen_depth"), rows + to, strict=True))
-                self.program.add(mark_occlusion.blank_missing_marks, **given, status=each)
+                views.append(add_image(self.program, placed, sight, *rows, each, of=EACH_STATUS))
+                parts_of_image = dict(
+                    zip(("pixels", "depth", "seen", "seen_depth"), rows + to, strict=True)
+                )
+                self.program.add(mark_occlusion.blank_missing_marks, **parts_of_image, status=each)
                 continue
-            found.append(add_image(self.program, placed, sight, *rows, status, of=of))
+            views.append(add_image(self.program, placed, sight, *rows, status, of=of))
             of = CONTINUED_STATUS
             if seen != image:
                 for part, other in zip(rows, to, strict=True):
                     self.program.add(copy_rows, rows=part.flat, to=other.flat)
-        return found
+        return views
 
     def rows(self, group: MarkGroup) -> tuple[BlockRows, BlockRows, BlockRows | None]:
-        """Return the rows of pixels, depths and whether they are hidden, of some of the marks."""
+        """Return the rows of pixels, depths and occlusion of a group of marks."""
         hidden = self.hidden[group.rows] if self.hidden is not None else None
         return self.pixels[group.rows], self.depth[group.rows], hidden
 
-    def _deliver(self) -> None:
-        """Add the stages from the true image to the one that is used."""
+    def _add_transport(self) -> None:
+        """Add the stages from the true image to the image that the controller uses."""
         if self.late:
-            self._recall()
-        image = self._affected()
+            self._add_delay()
+        image = self._add_effects()
         self.pixels = image.pixels
-        if self._keeps:
-            self._receive(image)
+        if self._reuses_images:
+            self._add_reuse(image)
 
-    def _recall(self) -> None:
-        """Let the image be one that was taken some time ago."""
+    def _add_delay(self) -> None:
+        """Add the stages that replace the image by an older one."""
         program, count = self.program, 3 * self.N
         first, out = program.rows(count), program.rows(count)
         program.add(
@@ -168,18 +175,18 @@ class ImageStream:
         )
         (self.pixels, self.depth), self.age = split_image_rows(out), self.delay
 
-    def _affected(self) -> ImageRows:
-        """Add the stages of all imperfections, from where they act on the way of the image."""
-        program, gone = self.program, self.program.rows(self.N + 1)  # zeros
-        rows = self.pixels, gone[: self.N], gone[self.N], self.plant.dt, self.latency
+    def _add_effects(self) -> ImageRows:
+        """Add the stages of all imperfections, in their order from the camera to the controller."""
+        program, zeros = self.program, self.program.rows(self.N + 1)  # initially zero
+        rows = self.pixels, zeros[: self.N], zeros[self.N], self.plant.dt, self.latency
         image = ImageRows(program, self.groups, self.every, *rows, *self.key)
         for each in self.effects:
             image.stream = each.stream
             each.effect.add_stages(image)
         return image
 
-    def _receive(self, image: ImageRows) -> None:
-        """Let lost images, hidden marks and the time between images leave what was there before."""
+    def _add_reuse(self, image: ImageRows) -> None:
+        """Add the stage that keeps old pixels for lost images, hidden marks and between images."""
         program, N = self.program, self.N
         taken, depth, hidden, age = (program.rows(*shape) for shape in ((N, 2), (N,), (N,), ()))
         program.add(
@@ -207,16 +214,16 @@ def split_image_rows(image: BlockRows) -> tuple[BlockRows, BlockRows]:
 
 
 def group_marks(sights: Sequence[CameraTarget]) -> list[MarkGroup]:
-    """Return the marks of each camera and target, as they stand in the rows of an image."""
+    """Return the groups of marks of each camera and target, in the order of the image rows."""
     counts = [len(sight.target.marks) for sight in sights]
     each = zip(sights, accumulate(counts, initial=0), counts, strict=False)
     return [MarkGroup(*sight.key, first, count) for sight, first, count in each]
 
 
 def split_latency(latency: float | Array, dt: float, steps: int) -> tuple[Array, Array]:
-    """Return in how many whole periods images come, and which share of the first passes before.
+    """Return the delay of images in whole periods, and the share of a period to subtract.
 
-    An image that comes after the last step is as late as any other that does.
+    Delays beyond the last step are equivalent and are clipped.
     """
     if not is_any_nonzero(latency):
         return np.zeros(1), np.zeros(1)
@@ -229,7 +236,7 @@ def split_latency(latency: float | Array, dt: float, steps: int) -> tuple[Array,
 def check_sensing(
     sensing: Sensing, sights: Sequence[CameraTarget], dt: float, steps: int, runs: int
 ) -> None:
-    """Raise InputError if an imperfection fits neither marks nor times, or takes much memory."""
+    """Raise InputError if an imperfection does not fit the marks or times, or needs much memory."""
     latency = sensing.timing(dt).latency
     _check_image_memory(
         latency, sights, _compute_ring_length(split_latency(latency, dt, steps)[0], steps), runs
@@ -240,18 +247,18 @@ def check_sensing(
 
 
 def _compute_ring_length(delays: Array, steps: int) -> int:
-    """Return how many past images are kept: none for what does not arrive before the end."""
+    """Return the number of stored past images; none for delays beyond the end of the run."""
     return int(np.where(delays > steps, 0.0, delays).max(initial=1.0))
 
 
 def _check_image_memory(
     latency: float | Array, sights: Sequence[CameraTarget], length: int, runs: int
 ) -> None:
-    """Raise InputError if the images that are on their way would be too many."""
+    """Raise InputError if the delayed images need too much memory."""
     marks = sum(len(sight.target.marks) for sight in sights)
     estimate = 24.0 * marks * length * min(max(runs, WIDTH), TOGETHER)
     if estimate > SMALL and estimate > (free := get_free_memory()):
         raise InputError(
-            f"latency: {length} images on their way at once need about {estimate / 1e9:.1f} GB, "
+            f"latency: {length} delayed images at once need about {estimate / 1e9:.1f} GB, "
             f"and {free / 1e9:.1f} GB are free; the latency is {np.max(latency):g} s"
         )

@@ -1,4 +1,4 @@
-"""What a simulation is at one control instant, for those who go through it step by step."""
+"""The state of a single run at one control instant, for stepwise simulation."""
 
 from __future__ import annotations
 
@@ -15,15 +15,28 @@ from robsim.engine.outcome import Outcome
 
 @dataclass(frozen=True, eq=False)
 class Instant:
-    """One control instant of a single run, after its command and its judgement.
+    """State of a single run at a control instant, after the command.
 
-    step, time   number of the step, and seconds since the start
-    q            coordinates (nq,)
-    qd           velocities (nv,) commanded, or prescribed, for the period that begins
-    qd_actual    velocities (nv,) of the joints, which follow the command with a lag or under limits
-    s, error     features as measured, and their error (k,)
-    pixels       true image (N, 2) of all marks
-    outcome      why the run ends here, or RUNNING
+    `Experiment.steps` yields instants.
+
+    Attributes
+    ----------
+    step : int
+        Number of the step.
+    time : float
+        Seconds since the start.
+    q : ndarray of shape (nq,)
+        Coordinates.
+    qd : ndarray of shape (nv,)
+        Velocities for the period that begins, commanded or prescribed.
+    qd_actual : ndarray of shape (nv,)
+        Velocities of the joints, which follow the command with a lag or under limits.
+    s, error : ndarray of shape (k,)
+        Measured features, and their error.
+    pixels : ndarray of shape (N, 2)
+        True image coordinates of all marks.
+    outcome : Outcome
+        Outcome of the run if it ends here, or RUNNING.
     """
 
     step: int

@@ -1,4 +1,4 @@
-"""The simulation loop, in which the runs of a chunk advance in lockstep, whatever the task."""
+"""The simulation loop, which advances the runs of a chunk in lockstep."""
 
 from __future__ import annotations
 
@@ -28,16 +28,16 @@ from robsim.world.actuation import Actuation
 from robsim.world.scene import Scene
 from robsim.world.sensing import Sensing
 
-BURST = 64  # steps that compiled stages take at most before a stop is looked for
-LOOK = 0.05  # seconds that they take, about
-FIRST = 4096  # runs times steps of the first burst, before it is known how long they take
+BURST = 64  # largest number of compiled steps between two checks for a stop
+LOOK = 0.05  # approximate seconds between these checks
+FIRST = 4096  # runs times steps of the first burst, to measure its duration
 
 
 @dataclass
 class Loop:
-    """The constants of a simulation, its record, and whether to stop, which all chunks share.
+    """The constants of a simulation, its record, and flags to stop it, shared by all chunks.
 
-    Where it is `stopped` or `paused`, chunks are left after a step, from which they may go on.
+    If `stopped` or `paused` is set, chunks return after a step and can be continued.
     """
 
     controller: TaskController
@@ -49,9 +49,9 @@ class Loop:
     actuation: Actuation = field(default_factory=Actuation)
     hold: bool = False
     first_run: int = 0
-    numbers: NDArray[np.int64] | None = None  # of the runs, by which noise is drawn
+    numbers: NDArray[np.int64] | None = None  # numbers of the runs, which determine their noise
     record: Record = "summary"
-    single: bool = False  # whether one start was given, not a batch of one
+    single: bool = False  # whether the start is one vector, not a batch of one
     limited: bool = True  # whether joint limits end a run
     endings: tuple[Ending, ...] = ()
     guard: SafetyGuard | None = None
@@ -78,7 +78,7 @@ class Loop:
 
     @property
     def runs(self) -> NDArray[np.int64]:
-        """The number of each run; they follow one another if none are given."""
+        """The number of each run; by default they are consecutive."""
         if self.numbers is None:
             return self.first_run + np.arange(len(self.q0))
         return self.numbers
@@ -89,7 +89,10 @@ class Loop:
         return Steps(self)
 
     def advance(self, going: ChunkProgress, done: Callable[[float], None]) -> None:
-        """Simulate a chunk of runs, in lockstep, to its end or until all are to wait."""
+        """Simulate a chunk of runs, in lockstep, to its end or until `stopped` or `paused`.
+
+        `done` is called with the finished share.
+        """
         burst = min(max(FIRST // len(going.rows), 1), BURST)
         while not (going.done or self.stopped or self.paused):
             began = time.perf_counter()
@@ -108,13 +111,13 @@ class Loop:
             self._settle(going)
 
     def leave(self, chunks: Sequence[ChunkProgress]) -> None:
-        """Keep the last instants of the runs that have begun, as they are."""
+        """Store the last instants of the runs that have begun."""
         for going in chunks:
             if going.chunk is not None:
                 self.sequence.stop(self.recorder, going.chunk, going.step - 1)
 
     def _take(self, going: ChunkProgress, burst: int) -> Chunk:
-        """Take some steps where all stages are compiled, else one."""
+        """Take several steps if all stages are compiled, else one."""
         chunk = going.chunk = going.chunk or Chunk(self.sequence.program, going.rows)
         steps = burst if self.sequence.compiled else 1
         until = min(going.step + steps, self.steps + 1)
@@ -123,7 +126,7 @@ class Loop:
         return chunk
 
     def _settle(self, going: ChunkProgress) -> None:
-        """Go on with the runs that have not ended."""
+        """Remove the runs that have ended from the chunk."""
         if going.chunk is None:
             return
         alive = going.chunk.get(self.sequence.alive) != 0.0
@@ -134,15 +137,15 @@ class Loop:
 
 
 class Steps:
-    """The sequence of a step: motion, world, measurement, command, judgement, record."""
+    """The sequence of a step: motion, world, measurement, command, termination, record."""
 
     def __init__(self, loop: Loop) -> None:
         program = self.program = Program()
         controller = self.controller = loop.controller
-        moved = loop.actuation, loop.scene, controller.columns, loop.q0
-        plant = self.plant = Plant(program, *moved, loop.dt, loop.seed, loop.runs)
-        spoilt = loop.sensing, loop.steps, controller.excused
-        images = self.images = ImageStream(program, plant, controller.sights, *spoilt)
+        motion = loop.actuation, loop.scene, controller.columns, loop.q0
+        plant = self.plant = Plant(program, *motion, loop.dt, loop.seed, loop.runs)
+        imperfections = loop.sensing, loop.steps, controller.excused
+        images = self.images = ImageStream(program, plant, controller.sights, *imperfections)
         judge = self.judge = TerminationChecks(program, controller, loop.steps, loop.endings)
         row, self.alive = program.whole(np.arange(len(loop.q0))), program.constant(1.0)
 
@@ -151,10 +154,10 @@ class Steps:
         self.motion = len(program.calls)
         plant.place()
         images.look()
-        given = images.measure()
+        observed = images.measure()
         guard = loop.guard
         self.command = (
-            guard.stages(controller, given).commanded if guard else controller.stages(given)
+            guard.stages(controller, observed).commanded if guard else controller.stages(observed)
         )
         self.command.note(self.command.qd)
         plant.command(self.command.qd)
@@ -162,47 +165,48 @@ class Steps:
         true, command = images.true[: 2 * images.N], self.command
         self.kept = [plant.q, plant.qd, plant.rates, command.s, true, command.weights]
         loop.recorder.keep(program, row, self.alive, self.kept)
-        loop.recorder.end(program, row, self.alive, self.kept, judge.judged)
+        loop.recorder.end(program, row, self.alive, self.kept, judge.outcome_rows)
         stages = program.stages
         self._fast = None if stages is None else CompiledStages(stages)
-        self._rescues = program.rescues
+        self._rescue_rows = program.rescues
 
     @cached_property
-    def _parts(self) -> tuple[list[PythonStage], list[PythonStage]]:
-        """All stages of a step, and those of the first one, where some are in Python."""
+    def _segments(self) -> tuple[list[PythonStage], list[PythonStage]]:
+        """The stages of a step and of the first step, for sequences with Python stages."""
         return self.program.segments(), self.program.segments(self.motion)
 
     @property
     def compiled(self) -> bool:
-        """Whether several steps may be taken by compiled stages alone."""
+        """Whether compiled stages alone can take several steps."""
         return self._fast is not None
 
     def run(self, chunk: Chunk, step: int, until: int) -> None:
-        """Take all runs of a chunk from a step until before another."""
+        """Advance all runs of a chunk from one step until before another."""
         if self._fast is None or not self._advance(self._fast, chunk, step, until):
             for now in range(step, until):
-                for part in self._parts[now == 0]:
+                for part in self._segments[now == 0]:
                     part(chunk, now)
 
-    def _advance(self, made: CompiledStages, chunk: Chunk, step: int, until: int) -> bool:
-        """Take the steps by compiled stages alone; return False if Python is needed, from before.
+    def _advance(self, compiled: CompiledStages, chunk: Chunk, step: int, until: int) -> bool:
+        """Take the steps by compiled stages; return False if a stage needs Python.
 
-        What was kept of these steps is kept again.
+        Before returning False the state is restored. The record of these steps is then written
+        again.
         """
-        before = chunk.numbers.copy() if self._rescues else chunk.numbers
-        given = made.addresses, made.at, made.numbers, self.motion
-        advance_blocks(*given, chunk.flat, int(self.alive), step, until)  # kernels take it faster
-        if not any(chunk.numbers[:, row].any() for row in self._rescues):
+        before = chunk.numbers.copy() if self._rescue_rows else chunk.numbers
+        arguments = compiled.addresses, compiled.at, compiled.numbers, self.motion
+        advance_blocks(*arguments, chunk.flat, int(self.alive), step, until)  # positional: faster
+        if not any(chunk.numbers[:, row].any() for row in self._rescue_rows):
             return True
         chunk.numbers[:] = before
         return False
 
     def stop(self, recorder: Recorder, chunk: Chunk, step: int) -> None:
-        """Keep the runs of a chunk, all of which go on, as they are."""
-        recorder.stop(chunk, step, self.kept, self.judge.judged)
+        """Record the present state of the runs of a chunk."""
+        recorder.stop(chunk, step, self.kept, self.judge.outcome_rows)
 
     def snapshot(self, chunk: Chunk) -> ChunkState:
-        """Return the state of a chunk at this step, with what its cameras see."""
+        """Return the state of a chunk at this step, with the projections of its cameras."""
         q = chunk.get(self.plant.q)
         return ChunkState(
             q,
@@ -215,5 +219,5 @@ class Steps:
         )
 
     def decision(self, chunk: Chunk) -> Decision:
-        """Return what the controller has decided at this step, and on what basis."""
+        """Return the decision of the controller at this step."""
         return self.controller.scaled(self.command.decide(chunk))

@@ -8,15 +8,45 @@ from robsim.kernels.outcomes import outcome_codes
 
 
 class Outcome(IntEnum):
-    """The reason for which a run ended; `message` says what it means and what to try.
+    """The reason for the end of a run.
 
-    A mark that any camera of the task loses ends the run, also one that no feature uses; with a
-    weighting that lets marks leave the image (`Border`) it ends, as OUT_OF_IMAGE, where too few
-    are left to command. Where several hold at one instant, the order is: NOT_FINITE of the
-    state, JOINT_LIMIT, BEHIND_CAMERA, OUT_OF_IMAGE, NOT_FINITE of a feature, CONVERGED,
-    DIVERGED, NOT_FINITE of the command, SINGULAR, LOCAL_MINIMUM, ENDED, TIME_LIMIT. RUNNING is
-    the state of a run that was interrupted.
+    `message` explains the outcome and suggests remedies. A run ends if any camera of the task loses
+    any mark of its target, even a mark that no feature uses. With a weighting that lets marks leave
+    the image (`Border`), it ends as OUT_OF_IMAGE if too few marks are left to compute a command.
 
+    Attributes
+    ----------
+    RUNNING
+        The run was interrupted before its end.
+    CONVERGED
+        Every feature error is below the tolerance.
+    LOCAL_MINIMUM
+        The command is zero although an error remains.
+    OUT_OF_IMAGE
+        A mark left the image.
+    BEHIND_CAMERA
+        A mark moved behind the camera.
+    JOINT_LIMIT
+        A joint left its limits.
+    SINGULAR
+        The command is zero, and L J has a lower rank than at the goal.
+    DIVERGED
+        The error or a depth grew a hundredfold.
+    NOT_FINITE
+        A state, a feature or a command is not finite.
+    TIME_LIMIT
+        The duration ended.
+    ENDED
+        An ending of the experiment holds.
+
+    Notes
+    -----
+    If several conditions hold at one instant, the first of this order counts: NOT_FINITE of the
+    state, JOINT_LIMIT, BEHIND_CAMERA, OUT_OF_IMAGE, NOT_FINITE of a feature, CONVERGED, DIVERGED,
+    NOT_FINITE of the command, SINGULAR, LOCAL_MINIMUM, ENDED, TIME_LIMIT.
+
+    Examples
+    --------
     >>> Outcome.CONVERGED.message
     'converged: every feature error is below the tolerance'
     >>> Outcome.LOCAL_MINIMUM.words
@@ -37,12 +67,12 @@ class Outcome(IntEnum):
 
     @property
     def words(self) -> str:
-        """The name as it is written in a text."""
+        """The name in lower case with spaces, such as "local minimum"."""
         return self.name.lower().replace("_", " ")
 
     @property
     def message(self) -> str:
-        """The meaning and what to try, as one sentence for the user."""
+        """The meaning of the outcome and the suggested remedies, as one sentence."""
         return f"{self.words}: {_MESSAGES[self]}"
 
 
@@ -70,5 +100,5 @@ _MESSAGES = {
         "the time was over before the error was small; try a longer duration, or a larger "
         "tolerance where there is noise"
     ),
-    Outcome.ENDED: "an ending of the experiment holds; `ending` of the run says which",
+    Outcome.ENDED: "an ending of the experiment holds; see `ending` of the run",
 }

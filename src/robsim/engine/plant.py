@@ -1,4 +1,4 @@
-"""The plant: a scene whose joints obey commands as far as they can, and what moves on its own."""
+"""The plant: joints that follow commands within their limits, and prescribed motions."""
 
 from __future__ import annotations
 
@@ -24,10 +24,10 @@ from robsim.world.scene import Scene
 
 
 class Plant:
-    """The rows of a program that say where everything is, and the stages that move it.
+    """Rows and stages of a program for the motion of a scene.
 
-    q are the coordinates, qd the velocities of which `columns` are commanded and others prescribed,
-    and `rates` those at which the joints move, where these are others.
+    q are the coordinates. qd are the velocities: commanded at `columns`, else prescribed. `rates`
+    are the velocities of the joints, if they differ from qd.
     """
 
     def __init__(
@@ -49,49 +49,52 @@ class Plant:
         acting = actuation.acting()
         self.changes = any(each.effect.place is JointEffectStage.COMMANDED for each in acting)
         self.wanted = program.rows(self.scene.nv) if self.changes else self.qd
-        self.speed = program.rows(self.scene.nv)  # of joints that lag
+        self.speed = program.rows(self.scene.nv)  # velocities of joints with a lag
         self.rates = program.rows(self.scene.nv if self.moves else 0)
         self.dt = program.constant(dt)
         self.placed = FKStages(program, self.scene.tree.joints, self.q)
 
     def move(self) -> None:
-        """Add the stages of a period: joints move as they were commanded at the step before."""
-        self._integrate(self.dt, self.placed, self.speed)
+        """Add the stages of a period: the joints move as commanded at the previous step."""
+        self._add_integration(self.dt, self.placed, self.speed)
 
     def within(self, seconds: BlockRows) -> FKStages:
-        """Add the stages that place all bodies where they were in the period that ends now.
+        """Add the stages that place all bodies at a time within the period that ends now.
 
-        That is some time, in a row, after it began; call it before `move`.
+        `seconds` is the row of the time since the start of that period. Call it before `move`.
         """
-        placed = FKStages(self.program, self.scene.tree.joints, self._copied(self.q))
-        self._integrate(seconds, placed, self._copied(self.speed))
+        placed = FKStages(self.program, self.scene.tree.joints, self._copy(self.q))
+        self._add_integration(seconds, placed, self._copy(self.speed))
         placed.add()
         return placed
 
-    def _integrate(self, dt: BlockRows, placed: FKStages, speed: BlockRows) -> None:
-        """Add the stages that move coordinates for a time, from velocities `speed`."""
-        v = self._follow(dt, speed) if self.moves else self.qd
+    def _add_integration(self, dt: BlockRows, placed: FKStages, speed: BlockRows) -> None:
+        """Add the stages that integrate coordinates over a time, from velocities `speed`."""
+        v = self._add_lag(dt, speed) if self.moves else self.qd
         if self.scene.tree.cars:
-            self._steer(dt, placed, v, speed)
+            self._add_steering(dt, placed, v, speed)
         joints, x = self.scene.tree.joints, placed.q
         add_integration(self.program, joints, x, list(v), dt)
         add_wheel_rolling(self.program, joints, x, v, placed.ratio, dt)
         add_python_integration(self.program, joints, x, list(v), dt)
 
-    def _copied(self, rows: BlockRows) -> BlockRows:
-        """Add the stage that copies rows to new ones, and return these."""
-        found = self.program.rows(*rows.shape)
-        self.program.add(copy_rows, rows=rows, to=found)
-        return found
+    def _copy(self, rows: BlockRows) -> BlockRows:
+        """Add the stage that copies rows to new rows, and return these."""
+        copy = self.program.rows(*rows.shape)
+        self.program.add(copy_rows, rows=rows, to=copy)
+        return copy
 
-    def _steer(self, dt: BlockRows, placed: FKStages, v: BlockRows, speed: BlockRows) -> None:
-        """Let cars steer once in a period, when it begins, and move as they are steered.
+    def _add_steering(
+        self, dt: BlockRows, placed: FKStages, v: BlockRows, speed: BlockRows
+    ) -> None:
+        """Steer cars once, at the start of a period, and let them move accordingly.
 
-        They steer for the mean velocity of the whole period, whatever part of it passes.
+        The steering follows the mean velocity of the whole period, even if only a part of it
+        passes.
         """
         whole, add = v, self.program.add
         if dt != self.dt:
-            whole = self._follow(self.dt, self._copied(self.speed))
+            whole = self._add_lag(self.dt, self._copy(self.speed))
         for row, velocity, s in self.scene.tree.cars:
             car = self.program.constant([s.wheelbase, s.limit, s.rate])
             angle, both = placed.q[row], slice(velocity, velocity + 2)
@@ -100,14 +103,14 @@ class Plant:
                 add(integration.apply_steering_angle, angle=angle, v=rates[both], wheelbase=car[0])
         placed.follow()
 
-    def _follow(self, dt: BlockRows, speed: BlockRows) -> BlockRows:
-        """Add the stages of joints that lag for a time; return the rows of mean velocities.
+    def _add_lag(self, dt: BlockRows, speed: BlockRows) -> BlockRows:
+        """Add the stages of joints with a lag; return the rows of their mean velocities.
 
-        Those that are not commanded are as given, as are all that do not lag.
+        Velocities of other joints, commanded or not, are unchanged.
         """
         program, each = self.program, []
         lags = self.columns if self.actuation.moves else ()
-        mean = self._copied(self.wanted)
+        mean = self._copy(self.wanted)
         for i in range(self.scene.nv):
             if i in lags:
                 each.append((self.wanted[i], speed[i], mean[i]))
@@ -115,10 +118,10 @@ class Plant:
                 program.add(copy_rows, rows=self.wanted[i : i + 1], to=speed[i : i + 1])
         if not each:
             return mean
-        lag, *most = self.actuation.response(self.scene.nv)
-        limits, rates = (program.numbers(each[self.columns], 1) for each in most)
-        given = {"lag": program.number(lag), "limits": limits, "rates": rates}
-        program.add(follow_commands, dt=dt, **given, each=each)
+        lag, *bounds = self.actuation.response(self.scene.nv)
+        limits, rates = (program.numbers(each[self.columns], 1) for each in bounds)
+        constants = {"lag": program.number(lag), "limits": limits, "rates": rates}
+        program.add(follow_commands, dt=dt, **constants, each=each)
         return mean
 
     def place(self) -> None:
@@ -126,7 +129,7 @@ class Plant:
         self.placed.add()
 
     def command(self, qd: BlockRows) -> None:
-        """Add the stage of all velocities: as commanded in rows qd, else prescribed."""
+        """Add the stage of all velocities: commanded velocities from rows qd, else prescribed."""
         scene, program, commanded = self.scene, self.program, self.columns.tolist()
         rows = dict(zip(commanded, qd, strict=True))
         if scene.varies:
@@ -148,11 +151,11 @@ class Plant:
             program.add(integration.apply_steering_angle, angle=self.q[row], v=v, wheelbase=length)
 
     def measured(self) -> BlockRows:
-        """Add the stages of the coordinates as they are measured; return their rows."""
+        """Add the stages of the measured coordinates, and return their rows."""
         return self._add_effects(JointEffectStage.MEASURED).measured
 
     def _add_effects(self, place: JointEffectStage) -> JointRows:
-        """Add the stages of the imperfections of the joints at a place, one after the other."""
+        """Add the stages of the joint imperfections at a place, in their order."""
         rows = self.wanted, self.speed, self.q, self.q
         key = self.seconds, self.seed, self.numbers
         joints = JointRows(self.program, self.scene, self.columns, *rows, *key)
@@ -168,5 +171,5 @@ class Plant:
 
 
 def has_actuation_dynamics(actuation: Actuation, scene: Scene) -> bool:
-    """Return whether joints move otherwise than commanded, as does a car that must steer."""
+    """Return whether joint velocities differ from commands: by a lag, limits, or steering."""
     return actuation.moves or bool(scene.tree.cars)

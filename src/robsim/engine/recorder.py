@@ -1,4 +1,4 @@
-"""The record of runs while they go on."""
+"""The recorder of runs."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ Record = Literal["all", "summary"] | int
 
 
 class OutcomeRows(NamedTuple):
-    """The rows of the outcome, of the ending of the experiment, and of the way of a run."""
+    """Rows of the outcome, the index of the ending, and the path length of a run."""
 
     outcome: BlockRows
     ending: BlockRows
@@ -28,7 +28,7 @@ class OutcomeRows(NamedTuple):
 
 
 class RecordedSeries(NamedTuple):
-    """Recorded instants, each (runs, instants, width)."""
+    """Recorded arrays, each (runs, instants, width)."""
 
     q: Array
     qd: Array
@@ -38,13 +38,13 @@ class RecordedSeries(NamedTuple):
     weights: Array
 
 
-COPIES = 3  # of the results at once: those in memory, those in the file, and one on the way
-SMALL = 5e7  # bytes, for which nobody asks how much is free
+COPIES = 3  # simultaneous copies of the results: in memory, in the file, and a temporary one
+SMALL = 5e7  # bytes; below, free memory is not checked
 LONGEST = 10_000_000  # steps
 
 
 def parse_record(record: Record) -> int | None:
-    """Return n if each n-th step is recorded; None for a summary. InputError: neither."""
+    """Return n if each n-th step is recorded; None for a summary; InputError for other values."""
     if isinstance(record, str):
         if record in ("all", "summary"):
             return 1 if record == "all" else None
@@ -56,9 +56,10 @@ def parse_record(record: Record) -> int | None:
 
 
 class Recorder:
-    """The recorded instants, and the end of each run; chunks write to rows of their own.
+    """Arrays of the recorded instants and of the end of each run.
 
-    `widths` are how many numbers there are of q, qd, rates, s, pixels and weights.
+    Each chunk writes to its own rows. `widths` are the numbers of columns of q, qd, rates, s,
+    pixels and weights.
     """
 
     def __init__(self, runs: int, steps: int, record: Record, widths: tuple[int, ...]):
@@ -68,7 +69,8 @@ class Recorder:
         self.bounds = list(accumulate(widths, initial=0))
         width = self.bounds[-1]
         self.table = np.full((runs, instants, width), np.nan)
-        self.ends = np.full((runs, width + 4), np.nan)  # and path length, ending, step, outcome
+        # the last instant of each run, with path length, ending, step, outcome
+        self.ends = np.full((runs, width + 4), np.nan)
 
     @property
     def series(self) -> RecordedSeries:
@@ -83,8 +85,8 @@ class Recorder:
     @property
     def outcome(self) -> NDArray[np.int8]:
         """The outcome (runs,)."""
-        found: NDArray[np.int8] = np.nan_to_num(self.ends[:, -1]).astype(np.int8)
-        return found
+        codes: NDArray[np.int8] = np.nan_to_num(self.ends[:, -1]).astype(np.int8)
+        return codes
 
     @property
     def end_step(self) -> Array:
@@ -93,23 +95,23 @@ class Recorder:
 
     @property
     def ending(self) -> NDArray[np.int8]:
-        """The number (runs,) of the ending of the experiment that ended a run, or -1."""
-        found: NDArray[np.int8] = np.nan_to_num(self.ends[:, -3], nan=-1.0).astype(np.int8)
-        return found
+        """The index (runs,) of the ending that ended a run, or -1."""
+        indices: NDArray[np.int8] = np.nan_to_num(self.ends[:, -3], nan=-1.0).astype(np.int8)
+        return indices
 
     @property
     def path_length(self) -> Array:
-        """The length (runs,) of the path in metres."""
+        """The path length (runs,) in metres."""
         return self.ends[:, -4]
 
     def keep(
         self, program: Program, run: BlockRows, alive: BlockRows, kept: Sequence[BlockRows | None]
     ) -> None:
-        """Add the stage that keeps instants, with the rows of what is kept."""
+        """Add the stage that records instants, from the recorded rows."""
         if self.every is not None:
-            given = {"which": run, "alive": alive, "groups": _group_kept_rows(kept)}
+            rows = {"which": run, "alive": alive, "groups": _group_kept_rows(kept)}
             table = program.address(self.table)
-            program.add(history_tables.record_instant, every=self.every, kept=table, **given)
+            program.add(history_tables.record_instant, every=self.every, kept=table, **rows)
 
     def end(
         self,
@@ -119,15 +121,15 @@ class Recorder:
         kept: Sequence[BlockRows | None],
         judged: OutcomeRows,
     ) -> None:
-        """Add the stage that keeps the ends of runs."""
+        """Add the stage that records the ends of runs."""
         groups = _group_kept_rows([*kept, judged.length, judged.ending])
-        given = {"which": run, "alive": alive, "outcome": judged.outcome, "groups": groups}
-        program.add(history_tables.record_ending, kept=program.address(self.ends), **given)
+        rows = {"which": run, "alive": alive, "outcome": judged.outcome, "groups": groups}
+        program.add(history_tables.record_ending, kept=program.address(self.ends), **rows)
 
     def stop(
         self, blocks: Blocks, step: int, kept: Sequence[BlockRows | None], judged: OutcomeRows
     ) -> None:
-        """Keep the last instant of runs that are stopped before their end."""
+        """Record the last instant of runs that are stopped before their end."""
         runs = blocks.rows
         parts = [
             blocks.get(rows) for (rows,) in _group_kept_rows([*kept, judged.length, judged.ending])
@@ -140,13 +142,12 @@ class Recorder:
 
 
 def _group_kept_rows(kept: Sequence[BlockRows | None]) -> list[tuple[BlockRows]]:
-    """Return the rows that there are, one after the other in each group."""
+    """Return the recorded rows, flattened; missing rows are left out."""
     return [(rows.flat,) for rows in kept if rows is not None and rows.size]
 
 
 def _check_record_memory(runs: int, steps: int, every: int | None, widths: tuple[int, ...]) -> None:
-    """Raise InputError if there is no room for the results of a record, before anything runs."""
-
+    """Raise InputError if the results of a record do not fit into the free memory."""
     instants = 0 if every is None else steps // every + 1
     need, least = (_estimate_record_bytes(runs, count, widths) for count in (instants, 0))
     if need <= SMALL or need <= (free := get_free_memory()):
@@ -163,10 +164,10 @@ def _check_record_memory(runs: int, steps: int, every: int | None, widths: tuple
 
 
 def _estimate_record_bytes(runs: int, instants: int, widths: tuple[int, ...]) -> float:
-    """Return how many bytes results take until they are saved, as measured.
+    """Return an estimate of the bytes of results until they are saved, from measurements.
 
-    Of an instant there are what is recorded, the error (as wide as s) with its length and energy,
-    a pose and a twist; of a run its start and its end, in images and in space.
+    An instant has the recorded numbers, the error (as wide as s) with its norm and energy, a pose
+    and a twist. A run has its start and its end, in images and in space.
     """
     width, k = sum(widths), widths[3]
     return 8.0 * COPIES * runs * (instants * (width + k + 24) + 3 * width + 60)

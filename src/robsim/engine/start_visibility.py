@@ -1,4 +1,4 @@
-"""Whether the cameras see the marks of a task at the start."""
+"""The check that the cameras see the marks of a task at the start."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _WHERE = {
 
 
 def check_start_visibility(loop: Loop) -> None:
-    """Raise InputError for the first start at which a camera lacks marks that the task needs."""
+    """Raise InputError if a camera lacks marks that the task needs at a start."""
     first = replace(loop, steps=1)
     first.advance(ChunkProgress(np.arange(len(loop.q0))), lambda share: None)
     ended = first.recorder
@@ -30,17 +30,17 @@ def check_start_visibility(loop: Loop) -> None:
 
 
 def _describe_missing_marks(loop: Loop, at: int) -> str:
-    """Return which camera lacks which marks at a start."""
-    which = f"start {at + 1} of {len(loop.q0)}" if len(loop.q0) > 1 else "start"
+    """Return a message about the camera and the marks that it does not see at a start."""
+    start_label = f"start {at + 1} of {len(loop.q0)}" if len(loop.q0) > 1 else "start"
     excused = loop.controller.excused
     for sight in (each for each in loop.controller.sights if each.key not in excused):
         seen = sight.scene.view(loop.q0[at], sight.eye.name, sight.target.name).visibility
         for flag, where in _WHERE.items():
             marks = np.flatnonzero(seen == flag)
             if marks.size:
-                named = f"mark{'s' * (marks.size > 1)} {', '.join(map(str, marks))}"
+                label = f"mark{'s' * (marks.size > 1)} {', '.join(map(str, marks))}"
                 return (
-                    f"{which}: '{sight.eye.name}' does not see {named} of "
+                    f"{start_label}: '{sight.eye.name}' does not see {label} of "
                     f"'{sight.target.name}': {where}"
                 )
-    return f"{which}: the camera sees too few marks to command by"
+    return f"{start_label}: the camera sees too few marks to command by"

@@ -1,4 +1,4 @@
-"""The judge: whether and why each run ends."""
+"""The termination checks: whether a run ends, and its outcome."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from robsim.servo.task_controller import TaskController
 
 
 class TerminationChecks:
-    """The rows of a program with the outcome of each run, and the stages that decide it."""
+    """Rows and stages of a program that determine the outcome of each run."""
 
     def __init__(
         self, program: Program, controller: TaskController, steps: int, endings: Sequence[Ending]
@@ -43,15 +43,20 @@ class TerminationChecks:
         hold: bool,
         limited: bool,
     ) -> None:
-        """Add the stages: what a run is judged by, the outcome, and whether a stall is singular."""
+        """Add the stages that compute the criteria and the outcome, and classify stalls."""
         program, c = self.program, self.controller
         add, size, norm = program.add, program.rows(), program.rows()
         tolerance, scale, outcome = self.tolerance, self.scale, self.outcome
         add(outcome_rules.measure_error, errors=command.error, scale=scale, size=size, norm=norm)
-        given = {"A": command.task_jacobian, "scale": scale}
-        paced = {**given, "qd": command.qd, "pace": program.number(c.pace), "tolerance": tolerance}
-        add(outcome_rules.count_still_periods, **paced, periods=self.still)
-        moving = self._moving(plant, images)
+        task = {"A": command.task_jacobian, "scale": scale}
+        paced_task = {
+            **task,
+            "qd": command.qd,
+            "pace": program.number(c.pace),
+            "tolerance": tolerance,
+        }
+        add(outcome_rules.count_still_periods, **paced_task, periods=self.still)
+        moving = self._moving_frame(plant, images)
         add(
             outcome_rules.accumulate_path_length,
             T=moving,
@@ -63,7 +68,7 @@ class TerminationChecks:
             outcome_rules.judge_outcome,
             q=plant.q,
             limits=program.constant((plant.scene.limits + slack).T),
-            status=self._worst(images.status, command.status),
+            status=self._worse_status(images.status, command.status),
             depth=images.true[2 * images.N :].column,
             qd=command.qd,
             size=size,
@@ -83,7 +88,7 @@ class TerminationChecks:
         rcond = program.constant(c.rcond)
         add(
             outcome_rules.classify_stall,
-            **given,
+            **task,
             rcond=rcond,
             full=full,
             outcome=outcome,
@@ -93,7 +98,7 @@ class TerminationChecks:
             rates = [plant.rates[i] for i in c.columns] if plant.moves else []
             add(
                 outcome_rules.defer_convergence,
-                **paced,
+                **paced_task,
                 size=size,
                 age=images.age,
                 periods=program.rows(),
@@ -102,22 +107,24 @@ class TerminationChecks:
                 rates=rates,
             )
         if self.endings:
-            program.call(lambda blocks, step: self._ask(blocks, step, plant, images, command))
+            program.call(
+                lambda blocks, step: self._check_endings(blocks, step, plant, images, command)
+            )
 
-    def _worst(self, seen: BlockRows, left: BlockRows | None) -> BlockRows:
-        """Return the row of the status of the image, and of what is left of it to command."""
+    def _worse_status(self, seen: BlockRows, left: BlockRows | None) -> BlockRows:
+        """Return the row of the worse of two statuses: of the image, and of the command."""
         if left is None:
             return seen
-        found = self.program.rows()
-        self.program.add(compute_row_maximum, out=found, rows=[seen, left])
-        return found
+        status = self.program.rows()
+        self.program.add(compute_row_maximum, out=status, rows=[seen, left])
+        return status
 
     @property
-    def judged(self) -> OutcomeRows:
-        """The rows that are kept at the end of a run."""
+    def outcome_rows(self) -> OutcomeRows:
+        """The rows that are stored at the end of a run."""
         return OutcomeRows(self.outcome, self.ending, self.length)
 
-    def _ask(
+    def _check_endings(
         self,
         blocks: Blocks,
         step: int,
@@ -125,22 +132,22 @@ class TerminationChecks:
         images: ImageStream,
         command: ControllerOutputs,
     ) -> None:
-        """End runs that nothing else ends, and of which an ending holds."""
+        """Set the outcome of runs with an ending that holds and without another outcome."""
         get, scene = blocks.get, plant.scene
         arrays = (get(plant.q), get(plant.qd), get(command.error), get(images.true, images.N, 2))
         q, qd, error, pixels = (view_for_user(array) for array in arrays)
         now = ControlInstant(
             step * plant.seconds, scene, q, qd, error, pixels, make_read_only(blocks.rows.view())
         )
-        found = find_first_ending(self.endings, now)
+        first = find_first_ending(self.endings, now)
         outcome = get(self.outcome)
         open_ = (outcome == kernels.RUNNING) | (outcome == kernels.TIME_LIMIT)
-        ends = open_ & (found >= 0)
+        ends = open_ & (first >= 0)
         blocks.put(self.outcome, np.where(ends, kernels.ENDED, outcome))
-        blocks.put(self.ending, np.where(ends, found, -1.0))
+        blocks.put(self.ending, np.where(ends, first, -1.0))
 
-    def _moving(self, plant: Plant, images: ImageStream) -> BlockRows:
-        """Return the rows of the pose whose way is measured."""
+    def _moving_frame(self, plant: Plant, images: ImageStream) -> BlockRows:
+        """Return the rows of the pose of the moving frame, for the path length."""
         if not images.views:
             return plant.placed.frames([plant.scene.tree.find(self.controller.moving)])[0]
         seen, moves = images.views[0], images.sights[0].camera_moves

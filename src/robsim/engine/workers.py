@@ -1,4 +1,7 @@
-"""Threads that take chunks of runs while the main one waits for a stop; short work needs none."""
+"""Threads that simulate chunks of runs, while the main thread waits for a stop.
+
+Short simulations run in the calling thread.
+"""
 
 from __future__ import annotations
 
@@ -17,20 +20,20 @@ from robsim.base.processors import count_processors
 from robsim.engine.chunk import ChunkProgress
 from robsim.engine.loop import Loop
 
-SHORT = 2000  # runs times steps: some 10 ms of compiled steps, or 0.2 s of those in Python
+SHORT = 2000  # runs times steps: about 10 ms of compiled steps, or 0.2 s of Python steps
 
 Progress = Callable[[float], None]
 
 
 class CheckpointStore(Protocol):
-    """Stores the state of loops whose chunks wait, and restores it when the loops begin again."""
+    """Interface of a store for the state of loops, which can restore it."""
 
     @property
     def is_due(self) -> bool:
         """Whether it is time for the next checkpoint."""
 
     def begin(self, loop: Loop, chunks: list[ChunkProgress]) -> list[ChunkProgress]:
-        """Return the chunks of a loop as they were stored, or as given if none are."""
+        """Return the stored chunks of a loop, or the passed ones if none are stored."""
 
     def save(self) -> None:
         """Store the state of all loops that have begun."""
@@ -45,13 +48,13 @@ def advance_loop(
 ) -> bool:
     """Simulate all runs of a loop; return False if a stop came before their end.
 
-    Checkpoints, if any, are written now and then, and when a stop comes.
+    Checkpoints are written repeatedly, and at a stop.
     """
     check_progress(progress)
     chunk = as_integer(chunk, "chunk", 1)
     threads = as_integer(count_processors() if threads is None else threads, "threads", 1, 1025)
     loop.controller.check_start(loop.q0)
-    loop.sequence  # noqa: B018 made once, before threads share it
+    loop.sequence  # noqa: B018 created before threads share it
     runs = len(loop.q0)
     chunk = min(chunk, math.ceil(runs / threads))
     chunks = [ChunkProgress(np.arange(i, min(i + chunk, runs))) for i in range(0, runs, chunk)]
@@ -73,7 +76,7 @@ def advance_loop(
 def _advance_in_this_thread(loop: Loop, going: ChunkProgress) -> None:
     """Simulate all runs in this thread, until a stop ends them after a step.
 
-    NumPy's errors are warnings or ignored as in a new thread, whatever the caller has set.
+    Floating-point errors of NumPy are treated as in a new thread, whatever the caller has set.
     """
     with np.errstate(all="warn", under="ignore"):
         loop.advance(going, lambda share: None)
@@ -86,7 +89,7 @@ def _advance_in_threads(
     progress: Progress | None,
     checkpoints: CheckpointStore | None,
 ) -> None:
-    """Let threads take chunks while this one waits for a stop, or for the time of a checkpoint."""
+    """Simulate the chunks in threads, while this thread waits for a stop or a checkpoint."""
     with ThreadPoolExecutor(min(threads, len(chunks))) as pool:
         while not (loop.stopped or all(each.done for each in chunks)):
             if loop.paused and checkpoints:
@@ -102,7 +105,7 @@ def _run_round(
     progress: Progress | None,
     checkpoints: CheckpointStore | None,
 ) -> None:
-    """Let threads go on with all chunks until they are done, or are to wait."""
+    """Let threads advance all chunks until they are done, or stopped or paused."""
     shares = np.array([each.done or each.step / (loop.steps + 1) for each in chunks], dtype=float)
     weights = np.array([len(each.rows) for each in chunks]) / len(loop.q0)
     jobs: list[Future[None]] = []
@@ -114,16 +117,16 @@ def _run_round(
                 progress(float(shares @ weights))
             if checkpoints and checkpoints.is_due:
                 loop.paused = True
-    except KeyboardInterrupt:  # of a function of the caller's
+    except KeyboardInterrupt:  # from the caller's progress function
         loop.stopped = True
         wait(jobs)
     except BaseException:
-        loop.stopped = True  # the others need not go on
+        loop.stopped = True  # end the other chunks
         raise
 
 
 def _poll_jobs(jobs: list[Future[None]]) -> Iterator[None]:
-    """Yield about ten times a second until every job is done; raise the error of one that fails."""
+    """Yield about ten times a second until every job is done; raise the first error of a job."""
     pending = set(jobs)
     while pending:
         done, pending = wait(pending, timeout=0.1, return_when=FIRST_EXCEPTION)

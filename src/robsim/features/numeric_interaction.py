@@ -2,28 +2,30 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
+from numpy.typing import ArrayLike
 
 from robsim.base.arrays import Array, make_read_only
 from robsim.base.value import replace_unchecked
 from robsim.features.feature import Feature, Observation
 from robsim.kernels.formulas import se3
-from robsim.kernels.formulas.point_transform import transform_image_points
+from robsim.kernels.formulas.perspective import transform_image_points
 from robsim.vision.camera import Camera
 
 DIFFERENCE_STEP = 1e-5  # metres and radians: rounding and truncation both near 1e-10 of L
 UNIT_CAMERA = Camera(np.eye(3))  # pixels are normalised points
 
 
-def compute_interaction(feature: Feature, seen: Observation) -> Any:
+def compute_interaction(feature: Feature, seen: Observation) -> ArrayLike:
     """Return L (B, k, 6) from the feature, or by central differences of its measurement.
 
     The differences move the believed marks: normalised points at believed depths.
     """
     analytic = getattr(feature, "interaction", None)
-    return difference_interaction(feature, seen) if analytic is None else analytic(seen)
+    if analytic is None:
+        return difference_interaction(feature, seen)
+    L: ArrayLike = analytic(seen)
+    return L
 
 
 def difference_interaction(feature: Feature, seen: Observation) -> Array:

@@ -9,7 +9,7 @@ from robsim.declare import register
 from robsim.features.feature import Tolerance
 from robsim.features.feature_rows import FeatureRows, ObservationRows
 from robsim.features.mark_feature import MarkFeature
-from robsim.kernels.features import image_points as kernels
+from robsim.kernels.features import point_features as kernels
 from robsim.kernels.machine.stages import CompiledStage
 
 

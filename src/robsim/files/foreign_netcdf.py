@@ -1,4 +1,4 @@
-"""Run files without a seal, read in a process of their own: HDF5 may hang or crash on them."""
+"""Run files without a seal, read in a separate process: HDF5 may hang or crash on them."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from typing import Any
 
 from robsim.base.errors import FileError
 
-PATIENCE = 30.0  # seconds, and as long again for each GB
-MEMORY = 4 << 30  # bytes that the process may take, and 8 for each byte of the file
+PATIENCE = 30.0  # time limit in seconds, plus as much for each GB
+MEMORY = 4 << 30  # memory limit in bytes, plus 8 for each byte of the file
 _CODE = (
     "import sys; sys.path[:] = sys.argv[2:]; from robsim.files.foreign_netcdf import serve; "
     "serve(sys.argv[1])"
@@ -20,7 +20,7 @@ _CODE = (
 
 
 def make_sealed_copy(path: str | os.PathLike[str]) -> bytes:
-    """Return the file of the run with a seal. FileError: it holds something else."""
+    """Return the content of a run file, with a seal; FileError if it is not a run."""
     patience = PATIENCE * (1.0 + os.path.getsize(path) / 1e9)
     command = [sys.executable, "-c", _CODE, os.path.abspath(path), *filter(None, sys.path)]
     try:
@@ -35,20 +35,20 @@ def make_sealed_copy(path: str | os.PathLike[str]) -> bytes:
 
 
 def write_sealed_copy(path: str) -> None:
-    """Write the sealed copy of a file on stdout, or why there is none, and end with 2."""
+    """Write the sealed copy of a file to stdout; on failure write the reason and exit with 2."""
     from robsim.files.netcdf import seal_run
 
     _limit_memory(path)
     out = sys.stdout.buffer
     try:
         out.write(seal_run(_load_foreign_dataset(path)).getbuffer())
-    except Exception as error:  # noqa: BLE001  whatever HDF5 and its readers say
+    except Exception as error:  # noqa: BLE001  any error of HDF5 and its readers
         out.write(f"{error!s:.500}".encode(errors="replace"))
         sys.exit(2)
 
 
 def _limit_memory(path: str) -> None:
-    with suppress(ImportError, OSError, ValueError):  # where there is no such limit
+    with suppress(ImportError, OSError, ValueError):  # on systems without such a limit
         import resource
 
         most = MEMORY + 8 * os.path.getsize(path)
@@ -64,7 +64,7 @@ def _load_foreign_dataset(path: str) -> Any:
 
 
 def _check_hdf5_content(path: Path) -> None:
-    """Raise ValueError unless a file has only numbers and texts, as many as it has bytes for."""
+    """Raise ValueError unless a file has only numbers and texts, not larger than the file."""
     import h5py
 
     left = path.stat().st_size
@@ -78,11 +78,11 @@ def _check_hdf5_content(path: Path) -> None:
 
 
 def _get_variable_size(name: str, stored: Any) -> int:
-    """Return how many bytes a variable takes. ValueError: it is nothing that a run has."""
+    """Return the size of a variable in bytes; ValueError if a run cannot contain it."""
     import h5py
 
     if not isinstance(stored, h5py.Dataset):
-        raise ValueError(f"{name!s:.80} is no variable")
+        raise ValueError(f"{name!s:.80} is not a variable")
     if stored.external or stored.is_virtual:
         raise ValueError(f"{name!s:.80} is in another file")
     if stored.id.get_create_plist().get_nfilters():

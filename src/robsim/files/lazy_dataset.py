@@ -1,4 +1,4 @@
-"""Datasets whose variables and attributes are each made when they are first read."""
+"""Datasets with variables and attributes that are computed at the first access."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ _SLOTS = tuple(name for name in xr.Dataset.__slots__ if name != "__weakref__")
 
 
 class LazyDataset(xr.Dataset):  # type: ignore[no-untyped-call]  # of xarray's __init_subclass__
-    """A Dataset that may be told later what it holds; it is one in all else.
+    """A Dataset that computes its variables and attributes at the first access.
 
-    Until then its slots are not set, so that Python asks `__getattr__` for them. What has been
-    made is kept, and what made it forgotten.
+    Until then its slots are unset, so that Python calls `__getattr__` for them. Results are stored,
+    and the functions that made them are released.
     """
 
     __slots__ = ("_lock", "_makers")
@@ -24,15 +24,16 @@ class LazyDataset(xr.Dataset):  # type: ignore[no-untyped-call]  # of xarray's _
     def of(cls, dataset: Callable[[], xr.Dataset], attrs: Callable[[], Mapping[str, Any]]) -> Self:
         """Return a Dataset with the variables of `dataset()` and the attributes `attrs()`.
 
-        Each is called once, by the first thread that needs it; once more only if it raised.
+        Each function is called once, by the first thread that needs it, and again only if it
+        raised.
         """
-        made = object.__new__(cls)
-        made._lock = RLock()
-        made._makers = {
+        lazy = object.__new__(cls)
+        lazy._lock = RLock()
+        lazy._makers = {
             "_variables": lambda: _get_slots(dataset()),
             "_attrs": lambda: {"_attrs": dict(attrs())},
         }
-        return made
+        return lazy
 
     def __getattr__(self, name: str) -> Any:
         if name in _SLOTS and _has_slot(self, "_makers"):
@@ -42,28 +43,28 @@ class LazyDataset(xr.Dataset):  # type: ignore[no-untyped-call]  # of xarray's _
         return super().__getattr__(name)
 
     def __getstate__(self) -> Any:
-        """Return what is pickled, all of which is made by then."""
+        """Return the state for pickling, which computes all variables and attributes."""
         _, slots = cast("tuple[None, dict[str, Any]]", super().__getstate__())
         return None, {name: slots[name] for name in slots if name not in LazyDataset.__slots__}
 
     def _make(self, what: str) -> None:
-        """Make variables or attributes, unless another thread has; what was assigned stays."""
+        """Compute variables or attributes, unless another thread has; assigned slots are kept."""
         with self._lock:
-            found = _convert_lookup_errors(self._makers.get(what, dict))
-            for name in found:
+            slots = _convert_lookup_errors(self._makers.get(what, dict))
+            for name in slots:
                 if not _has_slot(self, name):
-                    setattr(self, name, found[name])
+                    setattr(self, name, slots[name])
             self._makers.pop(what, None)
 
 
 def _get_slots(dataset: xr.Dataset) -> dict[str, Any]:
-    """Return what the slots of a Dataset hold that are set, without the attributes."""
+    """Return the slots of a Dataset that are set, without the attributes."""
     names = (name for name in _SLOTS if name != "_attrs" and _has_slot(dataset, name))
     return {name: getattr(dataset, name) for name in names}
 
 
 def _has_slot(dataset: xr.Dataset, slot: str) -> bool:
-    """Return whether a slot is set, without asking `__getattr__`."""
+    """Return whether a slot is set, without calling `__getattr__`."""
     try:
         object.__getattribute__(dataset, slot)
     except AttributeError:
@@ -72,7 +73,7 @@ def _has_slot(dataset: xr.Dataset, slot: str) -> bool:
 
 
 def _convert_lookup_errors(maker: Callable[[], dict[str, Any]]) -> dict[str, Any]:
-    """Return what is made; errors that look like a missing name become RuntimeError."""
+    """Call a function, and convert errors that look like a missing name to RuntimeError."""
     try:
         return maker()
     except (AttributeError, LookupError) as error:

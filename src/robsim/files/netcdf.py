@@ -1,4 +1,4 @@
-"""Runs as sealed NetCDF-4 files, saved and opened."""
+"""Run files: NetCDF-4 files with a checksum."""
 
 from __future__ import annotations
 
@@ -22,17 +22,37 @@ from robsim.files.run_schema import TITLES, check_run_content
 
 SIGNATURE = b"\x89HDF\r\n\x1a\n"
 READERS = {
-    **dict.fromkeys((".mcap", ".db3", ".zstd"), "rs.open_bag(path)"),
-    **dict.fromkeys((".csv", ".parquet"), "rs.read_log(path, experiment)"),
+    **dict.fromkeys((".mcap", ".db3", ".zstd"), "rs.logs.read_bag(path)"),
+    **dict.fromkeys((".csv", ".parquet"), "rs.logs.read_log(path, experiment)"),
 }
-TRUST = "open_run(path, unsealed=True), or robsim explain --unsealed, takes it for what it says"
+TRUST = "open_run(path, unsealed=True), or robsim explain --unsealed, reads it without a check"
 
 
 def save_run(run: xr.Dataset, path: str | os.PathLike[str]) -> Path:
-    """Write a run as NetCDF-4 with a seal; the file appears only once it is complete.
+    """Save a run as a NetCDF-4 file with a checksum.
 
-    FileError: it cannot be written there, or `open_run` would not take it for a run.
+    Other programs can read the file as NetCDF-4. It appears under its name only when it is
+    complete.
 
+    Parameters
+    ----------
+    run : xarray.Dataset
+        Run of `simulate` or `Experiment.run`, or the `run` of a mission or of one of its legs.
+    path : str or path
+        File name. Missing folders are created.
+
+    Returns
+    -------
+    pathlib.Path
+        The path.
+
+    Raises
+    ------
+    FileError
+        If the file cannot be written, or if `open_run` would reject it.
+
+    Examples
+    --------
     >>> from robsim import load_scenario
     >>> from robsim.files import examples
     >>> run = load_scenario(examples.path("visp_tutorial")).run(duration=0.4)
@@ -46,13 +66,28 @@ def save_run(run: xr.Dataset, path: str | os.PathLike[str]) -> Path:
 
 
 def open_run(path: str | os.PathLike[str], *, unsealed: bool = False) -> xr.Dataset:
-    """Return a run that `save_run` wrote, once its checksum is found to be right.
+    """Return a run from a file of `save_run`, after a check of its checksum.
 
-    unsealed  take a file for what it says, that has no seal or was changed since it was written:
-              one of an earlier version, or of another program
+    Parameters
+    ----------
+    path : str or path
+        File name.
+    unsealed : bool, default False
+        Whether to accept a file without a valid checksum: a file of an earlier version or of
+        another program, or one that was changed.
 
-    FileError: missing, changed, or not a run.
+    Returns
+    -------
+    xarray.Dataset
+        The run.
 
+    Raises
+    ------
+    FileError
+        If the file is missing, changed, or not a run.
+
+    Examples
+    --------
     >>> open_run("nothing.nc")
     Traceback (most recent call last):
     ...
@@ -71,7 +106,7 @@ def open_run(path: str | os.PathLike[str], *, unsealed: bool = False) -> xr.Data
 
 
 def seal_run(run: xr.Dataset) -> BytesIO:
-    """Return the bytes of the file of a run. ValueError or TypeError: it cannot be written."""
+    """Return the content of a run file; ValueError or TypeError if it cannot be written."""
     if run.attrs.get("title") in TITLES:
         check_run_content(run)
     entries = [run_index.IndexEntry.of(name, variable) for name, variable in run.variables.items()]
@@ -84,7 +119,7 @@ def seal_run(run: xr.Dataset) -> BytesIO:
 
 
 def _write_netcdf(run: xr.Dataset, content: BytesIO) -> None:
-    """Write NetCDF-4 in memory, where no disk can be full: HDF5 does not survive that."""
+    """Write NetCDF-4 in memory, because HDF5 crashes on a full disk."""
     import h5netcdf
     from xarray.backends import H5NetCDFStore
 
@@ -95,7 +130,7 @@ def _write_netcdf(run: xr.Dataset, content: BytesIO) -> None:
 def _locate_entries(
     entries: list[run_index.IndexEntry], content: BytesIO
 ) -> Iterator[run_index.IndexEntry]:
-    """Yield entries that say where the numbers are. ValueError: HDF5 has them otherwise."""
+    """Yield the entries with their offsets; ValueError if HDF5 stores them in another form."""
     import h5py
 
     with h5py.File(content, "r") as file:
@@ -107,7 +142,7 @@ def _locate_entries(
 
 
 def _read_sealed_file(path: str | os.PathLike[str]) -> RunDataset:
-    """Return the Dataset of a sealed file."""
+    """Return the Dataset of a file with a checksum."""
     with convert_os_errors(path, "read"), open(path, "rb") as file:
         try:
             return _read_dataset(file)
@@ -118,32 +153,30 @@ def _read_sealed_file(path: str | os.PathLike[str]) -> RunDataset:
 
 
 def _read_dataset(file: BinaryIO) -> RunDataset:
-    """Return the Dataset of an open file. ContainerError: it is not sealed."""
-    size, told = read_header(file)
+    """Return the Dataset of an open file; ContainerError if it has no valid seal."""
+    size, header = read_header(file)
     try:
-        entries, coordinates, attributes = run_index.read_index(told, size)
+        entries, coordinates, attributes = run_index.read_index(header, size)
         variables = {each.name: each.variable(file) for each in entries}
-        own = {name: variables.pop(name) for name in coordinates}
-        return RunDataset(variables, own, attributes)
+        coordinate_variables = {name: variables.pop(name) for name in coordinates}
+        return RunDataset(variables, coordinate_variables, attributes)
     except (ValueError, TypeError, KeyError, OverflowError) as error:
-        raise ContainerError(
-            f"has a seal that says of no run what is in it: {error!s:.200}"
-        ) from None
+        raise ContainerError(f"has a seal that does not describe a run: {error!s:.200}") from None
 
 
 def _read_foreign_file(path: str | os.PathLike[str]) -> RunDataset:
-    """Return the Dataset of a file that may be anybody's."""
+    """Return the Dataset of a file from an untrusted source."""
     with convert_os_errors(path, "read"), open(path, "rb") as file:
         if not _is_netcdf(file):
             raise _make_no_run_error(path)
     try:
         return _read_dataset(BytesIO(make_sealed_copy(path)))
     except FileError as error:
-        raise FileError(f"{path} cannot be taken for a run: {error}") from None
+        raise FileError(f"{path} cannot be read as a run: {error}") from None
 
 
 def _make_no_run_error(path: str | os.PathLike[str]) -> FileError:
-    """Return the error of a file that is no run, which says what reads it if it is a log."""
+    """Return the error about a file that is not a run; for a log it names the reader."""
     reader = READERS.get(Path(path).suffix.lower())
     hint = f"; {reader} makes a run of such a log, and save_run its run.nc" if reader else ""
     return FileError(f"{path} is not a NetCDF-4 file{hint}")

@@ -1,4 +1,4 @@
-"""Changes to a text from outside, such as task.gain=2 or cameras.eye.size=[320, 240]."""
+"""Changes to a scenario text, such as task.gain=2 or cameras.eye.size=[320, 240]."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from robsim.declare.spec import PythonValue
 
 Changes = Mapping[str, Any] | Iterable[str]
 DEEPEST = 16
-EMPTY = ("shapes", "marks", "distortion", "sources", "weighting")  # lists that may be made empty
+EMPTY = ("shapes", "marks", "distortion", "sources", "weighting")  # lists that may be empty
 
 
 def parse_changes(changes: Changes) -> list[tuple[str, Any]]:
-    """Return (dotted name, value) of each change; InputError if it is none."""
+    """Return (dotted name, value) of each change; InputError for an invalid change."""
     if isinstance(changes, Mapping):
         return [(key, parse_toml_value(text)) for key, text in changes.items()]
     if isinstance(changes, str):
@@ -29,9 +29,9 @@ def parse_changes(changes: Changes) -> list[tuple[str, Any]]:
 
 
 def parse_toml_value(text: Any) -> Any:
-    """Return the TOML value of a text; a text that is no TOML stands for itself.
+    """Return the TOML value of a text; a text that is not TOML is returned unchanged.
 
-    So 20 ms needs no quotes within quotes.
+    For example, 20 ms needs no quotes.
 
     >>> parse_toml_value("[1, 2.5]"), parse_toml_value("20 ms")
     ([1, 2.5], '20 ms')
@@ -46,7 +46,9 @@ def parse_toml_value(text: Any) -> Any:
 
 
 def nest_value(path: Any, value: Any, python: bool = False) -> dict[str, Any]:
-    """Return the tables that hold one value, which is that of a text, or of Python code.
+    """Return the tables with one value at a dotted path.
+
+    With `python` the value is a Python object, else a TOML value.
 
     >>> nest_value("cameras.eye.size", [320, 240])
     {'cameras': [{'name': 'eye', 'size': [320, 240]}]}
@@ -67,7 +69,7 @@ def nest_value(path: Any, value: Any, python: bool = False) -> dict[str, Any]:
 
 
 def merge_tables(old: Any, new: Any) -> Any:
-    """Return tables with those of later changes over them.
+    """Return tables with the values of later changes merged into them.
 
     >>> merge_tables({"task": {"gain": 1}}, {"task": {"law": "camera"}})
     {'task': {'gain': 1, 'law': 'camera'}}
@@ -96,7 +98,7 @@ def _parse_change(change: Any) -> tuple[str, Any]:
 
 
 def _is_settable(keys: list[str]) -> bool:
-    """Return whether keys lead to a value, not to a table, a name, or the schema."""
+    """Return whether keys lead to a value, and not to a table, a name or the schema."""
     whole = bool(keys) and all(keys) and len(keys) <= DEEPEST and keys != ["schema"]
     names = [i + 1 for i, key in enumerate(keys) if key in NAMED]
     renames = len(keys) - 2 in names and keys[-1] == NAMED[keys[-3]]

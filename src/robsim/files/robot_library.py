@@ -1,4 +1,4 @@
-"""Robots from elsewhere: from the library by `model`, from a URDF file by `urdf`."""
+"""Robots by reference: from the library by `model`, from a URDF file by `urdf`."""
 
 from __future__ import annotations
 
@@ -16,33 +16,34 @@ from robsim.robot.robot_table import ROBOT
 
 
 def load_origin_robot(table: Tables, folder: Path) -> Robot:
-    """Return the robot that `model` or `urdf` in a table names; a path is relative to `folder`.
+    """Return the robot that `model` or `urdf` in a table refers to.
 
-    InputError: there is none, or its file cannot be read.
+    Paths are relative to `folder`. Raise InputError if the robot does not exist, or if its file
+    cannot be read.
     """
     key = "model" if "model" in table else "urdf"
-    given = table[key]
-    if not isinstance(given, str) or not given:
-        wanted = (
+    reference = table[key]
+    if not isinstance(reference, str) or not reference:
+        expected_text = (
             "the name of a robot of the library" if key == "model" else "the path of a URDF file"
         )
         with prefix_path(key):
-            raise InputError(f"must be {wanted}, got {format_value(given)}")
+            raise InputError(f"must be {expected_text}, got {format_value(reference)}")
     if key == "model":
         with prefix_path(key):
-            return robots.load(given)
+            return robots.load(reference)
     try:
-        return Robot.from_urdf(folder / given, tip=table.get("tip"))
+        return Robot.from_urdf(folder / reference, tip=table.get("tip"))
     except (FrameError, FileError) as error:
         with prefix_path("tip" if isinstance(error, FrameError) else "urdf"):
             raise InputError(str(error)) from None
 
 
 def describe_origin(robot: Robot, folder: Path) -> tuple[Tables, Robot]:
-    """Return the keys that name the origin of a robot in a file of a folder, and it as it is there.
+    """Return the keys of a reference to the origin of a robot, and the robot of that origin.
 
-    A robot that was read from a complete text may be that of the library with its name.
-    Unsayable: there is no origin, or it cannot be read any more.
+    A robot from a complete text refers to the library robot of its name. Raise Unsayable if there
+    is no origin, or if it cannot be read.
     """
     origin = robot.origin or RobotOrigin(robot.name)
     if origin.urdf is None:
@@ -51,23 +52,23 @@ def describe_origin(robot: Robot, folder: Path) -> tuple[Tables, Robot]:
         return {"model": origin.model}, robots.load(str(origin.model))
     path = Path(origin.urdf)
     inside = path.is_relative_to(folder.absolute())
-    named = path.relative_to(folder.absolute()).as_posix() if inside else path.as_posix()
+    reference = path.relative_to(folder.absolute()).as_posix() if inside else path.as_posix()
     try:
         plain = Robot.from_urdf(path, tip=robot.tip)
     except (InputError, OSError):
         raise UnwritableChange from None
-    return {"urdf": named, "name": robot.name, "tip": robot.tip}, plain
+    return {"urdf": reference, "name": robot.name, "tip": robot.tip}, plain
 
 
 def read_robot(path: str | os.PathLike[str]) -> Robot:
-    """Return the robot of a file. FileError: it cannot be read, or says what cannot be.
+    """Return the robot of a TOML file; FileError if it cannot be read or is not valid.
 
     >>> from robsim import robots
     >>> read_robot(robots.file("planar_2r")).nq
     2
     """
     problems = Problems(str(path))
-    made = Context(problems).tried(ROBOT, parse_toml(read_toml_text(path), str(path)))
+    value = Context(problems).tried(ROBOT, parse_toml(read_toml_text(path), str(path)))
     problems.stop()
-    robot: Robot = made
+    robot: Robot = value
     return robot

@@ -1,4 +1,4 @@
-"""What the index of a run file says, and nothing else: names, types, shapes, places, attributes."""
+"""The index of a run file: names, types, shapes, offsets and attributes of its variables."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ from robsim.container import NUMBERS, ArrayBlock, check_blocks_fit, is_json_coun
 T = TypeVar("T")
 TEXTS = "text"
 LONGEST_NAME = 250
-SPREAD = 64  # times the size of the file that texts may take in memory: each may be as wide as one
+SPREAD = 64  # largest memory of texts, in file sizes: each is stored as wide as the longest
 
 
 @dataclass(frozen=True)
 class IndexEntry(ArrayBlock):
-    """A variable in a file: numbers in one piece, or texts with their counts."""
+    """A variable in a file: a block of numbers, or texts with their repetitions."""
 
     kinds: ClassVar[set[str]] = {*NUMBERS, TEXTS}
 
@@ -36,17 +36,17 @@ class IndexEntry(ArrayBlock):
         for name in (self.name, *_check_json_list(self.dims), *_check_json_dict(self.attributes)):
             _check_variable_name(name)
         if len(self.shape) != len(self.dims):
-            raise ValueError(f"{self.name}: no shape: {format_value(self.shape)}")
+            raise ValueError(f"{self.name}: invalid shape: {format_value(self.shape)}")
         if not all(
             len(p) == 2 and isinstance(p[0], str) and is_json_count(p[1]) for p in self.texts
         ):
-            raise ValueError(f"{self.name}: no texts")
+            raise ValueError(f"{self.name}: invalid texts")
         if sum(count for _, count in self.texts) != (self.size if self.dtype == TEXTS else 0):
-            raise ValueError(f"{self.name}: not as many texts as its shape says")
+            raise ValueError(f"{self.name}: the number of texts does not match its shape")
 
     @classmethod
     def of(cls, name: Any, variable: xr.Variable) -> Self:
-        """Return the entry of a variable. ValueError, TypeError: no file can hold it."""
+        """Return the entry of a variable; ValueError or TypeError if a file cannot hold it."""
         values = variable.values
         is_text = is_text_array(values)
         return cls(
@@ -61,12 +61,12 @@ class IndexEntry(ArrayBlock):
 
     @property
     def bytes(self) -> int:
-        """The bytes of the file that the numbers take."""
+        """The size of the numbers in the file, in bytes."""
         return 0 if self.dtype == TEXTS else super().bytes
 
     @property
     def width(self) -> int:
-        """How many bytes the texts take in memory, where each is as wide as the longest."""
+        """The memory of the texts in bytes; in an array each is as wide as the longest."""
         return 4 * self.size * max((len(text) or 1 for text, _ in self.texts), default=0)
 
     def read(self, file: BinaryIO) -> NDArray[Any]:
@@ -84,12 +84,12 @@ class IndexEntry(ArrayBlock):
 
 
 def _count_repeats(texts: NDArray[Any]) -> list[tuple[str, int]]:
-    """Return each text with how often it stands there in a row."""
+    """Return each text with the number of its repetitions."""
     return [(text, len(list(same))) for text, same in groupby(texts.ravel().tolist())]
 
 
 def is_text_array(values: NDArray[Any]) -> bool:
-    """Return whether an array holds texts; TypeError if neither these nor numbers."""
+    """Return whether an array holds texts; TypeError if it holds neither texts nor numbers."""
     if values.dtype.kind == "U":
         return True
     if values.dtype.kind in "OT" and all(isinstance(each, str) for each in values.ravel()):
@@ -111,44 +111,44 @@ def write_index(entries: list[IndexEntry], run: xr.Dataset) -> dict[str, Any]:
 
 
 def read_index(index: Any, size: int) -> tuple[list[IndexEntry], list[str], dict[str, Any]]:
-    """Return the variables, the names of the coordinates and the attributes that an index says.
+    """Return the variables, the names of the coordinates and the attributes of an index.
 
-    ValueError, TypeError, OverflowError: it is none of a content of so many bytes.
+    Raise ValueError, TypeError or OverflowError if it does not describe a content of `size` bytes.
     """
-    told = _check_json_dict(index)
-    entries = [_parse_entry(each) for each in _check_json_list(told["variables"])]
-    coordinates = list(map(_check_json_text, _check_json_list(told["coordinates"])))
+    table = _check_json_dict(index)
+    entries = [_parse_entry(each) for each in _check_json_list(table["variables"])]
+    coordinates = list(map(_check_json_text, _check_json_list(table["coordinates"])))
     check_entry_sizes(entries, size)
     if not {entry.name for entry in entries} >= set(coordinates):
-        raise ValueError("a coordinate is no variable")
-    for name in _check_json_dict(told["attributes"]):
+        raise ValueError("a coordinate is not a variable")
+    for name in _check_json_dict(table["attributes"]):
         _check_variable_name(name)
     return (
         entries,
         coordinates,
-        {key: _decode_attribute(v) for key, v in told["attributes"].items()},
+        {key: _decode_attribute(v) for key, v in table["attributes"].items()},
     )
 
 
-def _parse_entry(told: Any) -> IndexEntry:
-    if _check_json_dict(told).keys() != {field.name for field in fields(IndexEntry)}:
+def _parse_entry(table: Any) -> IndexEntry:
+    if _check_json_dict(table).keys() != {field.name for field in fields(IndexEntry)}:
         raise ValueError("a variable is not described")
-    return IndexEntry(**told)
+    return IndexEntry(**table)
 
 
 def check_entry_sizes(entries: list[IndexEntry], size: int) -> None:
-    """Raise ValueError unless all variables fit into a content of so many bytes."""
+    """Raise ValueError unless all variables fit into a content of `size` bytes."""
     if len({entry.name for entry in entries}) < len(entries):
         raise ValueError("a variable occurs twice")
     check_blocks_fit(entries, size)
     if sum(entry.width for entry in entries) > SPREAD * size:
-        raise ValueError("texts are too long to stand in one array")
+        raise ValueError("texts are too long for one array")
     if any(each > size for entry in entries for each in entry.shape):
         raise ValueError("a dimension is longer than the file")
 
 
 def _encode_attribute(value: Any) -> Any:
-    """Return an attribute as JSON says it; TypeError if it is no number, text or array of them."""
+    """Return an attribute for JSON; TypeError if it is not a number, a text or a list of them."""
     if isinstance(value, np.generic | np.ndarray) and value.ndim == 0:
         value = value.item()
     if isinstance(value, str | int | float) and not isinstance(value, bool):
@@ -161,26 +161,26 @@ def _encode_attribute(value: Any) -> Any:
     return {"dtype": values.dtype.newbyteorder("<").str, "values": values.tolist()}
 
 
-def _decode_attribute(told: Any) -> Any:
-    """Return the attribute that JSON says; ValueError, TypeError or OverflowError if none."""
-    if isinstance(told, list):
-        return list(map(_check_json_text, told))
-    if isinstance(told, dict):
-        kind = _check_json_text(told["dtype"])
+def _decode_attribute(value: Any) -> Any:
+    """Return the attribute from JSON; ValueError, TypeError or OverflowError if it is invalid."""
+    if isinstance(value, list):
+        return list(map(_check_json_text, value))
+    if isinstance(value, dict):
+        kind = _check_json_text(value["dtype"])
         if kind not in NUMBERS - {"|b1"} or not all(
-            map(_is_index_number, _check_json_list(told["values"]))
+            map(_is_index_number, _check_json_list(value["values"]))
         ):
-            raise ValueError("an attribute is no array of numbers")
-        return np.array(told["values"], dtype=kind)
-    return told if _is_index_number(told) else _check_json_text(told)
+            raise ValueError("an attribute is not an array of numbers")
+        return np.array(value["values"], dtype=kind)
+    return value if _is_index_number(value) else _check_json_text(value)
 
 
 def _check_variable_name(name: Any) -> None:
-    """Raise ValueError unless a name can be printed and is no path."""
+    """Raise ValueError unless a name can be printed and is not a path."""
     short = 0 < len(_check_json_text(name)) <= LONGEST_NAME
     if not (short and name.isprintable() and "/" not in name):
         raise ValueError(
-            f"no name of a variable, a dimension or an attribute: {format_value(name)}"
+            f"invalid name of a variable, dimension or attribute: {format_value(name)}"
         )
 
 

@@ -1,4 +1,4 @@
-"""What a run, or the run of a mission, must hold, and of which kind it is."""
+"""The schema of run files: required variables, dimensions, types and attributes."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 RUN, MISSION = "RobSim run", "RobSim mission"
 TITLES = (RUN, MISSION)
 
-# of each variable the dimensions besides those of runs and, in the first table, of instants
+# the dimensions of each variable, without those of runs and (first table) instants
 INSTANTS = {
     "q": ("coordinate",),
     "qd": ("velocity",),
@@ -58,11 +58,11 @@ NAMES = {
     "mark_camera": ("mark",),
     "mark_target": ("mark",),
 }
-FRAMED = ("frame_pose", "frame_velocity", "goal_pose")  # they say of which frame
+FRAMED = ("frame_pose", "frame_velocity", "goal_pose")  # with an attribute `frame`
 SIZES = {"row": 4, "column": 4, "twist": 6, "axis": 2}
 WHOLE = ("run", "outcome", "ending")
 OPTIONAL = {"qd_actual", "weight", "ending"}
-MOVED = ("camera", "frame")  # a run has pose and velocity of one of them
+MOVED = ("camera", "frame")  # a run has pose and velocity of one of these
 OF_A_MISSION = ("q", "qd", "coordinate", "time")
 VERSIONS = ("robsim", "kernel_hash", "numpy", "numba", "machine")
 TEXTS = (
@@ -72,11 +72,11 @@ TEXTS = (
 )
 POSITIVE, FLAGS = ("dt", "duration"), ("hold", "single", "succeeded")
 NOT_NEGATIVE = ("converged_at",)
-OF_IMAGES = ("image_size", "image_centre")  # or such a name with that of a camera behind it
+OF_IMAGES = ("image_size", "image_centre")  # names, which may be followed by a camera's name
 
 
 def get_variable_dimensions(name: str, axes: int) -> tuple[str, ...]:
-    """Return the dimensions of a variable of so many axes; those of the runs may be left out.
+    """Return the dimensions of a variable with a number of axes; leading ones may be missing.
 
     >>> get_variable_dimensions("q_end", 2), get_variable_dimensions("q_end", 1)
     (('run', 'coordinate'), ('coordinate',))
@@ -87,7 +87,7 @@ def get_variable_dimensions(name: str, axes: int) -> tuple[str, ...]:
 
 
 def check_run_content(run: xr.Dataset) -> None:
-    """Raise ValueError, which says the first problem, unless a Dataset is a run or a mission's."""
+    """Raise ValueError with the first error of a Dataset that is not a valid run or mission."""
     title = run.attrs.get("title")
     if not isinstance(title, str) or title not in TITLES:
         raise ValueError(f"its title is {format_value(title)}")
@@ -100,23 +100,23 @@ def check_run_content(run: xr.Dataset) -> None:
 
 
 def _find_missing_entries(run: xr.Dataset, title: str) -> Iterator[str]:
-    """Yield what is not there."""
-    moved = [f"{each}_pose" for each in MOVED if f"{each}_pose" in run.variables]
-    wanted: set[str] = set(OF_A_MISSION)
+    """Yield messages about missing variables, attributes and instants."""
+    pose_names = [f"{each}_pose" for each in MOVED if f"{each}_pose" in run.variables]
+    required: set[str] = set(OF_A_MISSION)
     if title == RUN:
-        wanted = {*INSTANTS, *ENDS, *NAMES} - OPTIONAL
-        others = [each for each in MOVED if f"{each}_pose" not in moved[:1]]
-        wanted -= {f"{each}_{what}" for each in others for what in ("pose", "velocity")}
-        wanted |= {"run", *POSITIVE, *FLAGS[:2], "record", "seed"}
-    lacks = sorted(wanted - {*run.variables, *run.attrs})
-    if lacks or (title == RUN and not moved):
-        yield f"it has no {', '.join(lacks[:5]) or 'pose of what moves'}"
+        required = {*INSTANTS, *ENDS, *NAMES} - OPTIONAL
+        others = [each for each in MOVED if f"{each}_pose" not in pose_names[:1]]
+        required -= {f"{each}_{name}" for each in others for name in ("pose", "velocity")}
+        required |= {"run", *POSITIVE, *FLAGS[:2], "record", "seed"}
+    missing = sorted(required - {*run.variables, *run.attrs})
+    if missing or (title == RUN and not pose_names):
+        yield f"it has no {', '.join(missing[:5]) or 'pose of a camera or frame'}"
     if any(dim != "run" and not size for dim, size in run.sizes.items() if dim in ("run", "time")):
         yield "it has no instants"
 
 
 def _find_wrong_variables(run: xr.Dataset) -> Iterator[str]:
-    """Yield what is wrong with variables of known names."""
+    """Yield messages about known variables with wrong dimensions or types."""
     for table, before in ((INSTANTS, ("run", "time")), (ENDS, ("run",)), (NAMES, ())):
         for name in (name for name in table if name in run.variables):
             leading = tuple(dim for dim in before if dim in run.variables[name].dims)
@@ -126,7 +126,7 @@ def _find_wrong_variables(run: xr.Dataset) -> Iterator[str]:
                 yield f"{name} holds values of type {run.variables[name].dtype}"
     for dim, size in SIZES.items():
         if run.sizes.get(dim, size) != size:
-            yield f"{dim} has {run.sizes[dim]} places, not {size}"
+            yield f"{dim} has {run.sizes[dim]} entries, not {size}"
     yield from _find_size_conflicts(run)
     yield from _find_unnamed_outcomes(run)
 
@@ -138,31 +138,31 @@ def _get_allowed_dtypes(name: str) -> str:
 
 
 def _find_size_conflicts(run: xr.Dataset) -> Iterator[str]:
-    """Yield what is wrong with the runs and instants that variables have in common."""
+    """Yield messages about inconsistent runs and instants."""
     for name, dims in (("run", (("run",), ())), ("time", (("time",),))):
         if name in run.variables and run.variables[name].dims not in dims:
             yield f"{name} has the dimensions {format_value(run.variables[name].dims)}"
     if "run" in run.variables and run.variables["run"].dtype.kind not in _get_allowed_dtypes("run"):
-        yield "the number of a run is not whole"
+        yield "the number of a run is not an integer"
     for name in ("q", "q0"):
         some = run.variables[name].dims if name in run.variables else ("run",)
         if "run" in run.dims and "run" not in some:
-            yield f"{name} is not there for each run"
+            yield f"{name} has no values for each run"
     if "time" in run.dims and "time" not in run["q"].dims:
-        yield "q is not there for each instant"
+        yield "q has no values for each instant"
     time = run.variables.get("time")
     if time is not None and not (time.dtype.kind == "f" and np.isfinite(time.values).all()):
-        yield "an instant is no time"
+        yield "an instant is not a finite time"
 
 
 def _find_unnamed_outcomes(run: xr.Dataset) -> Iterator[str]:
-    """Yield which outcome or ending has no name."""
+    """Yield messages about outcomes and endings without a name."""
     for name in {"outcome", "ending"} & set(run.variables):
         attrs, values = run.variables[name].attrs, run.variables[name].values
         flags, meanings = attrs.get("flag_values"), attrs.get("flag_meanings", "")
         count = len(meanings.split()) if isinstance(meanings, str) else None
-        named = flags is not None and np.size(flags) == count
-        if not named or not np.isin(values, np.asarray(flags)).all():
+        has_names = flags is not None and np.size(flags) == count
+        if not has_names or not np.isin(values, np.asarray(flags)).all():
             yield f"an {name} has no name"
     if "outcome" in run.variables:
         values = run.variables["outcome"].values
@@ -171,19 +171,19 @@ def _find_unnamed_outcomes(run: xr.Dataset) -> Iterator[str]:
 
 
 def _find_wrong_attributes(run: xr.Dataset) -> Iterator[str]:
-    """Yield which attribute is not what its name says."""
+    """Yield messages about attributes with a wrong type or value."""
     for name, value in run.attrs.items():
         if not _is_valid_attribute(name, value):
             yield f"attribute {name} is {format_value(value)}"
     for name, variable in run.variables.items():
         if not isinstance(variable.attrs.get("units", ""), str):
-            yield f"the unit of {name!s:.80} is no text"
+            yield f"the unit of {name!s:.80} is not a text"
         if name in FRAMED and not isinstance(variable.attrs.get("frame"), str):
-            yield f"{name!s} says of no frame that it is its"
+            yield f"{name!s} has no attribute 'frame'"
 
 
 def _is_valid_attribute(name: str, value: Any) -> bool:
-    """Return whether the value of an attribute is of the kind that its name says."""
+    """Return whether the value of an attribute has the type that its name requires."""
     if name in TEXTS:
         return isinstance(value, str)
     if name in POSITIVE:

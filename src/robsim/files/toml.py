@@ -1,4 +1,4 @@
-"""Reading of TOML texts as tables, and writing of tables as TOML."""
+"""Reading and writing of TOML texts."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ from robsim.base.file_content import read_bytes
 
 Tables = dict[str, Any]
 SCHEMA = 1
-LARGEST_FILE = 2_000_000  # bytes, for which the parser takes up to two seconds
-# dotted keys of many parts cost the parser more than others of their length
+LARGEST_FILE = 2_000_000  # bytes; the parser takes up to two seconds for them
+# the parser is slow for dotted keys of many parts
 _PART = r"""(?:"[^"\n]*"|'[^'\n]*'|(?<![\w-])[\w-]+)[ \t]*"""
 _LONG_KEY = re.compile(rf"(?:{_PART}\.[ \t]*){{32}}")
 _DEEP_KEY = re.compile(rf"^[ \t]*\[{{0,2}}[ \t]*(?:{_PART}\.[ \t]*){{7}}", re.MULTILINE)
-MOST_DEEP = 1000  # of the latter
+MOST_DEEP = 1000  # largest number of deep keys
 
 
 def read_toml_text(path: str | os.PathLike[str]) -> str:
-    """Return the text of a file. FileError: missing, a folder, too large, not UTF-8."""
+    """Return the text of a file; FileError if it is missing, a folder, too large or not UTF-8."""
     data = read_bytes(path, "a TOML file", LARGEST_FILE)
     try:
         return data.decode("utf-8-sig")
@@ -36,14 +36,14 @@ def read_toml_text(path: str | os.PathLike[str]) -> str:
 
 
 def parse_toml(text: str, source: str) -> Tables:
-    """Return the tables of a TOML text. FileError: broken TOML, or another schema."""
+    """Return the tables of a TOML text; FileError for invalid TOML or another schema."""
     if len(text) > LARGEST_FILE:
         raise FileError(f"{source}: larger than {LARGEST_FILE // 1_000_000} MB")
     if not text.strip():
         raise FileError(f"{source}: empty; a file starts with schema = {SCHEMA}")
     if long := _LONG_KEY.search(text):
-        what, line = format_value(long[0]), _get_line_number(text, long.start())
-        raise FileError(f"{source}: not a key that could be valid: {what} (line {line})")
+        key, line = format_value(long[0]), _get_line_number(text, long.start())
+        raise FileError(f"{source}: invalid key: {key} (line {line})")
     if deep := next(islice(_DEEP_KEY.finditer(text), MOST_DEEP, None), None):
         line = _get_line_number(text, deep.start())
         raise FileError(f"{source}: more than {MOST_DEEP} keys of 8 parts or more (line {line})")
@@ -69,10 +69,10 @@ def write_toml(tables: Tables) -> str:
 
 
 def _describe_long_number(text: str) -> str:
-    """Return what is wrong with a number of more digits than Python reads, and its line."""
+    """Return a message about a number with more digits than Python reads, with its line."""
     most = sys.get_int_max_str_digits()
-    found = re.search(rf"[0-9_]{{{most + 1},}}", text)
-    at, size = (found.start(), len(found[0])) if found else (0, most + 1)
+    match = re.search(rf"[0-9_]{{{most + 1},}}", text)
+    at, size = (match.start(), len(match[0])) if match else (0, most + 1)
     return f"a number of {size} digits; at most {most} are read (line {_get_line_number(text, at)})"
 
 
@@ -81,7 +81,7 @@ def _get_line_number(text: str, at: int) -> int:
 
 
 def _find_deepest_bracket(text: str) -> int:
-    """Return where the most brackets are open."""
+    """Return the position with the most open brackets."""
     steps = ((char in "[{") - (char in "]}") for char in text)
     depths = list(accumulate(steps))
     return depths.index(max(depths))

@@ -1,4 +1,4 @@
-"""The layout of a TOML text for people: one line for what fits in it, else a section."""
+"""The layout of TOML texts for people: short values in one line, long ones in sections."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ from typing import Any
 
 from robsim.files.toml import SCHEMA, Tables
 
-WIDTH = 120  # of a line
-ITEM = 240  # of a table in a list, which has a line of its own
+WIDTH = 120  # longest line in characters
+ITEM = 240  # longest line of a table within a list
 BARE = re.compile(r"[A-Za-z0-9_-]+")
 
 
 def format_toml(tables: Tables) -> str:
-    """Return the TOML text of tables; a table, or a list of tables, of the top has its sections.
+    """Return the TOML text of tables; top-level tables and lists of tables become sections.
 
     >>> print(format_toml({"title": "Two", "run": {"dt": "40 ms"}}))
     schema = 1
@@ -29,7 +29,7 @@ def format_toml(tables: Tables) -> str:
 
 
 def _format_section(path: tuple[str, ...], table: Mapping[str, Any]) -> Iterator[str]:
-    """Yield the lines of a table: first what is no section of its own."""
+    """Yield the lines of a table; values without a section come first."""
     apart = {key: raw for key, raw in table.items() if _needs_section(path, key, raw)}
     for key, raw in table.items():
         if key not in apart:
@@ -43,7 +43,7 @@ def _format_section(path: tuple[str, ...], table: Mapping[str, Any]) -> Iterator
 
 
 def _needs_section(path: tuple[str, ...], key: str, raw: Any) -> bool:
-    """Return whether a value gets sections: tables of the top, and those too long for a line."""
+    """Return whether a value becomes a section: top-level or too long for a line."""
     if isinstance(raw, Mapping):
         return not path or len(f"{_format_key(key)} = {_format_inline(raw)}") > WIDTH
     if not isinstance(raw, list) or not raw or not all(isinstance(each, Mapping) for each in raw):
@@ -52,7 +52,7 @@ def _needs_section(path: tuple[str, ...], key: str, raw: Any) -> bool:
 
 
 def _format_value_lines(start: str, raw: Any) -> Iterator[str]:
-    """Yield the lines of a value: one, or those of a long list, each with what fits of it."""
+    """Yield the lines of a value; a long list is wrapped."""
     whole = start + _format_inline(raw)
     if len(whole) <= WIDTH or not isinstance(raw, list):
         yield whole

@@ -76,7 +76,18 @@ class DHRow(DeclaredValue):
     ] = "standard"
 
     def constants(self, turns: bool) -> tuple[Pose, Pose]:
-        """Return the poses (place, tail) of a joint that turns about z, or slides along z."""
+        """Return the constant poses of a joint with this row.
+
+        Parameters
+        ----------
+        turns : bool
+            Whether the joint turns about z. Otherwise it slides along z.
+
+        Returns
+        -------
+        place, tail : Pose
+            Poses before and after the motion of the joint: T = place @ motion(q) @ tail.
+        """
         row = np.broadcast_arrays(self.theta, self.d, self.a, self.alpha)
         return compute_dh_constants(np.stack(row, axis=-1), self.convention, turns)
 

@@ -49,7 +49,7 @@ def check_coupling_source(frame: Frame, owners: dict[str, Frame]) -> None:
         raise InputError(f"'{frame.name}' follows '{name}', which does not exist; {hint}")
     assert follows is not None
     if not follows.fits(owners[name].joint, is_steering_angle(owners[name], name)):
-        raise InputError(f"'{frame.name}' must follow {follows.wanted}; '{name}' is not")
+        raise InputError(f"'{frame.name}' must follow {follows.wanted}, which '{name}' is not")
 
 
 def sort_coupled_frames(tied: list[Frame]) -> list[Frame]:

@@ -1,1 +1,1 @@
-"""Experiments, their runs and results, missions, and the controller on its own."""
+"""Experiments, their runs and results, missions, and the standalone controller."""

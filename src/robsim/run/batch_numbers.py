@@ -1,8 +1,8 @@
-"""Numbers of which each run of an experiment has its own, in the objects that are simulated.
+"""Numbers that differ from run to run, in the objects that are simulated.
 
-An experiment keeps them by their dotted names, and its scene and task are those of no run. What is
-simulated is made of them here, for all runs at once: each path puts the numbers of all runs in its
-place, as the declaration there says that stages take them.
+An experiment stores these numbers by their dotted names. `BatchTemplate` builds the simulated scene and
+task for all runs at once: each path puts the array with the numbers of all runs into the declared
+field.
 """
 
 from __future__ import annotations
@@ -30,48 +30,49 @@ from robsim.servo.tasks.schemes import Partitioned
 from robsim.servo.tasks.task import ServoTask
 from robsim.world.scene import Scene
 
-SAME_LAW = ServoTask.bound_law, Partitioned.bound_law  # in whatever scene
+SAME_LAW = ServoTask.bound_law, Partitioned.bound_law  # which do not depend on the scene
 MAY = (
-    "a number of a task, of imperfections, or of a scene, true or believed, whose declaration says "
-    "that stages take one for each run, such as task.gain, sensing.noise, cameras.NAME.focal, "
-    "objects.NAME.position or belief.robots.NAME.links.LINK.dh.a"
+    "most numbers of tasks, of imperfections, and of scenes, true or believed, such as task.gain, "
+    "sensing.noise, cameras.NAME.focal, objects.NAME.position or "
+    "belief.robots.NAME.links.LINK.dh.a"
 )
 
 
-def check_batch_numbers(experiment: Any, given: Mapping[str, Any]) -> dict[str, Array]:
-    """Return numbers by name, each (runs, ...); InputError or FileError if some cannot be so.
+def check_batch_numbers(experiment: Any, requested: Mapping[str, Any]) -> dict[str, Array]:
+    """Return numbers (runs, ...) by name; InputError or FileError if some are not valid.
 
-    The lowest and the highest of each must be valid, and so are those between.
+    Only the lowest and the highest value of each name are checked.
     """
-    if not isinstance(given, Mapping) or not given:
-        raise InputError(f"vary: expected {{name: numbers}}, got {format_value(given)}")
+    if not isinstance(requested, Mapping) or not requested:
+        raise InputError(f"vary: expected {{name: numbers}}, got {format_value(requested)}")
     if not has_one_law(experiment.task):
-        wanted = "one servo task, whose law does not depend on the scene"
+        requirement = "one servo task with a law that does not depend on the scene"
         kind = type(experiment.task).__name__
-        raise InputError(f"vary: numbers may differ from run to run of {wanted}, not {kind}")
-    made = {
-        name: make_read_only(_check_batch_shape(experiment, name, x)) for name, x in given.items()
+        raise InputError(f"vary: numbers may differ from run to run for {requirement}, not {kind}")
+    arrays = {
+        name: make_read_only(_check_batch_shape(experiment, name, x))
+        for name, x in requested.items()
     }
-    counts = {name: len(values) for name, values in made.items()}
+    counts = {name: len(values) for name, values in arrays.items()}
     if len(set(counts.values())) > 1:
         listed = ", ".join(f"{count} of {name}" for name, count in counts.items())
         raise InputError(f"vary: every name needs a number for each run, got {listed}")
-    first = {name: values[0] for name, values in made.items()}
-    for name, values in made.items():
+    first = {name: values[0] for name, values in arrays.items()}
+    for name, values in arrays.items():
         for end in _find_extreme_values(name, values):
             experiment.at({**first, name: end})
-    return made
+    return arrays
 
 
 def has_one_law(task: Any) -> bool:
-    """Return whether numbers may differ from run to run of a task: its law asks for no scene."""
+    """Return whether numbers may differ from run to run: the law does not depend on the scene."""
     return isinstance(task, ServoTask) and type(task).bound_law in SAME_LAW
 
 
 def is_batchable(experiment: Any, name: str, values: Array) -> bool:
-    """Return whether all runs of an experiment can be bound at once with these numbers of a name.
+    """Return whether all runs can be bound at once with these numbers of a name.
 
-    Else each value needs an experiment of its own.
+    If not, each value needs its own experiment.
     """
     if not has_one_law(experiment.task):
         return False
@@ -80,12 +81,12 @@ def is_batchable(experiment: Any, name: str, values: Array) -> bool:
 
 
 def _is_above_bound(path: DottedPath, values: Array) -> bool:
-    """Return whether numbers change by how much, and not what is simulated."""
+    """Return whether all numbers exceed the bound below which they change the structure."""
     return path.leaf.above is None or bool((values > path.leaf.above).all())
 
 
 def _find_extreme_values(name: str, values: Array) -> list[Array]:
-    """Return the lowest and the highest of numbers; of rotations, which have none, the first."""
+    """Return the lowest and the highest of numbers; of rotations, which have no order, one."""
     if name.endswith(".rotation"):
         pose_from_rotation(values)
         return [values[0]]
@@ -96,36 +97,36 @@ def _check_batch_shape(experiment: Any, name: Any, values: Any) -> Array:
     """Return the numbers (runs, ...) of a name; InputError if it cannot differ from run to run."""
     path = find_path(experiment, str(name))
     if path is None or path.leaf.stack is None:
-        why = f"; what may: {MAY}" if path else f": {_make_refusal(experiment, str(name), values)}"
+        why = f"; these can: {MAY}" if path else f": {_make_refusal(experiment, str(name), values)}"
         raise InputError(f"vary: {format_value(name)} cannot differ from run to run{why}")
     array, shapes = as_floats(values, str(name), ()), path.leaf.shapes
     if not (array.ndim and len(array) and path.leaf.fits(array.shape[1:])):
-        wanted = " or ".join(str(("runs", *shape)).replace("'", "") for shape in shapes)
-        raise InputError(f"vary: {name}: expected shape {wanted}, got {array.shape}")
+        expected = " or ".join(str(("runs", *shape)).replace("'", "") for shape in shapes)
+        raise InputError(f"vary: {name}: expected shape {expected}, got {array.shape}")
     if not _is_above_bound(path, array):
-        above = f"each is above {path.leaf.above:g}"
-        raise InputError(f"vary: {name}: where they differ from run to run, {above}")
+        above = f"each must be above {path.leaf.above:g}"
+        raise InputError(f"vary: {name}: if the numbers differ from run to run, {above}")
     return array
 
 
 def _make_refusal(experiment: Any, name: str, values: Any) -> str:
-    """Return what a file says of a name that has no path."""
+    """Return the message of the scenario reader for a name that has no path."""
     try:
         experiment.at(name, np.asarray(values).tolist()[0])
     except (InputError, TypeError, IndexError, ValueError) as error:
         return str(error)
-    return "it is no number"
+    return "it is not a number"
 
 
 class BatchTemplate:
-    """What is the same for all numbers that an experiment may have under the same names."""
+    """The common part of all experiments that differ only in the varied numbers."""
 
     def __init__(self, experiment: Any) -> None:
         varied: dict[str, Array] = experiment.varied
         self.first = experiment.at({name: values[0] for name, values in varied.items()})
         self.paths: dict[str, DottedPath] = {name: find_path(self.first, name) for name in varied}  # type: ignore[misc]
         belief, scene = experiment.task.belief, experiment.scene
-        self.followed: dict[str, DottedPath] = {}  # the paths in the belief, of what is true
+        self.followed: dict[str, DottedPath] = {}  # paths in the belief for names of the true scene
         for name in filter(
             is_true_scene_name, varied if self.first.task.belief is not None else ()
         ):
@@ -134,23 +135,27 @@ class BatchTemplate:
                 self.followed[name] = find_scene_path(self.first.task.belief, name)  # type: ignore[assignment]
 
     def of(self, varied: Mapping[str, Array]) -> Any:
-        """Return an experiment of such numbers; what is true comes first."""
-        made = self.first
+        """Return the experiment with these numbers; names of the true scene are set first."""
+        experiment = self.first
         for name, values in sorted(
             varied.items(), key=lambda each: not is_true_scene_name(each[0])
         ):
             path = self.paths[name]
             if name.startswith(BELIEF):
-                made = _replace_belief(made, path.stack(get_believed_scene(made), values))
+                experiment = _replace_belief(
+                    experiment, path.stack(get_believed_scene(experiment), values)
+                )
             elif not is_true_scene_name(name):
-                made = path.stack(made, values)
+                experiment = path.stack(experiment, values)
             else:
                 if name in self.followed:
-                    belief = self.followed[name].stack(made.task.belief, values)
-                    made = _replace_belief(made, belief)
-                made = replace_unchecked(made, scene=path.stack(made.scene, values))
-        return made
+                    belief = self.followed[name].stack(experiment.task.belief, values)
+                    experiment = _replace_belief(experiment, belief)
+                experiment = replace_unchecked(
+                    experiment, scene=path.stack(experiment.scene, values)
+                )
+        return experiment
 
 
-def _replace_belief(made: Any, belief: Scene) -> Any:
-    return replace_unchecked(made, task=replace_beliefs(made.task, lambda _: belief))
+def _replace_belief(experiment: Any, belief: Scene) -> Any:
+    return replace_unchecked(experiment, task=replace_beliefs(experiment.task, lambda _: belief))

@@ -1,4 +1,4 @@
-"""The scenes that the tasks within a task believe in."""
+"""The scenes that the parts of a task believe in."""
 
 from __future__ import annotations
 
@@ -25,24 +25,24 @@ def list_beliefs(task: Any) -> list[Scene | None]:
 
 
 def replace_beliefs(task: Any, change: Callable[[Scene | None], Scene | None]) -> Any:
-    """Return a task, all tasks within which have another belief."""
-    made = {id(one): (one, change(one)) for one in list_beliefs(task)}
+    """Return a copy of a task with the belief of every inner task replaced by `change`."""
+    changes = {id(one): (one, change(one)) for one in list_beliefs(task)}
     return (
         task
-        if all(new is old for old, new in made.values())
-        else _replace_nested_beliefs(task, made)
+        if all(new is old for old, new in changes.values())
+        else _replace_nested_beliefs(task, changes)
     )
 
 
-def _replace_nested_beliefs(task: Any, made: Mapping[int, tuple[Any, Any]]) -> Any:
-    """Return a task, or a part of one, with all that is within it."""
+def _replace_nested_beliefs(task: Any, changes: Mapping[int, tuple[Any, Any]]) -> Any:
+    """Return a task, or a part of one, with the replaced beliefs of all its parts."""
     if isinstance(task, tuple):
-        return tuple(_replace_nested_beliefs(each, made) for each in task)
+        return tuple(_replace_nested_beliefs(each, changes) for each in task)
     if hasattr(task, "belief"):
-        return replace_unchecked(task, belief=made[id(task.belief)][1])
+        return replace_unchecked(task, belief=changes[id(task.belief)][1])
     if not any(hasattr(task, name) for name in ("inner", "task")):
         return task
     own = {each.name: getattr(task, each.name) for each in fields(task)}
     return replace_unchecked(
-        task, **{name: _replace_nested_beliefs(value, made) for name, value in own.items()}
+        task, **{name: _replace_nested_beliefs(value, changes) for name, value in own.items()}
     )

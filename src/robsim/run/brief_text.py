@@ -1,4 +1,4 @@
-"""The text of an experiment as short as a person writes it."""
+"""The short text of an experiment, as a person would write it."""
 
 from __future__ import annotations
 
@@ -15,16 +15,19 @@ from robsim.run.experiment_text import read_experiment, write_experiment
 
 
 def write_brief_text(experiment: Any, folder: Path) -> str | None:
-    """Return a text that is read as an experiment in a file of a folder; None if there is none."""
+    """Return a short text of an experiment for a file of a folder.
+
+    Return None if no short text reproduces the experiment exactly.
+    """
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", FileWarning)  # of files that were read before
+        warnings.simplefilter("ignore", FileWarning)  # issued when the files were first read
         study = {} if experiment.study is None else {"study": experiment.study}
         text = format_toml(shorten_numbers({**make_brief_tables(experiment, folder), **study}))
         return text if _is_text_of(text, experiment, folder) else None
 
 
 def make_brief_tables(experiment: Any, folder: Path) -> Tables:
-    """Return the tables of an experiment without what need not be said in a file of a folder."""
+    """Return the tables of an experiment for a file of a folder, without defaults."""
 
     def origin(robot: Any) -> Any:
         return describe_origin(robot, folder)
@@ -33,7 +36,7 @@ def make_brief_tables(experiment: Any, folder: Path) -> Tables:
 
 
 def _is_text_of(text: str, experiment: Any, folder: Path) -> bool:
-    """Return whether a text is read as an experiment, to the last bit."""
+    """Return whether reading a text reproduces an experiment to the last bit."""
     try:
         source = str(folder / "brief.toml")
         again = type(experiment)(**read_experiment(parse_toml(text, source), source))

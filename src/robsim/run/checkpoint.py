@@ -1,7 +1,7 @@
-"""Checkpoints: from what a run that was stopped goes on, with the same bits as one that was not.
+"""Checkpoints: files that let a stopped run continue with unchanged bits.
 
-A checkpoint is data: a header and arrays of numbers, with a checksum. Nothing in it can run, and
-what does not fit its experiment is refused.
+A checkpoint holds data only: a header and arrays of numbers, with a checksum. It contains no code,
+and a checkpoint that does not fit its experiment is rejected.
 """
 
 from __future__ import annotations
@@ -33,65 +33,65 @@ if TYPE_CHECKING:
 FORMAT = "RobSim checkpoint 2"
 MACHINE = "the processor"
 INTERVAL = 10.0  # seconds between checkpoints
-SHARE = 0.01  # of the time, which writing them takes at most
+SHARE = 0.01  # largest share of the run time for writing checkpoints
 
 
 class _StartedLoop(NamedTuple):
-    """A loop, and its chunks as they are."""
+    """A loop that has begun, and its chunks in their present state."""
 
     loop: Loop
     chunks: list[ChunkProgress]
 
 
 class CheckpointFile:
-    """Writes checkpoints of a run to a file, and takes up the one that is there.
+    """Writer and reader of the checkpoint file of a run.
 
-    A mission has a loop for each phase, which begin one after the other. `identity` stands for
-    all that the bits of the runs depend on.
+    A mission has a loop for each phase; the loops begin one after the other. `identity` is a hash
+    of all data that determine the bits of the runs.
     """
 
     def __init__(self, path: str | os.PathLike[str], identity: str, resume: bool):
         self.path, self.identity = Path(path), identity
-        self._begun: list[_StartedLoop] = []
-        self._next = time.monotonic() + INTERVAL
-        self._works = True
-        self._left = self._read() if resume else []
+        self._started: list[_StartedLoop] = []
+        self._next_time = time.monotonic() + INTERVAL
+        self._is_writable = True
+        self._stored = self._read() if resume else []
 
     def begin(self, loop: Loop, chunks: list[ChunkProgress]) -> list[ChunkProgress]:
-        """Return the chunks of the next loop as they were left, or as given at their start."""
-        if self._left:
+        """Return the chunks of the next loop, restored from the checkpoint if it holds them."""
+        if self._stored:
             with _convert_misfit_errors(self.path):
-                chunks = _restore_chunks(loop, *self._left.pop(0))
-        self._begun.append(_StartedLoop(loop, chunks))
+                chunks = _restore_chunks(loop, *self._stored.pop(0))
+        self._started.append(_StartedLoop(loop, chunks))
         return chunks
 
     @property
     def is_due(self) -> bool:
         """Whether it is time for a checkpoint."""
-        return self._works and time.monotonic() > self._next
+        return self._is_writable and time.monotonic() > self._next_time
 
     def save(self) -> None:
-        """Write a checkpoint of all loops so far, all of whose chunks wait.
+        """Write a checkpoint of all loops so far, while their chunks are paused.
 
-        FileWarning, once: that cannot be done.
+        If it cannot be written, a FileWarning is issued once.
         """
         began = time.monotonic()
         try:
-            loops, arrays = zip(*(_describe_loop(*each) for each in self._begun), strict=True)
+            loops, arrays = zip(*(_describe_loop(*each) for each in self._started), strict=True)
             own = {"format": FORMAT, "experiment": self.identity, "loops": loops}
             flat = [array for each in arrays for array in each]
             write_whole(
                 self.path, pack_container({**own, **_get_software_versions()}, flat).getbuffer()
             )
         except InputError as error:
-            if self._works:
+            if self._is_writable:
                 warnings.warn(f"no checkpoint: {error}", FileWarning, stacklevel=2)
-            self._works = False
+            self._is_writable = False
         now = time.monotonic()
-        self._next = now + max(INTERVAL, (now - began) / SHARE)
+        self._next_time = now + max(INTERVAL, (now - began) / SHARE)
 
     def _read(self) -> list[tuple[Any, list[Any]]]:
-        """Return the description of each loop, with its arrays; FileError if it does not serve."""
+        """Return the description and the arrays of each loop; FileError for an unusable file."""
         with convert_os_errors(self.path, "read"):
             if not self.path.exists():
                 raise FileError(f"no checkpoint {self.path}: run without resume")
@@ -102,9 +102,9 @@ class CheckpointFile:
                 continue
             differs = f"{name} was {was!s:.300}, and here is {here}"
             if name != MACHINE:
-                raise FileError(f"{self.path} cannot be taken up: {differs}")
-            told = f"{self.path}: {differs}: the last bits may differ from those of one machine"
-            warnings.warn(told, FileWarning, stacklevel=2)
+                raise FileError(f"{self.path} cannot be resumed: {differs}")
+            warning = f"{self.path}: {differs}: the last bits may differ from those of one machine"
+            warnings.warn(warning, FileWarning, stacklevel=2)
         if header.get("experiment") != self.identity:
             raise FileError(f"{self.path} is of another experiment, or of other settings")
         rest = iter(arrays)
@@ -113,7 +113,7 @@ class CheckpointFile:
 
 
 def _unpack_checkpoint(file: BinaryIO, path: Path) -> tuple[dict[str, Any], list[Any]]:
-    """Return the header and the arrays of a checkpoint; FileError if it is none, or damaged."""
+    """Return the header and the arrays of a checkpoint; FileError for another or a damaged file."""
     try:
         header, arrays = unpack_container(file)
     except ContainerError as error:
@@ -121,13 +121,13 @@ def _unpack_checkpoint(file: BinaryIO, path: Path) -> tuple[dict[str, Any], list
             raise FileError(f"{path} is damaged: it {error}") from None
         header, arrays = None, []
     if not isinstance(header, dict) or header.get("format") != FORMAT:
-        raise FileError(f"{path} is no checkpoint of this version of RobSim, or is cut short")
+        raise FileError(f"{path} is not a checkpoint of this version of RobSim, or is cut short")
     return header, arrays
 
 
 @contextmanager
 def _convert_misfit_errors(path: Path) -> Iterator[None]:
-    """Raise FileError where a checkpoint is not as the loops of its experiment need it."""
+    """Raise FileError if reading fails because a checkpoint does not fit its loops."""
     try:
         yield
     except (ValueError, TypeError, LookupError, OverflowError, StopIteration) as error:
@@ -145,9 +145,9 @@ def _get_software_versions() -> dict[str, str]:
 
 
 def _describe_loop(loop: Loop, chunks: list[ChunkProgress]) -> tuple[dict[str, Any], list[Any]]:
-    """Return what a checkpoint says of a loop, and its arrays."""
+    """Return the description of a loop in a checkpoint, and its arrays."""
     arrays: list[Any] = []
-    said = []
+    descriptions = []
     for going in chunks:
         recorder, rows = loop.recorder, slice(going.rows[0], going.rows[-1] + 1)
         last = -(-going.step // recorder.every) if recorder.every else 0
@@ -159,17 +159,17 @@ def _describe_loop(loop: Loop, chunks: list[ChunkProgress]) -> tuple[dict[str, A
             on = np.isin(going.rows, going.chunk.rows)
             arrays += [on, going.chunk.numbers, *(array for _, array in remembered)]
         own = {"runs": len(going.rows), "on": bool(going.chunk), "memory": paths}
-        said.append({"step": going.step, "done": going.done, **own})
-    return {"chunks": said, "arrays": len(arrays)}, arrays
+        descriptions.append({"step": going.step, "done": going.done, **own})
+    return {"chunks": descriptions, "arrays": len(arrays)}, arrays
 
 
-def _restore_chunks(loop: Loop, said: Any, arrays: list[Any]) -> list[ChunkProgress]:
-    """Return chunks as they were described, and fill the record of their loop in place.
+def _restore_chunks(loop: Loop, description: Any, arrays: list[Any]) -> list[ChunkProgress]:
+    """Return the described chunks, and fill the record of their loop in place.
 
-    ValueError, TypeError, LookupError: they do not fit the loop.
+    Raise ValueError, TypeError or LookupError if they do not fit the loop.
     """
     rest, chunks, first = iter(arrays), [], 0
-    for each in said["chunks"]:
+    for each in description["chunks"]:
         count, table, ends = each["runs"], next(rest), next(rest)
         rows = np.arange(first, first + as_integer(count, "runs", 1, len(loop.q0) - first + 1))
         first += count
@@ -188,14 +188,14 @@ def _restore_chunks(loop: Loop, said: Any, arrays: list[Any]) -> list[ChunkProgr
 def _restore_chunk(
     program: Program, rows: Any, paths: list[list[str]], rest: Iterator[Any]
 ) -> Chunk:
-    """Return the runs of a chunk that go on."""
+    """Return the running runs of a chunk."""
     going, numbers = next(rest), next(rest)
     if going.shape != rows.shape or going.dtype != bool or not going.any():
-        raise ValueError("no runs that go on")
+        raise ValueError("no running runs")
     chunk = Chunk(program, rows[going])
     if numbers.shape != chunk.numbers.shape or numbers.dtype != chunk.numbers.dtype:
-        raise ValueError(f"{numbers.shape} numbers, and not {chunk.numbers.shape}")
-    for row in program.wholes:  # where stages find places in memory, in this process
+        raise ValueError(f"expected numbers of shape {chunk.numbers.shape}, got {numbers.shape}")
+    for row in program.wholes:  # addresses, which are valid in this process only
         numbers[:, row] = chunk.numbers[:, row]
     chunk.numbers[:] = numbers
     for path in paths:
@@ -204,17 +204,17 @@ def _restore_chunk(
 
 
 def _flatten_memory(memory: dict[str, Any]) -> list[tuple[tuple[str, ...], Any]]:
-    """Return arrays by their way through nested tables; InputError: some are not numbers."""
-    found: list[tuple[tuple[str, ...], Any]] = []
+    """Return arrays by their path through nested tables; InputError if some are not numeric."""
+    arrays: list[tuple[tuple[str, ...], Any]] = []
     for name, value in memory.items():
         if isinstance(value, dict):
-            found += [((name, *path), array) for path, array in _flatten_memory(value)]
+            arrays += [((name, *path), array) for path, array in _flatten_memory(value)]
             continue
         array = np.asarray(value)
         if array.dtype.newbyteorder("<").str not in ArrayBlock.kinds or not isinstance(name, str):
-            raise InputError(f"what is remembered as {format_value(name)} is no array of numbers")
-        found.append(((name,), array))
-    return found
+            raise InputError(f"memory {format_value(name)} is not an array of numbers")
+        arrays.append(((name,), array))
+    return arrays
 
 
 def _set_nested(memory: dict[str, Any], path: list[str], array: Any) -> None:

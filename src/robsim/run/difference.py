@@ -14,11 +14,14 @@ from robsim.files.run_schema import ENDS, VERSIONS
 if TYPE_CHECKING:
     import xarray as xr
 
-GIVEN = ("q0", "s_goal", "pixels_goal")  # of the ends of a run, what is known when it begins
+GIVEN = ("q0", "s_goal", "pixels_goal")  # variables per run that are known at its start
 
 
 class DifferingVariable(NamedTuple):
-    """A variable, its first value that differs in words, how many values do, of how many."""
+    """A variable that differs: its name, its first difference in words, and two counts.
+
+    `values` is the number of values that differ, `of` the number of all values.
+    """
 
     name: str
     first: str
@@ -27,28 +30,30 @@ class DifferingVariable(NamedTuple):
 
 
 def find_difference(run: xr.Dataset, again: xr.Dataset) -> str:
-    """Return the first difference of a run from its repetition, and how many values differ.
+    """Return a description of the differences between a run and its repetition.
 
-    Empty if there is none. Compared is what both recorded, of a run
-    that was stopped what came before.
+    The description is empty if there is no difference. Only variables and instants of both runs are
+    compared, and of a stopped run only the part before the stop.
     """
-    gone, run, again = _align_instants(run, again)
-    wanted = [name for name in run.variables if name in again.variables]
-    found = [each for name in wanted for each in _compare_variable(run, again, str(name))]
-    if not found:
+    missing, run, again = _align_instants(run, again)
+    names_compared = [name for name in run.variables if name in again.variables]
+    differing = [
+        each for name in names_compared for each in _compare_variable(run, again, str(name))
+    ]
+    if not differing:
         return (
-            f"{gone} of its instants are none now; {_explain_difference(run, again)}"
-            if gone
+            f"{missing} of its instants are missing now; {_explain_difference(run, again)}"
+            if missing
             else ""
         )
-    count, total = sum(each.values for each in found), sum(each.of for each in found)
-    names = ", ".join(each.name for each in found)
+    count, total = sum(each.values for each in differing), sum(each.of for each in differing)
+    names = ", ".join(each.name for each in differing)
     many = f"{count} of {total} values differ, in {names}"
-    return f"{found[0].first}; {many}; {_explain_difference(run, again)}"
+    return f"{differing[0].first}; {many}; {_explain_difference(run, again)}"
 
 
 def _align_instants(run: xr.Dataset, again: xr.Dataset) -> tuple[int, xr.Dataset, xr.Dataset]:
-    """Return both with the instants that both have, and how many the first has besides."""
+    """Return the number of missing instants, and both runs at their common instants."""
     if not ("time" in run.dims and "time" in again.dims):
         return 0, run, again
     _, own, others = np.intersect1d(run["time"], again["time"], return_indices=True)
@@ -56,9 +61,9 @@ def _align_instants(run: xr.Dataset, again: xr.Dataset) -> tuple[int, xr.Dataset
 
 
 def _compare_variable(run: xr.Dataset, again: xr.Dataset, name: str) -> Iterator[DifferingVariable]:
-    """Yield what differs in a variable, if anything."""
+    """Yield the difference of a variable, if there is one."""
     was, now = run[name].variable, again[name].variable
-    if was.dims != now.dims or was.shape != now.shape:  # of a summary, or of one run of many
+    if was.dims != now.dims or was.shape != now.shape:  # a summary, or one run of a batch
         return
     differ = (was.values != now.values) & ~(_is_undefined(was.values) & _is_undefined(now.values))
     differ = differ & ~_find_unknown_values(run, name)
@@ -71,7 +76,7 @@ def _compare_variable(run: xr.Dataset, again: xr.Dataset, name: str) -> Iterator
 
 
 def _find_unknown_values(run: xr.Dataset, name: str) -> NDArray[np.bool_]:
-    """Return which values a stopped run does not have; they stand in the shape of the variable."""
+    """Return a mask of the values that a stopped run lacks, in the shape of the variable."""
     values = run[name].values
     if "outcome" not in run.variables or name in GIVEN or not _is_per_run(run, name):
         return np.zeros(values.shape, bool)
@@ -83,7 +88,7 @@ def _find_unknown_values(run: xr.Dataset, name: str) -> NDArray[np.bool_]:
 
 
 def _is_per_run(run: xr.Dataset, name: str) -> bool:
-    """Return whether each run has values of its own of a variable."""
+    """Return whether a variable has values of its own for each run."""
     return name not in run.coords and ("run" in run[name].dims or "run" not in run.dims)
 
 
@@ -92,7 +97,7 @@ def _is_undefined(values: NDArray[Any]) -> NDArray[np.bool_]:
 
 
 def _format_place(run: xr.Dataset, name: str, index: dict[str, int]) -> str:
-    """Return which value of a variable is meant, as q[elbow] of run 3 at 0.2 s."""
+    """Return the label of a value, such as "q[elbow] of run 3 at 0.2 s"."""
     labels = {dim: run[dim].values[i] if dim in run.coords else i for dim, i in index.items()}
     of = f" of run {labels.pop('run')}" if "run" in labels else ""
     at = f" at {labels.pop('time')} s" if "time" in labels else ""
@@ -100,7 +105,7 @@ def _format_place(run: xr.Dataset, name: str, index: dict[str, int]) -> str:
 
 
 def _explain_difference(run: xr.Dataset, again: xr.Dataset) -> str:
-    """Return why they may differ: other versions, or a change of the run or of what made it."""
+    """Return the probable reason: other versions, or a change of the run or its experiment."""
     others = [
         f"{name} {run.attrs.get(name, '?')!s:.40} (now {again.attrs[name]})"
         for name in VERSIONS

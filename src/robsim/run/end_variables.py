@@ -1,4 +1,4 @@
-"""The ends of runs: why, when and where, in the image and in space."""
+"""Variables of a run that describe its end, in the image and in space."""
 
 from __future__ import annotations
 
@@ -26,23 +26,23 @@ if TYPE_CHECKING:
 
     from robsim.engine.loop import Loop
 
-FAR, TURNED = 0.01, math.radians(1.0)  # metres and radians: beyond, it is another pose
-NO_START = (Outcome.OUT_OF_IMAGE, Outcome.BEHIND_CAMERA, Outcome.JOINT_LIMIT)  # if at time 0
+FAR, TURNED = 0.01, math.radians(1.0)  # metres and radians; poses farther apart are different
+NO_START = (Outcome.OUT_OF_IMAGE, Outcome.BEHIND_CAMERA, Outcome.JOINT_LIMIT)  # at time 0
 UNITS = {"goal_pose": "m", "distance_to_goal": "m", "angle_to_goal": "rad"}
 DESCRIPTIONS = {
-    "goal_pose": "pose in the world of the frame that moves, had it ended at its goal",
-    "distance_to_goal": "metres from there to where it ended",
-    "angle_to_goal": "angle from that pose to the one in which it ended",
+    "goal_pose": "goal pose of the moving frame in the world",
+    "distance_to_goal": "distance from the goal pose to the final pose",
+    "angle_to_goal": "angle from the goal pose to the final pose",
 }
 
 
 def is_valid_start(outcome: NDArray[Any], end_time: Array) -> NDArray[np.bool_]:
-    """Return whether each start was in sight and within the limits of the joints."""
+    """Return whether each start was in view of the cameras and within the joint limits."""
     return np.asarray(~((end_time == 0.0) & np.isin(outcome, NO_START)))
 
 
 def make_end_variables(loop: Loop) -> dict[str, NDArray[Any]]:
-    """Return the variables of a run that have one value for each run, which come first."""
+    """Return the variables of a run with one value per run."""
     recorder, goal_pixels = loop.recorder, loop.controller.goal_pixels
     pixels_end = recorder.last.pixels.reshape(len(loop.q0), *goal_pixels.shape[-2:])
     return {
@@ -59,21 +59,26 @@ def make_end_variables(loop: Loop) -> dict[str, NDArray[Any]]:
 
 
 def _compute_largest_length(away: Array) -> Array:
-    """Return the largest length (runs,) of `away` (runs, marks, 2); NaN without marks."""
+    """Return the largest length (runs,) of vectors (runs, marks, 2); NaN without marks."""
     if not away.shape[1]:
         return np.full(len(away), np.nan)
     return np.asarray(np.sqrt(away[..., 0] ** 2 + away[..., 1] ** 2).max(axis=1))
 
 
 def make_goal_variables(controller: TaskController, q_end: Array, q0: Array) -> dict[str, Array]:
-    """Return the variables of a run that say how far from its goal it ended.
+    """Return the goal pose of each run, and the distance and angle to it at the end.
 
-    The frame is the camera; where the camera stands still, the target; without a camera, what is
-    moved. Its goal is where it would be, the other of camera and target being where they ended.
-    NaN where no pose is known (`GoalFeatures`, a user's controller), and of the angle where only a
-    position is wanted.
+    The poses are those of the camera; if the camera does not move, of the target; without a camera,
+    of the moved frame. The goal of a camera is relative to the final pose of its target, and vice
+    versa. Values are NaN if no goal pose is known (`GoalFeatures`, a user's controller); the angle
+    is NaN if the task controls the position only.
 
-    q_end, q0   (B, nq) where the runs ended and started
+    Parameters
+    ----------
+    controller : Controller
+        Task bound to a scene.
+    q_end, q0 : ndarray of shape (B, nq)
+        Coordinates at the end and at the start of the runs.
     """
     goal, away, turn = measure_goal_offset(controller, move_runs_last(q_end, 1), q0)
     poses = homogeneous_matrix(goal)
@@ -84,12 +89,12 @@ def make_goal_variables(controller: TaskController, q_end: Array, q0: Array) -> 
 def measure_goal_offset(
     controller: TaskController, q: Array, q0: Array
 ) -> tuple[Array, Array, Array]:
-    """Return the goal pose (3, 4, B) of the frame that moves, and metres and radians to it (B,).
+    """Return the goal pose (3, 4, B) of the moving frame, and the metres and radians to it (B,).
 
-    q (nq, B) says where the runs are, q0 (B, nq) where they started.
+    q (nq, B) are the present coordinates, q0 (B, nq) the coordinates at the start.
     """
     part = select_goal_controller(controller)
-    with np.errstate(invalid="ignore", over="ignore"):  # a run that went wrong is data
+    with np.errstate(invalid="ignore", over="ignore"):  # runs may end with NaN
         T = compute_moving_pose(part, q)
         goal = compute_goal_pose(part, q, q0)
         goal = np.full(T.shape, np.nan) if goal is None else goal
@@ -101,9 +106,9 @@ def measure_goal_offset(
 
 
 def find_converged_elsewhere(run: xr.Dataset) -> NDArray[np.bool_]:
-    """Return which runs, () or (B,), converged at another pose than that of their goal.
+    """Return a mask, () or (B,), of the runs that converged at another pose than their goal.
 
-    That is more than 1 cm or 1 degree away, whatever the features say: they may have the same
+    These runs ended more than 1 cm or 1 degree from the goal pose. The features may have equal
     values at several poses, or leave motions free.
     """
     far = (run["distance_to_goal"].values > FAR) | (run["angle_to_goal"].values > TURNED)
@@ -111,7 +116,7 @@ def find_converged_elsewhere(run: xr.Dataset) -> NDArray[np.bool_]:
 
 
 def make_goal_attributes(controller: TaskController) -> dict[str, Any]:
-    """Return whose goal it is, and how many motions of that frame the task leaves free there."""
+    """Return the moving frame, and the number of motions that the task leaves free at the goal."""
     return {
         "frame": select_goal_controller(controller).moving,
         "free_motions": count_free_motions(controller),
@@ -119,9 +124,9 @@ def make_goal_attributes(controller: TaskController) -> dict[str, Any]:
 
 
 def count_free_motions(controller: TaskController) -> int:
-    """Return how many of the motions that the joints can make the features leave free.
+    """Return the number of possible motions that the features leave free.
 
-    Of tasks beside each other, the least.
+    Of parallel tasks, return the least number.
     """
     if isinstance(controller, SeparateJointsController):
         return min(map(count_free_motions, controller.parts))
@@ -132,10 +137,10 @@ def count_free_motions(controller: TaskController) -> int:
 
 
 def select_goal_controller(controller: TaskController) -> TaskController:
-    """Return the controller whose goal is that of the run.
+    """Return the controller that defines the goal of the run.
 
-    Of several, the first with a camera and a goal whose pose is known; else the first of those
-    with a camera, else the first.
+    Of several controllers, return the first with a camera and a known goal pose; else the first
+    with a camera; else the first.
     """
     leaves = sorted(_list_part_controllers(controller), key=lambda each: not each.sights)
     known = (
@@ -147,30 +152,30 @@ def select_goal_controller(controller: TaskController) -> TaskController:
 
 
 def _list_part_controllers(controller: TaskController) -> list[TaskController]:
-    """Return the controllers of which one is made, or itself."""
+    """Return the controllers that form a composite one, or the controller itself."""
     if not isinstance(controller, SeparateJointsController | PriorityController):
         return [controller]
     return [leaf for part in controller.parts for leaf in _list_part_controllers(part)]
 
 
 def compute_moving_pose(controller: TaskController, q: Array) -> Array:
-    """Return the pose T_w_f (3, 4, B) of the frame that moves, at coordinates q (nq, B)."""
+    """Return the pose T_w_f (3, 4, B) of the moving frame at coordinates q (nq, B)."""
     tree = controller.scene.tree
     return tree.frame(tree.bodies(q), controller.moving)
 
 
 @singledispatch
 def compute_goal_pose(controller: TaskController, q: Array, q0: Array) -> Array | None:
-    """Return the pose T_w_f (3, 4, B) that this frame has at the goal; None where it is unknown.
+    """Return the goal pose T_w_f (3, 4, B) of the moving frame; None if it is unknown.
 
-    q (nq, B) says where everything else is, q0 (B, nq) where the runs started.
+    q (nq, B) are the present coordinates of all other joints, q0 (B, nq) the start.
     """
     return None
 
 
 @compute_goal_pose.register
 def _compute_servo_goal(controller: ServoController, q: Array, q0: Array) -> Array | None:
-    """Return the goal pose from T_c_o at the goal and from where target or camera are."""
+    """Return the goal pose from T_c_o at the goal and the present pose of target or camera."""
     T_c_o = get_camera_goal(controller)
     if T_c_o is None:
         return None
@@ -183,7 +188,7 @@ def _compute_servo_goal(controller: ServoController, q: Array, q0: Array) -> Arr
 
 
 def _compose_poses(A: Array, B: Array) -> Array:
-    """Return A B of poses (3, 4, runs), in plain NumPy without compiling."""
+    """Return the products A B of poses (3, 4, runs), in NumPy without compilation."""
     out: Array = A[:, :1] * B[0] + A[:, 1:2] * B[1] + A[:, 2:3] * B[2]
     out[:, 3] += A[:, 3]
     return out
@@ -197,19 +202,19 @@ def _compute_path_end(controller: PathFollower, q: Array, q0: Array) -> Array | 
 
 @compute_goal_pose.register
 def _compute_joint_goal(controller: JointFollower, q: Array, q0: Array) -> Array | None:
-    """Return the pose with the joints at their goal, and the others where they are."""
-    there = q.copy()
-    there[controller.coordinates] = np.atleast_2d(
+    """Return the pose with the followed joints at their goal, and the others as they are."""
+    goal = q.copy()
+    goal[controller.coordinates] = np.atleast_2d(
         controller.goal_from(q0[:, controller.coordinates])
     ).T
-    return compute_moving_pose(controller, there)
+    return compute_moving_pose(controller, goal)
 
 
 def get_camera_goal(controller: TaskController) -> Array | None:
-    """Return T_c_o (3, 4, B) of the first camera and its target at the goal, as it was meant.
+    """Return the intended T_c_o (3, 4, B) of the first camera and its target at the goal.
 
-    A goal that is shown is where the true camera stood, a pose is as it was given; None of
-    features that are given as numbers.
+    For a goal configuration it follows from the true pose of the camera there, for a goal pose it
+    is that pose. None: the goal features are given as numbers.
     """
     part = select_goal_controller(controller)
     if not isinstance(part, ServoController) or part.regulated.given is not None:
@@ -222,14 +227,14 @@ def get_camera_goal(controller: TaskController) -> Array | None:
 
 
 def measure_pose_difference(A: Array, B: Array) -> tuple[Array, Array]:
-    """Return metres and radians (B,) between poses (3, 4, B) in the same axes."""
+    """Return the metres and radians (B,) between poses (3, 4, B) in the same axes."""
     away = np.ascontiguousarray(B[:, 3] - A[:, 3])
     return euclidean_length(away), compute_rotation_angle((B[:, :3] - A[:, :3]).reshape(9, -1))
 
 
 def compute_rotation_angle(change: Array) -> Array:
-    """Return the angle (...) between rotations from the 9 differences (9, ...) of their numbers.
+    """Return the angle (...) between rotations from the differences (9, ...) of their entries.
 
-    |R1 - R2| = sqrt(8) sin(angle / 2), which keeps its digits where the angle is small.
+    |R1 - R2| = sqrt(8) sin(angle / 2). The formula keeps its precision for small angles.
     """
     return np.asarray(2.0 * np.arcsin(np.minimum(euclidean_length(change) / np.sqrt(8.0), 1.0)))

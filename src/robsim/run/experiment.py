@@ -1,4 +1,4 @@
-"""The experiment: all that is needed for a run, as one value."""
+"""The experiment: a frozen value with all data of a run."""
 
 from __future__ import annotations
 
@@ -66,30 +66,72 @@ if TYPE_CHECKING:
     import xarray as xr
 
 PERFECT, EXACT = Sensing(), Actuation()
-PARTS = {"scene", "task", "sensing", "actuation"}  # which are checked when they are made
+PARTS = {
+    "scene",
+    "task",
+    "sensing",
+    "actuation",
+}  # fields that check themselves when they are created
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Experiment(Value):
-    """A scene, a task, a start, imperfections and a duration, as one frozen value.
+    """Scene, task, start, imperfections and duration of a run, as one frozen value.
 
-    scene, task  what there is, and what is to be done: a task, or a `Mission`
-    start        (nq,), a batch of starts (B, nq), or {robot: q}; None: home
-    sensing      what is wrong with the images
-    actuation    what is wrong with the joints
-    safety       limits that every command is kept within (`Safety`); None: none
-    endings      conditions on which a run ends (`Region`, `TooClose`, or of a kind of your own)
-    dt           control period in seconds: a command is held for it
-    duration     seconds, rounded up to whole periods
-    seed         of all that is random
-    hold         go on to the end of the duration, also after convergence
-    record       "all", every n-th step, or "summary": the end of each run
-    first_run    number of the first run; its noise comes from this and the seed
-    title        what it shows, in a line
+    An experiment is the unit that RobSim runs, stores and compares. `run` simulates it, `with_` and
+    `at` return changed copies, `to_toml` writes it as a scenario file, and `hash` identifies it.
+    Two experiments are equal if all their fields but `study` and `source` are equal.
 
-    Two experiments are equal where all these are. `text` is TOML that says it, `hash` stands for
-    it, `at` and `with_` give changed copies, `run` runs it.
+    Parameters
+    ----------
+    scene : Scene
+        Robots, objects and cameras, as they truly are.
+    task : Task or Mission
+        Control task. With a `Mission`, `run` returns a `MissionRun`.
+    start : array_like of shape (nq,) or (B, nq), or dict, optional
+        Coordinates at the start, a batch of B starts, or {robot: q}. Default: the home
+        configuration.
+    sensing : Sensing, optional
+        Errors of the images. Default: exact images without delay.
+    actuation : Actuation, optional
+        Errors of the joints. Default: joints that follow every command exactly.
+    safety : Safety, optional
+        Limits within which every command is kept. Default: no limits.
+    endings : sequence of Ending, optional
+        Further conditions that end a run, such as `Region` or `TooClose`.
+    dt : float, default 0.04
+        Control period in seconds. A command is held for one period.
+    duration : float, default 10.0
+        Longest duration of a run in seconds. It is rounded up to whole periods.
+    seed : int, default 0
+        Seed of all random numbers.
+    hold : bool, default False
+        Whether a run continues after convergence until the end of the duration.
+    record : {"all", "summary"} or int, default "all"
+        Recorded steps: all, every n-th, or only the end of each run.
+    first_run : int, default 0
+        Number of the first run. The noise of a run depends on its number and the seed.
+    title : str, optional
+        Title in one line.
+    varied : dict, optional
+        Numbers that differ from run to run. Use `vary`, which checks them.
+    study : dict, optional
+        Table of a study in the scenario file. It has no effect on a run.
+    source : str, optional
+        File name in error messages.
 
+    Raises
+    ------
+    InputError
+        If a field is not valid, or if the fields do not fit each other.
+
+    See Also
+    --------
+    simulate : Simulate a scene and a task in one call.
+    load_scenario : Return the experiment of a scenario file.
+
+    Examples
+    --------
     >>> from robsim import examples
     >>> experiment = load_scenario(examples.path("visp_tutorial"))
     >>> experiment.at("task.gain", 2.0).task.gain, experiment.with_(dt=0.02).dt
@@ -111,8 +153,8 @@ class Experiment(Value):
     record: Record = "all"
     first_run: int = 0
     title: str | None = None
-    varied: Any = field(default_factory=dict, repr=False)  # of `Experiment.vary`
-    study: Any = field(default=None, repr=False, compare=False)  # table of its file
+    varied: Any = field(default_factory=dict, repr=False)  # set by `Experiment.vary`
+    study: Any = field(default=None, repr=False, compare=False)  # table of the scenario file
     source: str = field(default="", repr=False, compare=False)
 
     def __post_init__(self) -> None:
@@ -161,10 +203,27 @@ class Experiment(Value):
     def from_text(cls, text: str, source: str = "<text>", set: Changes = ()) -> Self:
         """Return the experiment of a TOML text.
 
-        `set` are changes such as {"task.gain": "2"} or ["task.gain=2"].
+        Parameters
+        ----------
+        text : str
+            Text of a scenario file.
+        source : str, default "<text>"
+            File name in error messages. Paths in the text are relative to its folder.
+        set : dict or sequence of str, optional
+            Changes, such as {"task.gain": "2"} or ["task.gain=2"].
 
-        FileError: whatever is wrong, with the key and what would be valid.
+        Returns
+        -------
+        Experiment
+            The experiment of the text.
 
+        Raises
+        ------
+        FileError
+            If the text is not valid. The message gives the key and the valid values.
+
+        Examples
+        --------
         >>> from robsim import Experiment
         >>> Experiment.from_text('''
         ... schema = 1
@@ -180,12 +239,14 @@ class Experiment(Value):
         if not isinstance(text, str):
             raise FileError(f"{source}: expected TOML text, got {format_value(text)}")
         changes = parse_dotted_changes(set, source)
-        made = cls._read(read_experiment_text(text, source), source)
-        return cls._read(apply_changes(made, changes), source) if changes else made
+        experiment = cls._from_fields(read_experiment_text(text, source), source)
+        return (
+            cls._from_fields(apply_changes(experiment, changes), source) if changes else experiment
+        )
 
     @classmethod
-    def _read(cls, parts: Mapping[str, Any], source: str) -> Self:
-        """Return the experiment of the parts that a text says; FileError if they do not fit."""
+    def _from_fields(cls, parts: Mapping[str, Any], source: str) -> Self:
+        """Return the experiment of the fields that a text gives; FileError if they do not fit."""
         try:
             return cls(**parts, source=source)
         except InputError as error:
@@ -193,10 +254,25 @@ class Experiment(Value):
 
     @classmethod
     def of(cls, run: xr.Dataset | MissionRun) -> Experiment:
-        """Return the experiment that a run, a batch or consecutive runs of it were made of.
+        """Return the experiment that produced a run.
 
-        InputError: the run does not say.
+        Parameters
+        ----------
+        run : xarray.Dataset or MissionRun
+            Run, batch, or selection of consecutive runs of a batch.
 
+        Returns
+        -------
+        Experiment
+            The experiment, with the start and the numbers of these runs.
+
+        Raises
+        ------
+        InputError
+            If the run stores no experiment.
+
+        Examples
+        --------
         >>> from robsim import examples
         >>> experiment = load_scenario(examples.path("visp_tutorial")).with_(duration=0.4)
         >>> Experiment.of(experiment.run()) == experiment
@@ -207,28 +283,48 @@ class Experiment(Value):
         if not text:
             reason = run.attrs.get("no_scenario", "it has no attrs['scenario']")
             raise InputError(f"this run cannot be repeated from its own text: {reason}")
-        made = cls.from_text(text, "scenario of the run")
-        if isinstance(made.task, SelfSimulatingTask):
-            return made
+        stored = cls.from_text(text, "scenario of the run")
+        if isinstance(stored.task, SelfSimulatingTask):
+            return stored
         whole_run = cast(Any, run)
-        same = made._as(read_run_settings(whole_run))
+        repeated = stored._with_different(read_run_settings(whole_run))
         varied = {name: whole_run[name].values for name in attributes.get("varied", "").split()}
         if not varied:
-            return same
-        return same.vary(varied) if "run" in whole_run.dims else same.at(varied)
+            return repeated
+        return repeated.vary(varied) if "run" in whole_run.dims else repeated.at(varied)
 
     @property
     def settings(self) -> dict[str, Any]:
-        """The fields by name, without scene, task and start."""
+        """The fields by name, without scene, task, start and `varied`."""
         apart = ("scene", "task", "start", "varied", "study", "source")
         return {
             each.name: getattr(self, each.name) for each in fields(self) if each.name not in apart
         }
 
     def with_(self, **changes: Any) -> Self:
-        """Return a copy with other fields: `experiment.with_(task=PBVS(), dt=0.02)`.
+        """Return a copy with other fields.
 
-        InputError: there is no such field.
+        Parameters
+        ----------
+        **changes
+            New values of fields, such as ``task=PBVS(), dt=0.02``.
+
+        Returns
+        -------
+        Experiment
+            The copy.
+
+        Raises
+        ------
+        InputError
+            If a field does not exist, or if its value is not valid.
+
+        Examples
+        --------
+        >>> from robsim import PBVS, examples
+        >>> experiment = load_scenario(examples.path("visp_tutorial"))
+        >>> type(experiment.with_(task=PBVS(), dt=0.02).task).__name__
+        'PBVS'
         """
         names = [each.name for each in fields(self) if each.name not in ("study", "source")]
         for name in changes:
@@ -237,19 +333,19 @@ class Experiment(Value):
         return replace(self, **changes)
 
     def revised(self, **changes: Any) -> Self:
-        """Return a copy with other fields, in whose scene and parts only numbers differ."""
+        """Return a copy with other fields; scene and parts differ only in numbers."""
         rest = {name: x for name, x in changes.items() if name not in PARTS}
-        made = replace(self, **rest) if rest else self
+        copy = replace(self, **rest) if rest else self
         parts = {name: changes[name] for name in changes.keys() & PARTS}
         if not parts:
-            return made
-        made = replace_unchecked(made, **parts)
-        if made.scene is not self.scene:
-            made._check_scene()
-        return made
+            return copy
+        copy = replace_unchecked(copy, **parts)
+        if copy.scene is not self.scene:
+            copy._check_scene()
+        return copy
 
     def _check_scene(self) -> None:
-        """Raise InputError for numbers of the scene that do not go with the rest."""
+        """Raise InputError if numbers of the scene do not fit the other fields."""
         if self.start is not None:
             check_starts(self.scene, self.start, "start")
         if self.safety is not None:
@@ -258,15 +354,37 @@ class Experiment(Value):
         check_endings([each for each in self.endings if not is_immutable(each)], self.scene)
 
     def at(self, name: str | Mapping[str, Any], value: Any = None) -> Self:
-        """Return a copy in which what has this dotted name has another value.
+        """Return a copy with other values at dotted names.
 
-        name    such as "task.gain", "run.dt", "cameras.eye.focal" or "belief.robots.arm.links.
-                elbow.dh.a"; or several of them, {name: value}
-        value   a number in SI, a text as in a file ("20 ms"), or an object (`rs.PBVS()`); None:
-                as if nothing was said
+        If the belief of the task has the value that the true scene had before, it takes the new
+        value of the true scene too.
 
-        A belief has the numbers of the truth where it has those that the truth had before.
-        FileError: there is no such name, with the nearest; or the value is not valid there.
+        Parameters
+        ----------
+        name : str or dict
+            Dotted name, such as "task.gain", "run.dt", "cameras.eye.focal" or
+            "belief.robots.arm.links.elbow.dh.a"; or several names with their values, {name: value}.
+        value : object, optional
+            Number in SI units, text as in a scenario file ("20 ms"), or object (`rs.PBVS()`). None
+            restores the default.
+
+        Returns
+        -------
+        Experiment
+            The copy.
+
+        Raises
+        ------
+        FileError
+            If the name does not exist (the message gives the nearest name), or if the value is not
+            valid.
+
+        Examples
+        --------
+        >>> from robsim import examples
+        >>> experiment = load_scenario(examples.path("visp_tutorial"))
+        >>> experiment.at({"task.gain": 2.0, "run.dt": "20 ms"}).dt
+        0.02
         """
         if not isinstance(name, str | Mapping):
             raise InputError(
@@ -274,25 +392,25 @@ class Experiment(Value):
             )
         changes = dict(name) if isinstance(name, Mapping) else {name: value}
         try:
-            made: Self = replace_numbers(self, changes)
-        except NOT_BY_PATH:  # a file has the last word, and says what is wrong
-            made = self._by_text(changes)
+            copy: Self = replace_numbers(self, changes)
+        except NOT_BY_PATH:  # the text reader may accept the value; else it raises a better error
+            copy = self._change_by_text(changes)
         varied = {each: x for each, x in self.varied.items() if each not in changes}
-        return made if varied == self.varied else made.with_(varied=varied)
+        return copy if varied == self.varied else copy.with_(varied=varied)
 
-    def _by_text(self, changes: Mapping[str, Any]) -> Self:
-        """Return a copy of which a text says these changes."""
-        several = np.ndim(self.start) > 1  # which no text says
+    def _change_by_text(self, changes: Mapping[str, Any]) -> Self:
+        """Return a copy with these changes, made by the reader of scenario files."""
+        several = np.ndim(self.start) > 1  # a text holds one start only
         one = replace(self, start=None, varied={}) if several else replace(self, varied={})
         pairs = parse_dotted_changes(changes, self.source)
-        made = self._read(apply_changes(one, pairs, python=True), self.source)
-        made = replace(made, start=self.start) if several else made
-        return made.with_(varied=self.varied) if self.varied else made
+        copy = self._from_fields(apply_changes(one, pairs, python=True), self.source)
+        copy = replace(copy, start=self.start) if several else copy
+        return copy.with_(varied=self.varied) if self.varied else copy
 
     def controls(self) -> list[Control]:
-        """Return the values that a person may change by hand, as their declarations say them.
+        """Return the values that a user interface can edit, each with its range and unit.
 
-        `at` takes what the control of a value makes of another one: `control.changes(value)`.
+        The method `changes` of a control returns the argument of `at` for a new value.
 
         >>> from robsim import examples, load_scenario
         >>> experiment = load_scenario(examples.path("visp_tutorial"))
@@ -305,20 +423,33 @@ class Experiment(Value):
         return list(yield_experiment_controls(self))
 
     def vary(self, numbers: Mapping[str, Any]) -> Self:
-        """Return a copy of many runs, in which these names have another value in each run.
+        """Return a copy with many runs and with numbers that differ from run to run.
 
-        numbers  {name: (runs, ...)} in SI, with the dotted names of `at`: intrinsics, distortion
-                 and pose of cameras, marks and pose of objects, pose of robots, constants of links
-                 ("belief.robots.arm.links.elbow.dh.a"), each true or believed; "task.gain",
-                 "task.depth_scale", "actuation.lag", "sensing.noise", "sensing.latency" and others
+        All runs are bound at once: 10,000 runs with 10,000 calibrations take little longer than
+        with one. `of_run(i)` returns the experiment of a single run; its result has the same bits.
+        The Dataset of the run has a variable for each name.
 
-        They are bound at once, so that 10,000 runs with 10,000 calibrations take little longer than
-        with one. There is one start for all runs, or one for each. `of_run(i)` is the experiment of
-        one run, with the same bits. The run has a variable for each name.
+        Parameters
+        ----------
+        numbers : dict of str to array_like of shape (runs, ...)
+            Numbers in SI units by the dotted names of `at`: intrinsics, distortion and pose of
+            cameras, marks and pose of objects, pose of robots, constants of links
+            ("belief.robots.arm.links.elbow.dh.a"), each true or believed; "task.gain",
+            "task.depth_scale", "actuation.lag", "sensing.noise", "sensing.latency" and others. The
+            start is common to all runs, or there is one for each run.
 
-        InputError, FileError: a name that cannot differ from run to run, or a value that is not
-        valid there.
+        Returns
+        -------
+        Experiment
+            The copy, with as many runs as there are numbers.
 
+        Raises
+        ------
+        InputError or FileError
+            If the number of a name cannot differ from run to run, or if a value is not valid.
+
+        Examples
+        --------
         >>> from robsim import examples, load_scenario
         >>> experiment = load_scenario(examples.path("calibration_errors"))
         >>> wrong = experiment.vary({"belief.cameras.camera.focal": [490, 500, 510]})
@@ -328,9 +459,22 @@ class Experiment(Value):
         return self.with_(varied={**self.varied, **check_batch_numbers(self, numbers)})
 
     def of_run(self, number: int) -> Self:
-        """Return the experiment of a single run, by its place among the runs, from 0 on.
+        """Return the experiment of a single run.
 
-        InputError: there are not so many.
+        Parameters
+        ----------
+        number : int
+            Index of the run among the runs of this experiment, from 0.
+
+        Returns
+        -------
+        Experiment
+            Experiment of one run; its result has the bits of that run in the batch.
+
+        Raises
+        ------
+        InputError
+            If the experiment has fewer runs.
         """
         i = as_integer(number, "run", 0, self.runs)
         numbers = {name: values[i] for name, values in self.varied.items()}
@@ -344,19 +488,34 @@ class Experiment(Value):
         return self.to_toml()
 
     def to_toml(self, *, complete: bool = False, folder: str | os.PathLike[str] = ".") -> str:
-        """Return it as TOML, as short as a person writes it; reading it gives the same experiment.
+        """Return the experiment as TOML text; reading the text returns an equal experiment.
 
-        complete  robots link by link and every default, for files that must last: such a text
-                  needs no library and no URDF file, which may change
-        folder    of the file that the text is for: paths of URDF files are relative to it
+        The text is as short as a person would write it: a robot of the library or of a URDF file is
+        stored by its name with the changes, and a belief by its differences from the scene. Numbers
+        are exact, in the units that make them shortest. If no short text reproduces the experiment,
+        the text is complete.
 
-        A robot of the library or of a URDF file is called by its name there, with what was changed
-        of it, and a belief says where it differs from the scene. Numbers are exact, in the units
-        that make them shortest. Where no short text gives the same experiment, it is complete.
+        Parameters
+        ----------
+        complete : bool, default False
+            Whether to write every default, and robots link by link. A complete text needs no
+            library and no URDF file, which may change; use it for archives.
+        folder : str or path, default "."
+            Folder of the file to be written. Paths of URDF files are relative to it.
 
-        InputError: the experiment is made of Python code, or has several starts or other numbers
-        in each run.
+        Returns
+        -------
+        str
+            TOML text.
 
+        Raises
+        ------
+        InputError
+            If the experiment contains Python code, several starts, or numbers that differ from run
+            to run.
+
+        Examples
+        --------
         >>> from robsim import examples, load_scenario
         >>> experiment = load_scenario(examples.path("eye_in_hand")).at("task.gain", 2)
         >>> text = experiment.to_toml()
@@ -368,20 +527,30 @@ class Experiment(Value):
 
     @cached_property
     def hash(self) -> str:
-        """The first 16 hexadecimal digits of the hash of the exact text.
+        """The first 16 hexadecimal digits of the SHA-256 of the complete text.
 
-        InputError: there is no text.
+        Raises
+        ------
+        InputError
+            If the experiment has no text.
         """
         return hashlib.sha256(self.to_toml(complete=True).encode()).hexdigest()[:16]
 
     def check(self, *, view: bool = True) -> None:
-        """Check task, start and settings as a run would, without running.
+        """Check task, start and settings as `run` does, without running.
 
-        With `view`, a start that does not see its target is an error; as a run it ends at once.
+        Parameters
+        ----------
+        view : bool, default True
+            Whether it is an error if a camera does not see its target at the start. In a run it is
+            an outcome at the first step.
 
-        GoalError, FileError: a run would be refused.
+        Raises
+        ------
+        GoalError, FileError or InputError
+            If `run` would raise it.
         """
-        with self._named():
+        with self._named_errors():
             if isinstance(self.task, SelfSimulatingTask):
                 with self.keyed("task"):
                     self.task.checked(self, view=view)
@@ -400,18 +569,45 @@ class Experiment(Value):
         resume: bool = False,
         **changes: Any,
     ) -> Any:
-        """Simulate, and return the run: an xarray.Dataset, or a `MissionRun` of a mission.
+        """Simulate the experiment and return the run.
 
-        `changes` are those of `with_`, for this run.
+        Parameters
+        ----------
+        progress : callable, optional
+            Function that is called repeatedly with the finished share, from 0 to 1.
+        threads : int, optional
+            Number of threads. Default: one for each processor. It does not change the result.
+        chunk : int, default 256
+            Largest number of runs that advance in lockstep. It does not change the result.
+        checkpoint : str or path, optional
+            File for the state, written about every ten seconds and at an interruption.
+            Delete it when the run is saved.
+        resume : bool, default False
+            Whether to continue from the checkpoint. On the same machine and with the same versions,
+            the bits do not depend on the interruption.
+        **changes
+            Fields that differ for this run, as in `with_`.
 
-        `threads`, `chunk` and `progress` are as in `simulate`. The run keeps the text of the
-        experiment, so that `replay` can repeat it.
+        Returns
+        -------
+        xarray.Dataset or MissionRun
+            The recorded run. It stores the text of the experiment, so that `replay` can repeat it.
+            Of a mission, a `MissionRun`.
 
-        `checkpoint` is a file that is written every ten seconds or so, and when a stop comes (see
-        `Interrupted`). With `resume` the run goes on from there, on this machine and with these
-        versions, and has the same bits as if it had not been stopped. Delete it when the run is
-        saved. FileError: it does not serve. FileWarning: it cannot be written.
+        Raises
+        ------
+        Interrupted
+            If the user stops the simulation. Its attribute `run` is the run so far.
+        FileError
+            If the checkpoint does not belong to this experiment and these versions.
 
+        Warns
+        -----
+        FileWarning
+            If a checkpoint cannot be written, or comes from another processor.
+
+        Examples
+        --------
         >>> from robsim import examples
         >>> experiment = load_scenario(examples.path("visp_tutorial"))
         >>> run = experiment.run(checkpoint="run.checkpoint")  # once more with resume=True
@@ -420,12 +616,11 @@ class Experiment(Value):
             one = self.with_(**changes)
             how: dict[str, Any] = {"threads": threads, "chunk": chunk}
             return one.run(progress, checkpoint=checkpoint, resume=resume, **how)
-        keeper = self._keeper(checkpoint, resume)
+        keeper = self._make_checkpoint_file(checkpoint, resume)
         how = {"threads": threads, "chunk": chunk, "progress": progress}
-        with interrupt.defer_stops(begun=False) as stops, self._named():
-            if not isinstance(self.task, ServoTask) and isinstance(
-                self.task, SelfSimulatingTask
-            ):  # faster so
+        with interrupt.defer_stops(begun=False) as stops, self._named_errors():
+            # the first test is fast; the second tests a protocol and is slow
+            if not isinstance(self.task, ServoTask) and isinstance(self.task, SelfSimulatingTask):
                 with self.keyed("task"):
                     result = self.task.simulated(self, checkpoint=keeper, **how)
                 finished = True
@@ -435,11 +630,11 @@ class Experiment(Value):
                     finished = advance_loop(loop, checkpoints=keeper, **how)
                 result = self.dataset(loop)
         if stops or not finished:
-            raise Interrupted("stopped by the user; what was simulated so far is in .run", result)
+            raise Interrupted("stopped by the user; the run so far is in .run", result)
         return result
 
-    def _keeper(self, checkpoint: Any, resume: bool) -> CheckpointFile | None:
-        """Return what keeps checkpoints, if any are wanted; that of a mission serves its phases."""
+    def _make_checkpoint_file(self, checkpoint: Any, resume: bool) -> CheckpointFile | None:
+        """Return the writer of checkpoints, or None. All phases of a mission share one."""
         if isinstance(checkpoint, CheckpointFile):
             return checkpoint
         again = as_bool(resume, "resume")
@@ -447,16 +642,29 @@ class Experiment(Value):
             if again:
                 raise InputError("resume: from which file? give checkpoint=path")
             return None
-        with self._named():
+        with self._named_errors():
             identity = self.identity
         with convert_os_errors(checkpoint, "keep"):
             return CheckpointFile(checkpoint, identity, again)
 
     def steps(self) -> Iterator[Instant]:
-        """Yield the instants of a single run one by one, so that you may watch, or stop.
+        """Yield the control instants of a single run one by one.
 
-        The last one is that at which the run ends. InputError: a mission, or several starts.
+        Use it to observe a run, or to stop it on a condition of your own.
 
+        Yields
+        ------
+        Instant
+            State, command and outcome at one control instant. The last instant is that at which the
+            run ends.
+
+        Raises
+        ------
+        InputError
+            If the task is a mission, or if there are several runs.
+
+        Examples
+        --------
         >>> from robsim import examples
         >>> experiment = load_scenario(examples.path("visp_tutorial"))
         >>> now = next(experiment.steps())
@@ -469,41 +677,40 @@ class Experiment(Value):
             raise InputError(
                 "steps: one start is needed, and there are several runs: take of_run(i)"
             )
-        with self._named():
+        with self._named_errors():
             loop = self._loop_from_start()
         return iterate_instants(loop)
 
     def _loop_from_start(self) -> Loop:
-        """Return the loop without a record; InputError if no start lets the task be done."""
+        """Return the loop without a record; InputError if the task cannot begin at a start."""
         loop = self.with_(record="summary").loop()
         with self.keyed("task"):
             loop.controller.check_start(loop.q0)
         return loop
 
     def dataset(self, loop: Loop) -> xr.Dataset:
-        """Return what a loop of this experiment has recorded."""
-        from robsim.run.simulation_dataset import (
-            make_dataset,  # of xarray, which a quick start does without
-        )
+        """Return the record of a loop of this experiment as a Dataset."""
+        from robsim.run.simulation_dataset import make_dataset  # late: the import of xarray is slow
 
         parts = self.task, self.sensing, self.actuation, self.endings
         if not (self.scene.tree.compiled and all(map(is_immutable, parts))):
-            _ = self.origin  # written now: later a user's object may be another
+            _ = self.origin  # written now: a user's object may change later
         return make_dataset(loop, self, lambda: self.origin)
 
     def loop(
         self, numbers: NDArray[np.int64] | None = None, template: BatchTemplate | None = None
     ) -> Loop:
-        """Return the loop that simulates this experiment; its runs may have numbers of their own.
+        """Return the loop that simulates this experiment.
 
-        Else they follow one another. Noise is drawn by these. A template is that of an experiment
-        which differs in what differs from run to run alone.
+        `numbers` are the numbers of the runs, which determine their noise; by default they are
+        consecutive. `template` is the `BatchTemplate` of an experiment that differs only in the numbers
+        that vary from run to run.
         """
-        made: Any = self
+        simulated: Any = self
         if self.varied:
-            made = (template or BatchTemplate(self)).of(self.varied)
+            simulated = (template or BatchTemplate(self)).of(self.varied)
         with self.keyed("task"):
-            controller = made.task.bind(made.scene)
+            controller = simulated.task.bind(simulated.scene)
         start = (
             check_starts(self.scene, self.scene.home, "home") if self.start is None else self.start
         )
@@ -519,16 +726,16 @@ class Experiment(Value):
                 self.dt,
                 steps,
                 self.seed,
-                made.sensing,
-                made.actuation,
+                simulated.sensing,
+                simulated.actuation,
                 *settings,
                 endings=self.endings,
-                guard=make_command_guard(made, self.safety) if self.safety else None,
+                guard=make_command_guard(simulated, self.safety) if self.safety else None,
             )
 
     @property
     def runs(self) -> int:
-        """The number of runs: of starts, or of numbers that differ from run to run."""
+        """The number of runs: the number of starts, or of values that differ from run to run."""
         if np.ndim(self.start) > 1:
             return len(self.start)
         return max((len(values) for values in self.varied.values()), default=1)
@@ -546,29 +753,29 @@ class Experiment(Value):
 
     @cached_property
     def origin(self) -> dict[str, str]:
-        """What a run says of its experiment: the text, or why there is none."""
+        """The attributes of a run that store its experiment, or the reason why it has no text."""
         try:
-            return {"scenario": self._one.to_toml(complete=True)}
+            return {"scenario": self._single_run.to_toml(complete=True)}
         except InputError as reason:
             return {"scenario": "", "no_scenario": str(reason)}
 
     @property
-    def _one(self) -> Experiment:
-        """The experiment without what differs from run to run: a text is of one run."""
+    def _single_run(self) -> Experiment:
+        """The experiment without the numbers that differ from run to run: a text holds one run."""
         several = bool(self.varied) or np.ndim(self.start) > 1
         return self.with_(start=None, varied={}) if several else self
 
     @property
     def identity(self) -> str:
-        """The hash of all that the bits of its runs depend on; InputError: it has no text."""
-        digest = hashlib.sha256(self._one.to_toml(complete=True).encode())
+        """The hash of all data that determine the bits of the runs; InputError without a text."""
+        digest = hashlib.sha256(self._single_run.to_toml(complete=True).encode())
         for name, values in {"start": self.start, **self.varied}.items():
             array = np.ascontiguousarray(np.nan if values is None else values)
             digest.update(f"{name} {array.dtype} {array.shape}".encode() + array.tobytes())
         return digest.hexdigest()
 
-    def _as(self, fields: Mapping[str, Any]) -> Experiment:
-        """Return the experiment with other fields where they are not the same."""
+    def _with_different(self, fields: Mapping[str, Any]) -> Experiment:
+        """Return the experiment with these fields. Fields that are equal are not replaced."""
         home = self.scene.home if self.start is None else self.start
         steps = count_periods(self.dt, self.duration)
         same = {
@@ -584,7 +791,7 @@ class Experiment(Value):
 
     @contextmanager
     def keyed(self, *keys: str) -> Iterator[None]:
-        """Put the keys of the file of this experiment, if any, in front of an error's path."""
+        """Prepend keys of the scenario file, if there is one, to the path of an inner error."""
         if not self.source:
             yield
             return
@@ -598,8 +805,8 @@ class Experiment(Value):
             raise
 
     @contextmanager
-    def _named(self) -> Iterator[None]:
-        """Put the name of the file, if any, in front of errors from inside."""
+    def _named_errors(self) -> Iterator[None]:
+        """Prepend the name of the file, if there is one, to inner errors."""
         if not self.source:
             yield
             return
@@ -611,10 +818,27 @@ class Experiment(Value):
 
 
 def load_scenario(path: str | os.PathLike[str], set: Changes = ()) -> Experiment:
-    """Return the experiment of a scenario file, with changes such as ["task.gain=2"].
+    """Return the experiment of a scenario file.
 
-    FileError: whatever is wrong, with the key and what would be valid.
+    Parameters
+    ----------
+    path : str or path
+        TOML file. `examples.path(name)` returns the path of an example of RobSim.
+    set : dict or sequence of str, optional
+        Changes, such as {"task.gain": "2"} or ["task.gain=2"].
 
+    Returns
+    -------
+    Experiment
+        The experiment of the file.
+
+    Raises
+    ------
+    FileError
+        If the file cannot be read or is not valid. The message gives the key and the valid values.
+
+    Examples
+    --------
     >>> from robsim import examples
     >>> load_scenario(examples.path("visp_tutorial"), ["task.gain=2", "run.dt=20 ms"]).dt
     0.02

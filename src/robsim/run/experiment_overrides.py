@@ -1,4 +1,4 @@
-"""The fields of an experiment that a text says, or that changes by name make of another one."""
+"""The fields of an experiment from a text, or from changes to another experiment."""
 
 from __future__ import annotations
 
@@ -22,22 +22,22 @@ def read_experiment_text(text: str, source: str) -> dict[str, Any]:
 
 
 def parse_dotted_changes(changes: Changes, source: str) -> list[tuple[str, Any]]:
-    """Return the dotted names and values of changes; FileError for a change that is none."""
+    """Return the dotted names and values of changes; FileError for an invalid change."""
     problems = Problems(source)
-    found: list[tuple[str, Any]] = []
+    pairs_found: list[tuple[str, Any]] = []
     with problems.at():
-        found = parse_changes(changes)
+        pairs_found = parse_changes(changes)
     problems.stop()
-    return found
+    return pairs_found
 
 
 def apply_changes(
     experiment: Any, changes: list[tuple[str, Any]], python: bool = False
 ) -> dict[str, Any]:
-    """Return the fields of an experiment in which dotted names have other values.
+    """Return the fields of an experiment with other values at dotted names.
 
-    A value is that of a text; in `python` a number is in SI, and an object stands for itself.
-    FileError: no such name, or no such value.
+    Values are parsed as in a text. With `python`, numbers are in SI units and objects are taken as
+    they are. Raise FileError if a name does not exist, or if a value is not valid.
     """
     tables, study = _make_change_tables(experiment, changes, python), experiment.study
     if "study" in tables:
@@ -46,7 +46,7 @@ def apply_changes(
 
 
 def _make_change_tables(experiment: Any, changes: list[tuple[str, Any]], python: bool) -> Tables:
-    """Return the tables that say all changes; FileError for a name that there cannot be."""
+    """Return the tables of all changes; FileError for a name that cannot exist."""
     problems, tables = Problems(experiment.source), dict[str, Any]()
     with problems.at():
         for path, value in changes:

@@ -1,4 +1,4 @@
-"""An experiment in short: as a few lines of text, and as a table for notebooks."""
+"""Summaries of an experiment, as lines of text and as a table for notebooks."""
 
 from __future__ import annotations
 
@@ -27,10 +27,10 @@ def format_experiment(experiment: Any) -> str:
 
 
 def format_experiment_html(experiment: Any) -> str:
-    """Return a table as HTML: what is in the scene, the task and the settings."""
+    """Return an HTML table of the scene, the task and the settings."""
     things = [
-        (kind, f"{name} on {on}: {what}")
-        for kind, name, on, what in scene_overview._list_parts(experiment.scene)
+        (kind, f"{name} on {on}: {details}")
+        for kind, name, on, details in scene_overview._list_parts(experiment.scene)
     ]
     return html.format_html_table(
         experiment.title or "Experiment", [*things, *_list_settings(experiment)]
@@ -38,7 +38,7 @@ def format_experiment_html(experiment: Any) -> str:
 
 
 def _list_settings(experiment: Any) -> list[tuple[str, str]]:
-    """Return name and value of the task, the start, the duration and changed settings."""
+    """Return names and values of the task, the start, the duration and changed settings."""
     start = experiment.start
     alone = start is None or start.ndim == 1
     starts = (
@@ -57,7 +57,7 @@ def _list_settings(experiment: Any) -> list[tuple[str, str]]:
 
 
 def format_brief_value(value: Any) -> str:
-    """Return a value in one line; of a dataclass only what is not its default.
+    """Return a value in one line; of a dataclass, only fields that are not their defaults.
 
     >>> from robsim import IBVS
     >>> format_brief_value(IBVS(gain=2.0))
@@ -78,6 +78,6 @@ def format_brief_value(value: Any) -> str:
 
 
 def _make_default_object(kind: type[Any]) -> Any:
-    """Return what the class makes of no arguments; None where it needs some."""
+    """Return a default instance of a class; None if the class has required arguments."""
     needed = (f.default is MISSING and f.default_factory is MISSING for f in fields(kind) if f.init)
     return None if any(needed) else kind()

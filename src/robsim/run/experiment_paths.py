@@ -1,4 +1,4 @@
-"""The paths of an experiment: its numbers by dotted names, true and believed."""
+"""The numbers of an experiment by dotted names, true and believed."""
 
 from __future__ import annotations
 
@@ -28,10 +28,10 @@ SCENE_SPEC, TASK_SPEC = Table(Scene), Table(object, TaskTable)
 
 
 class NoNumberError(Exception):
-    """The signal that a name or a value is none that a path can replace: a file may have it."""
+    """The signal that a path cannot replace this value; the reader of texts may still accept it."""
 
 
-# what a path raises where a file may have the value, or says better why it has not
+# errors after which the reader of texts tries the change and raises a better error if it fails
 NOT_BY_PATH = (
     NoNumberError,
     InputError,
@@ -44,9 +44,9 @@ NOT_BY_PATH = (
 
 
 def find_path(experiment: Any, name: str) -> DottedPath | None:
-    """Return the path of a name, within the true or believed scene, or within the experiment.
+    """Return the path of a name within the true scene, the believed scene or the experiment.
 
-    It is resolved once for each experiment.
+    Paths are cached in the experiment.
     """
     known: dict[str, DottedPath | None] = vars(experiment).setdefault("_paths", {})
     if name not in known:
@@ -64,7 +64,7 @@ def _resolve_experiment_path(experiment: Any, name: str) -> DottedPath | None:
 
 
 def find_scene_path(scene: Scene, name: str) -> DottedPath | None:
-    """Return the path of a name within a scene; None if it has none of that name."""
+    """Return the path of a name within a scene; None if the scene lacks the name."""
     return _resolve_number_path(SCENE_SPEC, scene, name, scene)
 
 
@@ -76,12 +76,12 @@ def _resolve_number_path(spec: Spec, value: Any, name: str, scene: Scene) -> Dot
 
 
 def get_believed_scene(experiment: Any) -> Scene:
-    """Return the scene that the tasks of an experiment believe in, if it is one; else the true."""
+    """Return the common belief of the tasks of an experiment; the true scene if there is none."""
     return find_common_belief(experiment.task) or experiment.scene
 
 
 def find_path_owner(experiment: Any, name: str) -> Any:
-    """Return within what the path of a name leads."""
+    """Return the object that contains the path of a name: a scene, or the experiment."""
     top = name.partition(".")[0]
     if top == BELIEF:
         return get_believed_scene(experiment)
@@ -89,7 +89,7 @@ def find_path_owner(experiment: Any, name: str) -> Any:
 
 
 def is_numeric_value(value: Any) -> bool:
-    """Return whether a value is a number, or an array or a list of them, also within lists."""
+    """Return whether a value is a number, a nonempty array, or nested lists of numbers."""
     if isinstance(value, tuple | list):
         return bool(value) and all(map(is_numeric_value, value))
     if isinstance(value, np.ndarray):
@@ -98,84 +98,86 @@ def is_numeric_value(value: Any) -> bool:
 
 
 def is_text_value(value: Any) -> bool:
-    """Return whether a value is a text, or a list of them."""
+    """Return whether a value is a text, or nested lists of texts."""
     return isinstance(value, str) or (isinstance(value, list) and all(map(is_text_value, value)))
 
 
 def replace_numbers(experiment: Any, changes: Mapping[str, Any]) -> Any:
-    """Return an experiment with other numbers, every check made; what is true comes first.
+    """Return an experiment with other numbers, all checked; names of the true scene come first.
 
-    NoNumber: a name or a value is none of a number. InputError: a number is not valid there.
+    Raise NoNumber if a name or a value is not a number, InputError if a number is not valid.
     """
-    for name, given in sorted(changes.items(), key=lambda each: each[0].startswith(BELIEF)):
-        experiment = _replace_one_number(experiment, name, parse_toml_value(given))
+    for name, value in sorted(changes.items(), key=lambda each: each[0].startswith(BELIEF)):
+        experiment = _replace_one_number(experiment, name, parse_toml_value(value))
     return experiment
 
 
-def _replace_one_number(experiment: Any, name: str, given: Any) -> Any:
+def _replace_one_number(experiment: Any, name: str, value: Any) -> Any:
     path = find_path(experiment, name) if isinstance(name, str) else None
-    if path is None or not (is_text_value(given) or is_numeric_value(given)):
+    if path is None or not (is_text_value(value) or is_numeric_value(value)):
         raise NoNumberError
     owner = find_path_owner(experiment, name)
     old = None if path.leaf.shapes else path.get(owner)
-    if isinstance(old, str) and given == old:
+    if isinstance(old, str) and value == old:
         return experiment
     if not (path.leaf.shapes or is_numeric_value(old)):
         raise NoNumberError
-    new = path.taken(given, old)
-    made = path.replace(owner, new)
+    new = path.taken(value, old)
+    owner_copy = path.replace(owner, new)
     if owner is experiment:
-        return made
+        return owner_copy
     if name.startswith(BELIEF):
         shared = find_common_belief(experiment.task)
-        task = replace_beliefs(experiment.task, lambda one: made if one is shared else one)
+        task = replace_beliefs(experiment.task, lambda one: owner_copy if one is shared else one)
         return experiment.revised(task=task)
     truth = path.get(owner) if any(list_beliefs(experiment.task)) else None
     task = replace_beliefs(
         experiment.task, lambda one: _update_belief(experiment, one, name, truth, new)
     )
-    return experiment.revised(scene=made, **({} if task is experiment.task else {"task": task}))
+    return experiment.revised(
+        scene=owner_copy, **({} if task is experiment.task else {"task": task})
+    )
 
 
 def _update_belief(
     experiment: Any, belief: Scene | None, name: str, truth: Any, new: Any
 ) -> Scene | None:
-    """Return a belief that has the number of the truth if it had the one before."""
+    """Return a belief that takes a new true value, if it had the old true value."""
     path = None if belief is None else find_followed_path(experiment, belief, name, truth)
     return belief if path is None else path.replace(belief, new)
 
 
 def find_followed_path(experiment: Any, belief: Scene, name: str, truth: Any) -> DottedPath | None:
-    """Return the path in a belief of a number that is that of the truth; None if it is not."""
+    """Return the path of a name in a belief if its value is the true one; else None."""
     shared = belief is get_believed_scene(experiment)
     path = find_path(experiment, f"{BELIEF}.{name}") if shared else find_scene_path(belief, name)
     return path if path and np.array_equal(path.get(belief), truth) else None
 
 
 def is_true_scene_name(name: str) -> bool:
-    """Return whether a dotted name is of the true scene."""
+    """Return whether a dotted name belongs to the true scene."""
     return name.partition(".")[0] in SCENE
 
 
 def get_number_at(experiment: Any, name: str) -> Array:
-    """Return the numbers in SI that an experiment has at a dotted name; InputError if none."""
+    """Return the numbers of an experiment at a dotted name, in SI; InputError if there are none."""
     path = find_path(experiment, name)
     value = None if path is None else path.get(find_path_owner(experiment, name))
     if not is_numeric_value(value):
-        raise InputError(f"{name}: the experiment has no number there, but {format_value(value)}")
+        raise InputError(f"{name}: expected a number in the experiment, got {format_value(value)}")
     return np.array(value, dtype=float)
 
 
 def get_unit_at(experiment: Any, name: str) -> str:
-    """Return the unit in Python of the numbers at a dotted name; "" where there is none."""
+    """Return the SI unit of the numbers at a dotted name; "" if there is none."""
     path = find_path(experiment, name)
     return "" if path is None else path.leaf.spec.plain_spec.si_unit
 
 
 def yield_experiment_controls(of: Any) -> Iterator[Control]:
-    """Yield what a person may change of an experiment by hand: all but the scene, and the scenes.
+    """Yield the editable values of an experiment: the task and settings, then the scenes.
 
-    The believed scene comes before the true one.
+    The believed scene comes before the true scene.
     """
     facts = {"scene": of.scene, "by_hand": True}
     place = ControlPlace("", Context(Problems(of.source), facts=facts))
@@ -189,6 +191,6 @@ def _yield_scene_controls(scene: Scene, place: ControlPlace) -> Iterator[Control
     yield from controls(scene, ControlPlace(place.path, place.c.knowing(scene=scene)))
 
 
-def make_command_guard(made: Any, safety: Safety | None) -> SafetyGuard:
-    """Return what keeps commands within a safety, in the scene that the task of `made` believes."""
-    return SafetyGuard(safety or Safety(), get_believed_scene(made))
+def make_command_guard(experiment: Any, safety: Safety | None) -> SafetyGuard:
+    """Return the guard that limits commands to a safety, in the scene that the task believes in."""
+    return SafetyGuard(safety or Safety(), get_believed_scene(experiment))

@@ -1,4 +1,4 @@
-"""The text of an experiment: a scene, a task, a start, imperfections, and how long it runs."""
+"""The text form of an experiment: scene, task, start, imperfections and settings."""
 
 from __future__ import annotations
 
@@ -53,20 +53,20 @@ RECORD = OneOf(
 
 @dataclass(frozen=True)
 class RunTable:
-    """The control period and duration of a run, its seed, and what is recorded."""
+    """The control period, duration, seed and record of a run."""
 
     dt: Annotated[float | None, Time(above=0), "Control period."] = None
     duration: Annotated[float | None, Time(above=0), "Longest duration of a run."] = None
     seed: Annotated[int | None, Integer(0, 2**64 - 1), "Seed of all random numbers."] = None
-    hold: Annotated[bool | None, Flag(), "Whether a run goes on after convergence."] = None
+    hold: Annotated[bool | None, Flag(), "Whether a run continues after convergence."] = None
     record: Annotated[Any, RECORD, "Instants that are recorded."] = None
     first_run: Annotated[
-        int | None, Integer(0, 2**62 - 1), "Number of the first run, for its noise."
+        int | None, Integer(0, 2**62 - 1), "Number of the first run, which determines its noise."
     ] = None
 
     @classmethod
     def text_check(cls, raw: Mapping[str, Raw], c: Context) -> None:
-        """Report more steps than a run can have."""
+        """Report an error if there are more steps than a run can have."""
         dt, duration = c.facts["own"].get("dt") or 0.04, c.facts["own"].get("duration") or 10.0
         if duration / dt > LONGEST:
             c.report(
@@ -79,7 +79,7 @@ RUN = tuple(each.name for each in fields_of(RunTable))
 
 @dataclass(frozen=True)
 class ExperimentBelief(BeliefSpec):
-    """The belief of all tasks, which is read before them."""
+    """The common belief of all tasks. It is read before the tasks."""
 
     def pick(self, table: Mapping[str, Raw], name: str, c: Context) -> Any:
         return MISSING
@@ -87,7 +87,7 @@ class ExperimentBelief(BeliefSpec):
 
 @dataclass(frozen=True)
 class ForeignTable(Spec):
-    """A table that is no part of the experiment, and is read by who knows it."""
+    """A table that is not part of the experiment and is read by other code."""
 
     form: ClassVar[str] = "table"
     phrase: ClassVar[str] = "a table"
@@ -101,7 +101,7 @@ class ForeignTable(Spec):
 
 @dataclass(frozen=True)
 class TaskTable:
-    """The part of a text that is not its scene."""
+    """The part of a text without its scene."""
 
     stands: ClassVar[Mapping[str, str]] = {"run": ""}
 
@@ -110,30 +110,30 @@ class TaskTable:
     belief: Annotated[
         Any,
         ExperimentBelief(),
-        "Scene as the controller believes it, where it differs from the true one.",
+        "Differences of the scene that the controller believes in from the true scene.",
     ] = None
     start: Annotated[Any, Table(StartTable, StartTable), "Start of the run."] = None
     sensing: Annotated[Any, Table(Sensing), "Imperfections of the images."] = None
     actuation: Annotated[Any, Table(Actuation), "Imperfections of the joints."] = None
-    safety: Annotated[Any, SAFETY_TABLE, "Limits that every command is kept within."] = None
-    endings: Annotated[Any, ENDING_LIST, "Conditions on which a run ends."] = ()
+    safety: Annotated[Any, SAFETY_TABLE, "Limits within which every command is kept."] = None
+    endings: Annotated[Any, ENDING_LIST, "Further conditions that end a run."] = ()
     run: Annotated[Any, Table(RunTable, RunTable), "Periods, duration and record of the run."] = (
         None
     )
-    study: Annotated[Any, ForeignTable(), "Study of many runs of it, for `robsim study`."] = None
+    study: Annotated[Any, ForeignTable(), "Study of many runs, for `robsim study`."] = None
 
 
 @dataclass(frozen=True)
 class ExperimentTable(TaskTable):
-    """The whole text of an experiment: a scene, and what is done in it."""
+    """The whole text of an experiment: the scene, and all other tables."""
 
-    scene: Annotated[Any, Table(Scene, flat=True), "What there is."] = None
+    scene: Annotated[Any, Table(Scene, flat=True), "Robots, objects and cameras."] = None
 
 
 def read_experiment(tables: Mapping[str, Raw], source: str, old: Any = None) -> dict[str, Any]:
-    """Return the fields of an experiment from tables, or of an old one that they change.
+    """Return the fields of an experiment from tables, or from changes to an old experiment.
 
-    FileError: with all that is wrong.
+    FileError lists all errors.
     """
     problems, folder = Problems(source), Path(source).parent
     c = Context(
@@ -144,51 +144,60 @@ def read_experiment(tables: Mapping[str, Raw], source: str, old: Any = None) -> 
     scene = old.scene if old is not None and not raw else over.tried(SCENE_SPEC, raw)
     c = c.knowing(scene=None if scene is MISSING else scene)
     rest = {key: each for key, each in tables.items() if key not in SCENE}
-    made = _read_all_but_scene(rest, c, old)
+    own_fields = _read_all_but_scene(rest, c, old)
     problems.stop()
-    if made is None:  # of an object in a place of texts that has no words
+    if own_fields is None:  # an object of a kind without a text form
         raise FileError(f"{source}: a value is of a kind that a text cannot hold there")
-    return made
+    return own_fields
 
 
 def _read_all_but_scene(raw: Mapping[str, Raw], c: Context, old: Any) -> dict[str, Any] | None:
-    """Return the fields of an experiment from all tables but those of its scene, which is known."""
+    """Return the fields of an experiment from all tables but the scene, which is known."""
     scene, table, shared = c.facts["scene"], MISSING, None
     if scene is not None and old is not None:
         task = _rebase_beliefs(old, scene, c)
         shared = find_common_belief(task)
         if "belief" in raw:
-            gone = raw["belief"] == PythonValue(None)
-            believed = None if gone else c.at("belief", over=shared).tried(BELIEF, raw["belief"])
+            is_removed = raw["belief"] == PythonValue(None)
+            believed = (
+                None if is_removed else c.at("belief", over=shared).tried(BELIEF, raw["belief"])
+            )
             task = replace_beliefs(task, lambda one: believed if is_identical(one, shared) else one)
             shared = believed
         table = replace(make_task_table(old), task=task)
     elif scene is not None and "belief" in raw:
         c = c.knowing(belief=c.at("belief").tried(BELIEF, raw["belief"]))
-    found: Any = MISSING
+    task_part: Any = MISSING
     with suppress(UnreadableValue):
-        found = read_table(TaskTable, raw, c.changing(table), *SCENE)
-    if found is MISSING or scene is None:
+        task_part = read_table(TaskTable, raw, c.changing(table), *SCENE)
+    if task_part is MISSING or scene is None:
         return None
-    start = old.start if old is not None and "start" not in raw else _read_start(found, scene, c)
-    if isinstance(raw.get("task"), PythonValue):  # which believes as the task before
-        own_task = replace_beliefs(found.task, lambda one: shared if one is None else one)
-        found = replace(found, task=own_task)
+    start = (
+        old.start if old is not None and "start" not in raw else _read_start(task_part, scene, c)
+    )
+    if isinstance(
+        raw.get("task"), PythonValue
+    ):  # a new task object keeps the belief of the old one
+        own_task = replace_beliefs(task_part.task, lambda one: shared if one is None else one)
+        task_part = replace(task_part, task=own_task)
     names = ("task", "title", "sensing", "actuation", "safety", "endings")
-    own = {**{name: getattr(found, name) for name in names}, **vars(found.run or RunTable())}
+    own = {
+        **{name: getattr(task_part, name) for name in names},
+        **vars(task_part.run or RunTable()),
+    }
     return {"scene": scene, "start": start, **{k: x for k, x in own.items() if x is not None}}
 
 
-def _read_start(found: TaskTable, scene: Scene, c: Context) -> Any:
-    """Return the start that a table says; None where it says nothing."""
-    table: StartTable = found.start or StartTable()
+def _read_start(table_of_task: TaskTable, scene: Scene, c: Context) -> Any:
+    """Return the start of a table; None if its pose or coordinates are not valid."""
+    table: StartTable = table_of_task.start or StartTable()
     with c.problems.at("start"):
         return parse_start(table.q, table.pose, scene, "q")
     return None
 
 
 def _rebase_beliefs(old: Any, scene: Scene, c: Context) -> Any:
-    """Return the task of an old experiment, whose beliefs differ from a new scene as before."""
+    """Return the task of an old experiment; its beliefs differ from the new scene as before."""
 
     def believed(one: Scene | None) -> Scene | None:
         if one is None or scene is old.scene:
@@ -197,14 +206,14 @@ def _rebase_beliefs(old: Any, scene: Scene, c: Context) -> Any:
             raw = write_table(one, c.knowing(scene=old.scene, short=True).changing(old.scene))
         except (UnwritableChange, NoTextError):
             return one
-        found: Scene | None = c.at("belief").tried(BELIEF, raw)
-        return found
+        new_belief: Scene | None = c.at("belief").tried(BELIEF, raw)
+        return new_belief
 
     return replace_beliefs(old.task, believed)
 
 
 def make_task_table(of: Any) -> TaskTable:
-    """Return the table of an experiment without its scene, in which nothing is left out."""
+    """Return the complete table of an experiment without its scene."""
     run = RunTable(**{name: getattr(of, name) for name in RUN})
     parts = {name: getattr(of, name) for name in ("sensing", "actuation", "safety", "endings")}
     start = StartTable(*describe_start(of.start, of.scene))
@@ -212,42 +221,45 @@ def make_task_table(of: Any) -> TaskTable:
 
 
 def write_experiment(of: Any, **facts: Any) -> dict[str, Raw]:
-    """Return the tables of an experiment, exactly; NoText if it holds somebody's Python code.
+    """Return the exact tables of an experiment; NoText if it contains a user's Python code.
 
-    With the fact `brief` the tables leave out what need not be said, with `short` they say robots
-    and a belief by what differs.
+    With the fact `brief` the tables omit defaults. With `short` robots and the belief are written
+    as differences from their sources.
     """
     c = Context(Problems("<text>"), facts={"scene": of.scene, **facts})
     belief = find_common_belief(of.task)
-    said = replace(
+    task_part = replace(
         make_task_table(of),
         start=None if of.start is None else StartTable(of.start),
         sensing=None if of.sensing == Sensing() else of.sensing,
         actuation=None if of.actuation == Actuation() else of.actuation,
         run=_make_run_table(of, bool(facts.get("brief"))),
     )
-    tables = {**write_table(of.scene, c), **write_table(said, c.knowing(apart=belief is None))}
+    tables = {**write_table(of.scene, c), **write_table(task_part, c.knowing(apart=belief is None))}
     if belief is not None:
         tables["belief"] = BELIEF.write(belief, c)
     return tables
 
 
 def _make_run_table(of: Any, brief: bool) -> RunTable | None:
-    """Return the table of the settings; where it is brief, of those that are not the usual ones."""
-    usual = {each.name: each.default for each in fields(of)}
+    """Return the table of the settings; if `brief`, without defaults."""
+    defaults = {each.name: each.default for each in fields(of)}
     own = {name: getattr(of, name) for name in RUN}
-    gone = {name for name in RUN if own[name] == usual[name] and (brief or name == "first_run")}
-    kept = {name: None if name in gone else value for name, value in own.items()}
-    return None if len(gone) == len(RUN) else RunTable(**kept)
+    omitted = {
+        name for name in RUN if own[name] == defaults[name] and (brief or name == "first_run")
+    }
+    values = {name: None if name in omitted else value for name, value in own.items()}
+    return None if len(omitted) == len(RUN) else RunTable(**values)
 
 
 def write_complete_text(of: Any) -> str:
     """Return the exact TOML text of an experiment.
 
-    InputError: it is made of Python code that no text can hold, or is of several runs.
+    Raise InputError if it contains Python code, several starts, or numbers that differ from run to
+    run.
     """
     if of.varied:
-        raise InputError("a text is of one run, and numbers differ from run to run: of_run(i)")
+        raise InputError("a text holds one run, and numbers differ from run to run: use of_run(i)")
     if np.ndim(of.start) > 1:
         raise InputError(f"a text holds one start, not a batch of shape {np.shape(of.start)}")
     try:

@@ -1,4 +1,4 @@
-"""Logs: what was recorded of a robot and its cameras, each thing at times of its own."""
+"""Logs: recordings of a robot and its cameras, each signal with its own times."""
 
 from __future__ import annotations
 
@@ -13,15 +13,16 @@ from robsim.base.arrays import Array
 from robsim.base.errors import FileError
 from robsim.servo.camera_target import PairKey
 
-NANO = 1_000_000_000  # of a second
+NANO = 1_000_000_000  # nanoseconds per second
 Times = NDArray[np.int64]
 
 
 @dataclass(frozen=True, eq=False)
 class Stream:
-    """Values (n, ...) at times (n,) in nanoseconds, of which `what` says where they come from.
+    """Values (n, ...) of a signal at times (n,) in nanoseconds.
 
-    FileError: there are none, or their clock goes backwards.
+    `what` names the origin of the signal in messages. Raise FileError if there are no values, or if
+    the clock runs backwards.
     """
 
     what: str
@@ -39,11 +40,11 @@ class Stream:
             )
 
     def index(self, times: Times) -> NDArray[np.int64]:
-        """Return which value is the last one at each of some times; -1 before the first."""
+        """Return the index of the last value at each time; -1 before the first value."""
         return np.asarray(np.searchsorted(self.times, times, side="right") - 1)
 
     def held(self, times: Times) -> Array:
-        """Return the last value at each of some times, held; zero before the first."""
+        """Return the last value at each time; zero before the first value."""
         last = self.index(times)
         values: Array = self.values[np.maximum(last, 0)].copy()
         values[last < 0] = 0.0
@@ -52,18 +53,18 @@ class Stream:
 
 @dataclass(frozen=True, eq=False)
 class Log:
-    """What was recorded: joints, and where there are such commands, rates and images."""
+    """Recording of a robot: joint coordinates and images, and optionally commands and rates."""
 
     source: str
     joints: Stream  # (n, nq) coordinates of the scene
-    images: Mapping[PairKey, Stream]  # (n, N, 2) pixels of the marks, NaN where one is not seen
+    images: Mapping[PairKey, Stream]  # (n, N, 2) pixels of the marks, NaN if a mark is not seen
     commands: Stream | None = None  # (n, nv)
-    rates: Stream | None = None  # (n, nv) velocities as measured
+    rates: Stream | None = None  # (n, nv) measured velocities
     notes: Mapping[str, Any] = field(default_factory=dict)  # attributes of the run
 
     @property
     def first(self) -> int:
-        """The time in nanoseconds from which on joints are known and all marks were seen."""
+        """The first time in nanoseconds when joints are known and every mark has been seen."""
         return max(
             [
                 int(self.joints.times[0]),
@@ -73,9 +74,9 @@ class Log:
 
 
 def hold_marks(images: Stream, times: Times) -> Array:
-    """Return pixels (T, N, 2) held at some times; at the first, where each mark was seen last.
+    """Return pixels (T, N, 2) held at some times; at the first, each mark's last seen pixels.
 
-    Before that every mark must have been seen once.
+    Every mark must have been seen once before the first time.
     """
     held = images.held(times)
     until = images.values[: int(images.index(times[:1])[0]) + 1]
@@ -86,7 +87,7 @@ def hold_marks(images: Stream, times: Times) -> Array:
 
 
 def _find_first_complete_time(images: Stream) -> int:
-    """Return when every mark has been seen once. FileError: one never was."""
+    """Return the first time when every mark has been seen; FileError if a mark never was."""
     seen = ~np.isnan(images.values).any(axis=-1)
     never = np.flatnonzero(~seen.any(axis=0))
     if never.size:

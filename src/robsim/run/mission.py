@@ -1,4 +1,4 @@
-"""Missions: one task after the other, with things grasped and let go between them."""
+"""Missions: tasks one after the other, with objects grasped and released between them."""
 
 from __future__ import annotations
 
@@ -28,12 +28,12 @@ MOST = 1000  # phases
 @register("task", "mission")
 @dataclass(frozen=True, eq=False)
 class Mission(DeclaredValue):
-    """Phases, one after the other; the first that goes wrong is the last.
+    """Sequence of phases, which ends after the last phase or at the first that fails.
 
-    It stands where a task stands in an `Experiment`, whose run is then a `MissionRun`. Each phase
-    is a run of its own: it starts where the one before it ended, its joints at rest, and what moves
-    on its own goes on at constant rates. Duration, hold and record of the experiment are those of
-    each phase.
+    A mission takes the place of a task in an `Experiment`; `run` then returns a `MissionRun`. Each
+    phase is a run of its own: it starts at the end of the previous phase with the joints at rest.
+    Prescribed motions continue at constant rates. The duration (unless the phase has one), `hold`
+    and `record` of the experiment apply to each phase.
 
     >>> from robsim import Experiment, FollowJoints, Scene, robots
     >>> arm = robots.planar_2r()
@@ -44,12 +44,10 @@ class Mission(DeclaredValue):
         1.00 s  back   converged
     """
 
-    outermost: ClassVar[bool] = True  # no phase is a mission, nor is a part of another task
+    outermost: ClassVar[bool] = True  # a mission cannot be a phase or a part of another task
 
     phases: Annotated[
-        Any,
-        ListOf(Table(Phase), 1, MOST, alone=True, in_turn=True),
-        "What is done one after the other.",
+        Any, ListOf(Table(Phase), 1, MOST, alone=True, in_turn=True), "Phases in their order."
     ]
 
     def __post_init__(self) -> None:
@@ -61,24 +59,44 @@ class Mission(DeclaredValue):
 
     @classmethod
     def facts(cls, own: Any, c: Context) -> Context:
-        """Return the context in which each phase changes the scene of the phases after it."""
+        """Return the context that lets each phase change the scene of the following phases."""
         return c.knowing(stage={"scene": c.facts.get("scene")})
 
     @property
     def inner(self) -> tuple[Any, ...]:
-        """The tasks of which it is made."""
+        """The tasks of the phases."""
         return tuple(phase.task for phase in self.phases)
 
     def simulated(
         self, experiment: Any, *, progress: Progress | None = None, **how: Any
     ) -> MissionRun:
-        """Simulate all phases of an experiment from its start; `how` as in `Experiment.run`.
+        """Simulate all phases of an experiment from its start.
 
-        The phases have the numbers first_run, first_run + 1, ..., and their noise by these.
-        InputError: in the words of `simulate`, with the name of the phase in front. What turns out
-        only on the way, such as a target that is out of sight where it was put down, ends the
-        mission and is its `problem`. Interrupted after a stop, with the legs so far in `.run`, the
-        last one as far as it went.
+        The runs of the phases have the numbers first_run, first_run + 1, ..., which determine their
+        noise.
+
+        Parameters
+        ----------
+        experiment : Experiment
+            Experiment with this mission as its task.
+        progress : callable, optional
+            Function that is called repeatedly with the finished share, from 0 to 1.
+        **how
+            Further arguments of `Experiment.run`.
+
+        Returns
+        -------
+        MissionRun
+            The legs. If a later phase cannot begin, for example because the previous
+            phase put its target down out of sight, `problem` gives the reason.
+
+        Raises
+        ------
+        InputError
+            If the first phase cannot begin. The message names the phase.
+        Interrupted
+            If the user stops the simulation. Its attribute `run` is the MissionRun so far, with the
+            unfinished leg.
         """
         check_progress(progress)
         self.checked(experiment, view=False)
@@ -90,10 +108,12 @@ class Mission(DeclaredValue):
         one = replace(experiment, start=_check_mission_start(experiment), source="")
         for i, phase in enumerate(self.phases):
             try:
-                legs.append(_run_phase(phase, one, legs, progress=self._share(i, progress), **how))
+                legs.append(
+                    _run_phase(phase, one, legs, progress=self._map_progress(i, progress), **how)
+                )
             except Interrupted as stop:
                 legs += stop.run
-                if keeper := how.get("checkpoint"):  # the phase may have ended when the stop came
+                if keeper := how.get("checkpoint"):  # the phase may have ended before the stop
                     keeper.save()
                 raise Interrupted("stopped by the user", so_far()) from None
             except InputError as error:
@@ -108,10 +128,10 @@ class Mission(DeclaredValue):
         return so_far()
 
     def checked(self, experiment: Any, *, view: bool = True) -> None:
-        """Raise InputError for what can be known of the phases before the first begins.
+        """Raise InputError for errors that can be detected before the first phase begins.
 
-        With `view` also where the first does not see its target at the start. Where things will be
-        that change hands is not known, and so neither the goals after that.
+        With `view`, it is an error if the first phase does not see its target at the start. After
+        an object is grasped or released its pose is unknown, and later goals are not checked.
         """
         q = _check_mission_start(experiment)
         staged, known = experiment.scene, True
@@ -127,15 +147,15 @@ class Mission(DeclaredValue):
                     else:
                         own.loop()
 
-    def _share(self, done: int, progress: Progress | None) -> Progress | None:
-        """Return a callback that maps the progress of a phase onto that of the mission."""
+    def _map_progress(self, done: int, progress: Progress | None) -> Progress | None:
+        """Return a callback that maps the progress of a phase to the progress of the mission."""
         if progress is None:
             return None
         return lambda share: progress((done + share) / len(self.phases))
 
 
 def _check_mission_start(experiment: Any) -> Array:
-    """Return the start (nq,); InputError for a batch, or where no mission can be."""
+    """Return the start (nq,); InputError for a batch, or if the scene does not allow a mission."""
     scene = experiment.scene
     q: Array = scene.home if experiment.start is None else experiment.start
     if q.ndim != 1:
@@ -150,7 +170,7 @@ def _check_mission_start(experiment: Any) -> Array:
 
 
 def _make_phase_experiment(phase: Phase, experiment: Any) -> Any:
-    """Return the experiment of one phase, which may have a duration of its own."""
+    """Return the experiment of one phase, with the duration of the phase if it has one."""
     duration = experiment.duration if phase.duration is None else phase.duration
     return replace(experiment, task=phase.task, duration=duration)
 
@@ -158,9 +178,10 @@ def _make_phase_experiment(phase: Phase, experiment: Any) -> Any:
 def _run_phase(
     phase: Phase, experiment: Any, before: Sequence[MissionLeg], **how: Any
 ) -> MissionLeg:
-    """Return how a phase goes that starts where the legs before it ended.
+    """Run a phase from the end of the previous legs, and return its leg.
 
-    Interrupted: a list with the leg as far as it went, which is empty if it has not begun.
+    At an interruption, Interrupted holds a list with the unfinished leg, which is empty if the leg
+    has not begun.
     """
     with prefix_errors(f"phase {phase.name!r}"):
         scene = phase.begun(experiment.scene, experiment.start)
@@ -175,7 +196,7 @@ def _run_phase(
 
 
 def _make_leg(phase: Phase, scene: Scene, start: float, run: xr.Dataset) -> MissionLeg:
-    """Return the leg of a phase that began at a time in seconds."""
+    """Return the leg of a phase that began at `start` seconds."""
     outcome = Outcome(int(run["outcome"]))
     end = start + float(run["end_time"])
     return MissionLeg(phase.name, outcome, outcome in phase.expects, start, end, run, scene)

@@ -1,4 +1,4 @@
-"""Tasks that are made of whole runs."""
+"""The protocol of tasks that consist of whole runs."""
 
 from __future__ import annotations
 
@@ -7,10 +7,13 @@ from typing import Any, Protocol, runtime_checkable
 
 @runtime_checkable
 class SelfSimulatingTask(Protocol):
-    """What stands in an experiment like a task, but simulates itself: a mission."""
+    """Interface of a task that simulates itself, such as a mission."""
 
     def simulated(self, experiment: Any, **how: Any) -> Any:
-        """Return the run of an experiment whose task this is; `how` as in `Experiment.run`."""
+        """Return the run of an experiment with this task; `how` as in `Experiment.run`."""
 
     def checked(self, experiment: Any, *, view: bool = True) -> None:
-        """Raise InputError for what can be known before; `view` as in `Experiment.check`."""
+        """Raise InputError for errors that can be detected before a run.
+
+        `view` is as in `Experiment.check`.
+        """

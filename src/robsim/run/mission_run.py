@@ -1,4 +1,4 @@
-"""How a mission went: its legs, and all of them joined."""
+"""The result of a mission: its legs, and their joined record."""
 
 from __future__ import annotations
 
@@ -19,9 +19,22 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class MissionLeg:
-    """One phase of a mission as it went; seconds since the start of the mission.
+    """One simulated phase of a mission.
 
-    `run` is a run like any other: `replay` repeats it, `explain` says why it ended.
+    Attributes
+    ----------
+    name : str
+        Name of the phase.
+    outcome : Outcome
+        Outcome of the run.
+    succeeded : bool
+        Whether the outcome is one of the expected outcomes of the phase.
+    start, end : float
+        Seconds since the start of the mission.
+    run : xarray.Dataset
+        Run of the phase, which `replay` repeats and `explain` explains.
+    scene : Scene
+        Scene during the phase.
     """
 
     name: str
@@ -34,34 +47,58 @@ class MissionLeg:
 
     @property
     def q_end(self) -> Array:
-        """The coordinates (nq,) where it ended."""
+        """The coordinates (nq,) at the end of the leg."""
         q: Array = np.array(self.run["q_end"].values)
         return q
 
 
 @dataclass(frozen=True, eq=False)
 class MissionRun:
-    """How a mission went: the legs that were begun, the last one perhaps in vain.
+    """Result of a mission: the legs of all phases that began.
 
-    `attrs` say where it comes from, as those of a run do: `Experiment.of` reads them.
+    The last leg may have failed. `Experiment.of` reads the experiment from `attrs`.
+
+    Attributes
+    ----------
+    legs : tuple of Leg
+        Simulated phases in their order.
+    planned : int
+        Number of phases of the mission.
+    problem : str
+        Reason why the next phase could not begin; empty if every phase began or the last leg
+        failed.
+    attrs : dict
+        Stored experiment, as in a run.
+
+    Examples
+    --------
+    >>> from robsim import Experiment, FollowJoints, Mission, Phase, Scene, robots
+    >>> there = Phase("there", FollowJoints(to=[0.5, 0.5], duration=1.0))
+    >>> mission = Experiment(Scene(robots.planar_2r()), Mission([there])).run()
+    >>> mission.succeeded, mission.legs[0].outcome.name
+    (True, 'CONVERGED')
     """
 
     legs: tuple[MissionLeg, ...]
-    planned: int  # phases
-    problem: str = ""  # why the next phase could not begin, if it could not
+    planned: int
+    problem: str = ""
     attrs: dict[str, Any] = field(default_factory=dict)
 
     @property
     def succeeded(self) -> bool:
-        """Whether every phase ended as it should."""
+        """Whether all phases ended with an expected outcome."""
         return len(self.legs) == self.planned and all(leg.succeeded for leg in self.legs)
 
     @property
     def run(self) -> xr.Dataset:
         """The record of the whole mission: q, qd and the phase at each time.
 
-        Where one phase ends and the next begins there is one instant, that of the next.
-        InputError: no leg has a record, only its end.
+        The last instant of a phase and the first of the next are stored once, as the latter.
+
+        Raises
+        ------
+        InputError
+            If no leg has a record over time.
         """
         import xarray as xr
 
@@ -85,7 +122,10 @@ class MissionRun:
 
 
 def _get_leg_instants(leg: MissionLeg, *, last: bool) -> xr.Dataset:
-    """Return q and qd of a leg on the clock of the mission; its end belongs to the next."""
+    """Return q and qd of a leg in mission time.
+
+    The last instant is included only for the last leg.
+    """
     run = leg.run[["q", "qd"]].drop_vars("run", errors="ignore")
     before = run["time"].values < leg.end - leg.start - 1e-9 * float(leg.run.attrs["dt"])
     count = int(before.sum()) + (1 if last else 0)

@@ -1,4 +1,4 @@
-"""One task of a mission, and what changes hands before it begins."""
+"""The phase of a mission: a task, and the objects that are grasped or released before it."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from robsim.world.scene import Scene
 
 @dataclass(frozen=True)
 class PhaseName(Text):
-    """A name in words: "lift the front wheel"; dots would be those of dotted names."""
+    """A name in words, such as "lift the front wheel". Dots are reserved for dotted names."""
 
     most: int = 64
 
@@ -35,7 +35,7 @@ class PhaseName(Text):
 
 @dataclass(frozen=True)
 class AttachmentTable(PlainValue):
-    """A table {object: frame}."""
+    """A table {object: frame} of objects and the frames that carry them."""
 
     form: ClassVar[str] = "table"
     phrase: ClassVar[str] = '{ object = "frame" }'
@@ -58,7 +58,7 @@ class AttachmentTable(PlainValue):
 
 @dataclass(frozen=True)
 class OutcomeName(Word):
-    """The name of an outcome, such as "joint_limit"; in Python also the `Outcome`."""
+    """The name of an outcome, such as "joint_limit". Python code may also pass the `Outcome`."""
 
     choices: tuple[str, ...] = tuple(each.name.lower() for each in Outcome if each)
     noun: str = "outcome"
@@ -77,32 +77,51 @@ class OutcomeName(Word):
 
 @dataclass(frozen=True, eq=False)
 class Phase(DeclaredValue):
-    """One task of a mission.
+    """One task of a mission, with the objects that are grasped or released at its start.
 
-    At its start the objects of `release` are left standing in the world where they are, and those
-    of `attach` are from then on carried by their frames; none of them jumps. The phase has
-    succeeded if it ends as `expects` says. After an expected JOINT_LIMIT the next phase starts at
+    At the start of the phase the objects of `release` stay in the world at their current poses, and
+    the objects of `attach` are carried by their frames from their current poses. The phase succeeds
+    if it ends with an outcome of `expects`. After an expected JOINT_LIMIT the next phase starts at
     the limit.
 
+    Parameters
+    ----------
+    name : str
+        Name, unique in the mission.
+    task : Task
+        Control task of the phase.
+    duration : float, optional
+        Longest duration in seconds. Default: the duration of the experiment.
+    attach : dict of str to str, optional
+        Objects to grasp at the start, each with the frame that carries it.
+    release : str or sequence of str, optional
+        Objects to release into the world at the start.
+    expects : str, Outcome or sequence of these, default Outcome.CONVERGED
+        Outcomes that count as success.
+
+    Examples
+    --------
     >>> from robsim import FollowJoints
     >>> lift = FollowJoints(by={"lift": 0.1}, duration=2.0)
     >>> Phase("lift", lift, attach={"cube": "arm.tool"})
     Phase('lift')
     """
 
-    name: Annotated[str, PhaseName(), Role.LABEL, "What it is called; no two phases have one name."]
-    task: Annotated[Any, TaskChoice(TASKS, protocol=Task), "What is to be done."]
+    name: Annotated[str, PhaseName(), Role.LABEL, "Name, unique in the mission."]
+    task: Annotated[Any, TaskChoice(TASKS, protocol=Task), "Control task of the phase."]
     duration: Annotated[
-        float | None, Time(above=0), "How long it takes at most; None: as the experiment says."
+        float | None,
+        Time(above=0),
+        "Longest duration in seconds; None: the duration of the experiment.",
     ] = None
     attach: Annotated[
-        Mapping[str, str], AttachmentTable(), "Objects that frames carry from its start on."
+        Mapping[str, str], AttachmentTable(), "Objects to grasp at the start, each with its frame."
     ] = field(default_factory=dict)
     release: Annotated[
-        Sequence[str], Names(least=0), "Objects that stand in the world from its start on."
+        Sequence[str], Names(least=0), "Objects to release into the world at the start."
     ] = ()
     expects: Annotated[
-        Any, Names(OutcomeName()), "How it should end: an outcome, or one of several."
+        Any, Names(OutcomeName()), "Outcome, or outcomes, with which the phase succeeds."
     ] = Outcome.CONVERGED
 
     def __post_init__(self) -> None:
@@ -116,9 +135,9 @@ class Phase(DeclaredValue):
 
     @classmethod
     def facts(cls, own: Any, c: Context) -> Context:
-        """Return the context with the scene that the phases so far, this one included, leave.
+        """Return the context with the scene after the grasps and releases of all phases so far.
 
-        The parts are known; their poses do not matter for the units of joints.
+        Only the parts of this scene matter: the units of joints do not depend on poses.
         """
         stage = c.facts.get("stage", {"scene": c.facts.get("scene")})
         if (scene := stage["scene"]) is None:
@@ -134,14 +153,14 @@ class Phase(DeclaredValue):
         return f"Phase({self.name!r})"
 
     def begun(self, scene: Scene, q: Array) -> Scene:
-        """Return the scene as it hangs together from the start of this phase, at q (nq,)."""
+        """Return the scene after the grasps and releases of this phase, at q (nq,)."""
         return reattach_objects(scene, self.release, self.attach, q)
 
 
 def reattach_objects(
     scene: Scene, release: Sequence[str], attach: Mapping[str, str], q: Array
 ) -> Scene:
-    """Return the scene in which objects are let go and carried; InputError for unknown names."""
+    """Return the scene with released and attached objects; InputError for an unknown name."""
     for thing in release:
         scene = scene.released(thing, q)
     for thing, frame in attach.items():

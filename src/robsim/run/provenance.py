@@ -1,4 +1,4 @@
-"""What a run says of the start and the settings with which it was made."""
+"""The start and the settings of a run, read from its stored data."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ NEEDED = ("dt", "duration", "seed", "hold", "record", "single")
 
 
 def get_run_attributes(run: Any) -> dict[str, Any]:
-    """Return what a run, also of a mission, says of itself; InputError if a value is no run."""
+    """Return the attributes of a run or of a mission's run; InputError for other values."""
     attrs = getattr(run, "attrs", None)
     a_run = isinstance(run, MissionRun) or hasattr(run, "data_vars")
     if not a_run or not isinstance(attrs, dict):
@@ -30,24 +30,24 @@ def get_run_attributes(run: Any) -> dict[str, Any]:
 
 
 def check_run(run: Any) -> None:
-    """Raise InputError unless a value is a run, and not that of a whole mission."""
+    """Raise InputError unless a value is a run, and not the run of a whole mission."""
     title = get_run_attributes(run).get("title")
     if isinstance(run, MissionRun) or title == MISSION:
         raise InputError(
-            "this is a whole mission; expected the run of a leg, legs[i].run; all of it is done "
-            "again by Experiment.of(it).run()"
+            "this is a whole mission; expected the run of a leg, legs[i].run; "
+            "Experiment.of(it).run() repeats the whole mission"
         )
 
 
 def read_run_settings(run: xr.Dataset) -> dict[str, Any]:
-    """Return the start and settings of a run, as fields of its experiment.
+    """Return the start and the settings of a run, as fields of its experiment.
 
-    InputError: the run does not say, or is a selection of runs that do not follow one another.
+    Raise InputError if the run lacks them, or if it is a selection of non-consecutive runs.
     """
     attrs = run.attrs
     lacking = [name for name in NEEDED if name not in attrs]
     if lacking or _get_needed_values(run, "q0").size == 0:
-        raise InputError(f"this run is not whole: it has no {', '.join(lacking) or 'rows'}")
+        raise InputError(f"this run is incomplete: it has no {', '.join(lacking) or 'rows'}")
     first = _get_first_run_number(_get_needed_values(run, "run"))
     try:
         dt, record = float(attrs["dt"]), attrs["record"]
@@ -61,28 +61,28 @@ def read_run_settings(run: xr.Dataset) -> dict[str, Any]:
             "first_run": first,
         }
     except (TypeError, ValueError, ArithmeticError) as reason:
-        raise InputError(f"this run is not as RobSim made it: {reason}") from None
+        raise InputError(f"this run was changed after RobSim made it: {reason}") from None
 
 
 def compute_whole_duration(periods: float, dt: float) -> float:
-    """Return a duration in seconds of so many whole periods, whatever the rounding."""
+    """Return the duration in seconds of a whole number of periods, safe against rounding."""
     return max(round(periods) - 0.5, 1.0) * dt
 
 
 def _get_first_run_number(numbers: Any) -> int:
-    """Return the number of the first run; InputError unless the others follow it.
+    """Return the number of the first run; InputError unless the numbers are consecutive.
 
-    Noise is keyed by that number.
+    The number of a run determines its noise.
     """
     numbers = np.atleast_1d(numbers)
     if (np.diff(numbers) != 1).any():
         raise InputError(
-            f"runs {format_value(numbers.tolist())} do not follow one another: repeat them one by one"
+            f"runs {format_value(numbers.tolist())} are not consecutive: repeat them one by one"
         )
     return int(numbers[0])
 
 
 def _get_needed_values(run: xr.Dataset, name: str) -> Any:
     if name not in run.variables:
-        raise InputError(f"this is no run, or not all of it: it has no '{name}'")
+        raise InputError(f"this is not a complete run: it has no '{name}'")
     return run[name].values

@@ -1,4 +1,4 @@
-"""Repeating a run from what it says about itself."""
+"""The function `replay`, which repeats a run from its stored experiment."""
 
 from __future__ import annotations
 
@@ -17,16 +17,36 @@ if TYPE_CHECKING:
 
 
 def replay(run: xr.Dataset) -> xr.Dataset:
-    """Return the same run, batch, or selection of consecutive runs once more, with the same bits.
+    """Simulate a run, a batch or consecutive runs of a batch once more.
 
-    It is `Experiment.of(run).run()`. Where it is another run than the one that was given, which
-    was changed or comes from another version or machine, a ReplayWarning says the first difference.
-    Of a run that was recorded (`read_bag`, `read_log`) the controller is given the recorded images
-    and joints, and `qd` is what it commands; the warning says by how much the recorded commands
-    differ.
+    The call equals `Experiment.of(run).run()`. On the same machine and with the same versions the
+    result has the same bits. For a run from a log (`read_bag`, `read_log`), the controller is
+    evaluated for the recorded images and joints, and `qd` holds its commands.
 
-    InputError: the run does not say how it was made.
+    Parameters
+    ----------
+    run : xarray.Dataset
+        Run that `simulate`, `Experiment.run` or `open_run` returned.
 
+    Returns
+    -------
+    xarray.Dataset
+        The repeated run.
+
+    Raises
+    ------
+    InputError
+        If the run stores no experiment.
+
+    Warns
+    -----
+    ReplayWarning
+        If the result differs from `run`, which was changed or comes from another version or
+        machine. The message gives the first difference, or the largest deviation of recorded
+        commands.
+
+    Examples
+    --------
     >>> from robsim.files import examples
     >>> run = Experiment.from_text(examples.path("visp_tutorial").read_text()).run(duration=0.4)
     >>> replay(run).identical(run)
@@ -37,7 +57,7 @@ def replay(run: xr.Dataset) -> xr.Dataset:
         return replay_log_run(run)
     again: xr.Dataset = Experiment.of(run).run()
     again.attrs |= {key: run.attrs[key] for key in ("scenario", "single")}
-    if other := find_difference(run, again):
-        text = f"the run is not the one that was given: {other}"
+    if differences := find_difference(run, again):
+        text = f"the repeated run differs: {differences}"
         warnings.warn(text, ReplayWarning, stacklevel=find_user_stacklevel())
     return again

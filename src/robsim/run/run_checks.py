@@ -1,4 +1,4 @@
-"""Checks of what makes a run, before anything runs."""
+"""Checks of the arguments of a run."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ T = TypeVar("T")
 
 
 def check_instance(value: Any, kind: type[T], what: str) -> T:
-    """Return a value of a class; InputError names `what`."""
+    """Return a value if it is an instance of a class; else raise InputError."""
     if not isinstance(value, kind):
         raise InputError(
             f"{what}: expected {add_article(kind.__name__)}, got {format_value(value)}"
@@ -25,8 +25,8 @@ def check_instance(value: Any, kind: type[T], what: str) -> T:
 
 
 def check_task(value: Any, kinds: Any = Task) -> Any:
-    """Return a task; InputError for anything else, also for the class of a task."""
-    if isinstance(value, ServoTask):  # to search a protocol takes longer
+    """Return a task; InputError for other values, including the class of a task."""
+    if isinstance(value, ServoTask):  # faster than the test of a protocol
         return value
     if isinstance(value, type) or not isinstance(value, kinds):
         raise InputError(f"task: expected a task such as IBVS(...), got {format_value(value)}")
@@ -34,7 +34,7 @@ def check_task(value: Any, kinds: Any = Task) -> Any:
 
 
 def check_starts(scene: Scene, value: Any, what: str) -> Array:
-    """Return a start (nq,), or a batch of them (B, nq); InputError names `what`."""
+    """Return a start (nq,), or a batch of starts (B, nq); InputError if it is not valid."""
     array = scene.coordinates(value, what)
     if array.ndim > 2 or array.size == 0:
         raise InputError(
@@ -44,7 +44,7 @@ def check_starts(scene: Scene, value: Any, what: str) -> Array:
 
 
 def count_periods(dt: float, duration: float) -> int:
-    """Return how many periods a duration has, at least one; InputError if too many or none."""
+    """Return the number of periods of a duration, at least 1; InputError if out of range."""
     if dt > duration:
         raise InputError(f"dt {dt:g} s is longer than the duration {duration:g} s")
     steps = duration / dt - 1e-9  # infinite if dt is tiny

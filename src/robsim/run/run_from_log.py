@@ -1,4 +1,4 @@
-"""A run made of a log: what was recorded, once for each control period."""
+"""A run from a log: the recorded signals, resampled to control periods."""
 
 from __future__ import annotations
 
@@ -23,41 +23,45 @@ from robsim.run.provenance import compute_whole_duration
 from robsim.servo.command import Decision
 
 LONGEST = 1_000_000  # periods, which take minutes
-SILENCE = 600 * NANO  # between two states of the joints, beyond which the clock has jumped
-CONVERGED_AT = "converged_at"  # the attribute of a log that converged: seconds, from which on
-AGE = {"units": "s", "long_name": "age of the image in which a mark was looked for last"}
+SILENCE = 600 * NANO  # longest gap between two states of the joints; beyond, the clock jumped
+CONVERGED_AT = "converged_at"  # attribute of a log that converged: seconds until convergence
+AGE = {"units": "s", "long_name": "age of the last image that was searched for a mark"}
 
 
 def make_run_from_log(log: Log, experiment: Experiment) -> RunDataset:
-    """Return the run of a log, with the variables of a simulated one and `image_age`.
+    """Return the run of a log, with the variables of a simulated run and `image_age`.
 
-    Every period has the last joints, images and commands until then (zero-order hold). The run
-    begins when all joints and marks have been seen once, each where it was last, and ends with the
-    joints. Features and errors are those of the experiment's controller. It is CONVERGED,
-    OUT_OF_IMAGE or RUNNING by its last instant.
+    Each period has the last joints, images and commands before it (zero-order hold). The run begins
+    when all joints and marks have been seen once, with each mark at its last pixels, and ends with
+    the joints. Features and errors are computed by the experiment's controller. The outcome is
+    CONVERGED, OUT_OF_IMAGE or RUNNING, according to the last instant.
 
-    FileError: the log is shorter than a period, too long, or silent for too long.
+    Raise FileError if the log is shorter than a period, too long, or has a long gap.
     """
     controller = Controller(experiment)
     times = _compute_period_times(log, experiment.dt)
     q, (pixels, ages) = log.joints.held(times), _sample_images(log, controller, times)
     seconds = compute_whole_duration(len(times) - 1, experiment.dt)
-    made = replace(experiment, start=q[0], duration=seconds, record="all", first_run=0)
-    decided = compute_decisions(made, q, pixels, ages)
-    told, qd = _sample_commands(log, times, q, experiment)
+    log_experiment = replace(experiment, start=q[0], duration=seconds, record="all", first_run=0)
+    decided = compute_decisions(log_experiment, q, pixels, ages)
+    command_source, qd = _sample_commands(log, times, q, experiment)
     rates = np.empty((len(q), 0)) if log.rates is None else log.rates.held(times)
     s = np.array([each.command.s[:, 0] for each in decided])
-    loop = made.loop()
+    loop = log_experiment.loop()
     weights = [np.empty(0) if each.weights is None else each.weights[:, 0] for each in decided]
     small = _is_error_small(loop, decided)
     _fill_recorder(loop, [q, qd, rates, s, pixels.reshape(len(q), -1), np.array(weights)], small)
-    run = made.dataset(loop)
+    run = log_experiment.dataset(loop)
     if int(run["outcome"]) == Outcome.CONVERGED:
         run.attrs[CONVERGED_AT] = float(run["time"].values[_find_settling_period(small)])
     run["image_age"] = (("time", "mark"), ages, AGE)
-    run.attrs |= {LOG_ATTRIBUTE: log.source, "commands": told, "recorded_from": str(times[0])}
+    run.attrs |= {
+        LOG_ATTRIBUTE: log.source,
+        "commands": command_source,
+        "recorded_from": str(times[0]),
+    }
     run.attrs |= dict(log.notes)
-    return run  # type: ignore[return-value]  # a Run, as `Experiment.dataset` makes them
+    return run  # type: ignore[return-value]  # `Experiment.dataset` returns a Run
 
 
 def _sample_images(log: Log, controller: Controller, times: Times) -> tuple[Array, Array]:
@@ -72,7 +76,7 @@ def _sample_images(log: Log, controller: Controller, times: Times) -> tuple[Arra
 
 
 def _compute_period_times(log: Log, dt: float) -> Times:
-    """Return the times (T,) in nanoseconds of the periods of a log."""
+    """Return the times (T,) of the periods of a log, in nanoseconds."""
     seconds = (int(log.joints.times[-1]) - log.first) / NANO
     steps = math.floor(seconds / dt + 1e-6)
     if steps < 1:
@@ -86,12 +90,12 @@ def _compute_period_times(log: Log, dt: float) -> Times:
         raise FileError(f"{log.joints.what}: nothing between {before:.9g} s and {after:.9g} s")
     if steps > LONGEST:
         raise FileError(f"{log.source}: {steps} periods of {dt:g} s; at most {LONGEST} are read")
-    found: Times = log.first + np.round(np.arange(steps + 1) * dt * NANO).astype(np.int64)
-    return found
+    times: Times = log.first + np.round(np.arange(steps + 1) * dt * NANO).astype(np.int64)
+    return times
 
 
 def _sample_commands(log: Log, times: Times, q: Array, experiment: Experiment) -> tuple[str, Array]:
-    """Return where the velocities (T, nv) that were commanded come from, and these."""
+    """Return the source of the commanded velocities as a text, and the velocities (T, nv)."""
     if log.commands is not None:
         return log.commands.what, log.commands.held(times)
     if log.rates is not None:
@@ -105,7 +109,7 @@ def _sample_commands(log: Log, times: Times, q: Array, experiment: Experiment) -
 
 
 def _fill_recorder(loop: Loop, parts: list[Array], small: NDArray[np.bool_]) -> None:
-    """Put into the record of a loop what a simulation would have put there."""
+    """Fill the record of a loop from a log, as a simulation would fill it."""
     series = np.concatenate(parts, axis=1)
     loop.recorder = Recorder(1, len(series) - 1, "all", tuple(part.shape[1] for part in parts))
     loop.recorder.table[0] = series
@@ -116,19 +120,19 @@ def _fill_recorder(loop: Loop, parts: list[Array], small: NDArray[np.bool_]) -> 
 
 
 def _is_error_small(loop: Loop, decided: list[Decision]) -> NDArray[np.bool_]:
-    """Return in which periods (T,) the error is below the tolerance."""
+    """Return a mask (T,) of the periods with an error below the tolerance."""
     controller = loop.controller
     errors = [controller.scaled(each).command.error for each in decided]
     return np.array([np.abs(e).max(initial=0.0) < controller.tolerance for e in errors])
 
 
 def _find_settling_period(small: NDArray[np.bool_]) -> int:
-    """Return the first period from which on the error is small, of those that end so."""
+    """Return the first period of the last sequence with small errors."""
     return int(np.flatnonzero(~small).max(initial=-1)) + 1
 
 
 def _classify_log_end(loop: Loop, pixels: Array, is_small: bool) -> Outcome:
-    """Return how a log ends, by its last instant."""
+    """Return the outcome of a log, according to its last instant."""
     controller = loop.controller
     sights = ((sight.key not in controller.excused, sight) for sight in controller.sights)
     needed = [must for must, sight in sights for _ in range(2 * len(sight.target.marks))]
@@ -138,6 +142,6 @@ def _classify_log_end(loop: Loop, pixels: Array, is_small: bool) -> Outcome:
 
 
 def _measure_path_length(loop: Loop, q: Array) -> float:
-    """Return the length in metres of the path of the frame that moves, as chords."""
+    """Return the path length of the moving frame in metres, as the sum of chords."""
     path = compute_moving_pose(loop.controller, move_runs_last(q, 1))[:, 3]
     return float(euclidean_length(np.diff(path, axis=1)).sum())

@@ -1,4 +1,4 @@
-"""The function `simulate`, the short form of an experiment that runs at once."""
+"""The function `simulate`, which creates an experiment and runs it."""
 
 from __future__ import annotations
 
@@ -37,27 +37,64 @@ def simulate(
     chunk: int = 256,
     progress: Progress | None = None,
 ) -> xr.Dataset:
-    """Close the loop from q0 and return what happened, as an xarray.Dataset.
+    """Simulate the closed loop of a task from q0, and return the run as an xarray.Dataset.
 
-    q0          start (nq,), or a batch of them (B, nq); or {robot: q}; None is home
-    dt          control period in seconds: a command is held for it, and the motion is exact
-    duration    seconds, rounded up to whole periods
-    seed        of all that is random, with the number of the run and the step
-    sensing     what is wrong with the images (`Sensing`: noise, latency, ...); None for nothing
-    actuation   what is wrong with the joints (`Actuation`: lag, limits, ...); None for nothing
-    safety      limits that every command is kept within (`Safety`); None for none
-    endings     conditions on which a run ends (`Region`, `TooClose`, or an `Ending` of your own)
-    hold        go on to the end of the duration, also after convergence: to follow what moves
-    record      "all", every n-th step, or "summary": the end of each run
-    first_run   number of the first run, to repeat one row of a batch alone with its noise
-    threads     how many; None for one per processor. The result is the same for any number
-    chunk       how many runs go in lockstep at most; the result is the same for any number
-    progress    called now and then with the share that is done, 0 to 1
+    The call equals `Experiment(scene, task, q0, ...).run()`. Commands are computed at every control
+    period and held for it, and the motion over a period is exact. After the end of a run its
+    variables are NaN.
 
-    It is `Experiment(scene, task, q0, ...).run()` in one call. After its end a run is NaN.
+    Parameters
+    ----------
+    scene : Scene
+        Robots, objects and cameras, as they truly are.
+    task : Task
+        Control task, such as `IBVS` or `FollowJoints`.
+    q0 : array_like of shape (nq,) or (B, nq), or dict, optional
+        Coordinates at the start, a batch of B starts, or {robot: q}. Default: the home
+        configuration.
+    dt : float, default 0.04
+        Control period in seconds.
+    duration : float, default 10.0
+        Longest duration in seconds, rounded up to whole periods.
+    seed : int, default 0
+        Seed of all random numbers, which also depend on the number of the run and the step.
+    sensing : Sensing, optional
+        Errors of the images: noise, latency and others. Default: none.
+    actuation : Actuation, optional
+        Errors of the joints: lag, limits and others. Default: none.
+    safety : Safety, optional
+        Limits within which every command is kept. Default: none.
+    endings : sequence of Ending, optional
+        Further conditions that end a run: `Region`, `TooClose`, or your own `Ending`.
+    hold : bool, default False
+        Whether a run continues after convergence until the end of the duration. Use it to track
+        moving targets.
+    record : {"all", "summary"} or int, default "all"
+        Recorded steps: all, every n-th, or only the end of each run.
+    first_run : int, default 0
+        Number of the first run. Use it to repeat a single run of a batch with its noise.
+    threads : int, optional
+        Number of threads. Default: one for each processor. It does not change the result.
+    chunk : int, default 256
+        Largest number of runs that advance in lockstep. It does not change the result.
+    progress : callable, optional
+        Function that is called repeatedly with the finished share, from 0 to 1.
 
-    InputError before anything runs; Interrupted after Ctrl-C.
+    Returns
+    -------
+    xarray.Dataset
+        Coordinates, commands, features, errors and pixels over time, and outcome and end of each
+        run.
 
+    Raises
+    ------
+    InputError
+        If an argument is not valid. It is raised before the simulation begins.
+    Interrupted
+        If the user stops the simulation. Its attribute `run` is the run so far.
+
+    Examples
+    --------
     >>> import robsim as rs
     >>> scenario = rs.load_scenario(rs.examples.path("visp_tutorial"))
     >>> run = simulate(scenario.scene, scenario.task, scenario.start, duration=25)

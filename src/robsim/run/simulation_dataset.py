@@ -1,4 +1,4 @@
-"""Results: what a simulation returns, with names, units and provenance."""
+"""The Dataset of a simulation: variables with names, units and provenance."""
 
 from __future__ import annotations
 
@@ -29,9 +29,9 @@ from robsim.world.scene import Scene
 if TYPE_CHECKING:
     from robsim.engine.loop import Loop
 
-VERSION = version("robsim")  # of the package that was installed
-BLOCK = 65536  # instants that are turned into poses and velocities at a time
-VARIED = {"long_name": "what differs from run to run, see Experiment.vary"}
+VERSION = version("robsim")  # of the installed package
+BLOCK = 65536  # instants for which poses and velocities are computed at a time
+VARIED = {"long_name": "number that differs from run to run, see Experiment.vary"}
 UNITS = {
     "camera_pose": "m",
     "camera_velocity": "m/s, rad/s",
@@ -53,36 +53,36 @@ DESCRIPTIONS = {
     "qd_actual": "velocities of the joints, which follow the command with a lag or under limits",
     "camera_pose": "pose of the camera in the world",
     "camera_velocity": "twist (v, omega) of the camera in its own axes",
-    "frame_pose": "pose in the world of the frame that is moved",
-    "frame_velocity": "twist (v, omega) of the frame that is moved, in its own axes",
-    "s": "features as measured",
+    "frame_pose": "pose of the moved frame in the world",
+    "frame_velocity": "twist (v, omega) of the moved frame in its own axes",
+    "s": "measured features",
     "s_goal": "features at the goal",
-    "weight": "how much each number of s counts, 0 where its mark is not there",
+    "weight": "weight of each number of s, 0 if its mark is missing",
     "error": "s - s_goal",
-    "error_norm": "length of the error",
+    "error_norm": "Euclidean norm of the error",
     "lyapunov": "half the square of error_norm (chapter, eq. 16)",
-    "pixels": "where the marks are in the image, without noise",
-    "pixels_goal": "where the marks are in the image at the goal",
-    "pixels_end": "where the marks are in the image at the end",
-    "outcome": "why the run ended, see robsim.Outcome",
-    "end_time": "when the run ended",
-    "path_length": "way of the camera, or of the target where the camera stands still",
+    "pixels": "image coordinates of the marks, without noise",
+    "pixels_goal": "image coordinates of the marks at the goal",
+    "pixels_end": "image coordinates of the marks at the end",
+    "outcome": "reason for the end of the run, see robsim.Outcome",
+    "end_time": "time at the end of the run",
+    "path_length": "path length of the camera, or of the target if the camera does not move",
     "pixel_error": "largest distance of a mark from its goal in the image, at the end",
-    "q0": "start",
-    "q_end": "end",
+    "q0": "coordinates at the start",
+    "q_end": "coordinates at the end",
     **end_variables.DESCRIPTIONS,
 }
 
 
 def make_dataset(loop: Loop, of: Any, origin: Callable[[], Mapping[str, str]]) -> RunDataset:
-    """Return the record of a finished or stopped simulation, made into a Dataset when it is read.
+    """Return the record of a finished or stopped simulation, as a Dataset that is made when read.
 
-    `of` is its experiment, and `origin` what it says of that. What a user's objects say of
-    themselves is asked now, because they may change.
+    `of` is the experiment, and `origin` returns the attributes with its text. The representations
+    of a user's objects are stored now, because the objects may change.
     """
-    said, scene, varied = _make_provenance(loop, of), of.scene, of.varied
+    provenance, scene, varied = _make_provenance(loop, of), of.scene, of.varied
     return RunDataset.of(
-        lambda: _make_recorded_variables(loop, scene, varied), lambda: {**said, **origin()}
+        lambda: _make_recorded_variables(loop, scene, varied), lambda: {**provenance, **origin()}
     )
 
 
@@ -91,7 +91,7 @@ def _make_recorded_variables(loop: Loop, scene: Scene, varied: Mapping[str, Arra
     recorder, controller = loop.recorder, loop.controller
     series = recorder.last if recorder.every is None else _trim_series(recorder)
     s_goal = controller.s_goal.T  # (1, k), or (runs, k)
-    with np.errstate(over="ignore", invalid="ignore"):  # a run that went wrong is data
+    with np.errstate(over="ignore", invalid="ignore"):  # runs may end with NaN or infinity
         variables = {
             **_compute_motion(controller, series),
             **make_error_variables(series, s_goal[:, None]),
@@ -119,12 +119,12 @@ def _make_recorded_variables(loop: Loop, scene: Scene, varied: Mapping[str, Arra
 
 
 def _make_varied_variable(name: str, values: Array) -> tuple[tuple[str, ...], Array]:
-    """Return the variable of numbers of which each run has its own."""
+    """Return the variable of numbers that differ from run to run."""
     return ("run", *(f"{name}.{i}" for i in range(1, values.ndim))), values
 
 
 def _drop_dimensions(absent: set[str], dims: Sequence[str], data: Any) -> tuple[Sequence[str], Any]:
-    """Return a variable without some dimensions, of size one."""
+    """Return a variable without some dimensions of size one."""
     if absent.isdisjoint(dims):
         return dims, data
     first = tuple(0 if dim in absent else slice(None) for dim in dims)
@@ -132,15 +132,15 @@ def _drop_dimensions(absent: set[str], dims: Sequence[str], data: Any) -> tuple[
 
 
 def _trim_series(recorder: Recorder) -> RecordedSeries:
-    """Return the recorded instants; after an interruption, only those until then."""
+    """Return the recorded instants; after an interruption, only the simulated ones."""
     if (recorder.outcome != Outcome.RUNNING).all():
         return recorder.series
-    kept = int(np.nanmax(recorder.end_step, initial=0.0)) // (recorder.every or 1) + 1
-    return RecordedSeries(*(part[:, :kept] for part in recorder.series))
+    count = int(np.nanmax(recorder.end_step, initial=0.0)) // (recorder.every or 1) + 1
+    return RecordedSeries(*(part[:, :count] for part in recorder.series))
 
 
 def _compute_motion(controller: TaskController, series: RecordedSeries) -> dict[str, Array]:
-    """Return q, qd, and the poses and twists of the camera, or of the frame that is moved."""
+    """Return q, qd, and the poses and twists of the camera or of the moved frame."""
     follows = series.rates.shape[-1] == 0
     scene, whose = controller.scene, "camera" if controller.sights else "frame"
     rates = series.qd if follows else series.rates
@@ -157,14 +157,13 @@ def _compute_motion(controller: TaskController, series: RecordedSeries) -> dict[
 def compute_frame_motion(scene: Scene, frame: str, q: Array, qd: Array) -> tuple[Array, Array]:
     """Return poses (runs, instants, 4, 4) and twists (runs, instants, 6) of a frame.
 
-    Twists are in the axes of the frame.
-
-    Of instants after the end of a run, in which q is NaN, nothing is computed.
+    Twists are in the axes of the frame. After the end of a run, where q is NaN, poses and twists
+    are NaN.
     """
     joints, shape = scene.tree, q.shape[:2]
     poses, twists = np.full((q[..., 0].size, 4, 4), np.nan), np.full((q[..., 0].size, 6), np.nan)
     rows, rates = q.reshape(len(poses), -1), qd.reshape(len(poses), -1)
-    still = not joints.carried(frame).any()  # then it is where it was
+    still = not joints.carried(frame).any()  # a frame that no joint moves
     live = np.flatnonzero(still | ~np.isnan(rows).any(axis=1))
     for part in _split_into_blocks(len(live)):
         some = live[part]
@@ -197,7 +196,7 @@ def _make_coordinates(loop: Loop, scene: Scene, instants: int) -> dict[str, Any]
 
 
 def _make_provenance(loop: Loop, of: Any) -> dict[str, Any]:
-    """Return the attributes that say which version computed the run, and how."""
+    """Return the attributes with the versions, the settings and the scheme of a run."""
     task = of.task
     return {
         "title": RUN,
@@ -208,7 +207,7 @@ def _make_provenance(loop: Loop, of: Any) -> dict[str, Any]:
         "machine": platform.machine(),
         "dt": loop.dt,
         "duration": loop.steps * loop.dt,
-        "seed": str(loop.seed),  # may exceed what a file's integers hold
+        "seed": str(loop.seed),  # may exceed the integers of a file
         "hold": int(loop.hold),
         "record": loop.record,
         "task": type(task).__name__,
@@ -235,7 +234,7 @@ def _describe_scheme(task: ServoTask, of: Any) -> dict[str, Any]:
 
 
 def _list_wrong_beliefs(belief: Scene | None, of: Any) -> str:
-    """Return which parts of a scene are believed wrongly, by name."""
+    """Return a description of the believed scene: the names of the parts that are wrong."""
     truth = of.scene
     if any(name.startswith("belief.") for name in of.varied):
         return "differs from the truth, and from run to run"
@@ -248,16 +247,16 @@ def _list_wrong_beliefs(belief: Scene | None, of: Any) -> str:
 
 
 def _make_image_attributes(sights: Sequence[CameraTarget]) -> dict[str, Any]:
-    """Return size and centre of the images in pixels; those of the first have no name."""
+    """Return size and centre of the images in pixels; the first camera has no suffix."""
     cameras = {sight.eye.name: sight.eye.camera for sight in sights}
-    found: dict[str, Any] = {}
+    attributes: dict[str, Any] = {}
     for i, (name, camera) in enumerate(cameras.items()):
         suffix = f"_{name}" if i else ""
         if camera.size:
-            found[f"image_size{suffix}"] = np.array(camera.size)
-        K = np.atleast_3d(camera.K)[..., 0]  # of the first run, where each has its own
-        found[f"image_centre{suffix}"] = K[:2, 2].copy()
-    return found
+            attributes[f"image_size{suffix}"] = np.array(camera.size)
+        K = np.atleast_3d(camera.K)[..., 0]  # of the first run, if runs differ
+        attributes[f"image_centre{suffix}"] = K[:2, 2].copy()
+    return attributes
 
 
 def _make_variable_attributes(
@@ -275,19 +274,19 @@ def _make_variable_attributes(
         **dict.fromkeys(("s", "s_goal", "error", "error_norm"), unit),
         "lyapunov": f"{unit}^2" if unit not in ("1", "see feature_unit") else unit,
     }
-    named: dict[str, dict[str, Any]] = {
+    attributes: dict[str, dict[str, Any]] = {
         name: {"units": u, "long_name": DESCRIPTIONS[name]} for name, u in units.items()
     }
     for name in ("camera_pose", "camera_velocity", "frame_pose", "frame_velocity"):
-        named[name]["frame"] = controller.frame
-    named["goal_pose"] |= end_variables.make_goal_attributes(controller)
+        attributes[name]["frame"] = controller.frame
+    attributes["goal_pose"] |= end_variables.make_goal_attributes(controller)
     if not controller.sights:
-        named["path_length"] |= {"long_name": "way of the frame that is moved"}
-    named["outcome"] |= _make_flag_attributes([each.name for each in Outcome], 0)
-    return named
+        attributes["path_length"] |= {"long_name": "path length of the moved frame"}
+    attributes["outcome"] |= _make_flag_attributes([each.name for each in Outcome], 0)
+    return attributes
 
 
 def _make_flag_attributes(names: Sequence[str], first: int) -> dict[str, Any]:
-    """Return the attributes that name the values of a variable, from the first on."""
+    """Return the CF attributes that name the values of a variable, from `first` on."""
     values = np.arange(first, first + len(names), dtype=np.int8)
     return {"flag_values": values, "flag_meanings": " ".join(names)}

@@ -1,4 +1,4 @@
-"""The text form of the start of a run: coordinates, or a pose."""
+"""The text form of a start: coordinates or a pose."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from robsim.servo.goals.goal import describe_start, parse_start
 
 @dataclass(frozen=True)
 class StartTable:
-    """The start of a run; home, if nothing is said."""
+    """The start of a run; the home configuration if the table is empty."""
 
     rivals: ClassVar[Any] = ((("q",), ("pose",)),)
 
@@ -22,7 +22,7 @@ class StartTable:
         Any, PerJoint(get_coordinate_axes), "Coordinates at the start, one number for each."
     ] = None
     pose: Annotated[
-        Pose | None, FLAT_POSE, "Pose at the start, in a scene whose only joint floats."
+        Pose | None, FLAT_POSE, "Pose at the start, for a scene with a single floating joint."
     ] = None
 
     @classmethod

@@ -1,4 +1,4 @@
-"""The error of runs and its length, as they follow from what is recorded."""
+"""The error of runs and its norm, from recorded features."""
 
 from __future__ import annotations
 
@@ -9,10 +9,11 @@ from robsim.engine.recorder import RecordedSeries
 
 
 def make_error_variables(series: RecordedSeries, s_goal: Array) -> dict[str, Array]:
-    """Return s and what follows from it, of goals that broadcast with (runs, instants, k).
+    """Return features, error, norm and Lyapunov function from a record.
 
-    Sums go feature by feature, so that they are the same in any batch. Where numbers have weights,
-    those of weight 0 have no error, and no part in its length.
+    The goal broadcasts with (runs, instants, k). Sums run feature by feature, so that the bits are
+    the same in any batch. If features have weights, features of weight 0 have no error and do not
+    enter the norm.
     """
     error, weighted = series.s - s_goal, series.weights.shape[-1] > 0
     if weighted:

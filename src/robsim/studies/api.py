@@ -63,7 +63,7 @@ def study(
         draw. Default: the start of the experiment.
     vary : mapping of str to object, optional
         Varied values by the dotted names of `Experiment.at`. A sampler (`Uniform`, `Normal`,
-        `LogUniform`, `Sobol`, `Choice`, or `Plus` and `Times` of these) gives each draw a new
+        `LogUniform`, `Sobol`, `Choice`, or `Sum` and `Product` of these) gives each draw a new
         value. A list, a mapping {label: value} or a `Grid` is enumerated: every draw is simulated
         with each of its values.
     measures : bool, default False

@@ -118,7 +118,10 @@ def _small_factor(rates: Sequence[complex], timing: LoopDelays) -> float:
 
 
 def _search_limit(builder: MapBuilder, first: float) -> float:
-    """Return the smallest factor that is unstable; the search begins at the factor `first`."""
+    """Return the largest stable factor, searched upward from the small factor `first`.
+
+    The result is 0 if no factor is stable, and infinite if all are.
+    """
     low = first
     while not builder(np.array([low])).is_stable()[0]:
         low *= LOWER

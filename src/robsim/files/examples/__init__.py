@@ -1,4 +1,7 @@
-"""Example scenarios, one TOML file each; `robsim examples` lists them and copies them out."""
+"""Example scenarios, one TOML file each.
+
+`robsim examples` lists the examples and copies them.
+"""
 
 from __future__ import annotations
 
@@ -9,8 +12,15 @@ from robsim.base.errors import check_known
 
 
 def names() -> tuple[str, ...]:
-    """Return the names of the examples that come with RobSim.
+    """Return the names of the example scenarios.
 
+    Returns
+    -------
+    tuple of str
+        Names in alphabetical order.
+
+    Examples
+    --------
     >>> "chapter_6_1" in names()
     True
     """
@@ -19,6 +29,27 @@ def names() -> tuple[str, ...]:
 
 
 def path(name: str) -> Path:
-    """Return the file of an example. InputError: there is none of that name."""
+    """Return the path of an example scenario.
+
+    Parameters
+    ----------
+    name : str
+        Name of an example; see `names`.
+
+    Returns
+    -------
+    pathlib.Path
+        Path of the TOML file.
+
+    Raises
+    ------
+    InputError
+        If the example does not exist. The message lists all names.
+
+    Examples
+    --------
+    >>> path("chapter_6_1").name
+    'chapter_6_1.toml'
+    """
     check_known(name, names(), "no example {}", "examples")
     return Path(str(resources.files(__name__) / f"{name}.toml"))

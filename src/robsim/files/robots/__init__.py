@@ -1,5 +1,8 @@
 """The robot library: one TOML file per robot, each number with its source.
 
+Every robot is also a function of this module: `robots.rhino_xr4()` equals
+`robots.load("rhino_xr4")`.
+
 >>> {"rhino_xr4", "puma560", "ur5e"} <= set(names())
 True
 >>> rhino = load("rhino_xr4")  # or robsim.robots.rhino_xr4()
@@ -24,24 +27,74 @@ if TYPE_CHECKING:
 
 
 def names() -> tuple[str, ...]:
-    """Return the names of the robots of the library."""
+    """Return the names of the robots of the library, in alphabetical order.
+
+    >>> len(names()) >= 20
+    True
+    """
     files = resources.files(__name__).iterdir()
     return tuple(sorted(Path(f.name).stem for f in files if f.name.endswith(".toml")))
 
 
 def file(name: str) -> Path:
-    """Return the file of a robot of the library. InputError: there is none of that name."""
+    """Return the path of the file of a robot.
+
+    Parameters
+    ----------
+    name : str
+        Name of a robot; see `names`.
+
+    Returns
+    -------
+    pathlib.Path
+        Path of the TOML file.
+
+    Raises
+    ------
+    InputError
+        If the robot does not exist. The message lists all names.
+
+    Examples
+    --------
+    >>> file("ur5e").name
+    'ur5e.toml'
+    """
     check_known(name, names(), "no robot {} in the library", "robots")
     return Path(str(resources.files(__name__) / f"{name}.toml"))
 
 
 def about(name: str) -> str:
-    """Return one line about a robot of the library."""
+    """Return a one-line description of a robot.
+
+    >>> about("planar_2r")
+    'Planar arm with two revolute joints and links of one metre, the exercise of every textbook'
+    """
     return str(tomllib.loads(file(name).read_text(encoding="utf-8"))["about"])
 
 
 def load(name: str) -> Robot:
-    """Return a robot of the library. InputError: there is none of that name."""
+    """Return a robot of the library.
+
+    Parameters
+    ----------
+    name : str
+        Name of a robot; see `names`.
+
+    Returns
+    -------
+    Robot
+        The robot. It is read once and shared, and robots are immutable.
+
+    Raises
+    ------
+    InputError
+        If the robot does not exist. The message lists all names.
+
+    Examples
+    --------
+    >>> load("ur5e").nq
+    6
+    """
     return _read_library_robot(file(name))
 
 

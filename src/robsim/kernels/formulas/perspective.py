@@ -78,3 +78,14 @@ def pixel_jacobian(x, K, lens, J):
             xx, xy, yy = distort_jacobian(x[n, 0, b], x[n, 1, b], k)
             J[n, 0, 0, b], J[n, 0, 1, b] = K[0, 0] * xx + K[0, 1] * xy, K[0, 0] * xy + K[0, 1] * yy
             J[n, 1, 0, b], J[n, 1, 1, b] = K[1, 1] * xy, K[1, 1] * yy
+
+
+@kernel
+def transform_image_points(x, Z, T, X):
+    """Compute X[n, 3, b] = T p with p = Z (x, 1) for points x[n, 2, b] at depths Z[n, b]."""
+    for n in range(X.shape[0]):
+        for r in range(3):
+            for b in range(X.shape[2]):
+                X[n, r, b] = (T[r, 0, b] * x[n, 0, b] + T[r, 1, b] * x[n, 1, b] + T[r, 2, b]) * Z[
+                    n, b
+                ] + T[r, 3, b]

@@ -1,1 +1,1 @@
-"""The controller of an experiment on its own, for a robot or a loop of one's own."""
+"""The controller of an experiment on its own, for a real robot or another control loop."""

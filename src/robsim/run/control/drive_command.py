@@ -1,4 +1,4 @@
-"""The command of a controller on its own, and how the controller is."""
+"""The command of a controller on its own, and the state of its health."""
 
 from __future__ import annotations
 
@@ -23,20 +23,35 @@ LIMITS = {
 
 
 class Health(NamedTuple):
-    """What a controller knows of its images, its joints and its limits.
+    """State of the images, joints and limits of a controller.
 
-    converged  every error is below its tolerance, no mark is lost, and nothing is old or held
-    lost       marks that the last image does not have: "plate[2]", or "left: plate[2]" where there
-               are several cameras
-    stale      whether the watchdog finds the images too old
-    age        seconds since the oldest image in use was taken; one without a mark, or without one
-               that a feature of all marks needs, is not in use
-    limits     what changes the command: "speed", "acceleration", "fence", "joint limit of elbow",
-               or holds the robot: "watchdog", "stopped by the watchdog", "not released", "too few
-               marks", "not finite"
-    unused     what was given and is not used: names of other targets, doubtful ones, images that
-               are older than the last or were taken in the future
-    fault      what was wrong with what was given now, in a sentence; "" if nothing
+    Attributes
+    ----------
+    converged : bool
+        Whether every error is below its tolerance, no mark is lost, no image is old and the robot
+        may move.
+    lost : tuple of str
+        Marks that are missing in the last image: "plate[2]", or "left: plate[2]" if there are
+        several cameras.
+    stale : bool
+        Whether the images are too old for the watchdog.
+    age : float
+        Age of the oldest image in use, in seconds. An image without marks is not in use, nor is an
+        incomplete image if a feature needs all marks.
+    limits : tuple of str
+        Limits that change the command: "speed", "acceleration", "fence", "joint limit of elbow"; or
+        reasons to hold the robot: "watchdog", "stopped by the watchdog", "not released", "too few
+        marks", "not finite".
+    unused : tuple of str
+        Data of the last call that are not used: names of other or doubtful targets, images that are
+        older than the last or were taken in the future.
+    fault : str
+        Error in the data of the last call, in a sentence; "" if there is none.
+
+    Examples
+    --------
+    >>> Health().converged, Health().limits
+    (False, ())
     """
 
     converged: bool = False
@@ -49,13 +64,32 @@ class Health(NamedTuple):
 
 
 class DriveCommand(NamedTuple):
-    """What a controller commands for the period that begins.
+    """Command of a controller for the period that begins.
 
-    velocities  (n,) in rad/s and m/s, in the order of `Controller.velocity_names`
-    error       (k,) of the features, in their units; empty while the controller waits
-    phase       what it does: "waiting" until all marks have been seen once, "moving", "holding"
-                while it may not move, "stopped" until a reset, "converged"
-    health      what it knows of images, joints and limits
+    Attributes
+    ----------
+    velocities : ndarray of shape (n,)
+        Commanded velocities in rad/s and m/s, in the order of `Controller.velocity_names`.
+    error : ndarray of shape (k,)
+        Error of the features, in their units; empty while the controller waits.
+    phase : {"waiting", "moving", "holding", "stopped", "converged"}
+        Activity of the controller. It is "waiting" until all marks have been seen once, "holding"
+        while the robot may not move, and "stopped" until a reset.
+    health : Health
+        State of images, joints and limits.
+
+    See Also
+    --------
+    Controller.step : Return the command of a period.
+
+    Examples
+    --------
+    >>> import robsim as rs
+    >>> controller = rs.Controller.from_file(rs.examples.path("visp_tutorial"))
+    >>> run = controller.experiment.run(duration=0.4)
+    >>> command = controller.step(run.pixels.values[0], run.q.values[0], t=0.0)
+    >>> command.velocities.shape, command.phase, command.health.lost
+    ((6,), 'moving', ())
     """
 
     velocities: Array
@@ -66,15 +100,15 @@ class DriveCommand(NamedTuple):
 
 def list_active_limits(why: int, at_limit: Array, names: Sequence[str]) -> tuple[str, ...]:
     """Return the names of the limits that change a command, from its bits."""
-    found = [name for bit, name in LIMITS.items() if why & bit]
+    limits = [name for bit, name in LIMITS.items() if why & bit]
     if why & command_limits.JOINT_LIMIT:
         pairs = zip(names, at_limit, strict=True)
-        found += [f"joint limit of {name}" for name, there in pairs if there]
-    return tuple(found)
+        limits += [f"joint limit of {name}" for name, there in pairs if there]
+    return tuple(limits)
 
 
 def classify_activity(why: int, converged: bool) -> Doing:
-    """Return what a controller does whose command has these bits."""
+    """Return the activity of a controller, from the bits of its command."""
     if why & command_limits.STOPPED:
         return "stopped"
     if why & command_limits.HELD:

@@ -1,4 +1,4 @@
-"""The images that a controller goes by: the last ones, each with the time it was taken at."""
+"""The last images of a controller, each with its capture time."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ from robsim.servo.controller_rows import add_image
 from robsim.servo.frame_rows import add_body_poses
 from robsim.world.scene import Scene
 
-REMEMBERED = 512  # periods, whose joints are looked up for an image that was taken then
+REMEMBERED = 512  # periods with stored joints, for images that arrive late
 AHEAD = 0.1  # seconds by which the clock of a camera may be ahead
-FAR = 1e9  # pixels from which on none is that of a mark, where a camera has no size
+FAR = 1e9  # pixels; larger coordinates are invalid if the image size is unknown
 
 
 class LatestMarks:
-    """The marks of one camera on one target, each where it was seen last.
+    """The last seen pixels and depths of the marks of one camera and target.
 
-    `excused` says that marks may be out of the image, `whole` that a feature needs all of them at
-    once.
+    `excused` allows marks outside the image. `whole` means that a feature needs all marks in one
+    image.
     """
 
     def __init__(self, sight: CameraTarget, excused: bool, whole: bool) -> None:
@@ -33,38 +33,38 @@ class LatestMarks:
         self.sight, self.excused, self.whole = sight, excused, whole
         self.pixels, self.depth = np.full((N, 2), np.nan), np.ones(N)
         self.hidden = np.ones(N, dtype=bool)  # in the last image
-        self.taken, self.seen = -math.inf, -math.inf  # the last image, and the last that serves
+        self.taken, self.seen = -math.inf, -math.inf  # times of the last and last usable image
         self.most = np.full(2, FAR) if size is None else 2.0 * np.array(size, dtype=float)
 
     @property
     def known(self) -> bool:
-        """Whether every mark has been seen once, or any, where marks may be out of the image."""
+        """Whether enough marks have been seen: every mark once, or with `excused` any mark."""
         never = np.isnan(self.pixels)
         return not (never.all() if self.excused else never.any())
 
     @property
     def complete(self) -> bool:
-        """Whether the last image has all the marks that it needs to have."""
+        """Whether the last image has all the marks that it must have."""
         return self.excused or not self.hidden.any()
 
-    def take(self, found: MarkObservation, depth: Array) -> None:
-        """Let an image be the last one; marks that it does not have stay where they were.
+    def take(self, observed: MarkObservation, depth: Array) -> None:
+        """Store an image; marks that are missing in it keep their last pixels.
 
-        What is a whole image away from the image is no mark.
+        Coordinates farther than one image size from the image are treated as missing.
         """
-        near = np.abs(found.pixels - 0.25 * self.most) <= 0.75 * self.most
-        there = near[:, 0] & near[:, 1]
-        self.taken, self.hidden = found.t, ~there
-        if there.all():
-            self.pixels, self.depth, self.seen = found.pixels, depth, found.t
-        elif there.any():
-            self.pixels[there], self.depth[there] = found.pixels[there], depth[there]
+        near = np.abs(observed.pixels - 0.25 * self.most) <= 0.75 * self.most
+        valid = near[:, 0] & near[:, 1]
+        self.taken, self.hidden = observed.t, ~valid
+        if valid.all():
+            self.pixels, self.depth, self.seen = observed.pixels, depth, observed.t
+        elif valid.any():
+            self.pixels[valid], self.depth[valid] = observed.pixels[valid], depth[valid]
             if not self.whole:
-                self.seen = found.t
+                self.seen = observed.t
 
 
 class ImageBuffer:
-    """The last images of all sights, and the joints when they were taken."""
+    """The last images of all sights, and the joints at the times of recent periods."""
 
     def __init__(
         self,
@@ -83,26 +83,26 @@ class ImageBuffer:
 
     @property
     def known(self) -> bool:
-        """Whether enough has been seen of every sight."""
+        """Whether enough marks of every sight have been seen."""
         return all(image.known for image in self.each.values())
 
     @property
     def complete(self) -> bool:
-        """Whether the last images have all the marks that they need to have."""
+        """Whether the last images have all the marks that they must have."""
         return all(image.complete for image in self.each.values())
 
     def age(self, t: float) -> float:
-        """Return how long ago the oldest of the last images was taken that can be gone by."""
+        """Return the age in seconds of the oldest of the last usable images."""
         return max((t - image.seen for image in self.each.values() if image.seen < t), default=0.0)
 
     def forget_times(self) -> None:
-        """Take all images for old, as the clock is another."""
+        """Treat all images as old, because the clock was restarted."""
         self._times[:] = -math.inf
         for image in self.each.values():
             image.taken = image.seen = -math.inf
 
-    def lost(self) -> tuple[str, ...]:
-        """Return the names of the marks that the last images do not have."""
+    def list_lost_marks(self) -> tuple[str, ...]:
+        """Return the names of the marks that are missing in the last images."""
         several = len(self.reader.cameras) > 1
         return tuple(
             f"{camera}: {target}[{i}]" if several else f"{target}[{i}]"
@@ -112,38 +112,38 @@ class ImageBuffer:
         )
 
     def seen(self) -> Array:
-        """Return the pixels (N, 2) of all sights, NaN of marks that the last call did not show."""
+        """Return the pixels (N, 2) of all sights; NaN for marks without new pixels."""
         every = [np.empty((0, 2))]
         for key, image in self.each.items():
-            gone = image.hidden | (key not in self._new)
-            every.append(np.where(gone[:, None], np.nan, image.pixels))
+            missing = image.hidden | (key not in self._new)
+            every.append(np.where(missing[:, None], np.nan, image.pixels))
         return np.concatenate(every)
 
-    def note(self, q: Array, t: float) -> None:
-        """Remember the joints at the begin of a period."""
+    def store_joints(self, q: Array, t: float) -> None:
+        """Store the joints at the start of a period."""
         i = self._count % REMEMBERED
         self._times[i], self._q[i], self._count = t, q, self._count + 1
 
-    def nothing_new(self) -> None:
-        """Let no image be new in this call."""
+    def clear_new(self) -> None:
+        """Mark all images as not new in this call."""
         self._new = set()
 
-    def take(self, given: Any, q: Array, t: float) -> tuple[str, ...]:
-        """Take what is new, given the joints at a time; return the names of what is not used."""
-        odd = []
-        for each in list(self.reader.read(given, t)):
+    def take(self, pixels: Any, q: Array, t: float) -> tuple[str, ...]:
+        """Store new images with the joints at a time, and return the names of unused data."""
+        rejected = []
+        for each in list(self.reader.read(pixels, t)):
             image, name = self.each[each.sight.key], each.sight.eye.name
             if each.t > t + AHEAD:
-                odd.append(f"image of {name} taken in the future")
+                rejected.append(f"image of {name} taken in the future")
             elif each.t > image.taken:
                 image.take(each, self._depths(each, self._joints(each.t, q, t)))
                 self._new.add(each.sight.key)
             elif each.t < image.taken:
-                odd.append(f"late image of {name}")
-        return (*self.reader.unused, *odd)
+                rejected.append(f"late image of {name}")
+        return (*self.reader.unused, *rejected)
 
     def _joints(self, taken: float, q: Array, t: float) -> Array:
-        """Return the coordinates that were measured nearest to a time."""
+        """Return the measured coordinates nearest to a time."""
         if taken >= t:
             return q
         nearest: Array = self._q[int(np.argmin(np.abs(self._times - taken)))]
@@ -151,7 +151,7 @@ class ImageBuffer:
 
 
 class _MarkDepths:
-    """The depths of marks as the scene has them, at coordinates of the joints."""
+    """The depths of marks in the scene, as a function of the joint coordinates."""
 
     def __init__(self, scene: Scene, sights: Sequence[CameraTarget]) -> None:
         program = Program()
@@ -165,7 +165,7 @@ class _MarkDepths:
         self.parts = program.segments()
 
     def __call__(self, of: MarkObservation, q: Array) -> Array:
-        """Return the depths (N,) of the marks of a sight in metres."""
+        """Return the depths (N,) in metres of the marks of an observation."""
         self.blocks.fill(self.q, q)
         for part in self.parts:
             part(self.blocks, 0)

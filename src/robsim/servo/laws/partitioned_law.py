@@ -1,4 +1,4 @@
-"""The partitioned law of Corke and Hutchinson, which controls the optical axis apart."""
+"""The partitioned law of Corke and Hutchinson, with separate control of the optical axis."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 from robsim.base.errors import InputError
 from robsim.declare import DeclaredValue, PerRun, Quantity, described
 from robsim.kernels.control import control_law
-from robsim.kernels.control import optical_axis_law as kernels
+from robsim.kernels.control import control_law as kernels
 from robsim.kernels.machine.block_rows import BlockRows
 from robsim.servo.laws.compiled_law import CommandAtGain, CompiledLaw, LawRows, add_joint_velocities
 from robsim.servo.laws.gain import PER_SECOND
