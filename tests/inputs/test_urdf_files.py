@@ -287,7 +287,7 @@ def test_endless_numbers_are_refused_at_once(read, digits):
         ('lower="-1.5" upper="2"', "", "lower 0 and upper 0 are read as without limits"),
         ('lower="-1.5" upper="2"', 'lower="-1e16" upper="1e16"', "are read as without limits"),
         ('izz="2.5"', 'izz="9"', "none can exceed the sum of the other two; left out"),
-        ('value="2"', 'value="0"', "a tensor without a mass, left out"),
+        ('value="2"', 'value="0"', "the inertia has a tensor and no mass; left out"),
         ('name="arm"', 'name="2 arms"', "its name is read as 'robot_2_arms'"),
         ('<mass value="2"/>', "", ":5: <link 'upper'> <inertial>: without <mass>, left out"),
         (INERTIAL, "<inertial/>", "<inertial>: without <mass> and <inertia>, left out"),

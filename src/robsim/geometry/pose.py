@@ -348,7 +348,7 @@ class Pose:
         return as_pose(other) @ self
 
     def __getitem__(self, index: Any) -> Pose:  # Any: every index of NumPy
-        """Return one or several poses of a batch."""
+        """Return the poses of a batch at an index, mask or slice of its leading axes."""
         lead = self.matrix.shape[:-2]
         if not lead:
             raise InputError("this is a single pose, not a batch: it cannot be indexed")
@@ -494,14 +494,14 @@ IDENTITY = Pose.at()
 
 
 class MatrixPose(Protocol):
-    """A pose of another library that has its matrix, as SciPy's RigidTransform."""
+    """A pose of another library that returns its matrix, such as SciPy's RigidTransform."""
 
     def as_matrix(self) -> Any:  # Any: SciPy has no types
         """Return the matrix (..., 4, 4)."""
 
 
 class ArrayPose(Protocol):
-    """A pose of another library that keeps its matrix as A, as spatialmath's SE3."""
+    """A pose of another library that stores its matrix as A, such as spatialmath's SE3."""
 
     A: Any  # Any: spatialmath has no types
 

@@ -126,7 +126,7 @@ class Joint:
                 if not self.model.single:
                     others = list_single_kinds()
                     raise InputError(
-                        f"a {self.model.name} joint has no {part}; only {others} joints have"
+                        f"a {self.model.name} joint has no {part}; only {others} joints have one"
                     )
         for part, expected in _REQUIRED_PARTS.items():
             self._check_part(part, expected)
@@ -205,7 +205,7 @@ class Joint:
         if "dh" in changes:
             return self.held(**changes)
         if self.dh is not None and changes.keys() & {"place", "tail"}:
-            raise InputError("dh and place or tail: give only one of them")
+            raise InputError("dh and place or tail: give one of the two only")
         return replace(self, **changes)
 
     def held(self, **changes: Any) -> Joint:  # Any: values of the fields named
@@ -225,7 +225,7 @@ class Joint:
         poses = self.place, self.tail
         place, tail = row.constants(self.model.turns)
         if poses not in ((IDENTITY, IDENTITY), (place, tail)):
-            raise InputError("dh and place or tail: give only one of them")
+            raise InputError("dh and place or tail: give one of the two only")
         object.__setattr__(self, "place", place)
         object.__setattr__(self, "tail", tail)
 
@@ -243,7 +243,9 @@ class Joint:
             raise InputError(f"a {self.model.name} joint needs a {part}")
         if value is not None and not needs:
             kind = next(name for name, kind in JOINTS.kinds.items() if kind.needs == part)
-            raise InputError(f"a {self.model.name} joint has no {part}; only a {kind} joint has")
+            raise InputError(
+                f"a {self.model.name} joint has no {part}; only a {kind} joint has one"
+            )
         if value is not None and not isinstance(value, expected):
             raise InputError(f"{part}: expected a {expected.__name__}, got {format_value(value)}")
 

@@ -123,7 +123,7 @@ class LinkTable:
     def made(self, c: Context) -> Link:
         """Return the link that the table describes."""
         if self.dh is not None and (self.place is not None or self.tail is not None):
-            raise InputError("dh and place or tail: give only one of them")
+            raise InputError("dh and place or tail: give one of the two only")
         poses: dict[str, Any] = {key: getattr(self, key) or IDENTITY for key in POSE_KEYS}
         parts = {key: getattr(self, key) for key in JOINT_KEYS}
         with prefix_path("limits") if self.limits is not None else prefix_path():

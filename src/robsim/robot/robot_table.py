@@ -72,7 +72,7 @@ class LinkTreeSpec(Table):
         if not origin or "library" not in c.facts:
             return super().read(raw, c)
         if len(origin) > 1:
-            raise InputError("model and urdf: give only one of them")
+            raise InputError("model and urdf: give one of the two only")
         rest = {key: part for key, part in raw.items() if key not in ORIGIN_KEYS}
         original = c.facts["library"](raw)
         return super().read(rest, c.changing(self._as_text_form(original)))

@@ -78,7 +78,7 @@ def _find_descent(arm: IKArm, mask: IKMask | None) -> IKDescent:
 
 
 def _check_movable_link(arm: IKArm) -> None:
-    """Raise InputError if no joint moves the link, or a vehicle does."""
+    """Raise InputError if no joint moves the link, or a vehicle carries it."""
     if arm.columns.size == 0:
         raise InputError(f"no joint moves link '{arm.link}', so it cannot be brought to a pose")
     for j, kind in zip(arm.columns.tolist(), arm.tree.kinds(arm.columns), strict=True):
