@@ -383,7 +383,7 @@ def _check_against_differences(
 ) -> list[str]:
     """Return a problem for each column if its central differences do not converge.
 
-    `subtract(step, exact)` returns the deviation (B, k, n) of central differences from the n columns
+    `subtract(step, exact)` returns the deviation (B, k, n) of central differences from the columns
     `exact`. The deviation must decrease with the square of the step.
     """
     errors = np.array([np.abs(subtract(step, exact)).max((0, 1)) for step in STEPS])
@@ -395,8 +395,8 @@ def _check_against_differences(
         if not (last < 1e-9 * scale or last < 0.3 * first):
             hint = "; the sign is flipped" if opposite < 1e-3 * scale else ""
             problems.append(
-                f"{name}: differs from central differences of {of} by {last:.3g}, which does not decrease "
-                f"with the step{hint}"
+                f"{name}: differs from central differences of {of} by {last:.3g}, which "
+                f"does not decrease with the step{hint}"
             )
     return problems
 
@@ -425,7 +425,10 @@ def _subtract_twists(kind: JointKind, q: Array, step: float, V: Array) -> Array:
 def _check_rows_alone(
     call: Callable[[Any], Any], all_rows: Array, label: str, share: float
 ) -> list[str]:
-    """Return a problem if a row alone differs from the batch by more than a share of the maximum."""
+    """Return a problem if a row alone differs from the batch by more than `share`.
+
+    `share` is relative to the largest number; 0 requires agreement to the last bit.
+    """
     allowed = share * np.abs(all_rows).max(initial=0.0)
     for b in range(len(all_rows)):
         alone = np.asarray(call(slice(b, b + 1)), dtype=np.float64)

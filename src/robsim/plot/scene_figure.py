@@ -7,13 +7,17 @@ from itertools import chain
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.figure import Figure, SubFigure
 from matplotlib.legend_handler import HandlerTuple
 from matplotlib.lines import Line2D
+from mpl_toolkits.mplot3d import Axes3D  # type: ignore[import-untyped]
+from numpy.typing import ArrayLike
 
 from robsim.plot import axes_box, palette, shaded_solids
 from robsim.plot.axes_box import Box
 from robsim.plot.canvas import check_panels, figure_style, get_root_figure, new_figure
+from robsim.plot.goal_outlines import DrawableGoal
 from robsim.plot.scene_content import SceneContent, build_scene_content
 from robsim.plot.wireframe import WireSolid
 
@@ -24,7 +28,7 @@ if TYPE_CHECKING:
 
 HEIGHT, NARROWEST, WIDEST = 4.8, 3.6, 8.4  # inches: the figure, and the width of its box
 TITLE = 0.35  # height of a title, inches
-ROWS = 18  # of a legend, at most
+ROWS = 18  # largest number of rows of a legend
 BEFORE_BEHIND, ON_TOP = 3, 9
 _BEFORE: dict[str, Any] = {"color": palette.GREY, "linestyle": (0, (4, 2)), "linewidth": 0.8}
 _GOAL: dict[str, Any] = {"color": palette.GOAL, "linestyle": (0, (1.5, 1)), "linewidth": 1.6}
@@ -35,23 +39,23 @@ _DOT: dict[str, Any] = {"marker": "o", "markersize": 4}
 
 def scene(
     scene: Scene,
-    q: Any = None,
+    q: ArrayLike | None = None,
     run: xr.Dataset | None = None,
     *,
-    goal: Any = None,
-    ax: Any = None,
-    view: Any = None,
-    bounds: Any = None,
-    size: Any = None,
+    goal: DrawableGoal | None = None,
+    ax: Axes3D | None = None,
+    view: tuple[float, float] | None = None,
+    bounds: ArrayLike | None = None,
+    size: tuple[float, float] | None = None,
     title: str | None = None,
 ) -> Figure:
     """Draw the scene in 3-D, in metres, at one configuration or over a run.
 
-    Every solid has its own colour. A robot that is all black, the default, has one colour per link;
-    a robot of any other single colour has one entry in the legend. Asterisks are the feature points
-    of the objects. Of a run, the start is dashed, the end solid, and the paths of moving cameras
-    and objects are lines. The figure is in the frame `scene.display`, and the ground is at the
-    height of the lowest point.
+    Every solid has its own colour. The links of a black robot (the default colour) get different
+    colours; a robot of another single colour has one entry in the legend. Asterisks are the feature
+    points of the objects. If a run is given, the start is dashed, the end solid, and lines are the
+    paths of the cameras and objects that move. The figure is in the frame `scene.display`, and the
+    ground is at the height of the lowest point.
 
     Parameters
     ----------
@@ -63,8 +67,8 @@ def scene(
         A single run of the scene, drawn instead of a configuration.
     goal : array_like of shape (nq,), Pose, ServoTask or the goal of a task, optional
         Goal to draw as a dotted outline. A pose in the world is the goal of the camera if the
-        camera moves, else of the target, and in a scene without cameras of the tip of the first
-        robot. Default: the goal stored in `run`, if any.
+        camera moves, and otherwise the goal of the target. Without cameras and moving objects it is
+        the goal of the tip of the first robot. Default: the goal stored in `run`, if any.
     ax : Axes3D, optional
         3-D axes to draw into. Default: the axes of a new figure.
     view : (float, float), optional
@@ -100,7 +104,12 @@ def scene(
 
 
 def draw_scene_figure(
-    picture: SceneContent, ax: Any, view: Any, bounds: Any, size: Any, title: str | None
+    picture: SceneContent,
+    ax: Axes3D | None,
+    view: tuple[float, float] | None,
+    bounds: ArrayLike | None,
+    size: tuple[float, float] | None,
+    title: str | None,
 ) -> Figure:
     """Draw the content into a new figure, or into the user's axes."""
     angles, box = axes_box.parse_view(view), axes_box.compute_axes_box(picture.points, bounds)
@@ -124,31 +133,31 @@ def draw_scene_figure(
 
 @dataclass(frozen=True)
 class SceneArtists:
-    """The artists of a scene in 3-D axes, which a film moves."""
+    """The artists of a scene in 3-D axes; a film moves them."""
 
-    axes: Any
+    axes: Axes3D
     solids: list[shaded_solids.MovableArtist]
-    outlines: list[Any]
+    outlines: list[Artist]
     paths: list[tuple[Any, Any]]  # line and dot at its end, one pair for each path
     marks: list[Any]
 
     @property
-    def artists(self) -> list[Any]:
+    def artists(self) -> list[Artist]:
         """All artists, in drawing order."""
         solids, paths = [each.artist for each in self.solids], chain.from_iterable(self.paths)
         return [*solids, *self.outlines, *paths, *self.marks]
 
 
 def draw_scene(
-    figure: Figure | SubFigure, picture: SceneContent, box: Box, view: Any
+    figure: Figure | SubFigure, picture: SceneContent, box: Box, view: tuple[float, float] | None
 ) -> SceneArtists:
-    """Draw the content into a figure or subfigure, in new axes that `arrange_scene` places."""
-    axes: Any = figure.add_axes((0, 0, 1, 1), projection="3d")
+    """Draw the content into new axes of a figure or subfigure; `arrange_scene` places the axes."""
+    axes: Axes3D = figure.add_axes((0, 0, 1, 1), projection="3d")
     return _draw_scene_into_axes(axes, picture, box, axes_box.parse_view(view))
 
 
 def arrange_scene(
-    figure: Figure | SubFigure, axes: Any, picture: SceneContent, box: Box, top: float = 0.0
+    figure: Figure | SubFigure, axes: Axes3D, picture: SceneContent, box: Box, top: float = 0.0
 ) -> None:
     """Enlarge a drawing until it fills its figure or subfigure, except for `top` inches.
 
@@ -165,7 +174,9 @@ def arrange_scene(
     _draw_scene_legend(axes, picture, place)
 
 
-def measure_scene_width(picture: SceneContent, height: float, view: Any, box: Box) -> float:
+def measure_scene_width(
+    picture: SceneContent, height: float, view: tuple[float, float] | None, box: Box
+) -> float:
     """Return the width in inches that the scene and its legend need at a height in inches."""
     left, below, right, above = axes_box.LABELS
     shape = axes_box.compute_box_aspect(*box, axes_box.parse_view(view))
@@ -181,7 +192,7 @@ def measure_legend_width(picture: SceneContent) -> float:
 
 
 def _draw_scene_into_axes(
-    axes: Any, picture: SceneContent, box: Box, view: tuple[float, float]
+    axes: Axes3D, picture: SceneContent, box: Box, view: tuple[float, float]
 ) -> SceneArtists:
     """Draw shadows, solids, outlines, paths and feature points into 3-D axes."""
     axes.computed_zorder = False
@@ -200,7 +211,7 @@ def _draw_scene_into_axes(
     )
 
 
-def _draw_body_paths(axes: Any, picture: SceneContent) -> list[tuple[Any, Any]]:
+def _draw_body_paths(axes: Axes3D, picture: SceneContent) -> list[tuple[Any, Any]]:
     """Draw the path of each moving camera and object, with a dot at its end."""
     artists = []
     for (name, path), color in zip(
@@ -213,7 +224,7 @@ def _draw_body_paths(axes: Any, picture: SceneContent) -> list[tuple[Any, Any]]:
     return artists
 
 
-def _draw_scene_marks(axes: Any, picture: SceneContent) -> list[Any]:
+def _draw_scene_marks(axes: Axes3D, picture: SceneContent) -> list[Any]:
     """Draw the feature points of all objects as asterisks."""
     look = _MARK | {"zorder": ON_TOP, "clip_on": False}
     pairs = zip(picture.marks, picture.mark_colors, strict=True)
@@ -228,7 +239,7 @@ def _choose_path_colors(picture: SceneContent) -> list[str]:
     return taken[len(picture.solids) :]
 
 
-def _draw_scene_legend(axes: Any, picture: SceneContent, place: dict[str, Any]) -> None:
+def _draw_scene_legend(axes: Axes3D, picture: SceneContent, place: dict[str, Any]) -> None:
     """Add the legend at a place, given as keywords of `Axes.legend`."""
     handles = _build_legend_entries(picture)
     if handles:
@@ -244,8 +255,8 @@ def _draw_scene_legend(axes: Any, picture: SceneContent, place: dict[str, Any]) 
 def _group_names_by_color(wires: list[WireSolid]) -> dict[str, list[str]]:
     """Return the labels of the solids by colour, each label once.
 
-    A label with solids of several colours is listed under its most frequent colour, but if possible
-    not under the single colour of another label.
+    A label with solids of several colours is listed under its most frequent colour. Colours that
+    are the only colour of another label are avoided.
     """
     amounts: dict[str, dict[str, float]] = {}
     for wire in wires:
@@ -261,7 +272,7 @@ def _group_names_by_color(wires: list[WireSolid]) -> dict[str, list[str]]:
 
 
 def _build_legend_entries(picture: SceneContent) -> list[tuple[str, Any]]:
-    """Return (label, artist) of each entry of the legend; solids of one colour share an entry."""
+    """Return label and artist of each entry of the legend; solids of one colour share an entry."""
     thick: dict[str, Any] = {"linewidth": 5, "solid_capstyle": "butt"}
     handles: list[tuple[str, Any]] = [
         (_abbreviate_names(names), Line2D([], [], color=palette.tint_color(color, 0.15), **thick))
@@ -280,7 +291,7 @@ def _build_legend_entries(picture: SceneContent) -> list[tuple[str, Any]]:
 
 
 def _abbreviate_names(names: list[str]) -> str:
-    """Return up to three names, joined; of more names the first, the last and their number."""
+    """Return up to three names as text; for more names the first, the last and their number."""
     if len(names) <= 3:
         return ", ".join(names)
     return f"{names[0]} … {names[-1]} ({len(names)})"

@@ -1,4 +1,4 @@
-"""A scene at one configuration as line segments and faces, in the frame of the figures."""
+"""Solids of a scene as line segments and faces, in the frame of the figures."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from robsim.world.object import Object
 from robsim.world.scene import Scene
 
 MOST_LINKS = 16  # a robot with more links has a single legend entry
-_BORDERLESS = ((-0.4, -0.3), (0.4, -0.3), (0.4, 0.3), (-0.4, 0.3))  # without an image size
+_BORDERLESS = ((-0.4, -0.3), (0.4, -0.3), (0.4, 0.3), (-0.4, 0.3))  # if the image size is unknown
 
 
 @dataclass(frozen=True)
@@ -58,7 +58,7 @@ class WireSolid:
 
 @dataclass(frozen=True)
 class ScenePart:
-    """A solid in the axes of the frame that carries it, or a line to the frame `to`."""
+    """A solid in the axes of its frame, or a line from its frame to the frame `to`."""
 
     frame: str
     wire: WireSolid
@@ -66,7 +66,7 @@ class ScenePart:
 
 
 def list_scene_parts(scene: Scene, depth: float) -> list[ScenePart]:
-    """Return all solids of a scene, with a frustum `depth` metres deep for a camera without a body.
+    """Return all solids of a scene; a camera without a body is a frustum of `depth` metres.
 
     A black camera gets an unused colour if other solids are black.
     """
@@ -83,7 +83,7 @@ def list_scene_parts(scene: Scene, depth: float) -> list[ScenePart]:
 
 
 def place_scene_parts(scene: Scene, q: Array, depth: float) -> list[WireSolid]:
-    """Return the `list_scene_parts` of a scene at q (nq,), in the frame of the figures."""
+    """Return all solids of a scene at q (nq,), in the frame of the figures."""
     return [
         place_part(part, partial(compute_display_pose, scene, q=q))
         for part in list_scene_parts(scene, depth)
@@ -91,7 +91,7 @@ def place_scene_parts(scene: Scene, q: Array, depth: float) -> list[WireSolid]:
 
 
 def place_part(part: ScenePart, pose: Callable[[str], Array]) -> WireSolid:
-    """Return the solid of a part, where `pose` returns the pose (4, 4) of a frame by its name."""
+    """Return the solid of a part; `pose` returns the pose (4, 4) of a frame by its name."""
     T = pose(part.frame)
     if part.to:
         T_end = pose(part.to)
@@ -128,11 +128,11 @@ def compute_display_pose(scene: Scene, frame: str, q: Array) -> Array:
 
 
 def _list_robot_parts(scene: Scene, robot: Robot) -> Iterator[ScenePart]:
-    """Yield the shapes of a robot link by link; a robot without shapes as lines between frames.
+    """Yield the shapes of a robot by link; without shapes, lines between the frames of its links.
 
-    Each of several robots has one colour. A robot has a single entry in the legend if the scene has
-    several robots, the robot has many links, all its shapes have one colour other than black, or
-    several of its links have several colours.
+    If the scene has several robots, each has one colour. A robot has a single entry in the legend
+    if the scene has several robots, if the robot has many links, if all its shapes have one colour
+    other than black, or if several of its links have several colours.
     """
     shapes_by_link = {link.name: list_drawable_shapes(link.shapes) for link in robot.links}
     shapes = [shape for each in shapes_by_link.values() for shape in each]
@@ -166,7 +166,7 @@ def list_scene_shapes(scene: Scene) -> dict[str, tuple[Primitive, ...]]:
 
 
 def list_drawable_shapes(shapes: Iterable[Primitive]) -> list[Primitive]:
-    """Return the shapes to draw: a mesh becomes the content of its file, or nothing without it."""
+    """Return the shapes to draw; a mesh is replaced by the content of its file, if readable."""
     return [each for shape in shapes for each in shape.shown() if len(each.vertices)]
 
 

@@ -1,4 +1,4 @@
-"""The curves of a film: pale over the whole time, in full colour until now."""
+"""The curves of a film: pale over the whole time, in full colour up to the shown instant."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from matplotlib.lines import Line2D
 from robsim.plot import palette, run_data
 from robsim.plot.film.film_source import FilmSource
 from robsim.plot.joints_figure import draw_joints_by_unit, list_display_units
-from robsim.plot.velocity_figure import draw_velocity as draw_velocity
+from robsim.plot.velocity_figure import draw_velocity
 
-PALE = 0.25  # opacity of the part of a curve that lies ahead
+PALE = 0.25  # opacity of the future part of a curve
 _NOW: dict[str, Any] = {"color": palette.BLACK, "linewidth": 1.0, "zorder": 4}
 
 
@@ -28,7 +28,7 @@ class FilmCurves:
         self._time_lines: list[Line2D] = []
 
     def draw(self, panels: list[Axes]) -> list[Any]:
-        """Draw all curves into `panels` axes, and return the artists that move."""
+        """Draw all curves into axes, and return the animated artists."""
         shot = self._footage.shots[0]
         if self._units:
             draw_joints_by_unit(panels, self._footage.data)

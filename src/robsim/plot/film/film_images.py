@@ -34,7 +34,7 @@ def list_film_cameras(footage: FilmSource) -> list[str]:
 
 @dataclass
 class _CameraShot:
-    """The view of one camera during one run, and its artists."""
+    """The view of one camera during one run, with its artists."""
 
     shot: FilmShot
     view: xr.Dataset
@@ -60,7 +60,7 @@ class FilmImage:
         ]
 
     def draw(self, axes: Axes) -> list[Any]:
-        """Draw the fixed part into axes, and return the artists that move."""
+        """Draw the background into axes, and return the animated artists."""
         views = [take.view for take in self._takes]
         all_pixels = [view[name].values for view in views for name in ("pixels", "pixels_goal")]
         centre = views[0].attrs["image_centre"]
@@ -79,7 +79,7 @@ class FilmImage:
         return [self._idle, *(artist for take in self._takes for artist in take.artists)]
 
     def place(self, instant: int) -> None:
-        """Move the feature points to an instant; outside of its runs the camera shows nothing."""
+        """Move the feature points to an instant; hide them while the camera is not in use."""
         self._idle.set_visible(all(instant not in take.shot.instants for take in self._takes))
         for take in self._takes:
             active = instant in take.shot.instants
