@@ -343,7 +343,7 @@ def test_batches_summaries_and_other_things_are_refused(tmp_path):
     experiment = example("visp_tutorial", duration=0.4)
     several = experiment.with_(start=np.tile(experiment.start, (3, 1))).run()
     with pytest.raises(
-        rs.errors.InputError, match=r"these are 3: pick one, as in run\.isel\(run=0\)"
+        rs.errors.InputError, match=r"expected one run, got 3: pick one, as in run\.isel\(run=0\)"
     ):
         rs.plot.save_film(several, tmp_path / "run.gif")
     assert rs.plot.save_film(several.isel(run=1), tmp_path / "run.gif", **SMALL).exists()

@@ -1,4 +1,4 @@
-"""Cameras of a recording: their images, the lines of their field of view, and feature points."""
+"""Cameras of a recording: images, fields of view, and feature points."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from robsim.world.mounted_camera import MountedCamera
 if TYPE_CHECKING:
     import xarray as xr
 
-SIDE = 12  # points along each side of the image border, which distortion bends
+SIDE = 12  # points along each side of the image border, which distortion curves
 
 
 def list_mark_entries(stage: RecordingFrames, first: dict[str, int]) -> list[Entry]:
@@ -35,7 +35,7 @@ def list_mark_entries(stage: RecordingFrames, first: dict[str, int]) -> list[Ent
 def list_camera_entries(
     stage: RecordingFrames, depth: float, run: xr.Dataset | None
 ) -> list[Entry]:
-    """Return the cameras of a scene, observing cameras first and with their images."""
+    """Return the cameras of a scene: first the cameras of the run, with their images."""
     used = [] if run is None else run_data.list_run_cameras(run)
     order = sorted(stage.motion.scene.cameras, key=lambda eye: (eye.name not in used, eye.name))
     return [
@@ -55,13 +55,13 @@ def list_camera_entries(
 
 
 def _build_lens_entry(camera: Camera) -> Entry:
-    """Return image size and centre of a camera."""
+    """Return the image size and the image centre of a camera."""
     centre = np.atleast_3d(camera.K)[:2, 2, 0].tolist()
     return {"size": None if camera.size is None else list(camera.size), "centre": centre}
 
 
 def _compute_view_lines(camera: Camera) -> Array:
-    """Return the ends (n, 3) of lines at unit depth: around the image, and to its corners."""
+    """Return the ends (n, 3) of lines at unit depth, around the image and to its corners."""
     rays = (
         wireframe.compute_corner_rays(camera)
         if camera.size is None
@@ -85,7 +85,7 @@ def _compute_border_rays(camera: Camera) -> Array:
 def collect_mark_pixels(run: xr.Dataset, suffix: str = "") -> dict[str, Array]:
     """Return the pixels (T, N, 2) of the feature points in each image, by the name of the array.
 
-    Without a suffix, also the goals (N, 2).
+    If `suffix` is empty, the goals (N, 2) are included.
     """
     arrays = {}
     for eye in run_data.list_run_cameras(run):

@@ -1,4 +1,4 @@
-"""Outlines of goal, start, believed scene and second scheme, and trails of moving bodies."""
+"""Outlines of the goal, the start, the believed scene and the second scheme; trails of motion."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 def list_outline_entries(
     stage: RecordingFrames, belief: Scene | None, run: xr.Dataset, depth: float
 ) -> list[Entry]:
-    """Return the outlines of goal, start, displaced believed bodies, and second scheme."""
+    """Return the outlines of the goal, the start, displaced believed bodies and second scheme."""
     starts = build_solid_entries(
         stage,
         stage.motion.scene,
@@ -52,7 +52,7 @@ def list_outline_entries(
 
 
 def list_goal_entries(stage: RecordingFrames, run: xr.Dataset, depth: float) -> list[Entry]:
-    """Return the outlines of the bodies at the goal that the run stores."""
+    """Return the outlines of the bodies at the goal that is stored in a run."""
     scene, _ = stage.motion.phases[-1]
     return [
         {
@@ -67,7 +67,7 @@ def list_goal_entries(stage: RecordingFrames, run: xr.Dataset, depth: float) -> 
 
 
 def list_trail_entries(stage: RecordingFrames) -> list[Entry]:
-    """Return the frames of the cameras and objects that move, with the colours of their paths."""
+    """Return the frames of the moving cameras and objects, with the colours of their paths."""
     colors = cycle([palette.VERMILLION, palette.PURPLE, palette.SKY_BLUE, palette.GREEN])
     frames = [stage.frame(name) for name in list_cameras_and_objects(stage.motion.scene)]
     along = [frame for frame in frames if np.ptp(stage.track(frame)[:, :3], axis=0).max() > STILL]
@@ -75,19 +75,19 @@ def list_trail_entries(stage: RecordingFrames) -> list[Entry]:
 
 
 def _hold_frame_pose(T: Array) -> PosesOf:
-    """Return a function with the poses of a frame that stays at T (4, 4)."""
+    """Return a function that returns the poses of a frame at rest at T (4, 4)."""
     return lambda motion: np.repeat(T[None], motion.count, axis=0)
 
 
 def _move_frame_in_belief(belief: Scene, name: str) -> PosesOf:
-    """Return a function with the poses of a frame in the believed scene."""
+    """Return a function that returns the poses of a frame in the believed scene."""
     return lambda motion: np.concatenate(
         [compute_display_pose(belief, name, q) for _, q in motion.phases]
     )
 
 
 def _move_frame_in_second(name: str) -> PosesOf:
-    """Return a function with the poses of a frame under the second scheme."""
+    """Return a function that returns the poses of a frame under the second scheme."""
 
     def poses(motion: SceneMotion) -> Array:
         assert motion.second is not None

@@ -1,4 +1,4 @@
-"""Recordings of a scene that can be extended by instants while a run goes on."""
+"""Builder of recordings, which can be extended by instants while a run goes on."""
 
 from __future__ import annotations
 
@@ -48,8 +48,8 @@ class Recording:
     True
     """
 
-    header: dict[str, Any]
-    arrays: dict[str, NDArray[Any]]
+    header: dict[str, Any]  # Any: JSON
+    arrays: dict[str, NDArray[Any]]  # Any: float64, float32 or uint32, by array
 
     def __repr__(self) -> str:
         """Return the title and the number of instants."""
@@ -69,7 +69,7 @@ class RecordingInstants:
     def of(
         cls, run: xr.Dataset, scene: Scene, second: tuple[xr.Dataset, Scene] | None = None
     ) -> RecordingInstants:
-        """Return the instants of a run and, beside it, of a second run with as many instants.
+        """Return the instants of a run, and of a second run with equally many instants.
 
         Raise InputError if the run belongs to another scene.
         """
@@ -86,8 +86,8 @@ class RecordingInstants:
 class RecordingBuilder:
     """Builder of recordings: the bodies of a scene as header entries, and the motion of each.
 
-    The moving frames are determined from `motion`. `depth` is the depth of camera
-    frustums in metres. `run` provides the camera images and the goal.
+    `motion` determines the moving frames. `run` provides the camera images and the goal. `belief`
+    is the scene that the task assumes. `depth` is the depth of camera frustums in metres.
     """
 
     def __init__(
@@ -109,8 +109,8 @@ class RecordingBuilder:
         if run is not None:
             self.entries["parts"] += list_outline_entries(stage, belief, run, depth)
 
-    def recording(self, title: str, instants: RecordingInstants, **entries: Any) -> Recording:
-        """Return the recording of some instants; `entries` are further entries of the header."""
+    def build_recording(self, title: str, instants: RecordingInstants, **entries: Any) -> Recording:
+        """Return the recording of the instants; `entries` are further entries of the header."""
         header = {
             "format": FORMAT,
             "version": VERSION,
@@ -123,7 +123,7 @@ class RecordingBuilder:
         }
         return Recording(header, {**self.stage.arrays, **self.arrays(instants)})
 
-    def like(self, other: RecordingBuilder) -> bool:
+    def has_same_entries(self, other: RecordingBuilder) -> bool:
         """Return whether another builder has the same entries and arrays."""
         own, others = self.stage.arrays, other.stage.arrays
         return (
@@ -140,7 +140,7 @@ class RecordingBuilder:
         return [[float(np.float32(x)) for x in end] for end in ends]
 
     def arrays(self, instants: RecordingInstants) -> dict[str, NDArray[Any]]:
-        """Return the arrays that have a row for each instant, and the goals in the images."""
+        """Return the arrays with a row for each instant, and the goals in the images."""
         return {
             "time": instants.time,
             "poses": self.stage.poses(instants.motion),

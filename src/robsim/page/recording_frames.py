@@ -1,4 +1,4 @@
-"""Frames of a recording, and its solids as triangles and edges on these frames."""
+"""Frames of a recording, and solids as triangles and edges in these frames."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from operator import methodcaller
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from robsim.base.arrays import Array
 from robsim.geometry.pose import Pose
@@ -16,7 +16,7 @@ from robsim.plot.scene_motion import SceneMotion
 from robsim.plot.wireframe import ScenePart, WireSolid, list_scene_parts
 from robsim.world.scene import Scene
 
-Entry = dict[str, Any]  # of the header of a recording
+Entry = dict[str, Any]  # entry of the header of a recording; Any: JSON
 PosesOf = Callable[[SceneMotion], Array]  # the poses (T, 4, 4) of a frame
 
 
@@ -26,7 +26,7 @@ class RecordingFrames:
 
     Attributes
     ----------
-    motion : Moving
+    motion : SceneMotion
         Motion of the frames.
     frames : dict
         Functions that return the poses (T, 4, 4) of a frame in a motion, by (name, group).
@@ -39,7 +39,11 @@ class RecordingFrames:
     arrays: dict[str, NDArray[Any]] = field(default_factory=dict)
 
     def frame(self, name: str, group: str = "true", poses: PosesOf | None = None) -> int:
-        """Return the number of a frame; by default its poses are the poses of its name."""
+        """Return the number of a frame, after adding it if it is new.
+
+        `poses` returns the poses (T, 4, 4) of the frame in a motion; by default, the poses of the
+        frame `name` of the scene.
+        """
         if (name, group) not in self.frames:
             self.frames[name, group] = poses or methodcaller("poses", name)
         return list(self.frames).index((name, group))
@@ -58,7 +62,7 @@ class RecordingFrames:
         tracks = [convert_poses_to_numbers(poses(motion)) for poses in self.frames.values()]
         return np.stack(tracks, axis=1) if tracks else np.zeros((motion.count, 0, 7))
 
-    def array(self, name: str, values: Any) -> str:
+    def array(self, name: str, values: ArrayLike) -> str:
         """Store an array under a name, and return the name."""
         self.arrays[name] = np.asarray(values)
         return name
@@ -74,20 +78,26 @@ def convert_poses_to_numbers(T: Array) -> Array:
 
 
 def build_solid_entries(
-    stage: RecordingFrames, scene: Scene, depth: float, group: str, of: Any = None
+    stage: RecordingFrames,
+    scene: Scene,
+    depth: float,
+    group: str,
+    of: Callable[[str], PosesOf] | None = None,
 ) -> list[Entry]:
     """Return the parts of a scene as entries of a header.
 
-    `of` maps the name of a frame to a function that returns its poses, if they differ from its
-    motion in the shown scene.
+    `of` maps the name of a frame to a function that returns its poses. By default, these are the
+    poses of the frame in the shown scene.
     """
     return [_build_solid_entry(stage, part, group, of) for part in list_scene_parts(scene, depth)]
 
 
-def _build_solid_entry(stage: RecordingFrames, part: ScenePart, group: str, of: Any) -> Entry:
+def _build_solid_entry(
+    stage: RecordingFrames, part: ScenePart, group: str, of: Callable[[str], PosesOf] | None
+) -> Entry:
     """Return the entry of a solid, or of a line between two frames."""
     start, end = (
-        stage.frame(name, group, of and of(name)) if name else None
+        stage.frame(name, group, of(name) if of else None) if name else None
         for name in (part.frame, part.to)
     )
     entry = {"frame": start, "label": part.wire.label, "color": part.wire.color}

@@ -51,8 +51,7 @@ def _find_goal_poses(scene: Scene, goal: DrawableGoal, q: Array) -> dict[str, Po
     """Return the poses of frames in the world at a goal, by the name of the frame."""
     if isinstance(goal, Task):
         own = getattr(goal, "goal", None)
-        has_pose = isinstance(own, TaughtGoal | GoalPose)
-        return _find_goal_poses(scene, own, q) if has_pose else {}
+        return _find_goal_poses(scene, own, q) if isinstance(own, TaughtGoal | GoalPose) else {}
     if isinstance(goal, GoalFeatures):
         return {}
     if isinstance(goal, GoalPose):

@@ -43,7 +43,7 @@ def extract_single_run(run: xr.Dataset, timed: bool = True) -> xr.Dataset:
     one = check_is_run(run, timed)
     if one.sizes.get("run", 1) != 1:
         raise InputError(
-            f"expected one run, got {one.sizes['run']}: select one, as in run.isel(run=0)"
+            f"expected one run, got {one.sizes['run']}: pick one, as in run.isel(run=0)"
         )
     one = one.squeeze("run") if "run" in one.dims else one
     if "time" not in one.dims:

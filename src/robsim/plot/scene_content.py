@@ -74,5 +74,5 @@ def _select_configurations(scene: Scene, q: ArrayLike | None, run: xr.Dataset | 
         return run_data.read_configurations(run, scene)
     now = scene.coordinates(scene.home if q is None else q, limits=False)
     if now.ndim != 1:
-        raise InputError(f"q: expected one configuration ({scene.nq},), got shape {now.shape}")
+        raise InputError(f"q: expected one configuration ({scene.nq},), got {now.shape}")
     return now[None]

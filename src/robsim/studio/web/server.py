@@ -1,4 +1,4 @@
-"""A server in one thread that shows an app to browsers and never blocks its caller."""
+"""A server in one thread that shows an app to browsers, without blocking its caller."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ class Server:
     def __init__(
         self, app: App, host: str = "127.0.0.1", port: int = 0, allow_remote: bool = False
     ) -> None:
-        """Listen on a port, where 0 is any free port.
+        """Listen on a port; port 0 is any free port.
 
         Raise InputError if the address is not available, or requires `allow_remote`.
         """
@@ -130,7 +130,7 @@ class Server:
         await self._farewell()
 
     async def _farewell(self) -> None:
-        """Close the connections of pages, and cancel everything that remains."""
+        """Close the connections of pages, and cancel the remaining tasks."""
         closing = [
             asyncio.ensure_future(link.close(CloseCode.GOING_AWAY, "the studio has ended"))
             for link in self._links
@@ -149,7 +149,7 @@ class Server:
         task.add_done_callback(self._open.discard)
 
     async def _serve_connection(self, *streams: *_Streams) -> None:
-        """Serve one connection to its end, whatever happens."""
+        """Serve one connection until it ends; failures do not affect other connections."""
         reader, writer = streams
         try:
             limit_write_buffer(writer)
@@ -212,7 +212,7 @@ def _build_busy_refusal(kind: str) -> RefusedRequest:
 
 
 def _bind_socket(host: str, port: int, allow_remote: bool) -> tuple[socket.socket, bool]:
-    """Return a listening socket, and whether other machines can reach it; port 0 is any free port.
+    """Return a listening socket, and whether other machines can reach it.
 
     Raise InputError if host or port is invalid or taken, or if the host requires `allow_remote`.
     """
