@@ -125,7 +125,7 @@ def test_a_second_scheme_runs_beside(experiment):
         ("task.gain", True, "expected a number"),
         ("task.gain", -1.0, "greater than 0"),
         ("task.kind", "none of them", "one of its options"),
-        ("start.position", [1.0, 2.0], "as many numbers"),
+        ("start.position", [1.0, 2.0], "one number for each of its names"),
         ("run.hold", 1, "true or false"),
         ("run.seed", 1.5, "a whole number"),
         ("task.gian", 1.0, "did you mean 'task.gain'"),

@@ -396,7 +396,7 @@ def test_what_cannot_be_shown_in_motion_is_refused_before_it_is_simulated(called
     where = tmp_path / "out"
     command = ["run", str(rs.examples.path("visp_tutorial")), "-o", str(where)]
     status, _, err = called(*command, "--gif", "--set", "run.record=summary")
-    assert status == 2 and "run.gif shows all of a run" in err and not where.exists()
+    assert status == 2 and "run.gif shows all instants of a run" in err and not where.exists()
     several = example("visp_tutorial")
     several = several.with_(start=np.tile(several.start, (3, 1)))
     with pytest.raises(rs.errors.InputError, match=r"run\.html shows one run, and .* has 3 starts"):

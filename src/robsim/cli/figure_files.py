@@ -1,22 +1,23 @@
-"""Files with the figures of one run."""
+"""Writing of the figures of a run."""
 
 from __future__ import annotations
 
 from io import BytesIO
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from robsim.base.atomic_files import write_whole
 
 if TYPE_CHECKING:
     import xarray as xr
+    from matplotlib.figure import Figure
 
     from robsim.run.experiment import Experiment
     from robsim.run.mission_run import MissionRun
 
 
 def write_run_figures(result: xr.Dataset, scenario: Experiment, folder: Path) -> None:
-    """Write the figures of a run; a batch has only images, and a summary has none."""
+    """Write the figures of a run: for a batch only images, for a summary none."""
     from robsim import plot
     from robsim.plot import run_data
 
@@ -44,8 +45,8 @@ def write_mission_figure(result: MissionRun, scenario: Experiment, folder: Path)
     save_figure(plot.scene(last.scene, last.q_end), folder / "scene.png")
 
 
-def save_figure(figure: Any, path: Path) -> None:
-    """Write a figure in the format of the suffix of its path."""
+def save_figure(figure: Figure, path: Path) -> None:
+    """Write a figure in the format of the suffix of the path."""
     image = BytesIO()
     figure.savefig(image, format=path.suffix[1:].lower(), dpi=200)
     write_whole(path, image.getbuffer())

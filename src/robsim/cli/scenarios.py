@@ -1,4 +1,4 @@
-"""Loading of scenarios for commands, with a check of their colours."""
+"""Loading of scenarios for commands, and a check of their colours."""
 
 from __future__ import annotations
 

@@ -33,7 +33,7 @@ class RunPair:
 
     @classmethod
     def of(cls, experiment: Experiment, second: Mapping[str, Any]) -> RunPair:
-        """Return both runs at the start; the second scheme differs in `second` {dotted name: value}."""
+        """Return both runs at the start; the second scheme differs in `second` {name: value}."""
         return cls(
             LiveRun(experiment),
             LiveRun(build_second_experiment(experiment, second)) if second else None,
