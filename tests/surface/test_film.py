@@ -312,7 +312,7 @@ BAD = {
     "NaN": ({"fps": float("nan")}, "fps"),
     "too many frames": ({"speed": 1e-4}, f"frames, and a film has at most {MOST}"),
     "a size that is none": ({"size": (0, 1)}, "size"),
-    "too little room": ({"size": (4, 3)}, "size: 4 x 3 inches are too few .* a lower dpi"),
+    "too little room": ({"size": (4, 3)}, "size: 4 x 3 inches are too few .* reduce dpi"),
     "too many pixels": ({"dpi": 1000}, "64 to 4096 pixels a side"),
     "too few pixels": ({"dpi": 4}, "64 to 4096 pixels a side"),
     "a view that is none": ({"view": 3}, "view"),
@@ -369,7 +369,7 @@ def test_an_mp4_without_pyav_is_refused_before_anything_runs(called, monkeypatch
     without_av(monkeypatch)
     monkeypatch.chdir(tmp_path)
     with pytest.raises(
-        rs.errors.InputError, match=r"pip install 'robsim\[film\]'.* needs nothing more"
+        rs.errors.InputError, match=r"pip install 'robsim\[film\]'.* does not need it"
     ):
         rs.plot.save_film(short, "run.mp4")
     status, out, err = called("run", str(rs.examples.path("visp_tutorial")), "--mp4")

@@ -25,7 +25,7 @@ def explain_run_file(run: Path, no_trials: bool, unsealed: bool) -> None:
     from robsim.files.netcdf import open_run
 
     path = find_run_file(run)
-    opened = open_run(path, unsealed=unsealed)
+    result = open_run(path, unsealed=unsealed)
     with raise_file_errors(path):
-        explanation = explain(opened, trials=not no_trials)
+        explanation = explain(result, trials=not no_trials)
     print_text(explanation)

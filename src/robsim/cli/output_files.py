@@ -30,12 +30,12 @@ def claim_results_folder(
         folder.mkdir(parents=True, exist_ok=True)
     try:
         with lock_folder(folder):
-            taken = [name for name in files if path_exists(folder / name)]
-            if taken and not force:
-                resume = "continue with --resume, " if CHECKPOINT in taken else ""
+            existing = [name for name in files if path_exists(folder / name)]
+            if existing and not force:
+                resume = "continue with --resume, " if CHECKPOINT in existing else ""
                 raise FileError(
-                    f"{folder} has {', '.join(taken)} already; {resume}choose another folder with "
-                    "-o, or --force"
+                    f"{folder} has {', '.join(existing)} already; {resume}choose another folder "
+                    "with -o, or --force"
                 )
             yield folder
     except BaseException:

@@ -19,13 +19,13 @@ if TYPE_CHECKING:
 SIDE = 12  # points along each side of the image border, which distortion curves
 
 
-def list_mark_entries(stage: RecordingFrames, first: dict[str, int]) -> list[Entry]:
+def list_mark_entries(frames: RecordingFrames, first: dict[str, int]) -> list[Entry]:
     """Return the feature points of all objects, with the colours they have in the images."""
-    targets = [thing for thing in stage.motion.scene.objects if len(thing.marks)]
+    targets = [thing for thing in frames.motion.scene.objects if len(thing.marks)]
     return [
         {
-            "frame": stage.frame(each.name),
-            "points": stage.array(f"{each.name}.marks", each.marks),
+            "frame": frames.add_frame(each.name),
+            "points": frames.store_array(f"{each.name}.marks", each.marks),
             "colors": wireframe.list_object_mark_colors(each, first),
         }
         for each in targets
@@ -33,21 +33,23 @@ def list_mark_entries(stage: RecordingFrames, first: dict[str, int]) -> list[Ent
 
 
 def list_camera_entries(
-    stage: RecordingFrames, depth: float, run: xr.Dataset | None
+    frames: RecordingFrames, depth: float, run: xr.Dataset | None
 ) -> list[Entry]:
     """Return the cameras of a scene: first the cameras of the run, with their images."""
     used = [] if run is None else run_data.list_run_cameras(run)
-    order = sorted(stage.motion.scene.cameras, key=lambda eye: (eye.name not in used, eye.name))
+    order = sorted(frames.motion.scene.cameras, key=lambda eye: (eye.name not in used, eye.name))
     return [
         {
             "name": eye.name,
-            "frame": stage.frame(eye.name),
-            "frustum": stage.array(
+            "frame": frames.add_frame(eye.name),
+            "frustum": frames.store_array(
                 f"{eye.name}.frustum", 2 * depth * _compute_view_lines(eye.camera)
             ),
             **_build_lens_entry(eye.camera),
             **(
-                _build_pixels_entry(stage, run, eye) if run is not None and eye.name in used else {}
+                _build_pixels_entry(frames, run, eye)
+                if run is not None and eye.name in used
+                else {}
             ),
         }
         for eye in order
@@ -96,11 +98,11 @@ def collect_mark_pixels(run: xr.Dataset, suffix: str = "") -> dict[str, Array]:
     return arrays
 
 
-def _build_pixels_entry(stage: RecordingFrames, run: xr.Dataset, eye: MountedCamera) -> Entry:
+def _build_pixels_entry(frames: RecordingFrames, run: xr.Dataset, eye: MountedCamera) -> Entry:
     """Return the names of the arrays of an image, and colours and targets of its feature points."""
     view = run_data.select_camera_view(run, eye.name)
     numbers = view["mark_number"].values.tolist()
-    second = {"second": f"{eye.name}.pixels second"} if stage.motion.second else {}
+    second = {"second": f"{eye.name}.pixels second"} if frames.motion.second else {}
     return {
         "pixels": f"{eye.name}.pixels",
         **second,

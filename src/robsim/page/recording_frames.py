@@ -38,7 +38,7 @@ class RecordingFrames:
     frames: dict[tuple[str, str], PosesOf] = field(default_factory=dict)  # keys: (name, group)
     arrays: dict[str, NDArray[Any]] = field(default_factory=dict)
 
-    def frame(self, name: str, group: str = "true", poses: PosesOf | None = None) -> int:
+    def add_frame(self, name: str, group: str = "true", poses: PosesOf | None = None) -> int:
         """Return the number of a frame, after adding it if it is new.
 
         `poses` returns the poses (T, 4, 4) of the frame in a motion; by default, the poses of the
@@ -53,16 +53,16 @@ class RecordingFrames:
         """The frames in their order, as entries of a header."""
         return [{"name": name, "group": group} for name, group in self.frames]
 
-    def track(self, number: int) -> Array:
+    def compute_track(self, number: int) -> Array:
         """Return the poses (T, 7) of a frame."""
         return convert_poses_to_numbers(list(self.frames.values())[number](self.motion))
 
-    def poses(self, motion: SceneMotion) -> Array:
+    def compute_poses(self, motion: SceneMotion) -> Array:
         """Return the poses (T, frames, 7) of all frames."""
         tracks = [convert_poses_to_numbers(poses(motion)) for poses in self.frames.values()]
         return np.stack(tracks, axis=1) if tracks else np.zeros((motion.count, 0, 7))
 
-    def array(self, name: str, values: ArrayLike) -> str:
+    def store_array(self, name: str, values: ArrayLike) -> str:
         """Store an array under a name, and return the name."""
         self.arrays[name] = np.asarray(values)
         return name
@@ -78,7 +78,7 @@ def convert_poses_to_numbers(T: Array) -> Array:
 
 
 def build_solid_entries(
-    stage: RecordingFrames,
+    frames: RecordingFrames,
     scene: Scene,
     depth: float,
     group: str,
@@ -89,32 +89,32 @@ def build_solid_entries(
     `of` maps the name of a frame to a function that returns its poses. By default, these are the
     poses of the frame in the shown scene.
     """
-    return [_build_solid_entry(stage, part, group, of) for part in list_scene_parts(scene, depth)]
+    return [_build_solid_entry(frames, part, group, of) for part in list_scene_parts(scene, depth)]
 
 
 def _build_solid_entry(
-    stage: RecordingFrames, part: ScenePart, group: str, of: Callable[[str], PosesOf] | None
+    frames: RecordingFrames, part: ScenePart, group: str, of: Callable[[str], PosesOf] | None
 ) -> Entry:
     """Return the entry of a solid, or of a line between two frames."""
     start, end = (
-        stage.frame(name, group, of(name) if of else None) if name else None
+        frames.add_frame(name, group, of(name) if of else None) if name else None
         for name in (part.frame, part.to)
     )
     entry = {"frame": start, "label": part.wire.label, "color": part.wire.color}
     if part.to:
         return {**entry, "to": end}
-    return {**entry, **add_shape_arrays(stage, part.wire), "sheer": part.wire.transparent}
+    return {**entry, **add_shape_arrays(frames, part.wire), "sheer": part.wire.transparent}
 
 
-def add_shape_arrays(stage: RecordingFrames, wire: WireSolid) -> Entry:
+def add_shape_arrays(frames: RecordingFrames, wire: WireSolid) -> Entry:
     """Return the names of the arrays of a solid: the corners of its triangles, and its edges.
 
     The faces must be convex.
     """
-    key = f"shape{len(stage.arrays)}"
+    key = f"shape{len(frames.arrays)}"
     fans = [face[[0, i, i + 1]] for face in wire.faces for i in range(1, len(face) - 1)]
     corners = np.array(fans).reshape(-1, 3)
     return {
-        "triangles": stage.array(f"{key}.triangles", corners),
-        "edges": stage.array(f"{key}.edges", wire.segments.reshape(-1, 3)),
+        "triangles": frames.store_array(f"{key}.triangles", corners),
+        "edges": frames.store_array(f"{key}.edges", wire.segments.reshape(-1, 3)),
     }

@@ -25,7 +25,7 @@ Box = tuple[Array, Array]  # the lowest and the highest corner (3,), in metres
 
 
 class InnerTicks(MultipleLocator):
-    """Tick locator at multiples of a step, except near corners, where labels would overlap."""
+    """Tick locator at multiples of a step, without ticks near corners: labels would overlap."""
 
     def tick_values(self, vmin: float, vmax: float) -> list[float]:
         """Return the ticks in the inner part of the axis."""

@@ -80,13 +80,13 @@ def robot(
     if not isinstance(robot, Robot):
         raise InputError(f"expected a Robot, got {format_value(robot)}")
     alone = Scene((replace(robot, base=IDENTITY, on="world"),))
-    picture = build_scene_content(alone, q, None, goal)
-    whole = picture if picture.solids else _add_tip_axes(alone, picture, robot, q)
+    content = build_scene_content(alone, q, None, goal)
+    whole = content if content.solids else _add_tip_axes(alone, content, robot, q)
     return draw_scene_figure(whole, ax, view, bounds, size, title)
 
 
 def _add_tip_axes(
-    scene: Scene, picture: SceneContent, robot: Robot, q: ArrayLike | None
+    scene: Scene, content: SceneContent, robot: Robot, q: ArrayLike | None
 ) -> SceneContent:
     """Return the content of the figure with the axes of the tip as its solids."""
     T = compute_display_pose(
@@ -97,4 +97,4 @@ def _add_tip_axes(
         WireSolid(f"{name} of {robot.tip}", color, np.stack([T[:3, 3], end])[None])
         for name, (color, _), end in zip("xyz", palette.COMPONENTS, ends, strict=True)
     ]
-    return replace(picture, solids=wires)
+    return replace(content, solids=wires)

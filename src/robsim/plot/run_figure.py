@@ -83,19 +83,19 @@ def run(
     with figure_style():
         figure = new_figure(12.8, 7.2, size)
         has_image = bool(one.sizes["mark"]) or camera is not None
-        picture = build_scene_content(scene, None, one, goal)
-        box = axes_box.compute_axes_box(picture.points)
+        content = build_scene_content(scene, None, one, goal)
+        box = axes_box.compute_axes_box(content.points)
         upper, below = split_slide(
-            figure, measure_scene_width(picture, HEIGHT, view, box), has_image
+            figure, measure_scene_width(content, HEIGHT, view, box), has_image
         )
-        solid = draw_scene(upper[0], picture, box, view).axes
+        solid = draw_scene(upper[0], content, box, view).axes
         if has_image:
             draw_image(upper[1].add_subplot(), one, camera, scene, title="")
         draw_velocity(below.subplots(1, 3), one, scene, frame)
         heading = f"{run_data.describe_ending(one)}; path {float(one['path_length']):.3g} m"
         figure.suptitle(heading if title is None else title)
         figure.draw_without_rendering()  # computes the size of every part
-        arrange_scene(upper[0], solid, picture, box)
+        arrange_scene(upper[0], solid, content, box)
     return figure
 
 

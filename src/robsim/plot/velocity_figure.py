@@ -42,9 +42,9 @@ def velocity(
     run without a camera, they show the velocity of the frame that the task moves, in the axes of
     this frame. If `frame` is given, they show the velocity of the origin of `frame` in world axes.
 
-    The third panel shows the error on a logarithmic scale, where an exponential decay is a straight
-    line. The thick line is the norm. The thin lines are the magnitudes of the components, with one
-    line style for each unit.
+    The third panel shows the error on a logarithmic scale; an exponential decay is a straight line.
+    The thick line is the norm of the error. The thin lines are the magnitudes of its components,
+    with one line style for each unit.
 
     Parameters
     ----------

@@ -32,8 +32,8 @@ def is_json_integer(value: Any) -> bool:
 
 def _is_number_row(control: Control, value: Any) -> bool:
     """Return whether a value is a list with one number for each name of the control."""
-    listed = isinstance(value, list) and len(value) == len(control.names)
-    return listed and all(map(is_json_number, value))
+    is_list = isinstance(value, list) and len(value) == len(control.names)
+    return is_list and all(map(is_json_number, value))
 
 
 _FORMS: dict[str, tuple[Callable[[Control, Any], bool], str]] = {

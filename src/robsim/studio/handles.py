@@ -117,8 +117,8 @@ def _list_fixed_bodies(scene: Scene) -> Iterator[tuple[str, Object | MountedCame
 
 def _parse_dragged_pose(value: Any) -> Pose:
     """Return the pose of a list of 7 numbers; raise InputError unless it is valid."""
-    listed = isinstance(value, list) and len(value) == 7 and all(map(is_json_number, value))
-    if not listed or max(map(abs, value)) > FAR:
+    is_list = isinstance(value, list) and len(value) == 7 and all(map(is_json_number, value))
+    if not is_list or max(map(abs, value)) > FAR:
         raise InputError(
             f"drag: expected 7 numbers, a pose within {FAR:g} m, got {format_value(value)}"
         )

@@ -115,6 +115,6 @@ class LiveRun:
 
 
 def _list_table_columns(template: xr.Dataset) -> list[list[str]]:
-    """Return the coordinates that must be equal in two runs whose instants are joined."""
+    """Return the coordinates that must be equal in two runs to join their instants."""
     names = ("coordinate", "velocity", "feature_unit", "mark_camera", "mark_target")
     return [template[name].values.tolist() for name in names]

@@ -73,8 +73,8 @@ class OutboundMessages:
         """Yield the messages about the experiment that have not been sent yet."""
         news, bench.news = bench.news, set()
         if "controls" in news:
-            listed = [_replace_non_finite(asdict(each)) for each in bench.controls.values()]
-            yield from self._encode_if_new("controls", controls=listed)
+            controls = [_replace_non_finite(asdict(each)) for each in bench.controls.values()]
+            yield from self._encode_if_new("controls", controls=controls)
         if "recording" in news:
             yield self._encode_whole(bench)
         elif bench.pair is not None:
@@ -107,7 +107,7 @@ class OutboundMessages:
         start = min(self._count, count) - (1 if changed else 0)
         if count == start:
             return
-        arrays = bench.builder.arrays(pair.instants(start))
+        arrays = bench.builder.collect_arrays(pair.instants(start))
         recording = encode_recording_text({}, arrays, set())
         message = _encode_message("rows", recording=recording, **{"from": start})
         self._count, self._revision = count, bench.revision

@@ -21,7 +21,7 @@ from robsim.studio.live_run import LiveRun
 from robsim.studio.run_pair import RunPair
 from robsim.studio.scenario_shelf import read_experiment_remark
 
-RESTARTING = ("start", "run")  # tables with values whose change restarts the run
+RESTARTING = ("start", "run")  # changes in these tables restart the run
 
 
 class Workbench:

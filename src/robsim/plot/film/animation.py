@@ -102,9 +102,9 @@ def save_film(
     check_progress(progress)
     rate, dots = _parse_frame_rate(fps, kind), as_positive(dpi, "dpi")
     inches = _round_to_even_pixels(parse_figure_size(size), dots)
-    footage = build_film_source(run, experiment)
-    clock = choose_frame_times(footage.time, rate, speed)
-    film = FilmFrames(footage, clock, inches, dots, view=view, goal=goal, title=title)
+    source = build_film_source(run, experiment)
+    clock = choose_frame_times(source.time, rate, speed)
+    film = FilmFrames(source, clock, inches, dots, view=view, goal=goal, title=title)
     frames = _report_progress_of_frames(film, progress)
     if kind == ".mp4":
         return write_whole(path, mp4.encode_mp4(frames, rate, PAUSE))

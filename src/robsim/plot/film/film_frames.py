@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Sequence
 from textwrap import shorten
 from typing import Any, cast
 
@@ -30,17 +31,17 @@ class FilmFrames:
 
     def __init__(
         self,
-        footage: FilmSource,
+        source: FilmSource,
         clock: FrameTimes,
         size: tuple[float, float],
         dpi: float,
         **look: Any,
     ) -> None:
-        self.footage, self.clock = footage, clock
-        names = list_film_cameras(footage)
-        self._scene = FilmScene(footage, clock.instants, look["view"], look["goal"])
-        self._images = [FilmImage(footage, name, len(names) == 1) for name in names]
-        self._curves = FilmCurves(footage)
+        self.source, self.clock = source, clock
+        names = list_film_cameras(source)
+        self._scene = FilmScene(source, clock.instants, look["view"], look["goal"])
+        self._images = [FilmImage(source, name, len(names) == 1) for name in names]
+        self._curves = FilmCurves(source)
         with figure_style():
             self.figure = UnmanagedFigure(size, dpi=dpi, layout="constrained")
             self._canvas = cast("Any", FigureCanvasAgg(self.figure))  # its methods have no types
@@ -66,24 +67,24 @@ class FilmFrames:
                 artist.draw(self._canvas.get_renderer())
         return np.array(self._canvas.buffer_rgba())
 
-    def _draw_first_frame(self, title: str | None) -> list[Any]:
+    def _draw_first_frame(self, title: str | None) -> list[Artist]:
         """Draw the first frame, and return the animated artists in drawing order."""
-        places, below = split_slide(
+        upper, below = split_slide(
             self.figure, self._scene.measure_width(HEIGHT), bool(self._images)
         )
-        groups = [self._scene.draw(places[0])]
+        groups: list[Sequence[Artist]] = [self._scene.draw(upper[0])]
         if self._images:
-            panels = np.ravel(places[1].subplots(1, len(self._images)))
+            panels = np.ravel(upper[1].subplots(1, len(self._images)))
             pairs = zip(self._images, panels, strict=True)
             groups += [image.draw(axes) for image, axes in pairs]
         groups.append(self._curves.draw(list(np.ravel(below.subplots(1, self._curves.panels)))))
-        text = self.footage.title if title is None else title
+        text = self.source.title if title is None else title
         self.figure.suptitle(
             shorten(text, MOST_LETTERS, placeholder=" …") or " ", x=0.01, ha="left"
         )
         self._caption = self.figure.text(0.99, 0.99, " ", ha="right", va="top")
         _lay_out_figure(self.figure)  # computes the size of every part
-        self._scene.arrange(places[0])
+        self._scene.arrange(upper[0])
         self.figure.set_layout_engine("none")
         groups.append([self._caption])
         ordered = [each for group in groups for each in sorted(group, key=Artist.get_zorder)]
@@ -93,12 +94,12 @@ class FilmFrames:
 
     def _format_caption(self, instant: int) -> str:
         """Return the caption of an instant: phase or ending, speed and time."""
-        footage, speed = self.footage, self.clock.speed
-        last = instant == len(footage.time) - 1
-        phases = (shot.name for shot in footage.shots if instant in shot.instants)
-        name = footage.ending if last else next(phases)
+        source, speed = self.source, self.clock.speed
+        last = instant == len(source.time) - 1
+        phases = (shot.name for shot in source.shots if instant in shot.instants)
+        name = source.ending if last else next(phases)
         fast = "" if speed == 1 else f"×{speed:.3g}"
-        return "     ".join(filter(None, [name, fast, f"t = {footage.time[instant]:.2f} s"]))
+        return "     ".join(filter(None, [name, fast, f"t = {source.time[instant]:.2f} s"]))
 
 
 def _lay_out_figure(figure: Figure) -> None:

@@ -25,35 +25,35 @@ class FilmScene:
 
     def __init__(
         self,
-        footage: FilmSource,
+        source: FilmSource,
         instants: NDArray[np.intp],
         view: tuple[float, float] | None,
         goal: DrawableGoal | None,
     ) -> None:
-        self._motion, self._instants, self._view = footage.motion, instants, view
+        self._motion, self._instants, self._view = source.motion, instants, view
         depth = choose_frustum_depth(self._motion)
         self._parts = wireframe.list_scene_parts(self._motion.scene, depth)
         self._poses: dict[str, Array] = {}
         self._paths = self._motion.paths
         self._marks = [thing for thing in self._motion.scene.objects if len(thing.marks)]
-        self.picture = self._build_first_content(footage, goal, depth)
+        self.content = self._build_first_content(source, goal, depth)
         some = np.unique(np.linspace(0, len(instants) - 1, MOST_SAMPLES).astype(int))
         samples = [wire.points for k in some for wire in self._place_solids(k)]
-        self.box = compute_axes_box(np.concatenate([self.picture.points, *samples]))
+        self.box = compute_axes_box(np.concatenate([self.content.points, *samples]))
         self._artists: SceneArtists
 
     def measure_width(self, height: float) -> float:
         """Return the width in inches that scene and legend need at a height in inches."""
-        return measure_scene_width(self.picture, height, self._view, self.box)
+        return measure_scene_width(self.content, height, self._view, self.box)
 
-    def draw(self, part: Figure | SubFigure) -> list[Artist]:
+    def draw(self, figure: Figure | SubFigure) -> list[Artist]:
         """Draw the first frame into a subfigure, and return the animated artists."""
-        self._artists = draw_scene(part, self.picture, self.box, self._view)
+        self._artists = draw_scene(figure, self.content, self.box, self._view)
         return self._artists.artists
 
-    def arrange(self, part: Figure | SubFigure) -> None:
+    def arrange(self, figure: Figure | SubFigure) -> None:
         """Enlarge the scene to fill its subfigure, which has its final size."""
-        arrange_scene(part, self._artists.axes, self.picture, self.box)
+        arrange_scene(figure, self._artists.axes, self.content, self.box)
 
     def place(self, k: int) -> None:
         """Move all artists to frame k."""
@@ -67,15 +67,15 @@ class FilmScene:
             mark.set_data_3d(*point[:, None])
 
     def _build_first_content(
-        self, footage: FilmSource, goal: DrawableGoal | None, depth: float
+        self, source: FilmSource, goal: DrawableGoal | None, depth: float
     ) -> SceneContent:
         """Return the content of the first frame, with the whole paths and the goal of the run."""
         motion, (scene, q) = self._motion, self._motion.phases[-1]
         first: dict[str, int] = {}
-        for shot in footage.shots:
+        for shot in source.shots:
             first |= run_data.number_first_marks(shot.run)
         colors = wireframe.list_mark_colors(motion.scene, first)
-        run = footage.shots[0].run if len(footage.shots) == 1 else None
+        run = source.shots[0].run if len(source.shots) == 1 else None
         goals = build_goal_outlines(scene, goal, run, q[-1], depth)
         return SceneContent(
             self._place_solids(0), [], self._place_marks(0), colors, self._paths, goals
