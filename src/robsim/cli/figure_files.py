@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from io import BytesIO
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from robsim.base.atomic_files import write_whole
 
 if TYPE_CHECKING:
     import xarray as xr
-    from matplotlib.figure import Figure
 
     from robsim.run.experiment import Experiment
     from robsim.run.mission_run import MissionRun
@@ -45,7 +44,7 @@ def write_mission_figure(result: MissionRun, scenario: Experiment, folder: Path)
     save_figure(plot.scene(last.scene, last.q_end), folder / "scene.png")
 
 
-def save_figure(figure: Figure, path: Path) -> None:
+def save_figure(figure: Any, path: Path) -> None:  # Any: only plot imports Matplotlib
     """Write a figure in the format of the suffix of the path."""
     image = BytesIO()
     figure.savefig(image, format=path.suffix[1:].lower(), dpi=200)
