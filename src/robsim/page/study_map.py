@@ -12,7 +12,7 @@ A map has a header and arrays by name, as a recording has. The entries of the he
   labels, and `numbers` are the numbers of the labels, if any.
 * outcomes: name, words and colour of each outcome that occurs. The array "outcome" has the indices
   of these entries.
-* filters: names of the columns by which a page can select runs.
+* filters: names of the columns that select runs on a page.
 * in_turn, cells: the columns that differ within one draw, and the number of runs of a draw.
 * counts: for each value of the column `by`, the number of runs, the number of runs that began, and
   the share of each outcome with its interval.

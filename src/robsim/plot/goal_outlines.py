@@ -30,10 +30,9 @@ def build_goal_outlines(
     """Return the outlines of a goal, in the frame of the figures; none if the goal has no pose.
 
     `goal` is a configuration (nq,), a pose in the world, a task or the goal of a task; None selects
-    the goal of the run. A pose is the goal of the camera if the camera moves, and otherwise the
-    goal of the target. Without cameras and moving objects it is the goal of the tip of the first
-    robot. `q` (nq,) is the configuration of all other bodies. `depth` is the depth in metres of the
-    frustum of a camera without a body.
+    the goal of the run. A pose is the goal of the first camera or object that a robot moves, or of
+    the tip of the first robot if the robots move neither. `q` (nq,) is the configuration of all
+    other bodies. `depth` is the depth in metres of the frustum of a camera without a body.
 
     Raise InputError if `goal` has another type.
     """

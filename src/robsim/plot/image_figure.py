@@ -55,8 +55,8 @@ def image(
     Asterisks are the start, and circles the end. Squares are the goal, with an outline around each
     target. The plus is the image centre (principal point), and the frame is the border of the
     image. Each feature point has the same colour as in `scene` and in the images of the other
-    cameras. Up to 12 feature points are numbered. Up to 50 runs of a batch are drawn over each
-    other.
+    cameras. The feature points are numbered if there are at most 12. Up to 50 runs of a batch are
+    drawn over each other.
 
     Parameters
     ----------

@@ -61,9 +61,9 @@ def moments(
     """Draw the scene at several configurations side by side, in parallel projection and to scale.
 
     Each column is a configuration, and each row a viewing direction. The centre of a picture is the
-    origin of the frame `around`. The depth of a shape may differ from the depth of this frame by
-    half the width of a picture; other shapes are not drawn. A camera without a body is not drawn
-    either. The last picture has a scale bar.
+    origin of the frame `around`. Only faces within half the width of a picture in front of this
+    frame or behind it are drawn. A camera without a body is not drawn. The last picture has a scale
+    bar.
 
     Parameters
     ----------

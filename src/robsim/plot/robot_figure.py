@@ -34,8 +34,8 @@ def robot(
 ) -> Figure:
     """Draw a robot in 3-D at a configuration, in the frame of its base.
 
-    A robot without shapes is drawn as lines between its links. A robot with a single moving frame,
-    such as a flying camera, is drawn as the axes of its tip.
+    A robot without shapes is drawn as lines between the frames of its links. A robot without such
+    lines, for instance a flying camera, is drawn as the axes of its tip.
 
     Parameters
     ----------

@@ -98,7 +98,7 @@ def compute_frame_velocity(run: xr.Dataset, scene: Scene, frame: str) -> Array:
 def find_moving_frame(run: xr.Dataset, scene: Scene) -> str | None:
     """Return the frame of the target if the camera stands still; None if the camera moves.
 
-    It is the frame for which figures show velocities.
+    Figures show the velocity of this frame.
     """
     if not run.sizes["mark"]:
         return None

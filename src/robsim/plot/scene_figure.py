@@ -66,9 +66,9 @@ def scene(
     run : xarray.Dataset, optional
         A single run of the scene, drawn instead of a configuration.
     goal : array_like of shape (nq,), Pose, ServoTask or the goal of a task, optional
-        Goal to draw as a dotted outline. A pose in the world is the goal of the camera if the
-        camera moves, and otherwise the goal of the target. Without cameras and moving objects it is
-        the goal of the tip of the first robot. Default: the goal stored in `run`, if any.
+        Goal to draw as a dotted outline. A pose in the world is the goal of the first camera or
+        object that a robot moves, or of the tip of the first robot if the robots move neither.
+        Default: the goal stored in `run`, if any.
     ax : Axes3D, optional
         3-D axes to draw into. Default: the axes of a new figure.
     view : (float, float), optional

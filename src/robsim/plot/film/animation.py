@@ -64,8 +64,8 @@ def save_film(
     fps : float, default 20
         Frames per second of the film, 0.1 to 240, and at most 50 in a GIF.
     speed : float, optional
-        Seconds of the run in one second of the film. Default: 1, or the least whole number for
-        which the film lasts at most a minute.
+        Seconds of the run in one second of the film. Default: 1, or the smallest integer that
+        keeps the film within one minute.
     size : (float, float), default (12.8, 7.2)
         Width and height of the film in inches.
     dpi : float, default 100
@@ -89,7 +89,7 @@ def save_film(
     InputError
         If the run cannot be filmed, or an option is invalid.
     FileError
-        If the film cannot be written. An existing file is then unchanged.
+        If the film cannot be written. An existing file is then unchanged, as after an interrupt.
 
     Examples
     --------

@@ -36,7 +36,7 @@ def choose_frame_times(time: Array, fps: float, speed: float | None) -> FrameTim
 
     `time` (T,) are the recorded times in seconds. Frame k shows the instant nearest to the time k
     speed / fps, and the last frame shows the last instant. The default speed is 1, or the smallest
-    integer for which the film lasts at most one minute.
+    integer that keeps the film within one minute.
 
     Raise InputError if the speed is not positive, or if the film has more than 6000 frames.
 

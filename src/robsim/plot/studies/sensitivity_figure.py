@@ -56,9 +56,11 @@ def study_sensitivity(
     title : str, optional
         Title of the axes. Default: the outcome and the number of runs.
     names : str or sequence of str, optional
-        Columns to examine, as in `compute_sensitivity`. Default: all varied columns.
+        Columns to examine. Default: the varied columns, and the distance and the angle of the start
+        from the goal.
     among : {"converged", "began"}, optional
-        Counted runs, as in `compute_sensitivity`.
+        Counted runs. Default: the converged runs for a measure, and all runs that began for
+        "converged".
     level : float, default 0.95
         Level of the intervals.
 
@@ -66,6 +68,11 @@ def study_sensitivity(
     -------
     matplotlib.figure.Figure
         The new figure, or the figure that contains `axes`.
+
+    Raises
+    ------
+    InputError
+        If a column does not exist or has only one value, or if fewer than 20 runs are counted.
 
     Examples
     --------

@@ -46,7 +46,7 @@ async def read_request(reader: asyncio.StreamReader, protocol: ServerProtocol) -
 def read_single_header(request: Request, name: str) -> str | None:
     """Return the value of a header, or None.
 
-    Raise RefusedRequest if the header occurs twice, because programs differ in the used value.
+    Raise RefusedRequest if the header occurs twice: another program may use the other value.
     """
     try:
         return request.headers.get(name)

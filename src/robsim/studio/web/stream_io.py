@@ -11,7 +11,7 @@ _PIECE = 65_536  # bytes
 
 
 def limit_write_buffer(writer: asyncio.StreamWriter) -> None:
-    """Limit the send buffers, so that a slow client does not fill the memory of the system."""
+    """Limit the send buffers, so that `drain_writer` waits until the client reads."""
     writer.transport.set_write_buffer_limits(0)
     own = writer.get_extra_info("socket")
     own.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, server_limits.SYSTEM)
@@ -33,7 +33,7 @@ async def drain_writer(writer: asyncio.StreamWriter) -> None:
 
 
 async def read_leftover_bytes(reader: asyncio.StreamReader) -> None:
-    """Read for at most `LINGER`: unread bytes may discard the last response at the close."""
+    """Read for at most `LINGER`: closing a socket with unread bytes may discard the response."""
     try:
         async with asyncio.timeout(server_limits.LINGER):
             while await reader.read(_PIECE):
