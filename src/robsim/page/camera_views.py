@@ -21,7 +21,7 @@ SIDE = 12  # points along each side of the image border, which distortion curves
 
 def list_mark_entries(frames: RecordingFrames, first: dict[str, int]) -> list[Entry]:
     """Return the feature points of all objects, with the colours they have in the images."""
-    targets = [thing for thing in frames.motion.scene.objects if len(thing.marks)]
+    targets = [obj for obj in frames.motion.scene.objects if len(obj.marks)]
     return [
         {
             "frame": frames.add_frame(each.name),

@@ -91,7 +91,7 @@ def _compute_frame_poses(scene: Scene, q: ArrayLike) -> dict[str, Pose]:
 
 def _resolve_relative_goal(scene: Scene, goal: GoalPose, q: Array) -> dict[str, Pose]:
     """Return the goal pose of the camera if it moves, otherwise the goal pose of the target."""
-    targets = [thing.name for thing in scene.objects if len(thing.marks)]
+    targets = [obj.name for obj in scene.objects if len(obj.marks)]
     if not scene.cameras or not targets:
         return {}
     eye, target = scene.cameras[0].name, targets[0]

@@ -90,7 +90,7 @@ def choose_frustum_depth(motion: SceneMotion) -> float:
 
 def list_cameras_and_objects(scene: Scene) -> list[str]:
     """Return the names of cameras and objects."""
-    return [eye.name for eye in scene.cameras] + [thing.name for thing in scene.objects]
+    return [eye.name for eye in scene.cameras] + [obj.name for obj in scene.objects]
 
 
 def _compute_link_origins(scene: Scene, robot: Robot, q: Array) -> Array:

@@ -71,9 +71,9 @@ def list_scene_parts(scene: Scene, depth: float) -> list[ScenePart]:
     A black camera gets an unused colour if other solids are black.
     """
     every = [part for robot in scene.robots for part in _list_robot_parts(scene, robot)]
-    for thing in scene.objects:
-        shapes = list_drawable_shapes(thing.shapes)
-        every += [ScenePart(thing.name, build_shape_solid(thing.name, shape)) for shape in shapes]
+    for obj in scene.objects:
+        shapes = list_drawable_shapes(obj.shapes)
+        every += [ScenePart(obj.name, build_shape_solid(obj.name, shape)) for shape in shapes]
     for eye in scene.cameras:
         wire = build_camera_solid(eye, depth)
         taken = {other.wire.color for other in every}
@@ -103,8 +103,8 @@ def place_part(part: ScenePart, pose: Callable[[str], Array]) -> WireSolid:
 def place_scene_marks(scene: Scene, q: Array) -> Array:
     """Return the feature points (M, 3) of all objects at q (nq,), in the frame of the figures."""
     points = [
-        transform_points(thing.marks, compute_display_pose(scene, thing.name, q))
-        for thing in scene.objects
+        transform_points(obj.marks, compute_display_pose(scene, obj.name, q))
+        for obj in scene.objects
     ]
     return np.concatenate([np.empty((0, 3)), *points])
 
@@ -114,12 +114,12 @@ def list_mark_colors(scene: Scene, first: Mapping[str, int]) -> list[str]:
 
     `first` maps the name of an object to the number of its first point, 0 by default.
     """
-    return [color for thing in scene.objects for color in list_object_mark_colors(thing, first)]
+    return [color for obj in scene.objects for color in list_object_mark_colors(obj, first)]
 
 
-def list_object_mark_colors(thing: Object, first: Mapping[str, int]) -> list[str]:
+def list_object_mark_colors(obj: Object, first: Mapping[str, int]) -> list[str]:
     """Return the colours of the feature points of one object; `first` as in `list_mark_colors`."""
-    return [palette.cycle_color(first.get(thing.name, 0) + i) for i in range(len(thing.marks))]
+    return [palette.cycle_color(first.get(obj.name, 0) + i) for i in range(len(obj.marks))]
 
 
 def compute_display_pose(scene: Scene, frame: str, q: Array) -> Array:
@@ -160,9 +160,9 @@ def _list_robot_parts(scene: Scene, robot: Robot) -> Iterator[ScenePart]:
 def list_scene_shapes(scene: Scene) -> dict[str, tuple[Primitive, ...]]:
     """Return the shapes of each link, object and camera of a scene, by frame."""
     links = [(f"{robot.name}.{k.name}", k.shapes) for robot in scene.robots for k in robot.links]
-    things = [(thing.name, thing.shapes) for thing in scene.objects]
+    objects = [(obj.name, obj.shapes) for obj in scene.objects]
     bodies = [(eye.name, eye.camera.drawn(IDENTITY)) for eye in scene.cameras]
-    return dict([*links, *things, *((name, (body,) if body else ()) for name, body in bodies)])
+    return dict([*links, *objects, *((name, (body,) if body else ()) for name, body in bodies)])
 
 
 def list_drawable_shapes(shapes: Iterable[Primitive]) -> list[Primitive]:

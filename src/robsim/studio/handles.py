@@ -56,8 +56,8 @@ def list_handles(
     """
     scene, q = experiment.scene, _read_start_configuration(experiment)
     handles = [
-        _build_handle(scene, name, thing.name, scene.pose(thing.name, q))
-        for name, thing in _list_fixed_bodies(scene)
+        _build_handle(scene, name, body.name, scene.pose(body.name, q))
+        for name, body in _list_fixed_bodies(scene)
     ]
     frame = str(template["goal_pose"].attrs.get("frame", "")) if "goal_pose" in template else ""
     if not frame or not _is_reachable_frame(scene, frame, q):
@@ -79,8 +79,8 @@ def compute_drag_changes(
     scene, q = experiment.scene, _read_start_configuration(experiment)
     T = scene.display.inv() @ _parse_dragged_pose(pose)
     if handle.name not in ("start", "goal"):
-        thing = dict(_list_fixed_bodies(scene))[handle.name]
-        return _build_pose_changes(controls, handle.name, scene.pose(thing.on, q).inv() @ T)
+        body = dict(_list_fixed_bodies(scene))[handle.name]
+        return _build_pose_changes(controls, handle.name, scene.pose(body.on, q).inv() @ T)
     goal = getattr(experiment.task, "goal", None)
     if handle.name == "goal" and isinstance(goal, GoalPose):
         return _build_pose_changes(
@@ -110,9 +110,9 @@ def _read_start_configuration(experiment: Experiment) -> Array:
 def _list_fixed_bodies(scene: Scene) -> Iterator[tuple[str, Object | MountedCamera]]:
     """Yield the dotted name and the body of each object and camera that no robot moves."""
     for kind in ("objects", "cameras"):
-        for thing in getattr(scene, kind):
-            if not scene.tree.carried(thing.name).any():
-                yield f"{kind}.{thing.name}", thing
+        for body in getattr(scene, kind):
+            if not scene.tree.carried(body.name).any():
+                yield f"{kind}.{body.name}", body
 
 
 def _parse_dragged_pose(value: Any) -> Pose:
@@ -146,10 +146,10 @@ def _compute_target_in_camera(experiment: Experiment, frame: str, T: Pose, q: Ar
 
 def _find_carrier(scene: Scene, frame: str) -> tuple[Robot, str]:
     """Return the robot and the link that carry a frame; raise InputError without such a robot."""
-    things = {thing.name: thing.on for thing in scene.objects}
-    things |= {eye.name: eye.on for eye in scene.cameras}
-    while frame in things:
-        frame = things[frame]
+    carriers = {obj.name: obj.on for obj in scene.objects}
+    carriers |= {eye.name: eye.on for eye in scene.cameras}
+    while frame in carriers:
+        frame = carriers[frame]
     owner, _, link = frame.partition(".")
     robot = next((each for each in scene.robots if each.name == owner), None)
     if robot is None:

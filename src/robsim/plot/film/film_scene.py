@@ -35,7 +35,7 @@ class FilmScene:
         self._parts = wireframe.list_scene_parts(self._motion.scene, depth)
         self._poses: dict[str, Array] = {}
         self._paths = self._motion.paths
-        self._marks = [thing for thing in self._motion.scene.objects if len(thing.marks)]
+        self._marks = [obj for obj in self._motion.scene.objects if len(obj.marks)]
         self.content = self._build_first_content(source, goal, depth)
         some = np.unique(np.linspace(0, len(instants) - 1, MOST_SAMPLES).astype(int))
         samples = [wire.points for k in some for wire in self._place_solids(k)]

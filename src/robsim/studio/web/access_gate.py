@@ -1,9 +1,9 @@
 """Access control of a server: the token, the host name, and the origin of requests.
 
 Any page in a browser can send requests to this machine, and the owner of a page can let a domain
-name point to this machine (DNS rebinding). The server therefore checks the `Host` header, the origin of the
-request, and a cookie. The browser receives the cookie from the printed address, which contains a
-token.
+name point to this machine (DNS rebinding). The server therefore checks the `Host` header, the
+origin of the request, and a cookie. The browser receives the cookie from the printed address, which
+contains a token.
 """
 
 from __future__ import annotations
