@@ -350,15 +350,15 @@ SHIPPED = """
 import json, runpy, sys
 import robsim.features
 import robsim as rs
-from robsim.cli.warm_workload import uses
+from robsim.cli.warm_workload import list_workload
 pages = runpy.run_path(sys.argv[1])
-askew = rs.Joint("sway", rs.Pose.at(rpy=(0, 0, 0.5)))
-crab = rs.Robot("crab", [rs.Link("base"), rs.Link("crab", "base", askew)])
+askew = rs.joints.Joint("sway", rs.Pose.at(rpy=(0, 0, 0.5)))
+crab = rs.Robot("crab", [rs.joints.Link("base"), rs.joints.Link("crab", "base", askew)])
 print(json.dumps({
     "file": rs.__file__,
     "kinds": pages["kinds"](),
     "scenario": pages["scenario"](),
-    "uses": uses(),
+    "uses": list_workload(),
     "room": robsim.features.Angles.__name__,
     "swayed": crab.fk(crab.integrate([0.1], [1.0], 0.2))[:3, 3].tolist(),
     "sways": crab.jacobian([0.1])[:, 0].tolist(),
