@@ -14,7 +14,7 @@ from typing import Any, TypeVar, Union, get_args, get_origin, get_type_hints
 from robsim.declare.fields import DeclaredField, fields_of
 from robsim.declare.spec import MISSING
 
-K = TypeVar("K", bound=type[Any])
+K = TypeVar("K", bound=type)
 WIDTH = 92  # longest line in characters
 
 
@@ -24,11 +24,11 @@ class _Docstring:
     def __init__(self, text: str):
         self.text = text
 
-    def __get__(self, value: object, kind: type[Any]) -> str:
+    def __get__(self, value: object, kind: type) -> str:
         return add_parameters_section(self.text, _list_arguments(kind))
 
 
-def _list_arguments(kind: type[Any]) -> tuple[DeclaredField, ...]:
+def _list_arguments(kind: type) -> tuple[DeclaredField, ...]:
     """Return the declared fields of a dataclass, keyword-only fields last."""
     keyword = {each.name: each.kw_only is True for each in dataclasses.fields(kind)}
     return tuple(sorted(fields_of(kind), key=lambda each: keyword[each.name]))
@@ -37,7 +37,7 @@ def _list_arguments(kind: type[Any]) -> tuple[DeclaredField, ...]:
 class _LazySignature:
     """The signature of a class with plain types, which is made when it is read."""
 
-    def __get__(self, value: object, kind: type[Any]) -> inspect.Signature | None:
+    def __get__(self, value: object, kind: type) -> inspect.Signature | None:
         return get_plain_signature(kind)
 
 
