@@ -48,7 +48,7 @@ class KindOf(Spec):
 
     Parameters
     ----------
-    family : Family
+    family : KindFamily
         Family of the kinds, see `family`.
     default : str, optional
         Kind of a table without `kind`.
@@ -136,7 +136,8 @@ class KindOf(Spec):
             raise UnreadableValue
         if not isinstance(kind, str) or kind not in self._find_names(kind):
             c.at("kind").report(
-                f"no kind {format_value(kind)}; {suggest_names(str(kind)[:64], self.names, 'kinds')}"
+                f"no kind {format_value(kind)}; "
+                f"{suggest_names(str(kind)[:64], self.names, 'kinds')}"
             )
             raise UnreadableValue
         return read_table(self.family.find(kind), raw, c if old else c.changing(MISSING), "kind")

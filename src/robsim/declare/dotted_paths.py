@@ -1,7 +1,7 @@
 """Paths: dotted names of declared numbers, resolved to get, replace and stack their values.
 
 A path such as "robots.arm.links.deck.dh.alpha" is resolved once to a sequence of parts: the specs
-(`Table`, `ListOf`, `Choice` and others) return the part for a key. A part can replace its value in
+(`Table`, `ListOf`, `KindOf` and others) return the part for a key. A part can replace its value in
 the owner, with the checks of the owner, or put in the numbers of many runs, which the simulation
 binds at once.
 """

@@ -111,7 +111,8 @@ def add_parameters_section(text: str, fields: tuple[DeclaredField, ...]) -> str:
     """Return a docstring with a section on fields, before the first example.
 
     >>> from robsim.declare import Length
-    >>> print(add_parameters_section("A ball.", (DeclaredField("radius", Length(above=0), "Its radius."),)))
+    >>> radius = DeclaredField("radius", Length(above=0), "Its radius.")
+    >>> print(add_parameters_section("A ball.", (radius,)))
     A ball.
     <BLANKLINE>
     Parameters

@@ -202,7 +202,7 @@ class Spec:
     def write(self, value: FieldValue, c: Context) -> Raw:
         """Return the exact text value, or its difference from `c.over`.
 
-        Raise NoText if there is no text, Unsayable if no text represents the difference.
+        Raise NoTextError if there is no text, UnwritableChange if no text represents the difference.
         """
         raise NotImplementedError
 
@@ -227,7 +227,7 @@ class Spec:
         return ()
 
     def controls(self, value: FieldValue, place: ControlPlace) -> Iterable[Control]:
-        """Return the controls of a value at its `Place`; none if it cannot be edited."""
+        """Return the controls of a value at its `ControlPlace`; none if it cannot be edited."""
         return ()
 
     @property

@@ -55,7 +55,7 @@ def read_table(
 ) -> Any:
     """Return the object of a table, or the object `c.over` with the changes of the table.
 
-    If `c.over` is of another kind, fields with the same declaration are kept. Raise Broken or
+    If `c.over` is of another kind, fields with the same declaration are kept. Raise UnreadableValue or
     InputError if the table is not valid.
     """
     if not isinstance(raw, Mapping):
@@ -150,8 +150,8 @@ def write_table(
 ) -> dict[str, Raw]:
     """Return the exact table of an object, or its difference from the object `c.over`.
 
-    The value of `key` is always included. Raise NoText if the object has no text, Unsayable if no
-    text represents the difference.
+    The value of `key` is always included. Raise NoTextError if the object has no text,
+    UnwritableChange if no text represents the difference.
     """
     form = form or get_text_form(type(value))
     if c.over is not MISSING:
@@ -222,7 +222,7 @@ def _report_unknown_keys(
 
 
 def _check_undeclared_fields(source: Any, own: Fields) -> None:
-    """Raise NoText if an object has values outside its declared fields."""
+    """Raise NoTextError if an object has values outside its declared fields."""
     for each in dataclasses.fields(source):
         if each.init and each.compare and each.name not in own:
             plain, value = each.default, getattr(source, each.name)

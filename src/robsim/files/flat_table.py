@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Hashable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -29,7 +29,7 @@ class RunDataset(LazyDataset):  # type: ignore[no-untyped-call]  # of xarray's _
 
     __slots__ = ()
 
-    def to_dataframe(self, dim_order: Any = None) -> pd.DataFrame:
+    def to_dataframe(self, dim_order: Sequence[Hashable] | None = None) -> pd.DataFrame:
         """Return `table(self)`; with `dim_order`, the result of `xarray.Dataset.to_dataframe`."""
         return to_table(self) if dim_order is None else super().to_dataframe(dim_order)
 
@@ -86,7 +86,7 @@ def to_table(run: xr.Dataset, of: Literal["steps", "runs"] | None = None) -> pd.
     return frame
 
 
-def _get_row_dimensions(run: Any, of: Any) -> tuple[str, ...]:
+def _get_row_dimensions(run: object, of: Any) -> tuple[str, ...]:
     """Return the dimensions of the rows."""
     if not isinstance(run, xr.Dataset):
         raise InputError(f"expected a run, a Dataset of simulate, got {format_value(run)}")

@@ -1,8 +1,7 @@
 """Numbers that differ from run to run, in the objects that are simulated.
 
-An experiment stores these numbers by their dotted names. `BatchTemplate` builds the simulated scene and
-task for all runs at once: each path puts the array with the numbers of all runs into the declared
-field.
+An experiment stores these numbers by their dotted names. `BatchTemplate` builds the simulated scene
+and task of all runs at once: it replaces each number by an array with the numbers of all runs.
 """
 
 from __future__ import annotations

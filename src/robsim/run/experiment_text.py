@@ -221,7 +221,7 @@ def make_task_table(of: Any) -> TaskTable:
 
 
 def write_experiment(of: Any, **facts: Any) -> dict[str, Raw]:
-    """Return the exact tables of an experiment; NoText if it contains a user's Python code.
+    """Return the exact tables of an experiment; NoTextError if it contains a user's Python code.
 
     With the fact `brief` the tables omit defaults. With `short` robots and the belief are written
     as differences from their sources.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -60,7 +60,7 @@ class MissionRun:
 
     Attributes
     ----------
-    legs : tuple of Leg
+    legs : tuple of MissionLeg
         Simulated phases in their order.
     planned : int
         Number of phases of the mission.
@@ -82,7 +82,7 @@ class MissionRun:
     legs: tuple[MissionLeg, ...]
     planned: int
     problem: str = ""
-    attrs: dict[str, Any] = field(default_factory=dict)
+    attrs: dict[str, str] = field(default_factory=dict)
 
     @property
     def succeeded(self) -> bool:

@@ -61,7 +61,7 @@ def make_run_from_log(log: Log, experiment: Experiment) -> RunDataset:
         "recorded_from": str(times[0]),
     }
     run.attrs |= dict(log.notes)
-    return run  # type: ignore[return-value]  # `Experiment.dataset` returns a Run
+    return run
 
 
 def _sample_images(log: Log, controller: Controller, times: Times) -> tuple[Array, Array]:

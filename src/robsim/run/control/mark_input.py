@@ -7,12 +7,17 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from robsim.base.arrays import Array, as_float, as_floats
 from robsim.base.errors import InputError, format_value
 from robsim.servo.camera_target import CameraTarget
 
 DEEPEST = 4  # nested levels: cameras, targets, and times around each of them
+
+
+# pixels (N, 2), {number: (column, row)}, or these by names of cameras and targets
+Pixels = ArrayLike | Mapping[Any, object]  # Any: keys are numbers, names or pairs of names
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,7 +40,7 @@ class Marks:
     ()
     """
 
-    pixels: Any
+    pixels: Pixels
     t: float
     doubtful: Collection[str] = ()
 

@@ -20,7 +20,8 @@ from robsim.run.control.drive_command import (
     list_active_limits,
 )
 from robsim.run.control.image_buffer import ImageBuffer
-from robsim.run.experiment import Experiment, load_scenario
+from robsim.run.control.mark_input import Marks, Pixels
+from robsim.run.experiment import Coordinates, Experiment, load_scenario
 from robsim.run.experiment_paths import make_command_guard
 from robsim.run.mission_protocol import SelfSimulatingTask
 from robsim.servo.camera_target import CameraTarget
@@ -140,7 +141,9 @@ class Controller:
         self._q = np.empty(0)
         self._last: DriveCommand | None = None
 
-    def step(self, pixels: Any, q: Any, t: float, *, run: bool | None = None) -> DriveCommand:
+    def step(
+        self, pixels: Pixels | Marks | None, q: Coordinates, t: float, *, run: bool | None = None
+    ) -> DriveCommand:
         """Return the command for the period that begins, and the health of the controller.
 
         Calls may be early, late or missing: a period begins at its time, and within a period the
@@ -156,9 +159,9 @@ class Controller:
         ----------
         pixels : array_like of shape (N, 2), dict, Marks or None
             New image data: pixels (column, row) of the marks, NaN for a mark that is not seen; or
-            {number: (column, row)} of the seen marks; or these by names, as {target: ...}, {camera:
-            ...} or {(camera, target): ...}, the output of a `TagDetector`. Use `Marks` for images that
-            are older than the joints. None: there is no new image.
+            {number: (column, row)} of the seen marks; or these by names, as {target: ...},
+            {camera: ...} or {(camera, target): ...}, the output of a `TagDetector`. Use `Marks` for
+            images that are older than the joints. None: there is no new image.
         q : array_like of shape (nq,), or dict
             Measured coordinates of the scene, or {robot: q}.
         t : float
@@ -225,7 +228,7 @@ class Controller:
             row |= {f"pixels[{i},column]": pair[0], f"pixels[{i},row]": pair[1]}
         return row
 
-    def decide(self, pixels: Any, q: Any, t: float) -> Decision:
+    def decide(self, pixels: Pixels | Marks | None, q: Coordinates, t: float) -> Decision:
         """Return the decision of `step` for a released robot, with features and errors, run last.
 
         Returns
