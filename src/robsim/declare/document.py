@@ -14,7 +14,7 @@ GROUPS = ("", "goal", "features", "depth", "law", "weighting", "shaping")
 def format_markdown_table(kind: DeclaredClass) -> str:
     """Return a Markdown table of the keys of a class: type, default and meaning of each.
 
-    The fields of a group, which is named by the declaring class, are placed together.
+    The fields of a group are placed together; the declaring class names the group.
     """
     form, lines = (
         get_text_form(kind),

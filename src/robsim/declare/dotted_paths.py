@@ -2,8 +2,8 @@
 
 A path such as "robots.arm.links.deck.dh.alpha" is resolved once to a sequence of parts: the specs
 (`Table`, `ListOf`, `KindOf` and others) return the part for a key. A part can replace its value in
-the owner, with the checks of the owner, or put in the numbers of many runs, which the simulation
-binds at once.
+the owner, with the checks of the owner, or insert the numbers of many runs, which are simulated
+together.
 """
 
 from __future__ import annotations
@@ -79,7 +79,7 @@ class DottedPath:
 def resolve_path(spec: Spec, value: Any, name: str, c: Context) -> DottedPath | None:
     """Return the path of a dotted name within a declared value; None if there is no such path.
 
-    A path leads through present parts only, not through parameters of another kind.
+    A path contains present parts only, no parameters of another kind.
     """
     keys, parts = name.split("."), list[PathPart]()
     while keys:
@@ -185,7 +185,7 @@ def _make_setter(keys: Sequence[str], way: Callable[..., Any]) -> Callable[[Any,
 def replace_checked(value: Any, **changes: Any) -> Any:
     """Return a copy with other fields, all checked.
 
-    A class with an expensive constructor may define a method `replace_checked` that checks only the
+    A class with an expensive constructor may define a method `revised`, which checks only the
     changes.
     """
     own = getattr(value, "revised", None)
@@ -195,7 +195,7 @@ def replace_checked(value: Any, **changes: Any) -> Any:
 def replace_stacked(value: Any, **changes: Any) -> Any:
     """Return a copy with other fields that are known to be valid, or that hold many runs.
 
-    A class with values that depend on these fields has a method `replace_stacked`.
+    A class with values that depend on these fields defines a method `held`.
     """
     own = getattr(value, "held", None)
     return own(**changes) if own is not None else replace_unchecked(value, **changes)

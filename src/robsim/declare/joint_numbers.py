@@ -217,15 +217,17 @@ def get_joint_unit(c: Context) -> str:
     if kind is None:
         raise UnreadableValue
     if len(kind.units) != 1:
-        raise InputError(f"a {kind.name} joint has none; only joints of one coordinate have one")
+        raise InputError(
+            f"a {kind.name} joint has no such number; only joints with one coordinate have it"
+        )
     unit: str = kind.units[0]
     return unit
 
 
 def has_wrong_count(numbers_given: Any, owners: Sequence[str]) -> bool:
-    """Return whether there is a number for each owner, but a wrong count of them.
+    """Return whether numbers for each owner have a wrong count.
 
-    One number for all owners, or one for each run, is not wrong. If runs differ, numbers have the
+    One number for all owners, or one for each run, is valid. If runs differ, numbers have the
     shape (n, runs).
     """
     return (isinstance(numbers_given, tuple) or np.ndim(numbers_given) > 1) and len(

@@ -19,7 +19,7 @@ WIDTH = 92  # longest line in characters
 
 
 class _Docstring:
-    """A class docstring that is completed at its first use, because fields take time."""
+    """A class docstring that is completed at its first use, because reading fields is slow."""
 
     def __init__(self, text: str):
         self.text = text
@@ -35,7 +35,7 @@ def _list_arguments(kind: type) -> tuple[DeclaredField, ...]:
 
 
 class _LazySignature:
-    """The signature of a class with plain types, which is made when it is read."""
+    """The signature of a class with plain types, computed when it is read."""
 
     def __get__(self, value: object, kind: type) -> inspect.Signature | None:
         return get_plain_signature(kind)
@@ -65,7 +65,7 @@ def get_plain_signature(kind: type[Any]) -> inspect.Signature | None:
 
 
 def _format_annotation(parameter: inspect.Parameter, hints: dict[str, Any]) -> _TypeText:
-    """Return the type of a parameter as text: by its alias, and without None if that is default."""
+    """Return the type of a parameter as text: by its alias, without a default None."""
     written = ast.parse(str(parameter.annotation), mode="eval").body
     if isinstance(written, ast.Subscript) and ast.unparse(written.value) == "Annotated":
         text = ast.unparse(written.slice.elts[0])  # type: ignore[attr-defined]

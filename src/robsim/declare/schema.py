@@ -57,7 +57,7 @@ def json_schema(kind: type, **more: Any) -> dict[str, Any]:
 
 
 def _add_description(each: DeclaredField, schema: dict[str, Any]) -> dict[str, Any]:
-    """Return a schema with the meaning of its field; a reference is unchanged, as required."""
+    """Return a schema with the meaning of its field; a reference allows no other keys."""
     if not each.meaning or "$ref" in schema or "description" in schema:
         return schema
     return {**schema, "description": each.meaning}

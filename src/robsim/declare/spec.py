@@ -62,9 +62,9 @@ def is_numeric(value: Any) -> bool:
 class Context:
     """The location of a value in a text, and facts from the outer tables.
 
-    `facts` include the scene, which defines the units of joint numbers. `over` is the old value, if
-    a text changes one: `Spec.read` then keeps all of it that the text does not change, and
-    `Spec.write` omits equal parts. `over` belongs to this location only.
+    `facts` include the scene, which defines the units of joint numbers. `over` is the old value if
+    the text changes a value: `Spec.read` then keeps the parts that the text does not change, and
+    `Spec.write` omits equal parts. `over` applies to this location only.
     """
 
     problems: Problems
@@ -93,7 +93,7 @@ class Context:
         self.problems.add(join_keys(*self.path, error.path), error.text)
 
     def tried(self, spec: Spec, raw: Raw) -> FieldValue:
-        """Return the value of `raw`, or MISSING with its problem reported."""
+        """Return the value of `raw`; report an invalid value and return MISSING."""
         try:
             if not isinstance(raw, PythonValue):
                 return spec.read(raw, self)
@@ -202,7 +202,8 @@ class Spec:
     def write(self, value: FieldValue, c: Context) -> Raw:
         """Return the exact text value, or its difference from `c.over`.
 
-        Raise NoTextError if there is no text, UnwritableChange if no text represents the difference.
+        Raise NoTextError if there is no text, UnwritableChange if no text represents the
+        difference.
         """
         raise NotImplementedError
 
@@ -241,7 +242,7 @@ class Spec:
         return self
 
     def parts(self, keys: list[str], value: FieldValue, c: Context) -> list[PathPart]:
-        """Return the `Part`s of a value for the first keys, and remove these keys."""
+        """Return the `PathPart`s of a value for the first keys, and remove these keys."""
         return []
 
     # the keys of the field in its table

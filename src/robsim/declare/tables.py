@@ -55,8 +55,8 @@ def read_table(
 ) -> Any:
     """Return the object of a table, or the object `c.over` with the changes of the table.
 
-    If `c.over` is of another kind, fields with the same declaration are kept. Raise UnreadableValue or
-    InputError if the table is not valid.
+    If `c.over` is of another kind, fields with the same declaration are kept. Raise UnreadableValue
+    or InputError if the table is not valid.
     """
     if not isinstance(raw, Mapping):
         raise make_expected_error("a table", raw)

@@ -345,7 +345,7 @@ class Experiment(Value, Generic[TaskT_co]):
     @overload
     def with_(self, **changes: Any) -> Self: ...
 
-    def with_(self, **changes: Any) -> Experiment[Any]:
+    def with_(self, **changes: Any) -> Experiment:  # Any: a field may hold a value of any type
         """Return a copy with other fields.
 
         Parameters
@@ -376,7 +376,7 @@ class Experiment(Value, Generic[TaskT_co]):
                 raise InputError(f"no field {name!r}; fields: {', '.join(names)}")
         return replace(self, **changes)
 
-    def revised(self, **changes: Any) -> Self:
+    def revised(self, **changes: Any) -> Self:  # Any: as in `with_`
         """Return a copy with other fields; scene and parts differ only in numbers."""
         rest = {name: x for name, x in changes.items() if name not in PARTS}
         copy = replace(self, **rest) if rest else self
@@ -400,8 +400,8 @@ class Experiment(Value, Generic[TaskT_co]):
     def at(self, name: str | Mapping[str, FieldValue], value: FieldValue = None) -> Self:
         """Return a copy with other values at dotted names.
 
-        If the belief of the task has the value that the true scene had before, it takes the new
-        value of the true scene too.
+        A change of the true scene also changes the belief of the task, if both had the same value
+        before.
 
         Parameters
         ----------
@@ -469,9 +469,9 @@ class Experiment(Value, Generic[TaskT_co]):
     def vary(self, numbers: Mapping[str, ArrayLike]) -> Self:
         """Return a copy with many runs and with numbers that differ from run to run.
 
-        All runs are bound at once: 10,000 runs with 10,000 calibrations take little longer than
-        with one. `of_run(i)` returns the experiment of a single run; its result has the same bits.
-        The Dataset of the run has a variable for each name.
+        One controller is bound for all runs: 10,000 runs with 10,000 calibrations take little
+        longer than 10,000 runs with one calibration. `of_run(i)` returns the experiment of a single
+        run; its result has the same bits. The Dataset of the run has a variable for each name.
 
         Parameters
         ----------
@@ -638,7 +638,7 @@ class Experiment(Value, Generic[TaskT_co]):
         chunk: int = 256,
         checkpoint: str | os.PathLike[str] | CheckpointFile | None = None,
         resume: bool = False,
-        **changes: Any,
+        **changes: Any,  # Any: as in `with_`
     ) -> RunDataset | MissionRun:
         """Simulate the experiment and return the run.
 
@@ -694,7 +694,7 @@ class Experiment(Value, Generic[TaskT_co]):
         how = {"threads": threads, "chunk": chunk, "progress": progress}
         result: RunDataset | MissionRun
         with interrupt.defer_stops(begun=False) as stops, self._named_errors():
-            # the first test is fast; the second tests a protocol and is slow
+            # the test of the class is fast, the test of the protocol is slow
             if not isinstance(self.task, ServoTask) and isinstance(self.task, SelfSimulatingTask):
                 with self.keyed("task"):
                     result = self.task.simulated(self, checkpoint=keeper, **how)
@@ -715,7 +715,7 @@ class Experiment(Value, Generic[TaskT_co]):
         again = as_bool(resume, "resume")
         if checkpoint is None:
             if again:
-                raise InputError("resume: from which file? give checkpoint=path")
+                raise InputError("resume: from which file? pass checkpoint=path")
             return None
         with self._named_errors():
             identity = self.identity
@@ -730,8 +730,8 @@ class Experiment(Value, Generic[TaskT_co]):
         Yields
         ------
         Instant
-            State, command and outcome at one control instant. The last instant is that at which the
-            run ends.
+            State, command and outcome at one control instant. The last instant is the end of the
+            run.
 
         Raises
         ------
@@ -769,7 +769,7 @@ class Experiment(Value, Generic[TaskT_co]):
 
         parts = self.task, self.sensing, self.actuation, self.endings
         if not (self.scene.tree.compiled and all(map(is_immutable, parts))):
-            _ = self.origin  # written now: a user's object may change later
+            _ = self.origin  # stored now, because a user's object may change later
         return make_dataset(loop, self, lambda: self.origin)
 
     def loop(
@@ -827,9 +827,8 @@ class Experiment(Value, Generic[TaskT_co]):
             raise InputError(f"varied: expected {{name: numbers}}, got {format_value(self.varied)}")
         for name, values in self.varied.items():
             if len(values) != self.runs:
-                raise InputError(
-                    f"{self.runs} {what}, and {len(values)} numbers of {name}: each run needs both"
-                )
+                counts = f"{len(values)} numbers for {self.runs} {what}"
+                raise InputError(f"{name}: {counts}; expected one for each run")
 
     @cached_property
     def origin(self) -> dict[str, str]:
@@ -855,7 +854,7 @@ class Experiment(Value, Generic[TaskT_co]):
         return digest.hexdigest()
 
     def _with_different(self, fields: Mapping[str, Any]) -> Experiment:
-        """Return the experiment with these fields. Fields that are equal are not replaced."""
+        """Return the experiment with these fields; equal fields keep their objects."""
         home = self.scene.home if self.start is None else self.start
         steps = count_periods(self.dt, self.duration)
         same = {

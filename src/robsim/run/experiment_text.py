@@ -147,7 +147,7 @@ def read_experiment(tables: Mapping[str, Raw], source: str, old: Any = None) -> 
     own_fields = _read_all_but_scene(rest, c, old)
     problems.stop()
     if own_fields is None:  # an object of a kind without a text form
-        raise FileError(f"{source}: a value is of a kind that a text cannot hold there")
+        raise FileError(f"{source}: a value has a class that a text cannot represent there")
     return own_fields
 
 
@@ -197,7 +197,7 @@ def _read_start(table_of_task: TaskTable, scene: Scene, c: Context) -> Any:
 
 
 def _rebase_beliefs(old: Any, scene: Scene, c: Context) -> Any:
-    """Return the task of an old experiment; its beliefs differ from the new scene as before."""
+    """Return the old task with beliefs that differ from the new scene as from the old scene."""
 
     def believed(one: Scene | None) -> Scene | None:
         if one is None or scene is old.scene:
@@ -223,8 +223,8 @@ def make_task_table(of: Any) -> TaskTable:
 def write_experiment(of: Any, **facts: Any) -> dict[str, Raw]:
     """Return the exact tables of an experiment; NoTextError if it contains a user's Python code.
 
-    With the fact `brief` the tables omit defaults. With `short` robots and the belief are written
-    as differences from their sources.
+    With the fact `brief`, the tables omit defaults. With `short`, robots and beliefs are written as
+    differences from their sources.
     """
     c = Context(Problems("<text>"), facts={"scene": of.scene, **facts})
     belief = find_common_belief(of.task)

@@ -54,7 +54,7 @@ class MissionLeg:
 
 @dataclass(frozen=True, eq=False)
 class MissionRun:
-    """Result of a mission: the legs of all phases that began.
+    """Result of a mission: a leg for each phase that began.
 
     The last leg may have failed. `Experiment.of` reads the experiment from `attrs`.
 

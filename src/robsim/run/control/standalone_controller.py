@@ -146,14 +146,14 @@ class Controller:
     ) -> DriveCommand:
         """Return the command for the period that begins, and the health of the controller.
 
-        Calls may be early, late or missing: a period begins at its time, and within a period the
-        command does not change. After a pause of more than 0.25 s and five periods, the robot
+        Calls may be early, late or missing: periods begin at fixed times, and the command does not
+        change within a period. After a pause of more than 0.25 s and five periods, the robot
         is assumed to stand still, and the memory of the scheme is reset. The time of a path or a
         prescribed motion counts the periods with a released robot.
 
-        If a scheme uses true depths, they follow from the scene at the coordinates when the image
-        was taken. Marks that are not seen keep their last pixels, and features that can do without
-        them leave them out.
+        True depths of a scheme are computed from the scene at the coordinates at the capture time.
+        Marks that are not seen keep their last pixels; features that do not need all marks ignore
+        them.
 
         Parameters
         ----------
@@ -202,7 +202,7 @@ class Controller:
             return self._brake(str(error) or type(error).__name__, passed > 0)
 
     def row(self) -> dict[str, float]:
-        """Return the measurements and the command of the last call, with the names of `table`.
+        """Return the measurements and the command of the last call, with the names of `to_table`.
 
         A list of rows is a log: `read_log(rows, experiment)` converts it to a run.
 
@@ -217,7 +217,7 @@ class Controller:
             If there was no call yet.
         """
         if self._last is None:
-            raise InputError("row: there was no step yet")
+            raise InputError("row: call step first")
         qd = np.zeros(self.scene.nv)
         qd[self._standalone.controller.columns] = self._last.velocities
         parts = ("q", self.scene.coordinate_names, self._q), ("qd", self.scene.velocity_names, qd)
