@@ -52,7 +52,7 @@ class Numbers(PlainValue):
         except InputError:
             raise make_expected_error(self.text_words(), raw) from None
 
-    def write(self, value: FieldValue, c: Context) -> FieldValue:
+    def write(self, value: object, c: Context) -> FieldValue:
         return self._each(np.asarray(value).tolist(), self.item.write, c)
 
     def words(self) -> str:

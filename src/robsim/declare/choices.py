@@ -93,7 +93,7 @@ class KindOf(Spec):
         """The names of the valid kinds."""
         return [name for name in self.family.names if self.only is None or name in self.only]
 
-    def check(self, value: FieldValue, what: str) -> FieldValue:
+    def check(self, value: object, what: str) -> FieldValue:
         if isinstance(value, str):
             if value in self.plain or value == self.none:
                 return value if value in self.plain else None
@@ -142,7 +142,7 @@ class KindOf(Spec):
             raise UnreadableValue
         return read_table(self.family.find(kind), raw, c if old else c.changing(MISSING), "kind")
 
-    def write(self, value: FieldValue, c: Context) -> Raw:
+    def write(self, value: object, c: Context) -> Raw:
         if isinstance(value, str) and value in self.plain:
             return value
         if self.other is not None and self.family.name_of(value) is None:
@@ -180,7 +180,7 @@ class KindOf(Spec):
         own_fields = {} if value is MISSING else {at: value}
         return kind(**own_fields) if old is MISSING else replace(old, **own_fields)
 
-    def put(self, table: dict[str, Raw], name: str, value: FieldValue, c: Context) -> None:
+    def put(self, table: dict[str, Raw], name: str, value: object, c: Context) -> None:
         if value is None:
             return
         raw = self.write(value, c.at(name))
@@ -235,7 +235,7 @@ class KindOf(Spec):
         for key, (kind, at) in self.beside_of.items():
             yield key, kind, find_declared_field(self.family.find(kind), at)
 
-    def controls(self, value: FieldValue, place: ControlPlace) -> Iterable[Control]:
+    def controls(self, value: object, place: ControlPlace) -> Iterable[Control]:
         name = value if isinstance(value, str) else self.family.name_of(value)
         if name is None and self.other is not None and value is not None:
             yield from self.other.controls(value, place)
@@ -251,7 +251,7 @@ class KindOf(Spec):
     def plain_spec(self) -> Spec:
         return self.other or self
 
-    def parts(self, keys: list[str], value: FieldValue, c: Context) -> list[PathPart]:
+    def parts(self, keys: list[str], value: object, c: Context) -> list[PathPart]:
         if keys == ["kind"]:
             keys.clear()
             return [PathPart(self, c, self.family.name_of, _find_other_kind)]

@@ -146,7 +146,7 @@ class OneOrEach(PerJoint):
     item: Number = field(default=POSITIVE, kw_only=True)  # or of at least 0
     forms: ClassVar[tuple[str, ...]] = ("plain", "list")
 
-    def demand(self, value: FieldValue) -> str:
+    def demand(self, value: object) -> str:
         return ""  # `taken` has checked it
 
     def taken(self, value: FieldValue, what: str) -> FieldValue:
@@ -166,7 +166,7 @@ class OneOrEach(PerJoint):
             value, (self._kinds(c) or self.of_any)[0]
         )  # in the unit of the first joint
 
-    def controls(self, value: FieldValue, place: ControlPlace) -> Iterable[Control]:
+    def controls(self, value: object, place: ControlPlace) -> Iterable[Control]:
         kinds = self._kinds(place.c)
         if isinstance(value, float) and kinds:  # in the unit of the first joint
             return [place.slider(value, kinds[0], 0.0, None, True)]
@@ -207,7 +207,7 @@ class OfJoint(Number):
     def words(self) -> str:
         return f"{super().words()} in the unit of the joint{self.per}"
 
-    def controls(self, value: FieldValue, place: ControlPlace) -> Iterable[Control]:
+    def controls(self, value: object, place: ControlPlace) -> Iterable[Control]:
         return ()
 
 

@@ -139,7 +139,7 @@ class ListOf(Spec):
     def si_unit(self) -> str:
         return self.item.si_unit
 
-    def parts(self, keys: list[str], value: FieldValue, c: Context) -> list[PathPart]:
+    def parts(self, keys: list[str], value: object, c: Context) -> list[PathPart]:
         if not self.item.inside() or not isinstance(value, tuple):
             return []
         names = self._list_labels(value)

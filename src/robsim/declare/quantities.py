@@ -208,7 +208,7 @@ class Vector(Quantity):
     def accepts(self) -> str:
         return f"{self.count} numbers ({self.si_unit})"
 
-    def controls(self, value: FieldValue, place: ControlPlace) -> Iterable[Control]:
+    def controls(self, value: object, place: ControlPlace) -> Iterable[Control]:
         names = "xyz"[: self.count]
         return [] if value is None else [place.several(value, names, self.si_unit)]
 

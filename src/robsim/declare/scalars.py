@@ -51,11 +51,11 @@ BOUNDS = {
 class PlainValue(Spec):
     """A field with a value that a single test accepts or rejects, in a text and in Python."""
 
-    def demand(self, value: FieldValue) -> str:
+    def demand(self, value: object) -> str:
         """Return a phrase for the valid values if a value is not valid, or ""."""
         raise NotImplementedError
 
-    def taken(self, value: FieldValue, what: str) -> FieldValue:
+    def taken(self, value: object, what: str) -> FieldValue:
         """Return a Python value in its stored type, or unchanged if it is not valid."""
         return value
 
@@ -63,13 +63,13 @@ class PlainValue(Spec):
         """Return the value of a text in its stored type, or unchanged if it is not valid."""
         return raw
 
-    def within(self, value: FieldValue, raw: Raw) -> FieldValue:
+    def within(self, value: object, raw: Raw) -> FieldValue:
         """Return a value that was read from `raw`; InputError unless it is valid."""
         if demand := self.demand(value):
             raise make_expected_error(demand, raw)
         return value
 
-    def check(self, value: FieldValue, what: str) -> FieldValue:
+    def check(self, value: object, what: str) -> FieldValue:
         taken = self.taken(value, what)
         if self.demand(taken):
             raise InputError(f"{what} must be {self.accepts()}, got {format_value(value)}")
@@ -78,7 +78,7 @@ class PlainValue(Spec):
     def read(self, raw: Raw, c: Context) -> FieldValue:
         return self.within(self.parsed(raw, c), raw)
 
-    def write(self, value: FieldValue, c: Context) -> FieldValue:
+    def write(self, value: object, c: Context) -> FieldValue:
         if demand := self.demand(value):
             raise NoTextError(f"{format_value(value)} is not {demand}")
         return value
@@ -122,7 +122,7 @@ class Number(PlainValue):
         """The bounds as the end of a phrase; "" if there are none."""
         return " and".join(f" {bound.word} {limit:g}" for bound, limit in self.limits)
 
-    def demand(self, value: FieldValue) -> str:
+    def demand(self, value: object) -> str:
         if not isinstance(value, float) or not math.isfinite(value):
             return "a finite number"
         for bound, limit in self.limits:
@@ -155,7 +155,7 @@ class Number(PlainValue):
             **{bound.key: limit for bound, limit in self.limits},
         }
 
-    def controls(self, value: FieldValue, place: ControlPlace) -> Iterable[Control]:
+    def controls(self, value: object, place: ControlPlace) -> Iterable[Control]:
         if not isinstance(value, float | int) or not math.isfinite(value):
             return ()
         ends = self.above is not None, self.below is not None
@@ -199,7 +199,7 @@ class Integer(PlainValue):
     def schema(self, define: DefineSchema) -> JSONSchema:
         return {"type": "integer", "minimum": self.least, "maximum": self.most}
 
-    def controls(self, value: FieldValue, place: ControlPlace) -> Iterable[Control]:
+    def controls(self, value: object, place: ControlPlace) -> Iterable[Control]:
         if not isinstance(value, int):
             return ()
         return [place.control("whole", value, low=self.least, high=self.most)]
@@ -216,11 +216,11 @@ class Flag(PlainValue):
     phrase: ClassVar[str] = "true or false"
     json: ClassVar[Mapping[str, Any]] = {"type": "boolean"}
 
-    def demand(self, value: FieldValue) -> str:
+    def demand(self, value: object) -> str:
         return "" if isinstance(value, bool) else self.words()
 
-    def taken(self, value: FieldValue, what: str) -> FieldValue:
+    def taken(self, value: object, what: str) -> FieldValue:
         return bool(value) if isinstance(value, np.bool_) else value
 
-    def controls(self, value: FieldValue, place: ControlPlace) -> Iterable[Control]:
+    def controls(self, value: object, place: ControlPlace) -> Iterable[Control]:
         return [place.control("flag", value)] if isinstance(value, bool) else ()

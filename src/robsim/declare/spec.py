@@ -191,7 +191,7 @@ class Spec:
     python_phrase: ClassVar[str] = ""  # constant phrase for valid Python values
     json: ClassVar[Mapping[str, Any]] = {}  # constant JSON Schema
 
-    def check(self, value: FieldValue, what: str) -> FieldValue:
+    def check(self, value: object, what: str) -> FieldValue:
         """Return the value as the object stores it; InputError, naming `what`, if not valid."""
         return value
 
@@ -199,7 +199,7 @@ class Spec:
         """Return the value of a text, merged into `c.over`; InputError with the valid values."""
         raise NotImplementedError
 
-    def write(self, value: FieldValue, c: Context) -> Raw:
+    def write(self, value: object, c: Context) -> Raw:
         """Return the exact text value, or its difference from `c.over`.
 
         Raise NoTextError if there is no text, UnwritableChange if no text represents the
@@ -227,7 +227,7 @@ class Spec:
         """Return the declared classes of valid tables."""
         return ()
 
-    def controls(self, value: FieldValue, place: ControlPlace) -> Iterable[Control]:
+    def controls(self, value: object, place: ControlPlace) -> Iterable[Control]:
         """Return the controls of a value at its `ControlPlace`; none if it cannot be edited."""
         return ()
 
@@ -241,7 +241,7 @@ class Spec:
         """The spec of a number of this field."""
         return self
 
-    def parts(self, keys: list[str], value: FieldValue, c: Context) -> list[PathPart]:
+    def parts(self, keys: list[str], value: object, c: Context) -> list[PathPart]:
         """Return the `PathPart`s of a value for the first keys, and remove these keys."""
         return []
 
@@ -259,7 +259,7 @@ class Spec:
         """Return the value of the field from its table; MISSING if it is absent or not valid."""
         return c.at(name, over=c.over).tried(self, table[name]) if name in table else MISSING
 
-    def put(self, table: dict[str, Raw], name: str, value: FieldValue, c: Context) -> None:
+    def put(self, table: dict[str, Raw], name: str, value: object, c: Context) -> None:
         """Write the field into its table; nothing for None."""
         if value is not None:
             table[name] = self.write(value, c.at(name, over=c.over))

@@ -272,7 +272,7 @@ class Table(Spec):
         """The class that declares the keys of the table."""
         return self.says or get_text_form(self.kind)
 
-    def check(self, value: FieldValue, what: str) -> FieldValue:
+    def check(self, value: object, what: str) -> FieldValue:
         if not isinstance(value, self.kind):
             raise InputError(f"{what}: expected {self.accepts()}, got {format_value(value)}")
         return value
@@ -281,10 +281,10 @@ class Table(Spec):
         known = isinstance(c.over, self.kind) or type(c.over) is self.says
         return read_table(self.kind, raw, c if known else c.changing(MISSING), form=self.says)
 
-    def write(self, value: FieldValue, c: Context) -> Raw:
+    def write(self, value: object, c: Context) -> Raw:
         return self.written(value, c)
 
-    def written(self, value: FieldValue, c: Context, key: str | None = None) -> dict[str, Raw]:
+    def written(self, value: object, c: Context, key: str | None = None) -> dict[str, Raw]:
         """Return the table of a value; the value of `key` is always included."""
         if type(value) is not self.kind:
             raise NoTextError(f"{type(value).__name__} is Python code")
@@ -297,7 +297,7 @@ class Table(Spec):
     def schema(self, define: DefineSchema) -> JSONSchema:
         return define(self.says or self.kind)
 
-    def parts(self, keys: list[str], value: FieldValue, c: Context) -> list[PathPart]:
+    def parts(self, keys: list[str], value: object, c: Context) -> list[PathPart]:
         if self.says is None and not dataclasses.is_dataclass(value):
             return []
         return find_field_parts(self.says or get_text_form(type(value)), keys, value, c)
@@ -305,7 +305,7 @@ class Table(Spec):
     def inside(self) -> Sequence[DeclaredClass]:
         return (self.says or self.kind,)
 
-    def controls(self, value: FieldValue, place: ControlPlace) -> Iterable[Control]:
+    def controls(self, value: object, place: ControlPlace) -> Iterable[Control]:
         around = replace(place, path=place.path.rpartition(".")[0]) if self.flat else place
         return () if value is None else yield_controls(value, around, self.says)
 
@@ -321,7 +321,7 @@ class Table(Spec):
         values = {key: table[key] for key in self.keys(name) if key in table}
         return c.tried(self, values) if values else MISSING
 
-    def put(self, table: dict[str, Raw], name: str, value: FieldValue, c: Context) -> None:
+    def put(self, table: dict[str, Raw], name: str, value: object, c: Context) -> None:
         if not self.flat:
             super().put(table, name, value, c)
         elif value is not None:

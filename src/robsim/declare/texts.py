@@ -47,7 +47,7 @@ class Text(PlainValue):
         pattern = f", of the pattern {self.pattern}" if self.pattern else ""
         return f"{self.words()}, of {self.least} to {self.most} characters{pattern}"
 
-    def check(self, value: FieldValue, what: str) -> FieldValue:
+    def check(self, value: object, what: str) -> FieldValue:
         if demand := self.demand(value):
             raise InputError(f"{what} must be {demand}, got {format_value(value)}")
         return value
@@ -83,7 +83,7 @@ class ColorSpec(Text):
     pattern: str | None = r"[A-Za-z0-9#][A-Za-z0-9 #:._-]*"
     phrase: ClassVar[str] = "the name of a color"
 
-    def check(self, value: FieldValue, what: str) -> FieldValue:
+    def check(self, value: object, what: str) -> FieldValue:
         return value  # Matplotlib checks it
 
 
@@ -110,10 +110,10 @@ class Word(PlainValue):
     choices: tuple[str, ...]
     noun: str = "choice"
 
-    def demand(self, value: FieldValue) -> str:
+    def demand(self, value: object) -> str:
         return "" if is_known_name(value, self.choices) else self.words()
 
-    def check(self, value: FieldValue, what: str) -> FieldValue:
+    def check(self, value: object, what: str) -> FieldValue:
         if self.demand(value):
             hint = suggest_names(value, self.choices, pluralize(self.noun))
             raise InputError(f"{what}: no {self.noun} {format_value(value)}; {hint}")
@@ -125,7 +125,7 @@ class Word(PlainValue):
     def schema(self, define: DefineSchema) -> JSONSchema:
         return {"enum": list(self.choices)}
 
-    def controls(self, value: FieldValue, place: ControlPlace) -> Iterable[Control]:
+    def controls(self, value: object, place: ControlPlace) -> Iterable[Control]:
         return [] if value is None else [place.control("choice", value, options=self.choices)]
 
 

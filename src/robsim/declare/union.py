@@ -55,7 +55,7 @@ class OneOf(Spec):
         """The forms of all specs."""
         return tuple(form for spec in self.specs for form in spec.forms or (spec.form,))
 
-    def check(self, value: FieldValue, what: str) -> FieldValue:
+    def check(self, value: object, what: str) -> FieldValue:
         for spec in self.specs:
             try:
                 return spec.check(value, what)
@@ -74,7 +74,7 @@ class OneOf(Spec):
                 continue
         raise make_expected_error(self.words(), raw)
 
-    def write(self, value: FieldValue, c: Context) -> Raw:
+    def write(self, value: object, c: Context) -> Raw:
         for spec in self.specs:
             try:
                 return spec.write(spec.check(value, "value"), c)
@@ -91,14 +91,14 @@ class OneOf(Spec):
     def schema(self, define: DefineSchema) -> JSONSchema:
         return {"anyOf": [spec.schema(define) for spec in self.specs]}
 
-    def controls(self, value: FieldValue, place: ControlPlace) -> Iterable[Control]:
+    def controls(self, value: object, place: ControlPlace) -> Iterable[Control]:
         for spec in self.specs:
             with suppress(InputError, TypeError):
                 spec.check(value, "value")
                 return spec.controls(value, place)
         return ()
 
-    def parts(self, keys: list[str], value: FieldValue, c: Context) -> list[PathPart]:
+    def parts(self, keys: list[str], value: object, c: Context) -> list[PathPart]:
         for spec in self.specs:
             with suppress(InputError, TypeError):
                 spec.check(value, "value")

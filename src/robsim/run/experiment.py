@@ -454,8 +454,14 @@ class Experiment(Value, Generic[TaskT_co]):
     def controls(self) -> list[Control]:
         """Return the values that a user interface can edit, each with its range and unit.
 
-        The method `changes` of a control returns the argument of `at` for a new value.
+        Returns
+        -------
+        list of Control
+            Values of the task, the settings, the believed scene and the true scene. The method
+            `changes` of a control returns the argument of `at` for a new value.
 
+        Examples
+        --------
         >>> from robsim import examples, load_scenario
         >>> experiment = load_scenario(examples.path("visp_tutorial"))
         >>> gain = next(each for each in experiment.controls() if each.path == "task.gain")

@@ -11,6 +11,7 @@ from robsim.run.mission_run import MissionRun
 class SelfSimulatingTask(Protocol):
     """Interface of a task that simulates itself, such as a mission."""
 
+    # Any: an `Experiment`, whose module imports this one, and other arguments of `Experiment.run`
     def simulated(self, experiment: Any, **how: Any) -> MissionRun:
         """Return the run of an experiment with this task; `how` as in `Experiment.run`."""
 
