@@ -157,9 +157,9 @@ def check_fields(value: object) -> None:
     """
     kind = type(value).__name__
     for each in fields_of(type(value)):
-        value_given = getattr(value, each.name)
-        if value_given is not None or each.default is not None or each.spec.takes_none:
-            checked = each.spec.check(value_given, f"{kind}.{each.name}")
+        field_value = getattr(value, each.name)
+        if field_value is not None or each.default is not None or each.spec.takes_none:
+            checked = each.spec.check(field_value, f"{kind}.{each.name}")
             object.__setattr__(value, each.name, checked)
 
 

@@ -224,23 +224,19 @@ def get_joint_unit(c: Context) -> str:
     return unit
 
 
-def has_wrong_count(numbers_given: Any, owners: Sequence[str]) -> bool:
+def has_wrong_count(numbers: Any, owners: Sequence[str]) -> bool:
     """Return whether numbers for each owner have a wrong count.
 
     One number for all owners, or one for each run, is valid. If runs differ, numbers have the
     shape (n, runs).
     """
-    return (isinstance(numbers_given, tuple) or np.ndim(numbers_given) > 1) and len(
-        numbers_given
-    ) != len(owners)
+    return (isinstance(numbers, tuple) or np.ndim(numbers) > 1) and len(numbers) != len(owners)
 
 
-def check_joint_count(numbers_given: Any, name: str, owners: Sequence[str]) -> None:
+def check_joint_count(numbers: Any, name: str, owners: Sequence[str]) -> None:
     """Raise InputError unless there is one number for all owners, or one for each."""
-    if has_wrong_count(numbers_given, owners):
-        raise InputError(
-            f"{len(numbers_given)} numbers of {name} for {len(owners)}: {', '.join(owners)}"
-        )
+    if has_wrong_count(numbers, owners):
+        raise InputError(f"{len(numbers)} numbers of {name} for {len(owners)}: {', '.join(owners)}")
 
 
 def broadcast_limits(bounds: Any, count: int) -> Array:

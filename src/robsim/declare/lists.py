@@ -71,10 +71,10 @@ class ListOf(Spec):
     def check(self, value: FieldValue, what: str) -> tuple[FieldValue, ...]:
         if isinstance(value, Iterator):
             value = list(value)
-        listed = isinstance(value, Sequence | np.ndarray) and has_items(value)
-        if self.alone and not listed:
-            value, listed = [value], True
-        if not listed or not self.least <= len(value) <= self.most:
+        is_list = isinstance(value, Sequence | np.ndarray) and has_items(value)
+        if self.alone and not is_list:
+            value, is_list = [value], True
+        if not is_list or not self.least <= len(value) <= self.most:
             raise InputError(f"{what}: expected {self.accepts()}, got {format_value(value)}")
         return tuple(self.item.check(each, what) for each in value)
 

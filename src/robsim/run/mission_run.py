@@ -105,10 +105,10 @@ class MissionRun:
         if not self.legs or "time" not in self.legs[0].run.dims:
             raise InputError("nothing to join: this mission has no legs, or summaries of them only")
         parts = [_get_leg_instants(leg, last=leg is self.legs[-1]) for leg in self.legs]
-        joined: xr.Dataset = xr.concat(parts, dim="time")
+        dataset: xr.Dataset = xr.concat(parts, dim="time")
         own = {"title": MISSION, "succeeded": int(self.succeeded)}
-        joined.attrs = {**self.attrs, **own}
-        return joined
+        dataset.attrs = {**self.attrs, **own}
+        return dataset
 
     def __repr__(self) -> str:
         return f"<MissionRun: {len(self.legs)} of {self.planned} phases>"
