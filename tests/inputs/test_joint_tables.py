@@ -119,7 +119,7 @@ MISTAKES = {
     "a speed of a car": (
         'joint_name = "drive"',
         'speed = "1 m/s"',
-        "car.speed: a car joint has none",
+        "car.speed: a car joint has no such number",
     ),
     "an effort of a car": (
         'joint_name = "drive"',
