@@ -16,8 +16,7 @@ from robsim.declare.document import format_markdown_table
 from robsim.declare.kind_families import families
 from robsim.robot.link_table import LinkTable
 from robsim.robot.robot_table import RobotTable
-from robsim.run.experiment_text import ExperimentTable, RunTable
-from robsim.run.start_table import StartTable
+from robsim.run.experiment_text import ExperimentTable, RunTable, StartTable
 from robsim.world.mounted_camera import CameraTable
 
 HERE = Path(__file__).parent

@@ -232,7 +232,7 @@ def test_several_runs_have_no_text_no_steps_and_no_controller(wrong):
     for ask in (wrong.to_toml, lambda: wrong.text, wrong.steps, lambda: rs.Controller(wrong)):
         with pytest.raises(rs.errors.InputError, match="of_run"):
             ask()
-    with pytest.raises(rs.errors.InputError, match="2 starts, and 3 numbers"):
+    with pytest.raises(rs.errors.InputError, match="3 numbers for 2 starts"):
         wrong.with_(start=np.stack([wrong.start] * 2))
     with pytest.raises(rs.errors.InputError, match="run must be below 3"):
         wrong.of_run(3)

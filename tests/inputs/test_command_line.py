@@ -410,7 +410,7 @@ def test_a_change_that_cannot_be_made_is_told(robsim):
 
 
 def test_a_record_beyond_the_memory_is_refused_and_leaves_nothing(robsim, monkeypatch):
-    monkeypatch.setattr("robsim.engine.recorder.room", lambda: 4e9)
+    monkeypatch.setattr("robsim.engine.recorder.get_free_memory", lambda: 4e9)
     changes = ("--set", "run.duration=9000 s", "--set", "run.dt=1 ms", "--set", "run.record=all")
     robsim("run", "lift.toml", *changes).told("lift.toml", "9000001 recorded instants", "4.0 GB")
     robsim("run", "lift.toml", *changes, "-o", "a/b").told("4.0 GB are free", "record=")

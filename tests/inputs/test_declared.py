@@ -20,8 +20,7 @@ from robsim.robot.joint import Steering
 from robsim.robot.link_table import LinkTable
 from robsim.robot.robot_table import RobotTable, ToolTable
 from robsim.run.experiment import Experiment
-from robsim.run.experiment_text import ExperimentTable, RunTable
-from robsim.run.start_table import StartTable
+from robsim.run.experiment_text import ExperimentTable, RunTable, StartTable
 from robsim.servo.feature_block import FeatureBlock
 from robsim.servo.goals.goal import GoalTable
 from robsim.studies.study_text import StudyTable, read_plan

@@ -123,7 +123,7 @@ MISTAKES = {
     "a speed of a car": (
         'joint_name = "drive"',
         'speed = "1 m/s"',
-        "car.speed: a car joint has none",
+        "car.speed: a car joint has no such number",
     ),
     "an effort of a car": ('joint_name = "drive"', "effort = 1", "a car joint has no effort; only"),
     "limits of a car": (

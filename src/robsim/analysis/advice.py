@@ -189,10 +189,10 @@ def advise(experiment: Experiment) -> Advice:
 def _check_linear(experiment: Experiment) -> None:
     """Raise InputError if the experiment has no linear loop."""
     check_instance(experiment, Experiment, "experiment")
-    task, prefix = experiment.task, f"{CALLER}: "
+    task, start, prefix = experiment.task, experiment.start, f"{CALLER}: "
     if isinstance(task, SelfSimulatingTask):
         raise InputError(f"{prefix}a mission has a loop for each phase: give the task of one phase")
-    if experiment.varied or np.ndim(experiment.start) > 1:
+    if experiment.varied or (start is not None and start.ndim > 1):
         raise InputError(f"{prefix}expected one run, got several: give experiment.of_run(i)")
     if isinstance(task, FollowJoints | FollowPath):
         raise InputError(f"{prefix}{type(task).__name__} follows a trajectory and uses no image")

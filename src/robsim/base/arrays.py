@@ -1,8 +1,10 @@
 """Checks and layouts of arrays: runs are the first axis for users, the last for kernels."""
 
+from __future__ import annotations
+
 import math
 from collections.abc import Iterable
-from typing import Any, TypeVar
+from typing import Any, TypeVar, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -147,7 +149,7 @@ def view_runs_last(array: NDArray[T]) -> NDArray[T]:
 
 
 def as_one_or_each(
-    value: Any, what: str, owner: str, *, zero: bool = False
+    value: ArrayLike, what: str, owner: str, *, zero: bool = False
 ) -> float | tuple[float, ...]:
     """Return one positive number for all owners, or a tuple with one for each.
 
@@ -163,7 +165,7 @@ def as_one_or_each(
     return tuple(array.tolist()) if array.ndim else float(array)
 
 
-def as_float(value: Any, what: str) -> float:
+def as_float(value: ArrayLike, what: str) -> float:
     """Return a finite number; InputError, naming `what`, for other values."""
     array = as_floats(value, what, ())
     if array.ndim:
@@ -171,7 +173,7 @@ def as_float(value: Any, what: str) -> float:
     return float(array)
 
 
-def as_positive(value: Any, what: str) -> float:
+def as_positive(value: ArrayLike, what: str) -> float:
     """Return a finite positive number; InputError, naming `what`, for other values."""
     if type(value) is float and 0.0 < value < math.inf:
         return value
@@ -181,7 +183,7 @@ def as_positive(value: Any, what: str) -> float:
     return float(array)
 
 
-def as_nonnegative(value: Any, what: str) -> float:
+def as_nonnegative(value: ArrayLike, what: str) -> float:
     """Return a finite number of at least zero; InputError, naming `what`, for other values."""
     array = as_floats(value, what, ())
     if array.ndim or array < 0:
@@ -189,7 +191,7 @@ def as_nonnegative(value: Any, what: str) -> float:
     return float(array)
 
 
-def as_integer(value: Any, what: str, low: int, below: int | None = None) -> int:
+def as_integer(value: ArrayLike, what: str, low: int, below: int | None = None) -> int:
     """Return an integer of at least `low`; InputError, naming `what`, for other values."""
     if type(value) is int and low <= value < (
         EXACT_INTEGERS if below is None else min(below, EXACT_INTEGERS)
@@ -198,12 +200,13 @@ def as_integer(value: Any, what: str, low: int, below: int | None = None) -> int
     array = as_floats(value, what, ())
     if isinstance(value, bool) or array.ndim or array != np.round(array) or array < low:
         raise InputError(f"{what} must be a whole number from {low} on, got {format_value(value)}")
-    if below is not None and int(value) >= below:
+    whole = int(cast(int, value))  # exact, also above 2**53
+    if below is not None and whole >= below:
         raise InputError(f"{what} must be below {below}, got {format_value(value)}")
-    return int(value)
+    return whole
 
 
-def as_bool(value: Any, what: str) -> bool:
+def as_bool(value: object, what: str) -> bool:
     """Return a truth value; InputError, naming `what`, for other values."""
     if not isinstance(value, bool | np.bool_):
         raise InputError(f"{what} must be True or False, got {format_value(value)}")

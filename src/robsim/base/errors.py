@@ -120,6 +120,7 @@ class Interrupted(RobSimError):
     True
     """
 
+    # Any: a run, a MissionRun or a list, which higher rooms define
     def __init__(self, message: str, run: Any):
         super().__init__(message)
         self.run = run

@@ -15,7 +15,7 @@ def check_name(name: object, what: str) -> str:
     """Return a name if it is safe in files, figures and paths; else raise InputError."""
     if not isinstance(name, str) or not _NAME.fullmatch(name):
         raise InputError(
-            f"{what} {format_value(name)}: a name starts with a letter and has up to {LONGEST_NAME} "
-            "letters, digits, _ or -"
+            f"{what} {format_value(name)}: a name starts with a letter and has up to "
+            f"{LONGEST_NAME} letters, digits, _ or -"
         )
     return name

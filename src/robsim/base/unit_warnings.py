@@ -25,10 +25,10 @@ def find_user_stacklevel() -> int:
 
 
 def warn_of_degrees(angles: ArrayLike, what: str) -> None:
-    """Warn about an angle in radians that probably was meant in degrees.
+    """Warn about an angle in radians that is probably in degrees.
 
-    These are the multiples of 5 between 15 and 720: more than two turns in radians, and round in
-    degrees. Angles such as 10, 1.57 or 6.28319, and computed angles, pass.
+    Multiples of 5 between 15 and 720 cause the warning: they are more than two turns in radians,
+    and round numbers in degrees. Angles such as 10, 1.57 or 6.28319 and computed angles do not.
 
     >>> warn_of_degrees(np.radians([10.0, 180.0, 360.0]), "rpy")
     """
@@ -42,7 +42,7 @@ def warn_of_degrees(angles: ArrayLike, what: str) -> None:
 
 
 def warn_of_millimetres(size: float, what: str) -> None:
-    """Warn about a size of a print in metres, above 10, that probably was meant in millimetres.
+    """Warn about a size of a print above 10 m, which is probably in millimetres.
 
     >>> warn_of_millimetres(0.08, "size of a tag in metres")
     """

@@ -21,7 +21,7 @@ class Value:
 
     @cached_property
     def holds_still(self) -> bool:
-        """Whether the value is immutable: no part of it has a user's class."""
+        """Whether the value is immutable; a part of a user's class is not."""
         return _is_own_immutable(self)
 
     def __setstate__(self, state: dict[str, Any]) -> None:

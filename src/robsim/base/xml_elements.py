@@ -48,7 +48,7 @@ def parse_xml(data: bytes, source: str, expected: str) -> Element:
     if not data.strip():
         raise FileError(f"{source}: empty; expected {expected}")
     if data.startswith(UTF16_MARKS) or b"\0" in data[:4]:
-        raise FileError(f"{source}:1: not UTF-8, but UTF-16 or the like; save it as UTF-8")
+        raise FileError(f"{source}:1: not UTF-8, but UTF-16 or similar; save it as UTF-8")
     parser = expat.ParserCreate()
     builder = _ElementBuilder(source, parser)
     try:

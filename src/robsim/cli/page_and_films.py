@@ -19,15 +19,14 @@ VIEWS = (PAGE, "run.gif", "run.mp4")
 
 
 def check_views(scenario: Experiment, names: tuple[str, ...]) -> None:
-    """Raise InputError if the run of a scenario has no page or film."""
-    import numpy as np
-
+    """Raise InputError if the files cannot show the run of a scenario."""
     from robsim.plot.film.animation import check_film_path
 
     for name in names:
         if name != PAGE:
             check_film_path(name)
-        runs = len(scenario.start) if np.ndim(scenario.start) > 1 else 1
+        start = scenario.start
+        runs = len(start) if start is not None and start.ndim > 1 else 1
         if runs != 1:
             raise InputError(f"{name} shows one run, and {scenario.source} has {runs} starts")
         if scenario.record == "summary":

@@ -13,7 +13,14 @@ from robsim.base.arrays import as_floats, make_read_only
 from robsim.base.errors import InputError
 from robsim.declare.problems import prefix_path
 from robsim.declare.scalars import ANY, Number, PlainValue
-from robsim.declare.spec import Context, Raw, make_expected_error
+from robsim.declare.spec import (
+    Context,
+    DefineSchema,
+    FieldValue,
+    JSONSchema,
+    Raw,
+    make_expected_error,
+)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -29,23 +36,23 @@ class Numbers(PlainValue):
 
     form: ClassVar[str] = "list"
 
-    def demand(self, value: Any) -> str:
+    def demand(self, value: FieldValue) -> str:
         deepest = 2 if self.shape is None else len(self.shape)
         each = value.ravel().tolist() if self.item.limits else []
         wrong = value.ndim > deepest or not value.size or any(map(self.item.demand, each))
         return self.text_words() if wrong else ""
 
-    def taken(self, value: Any, what: str) -> Any:
+    def taken(self, value: FieldValue, what: str) -> FieldValue:
         return make_read_only(as_floats(value, what, self.shape or ()))
 
-    def parsed(self, raw: Raw, c: Context) -> Any:
+    def parsed(self, raw: Raw, c: Context) -> FieldValue:
         nested = self._each(raw, self.item.read, c)
         try:
             return self.taken(nested, "")
         except InputError:
             raise make_expected_error(self.text_words(), raw) from None
 
-    def write(self, value: Any, c: Context) -> Any:
+    def write(self, value: object, c: Context) -> FieldValue:
         return self._each(np.asarray(value).tolist(), self.item.write, c)
 
     def words(self) -> str:
@@ -57,7 +64,7 @@ class Numbers(PlainValue):
     def rows(self, name: str) -> list[tuple[str, str]]:
         return [(key, self._list_of(holds)) for key, holds in self.item.rows(name)]
 
-    def schema(self, define: Any) -> dict[str, Any]:
+    def schema(self, define: DefineSchema) -> JSONSchema:
         one = self.item.schema(define)
         if self.json:
             return dict(self.json)

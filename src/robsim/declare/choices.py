@@ -6,10 +6,10 @@ import difflib
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, fields, is_dataclass, replace
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from robsim.base.errors import InputError, format_value, suggest_names
-from robsim.declare.dotted_paths import PathPart, find_field_parts
+from robsim.declare.dotted_paths import find_field_parts
 from robsim.declare.error_phrases import format_methods, join_alternatives
 from robsim.declare.fields import DeclaredField, fields_of
 from robsim.declare.kind_families import KindFamily, pluralize
@@ -17,7 +17,12 @@ from robsim.declare.problems import UnreadableValue
 from robsim.declare.spec import (
     MISSING,
     Context,
+    DeclaredClass,
+    DefineSchema,
+    FieldValue,
+    JSONSchema,
     NoTextError,
+    PathPart,
     PythonValue,
     Raw,
     Spec,
@@ -33,6 +38,9 @@ from robsim.declare.tables import (
     yield_controls,
 )
 
+if TYPE_CHECKING:
+    from robsim.declare.controls import Control, ControlPlace
+
 
 @dataclass(frozen=True)
 class KindOf(Spec):
@@ -40,7 +48,7 @@ class KindOf(Spec):
 
     Parameters
     ----------
-    family : Family
+    family : KindFamily
         Family of the kinds, see `family`.
     default : str, optional
         Kind of a table without `kind`.
@@ -69,7 +77,7 @@ class KindOf(Spec):
     family: KindFamily
     default: str | None = None
     beside_of: Mapping[str, tuple[str, str]] = field(default_factory=dict)
-    protocol: Any = None
+    protocol: type | None = None
     short: bool = True
     none: str | None = None
     plain: tuple[str, ...] = ()
@@ -85,7 +93,7 @@ class KindOf(Spec):
         """The names of the valid kinds."""
         return [name for name in self.family.names if self.only is None or name in self.only]
 
-    def check(self, value: Any, what: str) -> Any:
+    def check(self, value: object, what: str) -> FieldValue:
         if isinstance(value, str):
             if value in self.plain or value == self.none:
                 return value if value in self.plain else None
@@ -109,7 +117,7 @@ class KindOf(Spec):
         )
         raise InputError(f"{what}: {wrong}; {hint}{more}")
 
-    def read(self, raw: Raw, c: Context) -> Any:
+    def read(self, raw: Raw, c: Context) -> FieldValue:
         if isinstance(raw, str) and raw in self.plain:
             return raw
         if isinstance(raw, str) and self.short and raw in self._find_names(raw):
@@ -128,12 +136,13 @@ class KindOf(Spec):
             raise UnreadableValue
         if not isinstance(kind, str) or kind not in self._find_names(kind):
             c.at("kind").report(
-                f"no kind {format_value(kind)}; {suggest_names(str(kind)[:64], self.names, 'kinds')}"
+                f"no kind {format_value(kind)}; "
+                f"{suggest_names(str(kind)[:64], self.names, 'kinds')}"
             )
             raise UnreadableValue
         return read_table(self.family.find(kind), raw, c if old else c.changing(MISSING), "kind")
 
-    def write(self, value: Any, c: Context) -> Raw:
+    def write(self, value: object, c: Context) -> Raw:
         if isinstance(value, str) and value in self.plain:
             return value
         if self.other is not None and self.family.name_of(value) is None:
@@ -146,7 +155,7 @@ class KindOf(Spec):
     def keys(self, name: str) -> tuple[str, ...]:
         return (name, *self.beside_of)
 
-    def pick(self, table: Mapping[str, Raw], name: str, c: Context) -> Any:
+    def pick(self, table: Mapping[str, Raw], name: str, c: Context) -> FieldValue:
         beside = [key for key in self.beside_of if key in table]
         raw = table.get(name, (beside and (self.family.name_of(c.over) or self.default)) or MISSING)
         for key in beside:
@@ -160,7 +169,7 @@ class KindOf(Spec):
         return MISSING if raw is MISSING else c.at(name, over=c.over).tried(self, raw)
 
     def _read_field_beside(
-        self, kind: type[Any], at: str, key: str, table: Mapping[str, Raw], c: Context
+        self, kind: DeclaredClass, at: str, key: str, table: Mapping[str, Raw], c: Context
     ) -> Any:
         """Return an object of a kind, with one field from a key beside the name."""
         old = c.over if type(c.over) is kind else MISSING
@@ -171,7 +180,7 @@ class KindOf(Spec):
         own_fields = {} if value is MISSING else {at: value}
         return kind(**own_fields) if old is MISSING else replace(old, **own_fields)
 
-    def put(self, table: dict[str, Raw], name: str, value: Any, c: Context) -> None:
+    def put(self, table: dict[str, Raw], name: str, value: object, c: Context) -> None:
         if value is None:
             return
         raw = self.write(value, c.at(name))
@@ -201,7 +210,7 @@ class KindOf(Spec):
         more = [self.other.accepts()] if self.other else []
         return join_alternatives(*map(repr, self._bare_words), *more, self._noun_with_article)
 
-    def schema(self, define: Any) -> dict[str, Any]:
+    def schema(self, define: DefineSchema) -> JSONSchema:
         tables = [define(self.family.find(name), name) for name in self.names]
         if self.default is not None:  # its table may lack `kind`
             tables.append(define(self.family.find(self.default)))
@@ -210,7 +219,7 @@ class KindOf(Spec):
         more = [self.other.schema(define)] if self.other else []
         return {"anyOf": [*enums, *more, *tables] or [{"type": "object"}]}
 
-    def properties(self, name: str, define: Any) -> dict[str, Any]:
+    def properties(self, name: str, define: DefineSchema) -> JSONSchema:
         beside = {key: each.spec.schema(define) for key, _, each in self._fields_beside()}
         return {name: self.schema(define), **beside}
 
@@ -226,7 +235,7 @@ class KindOf(Spec):
         for key, (kind, at) in self.beside_of.items():
             yield key, kind, find_declared_field(self.family.find(kind), at)
 
-    def controls(self, value: Any, place: Any) -> Iterable[Any]:
+    def controls(self, value: object, place: ControlPlace) -> Iterable[Control]:
         name = value if isinstance(value, str) else self.family.name_of(value)
         if name is None and self.other is not None and value is not None:
             yield from self.other.controls(value, place)
@@ -242,7 +251,7 @@ class KindOf(Spec):
     def plain_spec(self) -> Spec:
         return self.other or self
 
-    def parts(self, keys: list[str], value: Any, c: Context) -> list[Any]:
+    def parts(self, keys: list[str], value: object, c: Context) -> list[PathPart]:
         if keys == ["kind"]:
             keys.clear()
             return [PathPart(self, c, self.family.name_of, _find_other_kind)]
@@ -262,7 +271,7 @@ class KindOf(Spec):
         words = [*none, *self.plain, *(bare if self.short or not self.plain else [])]
         return tuple(dict.fromkeys([*words, *([name] if name else [])]))
 
-    def inside(self) -> Sequence[type[Any]]:
+    def inside(self) -> Sequence[DeclaredClass]:
         return [self.family.find(name) for name in self.names]
 
     def _is_allowed(self, value: Any) -> bool:
@@ -319,17 +328,17 @@ class KindOf(Spec):
         return name, write_table(value, c.changing(MISSING))
 
 
-def find_declared_field(kind: type[Any], name: str) -> DeclaredField:
+def find_declared_field(kind: DeclaredClass, name: str) -> DeclaredField:
     """Return the declared field of a class with a name."""
     return next(each for each in fields_of(get_text_form(kind)) if each.name == name)
 
 
-def _list_required_parameters(kind: type[Any]) -> list[str]:
+def _list_required_parameters(kind: DeclaredClass) -> list[str]:
     """Return the names of the required fields."""
     return [each.name for each in fields_of(kind) if each.required]
 
 
-def _make_default_kind(kind: type[Any], name: str, what: str) -> Any:
+def _make_default_kind(kind: DeclaredClass, name: str, what: str) -> Any:
     """Return an object of a kind without arguments; InputError if some are required."""
     if needed := _list_required_parameters(kind):
         raise InputError(f"{what}: {name!r} needs {', '.join(needed)}: give a {kind.__name__}(...)")

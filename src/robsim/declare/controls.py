@@ -11,8 +11,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from robsim.declare.quantities import ExactQuantity
-from robsim.declare.spec import Context, Raw
+from robsim.declare.exact_quantity import ExactQuantity
+from robsim.declare.spec import Context, FieldValue, Raw
 
 # range of a slider without declared bounds, for small values, by unit
 REACH = {"m": 0.5, "rad": math.pi, "s": 0.5, "px": 5.0, "per second": 5.0, "m/s": 1.0, "rad/s": 2.0}
@@ -49,21 +49,21 @@ class Control:
 
     path: str
     form: str
-    value: Any
+    value: FieldValue
     meaning: str = ""
-    unit: Any = ""
-    low: Any = None
-    high: Any = None
+    unit: str | Sequence[str] = ""
+    low: float | list[float] | None = None
+    high: float | list[float] | None = None
     options: tuple[str, ...] = ()
     names: tuple[str, ...] = ()
     united: bool = False
     beside: Mapping[str, Any] = field(default_factory=dict)
 
-    def changes(self, value: Any) -> dict[str, Raw]:
+    def changes(self, value: FieldValue) -> dict[str, Raw]:
         """Return the argument of `Experiment.at` that sets the value."""
         return {**self.beside, self.path: self._raw(value)}
 
-    def _raw(self, value: Any) -> Raw:
+    def _raw(self, value: FieldValue) -> Raw:
         if self.form == "choice":
             return f'"{value}"'  # quoted: a text even if it looks like another value
         if not self.united:

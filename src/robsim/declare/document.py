@@ -3,19 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
 
 from robsim.declare.fields import DeclaredField, fields_of
-from robsim.declare.spec import MISSING
+from robsim.declare.spec import MISSING, DeclaredClass
 from robsim.declare.tables import Table, get_text_form
 
 GROUPS = ("", "goal", "features", "depth", "law", "weighting", "shaping")
 
 
-def format_markdown_table(kind: type[Any]) -> str:
+def format_markdown_table(kind: DeclaredClass) -> str:
     """Return a Markdown table of the keys of a class: type, default and meaning of each.
 
-    The fields of a group, which is named by the declaring class, are placed together.
+    The fields of a group are placed together; the declaring class names the group.
     """
     form, lines = (
         get_text_form(kind),
@@ -28,7 +27,7 @@ def format_markdown_table(kind: type[Any]) -> str:
     return "\n".join(lines)
 
 
-def _get_field_group(kind: type[Any], each: DeclaredField) -> str:
+def _get_field_group(kind: DeclaredClass, each: DeclaredField) -> str:
     """Return the group of a field: the attribute `group` of the class that declares it."""
     owner = next(one for one in kind.__mro__ if each.name in vars(one).get("__annotations__", {}))
     return str(vars(owner).get("group", ""))

@@ -1,9 +1,9 @@
 """Paths: dotted names of declared numbers, resolved to get, replace and stack their values.
 
 A path such as "robots.arm.links.deck.dh.alpha" is resolved once to a sequence of parts: the specs
-(`Table`, `ListOf`, `Choice` and others) return the part for a key. A part can replace its value in
-the owner, with the checks of the owner, or put in the numbers of many runs, which the simulation
-binds at once.
+(`Table`, `ListOf`, `KindOf` and others) return the part for a key. A part can replace its value in
+the owner, with the checks of the owner, or insert the numbers of many runs, which are simulated
+together.
 """
 
 from __future__ import annotations
@@ -20,57 +20,7 @@ from robsim.base.errors import InputError, format_value
 from robsim.base.value import replace_unchecked
 from robsim.declare.fields import DeclaredField, fields_of
 from robsim.declare.scalars import LARGEST
-from robsim.declare.spec import Context, Spec
-
-Shapes = tuple[tuple[int | str, ...], ...]  # valid shapes of the number of one run
-
-
-def _replace_whole(owner: Any, new: Any) -> Any:
-    """Return the new value, for an owner that holds nothing else."""
-    return new
-
-
-@dataclass(frozen=True)
-class PathPart:
-    """A part of a value under one key.
-
-    Attributes
-    ----------
-    spec, c : Spec and Context
-        Spec of the part, and its context.
-    get : callable
-        Returns the part of an owner.
-    put : callable
-        Returns an owner with another part, checked.
-    hold : callable
-        Returns an owner with another part that is known to be valid.
-    stack : callable or None
-        Returns an owner with the numbers (runs, ...) of all runs; None if runs cannot differ.
-    shapes : tuple
-        Valid shapes of the number of one run.
-    above : float or None
-        Bound that every number exceeds if runs differ.
-    meaning : str
-        Description.
-    """
-
-    spec: Spec
-    c: Context
-    get: Callable[[Any], Any]
-    put: Callable[[Any, Any], Any]
-    hold: Callable[[Any, Any], Any] = _replace_whole
-    stack: Callable[[Any, Array], Any] | None = None
-    shapes: Shapes = ()
-    above: float | None = None
-    meaning: str = ""
-
-    def fits(self, shape: tuple[int, ...]) -> bool:
-        """Return whether the number of one run may have a shape; a word stands for any size."""
-        return any(
-            len(shape) == len(valid_shape)
-            and all(isinstance(n, str) or n == m for n, m in zip(valid_shape, shape, strict=True))
-            for valid_shape in self.shapes
-        )
+from robsim.declare.spec import Context, DeclaredClass, FieldValue, PathPart, Spec, replace_whole
 
 
 @dataclass(frozen=True)
@@ -103,7 +53,7 @@ class DottedPath:
         assert self.leaf.stack is not None
         return _stack_at_path(value, self.parts[:-1], self.leaf.stack(owner, numbers))
 
-    def taken(self, value: Any, old: Any) -> Any:
+    def taken(self, value: FieldValue, old: Any) -> FieldValue:
         """Return a number or array as the leaf stores it; InputError if a file cannot hold it.
 
         A text is parsed as in a file; a number is in SI units.
@@ -129,7 +79,7 @@ class DottedPath:
 def resolve_path(spec: Spec, value: Any, name: str, c: Context) -> DottedPath | None:
     """Return the path of a dotted name within a declared value; None if there is no such path.
 
-    A path leads through present parts only, not through parameters of another kind.
+    A path contains present parts only, no parameters of another kind.
     """
     keys, parts = name.split("."), list[PathPart]()
     while keys:
@@ -142,7 +92,9 @@ def resolve_path(spec: Spec, value: Any, name: str, c: Context) -> DottedPath | 
     return DottedPath(name, tuple(parts))
 
 
-def find_field_parts(form: type[Any], keys: list[str], value: Any, c: Context) -> list[PathPart]:
+def find_field_parts(
+    form: DeclaredClass, keys: list[str], value: Any, c: Context
+) -> list[PathPart]:
     """Return the part of a declared object under the first key, and remove it from the keys."""
     each = _find_owner_field(form, keys[0])
     if each is None:
@@ -156,17 +108,17 @@ def find_field_parts(form: type[Any], keys: list[str], value: Any, c: Context) -
     return [part, *(more if each.stacked else [replace(one, stack=None) for one in more])]
 
 
-def _find_owner_field(form: type[Any], key: str) -> DeclaredField | None:
+def _find_owner_field(form: DeclaredClass, key: str) -> DeclaredField | None:
     """Return the field that owns a key in the table of a class."""
     if form not in _OWNERS:
         _OWNERS[form] = {key: f for f in fields_of(form) for key in f.spec.keys(f.name)}
     return _OWNERS[form].get(key)
 
 
-_OWNERS: dict[type[Any], dict[str, DeclaredField]] = {}
+_OWNERS: dict[DeclaredClass, dict[str, DeclaredField]] = {}
 
 
-def get_inner_context(form: type[Any], value: Any, c: Context) -> Context:
+def get_inner_context(form: DeclaredClass, value: Any, c: Context) -> Context:
     """Return the context inside the table of an object."""
     own = _LazyFields(value, form)
     inner = c.knowing(own=own, raw={})
@@ -176,7 +128,7 @@ def get_inner_context(form: type[Any], value: Any, c: Context) -> Context:
 class _LazyFields(dict[str, Any]):
     """The fields of an object by name, each looked up at its first use."""
 
-    def __init__(self, value: Any, form: type[Any]):
+    def __init__(self, value: Any, form: DeclaredClass):
         super().__init__()
         self.value = value
         self.stands = {} if form is type(value) else getattr(form, "stands", {})
@@ -192,7 +144,7 @@ class _LazyFields(dict[str, Any]):
             return default
 
 
-def make_field_part(form: type[Any], each: DeclaredField, value: Any, c: Context) -> PathPart:
+def make_field_part(form: DeclaredClass, each: DeclaredField, value: Any, c: Context) -> PathPart:
     """Return the part of a field, of an object or of the form that represents it in texts."""
     stands: Mapping[str, str] = {} if form is type(value) else getattr(form, "stands", {})
     name, spec = each.name, each.spec
@@ -207,7 +159,7 @@ def make_field_part(form: type[Any], each: DeclaredField, value: Any, c: Context
     at = stands.get(name, name)
     keys = at.split(".") if at else []
     if not keys:
-        return PathPart(spec, c, lambda owner: owner, _replace_whole)
+        return PathPart(spec, c, lambda owner: owner, replace_whole)
     hold = _make_setter(keys, replace_stacked)
     part = PathPart(
         spec, c, attrgetter(at), _make_setter(keys, replace_checked), hold, meaning=each.meaning
@@ -233,7 +185,7 @@ def _make_setter(keys: Sequence[str], way: Callable[..., Any]) -> Callable[[Any,
 def replace_checked(value: Any, **changes: Any) -> Any:
     """Return a copy with other fields, all checked.
 
-    A class with an expensive constructor may define a method `replace_checked` that checks only the
+    A class with an expensive constructor may define a method `revised`, which checks only the
     changes.
     """
     own = getattr(value, "revised", None)
@@ -243,7 +195,7 @@ def replace_checked(value: Any, **changes: Any) -> Any:
 def replace_stacked(value: Any, **changes: Any) -> Any:
     """Return a copy with other fields that are known to be valid, or that hold many runs.
 
-    A class with values that depend on these fields has a method `replace_stacked`.
+    A class with values that depend on these fields defines a method `held`.
     """
     own = getattr(value, "held", None)
     return own(**changes) if own is not None else replace_unchecked(value, **changes)

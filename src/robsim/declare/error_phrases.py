@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import inspect
-from typing import Any
 
 
-def format_methods(protocol: type[Any]) -> str:
+def format_methods(protocol: type) -> str:
     """Return the public methods of a protocol, such as "command(state)"."""
     methods = {name: each for name, each in vars(protocol).items() if inspect.isfunction(each)}
     return " and ".join(

@@ -17,7 +17,7 @@ import numpy as np
 from robsim.base.arrays import Array, make_read_only
 from robsim.base.errors import InputError
 from robsim.base.value import Value
-from robsim.declare.spec import MISSING, Spec
+from robsim.declare.spec import MISSING, DeclaredClass, FieldValue, Spec
 
 
 @dataclass(frozen=True, init=False)
@@ -84,7 +84,7 @@ class DeclaredField:
     name: str
     spec: Spec
     meaning: str
-    default: Any = MISSING
+    default: FieldValue = MISSING
     stacked: PerRun | None = None
     role: Role = Role.RUN
 
@@ -94,7 +94,7 @@ class DeclaredField:
         return self.default is MISSING
 
 
-def fields_of(kind: type[Any]) -> tuple[DeclaredField, ...]:
+def fields_of(kind: DeclaredClass) -> tuple[DeclaredField, ...]:
     """Return the declared fields of a dataclass, in the order of its arguments.
 
     >>> from robsim import IBVS
@@ -106,10 +106,10 @@ def fields_of(kind: type[Any]) -> tuple[DeclaredField, ...]:
     return _FOUND[kind]
 
 
-_FOUND: dict[type[Any], tuple[DeclaredField, ...]] = {}
+_FOUND: dict[DeclaredClass, tuple[DeclaredField, ...]] = {}
 
 
-def _collect_fields(kind: type[Any]) -> tuple[DeclaredField, ...]:
+def _collect_fields(kind: DeclaredClass) -> tuple[DeclaredField, ...]:
     hints = get_type_hints(kind, include_extras=True)
     declared = []
     for each in dataclasses.fields(kind):
@@ -145,7 +145,7 @@ class DeclaredValue(Value):
         check_fields(self)
 
 
-def check_fields(value: Any) -> None:
+def check_fields(value: object) -> None:
     """Check the declared fields of a new frozen dataclass, and store the checked values.
 
     Call it in `__post_init__` of a class that does not derive from `DeclaredValue`.
@@ -157,9 +157,9 @@ def check_fields(value: Any) -> None:
     """
     kind = type(value).__name__
     for each in fields_of(type(value)):
-        value_given = getattr(value, each.name)
-        if value_given is not None or each.default is not None or each.spec.takes_none:
-            checked = each.spec.check(value_given, f"{kind}.{each.name}")
+        field_value = getattr(value, each.name)
+        if field_value is not None or each.default is not None or each.spec.takes_none:
+            checked = each.spec.check(field_value, f"{kind}.{each.name}")
             object.__setattr__(value, each.name, checked)
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, ClassVar, NamedTuple
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 import numpy as np
 
@@ -12,10 +12,22 @@ from robsim.base.arrays import Array, as_one_or_each, make_read_only
 from robsim.base.errors import InputError
 from robsim.base.si_units import make_quantity_pattern
 from robsim.declare.array_types import Numbers
+from robsim.declare.exact_quantity import ExactQuantity
 from robsim.declare.problems import UnreadableValue, join_keys, prefix_path
-from robsim.declare.quantities import DIMENSIONS, ExactQuantity, format_examples, read_quantity
+from robsim.declare.quantities import DIMENSIONS, format_examples, read_quantity
 from robsim.declare.scalars import POSITIVE, Number
-from robsim.declare.spec import Context, NoTextError, Raw, make_expected_error
+from robsim.declare.spec import (
+    Context,
+    DefineSchema,
+    FieldValue,
+    JSONSchema,
+    NoTextError,
+    Raw,
+    make_expected_error,
+)
+
+if TYPE_CHECKING:
+    from robsim.declare.controls import Control, ControlPlace
 
 NOUNS = {"": "coordinates", "/s": "velocities", "/s^2": "accelerations"}
 
@@ -82,7 +94,7 @@ class PerJoint(Numbers):
         axes = self.axes(c)
         return axes and Axes([f"{u.removesuffix('/s')}{self.per}" for u in axes.units], axes.names)
 
-    def read(self, raw: Raw, c: Context) -> Any:
+    def read(self, raw: Raw, c: Context) -> FieldValue:
         if not isinstance(raw, list):
             raise make_expected_error("a list", raw)
         return list(self.read_each(dict(enumerate(raw)), c).values())
@@ -107,7 +119,7 @@ class PerJoint(Numbers):
         """Return a number in SI from a text in one of these units."""
         return self.item.within(read_quantity(raw, *of), raw)
 
-    def write(self, value: Any, c: Context) -> Any:
+    def write(self, value: FieldValue, c: Context) -> FieldValue:
         axes = self.axes_at(c) or Axes((), ())
         if np.shape(value) != (len(axes.units),):
             wrong = f"not one number for each of {len(axes.units)} joints"
@@ -119,7 +131,7 @@ class PerJoint(Numbers):
     def _list_of(self, words: str) -> str:
         return f"one number for each joint, as in {format_examples(*self.of_any)}"
 
-    def controls(self, value: Any, place: Any) -> Iterable[Any]:
+    def controls(self, value: FieldValue, place: ControlPlace) -> Iterable[Control]:
         axes = self.axes_at(place.c)
         if axes is None or np.shape(value) != (len(axes.units),):
             return ()
@@ -134,27 +146,27 @@ class OneOrEach(PerJoint):
     item: Number = field(default=POSITIVE, kw_only=True)  # or of at least 0
     forms: ClassVar[tuple[str, ...]] = ("plain", "list")
 
-    def demand(self, value: Any) -> str:
+    def demand(self, value: object) -> str:
         return ""  # `taken` has checked it
 
-    def taken(self, value: Any, what: str) -> Any:
+    def taken(self, value: FieldValue, what: str) -> FieldValue:
         return as_one_or_each(value, what, "joint", zero=self.item.least == 0)
 
-    def read(self, raw: Raw, c: Context) -> Any:
+    def read(self, raw: Raw, c: Context) -> FieldValue:
         if isinstance(raw, list):
             return tuple(super().read(raw, c))
         if not isinstance(raw, str | int | float):
             raise make_expected_error(self.words(), raw)
         return self.read_one(raw, *(self._kinds(c) or self.of_any))
 
-    def write(self, value: Any, c: Context) -> Any:
+    def write(self, value: FieldValue, c: Context) -> FieldValue:
         if isinstance(value, tuple):
             return super().write(value, c)
         return ExactQuantity(
             value, (self._kinds(c) or self.of_any)[0]
         )  # in the unit of the first joint
 
-    def controls(self, value: Any, place: Any) -> Iterable[Any]:
+    def controls(self, value: object, place: ControlPlace) -> Iterable[Control]:
         kinds = self._kinds(place.c)
         if isinstance(value, float) and kinds:  # in the unit of the first joint
             return [place.slider(value, kinds[0], 0.0, None, True)]
@@ -167,7 +179,7 @@ class OneOrEach(PerJoint):
     def accepts(self) -> str:
         return f"{self.item.words()}, or one for each joint"
 
-    def schema(self, define: Any) -> dict[str, Any]:
+    def schema(self, define: DefineSchema) -> JSONSchema:
         patterns = [make_quantity_pattern(DIMENSIONS[unit]) for unit in self.of_any]
         for_all = [{"type": "string", "pattern": each} for each in patterns]
         return {"anyOf": [*for_all, super().schema(define)]}
@@ -186,16 +198,16 @@ class OfJoint(Number):
     united: ClassVar[bool] = True
     json: ClassVar[Mapping[str, Any]] = {"type": "string"}
 
-    def parsed(self, raw: Raw, c: Context) -> Any:
+    def parsed(self, raw: Raw, c: Context) -> FieldValue:
         return read_quantity(raw, f"{get_joint_unit(c)}{self.per}")
 
-    def write(self, value: Any, c: Context) -> str:
+    def write(self, value: FieldValue, c: Context) -> str:
         return ExactQuantity(value, f"{get_joint_unit(c)}{self.per}")
 
     def words(self) -> str:
         return f"{super().words()} in the unit of the joint{self.per}"
 
-    def controls(self, value: Any, place: Any) -> Iterable[Any]:
+    def controls(self, value: object, place: ControlPlace) -> Iterable[Control]:
         return ()
 
 
@@ -205,28 +217,26 @@ def get_joint_unit(c: Context) -> str:
     if kind is None:
         raise UnreadableValue
     if len(kind.units) != 1:
-        raise InputError(f"a {kind.name} joint has none; only joints of one coordinate have one")
+        raise InputError(
+            f"a {kind.name} joint has no such number; only joints with one coordinate have it"
+        )
     unit: str = kind.units[0]
     return unit
 
 
-def has_wrong_count(numbers_given: Any, owners: Sequence[str]) -> bool:
-    """Return whether there is a number for each owner, but a wrong count of them.
+def has_wrong_count(numbers: Any, owners: Sequence[str]) -> bool:
+    """Return whether numbers for each owner have a wrong count.
 
-    One number for all owners, or one for each run, is not wrong. If runs differ, numbers have the
+    One number for all owners, or one for each run, is valid. If runs differ, numbers have the
     shape (n, runs).
     """
-    return (isinstance(numbers_given, tuple) or np.ndim(numbers_given) > 1) and len(
-        numbers_given
-    ) != len(owners)
+    return (isinstance(numbers, tuple) or np.ndim(numbers) > 1) and len(numbers) != len(owners)
 
 
-def check_joint_count(numbers_given: Any, name: str, owners: Sequence[str]) -> None:
+def check_joint_count(numbers: Any, name: str, owners: Sequence[str]) -> None:
     """Raise InputError unless there is one number for all owners, or one for each."""
-    if has_wrong_count(numbers_given, owners):
-        raise InputError(
-            f"{len(numbers_given)} numbers of {name} for {len(owners)}: {', '.join(owners)}"
-        )
+    if has_wrong_count(numbers, owners):
+        raise InputError(f"{len(numbers)} numbers of {name} for {len(owners)}: {', '.join(owners)}")
 
 
 def broadcast_limits(bounds: Any, count: int) -> Array:

@@ -1,8 +1,8 @@
 """Families: named kinds of features, laws, tasks and other exchangeable parts.
 
-The kinds of RobSim are found in the files that `kinds.toml` lists for each family, and are imported
-when they are needed. A user's kind joins a family by the decorator `register`, or as a registered
-class that is an entry point of the group "robsim".
+`kinds.toml` lists the files with the kinds of RobSim for each family; they are imported when they
+are needed. The decorator `register` adds a user's kind to a family. An installed package may offer
+registered classes as entry points of the group "robsim".
 """
 
 from __future__ import annotations

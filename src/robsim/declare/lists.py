@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar, cast
+from typing import TYPE_CHECKING, Any, ClassVar, cast
 
 import numpy as np
 
@@ -14,9 +14,23 @@ from robsim.declare.dotted_paths import make_item_part
 from robsim.declare.fields import is_identical
 from robsim.declare.problems import UnreadableValue
 from robsim.declare.scalars import Number
-from robsim.declare.spec import Context, Raw, Spec, UnwritableChange, make_expected_error
+from robsim.declare.spec import (
+    Context,
+    DeclaredClass,
+    DefineSchema,
+    FieldValue,
+    JSONSchema,
+    PathPart,
+    Raw,
+    Spec,
+    UnwritableChange,
+    make_expected_error,
+)
 from robsim.declare.tables import Table, get_table_keys
 from robsim.declare.texts import Text
+
+if TYPE_CHECKING:
+    from robsim.declare.controls import Control, ControlPlace
 
 
 @dataclass(frozen=True)
@@ -54,17 +68,17 @@ class ListOf(Spec):
     in_turn: bool = False
     form: ClassVar[str] = "list"
 
-    def check(self, value: Any, what: str) -> tuple[Any, ...]:
+    def check(self, value: FieldValue, what: str) -> tuple[FieldValue, ...]:
         if isinstance(value, Iterator):
             value = list(value)
-        listed = isinstance(value, Sequence | np.ndarray) and has_items(value)
-        if self.alone and not listed:
-            value, listed = [value], True
-        if not listed or not self.least <= len(value) <= self.most:
+        is_list = isinstance(value, Sequence | np.ndarray) and has_items(value)
+        if self.alone and not is_list:
+            value, is_list = [value], True
+        if not is_list or not self.least <= len(value) <= self.most:
             raise InputError(f"{what}: expected {self.accepts()}, got {format_value(value)}")
         return tuple(self.item.check(each, what) for each in value)
 
-    def read(self, raw: Raw, c: Context) -> tuple[Any, ...]:
+    def read(self, raw: Raw, c: Context) -> tuple[FieldValue, ...]:
         if self._is_change(raw, c.over):
             return self._read_changes(raw, c)
         if not isinstance(raw, list):
@@ -81,7 +95,7 @@ class ListOf(Spec):
             raise UnreadableValue
         return tuple(values)
 
-    def write(self, value: Any, c: Context) -> list[Raw]:
+    def write(self, value: FieldValue, c: Context) -> list[Raw]:
         if not isinstance(c.over, tuple) or not c.over or not self.named:
             return [self.item.write(each, c.at(i)) for i, each in enumerate(value)]
         key = self._name_key
@@ -93,7 +107,7 @@ class ListOf(Spec):
         table = cast(Table, self.item)
         return [table.written(new, c.at(getattr(new, key), over=old), key) for old, new in pairs]
 
-    def put(self, table: dict[str, Raw], name: str, value: Any, c: Context) -> None:
+    def put(self, table: dict[str, Raw], name: str, value: FieldValue, c: Context) -> None:
         if value is not None and len(value):
             super().put(table, name, value, c)
 
@@ -108,11 +122,11 @@ class ListOf(Spec):
         words = self.words().replace(self.item.words(), self.item.accepts())
         return self.python_phrase or words.partition(", as in")[0]
 
-    def schema(self, define: Any) -> dict[str, Any]:
+    def schema(self, define: DefineSchema) -> JSONSchema:
         counts = {"minItems": self.least, "maxItems": self.most}
         return {"type": "array", "items": self.item.schema(define), **counts}
 
-    def controls(self, value: Any, place: Any) -> Iterable[Any]:
+    def controls(self, value: FieldValue, place: ControlPlace) -> Iterable[Control]:
         if type(self.item) is Number and value is not None and len(value):
             unit = self.item.unit
             names = self.names or [str(i) for i in range(len(value))]
@@ -125,7 +139,7 @@ class ListOf(Spec):
     def si_unit(self) -> str:
         return self.item.si_unit
 
-    def parts(self, keys: list[str], value: Any, c: Context) -> list[Any]:
+    def parts(self, keys: list[str], value: object, c: Context) -> list[PathPart]:
         if not self.item.inside() or not isinstance(value, tuple):
             return []
         names = self._list_labels(value)
@@ -134,7 +148,7 @@ class ListOf(Spec):
         first = keys.pop(0)
         return [make_item_part(self.item, names.index(first), c.at(first))]
 
-    def inside(self) -> Sequence[type[Any]]:
+    def inside(self) -> Sequence[DeclaredClass]:
         return self.item.inside()
 
     @property
@@ -157,7 +171,7 @@ class ListOf(Spec):
         several = isinstance(old, tuple) and bool(old) and bool(self.item.inside())
         return several and isinstance(raw, list if self.named else Mapping)
 
-    def _read_changes(self, raw: Raw, c: Context) -> tuple[Any, ...]:
+    def _read_changes(self, raw: Raw, c: Context) -> tuple[FieldValue, ...]:
         """Return the old list with changed items, by their names or numbers."""
         before, labels = c.problems.seen, self._list_labels(c.over)
         changes = self._collect_changes_by_name(raw, c) if isinstance(raw, list) else dict(raw)
@@ -215,14 +229,14 @@ class Names(ListOf):
     forms: ClassVar[tuple[str, ...]] = ("plain", "list")
     phrase: ClassVar[str] = "a name, or a list of names"
 
-    def read(self, raw: Raw, c: Context) -> tuple[Any, ...]:
+    def read(self, raw: Raw, c: Context) -> tuple[FieldValue, ...]:
         return super().read([raw] if isinstance(raw, str) else raw, c)
 
-    def schema(self, define: Any) -> dict[str, Any]:
+    def schema(self, define: DefineSchema) -> JSONSchema:
         return {"anyOf": [{"type": "string"}, super().schema(define)]}
 
 
-def find_name_key(kind: type[Any]) -> str | None:
+def find_name_key(kind: DeclaredClass) -> str | None:
     """Return the key of the names of objects of a class; None if they have no names."""
     return next((key for key in ("name", "robot") if key in get_table_keys(kind)), None)
 

@@ -14,30 +14,30 @@ from typing import Any, TypeVar, Union, get_args, get_origin, get_type_hints
 from robsim.declare.fields import DeclaredField, fields_of
 from robsim.declare.spec import MISSING
 
-K = TypeVar("K", bound=type[Any])
+K = TypeVar("K", bound=type)
 WIDTH = 92  # longest line in characters
 
 
 class _Docstring:
-    """A class docstring that is completed at its first use, because fields take time."""
+    """A class docstring that is completed at its first use, because reading fields is slow."""
 
     def __init__(self, text: str):
         self.text = text
 
-    def __get__(self, value: object, kind: type[Any]) -> str:
+    def __get__(self, value: object, kind: type) -> str:
         return add_parameters_section(self.text, _list_arguments(kind))
 
 
-def _list_arguments(kind: type[Any]) -> tuple[DeclaredField, ...]:
+def _list_arguments(kind: type) -> tuple[DeclaredField, ...]:
     """Return the declared fields of a dataclass, keyword-only fields last."""
     keyword = {each.name: each.kw_only is True for each in dataclasses.fields(kind)}
     return tuple(sorted(fields_of(kind), key=lambda each: keyword[each.name]))
 
 
 class _LazySignature:
-    """The signature of a class with plain types, which is made when it is read."""
+    """The signature of a class with plain types, computed when it is read."""
 
-    def __get__(self, value: object, kind: type[Any]) -> inspect.Signature | None:
+    def __get__(self, value: object, kind: type) -> inspect.Signature | None:
         return get_plain_signature(kind)
 
 
@@ -114,7 +114,8 @@ def add_parameters_section(text: str, fields: tuple[DeclaredField, ...]) -> str:
     """Return a docstring with a section on fields, before the first example.
 
     >>> from robsim.declare import Length
-    >>> print(add_parameters_section("A ball.", (DeclaredField("radius", Length(above=0), "Its radius."),)))
+    >>> radius = DeclaredField("radius", Length(above=0), "Its radius.")
+    >>> print(add_parameters_section("A ball.", (radius,)))
     A ball.
     <BLANKLINE>
     Parameters

@@ -84,7 +84,7 @@ class Problems:
 
 
 def join_keys(*keys: str | int) -> str:
-    """Return a key path: joined('objects', 'cube', 'marks', 3) is 'objects.cube.marks[3]'."""
+    """Return a key path: join_keys('objects', 'cube', 'marks', 3) is 'objects.cube.marks[3]'."""
     path = ""
     for key in keys:
         part = f"[{key}]" if isinstance(key, int) else _shorten_key(key)
@@ -93,5 +93,5 @@ def join_keys(*keys: str | int) -> str:
 
 
 def _shorten_key(key: str) -> str:
-    """Return a key of a path, shortened if it is long; a path that is joined is unchanged."""
+    """Return a key of a path, shortened if it is long; a joined path is unchanged."""
     return key if len(key) <= 200 and key.isprintable() else format_value(key)

@@ -4,15 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from typing import Any, ClassVar, get_args
+from typing import TYPE_CHECKING, Any, ClassVar, TypedDict, Unpack, get_args
 
 import numpy as np
 
 from robsim.base import si_units
 from robsim.base.arrays import as_floats
 from robsim.base.errors import UnitError, format_value
+from robsim.declare.exact_quantity import ExactQuantity
 from robsim.declare.scalars import LARGEST, Number
-from robsim.declare.spec import Context, Raw
+from robsim.declare.spec import Context, DefineSchema, FieldValue, JSONSchema, Raw
+
+if TYPE_CHECKING:
+    from robsim.declare.controls import Control, ControlPlace
 
 LONGEST = 200  # characters of a quantity
 SI: dict[si_units.Dimension, str] = {
@@ -80,18 +84,13 @@ def format_example(unit: str, count: int | None = None) -> str:
     return f"{', '.join('123'[:count]) if count else number} {name}"
 
 
-class ExactQuantity(str):
-    """The text of numbers in SI, such as '0.1, 0.2 m', with the numbers as an attribute."""
+class Bounds(TypedDict, total=False):
+    """Bounds of a quantity in SI units; `above` and `below` are exclusive."""
 
-    numbers: tuple[float, ...]
-    unit: str
-
-    def __new__(cls, numbers: Any, unit: str) -> ExactQuantity:
-        """Return the text of a number, or of several; the unit "1" is not written."""
-        own = tuple(map(float, np.atleast_1d(numbers)))
-        text = super().__new__(cls, f"{', '.join(map(repr, own))} {unit}".removesuffix(" 1"))
-        text.numbers, text.unit = own, unit
-        return text
+    above: float
+    least: float
+    below: float
+    most: float
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -124,16 +123,16 @@ class Quantity(Number):
         """An example text."""
         return format_example(self.si_unit)
 
-    def parsed(self, raw: Raw, c: Context) -> Any:
+    def parsed(self, raw: Raw, c: Context) -> FieldValue:
         return read_quantity(raw, self.si_unit)
 
-    def write(self, value: Any, c: Context) -> Any:
+    def write(self, value: FieldValue, c: Context) -> FieldValue:
         return ExactQuantity(value, self.si_unit)
 
     def text_words(self) -> str:
         return f'a quantity{self.bounds} such as "{self.example}"'
 
-    def schema(self, define: Any) -> dict[str, Any]:
+    def schema(self, define: DefineSchema) -> JSONSchema:
         pattern = si_units.make_quantity_pattern(self.dimension)
         return {"type": "string", "pattern": pattern, "examples": [self.example]}
 
@@ -142,7 +141,7 @@ class Quantity(Number):
         return [(name, f'{self.dimension}, as in "{self.example}"{bounds}')]
 
 
-def Length(**bounds: Any) -> Quantity:
+def Length(**bounds: Unpack[Bounds]) -> Quantity:
     """Return the spec of a length in metres, with the bounds of `Quantity`.
 
     >>> Length(above=0).words()
@@ -151,7 +150,7 @@ def Length(**bounds: Any) -> Quantity:
     return Quantity(**bounds, dimension="length")
 
 
-def Angle(**bounds: Any) -> Quantity:
+def Angle(**bounds: Unpack[Bounds]) -> Quantity:
     """Return the spec of an angle in radians, with the bounds of `Quantity`.
 
     >>> Angle().words()
@@ -160,7 +159,7 @@ def Angle(**bounds: Any) -> Quantity:
     return Quantity(**bounds, dimension="angle")
 
 
-def Time(**bounds: Any) -> Quantity:
+def Time(**bounds: Unpack[Bounds]) -> Quantity:
     """Return the spec of a time in seconds, with the bounds of `Quantity`.
 
     >>> Time(least=0).words()
@@ -194,13 +193,13 @@ class Vector(Quantity):
         """An example text."""
         return format_example(self.si_unit, self.count)
 
-    def demand(self, value: Any) -> str:
+    def demand(self, value: FieldValue) -> str:
         return "" if np.ndim(value) == 1 else self.accepts()
 
-    def taken(self, value: Any, what: str) -> Any:
+    def taken(self, value: FieldValue, what: str) -> FieldValue:
         return tuple(as_floats(value, what, (self.count,)).tolist())
 
-    def parsed(self, raw: Raw, c: Context) -> Any:
+    def parsed(self, raw: Raw, c: Context) -> FieldValue:
         return read_quantity(raw, self.si_unit, count=self.count)
 
     def words(self) -> str:
@@ -209,7 +208,7 @@ class Vector(Quantity):
     def accepts(self) -> str:
         return f"{self.count} numbers ({self.si_unit})"
 
-    def controls(self, value: Any, place: Any) -> Iterable[Any]:
+    def controls(self, value: object, place: ControlPlace) -> Iterable[Control]:
         names = "xyz"[: self.count]
         return [] if value is None else [place.several(value, names, self.si_unit)]
 
@@ -220,7 +219,7 @@ class Amount(Number):
 
     json: ClassVar[Mapping[str, Any]] = {"type": ["number", "string"]}
 
-    def parsed(self, raw: Raw, c: Context) -> Any:
+    def parsed(self, raw: Raw, c: Context) -> FieldValue:
         of = c.facts.get("of", DIMENSIONS)
         return read_quantity(raw, *of) if isinstance(raw, str) else super().parsed(raw, c)
 

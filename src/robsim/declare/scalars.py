@@ -7,13 +7,25 @@ import operator
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, ClassVar, NamedTuple
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 import numpy as np
 
 from robsim.base.arrays import as_floats
 from robsim.base.errors import InputError, format_value
-from robsim.declare.spec import Context, NoTextError, Raw, Spec, make_expected_error
+from robsim.declare.spec import (
+    Context,
+    DefineSchema,
+    FieldValue,
+    JSONSchema,
+    NoTextError,
+    Raw,
+    Spec,
+    make_expected_error,
+)
+
+if TYPE_CHECKING:
+    from robsim.declare.controls import Control, ControlPlace
 
 LARGEST = 1e9  # bound of all numbers in SI units, so that no product of poses overflows
 
@@ -39,34 +51,34 @@ BOUNDS = {
 class PlainValue(Spec):
     """A field with a value that a single test accepts or rejects, in a text and in Python."""
 
-    def demand(self, value: Any) -> str:
+    def demand(self, value: object) -> str:
         """Return a phrase for the valid values if a value is not valid, or ""."""
         raise NotImplementedError
 
-    def taken(self, value: Any, what: str) -> Any:
+    def taken(self, value: object, what: str) -> FieldValue:
         """Return a Python value in its stored type, or unchanged if it is not valid."""
         return value
 
-    def parsed(self, raw: Raw, c: Context) -> Any:
+    def parsed(self, raw: Raw, c: Context) -> FieldValue:
         """Return the value of a text in its stored type, or unchanged if it is not valid."""
         return raw
 
-    def within(self, value: Any, raw: Raw) -> Any:
+    def within(self, value: object, raw: Raw) -> FieldValue:
         """Return a value that was read from `raw`; InputError unless it is valid."""
         if demand := self.demand(value):
             raise make_expected_error(demand, raw)
         return value
 
-    def check(self, value: Any, what: str) -> Any:
+    def check(self, value: object, what: str) -> FieldValue:
         taken = self.taken(value, what)
         if self.demand(taken):
             raise InputError(f"{what} must be {self.accepts()}, got {format_value(value)}")
         return taken
 
-    def read(self, raw: Raw, c: Context) -> Any:
+    def read(self, raw: Raw, c: Context) -> FieldValue:
         return self.within(self.parsed(raw, c), raw)
 
-    def write(self, value: Any, c: Context) -> Any:
+    def write(self, value: object, c: Context) -> FieldValue:
         if demand := self.demand(value):
             raise NoTextError(f"{format_value(value)} is not {demand}")
         return value
@@ -110,7 +122,7 @@ class Number(PlainValue):
         """The bounds as the end of a phrase; "" if there are none."""
         return " and".join(f" {bound.word} {limit:g}" for bound, limit in self.limits)
 
-    def demand(self, value: Any) -> str:
+    def demand(self, value: object) -> str:
         if not isinstance(value, float) or not math.isfinite(value):
             return "a finite number"
         for bound, limit in self.limits:
@@ -118,17 +130,17 @@ class Number(PlainValue):
                 return f"{bound.demand} {limit:g}"
         return ""
 
-    def taken(self, value: Any, what: str) -> Any:
+    def taken(self, value: FieldValue, what: str) -> FieldValue:
         return as_floats(value, what, ()).tolist()
 
-    def parsed(self, raw: Raw, c: Context) -> Any:
+    def parsed(self, raw: Raw, c: Context) -> FieldValue:
         if isinstance(raw, bool) or not isinstance(raw, int | float):
             raise make_expected_error("a valid number", raw)
         if LARGEST < abs(raw) < math.inf:
             raise make_expected_error(f"a number of at most {LARGEST:g}", raw)
         return float(raw)
 
-    def write(self, value: Any, c: Context) -> Any:
+    def write(self, value: FieldValue, c: Context) -> FieldValue:
         return super().write(float(value), c)
 
     def words(self) -> str:
@@ -137,13 +149,13 @@ class Number(PlainValue):
             return f"a positive number{unit}"
         return f"a number{unit}{self.bounds}"
 
-    def schema(self, define: Any) -> dict[str, Any]:
+    def schema(self, define: DefineSchema) -> JSONSchema:
         return dict(self.json) or {
             "type": "number",
             **{bound.key: limit for bound, limit in self.limits},
         }
 
-    def controls(self, value: Any, place: Any) -> Iterable[Any]:
+    def controls(self, value: object, place: ControlPlace) -> Iterable[Control]:
         if not isinstance(value, float | int) or not math.isfinite(value):
             return ()
         ends = self.above is not None, self.below is not None
@@ -172,11 +184,11 @@ class Integer(PlainValue):
     least: int = 0
     most: int = 2**63 - 1
 
-    def demand(self, value: Any) -> str:
+    def demand(self, value: FieldValue) -> str:
         whole = isinstance(value, int) and not isinstance(value, bool)
         return "" if whole and self.least <= value <= self.most else self.words()
 
-    def taken(self, value: Any, what: str) -> Any:
+    def taken(self, value: FieldValue, what: str) -> FieldValue:
         number = as_floats(value, what, ())
         return int(value) if not number.ndim and number == np.round(number) else value
 
@@ -184,10 +196,10 @@ class Integer(PlainValue):
         most = f"to {self.most}" if self.most < 2**63 - 1 else "on"
         return f"a whole number from {self.least} {most}"
 
-    def schema(self, define: Any) -> dict[str, Any]:
+    def schema(self, define: DefineSchema) -> JSONSchema:
         return {"type": "integer", "minimum": self.least, "maximum": self.most}
 
-    def controls(self, value: Any, place: Any) -> Iterable[Any]:
+    def controls(self, value: object, place: ControlPlace) -> Iterable[Control]:
         if not isinstance(value, int):
             return ()
         return [place.control("whole", value, low=self.least, high=self.most)]
@@ -204,11 +216,11 @@ class Flag(PlainValue):
     phrase: ClassVar[str] = "true or false"
     json: ClassVar[Mapping[str, Any]] = {"type": "boolean"}
 
-    def demand(self, value: Any) -> str:
+    def demand(self, value: object) -> str:
         return "" if isinstance(value, bool) else self.words()
 
-    def taken(self, value: Any, what: str) -> Any:
+    def taken(self, value: object, what: str) -> FieldValue:
         return bool(value) if isinstance(value, np.bool_) else value
 
-    def controls(self, value: Any, place: Any) -> Iterable[Any]:
+    def controls(self, value: object, place: ControlPlace) -> Iterable[Control]:
         return [place.control("flag", value)] if isinstance(value, bool) else ()

@@ -22,7 +22,7 @@ class SchemaDefinitions:
     schemas: dict[str, Any] = field(default_factory=dict)
     partial: bool = False
 
-    def __call__(self, kind: type[Any], name: str = "", **more: Any) -> dict[str, Any]:
+    def __call__(self, kind: type, name: str = "", **more: Any) -> dict[str, Any]:
         """Return the reference to the table of a class, with its kind `name` in a family."""
         key = "_".join(filter(None, [kind.__name__, name, "changes" if self.partial else ""]))
         if key not in self.schemas:
@@ -36,7 +36,7 @@ class SchemaDefinitions:
         """The same schemas without required keys, for tables that change others."""
         return SchemaDefinitions(self.schemas, True)
 
-    def table(self, kind: type[Any], more: Properties, needed: list[str]) -> dict[str, Any]:
+    def table(self, kind: type, more: Properties, needed: list[str]) -> dict[str, Any]:
         """Return the schema of the table of a class, with `more` properties."""
         properties = dict(more)
         for each in fields_of(get_text_form(kind)):
@@ -49,7 +49,7 @@ class SchemaDefinitions:
         return {**schema_of_table, "required": needed, "additionalProperties": False}
 
 
-def json_schema(kind: type[Any], **more: Any) -> dict[str, Any]:
+def json_schema(kind: type, **more: Any) -> dict[str, Any]:
     """Return the JSON Schema of the table of a class, with `more` required properties."""
     define = SchemaDefinitions()
     top = define.table(kind, more, list(more))
@@ -57,7 +57,7 @@ def json_schema(kind: type[Any], **more: Any) -> dict[str, Any]:
 
 
 def _add_description(each: DeclaredField, schema: dict[str, Any]) -> dict[str, Any]:
-    """Return a schema with the meaning of its field; a reference is unchanged, as required."""
+    """Return a schema with the meaning of its field; a reference allows no other keys."""
     if not each.meaning or "$ref" in schema or "description" in schema:
         return schema
     return {**schema, "description": each.meaning}

@@ -9,8 +9,9 @@ from decimal import Decimal
 from typing import Any
 
 from robsim.base import si_units
+from robsim.declare.exact_quantity import ExactQuantity
 from robsim.declare.fields import is_identical
-from robsim.declare.quantities import DIMENSIONS, ExactQuantity
+from robsim.declare.quantities import DIMENSIONS
 
 LESS = re.compile(r"\b0\.")  # the start of a number below one
 WHOLE = 1e15  # integers below it are written without a decimal point

@@ -2,16 +2,31 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, Protocol
 
 import numpy as np
 
+from robsim.base.arrays import Array
 from robsim.base.errors import FileError, InputError, format_value
 from robsim.declare.problems import Problems, UnreadableValue, join_keys
 
-Raw = Any  # a TOML value: table, list, text, number or truth value
+if TYPE_CHECKING:
+    from robsim.declare.controls import Control, ControlPlace
+
+Raw = Any  # Any: a TOML value, which is a table, list, text, number or truth value
+FieldValue = Any  # Any: a declared field may hold a value of any type
+DeclaredClass = type[Any]  # Any: a class with declared fields of any type
+JSONSchema = dict[str, Any]  # Any: JSON
+Shapes = tuple[tuple[int | str, ...], ...]  # valid shapes of the number of one run
+
+
+class DefineSchema(Protocol):
+    """Function that returns the reference to the JSON Schema of a declared class."""
+
+    def __call__(self, kind: type, name: str = "") -> JSONSchema:
+        """Return the reference to the schema of a class, as the kind of a name if there is one."""
 
 
 class NoTextError(Exception):
@@ -47,9 +62,9 @@ def is_numeric(value: Any) -> bool:
 class Context:
     """The location of a value in a text, and facts from the outer tables.
 
-    `facts` include the scene, which defines the units of joint numbers. `over` is the old value, if
-    a text changes one: `Spec.read` then keeps all of it that the text does not change, and
-    `Spec.write` omits equal parts. `over` belongs to this location only.
+    `facts` include the scene, which defines the units of joint numbers. `over` is the old value if
+    the text changes a value: `Spec.read` then keeps the parts that the text does not change, and
+    `Spec.write` omits equal parts. `over` applies to this location only.
     """
 
     problems: Problems
@@ -77,8 +92,8 @@ class Context:
         """Add an error of the value at this location, or of an inner value."""
         self.problems.add(join_keys(*self.path, error.path), error.text)
 
-    def tried(self, spec: Spec, raw: Raw) -> Any:
-        """Return the value of `raw`, or MISSING with its problem reported."""
+    def tried(self, spec: Spec, raw: Raw) -> FieldValue:
+        """Return the value of `raw`; report an invalid value and return MISSING."""
         try:
             if not isinstance(raw, PythonValue):
                 return spec.read(raw, self)
@@ -110,6 +125,54 @@ class Context:
             raise make_python_error(spec, value) from None
 
 
+def replace_whole(owner: Any, new: Any) -> Any:
+    """Return the new value, for an owner that holds nothing else."""
+    return new
+
+
+@dataclass(frozen=True)
+class PathPart:
+    """A part of a value under one key.
+
+    Attributes
+    ----------
+    spec, c : Spec and Context
+        Spec of the part, and its context.
+    get : callable
+        Returns the part of an owner.
+    put : callable
+        Returns an owner with another part, checked.
+    hold : callable
+        Returns an owner with another part that is known to be valid.
+    stack : callable or None
+        Returns an owner with the numbers (runs, ...) of all runs; None if runs cannot differ.
+    shapes : tuple
+        Valid shapes of the number of one run.
+    above : float or None
+        Bound that every number exceeds if runs differ.
+    meaning : str
+        Description.
+    """
+
+    spec: Spec
+    c: Context
+    get: Callable[[Any], Any]
+    put: Callable[[Any, Any], Any]
+    hold: Callable[[Any, Any], Any] = replace_whole
+    stack: Callable[[Any, Array], Any] | None = None
+    shapes: Shapes = ()
+    above: float | None = None
+    meaning: str = ""
+
+    def fits(self, shape: tuple[int, ...]) -> bool:
+        """Return whether the number of one run may have a shape; a word stands for any size."""
+        return any(
+            len(shape) == len(valid_shape)
+            and all(isinstance(n, str) or n == m for n, m in zip(valid_shape, shape, strict=True))
+            for valid_shape in self.shapes
+        )
+
+
 class UnwritableChange(Exception):
     """The signal that no table can represent the difference between two values."""
 
@@ -128,18 +191,19 @@ class Spec:
     python_phrase: ClassVar[str] = ""  # constant phrase for valid Python values
     json: ClassVar[Mapping[str, Any]] = {}  # constant JSON Schema
 
-    def check(self, value: Any, what: str) -> Any:
+    def check(self, value: object, what: str) -> FieldValue:
         """Return the value as the object stores it; InputError, naming `what`, if not valid."""
         return value
 
-    def read(self, raw: Raw, c: Context) -> Any:
+    def read(self, raw: Raw, c: Context) -> FieldValue:
         """Return the value of a text, merged into `c.over`; InputError with the valid values."""
         raise NotImplementedError
 
-    def write(self, value: Any, c: Context) -> Raw:
+    def write(self, value: object, c: Context) -> Raw:
         """Return the exact text value, or its difference from `c.over`.
 
-        Raise NoText if there is no text, Unsayable if no text represents the difference.
+        Raise NoTextError if there is no text, UnwritableChange if no text represents the
+        difference.
         """
         raise NotImplementedError
 
@@ -155,16 +219,16 @@ class Spec:
         """Return a phrase for the valid text values, if it differs from `words`."""
         return self.words()
 
-    def schema(self, define: Any) -> dict[str, Any]:
+    def schema(self, define: DefineSchema) -> JSONSchema:
         """Return a JSON Schema; `define` returns the reference to a declared class."""
         return dict(self.json)
 
-    def inside(self) -> Sequence[type[Any]]:
+    def inside(self) -> Sequence[DeclaredClass]:
         """Return the declared classes of valid tables."""
         return ()
 
-    def controls(self, value: Any, place: Any) -> Iterable[Any]:
-        """Return the controls of a value at its `Place`; none if it cannot be edited."""
+    def controls(self, value: object, place: ControlPlace) -> Iterable[Control]:
+        """Return the controls of a value at its `ControlPlace`; none if it cannot be edited."""
         return ()
 
     @property
@@ -177,8 +241,8 @@ class Spec:
         """The spec of a number of this field."""
         return self
 
-    def parts(self, keys: list[str], value: Any, c: Context) -> list[Any]:
-        """Return the `Part`s of a value for the first keys, and remove these keys."""
+    def parts(self, keys: list[str], value: object, c: Context) -> list[PathPart]:
+        """Return the `PathPart`s of a value for the first keys, and remove these keys."""
         return []
 
     # the keys of the field in its table
@@ -191,16 +255,16 @@ class Spec:
         """Return the keys within the value that correspond to a key of the table."""
         return () if key == name else (key,)
 
-    def pick(self, table: Mapping[str, Raw], name: str, c: Context) -> Any:
+    def pick(self, table: Mapping[str, Raw], name: str, c: Context) -> FieldValue:
         """Return the value of the field from its table; MISSING if it is absent or not valid."""
         return c.at(name, over=c.over).tried(self, table[name]) if name in table else MISSING
 
-    def put(self, table: dict[str, Raw], name: str, value: Any, c: Context) -> None:
+    def put(self, table: dict[str, Raw], name: str, value: object, c: Context) -> None:
         """Write the field into its table; nothing for None."""
         if value is not None:
             table[name] = self.write(value, c.at(name, over=c.over))
 
-    def properties(self, name: str, define: Any) -> dict[str, Any]:
+    def properties(self, name: str, define: DefineSchema) -> JSONSchema:
         """Return the JSON Schema of each key."""
         return {name: self.schema(define)}
 

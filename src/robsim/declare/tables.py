@@ -6,7 +6,7 @@ import dataclasses
 from collections import ChainMap
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from robsim.base.errors import InputError, format_value, suggest_names
 from robsim.base.value import make_hashable
@@ -16,7 +16,12 @@ from robsim.declare.problems import UnreadableValue
 from robsim.declare.spec import (
     MISSING,
     Context,
+    DeclaredClass,
+    DefineSchema,
+    FieldValue,
+    JSONSchema,
     NoTextError,
+    PathPart,
     PythonValue,
     Raw,
     Spec,
@@ -25,17 +30,20 @@ from robsim.declare.spec import (
     make_expected_error,
 )
 
+if TYPE_CHECKING:
+    from robsim.declare.controls import Control, ControlPlace
+
 LACKING = "missing, and it must be given"
 Fields = dict[str, Any]
 
 
-def get_text_form(kind: type[Any]) -> type[Any]:
+def get_text_form(kind: DeclaredClass) -> DeclaredClass:
     """Return the class that declares the table of a kind: its `text_form`, or the kind itself."""
-    form: type[Any] = getattr(kind, "text_form", kind)
+    form: DeclaredClass = getattr(kind, "text_form", kind)
     return form
 
 
-def get_table_keys(kind: type[Any]) -> tuple[str, ...]:
+def get_table_keys(kind: DeclaredClass) -> tuple[str, ...]:
     """Return the keys of the table of a class."""
     return tuple(
         key for each in fields_of(get_text_form(kind)) for key in each.spec.keys(each.name)
@@ -43,12 +51,12 @@ def get_table_keys(kind: type[Any]) -> tuple[str, ...]:
 
 
 def read_table(
-    kind: type[Any], raw: Raw, c: Context, *extra: str, form: type[Any] | None = None
+    kind: DeclaredClass, raw: Raw, c: Context, *extra: str, form: DeclaredClass | None = None
 ) -> Any:
     """Return the object of a table, or the object `c.over` with the changes of the table.
 
-    If `c.over` is of another kind, fields with the same declaration are kept. Raise Broken or
-    InputError if the table is not valid.
+    If `c.over` is of another kind, fields with the same declaration are kept. Raise UnreadableValue
+    or InputError if the table is not valid.
     """
     if not isinstance(raw, Mapping):
         raise make_expected_error("a table", raw)
@@ -67,14 +75,14 @@ def read_table(
     return value if form is kind else value.made(c.knowing(own=own_fields))
 
 
-def _convert_old_value(form: type[Any], c: Context) -> Any:
+def _convert_old_value(form: DeclaredClass, c: Context) -> Any:
     """Return the old object in the form of its table; MISSING if there is none."""
     if c.over is MISSING or not hasattr(form, "of") or type(c.over) is form:
         return c.over
     return form.of(c.over, c.knowing(brief=True, short=True))
 
 
-def _find_rival_fields(form: type[Any], raw: Mapping[str, Raw], c: Context) -> set[str]:
+def _find_rival_fields(form: DeclaredClass, raw: Mapping[str, Raw], c: Context) -> set[str]:
     """Return the fields that exclude fields of a table; report exclusive fields of the table."""
     excluded = set[str]()
     for group in getattr(form, "rivals", ()):
@@ -89,11 +97,11 @@ def _find_rival_fields(form: type[Any], raw: Mapping[str, Raw], c: Context) -> s
     return excluded
 
 
-def _get_field_keys(form: type[Any], name: str) -> tuple[str, ...]:
+def _get_field_keys(form: DeclaredClass, name: str) -> tuple[str, ...]:
     return next(each.spec.keys(name) for each in fields_of(form) if each.name == name)
 
 
-def _collect_kept_fields(form: type[Any], source: Any, removed: set[str]) -> Fields:
+def _collect_kept_fields(form: DeclaredClass, source: Any, removed: set[str]) -> Fields:
     """Return the fields of an old object that a table leaves unchanged."""
     if source is MISSING:
         return {}
@@ -105,7 +113,7 @@ def _collect_kept_fields(form: type[Any], source: Any, removed: set[str]) -> Fie
 
 
 def _read_fields(
-    form: type[Any], raw: Mapping[str, Raw], kept_fields: Fields, c: Context
+    form: DeclaredClass, raw: Mapping[str, Raw], kept_fields: Fields, c: Context
 ) -> Fields:
     """Return the fields of a table, the kept fields, and the defaults of the others."""
     fields, first = fields_of(form), getattr(form, "facts_from", ())
@@ -138,12 +146,12 @@ def read_field(each: DeclaredField, raw: Mapping[str, Raw], c: Context) -> Any:
 
 
 def write_table(
-    value: Any, c: Context, form: type[Any] | None = None, key: str | None = None
+    value: Any, c: Context, form: DeclaredClass | None = None, key: str | None = None
 ) -> dict[str, Raw]:
     """Return the exact table of an object, or its difference from the object `c.over`.
 
-    The value of `key` is always included. Raise NoText if the object has no text, Unsayable if no
-    text represents the difference.
+    The value of `key` is always included. Raise NoTextError if the object has no text,
+    UnwritableChange if no text represents the difference.
     """
     form = form or get_text_form(type(value))
     if c.over is not MISSING:
@@ -156,7 +164,7 @@ def write_table(
     return table
 
 
-def _write_changes(value: Any, c: Context, form: type[Any], key: str | None) -> dict[str, Raw]:
+def _write_changes(value: Any, c: Context, form: DeclaredClass, key: str | None) -> dict[str, Raw]:
     if type(c.over) is not type(value):
         raise UnwritableChange
     plain = c.knowing(brief=False, changes=True)
@@ -180,14 +188,14 @@ def _write_changes(value: Any, c: Context, form: type[Any], key: str | None) -> 
     return table
 
 
-def _is_replaced(form: type[Any], name: str, own: Fields) -> bool:
+def _is_replaced(form: DeclaredClass, name: str, own: Fields) -> bool:
     """Return whether an exclusive field replaces a field that is None now."""
     groups = (group for group in getattr(form, "rivals", ()) if any(name in way for way in group))
     ways = (way for group in groups for way in group if name not in way)
     return any(own[each] is not None for way in ways for each in way)
 
 
-def _collect_field_values(value: Any, c: Context, form: type[Any]) -> tuple[Fields, Context]:
+def _collect_field_values(value: Any, c: Context, form: DeclaredClass) -> tuple[Fields, Context]:
     """Return the declared fields of an object in the form of its table, and the inner context."""
     c = c.changing(MISSING)
     source = value if form is type(value) else form.of(value, c)
@@ -197,7 +205,9 @@ def _collect_field_values(value: Any, c: Context, form: type[Any]) -> tuple[Fiel
     return own, form.facts(own, inner) if hasattr(form, "facts") else inner
 
 
-def _report_unknown_keys(form: type[Any], raw: Mapping[str, Raw], c: Context, extra: Any) -> None:
+def _report_unknown_keys(
+    form: DeclaredClass, raw: Mapping[str, Raw], c: Context, extra: Any
+) -> None:
     known = (*extra, *get_table_keys(form), *c.facts.get("also", ()))
     for key in raw:
         if key in known:
@@ -212,7 +222,7 @@ def _report_unknown_keys(form: type[Any], raw: Mapping[str, Raw], c: Context, ex
 
 
 def _check_undeclared_fields(source: Any, own: Fields) -> None:
-    """Raise NoText if an object has values outside its declared fields."""
+    """Raise NoTextError if an object has values outside its declared fields."""
     for each in dataclasses.fields(source):
         if each.init and each.compare and each.name not in own:
             plain, value = each.default, getattr(source, each.name)
@@ -220,7 +230,9 @@ def _check_undeclared_fields(source: Any, own: Fields) -> None:
                 raise NoTextError(f"{type(source).__name__} has a {each.name} of its own")
 
 
-def yield_controls(value: Any, place: Any, form: type[Any] | None = None) -> Iterator[Any]:
+def yield_controls(
+    value: Any, place: ControlPlace, form: DeclaredClass | None = None
+) -> Iterator[Control]:
     """Yield the controls of all declared fields of an object, in their order."""
     form = form or get_text_form(type(value))
     source = value if form is type(value) else form.of(value, place.c)
@@ -250,29 +262,29 @@ class Table(Spec):
     'a Safety'
     """
 
-    kind: type[Any]
-    says: type[Any] | None = None
+    kind: DeclaredClass
+    says: DeclaredClass | None = None
     flat: bool = False
     form: ClassVar[str] = "table"
 
     @property
-    def declared(self) -> type[Any]:
+    def declared(self) -> DeclaredClass:
         """The class that declares the keys of the table."""
         return self.says or get_text_form(self.kind)
 
-    def check(self, value: Any, what: str) -> Any:
+    def check(self, value: object, what: str) -> FieldValue:
         if not isinstance(value, self.kind):
             raise InputError(f"{what}: expected {self.accepts()}, got {format_value(value)}")
         return value
 
-    def read(self, raw: Raw, c: Context) -> Any:
+    def read(self, raw: Raw, c: Context) -> FieldValue:
         known = isinstance(c.over, self.kind) or type(c.over) is self.says
         return read_table(self.kind, raw, c if known else c.changing(MISSING), form=self.says)
 
-    def write(self, value: Any, c: Context) -> Raw:
+    def write(self, value: object, c: Context) -> Raw:
         return self.written(value, c)
 
-    def written(self, value: Any, c: Context, key: str | None = None) -> dict[str, Raw]:
+    def written(self, value: object, c: Context, key: str | None = None) -> dict[str, Raw]:
         """Return the table of a value; the value of `key` is always included."""
         if type(value) is not self.kind:
             raise NoTextError(f"{type(value).__name__} is Python code")
@@ -282,19 +294,18 @@ class Table(Spec):
     def words(self) -> str:
         return self.phrase or add_article(self.kind.__name__)
 
-    def schema(self, define: Any) -> dict[str, Any]:
-        reference: dict[str, Any] = define(self.says or self.kind)
-        return reference
+    def schema(self, define: DefineSchema) -> JSONSchema:
+        return define(self.says or self.kind)
 
-    def parts(self, keys: list[str], value: Any, c: Context) -> list[Any]:
+    def parts(self, keys: list[str], value: object, c: Context) -> list[PathPart]:
         if self.says is None and not dataclasses.is_dataclass(value):
             return []
         return find_field_parts(self.says or get_text_form(type(value)), keys, value, c)
 
-    def inside(self) -> Sequence[type[Any]]:
+    def inside(self) -> Sequence[DeclaredClass]:
         return (self.says or self.kind,)
 
-    def controls(self, value: Any, place: Any) -> Iterable[Any]:
+    def controls(self, value: object, place: ControlPlace) -> Iterable[Control]:
         around = replace(place, path=place.path.rpartition(".")[0]) if self.flat else place
         return () if value is None else yield_controls(value, around, self.says)
 
@@ -304,19 +315,19 @@ class Table(Spec):
     def inner(self, name: str, key: str) -> tuple[str, ...]:
         return (key,) if self.flat else ()
 
-    def pick(self, table: Mapping[str, Raw], name: str, c: Context) -> Any:
+    def pick(self, table: Mapping[str, Raw], name: str, c: Context) -> FieldValue:
         if not self.flat:
             return super().pick(table, name, c)
         values = {key: table[key] for key in self.keys(name) if key in table}
         return c.tried(self, values) if values else MISSING
 
-    def put(self, table: dict[str, Raw], name: str, value: Any, c: Context) -> None:
+    def put(self, table: dict[str, Raw], name: str, value: object, c: Context) -> None:
         if not self.flat:
             super().put(table, name, value, c)
         elif value is not None:
             table |= self.written(value, c)
 
-    def properties(self, name: str, define: Any) -> dict[str, Any]:
+    def properties(self, name: str, define: DefineSchema) -> JSONSchema:
         if not self.flat:
             return super().properties(name, define)
         fields = [

@@ -5,14 +5,17 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 from robsim.base.errors import InputError, format_value, is_known_name, suggest_names
 from robsim.base.name_check import LONGEST_NAME, NAME_PATTERN, check_name
 from robsim.declare.error_phrases import join_alternatives
 from robsim.declare.kind_families import pluralize
 from robsim.declare.scalars import PlainValue
-from robsim.declare.spec import Context, Raw
+from robsim.declare.spec import Context, DefineSchema, FieldValue, JSONSchema, Raw
+
+if TYPE_CHECKING:
+    from robsim.declare.controls import Control, ControlPlace
 
 
 @dataclass(frozen=True)
@@ -37,19 +40,19 @@ class Text(PlainValue):
     least: int = 0
     phrase: ClassVar[str] = "a text"
 
-    def demand(self, value: Any) -> str:
+    def demand(self, value: FieldValue) -> str:
         fits = isinstance(value, str) and self.least <= len(value) <= self.most
         if fits and re.fullmatch(self.pattern or "(?s:.*)", value):
             return ""
         pattern = f", of the pattern {self.pattern}" if self.pattern else ""
         return f"{self.words()}, of {self.least} to {self.most} characters{pattern}"
 
-    def check(self, value: Any, what: str) -> Any:
+    def check(self, value: object, what: str) -> FieldValue:
         if demand := self.demand(value):
             raise InputError(f"{what} must be {demand}, got {format_value(value)}")
         return value
 
-    def schema(self, define: Any) -> dict[str, Any]:
+    def schema(self, define: DefineSchema) -> JSONSchema:
         pattern = {"pattern": f"^{self.pattern}$"} if self.pattern else {}
         return {"type": "string", "minLength": self.least, "maxLength": self.most, **pattern}
 
@@ -80,7 +83,7 @@ class ColorSpec(Text):
     pattern: str | None = r"[A-Za-z0-9#][A-Za-z0-9 #:._-]*"
     phrase: ClassVar[str] = "the name of a color"
 
-    def check(self, value: Any, what: str) -> Any:
+    def check(self, value: object, what: str) -> FieldValue:
         return value  # Matplotlib checks it
 
 
@@ -107,10 +110,10 @@ class Word(PlainValue):
     choices: tuple[str, ...]
     noun: str = "choice"
 
-    def demand(self, value: Any) -> str:
+    def demand(self, value: object) -> str:
         return "" if is_known_name(value, self.choices) else self.words()
 
-    def check(self, value: Any, what: str) -> Any:
+    def check(self, value: object, what: str) -> FieldValue:
         if self.demand(value):
             hint = suggest_names(value, self.choices, pluralize(self.noun))
             raise InputError(f"{what}: no {self.noun} {format_value(value)}; {hint}")
@@ -119,10 +122,10 @@ class Word(PlainValue):
     def words(self) -> str:
         return join_alternatives(*map(repr, self.choices))
 
-    def schema(self, define: Any) -> dict[str, Any]:
+    def schema(self, define: DefineSchema) -> JSONSchema:
         return {"enum": list(self.choices)}
 
-    def controls(self, value: Any, place: Any) -> Iterable[Any]:
+    def controls(self, value: object, place: ControlPlace) -> Iterable[Control]:
         return [] if value is None else [place.control("choice", value, options=self.choices)]
 
 

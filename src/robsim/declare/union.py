@@ -5,10 +5,24 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING
 
 from robsim.base.errors import InputError, format_value
-from robsim.declare.spec import Context, NoTextError, Raw, Spec, make_expected_error
+from robsim.declare.spec import (
+    Context,
+    DeclaredClass,
+    DefineSchema,
+    FieldValue,
+    JSONSchema,
+    NoTextError,
+    PathPart,
+    Raw,
+    Spec,
+    make_expected_error,
+)
+
+if TYPE_CHECKING:
+    from robsim.declare.controls import Control, ControlPlace
 
 
 @dataclass(frozen=True)
@@ -41,7 +55,7 @@ class OneOf(Spec):
         """The forms of all specs."""
         return tuple(form for spec in self.specs for form in spec.forms or (spec.form,))
 
-    def check(self, value: Any, what: str) -> Any:
+    def check(self, value: object, what: str) -> FieldValue:
         for spec in self.specs:
             try:
                 return spec.check(value, what)
@@ -49,7 +63,7 @@ class OneOf(Spec):
                 continue
         raise InputError(f"{what}: expected {self.words()}, got {format_value(value)}")
 
-    def read(self, raw: Raw, c: Context) -> Any:
+    def read(self, raw: Raw, c: Context) -> FieldValue:
         fits = [spec for spec in self.specs if _get_raw_form(raw) in (spec.forms or (spec.form,))]
         if len(fits) == 1:
             return fits[0].read(raw, c)
@@ -60,7 +74,7 @@ class OneOf(Spec):
                 continue
         raise make_expected_error(self.words(), raw)
 
-    def write(self, value: Any, c: Context) -> Raw:
+    def write(self, value: object, c: Context) -> Raw:
         for spec in self.specs:
             try:
                 return spec.write(spec.check(value, "value"), c)
@@ -74,24 +88,24 @@ class OneOf(Spec):
     def accepts(self) -> str:
         return self.summary or ", or ".join(spec.accepts() for spec in self.specs)
 
-    def schema(self, define: Any) -> dict[str, Any]:
+    def schema(self, define: DefineSchema) -> JSONSchema:
         return {"anyOf": [spec.schema(define) for spec in self.specs]}
 
-    def controls(self, value: Any, place: Any) -> Iterable[Any]:
+    def controls(self, value: object, place: ControlPlace) -> Iterable[Control]:
         for spec in self.specs:
             with suppress(InputError, TypeError):
                 spec.check(value, "value")
                 return spec.controls(value, place)
         return ()
 
-    def parts(self, keys: list[str], value: Any, c: Context) -> list[Any]:
+    def parts(self, keys: list[str], value: object, c: Context) -> list[PathPart]:
         for spec in self.specs:
             with suppress(InputError, TypeError):
                 spec.check(value, "value")
                 return spec.parts(keys, value, c)
         return []
 
-    def inside(self) -> Sequence[type[Any]]:
+    def inside(self) -> Sequence[DeclaredClass]:
         return [kind for spec in self.specs for kind in spec.inside()]
 
 

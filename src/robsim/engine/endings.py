@@ -31,7 +31,7 @@ class ControlInstant:
     time : float
         Seconds since the start.
     scene : Scene
-        True scene, for its names. If numbers differ from run to run, they are of an arbitrary run.
+        True scene, for its names. Numbers that differ from run to run belong to an arbitrary run.
     q : ndarray of shape (B, nq)
         Coordinates.
     qd : ndarray of shape (B, nv)
@@ -105,9 +105,9 @@ ENDING_LIST = ListOf(ENDING, most=64, alone=True)
 @register("ending", "region")
 @dataclass(frozen=True)
 class Region(FrameBox):
-    """Ending of runs by the position of a frame: inside a box of the world, or outside.
+    """End runs by the position of a frame, inside or outside a box of the world.
 
-    With `leaves`, a run ends when the origin of the frame is outside the box.
+    A run ends when the origin of the frame is inside the box; with `leaves`, when it is outside.
 
     >>> Region("arm.tool", low=(-1, -1, 0), high=(1, 1, 2), leaves=True).frame
     'arm.tool'
@@ -125,9 +125,9 @@ class Region(FrameBox):
 @register("ending", "too_close")
 @dataclass(frozen=True)
 class TooClose(DeclaredValue):
-    """Ending of runs by the distance between the origins of two frames.
+    """End runs by the distance between the origins of two frames.
 
-    A run ends when the distance falls below a bound.
+    A run ends when the distance is below a bound.
 
     >>> TooClose("left.tool", "right.tool", 0.1).distance
     0.1

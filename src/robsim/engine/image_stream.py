@@ -29,10 +29,10 @@ TOGETHER = 256  # default number of runs in a chunk
 
 
 class ImageStream:
-    """Rows and stages of a program for the images that the controller gets.
+    """Rows and stages of a program for the images of the controller.
 
-    `true` is the first row of the true image at this instant. `seen` is the same image without the
-    marks outside of it, if the task allows such marks; else it equals `true`. After `measure`,
+    `true` is the first row of the true image at this instant. If the task allows marks outside the
+    image, `seen` is the true image without these marks; else it equals `true`. After `measure`,
     `pixels` and `depth` are the image that the controller uses, `hidden` has a row for each mark or
     is None, and `age` is the age of that image in periods, rounded up. `look` sets `views` and
     `status`.
@@ -186,7 +186,7 @@ class ImageStream:
         return image
 
     def _add_reuse(self, image: ImageRows) -> None:
-        """Add the stage that keeps old pixels for lost images, hidden marks and between images."""
+        """Add the stage that keeps old pixels for lost images, hidden marks and between frames."""
         program, N = self.program, self.N
         taken, depth, hidden, age = (program.rows(*shape) for shape in ((N, 2), (N,), (N,), ()))
         program.add(
@@ -247,7 +247,7 @@ def check_sensing(
 
 
 def _compute_ring_length(delays: Array, steps: int) -> int:
-    """Return the number of stored past images; none for delays beyond the end of the run."""
+    """Return the number of stored past images; 0 for delays beyond the end of the run."""
     return int(np.where(delays > steps, 0.0, delays).max(initial=1.0))
 
 

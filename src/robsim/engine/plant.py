@@ -59,9 +59,9 @@ class Plant:
         self._add_integration(self.dt, self.placed, self.speed)
 
     def within(self, seconds: BlockRows) -> FKStages:
-        """Add the stages that place all bodies at a time within the period that ends now.
+        """Add the stages that place all bodies at a time within the past period.
 
-        `seconds` is the row of the time since the start of that period. Call it before `move`.
+        `seconds` is the row of the time since the start of the period. Call it before `move`.
         """
         placed = FKStages(self.program, self.scene.tree.joints, self._copy(self.q))
         self._add_integration(seconds, placed, self._copy(self.speed))
@@ -89,8 +89,8 @@ class Plant:
     ) -> None:
         """Steer cars once, at the start of a period, and let them move accordingly.
 
-        The steering follows the mean velocity of the whole period, even if only a part of it
-        passes.
+        The steering angle follows from the mean velocity of the whole period, even if the
+        integration covers only a part of the period.
         """
         whole, add = v, self.program.add
         if dt != self.dt:
@@ -171,5 +171,5 @@ class Plant:
 
 
 def has_actuation_dynamics(actuation: Actuation, scene: Scene) -> bool:
-    """Return whether joint velocities differ from commands: by a lag, limits, or steering."""
+    """Return whether joint velocities differ from commands, by a lag, limits or steering."""
     return actuation.moves or bool(scene.tree.cars)

@@ -44,7 +44,7 @@ LONGEST = 10_000_000  # steps
 
 
 def parse_record(record: Record) -> int | None:
-    """Return n if each n-th step is recorded; None for a summary; InputError for other values."""
+    """Return n if every n-th step is recorded, and None for a summary."""
     if isinstance(record, str):
         if record in ("all", "summary"):
             return 1 if record == "all" else None
@@ -166,8 +166,8 @@ def _check_record_memory(runs: int, steps: int, every: int | None, widths: tuple
 def _estimate_record_bytes(runs: int, instants: int, widths: tuple[int, ...]) -> float:
     """Return an estimate of the bytes of results until they are saved, from measurements.
 
-    An instant has the recorded numbers, the error (as wide as s) with its norm and energy, a pose
-    and a twist. A run has its start and its end, in images and in space.
+    An instant stores the recorded numbers, the error (as many numbers as s), its norm, the Lyapunov
+    function, a pose and a twist. A run stores its start and its end, in images and in space.
     """
     width, k = sum(widths), widths[3]
     return 8.0 * COPIES * runs * (instants * (width + k + 24) + 3 * width + 60)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Hashable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -23,14 +23,14 @@ class RunDataset(LazyDataset):  # type: ignore[no-untyped-call]  # of xarray's _
     """The Dataset of a run, with a flat `to_dataframe`.
 
     The method of xarray makes a row for every combination of all dimensions (instants times
-    coordinates times features times marks ...), 77 million rows for the demo. It is used if the
-    order of the dimensions is passed.
+    coordinates times features times marks ...), 77 million rows for the demo. It is called if
+    `dim_order` is passed.
     """
 
     __slots__ = ()
 
-    def to_dataframe(self, dim_order: Any = None) -> pd.DataFrame:
-        """Return `table(self)`; with `dim_order`, the result of `xarray.Dataset.to_dataframe`."""
+    def to_dataframe(self, dim_order: Sequence[Hashable] | None = None) -> pd.DataFrame:
+        """Return `to_table(self)`; with `dim_order`, call `xarray.Dataset.to_dataframe`."""
         return to_table(self) if dim_order is None else super().to_dataframe(dim_order)
 
 
@@ -86,14 +86,14 @@ def to_table(run: xr.Dataset, of: Literal["steps", "runs"] | None = None) -> pd.
     return frame
 
 
-def _get_row_dimensions(run: Any, of: Any) -> tuple[str, ...]:
+def _get_row_dimensions(run: object, of: Any) -> tuple[str, ...]:
     """Return the dimensions of the rows."""
     if not isinstance(run, xr.Dataset):
         raise InputError(f"expected a run, a Dataset of simulate, got {format_value(run)}")
     of = ("steps" if "time" in run.dims else "runs") if of is None else of
     check_known(of, ROWS, "no table of {}", "tables")
     if of == "steps" and "time" not in run.dims:
-        raise InputError("only the end of this run was recorded: take table(run, of='runs')")
+        raise InputError("only the end of this run was recorded: take to_table(run, of='runs')")
     return ROWS[of]
 
 

@@ -14,8 +14,8 @@ from robsim.base.errors import FileError
 PATIENCE = 30.0  # time limit in seconds, plus as much for each GB
 MEMORY = 4 << 30  # memory limit in bytes, plus 8 for each byte of the file
 _CODE = (
-    "import sys; sys.path[:] = sys.argv[2:]; from robsim.files.foreign_netcdf import serve; "
-    "serve(sys.argv[1])"
+    "import sys; sys.path[:] = sys.argv[2:]; from robsim.files import foreign_netcdf; "
+    "foreign_netcdf.write_sealed_copy(sys.argv[1])"
 )
 
 

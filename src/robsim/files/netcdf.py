@@ -65,7 +65,7 @@ def save_run(run: xr.Dataset, path: str | os.PathLike[str]) -> Path:
         return write_whole(path, seal_run(run).getbuffer())
 
 
-def open_run(path: str | os.PathLike[str], *, unsealed: bool = False) -> xr.Dataset:
+def open_run(path: str | os.PathLike[str], *, unsealed: bool = False) -> RunDataset:
     """Return a run from a file of `save_run`, after a check of its checksum.
 
     Parameters

@@ -42,8 +42,8 @@ def load_origin_robot(table: Tables, folder: Path) -> Robot:
 def describe_origin(robot: Robot, folder: Path) -> tuple[Tables, Robot]:
     """Return the keys of a reference to the origin of a robot, and the robot of that origin.
 
-    A robot from a complete text refers to the library robot of its name. Raise Unsayable if there
-    is no origin, or if it cannot be read.
+    A robot from a complete text refers to the library robot of its name. Raise UnwritableChange
+    if there is no origin, or if it cannot be read.
     """
     origin = robot.origin or RobotOrigin(robot.name)
     if origin.urdf is None:

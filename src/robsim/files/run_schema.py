@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 RUN, MISSION = "RobSim run", "RobSim mission"
 TITLES = (RUN, MISSION)
 
-# the dimensions of each variable, without those of runs and (first table) instants
+# the dimensions of each variable, without `run` and, in the first table, `time`
 INSTANTS = {
     "q": ("coordinate",),
     "qd": ("velocity",),
@@ -62,7 +62,7 @@ FRAMED = ("frame_pose", "frame_velocity", "goal_pose")  # with an attribute `fra
 SIZES = {"row": 4, "column": 4, "twist": 6, "axis": 2}
 WHOLE = ("run", "outcome", "ending")
 OPTIONAL = {"qd_actual", "weight", "ending"}
-MOVED = ("camera", "frame")  # a run has pose and velocity of one of these
+MOVED = ("camera", "frame")  # a run has the pose and velocity of the camera or of the frame
 OF_A_MISSION = ("q", "qd", "coordinate", "time")
 VERSIONS = ("robsim", "kernel_hash", "numpy", "numba", "machine")
 TEXTS = (

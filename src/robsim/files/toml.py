@@ -93,7 +93,7 @@ def _remove_schema(tables: Tables, source: str) -> Tables:
     number = tables["schema"]
     if type(number) is not int or number != SCHEMA:
         raise FileError(
-            f"{source}: schema: {format_value(number)} is unknown to this version of RobSim; it reads "
-            f"schema = {SCHEMA}"
+            f"{source}: schema: {format_value(number)} is unknown to this version of RobSim; "
+            f"it reads schema = {SCHEMA}"
         )
     return {key: part for key, part in tables.items() if key != "schema"}

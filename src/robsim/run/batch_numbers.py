@@ -1,8 +1,7 @@
 """Numbers that differ from run to run, in the objects that are simulated.
 
-An experiment stores these numbers by their dotted names. `BatchTemplate` builds the simulated scene and
-task for all runs at once: each path puts the array with the numbers of all runs into the declared
-field.
+An experiment stores these numbers by their dotted names. `BatchTemplate` builds the simulated scene
+and task of all runs at once: it replaces each number by an array with the numbers of all runs.
 """
 
 from __future__ import annotations
@@ -30,7 +29,7 @@ from robsim.servo.tasks.schemes import Partitioned
 from robsim.servo.tasks.task import ServoTask
 from robsim.world.scene import Scene
 
-SAME_LAW = ServoTask.bound_law, Partitioned.bound_law  # which do not depend on the scene
+SAME_LAW = ServoTask.bound_law, Partitioned.bound_law  # laws that do not depend on the scene
 MAY = (
     "most numbers of tasks, of imperfections, and of scenes, true or believed, such as task.gain, "
     "sensing.noise, cameras.NAME.focal, objects.NAME.position or "
@@ -86,7 +85,7 @@ def _is_above_bound(path: DottedPath, values: Array) -> bool:
 
 
 def _find_extreme_values(name: str, values: Array) -> list[Array]:
-    """Return the lowest and the highest of numbers; of rotations, which have no order, one."""
+    """Return the lowest and the highest number. Rotations have no order: return the first."""
     if name.endswith(".rotation"):
         pose_from_rotation(values)
         return [values[0]]

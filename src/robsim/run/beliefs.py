@@ -1,4 +1,4 @@
-"""The scenes that the parts of a task believe in."""
+"""The believed scenes of a task: the scenes as its controllers model them."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from robsim.world.scene import Scene
 
 
 def find_common_belief(task: Any) -> Scene | None:
-    """Return the belief of all servo tasks within a task; None if none has one, or they differ."""
+    """Return the common belief of the servo tasks in a task; None without a common belief."""
     each = list_beliefs(task)
     return each[0] if each and all(is_identical(one, each[0]) for one in each) else None
 
 
 def list_beliefs(task: Any) -> list[Scene | None]:
-    """Return the belief of each servo task within a task; None stands for the truth."""
+    """Return the belief of each servo task within a task; None is the true scene."""
     if hasattr(task, "inner"):
         return [belief for each in task.inner for belief in list_beliefs(each)]
     return [task.belief] if hasattr(task, "belief") else []

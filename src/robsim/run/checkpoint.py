@@ -121,7 +121,7 @@ def _unpack_checkpoint(file: BinaryIO, path: Path) -> tuple[dict[str, Any], list
             raise FileError(f"{path} is damaged: it {error}") from None
         header, arrays = None, []
     if not isinstance(header, dict) or header.get("format") != FORMAT:
-        raise FileError(f"{path} is not a checkpoint of this version of RobSim, or is cut short")
+        raise FileError(f"{path} is not a checkpoint of this version of RobSim, or is truncated")
     return header, arrays
 
 
@@ -181,7 +181,7 @@ def _restore_chunks(loop: Loop, description: Any, arrays: list[Any]) -> list[Chu
             going.chunk = _restore_chunk(loop.sequence.program, rows, each["memory"], rest)
         chunks.append(going)
     if first != len(loop.q0):
-        raise ValueError(f"{first} runs of {len(loop.q0)}")
+        raise ValueError(f"chunks of {first} runs, expected {len(loop.q0)}")
     return chunks
 
 

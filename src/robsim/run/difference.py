@@ -20,7 +20,7 @@ GIVEN = ("q0", "s_goal", "pixels_goal")  # variables per run that are known at i
 class DifferingVariable(NamedTuple):
     """A variable that differs: its name, its first difference in words, and two counts.
 
-    `values` is the number of values that differ, `of` the number of all values.
+    `values` is the number of differing values, `of` the number of all values.
     """
 
     name: str
@@ -32,8 +32,8 @@ class DifferingVariable(NamedTuple):
 def find_difference(run: xr.Dataset, again: xr.Dataset) -> str:
     """Return a description of the differences between a run and its repetition.
 
-    The description is empty if there is no difference. Only variables and instants of both runs are
-    compared, and of a stopped run only the part before the stop.
+    The description is empty if there is no difference. Only variables and instants that both runs
+    have are compared. If the run was stopped, only the part before the stop is compared.
     """
     missing, run, again = _align_instants(run, again)
     names_compared = [name for name in run.variables if name in again.variables]

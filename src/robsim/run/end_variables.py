@@ -68,10 +68,11 @@ def _compute_largest_length(away: Array) -> Array:
 def make_goal_variables(controller: TaskController, q_end: Array, q0: Array) -> dict[str, Array]:
     """Return the goal pose of each run, and the distance and angle to it at the end.
 
-    The poses are those of the camera; if the camera does not move, of the target; without a camera,
-    of the moved frame. The goal of a camera is relative to the final pose of its target, and vice
-    versa. Values are NaN if no goal pose is known (`GoalFeatures`, a user's controller); the angle
-    is NaN if the task controls the position only.
+    The moving frame is the camera, or the target if the camera does not move, or the controlled
+    frame if there is no camera. The goal pose of a camera is relative to the final pose of its
+    target, and the goal pose of a target is relative to the final pose of its camera. Values are
+    NaN if no goal pose is known (`GoalFeatures`, a user's controller). The angle is NaN if the task
+    controls the position only.
 
     Parameters
     ----------
@@ -89,7 +90,7 @@ def make_goal_variables(controller: TaskController, q_end: Array, q0: Array) -> 
 def measure_goal_offset(
     controller: TaskController, q: Array, q0: Array
 ) -> tuple[Array, Array, Array]:
-    """Return the goal pose (3, 4, B) of the moving frame, and the metres and radians to it (B,).
+    """Return the goal pose (3, 4, B) of the moving frame, and the distance and angle to it (B,).
 
     q (nq, B) are the present coordinates, q0 (B, nq) the coordinates at the start.
     """
@@ -126,7 +127,7 @@ def make_goal_attributes(controller: TaskController) -> dict[str, Any]:
 def count_free_motions(controller: TaskController) -> int:
     """Return the number of possible motions that the features leave free.
 
-    Of parallel tasks, return the least number.
+    For parallel tasks, return the smallest number.
     """
     if isinstance(controller, SeparateJointsController):
         return min(map(count_free_motions, controller.parts))
@@ -139,8 +140,8 @@ def count_free_motions(controller: TaskController) -> int:
 def select_goal_controller(controller: TaskController) -> TaskController:
     """Return the controller that defines the goal of the run.
 
-    Of several controllers, return the first with a camera and a known goal pose; else the first
-    with a camera; else the first.
+    If there are several controllers, return the first with a camera and a known goal pose, else the
+    first with a camera, else the first.
     """
     leaves = sorted(_list_part_controllers(controller), key=lambda each: not each.sights)
     known = (
@@ -213,8 +214,8 @@ def _compute_joint_goal(controller: JointFollower, q: Array, q0: Array) -> Array
 def get_camera_goal(controller: TaskController) -> Array | None:
     """Return the intended T_c_o (3, 4, B) of the first camera and its target at the goal.
 
-    For a goal configuration it follows from the true pose of the camera there, for a goal pose it
-    is that pose. None: the goal features are given as numbers.
+    A goal configuration defines it by the true pose of the camera there, a goal pose directly.
+    Return None if the goal features are given as numbers.
     """
     part = select_goal_controller(controller)
     if not isinstance(part, ServoController) or part.regulated.given is not None:
@@ -227,7 +228,7 @@ def get_camera_goal(controller: TaskController) -> Array | None:
 
 
 def measure_pose_difference(A: Array, B: Array) -> tuple[Array, Array]:
-    """Return the metres and radians (B,) between poses (3, 4, B) in the same axes."""
+    """Return the distances and angles (B,) between poses (3, 4, B) in the same axes."""
     away = np.ascontiguousarray(B[:, 3] - A[:, 3])
     return euclidean_length(away), compute_rotation_angle((B[:, :3] - A[:, :3]).reshape(9, -1))
 

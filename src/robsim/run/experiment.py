@@ -4,18 +4,18 @@ from __future__ import annotations
 
 import hashlib
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import KW_ONLY, dataclass, field, fields, replace
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Self, cast
+from typing import TYPE_CHECKING, Any, Generic, Self, TypeVar, cast, overload
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from robsim.base import interrupt
-from robsim.base.arrays import as_bool, as_integer, as_positive
+from robsim.base.arrays import Array, as_bool, as_integer, as_positive
 from robsim.base.atomic_files import convert_os_errors
 from robsim.base.errors import (
     FileError,
@@ -28,14 +28,15 @@ from robsim.base.errors import (
 from robsim.base.value import Value, is_immutable, replace_unchecked
 from robsim.declare.controls import Control
 from robsim.declare.problems import join_keys, prefix_path
-from robsim.engine.endings import ENDING_LIST, check_endings
+from robsim.declare.spec import FieldValue
+from robsim.engine.endings import ENDING_LIST, Ending, check_endings
 from robsim.engine.instant import Instant, iterate_instants
 from robsim.engine.loop import Loop
 from robsim.engine.recorder import Record, parse_record
 from robsim.engine.start_visibility import check_start_visibility
 from robsim.engine.workers import Progress, advance_loop
 from robsim.files.overrides import Changes
-from robsim.files.toml import read_toml_text
+from robsim.files.toml import Tables, read_toml_text
 from robsim.run import experiment_overview
 from robsim.run.batch_numbers import BatchTemplate, check_batch_numbers
 from robsim.run.brief_text import write_brief_text
@@ -64,7 +65,18 @@ from robsim.world.sensing import Sensing
 
 if TYPE_CHECKING:
     import xarray as xr
+    from typing_extensions import TypeVar as DefaultTypeVar
 
+    from robsim.files.flat_table import RunDataset
+
+    AnyTask = Task | SelfSimulatingTask
+    # Any: the task of a file is unknown until it is read
+    TaskT_co = DefaultTypeVar("TaskT_co", bound=AnyTask, covariant=True, default=Any)
+    OtherTask = TypeVar("OtherTask", bound=AnyTask)
+else:
+    TaskT_co = TypeVar("TaskT_co", covariant=True)
+
+Coordinates = ArrayLike | Mapping[str, ArrayLike]
 PERFECT, EXACT = Sensing(), Actuation()
 PARTS = {
     "scene",
@@ -75,7 +87,7 @@ PARTS = {
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Experiment(Value):
+class Experiment(Value, Generic[TaskT_co]):
     """Scene, task, start, imperfections and duration of a run, as one frozen value.
 
     An experiment is the unit that RobSim runs, stores and compares. `run` simulates it, `with_` and
@@ -139,13 +151,13 @@ class Experiment(Value):
     """
 
     scene: Scene
-    task: Any
-    start: Any = None
+    task: TaskT_co
+    start: Array | None = None
     _: KW_ONLY
     sensing: Sensing = PERFECT
     actuation: Actuation = EXACT
     safety: Safety | None = None
-    endings: Any = ()
+    endings: tuple[Ending, ...] = ()
     dt: float = 0.04
     duration: float = 10.0
     seed: int = 0
@@ -153,9 +165,35 @@ class Experiment(Value):
     record: Record = "all"
     first_run: int = 0
     title: str | None = None
-    varied: Any = field(default_factory=dict, repr=False)  # set by `Experiment.vary`
-    study: Any = field(default=None, repr=False, compare=False)  # table of the scenario file
+    varied: Mapping[str, Array] = field(
+        default_factory=dict, repr=False
+    )  # set by `Experiment.vary`
+    study: Tables | None = field(default=None, repr=False, compare=False)  # of the scenario file
     source: str = field(default="", repr=False, compare=False)
+
+    if TYPE_CHECKING:  # accepted types; the fields have the stored types
+
+        def __init__(
+            self,
+            scene: Scene,
+            task: TaskT_co,
+            start: Coordinates | None = None,
+            *,
+            sensing: Sensing = PERFECT,
+            actuation: Actuation = EXACT,
+            safety: Safety | None = None,
+            endings: Ending | Sequence[Ending] = (),
+            dt: float = 0.04,
+            duration: float = 10.0,
+            seed: int = 0,
+            hold: bool = False,
+            record: Record = "all",
+            first_run: int = 0,
+            title: str | None = None,
+            varied: Mapping[str, ArrayLike] = ...,
+            study: Tables | None = None,
+            source: str = "",
+        ) -> None: ...
 
     def __post_init__(self) -> None:
         for name, text in (
@@ -294,14 +332,20 @@ class Experiment(Value):
         return repeated.vary(varied) if "run" in whole_run.dims else repeated.at(varied)
 
     @property
-    def settings(self) -> dict[str, Any]:
+    def settings(self) -> dict[str, FieldValue]:
         """The fields by name, without scene, task, start and `varied`."""
         apart = ("scene", "task", "start", "varied", "study", "source")
         return {
             each.name: getattr(self, each.name) for each in fields(self) if each.name not in apart
         }
 
-    def with_(self, **changes: Any) -> Self:
+    @overload
+    def with_(self, *, task: OtherTask, **changes: Any) -> Experiment[OtherTask]: ...
+
+    @overload
+    def with_(self, **changes: Any) -> Self: ...
+
+    def with_(self, **changes: Any) -> Experiment:  # Any: a field may hold a value of any type
         """Return a copy with other fields.
 
         Parameters
@@ -332,7 +376,7 @@ class Experiment(Value):
                 raise InputError(f"no field {name!r}; fields: {', '.join(names)}")
         return replace(self, **changes)
 
-    def revised(self, **changes: Any) -> Self:
+    def revised(self, **changes: Any) -> Self:  # Any: as in `with_`
         """Return a copy with other fields; scene and parts differ only in numbers."""
         rest = {name: x for name, x in changes.items() if name not in PARTS}
         copy = replace(self, **rest) if rest else self
@@ -353,11 +397,11 @@ class Experiment(Value):
                 self.safety.check_margin(self.scene)
         check_endings([each for each in self.endings if not is_immutable(each)], self.scene)
 
-    def at(self, name: str | Mapping[str, Any], value: Any = None) -> Self:
+    def at(self, name: str | Mapping[str, FieldValue], value: FieldValue = None) -> Self:
         """Return a copy with other values at dotted names.
 
-        If the belief of the task has the value that the true scene had before, it takes the new
-        value of the true scene too.
+        A change of the true scene also changes the belief of the task, if both had the same value
+        before.
 
         Parameters
         ----------
@@ -400,7 +444,7 @@ class Experiment(Value):
 
     def _change_by_text(self, changes: Mapping[str, Any]) -> Self:
         """Return a copy with these changes, made by the reader of scenario files."""
-        several = np.ndim(self.start) > 1  # a text holds one start only
+        several = self._has_many_starts  # a text holds one start only
         one = replace(self, start=None, varied={}) if several else replace(self, varied={})
         pairs = parse_dotted_changes(changes, self.source)
         copy = self._from_fields(apply_changes(one, pairs, python=True), self.source)
@@ -410,8 +454,14 @@ class Experiment(Value):
     def controls(self) -> list[Control]:
         """Return the values that a user interface can edit, each with its range and unit.
 
-        The method `changes` of a control returns the argument of `at` for a new value.
+        Returns
+        -------
+        list of Control
+            Values of the task, the settings, the believed scene and the true scene. The method
+            `changes` of a control returns the argument of `at` for a new value.
 
+        Examples
+        --------
         >>> from robsim import examples, load_scenario
         >>> experiment = load_scenario(examples.path("visp_tutorial"))
         >>> gain = next(each for each in experiment.controls() if each.path == "task.gain")
@@ -422,12 +472,12 @@ class Experiment(Value):
         """
         return list(yield_experiment_controls(self))
 
-    def vary(self, numbers: Mapping[str, Any]) -> Self:
+    def vary(self, numbers: Mapping[str, ArrayLike]) -> Self:
         """Return a copy with many runs and with numbers that differ from run to run.
 
-        All runs are bound at once: 10,000 runs with 10,000 calibrations take little longer than
-        with one. `of_run(i)` returns the experiment of a single run; its result has the same bits.
-        The Dataset of the run has a variable for each name.
+        One controller is bound for all runs: 10,000 runs with 10,000 calibrations take little
+        longer than 10,000 runs with one calibration. `of_run(i)` returns the experiment of a single
+        run; its result has the same bits. The Dataset of the run has a variable for each name.
 
         Parameters
         ----------
@@ -479,7 +529,9 @@ class Experiment(Value):
         i = as_integer(number, "run", 0, self.runs)
         numbers = {name: values[i] for name, values in self.varied.items()}
         one = self.with_(varied={}).at(numbers) if numbers else self
-        start = self.start[i] if np.ndim(self.start) > 1 else self.start
+        start = self.start
+        if start is not None and start.ndim > 1:
+            start = start[i]
         return one.with_(start=start, first_run=self.first_run + i)
 
     @property
@@ -559,6 +611,31 @@ class Experiment(Value):
             if view:
                 check_start_visibility(loop)
 
+    # The kind of task of a file is unknown: the first overload is for these experiments, too.
+    @overload
+    def run(
+        self: Experiment[Task],
+        progress: Progress | None = ...,
+        *,
+        threads: int | None = ...,
+        chunk: int = ...,
+        checkpoint: str | os.PathLike[str] | CheckpointFile | None = ...,
+        resume: bool = ...,
+        **changes: Any,
+    ) -> RunDataset: ...
+
+    @overload
+    def run(
+        self: Experiment[SelfSimulatingTask],
+        progress: Progress | None = ...,
+        *,
+        threads: int | None = ...,
+        chunk: int = ...,
+        checkpoint: str | os.PathLike[str] | CheckpointFile | None = ...,
+        resume: bool = ...,
+        **changes: Any,
+    ) -> MissionRun: ...
+
     def run(
         self,
         progress: Progress | None = None,
@@ -567,8 +644,8 @@ class Experiment(Value):
         chunk: int = 256,
         checkpoint: str | os.PathLike[str] | CheckpointFile | None = None,
         resume: bool = False,
-        **changes: Any,
-    ) -> Any:
+        **changes: Any,  # Any: as in `with_`
+    ) -> RunDataset | MissionRun:
         """Simulate the experiment and return the run.
 
         Parameters
@@ -613,13 +690,17 @@ class Experiment(Value):
         >>> run = experiment.run(checkpoint="run.checkpoint")  # once more with resume=True
         """
         if changes:
-            one = self.with_(**changes)
+            one: Experiment = self.with_(**changes)
             how: dict[str, Any] = {"threads": threads, "chunk": chunk}
-            return one.run(progress, checkpoint=checkpoint, resume=resume, **how)
+            run: RunDataset | MissionRun = one.run(
+                progress, checkpoint=checkpoint, resume=resume, **how
+            )
+            return run
         keeper = self._make_checkpoint_file(checkpoint, resume)
         how = {"threads": threads, "chunk": chunk, "progress": progress}
+        result: RunDataset | MissionRun
         with interrupt.defer_stops(begun=False) as stops, self._named_errors():
-            # the first test is fast; the second tests a protocol and is slow
+            # the test of the class is fast, the test of the protocol is slow
             if not isinstance(self.task, ServoTask) and isinstance(self.task, SelfSimulatingTask):
                 with self.keyed("task"):
                     result = self.task.simulated(self, checkpoint=keeper, **how)
@@ -640,7 +721,7 @@ class Experiment(Value):
         again = as_bool(resume, "resume")
         if checkpoint is None:
             if again:
-                raise InputError("resume: from which file? give checkpoint=path")
+                raise InputError("resume: from which file? pass checkpoint=path")
             return None
         with self._named_errors():
             identity = self.identity
@@ -655,8 +736,8 @@ class Experiment(Value):
         Yields
         ------
         Instant
-            State, command and outcome at one control instant. The last instant is that at which the
-            run ends.
+            State, command and outcome at one control instant. The last instant is the end of the
+            run.
 
         Raises
         ------
@@ -673,7 +754,7 @@ class Experiment(Value):
         """
         if isinstance(self.task, SelfSimulatingTask):
             raise InputError("steps: a mission has several runs; take the experiment of a phase")
-        if np.ndim(self.start) > 1 or self.varied:
+        if self._has_many_starts or self.varied:
             raise InputError(
                 "steps: one start is needed, and there are several runs: take of_run(i)"
             )
@@ -688,13 +769,13 @@ class Experiment(Value):
             loop.controller.check_start(loop.q0)
         return loop
 
-    def dataset(self, loop: Loop) -> xr.Dataset:
+    def dataset(self, loop: Loop) -> RunDataset:
         """Return the record of a loop of this experiment as a Dataset."""
         from robsim.run.simulation_dataset import make_dataset  # late: the import of xarray is slow
 
         parts = self.task, self.sensing, self.actuation, self.endings
         if not (self.scene.tree.compiled and all(map(is_immutable, parts))):
-            _ = self.origin  # written now: a user's object may change later
+            _ = self.origin  # stored now, because a user's object may change later
         return make_dataset(loop, self, lambda: self.origin)
 
     def loop(
@@ -703,8 +784,8 @@ class Experiment(Value):
         """Return the loop that simulates this experiment.
 
         `numbers` are the numbers of the runs, which determine their noise; by default they are
-        consecutive. `template` is the `BatchTemplate` of an experiment that differs only in the numbers
-        that vary from run to run.
+        consecutive. `template` is the `BatchTemplate` of an experiment that differs only in the
+        varied numbers.
         """
         simulated: Any = self
         if self.varied:
@@ -736,20 +817,24 @@ class Experiment(Value):
     @property
     def runs(self) -> int:
         """The number of runs: the number of starts, or of values that differ from run to run."""
-        if np.ndim(self.start) > 1:
+        if self.start is not None and self.start.ndim > 1:
             return len(self.start)
         return max((len(values) for values in self.varied.values()), default=1)
 
+    @property
+    def _has_many_starts(self) -> bool:
+        """Whether there is a batch of starts."""
+        return self.start is not None and self.start.ndim > 1
+
     def _check_runs(self) -> None:
         """Raise InputError unless there is a start for each run, or one for all."""
-        what = "starts" if np.ndim(self.start) > 1 else "runs"
+        what = "starts" if self._has_many_starts else "runs"
         if not isinstance(self.varied, Mapping):
             raise InputError(f"varied: expected {{name: numbers}}, got {format_value(self.varied)}")
         for name, values in self.varied.items():
             if len(values) != self.runs:
-                raise InputError(
-                    f"{self.runs} {what}, and {len(values)} numbers of {name}: each run needs both"
-                )
+                counts = f"{len(values)} numbers for {self.runs} {what}"
+                raise InputError(f"{name}: {counts}; expected one for each run")
 
     @cached_property
     def origin(self) -> dict[str, str]:
@@ -762,7 +847,7 @@ class Experiment(Value):
     @property
     def _single_run(self) -> Experiment:
         """The experiment without the numbers that differ from run to run: a text holds one run."""
-        several = bool(self.varied) or np.ndim(self.start) > 1
+        several = bool(self.varied) or self._has_many_starts
         return self.with_(start=None, varied={}) if several else self
 
     @property
@@ -775,7 +860,7 @@ class Experiment(Value):
         return digest.hexdigest()
 
     def _with_different(self, fields: Mapping[str, Any]) -> Experiment:
-        """Return the experiment with these fields. Fields that are equal are not replaced."""
+        """Return the experiment with these fields; equal fields keep their objects."""
         home = self.scene.home if self.start is None else self.start
         steps = count_periods(self.dt, self.duration)
         same = {

@@ -24,11 +24,11 @@ def read_experiment_text(text: str, source: str) -> dict[str, Any]:
 def parse_dotted_changes(changes: Changes, source: str) -> list[tuple[str, Any]]:
     """Return the dotted names and values of changes; FileError for an invalid change."""
     problems = Problems(source)
-    pairs_found: list[tuple[str, Any]] = []
+    pairs: list[tuple[str, Any]] = []
     with problems.at():
-        pairs_found = parse_changes(changes)
+        pairs = parse_changes(changes)
     problems.stop()
-    return pairs_found
+    return pairs
 
 
 def apply_changes(

@@ -105,7 +105,7 @@ def is_text_value(value: Any) -> bool:
 def replace_numbers(experiment: Any, changes: Mapping[str, Any]) -> Any:
     """Return an experiment with other numbers, all checked; names of the true scene come first.
 
-    Raise NoNumber if a name or a value is not a number, InputError if a number is not valid.
+    Raise NoNumberError if a name or a value is not a number, InputError if a number is not valid.
     """
     for name, value in sorted(changes.items(), key=lambda each: each[0].startswith(BELIEF)):
         experiment = _replace_one_number(experiment, name, parse_toml_value(value))

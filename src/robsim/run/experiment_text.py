@@ -14,6 +14,7 @@ import numpy as np
 from robsim.base.errors import FileError, InputError
 from robsim.declare import Flag, Integer, OneOf, Role, Table, Text, Time, Word, fields_of
 from robsim.declare.fields import is_identical
+from robsim.declare.joint_numbers import PerJoint, get_coordinate_axes
 from robsim.declare.problems import Problems, UnreadableValue
 from robsim.declare.spec import (
     MISSING,
@@ -30,8 +31,9 @@ from robsim.engine.endings import ENDING_LIST
 from robsim.engine.recorder import LONGEST
 from robsim.files.robot_library import load_origin_robot
 from robsim.files.toml import write_toml
+from robsim.geometry.pose import Pose
+from robsim.geometry.pose_table import FLAT_POSE
 from robsim.run.beliefs import find_common_belief, replace_beliefs
-from robsim.run.start_table import StartTable
 from robsim.servo.goals.goal import describe_start, parse_start
 from robsim.servo.safety.safety import SAFETY_TABLE
 from robsim.servo.tasks.belief_spec import BeliefSpec
@@ -49,6 +51,29 @@ RECORD = OneOf(
     Integer(1),
     words='"all", "summary" or a whole number n, to keep every n-th step',
 )
+
+
+@dataclass(frozen=True)
+class StartTable:
+    """The start of a run; the home configuration if the table is empty."""
+
+    rivals: ClassVar[Any] = ((("q",), ("pose",)),)
+
+    q: Annotated[
+        Any, PerJoint(get_coordinate_axes), "Coordinates at the start, one number for each."
+    ] = None
+    pose: Annotated[
+        Pose | None, FLAT_POSE, "Pose at the start, for a scene with a single floating joint."
+    ] = None
+
+    @classmethod
+    def of(cls, value: Any, c: Context) -> StartTable:
+        """Return the table of a start in a scene."""
+        return cls(*describe_start(value, c.facts["scene"]))
+
+    def made(self, c: Context) -> Any:
+        """Return the coordinates of the start."""
+        return parse_start(self.q, self.pose, c.facts["scene"], "q")
 
 
 @dataclass(frozen=True)
@@ -147,7 +172,7 @@ def read_experiment(tables: Mapping[str, Raw], source: str, old: Any = None) -> 
     own_fields = _read_all_but_scene(rest, c, old)
     problems.stop()
     if own_fields is None:  # an object of a kind without a text form
-        raise FileError(f"{source}: a value is of a kind that a text cannot hold there")
+        raise FileError(f"{source}: a value has a class that a text cannot represent there")
     return own_fields
 
 
@@ -197,7 +222,7 @@ def _read_start(table_of_task: TaskTable, scene: Scene, c: Context) -> Any:
 
 
 def _rebase_beliefs(old: Any, scene: Scene, c: Context) -> Any:
-    """Return the task of an old experiment; its beliefs differ from the new scene as before."""
+    """Return the old task with beliefs that differ from the new scene as from the old scene."""
 
     def believed(one: Scene | None) -> Scene | None:
         if one is None or scene is old.scene:
@@ -221,10 +246,10 @@ def make_task_table(of: Any) -> TaskTable:
 
 
 def write_experiment(of: Any, **facts: Any) -> dict[str, Raw]:
-    """Return the exact tables of an experiment; NoText if it contains a user's Python code.
+    """Return the exact tables of an experiment; NoTextError if it contains a user's Python code.
 
-    With the fact `brief` the tables omit defaults. With `short` robots and the belief are written
-    as differences from their sources.
+    With the fact `brief`, the tables omit defaults. With `short`, robots and beliefs are written as
+    differences from their sources.
     """
     c = Context(Problems("<text>"), facts={"scene": of.scene, **facts})
     belief = find_common_belief(of.task)

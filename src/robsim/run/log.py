@@ -74,16 +74,17 @@ class Log:
 
 
 def hold_marks(images: Stream, times: Times) -> Array:
-    """Return pixels (T, N, 2) held at some times; at the first, each mark's last seen pixels.
+    """Return the pixels (T, N, 2) of the last image before each time (zero-order hold).
 
-    Every mark must have been seen once before the first time.
+    At the first time each mark has its last observed pixels, also from an earlier image. Every mark
+    must have been observed once before the first time.
     """
-    held = images.held(times)
+    pixels = images.held(times)
     until = images.values[: int(images.index(times[:1])[0]) + 1]
     seen = np.asarray(~np.isnan(until).any(axis=-1))
     last = len(until) - 1 - np.argmax(seen[::-1], axis=0)
-    held[0] = until[last, np.arange(until.shape[1])]
-    return held
+    pixels[0] = until[last, np.arange(until.shape[1])]
+    return pixels
 
 
 def _find_first_complete_time(images: Stream) -> int:

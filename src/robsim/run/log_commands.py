@@ -33,8 +33,8 @@ def compute_decisions(
 ) -> list[Decision]:
     """Return the decisions for coordinates (T, nq) and pixels (T, N, 2), one per period.
 
-    A mark with NaN pixels is held at its last seen pixels, as in `Controller.step`. The ages
-    (T, N) of the images are in seconds; None: the images are new.
+    A mark with NaN pixels keeps its last observed pixels, as in `Controller.step`. `ages` (T, N)
+    are the ages of the images in seconds; None means that all images are new.
     """
     controller = Controller(experiment)
     last = np.cumsum([len(sight.target.marks) for sight in controller.sights]).tolist()

@@ -2,25 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, cast
 
 import numpy as np
 
 from robsim.base.arrays import Array
 from robsim.base.errors import InputError, Interrupted, prefix_errors
 from robsim.declare import DeclaredValue, ListOf, Table, register
-from robsim.declare.spec import Context
+from robsim.declare.spec import Context, FieldValue
 from robsim.engine.outcome import Outcome
 from robsim.engine.workers import Progress, check_progress
 from robsim.run.mission_run import MissionLeg, MissionRun
 from robsim.run.phase import Phase
+from robsim.servo.tasks.task import Task
 from robsim.world.scene import Scene
 
 if TYPE_CHECKING:
     import xarray as xr
 
+    from robsim.run.experiment import Experiment
 
 MOST = 1000  # phases
 
@@ -47,7 +49,9 @@ class Mission(DeclaredValue):
     outermost: ClassVar[bool] = True  # a mission cannot be a phase or a part of another task
 
     phases: Annotated[
-        Any, ListOf(Table(Phase), 1, MOST, alone=True, in_turn=True), "Phases in their order."
+        Sequence[Phase],
+        ListOf(Table(Phase), 1, MOST, alone=True, in_turn=True),
+        "Phases in their order.",
     ]
 
     def __post_init__(self) -> None:
@@ -58,17 +62,21 @@ class Mission(DeclaredValue):
             raise InputError(f"two phases are called {twice!r}")
 
     @classmethod
-    def facts(cls, own: Any, c: Context) -> Context:
+    def facts(cls, own: Mapping[str, FieldValue], c: Context) -> Context:
         """Return the context that lets each phase change the scene of the following phases."""
         return c.knowing(stage={"scene": c.facts.get("scene")})
 
     @property
-    def inner(self) -> tuple[Any, ...]:
+    def inner(self) -> tuple[Task, ...]:
         """The tasks of the phases."""
         return tuple(phase.task for phase in self.phases)
 
     def simulated(
-        self, experiment: Any, *, progress: Progress | None = None, **how: Any
+        self,
+        experiment: Experiment,
+        *,
+        progress: Progress | None = None,
+        **how: Any,  # Any: the other arguments of `Experiment.run`
     ) -> MissionRun:
         """Simulate all phases of an experiment from its start.
 
@@ -127,7 +135,7 @@ class Mission(DeclaredValue):
                 break
         return so_far()
 
-    def checked(self, experiment: Any, *, view: bool = True) -> None:
+    def checked(self, experiment: Experiment, *, view: bool = True) -> None:
         """Raise InputError for errors that can be detected before the first phase begins.
 
         With `view`, it is an error if the first phase does not see its target at the start. After
@@ -154,7 +162,7 @@ class Mission(DeclaredValue):
         return lambda share: progress((done + share) / len(self.phases))
 
 
-def _check_mission_start(experiment: Any) -> Array:
+def _check_mission_start(experiment: Experiment) -> Array:
     """Return the start (nq,); InputError for a batch, or if the scene does not allow a mission."""
     scene = experiment.scene
     q: Array = scene.home if experiment.start is None else experiment.start
@@ -169,14 +177,14 @@ def _check_mission_start(experiment: Any) -> Array:
     return q
 
 
-def _make_phase_experiment(phase: Phase, experiment: Any) -> Any:
+def _make_phase_experiment(phase: Phase, experiment: Experiment) -> Experiment[Task]:
     """Return the experiment of one phase, with the duration of the phase if it has one."""
     duration = experiment.duration if phase.duration is None else phase.duration
     return replace(experiment, task=phase.task, duration=duration)
 
 
 def _run_phase(
-    phase: Phase, experiment: Any, before: Sequence[MissionLeg], **how: Any
+    phase: Phase, experiment: Experiment, before: Sequence[MissionLeg], **how: Any
 ) -> MissionLeg:
     """Run a phase from the end of the previous legs, and return its leg.
 
@@ -184,7 +192,7 @@ def _run_phase(
     has not begun.
     """
     with prefix_errors(f"phase {phase.name!r}"):
-        scene = phase.begun(experiment.scene, experiment.start)
+        scene = phase.begun(experiment.scene, _check_mission_start(experiment))
         own = _make_phase_experiment(phase, replace(experiment, scene=scene))
     start = before[-1].end if before else 0.0
     try:
@@ -199,4 +207,12 @@ def _make_leg(phase: Phase, scene: Scene, start: float, run: xr.Dataset) -> Miss
     """Return the leg of a phase that began at `start` seconds."""
     outcome = Outcome(int(run["outcome"]))
     end = start + float(run["end_time"])
-    return MissionLeg(phase.name, outcome, outcome in phase.expects, start, end, run, scene)
+    return MissionLeg(
+        phase.name,
+        outcome,
+        outcome in cast(Collection[Outcome], phase.expects),
+        start,
+        end,
+        run,
+        scene,
+    )

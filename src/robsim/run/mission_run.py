@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -54,13 +54,13 @@ class MissionLeg:
 
 @dataclass(frozen=True, eq=False)
 class MissionRun:
-    """Result of a mission: the legs of all phases that began.
+    """Result of a mission: a leg for each phase that began.
 
     The last leg may have failed. `Experiment.of` reads the experiment from `attrs`.
 
     Attributes
     ----------
-    legs : tuple of Leg
+    legs : tuple of MissionLeg
         Simulated phases in their order.
     planned : int
         Number of phases of the mission.
@@ -82,7 +82,7 @@ class MissionRun:
     legs: tuple[MissionLeg, ...]
     planned: int
     problem: str = ""
-    attrs: dict[str, Any] = field(default_factory=dict)
+    attrs: dict[str, str] = field(default_factory=dict)
 
     @property
     def succeeded(self) -> bool:
@@ -105,10 +105,10 @@ class MissionRun:
         if not self.legs or "time" not in self.legs[0].run.dims:
             raise InputError("nothing to join: this mission has no legs, or summaries of them only")
         parts = [_get_leg_instants(leg, last=leg is self.legs[-1]) for leg in self.legs]
-        joined: xr.Dataset = xr.concat(parts, dim="time")
+        dataset: xr.Dataset = xr.concat(parts, dim="time")
         own = {"title": MISSION, "succeeded": int(self.succeeded)}
-        joined.attrs = {**self.attrs, **own}
-        return joined
+        dataset.attrs = {**self.attrs, **own}
+        return dataset
 
     def __repr__(self) -> str:
         return f"<MissionRun: {len(self.legs)} of {self.planned} phases>"

@@ -11,12 +11,14 @@ from robsim.base.errors import InputError, prefix_errors
 from robsim.declare import DeclaredValue, Role, Text, Time, Word
 from robsim.declare.lists import Names
 from robsim.declare.scalars import PlainValue
-from robsim.declare.spec import Context, Raw
+from robsim.declare.spec import Context, FieldValue, Raw
 from robsim.declare.texts import FrameReference
 from robsim.engine.outcome import Outcome
 from robsim.servo.tasks.task import Task
 from robsim.servo.tasks.task_choice import TASKS, TaskChoice
 from robsim.world.scene import Scene
+
+Outcomes = str | Outcome | Sequence[str | Outcome]  # stored as a tuple of `Outcome`
 
 
 @dataclass(frozen=True)
@@ -108,7 +110,7 @@ class Phase(DeclaredValue):
     """
 
     name: Annotated[str, PhaseName(), Role.LABEL, "Name, unique in the mission."]
-    task: Annotated[Any, TaskChoice(TASKS, protocol=Task), "Control task of the phase."]
+    task: Annotated[Task, TaskChoice(TASKS, protocol=Task), "Control task of the phase."]
     duration: Annotated[
         float | None,
         Time(above=0),
@@ -121,7 +123,7 @@ class Phase(DeclaredValue):
         Sequence[str], Names(least=0), "Objects to release into the world at the start."
     ] = ()
     expects: Annotated[
-        Any, Names(OutcomeName()), "Outcome, or outcomes, with which the phase succeeds."
+        Outcomes, Names(OutcomeName()), "Outcome, or outcomes, with which the phase succeeds."
     ] = Outcome.CONVERGED
 
     def __post_init__(self) -> None:
@@ -131,10 +133,10 @@ class Phase(DeclaredValue):
             if both:
                 raise InputError(f"attach and release of '{both[0]}' at once")
 
-    facts_from: ClassVar[Any] = ("release", "attach")
+    facts_from: ClassVar[tuple[str, ...]] = ("release", "attach")
 
     @classmethod
-    def facts(cls, own: Any, c: Context) -> Context:
+    def facts(cls, own: Mapping[str, FieldValue], c: Context) -> Context:
         """Return the context with the scene after the grasps and releases of all phases so far.
 
         Only the parts of this scene matter: the units of joints do not depend on poses.

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 NEEDED = ("dt", "duration", "seed", "hold", "record", "single")
 
 
-def get_run_attributes(run: Any) -> dict[str, Any]:
+def get_run_attributes(run: object) -> dict[str, Any]:
     """Return the attributes of a run or of a mission's run; InputError for other values."""
     attrs = getattr(run, "attrs", None)
     a_run = isinstance(run, MissionRun) or hasattr(run, "data_vars")
@@ -29,7 +29,7 @@ def get_run_attributes(run: Any) -> dict[str, Any]:
     return attrs
 
 
-def check_run(run: Any) -> None:
+def check_run(run: object) -> None:
     """Raise InputError unless a value is a run, and not the run of a whole mission."""
     title = get_run_attributes(run).get("title")
     if isinstance(run, MissionRun) or title == MISSION:

@@ -55,7 +55,7 @@ def replay(run: xr.Dataset) -> xr.Dataset:
     check_run(run)
     if is_log_run(run):
         return replay_log_run(run)
-    again: xr.Dataset = Experiment.of(run).run()
+    again = Experiment.of(run).run()
     again.attrs |= {key: run.attrs[key] for key in ("scenario", "single")}
     if differences := find_difference(run, again):
         text = f"the repeated run differs: {differences}"

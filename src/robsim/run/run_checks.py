@@ -15,7 +15,7 @@ from robsim.world.scene import Scene
 T = TypeVar("T")
 
 
-def check_instance(value: Any, kind: type[T], what: str) -> T:
+def check_instance(value: object, kind: type[T], what: str) -> T:
     """Return a value if it is an instance of a class; else raise InputError."""
     if not isinstance(value, kind):
         raise InputError(

@@ -22,8 +22,8 @@ from robsim.run.log_commands import LOG_ATTRIBUTE, compute_decisions
 from robsim.run.provenance import compute_whole_duration
 from robsim.servo.command import Decision
 
-LONGEST = 1_000_000  # periods, which take minutes
-SILENCE = 600 * NANO  # longest gap between two states of the joints; beyond, the clock jumped
+LONGEST = 1_000_000  # largest number of periods, which take minutes
+SILENCE = 600 * NANO  # longest gap between two joint states; a longer gap is a clock error
 CONVERGED_AT = "converged_at"  # attribute of a log that converged: seconds until convergence
 AGE = {"units": "s", "long_name": "age of the last image that was searched for a mark"}
 
@@ -32,9 +32,9 @@ def make_run_from_log(log: Log, experiment: Experiment) -> RunDataset:
     """Return the run of a log, with the variables of a simulated run and `image_age`.
 
     Each period has the last joints, images and commands before it (zero-order hold). The run begins
-    when all joints and marks have been seen once, with each mark at its last pixels, and ends with
-    the joints. Features and errors are computed by the experiment's controller. The outcome is
-    CONVERGED, OUT_OF_IMAGE or RUNNING, according to the last instant.
+    when all joints and marks have been observed once; each mark then has its last observed pixels.
+    The run ends with the last joint state. The experiment's controller computes features and
+    errors. The outcome is CONVERGED, OUT_OF_IMAGE or RUNNING, according to the last instant.
 
     Raise FileError if the log is shorter than a period, too long, or has a long gap.
     """
@@ -61,7 +61,7 @@ def make_run_from_log(log: Log, experiment: Experiment) -> RunDataset:
         "recorded_from": str(times[0]),
     }
     run.attrs |= dict(log.notes)
-    return run  # type: ignore[return-value]  # `Experiment.dataset` returns a Run
+    return run
 
 
 def _sample_images(log: Log, controller: Controller, times: Times) -> tuple[Array, Array]:

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
+from robsim.engine.endings import Ending
 from robsim.engine.recorder import Record
 from robsim.engine.workers import Progress
-from robsim.run.experiment import EXACT, PERFECT, Experiment
+from robsim.run.experiment import EXACT, PERFECT, Coordinates, Experiment
 from robsim.run.run_checks import check_instance, check_starts, check_task
 from robsim.servo.safety.safety import Safety
 from robsim.servo.tasks.task import Task
@@ -15,13 +17,13 @@ from robsim.world.scene import Scene
 from robsim.world.sensing import Sensing
 
 if TYPE_CHECKING:
-    import xarray as xr
+    from robsim.files.flat_table import RunDataset
 
 
 def simulate(
     scene: Scene,
     task: Task,
-    q0: Any = None,
+    q0: Coordinates | None = None,
     *,
     dt: float = 0.04,
     duration: float = 10.0,
@@ -29,14 +31,14 @@ def simulate(
     sensing: Sensing | None = None,
     actuation: Actuation | None = None,
     safety: Safety | None = None,
-    endings: Any = (),
+    endings: Ending | Sequence[Ending] = (),
     hold: bool = False,
     record: Record = "all",
     first_run: int = 0,
     threads: int | None = None,
     chunk: int = 256,
     progress: Progress | None = None,
-) -> xr.Dataset:
+) -> RunDataset:
     """Simulate the closed loop of a task from q0, and return the run as an xarray.Dataset.
 
     The call equals `Experiment(scene, task, q0, ...).run()`. Commands are computed at every control
@@ -101,7 +103,7 @@ def simulate(
     >>> rs.Outcome(int(run.outcome)).name, round(float(run.error_norm[149]), 4)
     ('CONVERGED', 0.023)
     """
-    experiment = Experiment(
+    experiment: Experiment[Task] = Experiment(
         check_instance(scene, Scene, "scene"),
         check_task(task),
         None if q0 is None else check_starts(scene, q0, "q0"),
@@ -116,5 +118,4 @@ def simulate(
         record=record,
         first_run=first_run,
     )
-    run: xr.Dataset = experiment.run(progress, threads=threads, chunk=chunk)
-    return run
+    return experiment.run(progress, threads=threads, chunk=chunk)

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from robsim.engine.loop import Loop
 
 VERSION = version("robsim")  # of the installed package
-BLOCK = 65536  # instants for which poses and velocities are computed at a time
+BLOCK = 65536  # number of instants in one evaluation of poses and velocities
 VARIED = {"long_name": "number that differs from run to run, see Experiment.vary"}
 UNITS = {
     "camera_pose": "m",
@@ -75,7 +75,7 @@ DESCRIPTIONS = {
 
 
 def make_dataset(loop: Loop, of: Any, origin: Callable[[], Mapping[str, str]]) -> RunDataset:
-    """Return the record of a finished or stopped simulation, as a Dataset that is made when read.
+    """Return the record of a simulation as a Dataset that is computed when it is read.
 
     `of` is the experiment, and `origin` returns the attributes with its text. The representations
     of a user's objects are stored now, because the objects may change.

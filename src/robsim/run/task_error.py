@@ -11,9 +11,9 @@ from robsim.engine.recorder import RecordedSeries
 def make_error_variables(series: RecordedSeries, s_goal: Array) -> dict[str, Array]:
     """Return features, error, norm and Lyapunov function from a record.
 
-    The goal broadcasts with (runs, instants, k). Sums run feature by feature, so that the bits are
-    the same in any batch. If features have weights, features of weight 0 have no error and do not
-    enter the norm.
+    The goal broadcasts with (runs, instants, k). Sums are computed feature by feature, so that
+    their bits do not depend on the batch. Features of weight 0 have no error and do not contribute
+    to the norm.
     """
     error, weighted = series.s - s_goal, series.weights.shape[-1] > 0
     if weighted:

@@ -198,7 +198,7 @@ def _split_start(base: Experiment, start: Any) -> tuple[Experiment, Start | None
             f"of poses such as rs.starts.LookAt(...), got {format_value(start)}"
         )
     q0 = base.start if start is None else check_starts(base.scene, start, "start")
-    if np.ndim(q0) > 1:
+    if q0 is not None and q0.ndim > 1:
         return base.with_(start=None), None, q0
     return base.with_(start=q0), None, None
 

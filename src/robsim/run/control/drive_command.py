@@ -36,8 +36,8 @@ class Health(NamedTuple):
     stale : bool
         Whether the images are too old for the watchdog.
     age : float
-        Age of the oldest image in use, in seconds. An image without marks is not in use, nor is an
-        incomplete image if a feature needs all marks.
+        Age of the oldest image in use, in seconds. An image without marks is not used. An
+        incomplete image is not used if a feature needs all marks.
     limits : tuple of str
         Limits that change the command: "speed", "acceleration", "fence", "joint limit of elbow"; or
         reasons to hold the robot: "watchdog", "stopped by the watchdog", "not released", "too few

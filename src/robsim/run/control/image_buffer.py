@@ -17,7 +17,7 @@ from robsim.servo.frame_rows import add_body_poses
 from robsim.world.scene import Scene
 
 REMEMBERED = 512  # periods with stored joints, for images that arrive late
-AHEAD = 0.1  # seconds by which the clock of a camera may be ahead
+AHEAD = 0.1  # largest lead of the clock of a camera, in seconds
 FAR = 1e9  # pixels; larger coordinates are invalid if the image size is unknown
 
 
@@ -64,7 +64,7 @@ class LatestMarks:
 
 
 class ImageBuffer:
-    """The last images of all sights, and the joints at the times of recent periods."""
+    """The last images of all camera-target pairs, and the joints of recent periods."""
 
     def __init__(
         self,
@@ -83,7 +83,7 @@ class ImageBuffer:
 
     @property
     def known(self) -> bool:
-        """Whether enough marks of every sight have been seen."""
+        """Whether enough marks of every camera-target pair have been seen."""
         return all(image.known for image in self.each.values())
 
     @property
@@ -112,7 +112,7 @@ class ImageBuffer:
         )
 
     def seen(self) -> Array:
-        """Return the pixels (N, 2) of all sights; NaN for marks without new pixels."""
+        """Return the pixels (N, 2) of all camera-target pairs; NaN for marks without new pixels."""
         every = [np.empty((0, 2))]
         for key, image in self.each.items():
             missing = image.hidden | (key not in self._new)

@@ -1,4 +1,4 @@
-"""Observed marks of an image, and the forms in which users pass them."""
+"""Observed marks of an image, and their forms as arguments of `Controller.step`."""
 
 from __future__ import annotations
 
@@ -7,12 +7,17 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from robsim.base.arrays import Array, as_float, as_floats
 from robsim.base.errors import InputError, format_value
 from robsim.servo.camera_target import CameraTarget
 
 DEEPEST = 4  # nested levels: cameras, targets, and times around each of them
+
+
+# pixels (N, 2), {number: (column, row)}, or these by names of cameras and targets
+Pixels = ArrayLike | Mapping[Any, object]  # Any: keys are numbers, names or pairs of names
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,7 +40,7 @@ class Marks:
     ()
     """
 
-    pixels: Any
+    pixels: Pixels
     t: float
     doubtful: Collection[str] = ()
 
@@ -46,7 +51,7 @@ class Marks:
 
 @dataclass(frozen=True, eq=False)
 class MarkObservation:
-    """The marks (N, 2) of a sight in an image and its time; NaN for marks that are not seen."""
+    """The pixels (N, 2) of a camera-target pair, and their time; NaN for marks out of view."""
 
     sight: CameraTarget
     pixels: Array
@@ -63,16 +68,18 @@ class _InputScope(NamedTuple):
     def within(self, doubtful: Any) -> _InputScope:
         """Return the data for the next level; InputError if the nesting is too deep."""
         if self.depth >= DEEPEST:
-            raise InputError("pixels: at most marks in targets in cameras, not deeper")
+            raise InputError(
+                "pixels: nested too deeply; expected at most {camera: {target: pixels}}"
+            )
         return _InputScope(
             self.t, (*self.doubtful, *_check_doubtful_names(doubtful)), self.depth + 1
         )
 
 
 class MarkReader:
-    """Reader of the marks of some sights in any of the accepted forms.
+    """Reader of the marks of camera-target pairs in any of the accepted forms.
 
-    `unused` lists the names of data that do not belong to a sight.
+    `unused` lists the names of data that belong to no pair.
     """
 
     def __init__(self, sights: Sequence[CameraTarget]) -> None:
@@ -82,9 +89,9 @@ class MarkReader:
         self.unused: list[str] = []
 
     def read(self, data: Any, t: float) -> Iterator[MarkObservation]:
-        """Yield the observation of each sight with a new image.
+        """Yield the observation of each camera-target pair with a new image.
 
-        Raise InputError if the data have another shape, or contain none of the sights.
+        Raise InputError if the data have another shape, or belong to none of the pairs.
         """
         self.unused = []
         yield from self._read(data, _InputScope(t), self.sights)
@@ -93,7 +100,7 @@ class MarkReader:
     def _read(
         self, data: Any, around: _InputScope, sights: Sequence[CameraTarget]
     ) -> Iterator[MarkObservation]:
-        """Yield the observations of some sights, with the data of the outer levels."""
+        """Yield the observations of some camera-target pairs, with the data of the outer levels."""
         t, doubtful = around.t, around.doubtful
         if data is None or not sights:
             return
@@ -105,7 +112,9 @@ class MarkReader:
             within = around.within(getattr(data, "doubtful", ()))
             yield from self._read_by_names(data, within, sights)
         elif len(sights) > 1:
-            raise InputError(f"pixels: give them for each camera: {', '.join(self.cameras)}")
+            raise InputError(
+                f"pixels: expected a dict with the pixels of each camera: {', '.join(self.cameras)}"
+            )
         elif sights[0].target.name in doubtful:
             self.unused.append(f"doubtful {sights[0].target.name}")
             yield _make_unseen_observation(sights[0], t)
@@ -115,9 +124,9 @@ class MarkReader:
     def _read_by_names(
         self, data: Mapping[Any, Any], around: _InputScope, sights: Sequence[CameraTarget]
     ) -> Iterator[MarkObservation]:
-        """Yield the observations of sights from a dict by names of camera or target.
+        """Yield the observations of camera-target pairs from a dict by camera or target.
 
-        If the dict is of one camera, targets that it lacks are not seen.
+        If the dict belongs to one camera, its missing targets are not seen.
         """
         known = self._list_sights_by_key(sights)
         used = [key for key in data if key in known]
@@ -135,7 +144,7 @@ class MarkReader:
             yield from (_make_unseen_observation(sight, around.t) for sight in left)
 
     def _list_sights_by_key(self, sights: Sequence[CameraTarget]) -> dict[Any, list[CameraTarget]]:
-        """Return the sights of each accepted key."""
+        """Return the camera-target pairs of each accepted key."""
         known: dict[Any, list[CameraTarget]] = {sight.key: [sight] for sight in sights}
         for sight in sights:
             known.setdefault(sight.eye.name, []).append(sight)
@@ -155,7 +164,7 @@ def _check_doubtful_names(doubtful: Any) -> tuple[str, ...]:
 
 
 def _make_unseen_observation(sight: CameraTarget, t: float) -> MarkObservation:
-    """Return the observation of a sight without visible marks."""
+    """Return the observation of a camera-target pair without visible marks."""
     return MarkObservation(sight, np.full((len(sight.target.marks), 2), np.nan), t)
 
 
@@ -190,7 +199,7 @@ def _read_numbered_pixels(mapping: Mapping[Any, Any], what: str, N: int) -> Arra
 
 
 def _format_sights(sights: Sequence[CameraTarget]) -> str:
-    """Return the names of sights, such as "camera 'left' on 'plate'"."""
+    """Return the names of camera-target pairs, such as "camera 'left' on 'plate'"."""
     return " or ".join(f"camera '{s.eye.name}' on '{s.target.name}'" for s in sights)
 
 

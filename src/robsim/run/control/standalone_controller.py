@@ -20,7 +20,8 @@ from robsim.run.control.drive_command import (
     list_active_limits,
 )
 from robsim.run.control.image_buffer import ImageBuffer
-from robsim.run.experiment import Experiment, load_scenario
+from robsim.run.control.mark_input import Marks, Pixels
+from robsim.run.experiment import Coordinates, Experiment, load_scenario
 from robsim.run.experiment_paths import make_command_guard
 from robsim.run.mission_protocol import SelfSimulatingTask
 from robsim.servo.camera_target import CameraTarget
@@ -140,25 +141,27 @@ class Controller:
         self._q = np.empty(0)
         self._last: DriveCommand | None = None
 
-    def step(self, pixels: Any, q: Any, t: float, *, run: bool | None = None) -> DriveCommand:
+    def step(
+        self, pixels: Pixels | Marks | None, q: Coordinates, t: float, *, run: bool | None = None
+    ) -> DriveCommand:
         """Return the command for the period that begins, and the health of the controller.
 
-        Calls may be early, late or missing: a period begins at its time, and within a period the
-        command does not change. After a pause of more than 0.25 s and five periods, the robot
+        Calls may be early, late or missing: periods begin at fixed times, and the command does not
+        change within a period. After a pause of more than 0.25 s and five periods, the robot
         is assumed to stand still, and the memory of the scheme is reset. The time of a path or a
         prescribed motion counts the periods with a released robot.
 
-        If a scheme uses true depths, they follow from the scene at the coordinates when the image
-        was taken. Marks that are not seen keep their last pixels, and features that can do without
-        them leave them out.
+        True depths of a scheme are computed from the scene at the coordinates at the capture time.
+        Marks that are not seen keep their last pixels; features that do not need all marks ignore
+        them.
 
         Parameters
         ----------
         pixels : array_like of shape (N, 2), dict, Marks or None
             New image data: pixels (column, row) of the marks, NaN for a mark that is not seen; or
-            {number: (column, row)} of the seen marks; or these by names, as {target: ...}, {camera:
-            ...} or {(camera, target): ...}, the output of a `TagDetector`. Use `Marks` for images that
-            are older than the joints. None: there is no new image.
+            {number: (column, row)} of the seen marks; or these by names, as {target: ...},
+            {camera: ...} or {(camera, target): ...}, the output of a `TagDetector`. Use `Marks` for
+            images that are older than the joints. None: there is no new image.
         q : array_like of shape (nq,), or dict
             Measured coordinates of the scene, or {robot: q}.
         t : float
@@ -199,7 +202,7 @@ class Controller:
             return self._brake(str(error) or type(error).__name__, passed > 0)
 
     def row(self) -> dict[str, float]:
-        """Return the measurements and the command of the last call, with the names of `table`.
+        """Return the measurements and the command of the last call, with the names of `to_table`.
 
         A list of rows is a log: `read_log(rows, experiment)` converts it to a run.
 
@@ -214,7 +217,7 @@ class Controller:
             If there was no call yet.
         """
         if self._last is None:
-            raise InputError("row: there was no step yet")
+            raise InputError("row: call step first")
         qd = np.zeros(self.scene.nv)
         qd[self._standalone.controller.columns] = self._last.velocities
         parts = ("q", self.scene.coordinate_names, self._q), ("qd", self.scene.velocity_names, qd)
@@ -225,7 +228,7 @@ class Controller:
             row |= {f"pixels[{i},column]": pair[0], f"pixels[{i},row]": pair[1]}
         return row
 
-    def decide(self, pixels: Any, q: Any, t: float) -> Decision:
+    def decide(self, pixels: Pixels | Marks | None, q: Coordinates, t: float) -> Decision:
         """Return the decision of `step` for a released robot, with features and errors, run last.
 
         Returns
