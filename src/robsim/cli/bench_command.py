@@ -18,6 +18,7 @@ from robsim.cli.user_schemes import load_user_schemes
 
 if TYPE_CHECKING:
     from robsim.suites.benchmark import Benchmark
+    from robsim.suites.reproduction import Reproduction
     from robsim.suites.suite import Suite
 
 RESULT_FILES = ("bench.csv", "bench.tex", "runs.csv")
@@ -63,7 +64,9 @@ def compare_suites(
         _run_suites(chosen, own, not alone, folder)
 
 
-def _run_suites(suites: list[Suite], own: dict[str, Any], builtin: bool, folder: Path) -> None:
+def _run_suites(
+    suites: list[Suite | Reproduction], own: dict[str, Any], builtin: bool, folder: Path
+) -> None:
     """Run all schemes, write the results, and print the tables.
 
     After an interrupt, the results so far are written.

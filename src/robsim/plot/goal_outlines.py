@@ -56,7 +56,9 @@ def _find_goal_poses(scene: Scene, goal: DrawableGoal, q: Array) -> dict[str, Po
     if isinstance(goal, GoalPose):
         return _resolve_relative_goal(scene, goal, q)
     if isinstance(goal, TaughtGoal):
-        return _compute_frame_poses(scene, scene.home if goal.q is None else goal.q)
+        return _compute_frame_poses(
+            scene, scene.home if goal.q is None else cast("ArrayLike", goal.q)
+        )
     values = cast("ArrayLike", goal)
     if is_pose_like(values) and np.shape(values) != (scene.nq,):
         return {_list_goal_frames(scene)[0]: check_single_pose(values, "goal")}
