@@ -130,7 +130,7 @@ def filter_depths(
     numbers="4",
     estimate="N, 3",
     covariance="N, 3, 3",
-    room="12*N",
+    scratch="12*N",
     depth="N",
 ):
     """Filter the depths of N marks by the camera's twist and the measured points.
@@ -140,15 +140,15 @@ def filter_depths(
     """
     numbers, dt = vector(w, numbers, 4), w[dt * WIDTH]
     x, state = matrix(w, points, N, 2), matrix(w, estimate, N, 3)
-    P, new = tensor(w, covariance, N, 3, 3), matrix(w, room, N, 3)
+    P, new = tensor(w, covariance, N, 3, 3), matrix(w, scratch, N, 3)
     if step == 0:
         initialise_depth_filter(x, numbers, state, P)
     else:
-        predict_depth(state, P, vector(w, twist, 6), dt, new, tensor(w, room + 3 * N, N, 3, 3))
+        predict_depth(state, P, vector(w, twist, 6), dt, new, tensor(w, scratch + 3 * N, N, 3, 3))
         for i in range(3 * N):
-            put(w, estimate + i, get(w, room + i))
+            put(w, estimate + i, get(w, scratch + i))
         for i in range(9 * N):
-            put(w, covariance + i, get(w, room + 3 * N + i))
+            put(w, covariance + i, get(w, scratch + 3 * N + i))
         correct_depth(state, P, x, numbers[2:])
     for n in range(N):
         put(w, depth + n, 1.0 / get(w, estimate + 3 * n + 2))

@@ -142,7 +142,7 @@ def fit_pose_stage(
     guess="3, 4",
     T="3, 4",
     weights="N",
-    room="size",
+    scratch="size",
     size="count",
 ):
     """Fit the pose T = T_c_o to the normalised image points x of N marks, from a guess.
@@ -160,9 +160,9 @@ def fit_pose_stage(
     guess. The fit needs three marks that are not collinear. The result is NaN if a mark of nonzero
     weight is not measured, or is behind the camera at the guess.
     """
-    here, there, L, bend = room, room + 5 * N, room + 10 * N, room + 22 * N
+    here, there, L, bend = scratch, scratch + 5 * N, scratch + 10 * N, scratch + 22 * N
     back = bend + 14 * N + 42
-    step, updated, scratch = back + 6, back + 18, back + 36
+    step, updated, svd_rows = back + 6, back + 18, back + 36
     for i in range(12):
         put(w, T + i, get(w, guess + i))
     share = where(get(w, guess) > 0.0, 1.0, 1.0)
@@ -173,7 +173,7 @@ def fit_pose_stage(
         image = here, here + 2 * N, here + 3 * N
         lost = newton_update(w, N, image, weights, L, slow, moving, back, bend)
         if any_lane(lost):
-            _truncate_update(w, L, N, here + 3 * N, rcond, lost, back, updated + 12, scratch)
+            _truncate_update(w, L, N, here + 3 * N, rcond, lost, back, updated + 12, svd_rows)
         motion = _largest_image_motion(w, L, back, 2 * N)
         _cayley_exp(w, back, share, step)
         compose_lanes(w, step, T, updated)
@@ -203,7 +203,7 @@ def fit_pose(marks: Any, x: Any, guess: Any, T: Any, weights: Any = None) -> Non
     first, points, start, factors = (program.rows(*shape) for shape in shapes)
     pose, room = program.rows(3, 4), program.rows(count_pose_fit_rows(N))
     program.add(
-        fit_pose_stage, marks=first, x=points, guess=start, T=pose, weights=factors, room=room
+        fit_pose_stage, marks=first, x=points, guess=start, T=pose, weights=factors, scratch=room
     )
     each = np.ones((N, runs)) if weights is None else weights
     arrays = np.concatenate([rows.reshape(-1, runs) for rows in (marks, x, guess, each)])

@@ -21,17 +21,17 @@ def hide_marks(w, step, dt="row", latency="row", start="row", end="row", marks="
 
 @stage
 def blank_missing_marks(
-    w, step, N="count", pixels="N, 2", depth="N", status="N", seen="N, 2", seen_depth="N"
+    w, step, N="count", pixels="N, 2", depth="N", status="N", visible_pixels="N, 2", depth_out="N"
 ):
-    """Copy an image with pixels that are NaN for marks outside the image.
+    """Copy the pixels and depths of marks, with NaN pixels for marks outside the image.
 
     A mark is in the image if its status is IN_IMAGE. The depths are copied for all marks.
     """
     for n in range(N):
         here = get(w, status + n) == 1.0 * IN_IMAGE
         for i in range(2):
-            put(w, seen + 2 * n + i, where(here, get(w, pixels + 2 * n + i), np.nan))
-        put(w, seen_depth + n, get(w, depth + n))
+            put(w, visible_pixels + 2 * n + i, where(here, get(w, pixels + 2 * n + i), np.nan))
+        put(w, depth_out + n, get(w, depth + n))
 
 
 @stage

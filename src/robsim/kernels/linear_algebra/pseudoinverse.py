@@ -5,7 +5,7 @@ computes R^-1 explicitly, and ||R|| ||R^-1|| (Frobenius) is an upper bound of th
 If the bound of a run exceeds 1/rcond, the run uses its singular values, and singular values below
 rcond * largest count as zero. Wide systems (more unknowns than equations) receive the least-norm
 solution by the QR factorisation of A'. The columns of V are not normalised: Q = V D^-1/2. For four
-points in a camera with six degrees of freedom the same code is `unroll_kernel`.
+image points and six joint velocities `unroll_kernel` generates straight-line code from the kernel.
 """
 
 import numpy as np
@@ -175,10 +175,10 @@ def _factorise_and_solve(numbers, block):
 
 
 @part
-def _load_padded_column(block, at, rows, first, apart, count):
-    """Copy `count` rows at a stride `apart` to a column, and fill the column with zeros."""
+def _load_padded_column(block, at, rows, first, stride, count):
+    """Copy `count` rows at a stride `stride` to a column, and fill the column with zeros."""
     for i in range(count):
-        put(block, at + i, get(block, first + i * apart))
+        put(block, at + i, get(block, first + i * stride))
     for i in range(count, rows):
         put(block, at + i, 0.0)
 

@@ -35,7 +35,7 @@ class Rail(JointKind):
         If the rail follows another coordinate, the curvature is per unit of that coordinate.
         """
         for parent, place, s, T, body in bodies:
-            given = {"which": body.curve, "parent": parent, "place": place, "s": s, "T": T}
+            given = {"curve": body.curve, "parent": parent, "place": place, "s": s, "T": T}
             bend = placed.ratio[body.bend]
             placed.program.add(
                 forward_kinematics.place_on_rail, **placed.curves, **given, curvature=bend
