@@ -35,11 +35,11 @@ def braking_speed(distance, deceleration, dt):
         return 0.0
     if math.isinf(distance):
         return distance
-    fall = deceleration * dt
-    if math.isinf(fall):
+    change = deceleration * dt
+    if math.isinf(change):
         return distance / dt
-    m = math.floor(0.5 * (math.sqrt(1.0 + 8.0 * distance / (fall * dt)) - 1.0))
-    return distance / ((m + 1.0) * dt) + 0.5 * fall * m
+    m = math.floor(0.5 * (math.sqrt(1.0 + 8.0 * distance / (change * dt)) - 1.0))
+    return distance / ((m + 1.0) * dt) + 0.5 * change * m
 
 
 @kernel
@@ -76,19 +76,19 @@ def _clamp(x, least, most):
 @part
 def _hold_reasons(w, b, n, law_command, age, dt, released, settings, latched, status):
     """Return the reasons to hold the robot as bits, 0 for none."""
-    why = FEW_MARKS if w[status * WIDTH + b] != IN_IMAGE else 0
+    reasons = FEW_MARKS if w[status * WIDTH + b] != IN_IMAGE else 0
     if (w[age * WIDTH + b] - AGE_TOLERANCE) * w[dt * WIDTH + b] > w[settings * WIDTH + b]:
-        why |= OLD_IMAGE
+        reasons |= OLD_IMAGE
         if w[(settings + 1) * WIDTH + b] != 0.0:
             w[latched * WIDTH + b] = 1.0
     if w[released * WIDTH + b] == 0.0:
-        why |= NOT_RELEASED
+        reasons |= NOT_RELEASED
     if w[latched * WIDTH + b] != 0.0:
-        why |= STOPPED
+        reasons |= STOPPED
     for j in range(n):
         if not math.isfinite(w[(law_command + j) * WIDTH + b]):
-            why |= NOT_FINITE
-    return why
+            reasons |= NOT_FINITE
+    return reasons
 
 
 @stage
@@ -117,21 +117,21 @@ def hold_command(
     """
     seconds = time_since_hold * WIDTH
     for b in range(WIDTH):
-        why = _hold_reasons(w, b, n, law_command, age, dt, released, settings, latched, status)
+        reasons = _hold_reasons(w, b, n, law_command, age, dt, released, settings, latched, status)
         ramp = w[(settings + 2) * WIDTH + b]
-        if why:
+        if reasons:
             w[seconds + b] = 0.0
             w[share * WIDTH + b] = 0.0
         else:
             w[share * WIDTH + b] = smoothstep(w[seconds + b] / ramp) if ramp > 0.0 else 1.0
             w[seconds + b] += w[dt * WIDTH + b]
-        w[reason * WIDTH + b] = why
+        w[reason * WIDTH + b] = reasons
 
 
 @part
-def _reachable_velocity(target, before, fall):
+def _reachable_velocity(target, last_velocity, largest_change):
     """Return the reachable velocity nearest to a target, and the reason bits if both differ."""
-    v = _clamp(target, before - fall, before + fall)
+    v = _clamp(target, last_velocity - largest_change, last_velocity + largest_change)
     return v, 0 if v == target else ACCELERATION
 
 
@@ -170,25 +170,31 @@ def limit_command(
     index in q of each coordinate, or -1 for a joint without limits. A held robot brakes.
     """
     for b in range(WIDTH):
-        dt, share, held = w[duration * WIDTH + b], w[shares * WIDTH + b], int(w[reason * WIDTH + b])
-        rest, why = _braking_time(w, b, n, last, accelerations), held
-        slower = remaining_share(rest, dt)
+        dt, share, hold_reasons = (
+            w[duration * WIDTH + b],
+            w[shares * WIDTH + b],
+            int(w[reason * WIDTH + b]),
+        )
+        rest, reasons = _braking_time(w, b, n, last, accelerations), hold_reasons
+        brake_share = remaining_share(rest, dt)
         for j in range(n):
-            before, most = w[(last + j) * WIDTH + b], w[(accelerations + j) * WIDTH + b]
-            slow, target = slower * before, w[(scaled + j) * WIDTH + b]
-            if not held and target != w[(law_command + j) * WIDTH + b]:
-                why |= SPEED
-            v, bits = _reachable_velocity(slow if held else share * target, before, most * dt)
+            last_velocity, most = w[(last + j) * WIDTH + b], w[(accelerations + j) * WIDTH + b]
+            brake_velocity, target = brake_share * last_velocity, w[(scaled + j) * WIDTH + b]
+            if not hold_reasons and target != w[(law_command + j) * WIDTH + b]:
+                reasons |= SPEED
+            v, bits = _reachable_velocity(
+                brake_velocity if hold_reasons else share * target, last_velocity, most * dt
+            )
             least, largest = -math.inf, math.inf
             if places[1 + j] >= 0:
                 x = w[(q + places[1 + j]) * WIDTH + b]
                 least, largest = _braking_bounds(w, b, x, low + j, high + j, most, dt)
-            near = v < least * SPEED_TOLERANCE or v > largest * SPEED_TOLERANCE
-            why |= bits | (JOINT_LIMIT if near else 0)
-            w[(at_limit + j) * WIDTH + b] = 1.0 if near else 0.0
+            is_at_limit = v < least * SPEED_TOLERANCE or v > largest * SPEED_TOLERANCE
+            reasons |= bits | (JOINT_LIMIT if is_at_limit else 0)
+            w[(at_limit + j) * WIDTH + b] = 1.0 if is_at_limit else 0.0
             w[(command + j) * WIDTH + b] = _clamp(v, least, largest)
-            w[(brake + j) * WIDTH + b] = _clamp(slow, least, largest)
-        w[reason * WIDTH + b] = why
+            w[(brake + j) * WIDTH + b] = _clamp(brake_velocity, least, largest)
+        w[reason * WIDTH + b] = reasons
 
 
 @part
@@ -225,8 +231,10 @@ def compute_attempts(
         for k in range(tries):
             qd = velocities + k * n
             for j in range(n):
-                slow = w[(brake + j) * WIDTH + b]
-                w[(qd + j) * WIDTH + b] = slow + share * (w[(command + j) * WIDTH + b] - slow)
+                brake_velocity = w[(brake + j) * WIDTH + b]
+                w[(qd + j) * WIDTH + b] = brake_velocity + share * (
+                    w[(command + j) * WIDTH + b] - brake_velocity
+                )
             rest = _braking_time(w, b, n, qd, accelerations)
             w[(seconds + k) * WIDTH + b] = dt * _periods_until_rest(rest / dt)
             share *= 0.5

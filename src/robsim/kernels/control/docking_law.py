@@ -17,15 +17,15 @@ LEAST_DISTANCE = 1e-9
 @stage
 def compute_planar_pose(w, step, error="6", T_b_c="3, 4", T_c_b="3, 4", scratch="30", x="3"):
     """Compute the base's x, y and heading in goal axes from the camera's error (c*t_c, theta u)."""
-    T, turned, twist = scratch, scratch + 12, scratch + 24
+    T, base_error, twist = scratch, scratch + 12, scratch + 24
     for i in range(3):
         put(w, twist + i, 0.0)
         put(w, twist + 3 + i, get(w, error + 3 + i))
     exp_se3(vector(w, twist, 6), matrix(w, T, 3, 4))
     for i in range(3):
         put(w, T + 4 * i + 3, get(w, error + i))
-    compose_lanes(w, T, T_c_b, turned)
-    compose_lanes(w, T_b_c, turned, T)
+    compose_lanes(w, T, T_c_b, base_error)
+    compose_lanes(w, T_b_c, base_error, T)
     put(w, x, get(w, T + 3))
     put(w, x + 1, get(w, T + 7))
     for b in range(WIDTH):

@@ -23,15 +23,15 @@ PATH_SCRATCH = 46  # scratch rows of these stages
 @kernel
 def _rotation_between(w, A, B, scratch, out, fixed):
     """Compute the rotation vector from A to B, in axes of A or in `fixed` axes."""
-    back, turned = matrix(w, scratch, 3, 4), matrix(w, scratch + 12, 3, 4)
+    inverse, relative = matrix(w, scratch, 3, 4), matrix(w, scratch + 12, 3, 4)
     quaternion, turn = vector(w, scratch + 24, 4), vector(w, out, 3)
     if fixed:
         rotation_in_base_axes(
-            matrix(w, A, 3, 4), matrix(w, B, 3, 4), back, turned, quaternion, turn
+            matrix(w, A, 3, 4), matrix(w, B, 3, 4), inverse, relative, quaternion, turn
         )
     else:
         rotation_in_start_axes(
-            matrix(w, A, 3, 4), matrix(w, B, 3, 4), back, turned, quaternion, turn
+            matrix(w, A, 3, 4), matrix(w, B, 3, 4), inverse, relative, quaternion, turn
         )
 
 
@@ -65,10 +65,10 @@ def _write_later_pose(w, step, dt, seconds, ramps, start, displacement, goal, sc
         for b in range(WIDTH):
             t, ramp = step * w[dt * WIDTH + b], w[(ramps + i) * WIDTH + b]
             w[(scratch + i) * WIDTH + b], _, _ = motion_share(t, w[seconds * WIDTH + b], ramp)
-    T, end, there = matrix(w, start, 3, 4), matrix(w, goal, 3, 4), matrix(w, out + 12, 3, 4)
-    twist, turned = vector(w, scratch + 2, 6), matrix(w, scratch + 8, 3, 4)
+    T, end, later_pose = matrix(w, start, 3, 4), matrix(w, goal, 3, 4), matrix(w, out + 12, 3, 4)
+    twist, motion_pose = vector(w, scratch + 2, 6), matrix(w, scratch + 8, 3, 4)
     motion = vector(w, displacement, 3), vector(w, displacement + 3, 3), vector(w, scratch, 2)
-    interpolate_pose(T, *motion, end, twist, turned, there)
+    interpolate_pose(T, *motion, end, twist, motion_pose, later_pose)
 
 
 @stage
@@ -110,18 +110,18 @@ def compute_path_error(w, step, T="3, 4", end="3, 4", scratch="46", s="6", L="3,
 @kernel
 def _reduce_deviation(w, T, poses, ahead, left, scratch, target):
     """Compute `target`, the pose `ahead` displaced by the share `left` of the deviation of T."""
-    off, back, more = scratch + 28, scratch, scratch + 34
-    _rotation_between(w, poses, T, scratch, off + 3, True)
+    deviation, correction, corrected = scratch + 28, scratch, scratch + 34
+    _rotation_between(w, poses, T, scratch, deviation + 3, True)
     for i in range(3):
-        put(w, off + i, 0.0)
-        put(w, off + 3 + i, left * get(w, off + 3 + i))
-    exp_se3(vector(w, off, 6), matrix(w, back, 3, 4))
-    compose_lanes(w, back, ahead, more)
+        put(w, deviation + i, 0.0)
+        put(w, deviation + 3 + i, left * get(w, deviation + 3 + i))
+    exp_se3(vector(w, deviation, 6), matrix(w, correction, 3, 4))
+    compose_lanes(w, correction, ahead, corrected)
     for i in range(3):
-        away = get(w, T + 4 * i + 3) - get(w, poses + 4 * i + 3)
-        put(w, more + 4 * i + 3, get(w, ahead + 4 * i + 3) + left * away)
+        offset = get(w, T + 4 * i + 3) - get(w, poses + 4 * i + 3)
+        put(w, corrected + 4 * i + 3, get(w, ahead + 4 * i + 3) + left * offset)
     for i in range(12):
-        put(w, target + i, where(left > 0.0, get(w, more + i), get(w, ahead + i)))
+        put(w, target + i, where(left > 0.0, get(w, corrected + i), get(w, ahead + i)))
 
 
 @stage

@@ -145,15 +145,15 @@ def detect_too_few_marks(
     for i in range(images[0]):
         for m in range(images[1 + 2 * i]):
             count = count + where(get(w, images[2 + 2 * i] + m) > 0.0, 1.0, 0.0)
-    lost = count < 1.0 * marks
+    too_few = count < 1.0 * marks
     if any_lane(unused > 0.0):
         rank = solve_block(w, A, k, n, zeros, -1, rcond, scratch, metres, scratch + n)
-        needed = get(w, full_rank)
+        least_rank = get(w, full_rank)
         if J >= 0:
-            of_J = solve_block(w, J, 6, n, zeros, -1, rcond, scratch, metres, scratch + n)
-            needed = where(of_J < needed, of_J, needed)
-        lost = lost | ((unused > 0.0) & (rank < needed))
-    put(w, status, where(lost, 1.0 * OUT_OF_IMAGE, 1.0 * IN_IMAGE))
+            rank_of_J = solve_block(w, J, 6, n, zeros, -1, rcond, scratch, metres, scratch + n)
+            least_rank = where(rank_of_J < least_rank, rank_of_J, least_rank)
+        too_few = too_few | ((unused > 0.0) & (rank < least_rank))
+    put(w, status, where(too_few, 1.0 * OUT_OF_IMAGE, 1.0 * IN_IMAGE))
 
 
 @stage

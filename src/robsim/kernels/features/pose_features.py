@@ -64,8 +64,8 @@ def flag_lost_pose(w, step, N="count", points="N, 2", T="3, 4", lost="row"):
     size = absolute(get(w, points))
     for i in range(1, 2 * N):
         size = size + absolute(get(w, points + i))
-    gone = (size < np.inf) & ~(absolute(get(w, T)) < np.inf)
-    put(w, lost, where(gone, 1.0, get(w, lost)))
+    is_lost = (size < np.inf) & ~(absolute(get(w, T)) < np.inf)
+    put(w, lost, where(is_lost, 1.0, get(w, lost)))
 
 
 @stage

@@ -97,11 +97,15 @@ def receive_image(
     put(w, lost, 0.0)
     for n in range(N):
         is_hidden = get(w, hidden + n)
-        gone = is_lost | (is_hidden > threshold)
+        is_missing = is_lost | (is_hidden > threshold)
         for i in range(2):
             at = 2 * n + i
-            put(w, used_pixels + at, where(gone, get(w, used_pixels + at), get(w, pixels + at)))
-        put(w, used_depth + n, where(gone, get(w, used_depth + n), get(w, depth + n)))
+            put(
+                w,
+                used_pixels + at,
+                where(is_missing, get(w, used_pixels + at), get(w, pixels + at)),
+            )
+        put(w, used_depth + n, where(is_missing, get(w, used_depth + n), get(w, depth + n)))
         put(w, used_hidden + n, where(is_lost, get(w, used_hidden + n), is_hidden))
         put(w, hidden + n, 0.0)
     put(w, age, where(is_lost, get(w, age) + 1.0, get(w, delay)))

@@ -103,9 +103,9 @@ def _base_angle(C, offset, fallback, shoulder):
     If C is on axis 1, every plane through the axis contains C. Then q1 moves the direction
     `fallback` into the plane. If `fallback` is zero or parallel to axis 1, q1 is 0 or half a turn.
     """
-    away, lean, turn = math.hypot(C[0], C[1]), 0.0, 0.0
-    if away > GEOMETRY_TOLERANCE or abs(offset) > GEOMETRY_TOLERANCE:
-        lean, turn = math.asin(_clip_cosine(offset / away)), math.atan2(C[1], C[0])
+    radius, lean, turn = math.hypot(C[0], C[1]), 0.0, 0.0
+    if radius > GEOMETRY_TOLERANCE or abs(offset) > GEOMETRY_TOLERANCE:
+        lean, turn = math.asin(_clip_cosine(offset / radius)), math.atan2(C[1], C[0])
     elif math.hypot(fallback[0], fallback[1]) > GEOMETRY_TOLERANCE:
         turn = math.atan2(fallback[1], fallback[0])
     return turn - (math.pi - lean if shoulder else lean)

@@ -102,8 +102,9 @@ def compute_residual(
     """
     for r in range(3):
         put(w, e + r, get(w, goal + 4 * r + 3) - get(w, T + 4 * r + 3))
-    far, turned = _weighted_length(w, e, weights), _weighted_length(w, e + 3, weights + 3)
-    put(w, error, where(turned > far, turned, far))  # if the rotation is NaN, `far` is NaN, too
+    distance, angle = _weighted_length(w, e, weights), _weighted_length(w, e + 3, weights + 3)
+    # if the rotation is NaN, so is the distance
+    put(w, error, where(angle > distance, angle, distance))
     square = 0.0 * get(w, weights)
     for r in range(6):
         x = get(w, e + r) * get(w, weights + r)
@@ -128,17 +129,17 @@ def hold_limited_joints(
     `descent` is J'e, and `held_count` the number of excluded joints. Their columns of J and their
     entries of J'e become zero.
     """
-    held = 0.0 * get(w, J)
+    count = 0.0 * get(w, J)
     for i in range(joints[0]):
         j, x, limits = joints[1 + 3 * i], get(w, joints[2 + 3 * i]), joints[3 + 3 * i]
         slope = get(w, descent + j)
         below = (x <= get(w, limits)) & (slope < 0.0)
         stops = below | ((x >= get(w, limits + 1)) & (slope > 0.0))
-        held = held + where(stops, 1.0, 0.0)
+        count = count + where(stops, 1.0, 0.0)
         put(w, descent + j, where(stops, 0.0, slope))
         for r in range(J + j, J + j + 6 * n, n):
             put(w, r, where(stops, 0.0, get(w, r)))
-    put(w, held_count, held)
+    put(w, held_count, count)
 
 
 @stage
@@ -185,6 +186,6 @@ def confine_coordinates(w, step, joints="each: x=row; limits=2; turns=whole"):
         x, low, high = get(w, row), get(w, limits), get(w, limits + 1)
         inside = where(x < low, low, where(x > high, high, x))
         if joints[3 + 3 * i]:
-            turned = x + TURN * floor((high - x) / TURN)
-            inside = where((low <= turned) & (turned <= high), turned, inside)
+            shifted = x + TURN * floor((high - x) / TURN)
+            inside = where((low <= shifted) & (shifted <= high), shifted, inside)
         put(w, row, where((low <= x) & (x <= high), x, inside))

@@ -145,27 +145,27 @@ def judge_outcome(
     zero = 0.0 * tolerance
     if step == 0:
         _store_divergence_bounds(w, norm, tolerance, hold, depth, N, bounds)
-    over, ends = step == steps, ~hold
-    if over:
-        ends = hold | ~hold
-    now = zero + (TIME_LIMIT if over else RUNNING)
-    now = where((get(w, still_periods) >= STALL_PERIODS) & ends, 1.0 * LOCAL_MINIMUM, now)
-    now = where(~(_largest_row_magnitude(w, qd, n, zero) < np.inf), 1.0 * NOT_FINITE, now)
-    away = (norm > get(w, bounds)) | (
+    is_last, may_end = step == steps, ~hold
+    if is_last:
+        may_end = hold | ~hold
+    code = zero + (TIME_LIMIT if is_last else RUNNING)
+    code = where((get(w, still_periods) >= STALL_PERIODS) & may_end, 1.0 * LOCAL_MINIMUM, code)
+    code = where(~(_largest_row_magnitude(w, qd, n, zero) < np.inf), 1.0 * NOT_FINITE, code)
+    diverged = (norm > get(w, bounds)) | (
         _largest_row_magnitude(w, depth, N, zero) > get(w, bounds + 1)
     )
-    now = where(away, 1.0 * DIVERGED, now)
-    now = where((size < tolerance) & ends, 1.0 * CONVERGED, now)
-    now = where(~(size < np.inf), 1.0 * NOT_FINITE, now)
-    now = where(get(w, status) == 1.0 * perspective.OUT_OF_IMAGE, 1.0 * OUT_OF_IMAGE, now)
-    now = where(get(w, status) == 1.0 * perspective.BEHIND_CAMERA, 1.0 * BEHIND_CAMERA, now)
+    code = where(diverged, 1.0 * DIVERGED, code)
+    code = where((size < tolerance) & may_end, 1.0 * CONVERGED, code)
+    code = where(~(size < np.inf), 1.0 * NOT_FINITE, code)
+    code = where(get(w, status) == 1.0 * perspective.OUT_OF_IMAGE, 1.0 * OUT_OF_IMAGE, code)
+    code = where(get(w, status) == 1.0 * perspective.BEHIND_CAMERA, 1.0 * BEHIND_CAMERA, code)
     for i in range(nq):
         x = get(w, q + i)
-        now = where(
-            (x < get(w, limits + i)) | (x > get(w, limits + nq + i)), 1.0 * JOINT_LIMIT, now
+        code = where(
+            (x < get(w, limits + i)) | (x > get(w, limits + nq + i)), 1.0 * JOINT_LIMIT, code
         )
-    now = where(~(_largest_row_magnitude(w, q, nq, zero) < np.inf), 1.0 * NOT_FINITE, now)
-    put(w, outcome, now)
+    code = where(~(_largest_row_magnitude(w, q, nq, zero) < np.inf), 1.0 * NOT_FINITE, code)
+    put(w, outcome, code)
 
 
 @stage
@@ -195,8 +195,8 @@ def classify_stall(
             for j in range(n):
                 put(w, scaled + n * i + j, get(w, A + n * i + j) * get(w, scale + i))
         rank = solve_truncated(w, scaled, k, n, y, get(w, rcond), y + k, -1, y + k + n)
-        lost = stalled & (rank < get(w, full_rank))
-        put(w, outcome, where(lost, 1.0 * SINGULAR, get(w, outcome)))
+        singular = stalled & (rank < get(w, full_rank))
+        put(w, outcome, where(singular, 1.0 * SINGULAR, get(w, outcome)))
 
 
 @stage
