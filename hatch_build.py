@@ -1,9 +1,9 @@
-"""Kernels compiled in advance, in a wheel that is built with ROBSIM_PREBUILT=1.
+"""Build hook that adds precompiled kernels to a wheel if ROBSIM_PREBUILT=1.
 
-For each level of processors that this machine can run, `robsim warm` of the sources compiles what
-users need; the package finds it by `robsim.kernels.machine.prebuilt`. Such a wheel is for one
-platform and version of Python. Without the variable the wheel is of pure
-Python, and needs nothing here.
+For each processor level that this machine can run, `python -m robsim warm` compiles the kernels
+from the sources. The installed package loads them by `robsim.kernels.machine.prebuilt`. The wheel
+is then specific to a platform and a version of Python. Without the variable the hook does nothing,
+and the wheel contains pure Python.
 """
 
 import os
@@ -15,9 +15,9 @@ from pathlib import Path
 
 from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 
-ASKED = os.environ.get("ROBSIM_PREBUILT") == "1"
+IS_ENABLED = os.environ.get("ROBSIM_PREBUILT") == "1"
 TARGET = "robsim/kernels/_prebuilt"
-ABOUT = """
+REPORT_SCRIPT = """
 from robsim.kernels.machine import cache_files as files
 from robsim.kernels.machine import prebuilt
 print(files.CACHE.name, prebuilt.MADE_WITH, files.VERSIONS, files.KERNEL_HASH, sep="\\n")
@@ -26,20 +26,20 @@ print(*prebuilt.levels(), sep="\\n")
 
 
 class PrebuiltKernels(BuildHookInterface):
-    """Adds machine code to a wheel."""
+    """Hatchling build hook that compiles kernels and includes them in the wheel."""
 
     folder = None
 
     def dependencies(self):
-        """Return what the build needs beyond its own tools: all that RobSim needs to run."""
-        return self.metadata.core.dependencies if ASKED else []
+        """Return the dependencies of RobSim, which the compilation of kernels requires."""
+        return self.metadata.core.dependencies if IS_ENABLED else []
 
     def initialize(self, version, build_data):
-        """Compile, and tell which files go where."""
-        if not ASKED or version == "editable":
+        """Compile the kernels, and add the files to `build_data`."""
+        if not IS_ENABLED or version == "editable":
             return
         self.folder = Path(tempfile.mkdtemp(prefix="robsim-"))
-        name, made_with, versions, kernels, *levels = self._python("-c", ABOUT).splitlines()
+        name, made_with, versions, kernels, *levels = self._python("-c", REPORT_SCRIPT).splitlines()
         if not levels:
             raise RuntimeError("no kernels can be compiled in advance for this processor")
         include = build_data["force_include"]
@@ -51,27 +51,27 @@ class PrebuiltKernels(BuildHookInterface):
         build_data |= {"pure_python": False, "infer_tag": True}
 
     def finalize(self, version, build_data, artifact_path):
-        """Delete what was compiled, which the wheel holds now."""
+        """Delete the temporary folder, after its files were copied into the wheel."""
         if self.folder:
             shutil.rmtree(self.folder)
 
     def _warm(self, level):
-        """Compile for a level of processors."""
+        """Compile the kernels for a processor level."""
         self.app.display_info(f"compiling kernels for {level}")
-        told = self._python(
+        output = self._python(
             *("-m", "robsim", "warm"),
             NUMBA_CPU_NAME=level,
-            NUMBA_CPU_FEATURES="",  # those of the level, not of this machine
-            NUMBA_DISABLE_INTEL_SVML="1",  # a library that users need not have
+            NUMBA_CPU_FEATURES="",  # no features beyond the level
+            NUMBA_DISABLE_INTEL_SVML="1",  # users may lack this library
             ROBSIM_CACHE_DIR=str(self.folder / level),
         )
-        self.app.display_info(told)
+        self.app.display_info(output)
 
     def _python(self, *arguments, **environment):
-        """Return what Python prints that imports RobSim from the sources."""
+        """Run Python with RobSim from the sources, and return its output."""
         environment = {**os.environ, "PYTHONPATH": str(Path(self.root) / "src"), **environment}
         command = [sys.executable, *arguments]
-        done = subprocess.run(
+        process = subprocess.run(
             command, check=True, env=environment, stdout=subprocess.PIPE, text=True
         )
-        return done.stdout.strip()
+        return process.stdout.strip()

@@ -2,8 +2,8 @@
 
 python tools/build_gallery.py [FOLDER]          docs/gallery by default, which git ignores
 
-Each page is one HTML file, as `export_html` writes it; the index is one, too. None of them asks
-for anything from a server, so the folder can be opened where it is or put on any web site.
+Each page is one HTML file, as `export_html` writes it; the index is one, too. No page loads
+anything from a server, so the folder can be opened locally or copied to any web site.
 """
 
 import base64
@@ -49,9 +49,8 @@ def main() -> None:
 def build(folder: Path, experiment: rs.Experiment, name: str, title: str, about: str) -> Card:
     """Run an experiment, write its page, and return its card."""
     with warnings.catch_warnings():
-        warnings.simplefilter(
-            "ignore", rs.errors.RankWarning
-        )  # some experiments demonstrate its subject
+        # some experiments demonstrate a loss of rank
+        warnings.simplefilter("ignore", rs.errors.RankWarning)
         run = experiment.run()
     page = rs.page.load_recording(rs.export_html(run, folder / f"{name}.html")).header
     ending, arrived = page["events"][-1]["text"], page["outcome"] == rs.Outcome.CONVERGED.name
@@ -66,7 +65,7 @@ def build(folder: Path, experiment: rs.Experiment, name: str, title: str, about:
 
 
 def index(cards: list[Card]) -> str:
-    """Return the HTML text of the index, which may run its own script and load nothing."""
+    """Return the HTML of the index. Its policy allows its own script and no other resources."""
     style, script = (_read(f"gallery.{kind}") for kind in ("css", "js"))
     policy = (
         f"default-src 'none'; script-src {_hash(script)}; style-src {_hash(style)}; "
@@ -74,12 +73,12 @@ def index(cards: list[Card]) -> str:
     )
     groups = "".join(_section(name, cards) for name in reversed(GROUPS))
     parts = {"policy": policy, "style": style, "groups": groups, "script": script}
-    return re.sub(r"\{(\w+)\}", lambda found: parts[found[1]], _read("gallery.html"))
+    return re.sub(r"\{(\w+)\}", lambda match: parts[match[1]], _read("gallery.html"))
 
 
 def _section(group: str, cards: list[Card]) -> str:
-    own = "\n".join(card.html for card in cards if card.group == group)
-    return f'<section><h2>{escape(group)}</h2><div class="cards">\n{own}\n</div></section>\n'
+    html = "\n".join(card.html for card in cards if card.group == group)
+    return f'<section><h2>{escape(group)}</h2><div class="cards">\n{html}\n</div></section>\n'
 
 
 def _read(name: str) -> str:

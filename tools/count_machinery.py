@@ -1,7 +1,7 @@
-"""Count the code of the machinery of declarations: it reads, writes and finds values by name.
+"""Count the lines of code that read, write and look up declared values by name.
 
-These are the files of `declare`, those of the text and the paths of an experiment and a study, and
-every class elsewhere that declares how a value stands in a text.
+The count covers the files of `declare`, the files for the texts and paths of experiments and
+studies, and every class in other files that declares the text format of a value.
 """
 
 from __future__ import annotations
@@ -31,24 +31,24 @@ WHOLE = (
 
 
 def machinery() -> dict[str, int]:
-    """Return the lines of code of each file, and of each class elsewhere, by name."""
+    """Return the number of lines of code of each file and of each class in other files, by name."""
     trees = {path: ast.parse(path.read_text("utf-8")) for path in sorted(ROOT.rglob("*.py"))}
     bases: dict[str, set[str]] = {}
     for tree in trees.values():
         for each in classes(tree):
             bases.setdefault(each.name, set()).update(base_names(each))
-    found: dict[str, int] = {}
+    counts: dict[str, int] = {}
     for path, tree in trees.items():
         name = path.relative_to(ROOT).as_posix()
         if name.startswith("declare/") or name in WHOLE:
-            found[name] = len(code_lines(path))
+            counts[name] = len(code_lines(path))
             continue
         for each in classes(tree):
             if each.name.endswith("Table") or is_spec(each.name, bases, base_names(each)):
                 first = min([each.lineno, *(line.lineno for line in each.decorator_list)])
                 span = range(first, (each.end_lineno or first) + 1)
-                found[f"{name}:{each.name}"] = len(code_lines(path).intersection(span))
-    return found
+                counts[f"{name}:{each.name}"] = len(code_lines(path).intersection(span))
+    return counts
 
 
 @cache
@@ -76,18 +76,18 @@ def base_names(kind: ast.ClassDef) -> set[str]:
 
 def is_spec(name: str, bases: dict[str, set[str]], own: set[str]) -> bool:
     """Return whether a class with these bases derives from `Spec`."""
-    seen, left = {name}, set(own)
-    while left:
-        one = left.pop()
-        if one == "Spec":
+    visited, pending = {name}, set(own)
+    while pending:
+        base = pending.pop()
+        if base == "Spec":
             return True
-        seen.add(one)
-        left |= bases.get(one, set()) - seen
+        visited.add(base)
+        pending |= bases.get(base, set()) - visited
     return False
 
 
 if __name__ == "__main__":
-    counted = machinery()
-    for name, lines in sorted(counted.items(), key=lambda each: -each[1]):
+    table = machinery()
+    for name, lines in sorted(table.items(), key=lambda each: -each[1]):
         print(f"{lines:6d}  {name}")
-    print(f"{sum(counted.values()):6d}  in all")
+    print(f"{sum(table.values()):6d}  in all")

@@ -6,7 +6,7 @@ from typing import Any
 import robsim as rs
 
 ROLLING = {"planar", "unicycle", "car"}
-# the first group that matches counts
+# an experiment belongs to the first group that matches
 GROUPS = {
     "Missions": lambda it, run: isinstance(it.task, rs.Mission),
     "Mobile robots": lambda it, run: bool(ROLLING & set(_kinds(it.scene))),

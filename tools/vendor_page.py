@@ -1,4 +1,4 @@
-"""Renew the libraries of the page: bundle them from npm into src/robsim/page/static.
+"""Update the JavaScript libraries of the page: bundle them from npm into src/robsim/page/static.
 
 python tools/vendor_page.py            needs Node.js and the npm registry
 
@@ -15,7 +15,7 @@ from pathlib import Path
 STATIC = Path(__file__).parents[1] / "src" / "robsim" / "page" / "static"
 PACKAGES = {"three": "0.187.0", "uplot": "1.6.32", "lil-gui": "0.21.0"}
 ESBUILD = "0.28.2"
-KEPT = ("version", "license", "integrity")
+LOCK_FIELDS = ("version", "license", "integrity")
 THREE = """
 AxesHelper Box3 BufferAttribute BufferGeometry Color DirectionalLight DoubleSide GridHelper Group
 HemisphereLight Line LineBasicMaterial LineDashedMaterial LineSegments Mesh MeshBasicMaterial
@@ -34,12 +34,12 @@ export {{ default as GUI }} from "lil-gui";
 
 
 def main() -> None:
-    """Install, bundle and write."""
+    """Install the packages, bundle them, and write the three files."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         (folder / "package.json").write_text('{"private": true}')
-        wanted = [f"{each}@{version}" for each, version in PACKAGES.items()]
-        _run(folder, "npm", "install", "--save-exact", *wanted, f"esbuild@{ESBUILD}")
+        packages = [f"{each}@{version}" for each, version in PACKAGES.items()]
+        _run(folder, "npm", "install", "--save-exact", *packages, f"esbuild@{ESBUILD}")
         (folder / "entry.js").write_text(ENTRY)
         bundle = ("--bundle", "--minify", "--format=iife", "--global-name=vendor")
         _run(folder, "npx", "esbuild", "entry.js", *bundle, "--outfile=vendor.js")
@@ -50,7 +50,9 @@ def main() -> None:
         (STATIC / "vendor.js").write_text(script, encoding="utf-8")
         (STATIC / "vendor.css").write_text(style, encoding="utf-8")
         lock = json.loads((folder / "package-lock.json").read_text())["packages"]
-    (STATIC / "vendor.json").write_text(json.dumps(_list(lock, script, style), indent=2) + "\n")
+    (STATIC / "vendor.json").write_text(
+        json.dumps(_describe_bundle(lock, script, style), indent=2) + "\n"
+    )
 
 
 def _licences(modules: Path) -> str:
@@ -66,8 +68,10 @@ def _licence(package: Path) -> str:
     return path.read_text(encoding="utf-8").strip()
 
 
-def _list(lock: dict[str, dict[str, str]], script: str, style: str) -> dict[str, object]:
-    packages = {name: {key: lock[f"node_modules/{name}"][key] for key in KEPT} for name in PACKAGES}
+def _describe_bundle(lock: dict[str, dict[str, str]], script: str, style: str) -> dict[str, object]:
+    packages = {
+        name: {key: lock[f"node_modules/{name}"][key] for key in LOCK_FIELDS} for name in PACKAGES
+    }
     files = {"vendor.js": script, "vendor.css": style}
     hashes = {name: hashlib.sha256(text.encode()).hexdigest() for name, text in files.items()}
     return {"packages": packages, "sha256": hashes}

@@ -1,10 +1,11 @@
 """Containers: arrays of numbers, a JSON header that describes them, and a checksum.
 
-    numbers | header | length of the header (8 bytes) | SHA-256 of all before | MAGIC
+    numbers | header | length of the header (8 bytes) | SHA-256 of the preceding bytes | MAGIC
 
 Runs, checkpoints, recordings and machine code are stored in this format. The numbers of a run are a
 NetCDF-4 file; its readers ignore bytes after its end. The checksum detects damage but does not
-authenticate a file. A header cannot claim more memory than the numbers take.
+authenticate a file. Arrays that together exceed the
+size of the file are rejected, so a damaged header cannot exhaust the memory.
 """
 
 from __future__ import annotations
@@ -31,9 +32,9 @@ _PIECE = 1 << 20  # bytes per read
 
 
 class ContainerError(ValueError):
-    """Error about a damaged file.
+    """Error for a file that is damaged or is no container.
 
-    `lacking` is set if the file is not a container of this kind, or is cut short.
+    `lacking` is true if the file is no container of this version, or is cut short.
     """
 
     def __init__(self, message: str, lacking: bool = False):
@@ -43,7 +44,7 @@ class ContainerError(ValueError):
 
 @dataclass(frozen=True)
 class ArrayBlock:
-    """An array in a container, stored as one piece from `offset` on."""
+    """The element type, the shape and the first byte (`offset`) of an array in a container."""
 
     kinds: ClassVar[set[str]] = NUMBERS | {"<c16"}
 
@@ -52,8 +53,8 @@ class ArrayBlock:
     offset: int
 
     def __post_init__(self) -> None:
-        places = [*_check_list(self.shape), self.offset]
-        if self.dtype not in self.kinds or not all(map(is_json_count, places)):
+        counts = [*_check_list(self.shape), self.offset]
+        if self.dtype not in self.kinds or not all(map(is_json_count, counts)):
             raise ValueError(f"invalid type or place of numbers: {self.dtype!s:.80}")
         if len(self.shape) > MOST_DIMENSIONS:
             raise ValueError(f"{len(self.shape)} dimensions")
@@ -105,7 +106,7 @@ def unpack_container(file: BinaryIO) -> tuple[Any, list[NDArray[Any]]]:
 
 
 def check_blocks_fit(blocks: Sequence[ArrayBlock], size: int) -> None:
-    """Raise ValueError unless all blocks fit into `size` bytes, each and in total."""
+    """Raise ValueError if a block ends after `size` bytes, or all blocks together are larger."""
     if any(block.offset + block.bytes > size for block in blocks):
         raise ValueError("a variable goes beyond the end")
     if sum(block.bytes for block in blocks) > size:
@@ -124,7 +125,7 @@ def append_seal(content: BytesIO, header: object) -> None:
 
 
 def read_header(file: BinaryIO) -> tuple[int, Any]:
-    """Return the size of the numbers in bytes, and the header; ContainerError if damaged."""
+    """Return the size of the numbers in bytes, and the header; ContainerError if not valid."""
     size = file.seek(0, os.SEEK_END)
     file.seek(max(size - _TAIL, 0))
     tail = file.read(_TAIL)

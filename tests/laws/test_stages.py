@@ -131,9 +131,7 @@ def test_a_name_that_a_stage_does_not_have_is_refused_with_those_that_it_has():
     program = Program()
     with pytest.raises(WrongRows) as error:
         program.add(polar_stage, point=program.rows(4, 2))
-    assert str(error.value) == (
-        "stage 'polar_stage' takes points, depth, goal, s, L; it was given point"
-    )
+    assert str(error.value) == ("stage 'polar_stage' takes points, depth, goal, s, L; got point")
 
 
 def test_rows_are_cut_without_leaving_their_block():

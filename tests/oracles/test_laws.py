@@ -441,7 +441,7 @@ def test_estimated_motion_is_a_filter_of_what_the_command_does_not_explain():
     rng, dt = np.random.default_rng(5), 0.05
     program = Program()
     error, last, by_command, drift = (program.rows(4) for _ in range(4))
-    rows = {"errors": error, "before": last, "moved": by_command, "drifts": drift}
+    rows = {"errors": error, "last_errors": last, "predicted_change": by_command, "drifts": drift}
     program.add(estimate_drift, **rows, lag=program.constant(0.3), dt=program.constant(dt))
     (act,), blocks = program.segments(), Blocks(program, np.zeros(RUNS, dtype=np.int64))
     d = before = moved = None

@@ -107,7 +107,7 @@ class ImageStream:
             return
         self.ring = self.program.rows(self.length, 3 * self.N)
         between = self._add_intermediate_image() if self._passes else self.seen
-        images = {"then": self.seen, "between": between, "share": self.share}
+        images = {"start_image": self.seen, "later_image": between, "share": self.share}
         self.program.add(image_delay.store_image, **images, ring=self.ring)
 
     def _add_intermediate_image(self) -> BlockRows:
@@ -135,7 +135,7 @@ class ImageStream:
                 each = self.program.rows(len(sight.target.marks))
                 views.append(add_image(self.program, placed, sight, *rows, each, of=EACH_STATUS))
                 parts_of_image = dict(
-                    zip(("pixels", "depth", "seen", "seen_depth"), rows + to, strict=True)
+                    zip(("pixels", "depth", "visible_pixels", "depth_out"), rows + to, strict=True)
                 )
                 self.program.add(mark_occlusion.blank_missing_marks, **parts_of_image, status=each)
                 continue
@@ -167,8 +167,8 @@ class ImageStream:
         program.add(
             image_delay.recall_image,
             every=self.every,
-            now=self.seen,
-            first=first,
+            current_image=self.seen,
+            first_image=first,
             ring=self.ring,
             delays=self.delay,
             out=out,
@@ -197,9 +197,9 @@ class ImageStream:
             hidden=image.hidden,
             lost=image.lost,
             delay=self.delay,
-            taken=taken,
-            taken_depth=depth,
-            hides=hidden,
+            used_pixels=taken,
+            used_depth=depth,
+            used_hidden=hidden,
             age=age,
         )
         self.pixels, self.depth, self.age = taken, depth, age

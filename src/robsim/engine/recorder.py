@@ -109,9 +109,9 @@ class Recorder:
     ) -> None:
         """Add the stage that records instants, from the recorded rows."""
         if self.every is not None:
-            rows = {"which": run, "alive": alive, "groups": _group_kept_rows(kept)}
+            rows = {"run": run, "alive": alive, "groups": _group_kept_rows(kept)}
             table = program.address(self.table)
-            program.add(history_tables.record_instant, every=self.every, kept=table, **rows)
+            program.add(history_tables.record_instant, every=self.every, table=table, **rows)
 
     def end(
         self,
@@ -123,8 +123,8 @@ class Recorder:
     ) -> None:
         """Add the stage that records the ends of runs."""
         groups = _group_kept_rows([*kept, judged.length, judged.ending])
-        rows = {"which": run, "alive": alive, "outcome": judged.outcome, "groups": groups}
-        program.add(history_tables.record_ending, kept=program.address(self.ends), **rows)
+        rows = {"run": run, "alive": alive, "outcome": judged.outcome, "groups": groups}
+        program.add(history_tables.record_ending, table=program.address(self.ends), **rows)
 
     def stop(
         self, blocks: Blocks, step: int, kept: Sequence[BlockRows | None], judged: OutcomeRows

@@ -75,8 +75,8 @@ class TerminationChecks:
             norm=norm,
             tolerance=tolerance,
             hold=program.constant(1.0) if hold else command.busy,
-            watch=program.rows(2),
-            still=self.still,
+            bounds=program.rows(2),
+            still_periods=self.still,
             steps=self.steps,
             outcome=outcome,
         )
@@ -90,7 +90,7 @@ class TerminationChecks:
             outcome_rules.classify_stall,
             **task,
             rcond=rcond,
-            full=full,
+            full_rank=full,
             outcome=outcome,
             scratch=room,
         )

@@ -58,7 +58,12 @@ class ObservationRows:
             weights = program.constant(np.ones(self.N))
         arguments = {"marks": self.model, "x": self.points, "guess": self.guess, "weights": weights}
         T = program.result(
-            fit_pose_stage, "T", 3, 4, **arguments, room=program.rows(count_pose_fit_rows(self.N))
+            fit_pose_stage,
+            "T",
+            3,
+            4,
+            **arguments,
+            scratch=program.rows(count_pose_fit_rows(self.N)),
         )
         if not self.sure:
             lost = program.result(flag_lost_pose, "lost", points=self.points, T=T)

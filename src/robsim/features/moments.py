@@ -240,7 +240,7 @@ class DecoupledMoments(CompiledFeature, DeclaredValue):
         """Add the stages of s and L to a program, and return their rows."""
         goal = DEFAULT_GOAL if self.goal is None else self.goal
         arguments = _add_moments(seen, self.of_marks) | {"goal": seen.program.each(goal)}
-        options = {"turned": self.goal is not None, "headed": bool(goal[3:].any())}
+        options = {"has_angle": self.goal is not None, "has_heading": bool(goal[3:].any())}
         return seen.computed(
             features.decoupled_stage, 6, of_marks=self.of_marks, **arguments, **options
         )

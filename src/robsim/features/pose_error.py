@@ -65,7 +65,7 @@ class _PoseFeature(CompiledFeature):
     def _add_goal_pose(self, seen: ObservationRows) -> BlockRows:
         """Add the stage of T_goal_c, the camera pose in goal camera axes; return its rows."""
         goal, room = seen.program.each(self._T_o_goal), seen.program.rows(3, 4)
-        arguments = {"T_c_o": seen.pose, "T_o_goal": goal, "room": room}
+        arguments = {"T_c_o": seen.pose, "T_o_goal": goal, "scratch": room}
         return seen.program.result(kernels.goal_camera_pose_stage, "T", 3, 4, **arguments)
 
     @cached_property
@@ -111,7 +111,7 @@ class ThetaU(_PoseFeature):
     def stages(self, seen: ObservationRows) -> FeatureRows:
         """Add the stages of s and L to a program, and return their rows."""
         T, room = self._add_goal_pose(seen), seen.program.rows(4)
-        return seen.computed(kernels.theta_u_stage, 3, T=T, room=room)
+        return seen.computed(kernels.theta_u_stage, 3, T=T, scratch=room)
 
 
 @register("feature", "translation")

@@ -58,14 +58,14 @@ class FKStages:
         """Add the stages of dependent coordinates, and of the ratios of rolling wheels."""
         self._followers = self.program.rows(len(self.joints.ties))
         for i, tie in enumerate(self.joints.ties):
-            above = max(1 + tie.source - self.nq, 0)
+            source_ratio = max(1 + tie.source - self.nq, 0)
             tie.follows.add_stages(
                 self,
                 tie.curve,
                 source=self._coordinate_row(tie.source),
                 x=self._followers[i],
                 ratio=self.ratio[1 + i],
-                above=self.ratio[above],
+                source_ratio=self.ratio[source_ratio],
                 numbers=self.program.constant(tie.numbers),
             )
         for wheel in self.joints.wheels:

@@ -39,7 +39,7 @@ def add_integration(
             "q": q[member.q][: member.kind.moved],
             "v": BlockRows(v[0], (len(v),)),
         }
-        if "numbers" in stage.signature.given:
+        if "numbers" in stage.signature.argument_names:
             arguments["numbers"] = program.constant(member.constants)
         program.add(stage, **arguments)
     if straight:

@@ -114,11 +114,11 @@ class CameraTarget:
             T_w_c=T_w_c,
             T_w_o=T_w_o,
             camera=program.each(camera.rows),
-            bends=camera.bends,
+            has_distortion=camera.bends,
             pixels=pixels,
             depth=depth,
             status=status.flat,
-            which=of,
+            mode=of,
         )
 
     def jacobian(self, projection: Projection, moves: jacobians.BodyMoves) -> Array:

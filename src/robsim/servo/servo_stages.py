@@ -136,8 +136,8 @@ class ServoStages:
             add(control_law.copy_rows, rows=qd, to=self.last[k:])
             drift = self._drift if known_motion else features.s
             factor = self.inputs.dt if known_motion else self.constant(0.0)
-            arguments = {"x": features.s, "factor": factor, "more_of": drift}
-            add(control_law.add_scaled_vector, **arguments, divided=False, out=self.last[:k])
+            arguments = {"x": features.s, "factor": factor, "y": drift}
+            add(control_law.add_scaled_vector, **arguments, divide=False, out=self.last[:k])
 
     def _add_broyden(self) -> None:
         """Replace L J by its estimate with Broyden's rule, which starts from the modelled L J."""
@@ -147,11 +147,11 @@ class ServoStages:
             broyden_update.learn_jacobian,
             dt=self.inputs.dt,
             s=self.feature_rows.s,
-            without=self.last[:k],
+            predicted=self.last[:k],
             qd=self.last[k:],
             start=self.A if rule.start is None else self.constant(rule.start),
             estimate=self.broyden_jacobian,
-            room=self.rows(k * n + k + n),
+            scratch=self.rows(k * n + k + n),
         )
         self.A = self.broyden_jacobian
 
@@ -182,11 +182,11 @@ class ServoStages:
                 self.feature_rows.first_jacobian if c.one_motion else SAME_UNITS
             ),
             weights=weights,
-            least=program.number(c.full_rank),
+            full_rank=program.number(c.full_rank),
             rcond=self.constant(c.rcond),
             marks=max(getattr(each, "least", 1) for each in c.weighting),
             zeros=self.constant(np.zeros(k + 6)),
-            room=program.scratch(n + max(count_solution_rows(k, n), count_solution_rows(6, n))),
+            scratch=program.scratch(n + max(count_solution_rows(k, n), count_solution_rows(6, n))),
             images=[(self.feature_rows.weights[sight.key],) for sight in c.regulated.sights],
         )
 
@@ -205,7 +205,7 @@ class ServoStages:
         numbers = self.constant([gain.at_zero, gain.at_infinity, gain.slope])
         largest = gain.of == "command"
         size = self._add_unit_gain_command() if largest else self.weighted_by_marks[0]
-        arguments = {"size_of": size, "numbers": numbers, "largest": largest}
+        arguments = {"vector": size, "numbers": numbers, "largest": largest}
         return program.result(control_law.adapt_gain, "gain", **arguments)
 
     def _add_unit_gain_command(self) -> BlockRows:
@@ -231,8 +231,8 @@ class ServoStages:
                 "drifts",
                 k,
                 errors=self.weighted_error,
-                before=self.rows(k),
-                moved=self._predicted_change,
+                last_errors=self.rows(k),
+                predicted_change=self._predicted_change,
                 lag=self.program.number(c.feed_forward.lag),
                 dt=self.inputs.dt,
             )
@@ -243,12 +243,7 @@ class ServoStages:
             drift = mask_entries(program, drift, self.hidden)
         if self.weights is not None:
             drift = scale_entries(program, drift, self.weights)
-        arguments = {
-            "x": self.weighted_error,
-            "factor": self.gain,
-            "more_of": drift,
-            "divided": True,
-        }
+        arguments = {"x": self.weighted_error, "factor": self.gain, "y": drift, "divide": True}
         return program.result(control_law.add_scaled_vector, "out", k, **arguments)
 
     def _add_law(self, law: CompiledLaw, error: BlockRows) -> CommandAtGain:

@@ -73,7 +73,7 @@ def _add_block_weights(
     """Return the rows of the weights of the components of one block."""
     rows = [[marks[key][n] for key, n in each.of_number(i)] for i in range(len(each.marks))]
     if each.posed:
-        arguments = {"needed": each.needed, "weights": rows[0]}
+        arguments = {"least_count": each.needed, "weights": rows[0]}
         return program.result(kernels.require_enough_marks, "out", len(rows), **arguments)
     return program.result(kernels.compute_smallest_weights, "weights", len(rows), numbers=rows)
 

@@ -467,11 +467,11 @@ class Camera(Value):
             T_w_c=identity,
             T_w_o=identity,
             camera=program.each(self.rows),
-            bends=self.bends,
+            has_distortion=self.bends,
             pixels=result[:2].reshape(1, 2),
             depth=program.rows(1),
             status=result[2:],
-            which=projection.EACH_STATUS,
+            mode=projection.EACH_STATUS,
         )
         return ProgramFunction(program, X, result, 3)
 
@@ -485,7 +485,7 @@ class Camera(Value):
             camera=program.each(self.rows),
             pixels=pixel,
             points=point,
-            bends=self.bends,
+            has_distortion=self.bends,
         )
         return ProgramFunction(program, pixel, point, 2)
 

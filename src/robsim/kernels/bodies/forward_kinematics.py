@@ -119,7 +119,7 @@ def place_on_rail(
     pieces="table: k, 7",
     m="count",
     k="count",
-    which="whole",
+    curve="whole",
     parent="3, 4",
     place="3, 4",
     s="row",
@@ -128,13 +128,13 @@ def place_on_rail(
 ):
     """Compute the pose T of a body on a rail at arc length s, and the rail's curvature there.
 
-    `which` is the index of the rail among the curves.
+    `curve` is the index of the rail among the curves.
     """
     curves = _load_curves(first, lengths, pieces, m, k)
     A, B, bend = parent, place, curvature
     compose_lanes(w, A, B, T)
     for i in range(WIDTH):
-        x, y, c, d, w[bend * WIDTH + i] = plane_curves.curve_point(curves, which, w[s * WIDTH + i])
+        x, y, c, d, w[bend * WIDTH + i] = plane_curves.curve_point(curves, curve, w[s * WIDTH + i])
         for r in range(0, 12, 4):
             at = (T + r) * WIDTH + i
             X, Y = w[at], w[at + WIDTH]
@@ -152,15 +152,15 @@ def place_user_joint(w, step, each="each: parent=3, 4; place=3, 4; motion=3, 4; 
 
 
 @stage
-def mimic_coordinate(w, step, source="row", x="row", ratio="row", above="row", numbers="3"):
+def mimic_coordinate(w, step, source="row", x="row", ratio="row", source_ratio="row", numbers="3"):
     """Compute a dependent coordinate x = u source + v, with numbers (u, v).
 
     `ratio` is the derivative of x by the velocity that moves the independent coordinate, and
-    `above` the same derivative of the source.
+    `source_ratio` the same derivative of the source.
     """
     u = get(w, numbers)
     put(w, x, u * get(w, source) + get(w, numbers + 1))
-    put(w, ratio, u * get(w, above))
+    put(w, ratio, u * get(w, source_ratio))
 
 
 @part
@@ -183,7 +183,7 @@ def wheel_steering_angle(angle, wheelbase, x, y):
 
 
 @stage
-def steer_wheel(w, step, source="row", x="row", ratio="row", above="row", numbers="3"):
+def steer_wheel(w, step, source="row", x="row", ratio="row", source_ratio="row", numbers="3"):
     """Compute the angle x of a car's wheel from the steering angle `source`.
 
     The numbers are the wheelbase and the position (x, y) of the wheel. The ratios are described in
@@ -193,7 +193,7 @@ def steer_wheel(w, step, source="row", x="row", ratio="row", above="row", number
     for i in range(WIDTH):
         base, X, Y = _lane_triple(w, number, i)
         w[x * WIDTH + i], slope = wheel_steering_angle(w[source * WIDTH + i], base, X, Y)
-        w[ratio * WIDTH + i] = slope * w[above * WIDTH + i]
+        w[ratio * WIDTH + i] = slope * w[source_ratio * WIDTH + i]
 
 
 @stage
@@ -208,14 +208,14 @@ def evaluate_chord(
     source="row",
     x="row",
     ratio="row",
-    above="row",
+    source_ratio="row",
     numbers="3",
-    which="whole",
-    what="whole",
+    curve="whole",
+    quantity="whole",
 ):
     """Compute a coordinate x that a chord between two wheels on a rail determines.
 
-    `source` is the arc length of the first wheel. `what` selects the quantity, as in
+    `source` is the arc length of the first wheel. `quantity` selects the quantity, as in
     `robsim.kernels.formulas.plane_curves.chord_quantity`. The numbers are the length of the chord,
     the radius of the wheels, and the position along the chord. The ratios are as in
     `mimic_coordinate`.
@@ -226,9 +226,9 @@ def evaluate_chord(
         length, radius, at = _lane_triple(w, number, i)
         s = w[source * WIDTH + i]
         w[x * WIDTH + i], slope = plane_curves.chord_quantity(
-            curves, which, s, length, radius, at, what
+            curves, curve, s, length, radius, at, quantity
         )
-        w[ratio * WIDTH + i] = slope * w[above * WIDTH + i]
+        w[ratio * WIDTH + i] = slope * w[source_ratio * WIDTH + i]
 
 
 @stage

@@ -53,7 +53,10 @@ def integrate_floating_body(w, step, dt="row", q="7", v="6"):
 
 @stage
 def integrate_planar_body(w, step, dt="row", q="3", v="velocities", velocities="count"):
-    """Integrate the coordinates q = (x, y, theta) of a body that moves in a plane."""
+    """Integrate the coordinates q = (x, y, theta) of a body that moves in a plane.
+
+    The rows v hold (vx, vy, omega), or (v, omega).
+    """
     v, q = vector(w, v, velocities), vector(w, q, 3)
     for b in range(WIDTH):
         vehicle_motion.integrate_in_plane(v[:, b : b + 1], w[dt * WIDTH + b], q[:, b : b + 1])

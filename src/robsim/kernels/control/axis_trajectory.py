@@ -1,7 +1,7 @@
 """Stages that sample trajectories of axes, now and one period later, and track them.
 
-A trajectory is stored in a table, or planned from the start of each run. `here` has two groups of
-rows: the positions now and the positions one period later (`ahead`).
+A trajectory is stored in a table, or planned from the start of each run. `positions` has two
+groups of rows: the positions now and the positions one period later.
 """
 
 from robsim.kernels.formulas.speed_profiles import motion_share, shortest_time
@@ -14,7 +14,9 @@ TIME_TOLERANCE = 1e-9  # of a period: times with a smaller difference are equal
 
 
 @stage
-def look_up_trajectory(w, step, table="table: times, n", times="count", n="count", here="2, n"):
+def look_up_trajectory(
+    w, step, table="table: times, n", times="count", n="count", positions="2, n"
+):
     """Read a trajectory from a table [times, n] with one row for each step.
 
     The trajectory stays at its last row.
@@ -23,7 +25,7 @@ def look_up_trajectory(w, step, table="table: times, n", times="count", n="count
     for later in range(2):
         at = min(step + later, times - 1) * n
         for i in range(n):
-            put(w, here + later * n + i, table[at + i])
+            put(w, positions + later * n + i, table[at + i])
 
 
 @stage
@@ -35,17 +37,19 @@ def store_start(w, step, to="n", n="count", rows="each: row"):
 
 
 @stage
-def plan_shortest_time(w, step, n="count", ways="n", limits="2, n", ramps="n", seconds="row"):
+def plan_shortest_time(
+    w, step, n="count", displacements="n", limits="2, n", ramps="n", seconds="row"
+):
     """Plan the shortest common duration of n axis motions at step 0.
 
-    `ways` are the signed lengths of the motions. The limits are n speeds and n accelerations.
-    `ramps` are the acceleration times of the axes as shares of the duration.
+    `displacements` are the signed lengths of the motions. The limits are n speeds and n
+    accelerations. `ramps` are the acceleration times of the axes as shares of the duration.
     """
     if step > 0:
         return
     for i in range(n):
         for b in range(WIDTH):
-            length, speed = abs(w[(ways + i) * WIDTH + b]), w[(limits + i) * WIDTH + b]
+            length, speed = abs(w[(displacements + i) * WIDTH + b]), w[(limits + i) * WIDTH + b]
             needed, ramp = shortest_time(length, speed, w[(limits + n + i) * WIDTH + b])
             at = seconds * WIDTH + b
             w[at] = max(w[at], needed) if i > 0 else needed
@@ -53,14 +57,14 @@ def plan_shortest_time(w, step, n="count", ways="n", limits="2, n", ramps="n", s
 
 
 @kernel
-def _sample_axes(w, step, n, dt, seconds, ramps, start, ways, goal, out):
+def _sample_axes(w, step, n, dt, seconds, ramps, start, displacements, goal, out):
     """Write the positions of n axes at the time of a step to the rows `out`."""
     for b in range(WIDTH):
         t, T = step * w[dt * WIDTH + b], w[seconds * WIDTH + b]
         for i in range(n):
             at = i * WIDTH + b
             s, _, _ = motion_share(t, T, w[ramps * WIDTH + at])
-            there = w[start * WIDTH + at] + s * w[ways * WIDTH + at]
+            there = w[start * WIDTH + at] + s * w[displacements * WIDTH + at]
             w[out * WIDTH + at] = there if s < 1.0 else w[goal * WIDTH + at]
 
 
@@ -73,17 +77,17 @@ def sample_axis_trajectory(
     seconds="row",
     ramps="n",
     start="n",
-    ways="n",
+    displacements="n",
     goal="n",
-    here="2, n",
+    positions="2, n",
 ):
     """Compute the positions of n axes on their planned motions, now and one period later."""
-    ahead = here + n
+    ahead = positions + n
     if step == 0:
-        _sample_axes(w, 0, n, dt, seconds, ramps, start, ways, goal, ahead)
+        _sample_axes(w, 0, n, dt, seconds, ramps, start, displacements, goal, ahead)
     for i in range(n):
-        put(w, here + i, get(w, here + n + i))
-    _sample_axes(w, step + 1, n, dt, seconds, ramps, start, ways, goal, ahead)
+        put(w, positions + i, get(w, positions + n + i))
+    _sample_axes(w, step + 1, n, dt, seconds, ramps, start, displacements, goal, ahead)
 
 
 @stage
@@ -91,7 +95,7 @@ def track_axes(
     w,
     step,
     n="count",
-    here="2, n",
+    positions="2, n",
     gain="row",
     duration="row",
     qd="n",
@@ -99,15 +103,15 @@ def track_axes(
 ):
     """Compute velocities that move axes along their trajectories and reduce their deviations.
 
-    The deviation decays with the gain, and within one period at the earliest. Each entry of axes is
-    the index of an axis and the row of its coordinate.
+    A deviation decays exponentially with the gain, or vanishes in one period if gain dt > 1. Each
+    entry of axes is the index of an axis and the row of its coordinate.
     """
     dt = get(w, duration)
     rate = get(w, gain)
     rate = where(rate < 1.0 / dt, rate, 1.0 / dt)
     for i in range(n):
-        r = get(w, here + axes[1 + 2 * i])
-        feed_forward = (get(w, here + n + axes[1 + 2 * i]) - r) / dt
+        r = get(w, positions + axes[1 + 2 * i])
+        feed_forward = (get(w, positions + n + axes[1 + 2 * i]) - r) / dt
         put(w, qd + i, feed_forward + rate * (r - get(w, axes[2 + 2 * i])))
 
 

@@ -42,26 +42,26 @@ def learn_jacobian(
     n="count",
     dt="row",
     s="k",
-    without="k",
+    predicted="k",
     qd="n",
     start="k, n",
     estimate="k, n",
-    room="k*n + k + n",
+    scratch="k*n + k + n",
 ):
     """Update the estimate A from the last step by Broyden's formula. At step 0, A = start.
 
-    s are the features now, and `without` the features predicted for a robot at rest.
+    s are the features now, and `predicted` the features predicted for a robot at rest.
     """
     A = matrix(w, estimate, k, n)
     if step == 0:
         for i in range(k * n):
             put(w, estimate + i, get(w, start + i))
         return
-    ds, dq, out = room + k * n, room + k * n + k, matrix(w, room, k, n)
+    ds, dq, out = scratch + k * n, scratch + k * n + k, matrix(w, scratch, k, n)
     for i in range(k):
-        put(w, ds + i, get(w, s + i) - get(w, without + i))
+        put(w, ds + i, get(w, s + i) - get(w, predicted + i))
     for j in range(n):
         put(w, dq + j, get(w, qd + j) * get(w, dt))
     update_broyden(A, vector(w, ds, k), vector(w, dq, n), out)
     for i in range(k * n):
-        put(w, estimate + i, get(w, room + i))
+        put(w, estimate + i, get(w, scratch + i))

@@ -24,21 +24,22 @@ SPEED_TOLERANCE = 1.0 + 1e-9  # factor on the largest safe velocity in compariso
 
 @kernel
 def braking_speed(distance, deceleration, dt):
-    """Return the largest velocity v >= 0 that can be held for dt and then braked in a distance.
+    """Return the largest velocity v >= 0 that allows a stop within a distance after a period dt.
 
-    From the next period on the velocity falls by a dt in each period. After m periods the path is
-    dt (v + (v - a dt) + ... + (v - m a dt)) = dt ((m + 1) v - a dt m (m + 1) / 2), and
-    m is the largest number with a dt^2 m (m + 1) / 2 <= distance.
+    From the next period on the velocity falls by a dt in each period, with the deceleration a.
+    After m periods the path is dt (v + (v - a dt) + ... + (v - m a dt))
+    = dt ((m + 1) v - a dt m (m + 1) / 2), and m is the largest number with
+    a dt^2 m (m + 1) / 2 <= distance.
     """
     if not distance > 0.0:
         return 0.0
     if math.isinf(distance):
         return distance
-    fall = deceleration * dt
-    if math.isinf(fall):
+    change = deceleration * dt
+    if math.isinf(change):
         return distance / dt
-    m = math.floor(0.5 * (math.sqrt(1.0 + 8.0 * distance / (fall * dt)) - 1.0))
-    return distance / ((m + 1.0) * dt) + 0.5 * fall * m
+    m = math.floor(0.5 * (math.sqrt(1.0 + 8.0 * distance / (change * dt)) - 1.0))
+    return distance / ((m + 1.0) * dt) + 0.5 * change * m
 
 
 @kernel
@@ -55,14 +56,14 @@ def remaining_share(rest, dt):
 
 
 @part
-def _braking_time(w, b, n, qd, most):
+def _braking_time(w, b, n, qd, accelerations):
     """Return the shortest time in seconds to brake velocities along their direction.
 
-    The rows `most` are the accelerations of the joints.
+    The rows `accelerations` are the largest accelerations of the joints.
     """
     longest = 0.0
     for j in range(n):
-        longest = max(longest, abs(w[(qd + j) * WIDTH + b]) / w[(most + j) * WIDTH + b])
+        longest = max(longest, abs(w[(qd + j) * WIDTH + b]) / w[(accelerations + j) * WIDTH + b])
     return longest
 
 
@@ -73,21 +74,21 @@ def _clamp(x, least, most):
 
 
 @part
-def _hold_reasons(w, b, n, wished, age, dt, released, settings, latched, status):
+def _hold_reasons(w, b, n, law_command, age, dt, released, settings, latched, status):
     """Return the reasons to hold the robot as bits, 0 for none."""
-    why = FEW_MARKS if w[status * WIDTH + b] != IN_IMAGE else 0
+    reasons = FEW_MARKS if w[status * WIDTH + b] != IN_IMAGE else 0
     if (w[age * WIDTH + b] - AGE_TOLERANCE) * w[dt * WIDTH + b] > w[settings * WIDTH + b]:
-        why |= OLD_IMAGE
+        reasons |= OLD_IMAGE
         if w[(settings + 1) * WIDTH + b] != 0.0:
             w[latched * WIDTH + b] = 1.0
     if w[released * WIDTH + b] == 0.0:
-        why |= NOT_RELEASED
+        reasons |= NOT_RELEASED
     if w[latched * WIDTH + b] != 0.0:
-        why |= STOPPED
+        reasons |= STOPPED
     for j in range(n):
-        if not math.isfinite(w[(wished + j) * WIDTH + b]):
-            why |= NOT_FINITE
-    return why
+        if not math.isfinite(w[(law_command + j) * WIDTH + b]):
+            reasons |= NOT_FINITE
+    return reasons
 
 
 @stage
@@ -95,49 +96,50 @@ def hold_command(
     w,
     step,
     n="count",
-    wished="n",
+    law_command="n",
     dt="row",
     age="row",
     released="row",
     settings="3",
     latched="row",
-    passed="row",
+    time_since_hold="row",
     share="row",
     reason="row",
     status="row",
 ):
-    """Compute the commanded share of the law's output `wished`, and the reasons to hold the robot.
+    """Compute the share of the law's command that is executed, and the reasons to hold the robot.
 
-    `age` is the age of the image in periods. The settings are the largest age of an image in
-    seconds, whether an older image stops the robot permanently (`latched`), and the rise time of
-    the share from 0 to 1 in seconds. `passed` is the time since the robot was held. The status is
-    IN_IMAGE if enough marks remain in the image.
+    The robot is held unless `released` is nonzero. `age` is the age of the image in periods. The
+    settings are the largest age of an image in seconds, 1 if an older image stops the robot
+    permanently, else 0, and the time in seconds in which the share rises from 0 to 1. `latched` is
+    1 in a robot that was stopped permanently. `time_since_hold` is the time in seconds since the
+    robot was last held. The status is IN_IMAGE if enough marks remain in the image.
     """
-    seconds = passed * WIDTH
+    seconds = time_since_hold * WIDTH
     for b in range(WIDTH):
-        why = _hold_reasons(w, b, n, wished, age, dt, released, settings, latched, status)
+        reasons = _hold_reasons(w, b, n, law_command, age, dt, released, settings, latched, status)
         ramp = w[(settings + 2) * WIDTH + b]
-        if why:
+        if reasons:
             w[seconds + b] = 0.0
             w[share * WIDTH + b] = 0.0
         else:
             w[share * WIDTH + b] = smoothstep(w[seconds + b] / ramp) if ramp > 0.0 else 1.0
             w[seconds + b] += w[dt * WIDTH + b]
-        w[reason * WIDTH + b] = why
+        w[reason * WIDTH + b] = reasons
 
 
 @part
-def _reachable_velocity(target, before, fall):
+def _reachable_velocity(target, last_velocity, largest_change):
     """Return the reachable velocity nearest to a target, and the reason bits if both differ."""
-    v = _clamp(target, before - fall, before + fall)
+    v = _clamp(target, last_velocity - largest_change, last_velocity + largest_change)
     return v, 0 if v == target else ACCELERATION
 
 
 @part
-def _braking_bounds(w, b, x, low, high, most, dt):
+def _braking_bounds(w, b, x, low, high, acceleration, dt):
     """Return the least and the largest velocity that keep a coordinate within its limits."""
-    least = -braking_speed(x - w[low * WIDTH + b], most, dt)
-    return least, braking_speed(w[high * WIDTH + b] - x, most, dt)
+    least = -braking_speed(x - w[low * WIDTH + b], acceleration, dt)
+    return least, braking_speed(w[high * WIDTH + b] - x, acceleration, dt)
 
 
 @stage
@@ -145,7 +147,7 @@ def limit_command(
     w,
     step,
     n="count",
-    wished="n",
+    law_command="n",
     scaled="n",
     last="n",
     command="n",
@@ -163,30 +165,36 @@ def limit_command(
 ):
     """Compute a command that joints can follow, and the braking velocities `brake`.
 
-    `wished` is the output of the law, `scaled` this output scaled to the speed limits, and `last`
-    the last command. `low` and `high` are the limits of n coordinates, and `places` their indices
-    in q, or -1. A held robot brakes.
+    `scaled` is the command of the law after scaling to the speed limits, and `last` is the last
+    command. `low` and `high` are the limits of the coordinates of n joints. `places` holds the
+    index in q of each coordinate, or -1 for a joint without limits. A held robot brakes.
     """
     for b in range(WIDTH):
-        dt, share, held = w[duration * WIDTH + b], w[shares * WIDTH + b], int(w[reason * WIDTH + b])
-        rest, why = _braking_time(w, b, n, last, accelerations), held
-        slower = remaining_share(rest, dt)
+        dt, share, hold_reasons = (
+            w[duration * WIDTH + b],
+            w[shares * WIDTH + b],
+            int(w[reason * WIDTH + b]),
+        )
+        rest, reasons = _braking_time(w, b, n, last, accelerations), hold_reasons
+        brake_share = remaining_share(rest, dt)
         for j in range(n):
-            before, most = w[(last + j) * WIDTH + b], w[(accelerations + j) * WIDTH + b]
-            slow, target = slower * before, w[(scaled + j) * WIDTH + b]
-            if not held and target != w[(wished + j) * WIDTH + b]:
-                why |= SPEED
-            v, bits = _reachable_velocity(slow if held else share * target, before, most * dt)
+            last_velocity, most = w[(last + j) * WIDTH + b], w[(accelerations + j) * WIDTH + b]
+            brake_velocity, target = brake_share * last_velocity, w[(scaled + j) * WIDTH + b]
+            if not hold_reasons and target != w[(law_command + j) * WIDTH + b]:
+                reasons |= SPEED
+            v, bits = _reachable_velocity(
+                brake_velocity if hold_reasons else share * target, last_velocity, most * dt
+            )
             least, largest = -math.inf, math.inf
             if places[1 + j] >= 0:
                 x = w[(q + places[1 + j]) * WIDTH + b]
                 least, largest = _braking_bounds(w, b, x, low + j, high + j, most, dt)
-            near = v < least * SPEED_TOLERANCE or v > largest * SPEED_TOLERANCE
-            why |= bits | (JOINT_LIMIT if near else 0)
-            w[(at_limit + j) * WIDTH + b] = 1.0 if near else 0.0
+            is_at_limit = v < least * SPEED_TOLERANCE or v > largest * SPEED_TOLERANCE
+            reasons |= bits | (JOINT_LIMIT if is_at_limit else 0)
+            w[(at_limit + j) * WIDTH + b] = 1.0 if is_at_limit else 0.0
             w[(command + j) * WIDTH + b] = _clamp(v, least, largest)
-            w[(brake + j) * WIDTH + b] = _clamp(slow, least, largest)
-        w[reason * WIDTH + b] = why
+            w[(brake + j) * WIDTH + b] = _clamp(brake_velocity, least, largest)
+        w[reason * WIDTH + b] = reasons
 
 
 @part
@@ -208,12 +216,12 @@ def compute_attempts(
     command="n",
     brake="n",
     duration="row",
-    most="n",
+    accelerations="n",
     tries="count",
     velocities="tries, n",
     seconds="tries",
 ):
-    """Compute attempts of a command, and the time of each attempt for its braking path.
+    """Compute attempts of a command, and for each attempt the duration of its braking path.
 
     The attempts velocities[tries, n] are brake + share (command - brake) for share = 1, 1/2, 1/4,
     ... An attempt covers its braking path at constant velocity in `seconds`.
@@ -223,9 +231,11 @@ def compute_attempts(
         for k in range(tries):
             qd = velocities + k * n
             for j in range(n):
-                slow = w[(brake + j) * WIDTH + b]
-                w[(qd + j) * WIDTH + b] = slow + share * (w[(command + j) * WIDTH + b] - slow)
-            rest = _braking_time(w, b, n, qd, most)
+                brake_velocity = w[(brake + j) * WIDTH + b]
+                w[(qd + j) * WIDTH + b] = brake_velocity + share * (
+                    w[(command + j) * WIDTH + b] - brake_velocity
+                )
+            rest = _braking_time(w, b, n, qd, accelerations)
             w[(seconds + k) * WIDTH + b] = dt * _periods_until_rest(rest / dt)
             share *= 0.5
 
@@ -238,10 +248,10 @@ def _distance_outside(w, b, T, box, c):
 
 
 @part
-def _is_within_fence(w, b, box, now, poses, first, places):
+def _is_within_fence(w, b, box, current_pose, poses, first, places):
     """Return whether no pose on a frame's path is farther outside along any axis than now."""
     for c in range(3):
-        far = _distance_outside(w, b, now, box, c) + FENCE_TOLERANCE
+        far = _distance_outside(w, b, current_pose, box, c) + FENCE_TOLERANCE
         for i in range(places):
             if _distance_outside(w, b, poses[first + i], box, c) > far:
                 return False
@@ -258,20 +268,20 @@ def fence_command(
     out="n",
     reason="row",
     box="2, 3",
-    now="3, 4",
+    current_pose="3, 4",
     tries="count",
     places="whole",
     poses="each: 3, 4",
 ):
     """Command the first attempt that lets a frame brake within a box, or brake.
 
-    `now` is the pose of the frame now, and `poses` are its poses on the braking path, `places`
-    poses for each attempt. A frame outside the box may move inwards.
+    `current_pose` is the pose of the frame now. `poses` are its poses on the braking paths, with
+    `places` poses for each attempt. A frame outside the box may move inwards.
     """
     for b in range(WIDTH):
         first = brake
         for k in range(tries - 1, -1, -1):
-            if _is_within_fence(w, b, box, now, poses, 1 + places * k, places):
+            if _is_within_fence(w, b, box, current_pose, poses, 1 + places * k, places):
                 first = attempts + k * n
         if first != attempts:
             w[reason * WIDTH + b] = int(w[reason * WIDTH + b]) | FENCE
@@ -281,9 +291,9 @@ def fence_command(
 
 @stage
 def store_command(w, step, n="count", out="n", last="n", reason="row", busy="row", share="row"):
-    """Store the command as `last`, and `busy` = 1 while the run must not count as ended.
+    """Store the command as `last`, and set `busy` to 1 while the run must not end.
 
-    The run is busy while the robot is held temporarily or accelerates.
+    The run must not end while the robot is held temporarily or accelerates.
     """
     for b in range(WIDTH):
         for j in range(n):

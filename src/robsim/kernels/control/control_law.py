@@ -42,8 +42,8 @@ def compute_camera_jacobian(
 ):
     """Compute the Jacobian J of a camera relative to its target, in camera axes.
 
-    `moves` are described in `robsim.kernels.formulas.jacobian`. A rotation about an axis a through
-    o gives v = a x (p - o) and omega = a. A translation along a gives v = a.
+    `robsim.kernels.formulas.jacobian` describes `moves`. A rotation about an axis a through o moves
+    the camera at p with v = a x (p - o) and omega = a. A translation along a moves it with v = a.
     """
     C = T_w_c
     zero = 0.0 * get(w, ratios)
@@ -71,11 +71,11 @@ def compute_camera_jacobian(
 
 
 @part
-def _load_six(w, first, apart):
-    """Return six rows at a stride `apart`."""
+def _load_six(w, first, stride):
+    """Return six rows at a stride `stride`."""
     return (
-        get(w, first), get(w, first + apart), get(w, first + 2 * apart),
-        get(w, first + 3 * apart), get(w, first + 4 * apart), get(w, first + 5 * apart),
+        get(w, first), get(w, first + stride), get(w, first + 2 * stride),
+        get(w, first + 3 * stride), get(w, first + 4 * stride), get(w, first + 5 * stride),
     )  # fmt: skip
 
 
@@ -146,14 +146,15 @@ def solve_task(
     rank="row",
     J="6, n or none",
     scratch="size",
-    slides="whole",
+    translations="whole",
     size="count",
 ):
     """Compute x = A^+ y, truncated or damped, and the rank of A.
 
-    J, or the number of leading columns `slides`, determines the columns of A that are per metre.
+    J determines the columns of A that are per metre. Without J these are the first `translations`
+    columns.
     """
-    metres = J if J >= 0 else -1 - slides
+    metres = J if J >= 0 else -1 - translations
     put(w, rank, solve_block(w, A, k, n, y, damping, get(w, rcond), x, metres, scratch))
 
 
@@ -178,19 +179,21 @@ def solve_task_product(
 
 
 @stage
-def scale_length_unit(w, step, A="n, m", n="count", m="count", length="row", how="whole", B="n, m"):
+def scale_length_unit(
+    w, step, A="n, m", n="count", m="count", length="row", mode="whole", B="n, m"
+):
     """Compute B, the matrix A in another unit of length.
 
-    how = 0 divides the first three rows by the length, how = 2 multiplies them, and how = 1
-    multiplies the first three columns.
+    The mode is 0 to divide the first three rows by the length, 1 to multiply the first three
+    columns by it, and 2 to multiply the first three rows by it.
     """
     unit = get(w, length)
     for i in range(n):
         for j in range(m):
             x = get(w, A + i * m + j)
-            if (how == 1 and j < 3) or (how == 2 and i < 3):
+            if (mode == 1 and j < 3) or (mode == 2 and i < 3):
                 x = x * unit
-            elif how == 0 and i < 3:
+            elif mode == 0 and i < 3:
                 x = x / unit
             put(w, B + i * m + j, x)
 
@@ -222,16 +225,16 @@ def express_in_first_camera(w, step, L="k, 6", k="count", A="6, 6", out="k, 6"):
 
 
 @stage
-def adapt_gain(w, step, n="count", size_of="n", numbers="3", largest="whole", gain="row"):
+def adapt_gain(w, step, n="count", vector="n", numbers="3", largest="whole", gain="row"):
     """Compute the adaptive gain for the size of an error or a command.
 
     The numbers are the gain at zero, the gain at infinity, and the slope. The size is the norm of
-    the rows `size_of`, or their largest magnitude if `largest` is nonzero.
+    `vector`, or its largest magnitude if `largest` is nonzero.
     """
     zero = 0.0 * get(w, numbers)
     square, most = zero, zero
     for i in range(n):
-        x = absolute(get(w, size_of + i))
+        x = absolute(get(w, vector + i))
         square, most = square + x * x, where(x > most, x, most)
     size = most if largest else sqrt(square)
     for i in range(WIDTH):
@@ -258,34 +261,40 @@ def add_vectors(w, step, n="count", x="n", y="n", out="n"):
 
 
 @stage
-def add_scaled_vector(
-    w, step, n="count", x="n", factor="row", more_of="n", divided="whole", out="n"
-):
-    """Compute out = x + factor y, or x + y / factor if `divided`, for y in rows `more_of`."""
+def add_scaled_vector(w, step, n="count", x="n", factor="row", y="n", divide="whole", out="n"):
+    """Compute out = x + factor y, or x + y / factor if `divide` is nonzero."""
     factor = get(w, factor)
     for i in range(n):
-        y = get(w, more_of + i)
-        more = y / factor if divided else factor * y
-        put(w, out + i, get(w, x + i) + more)
+        entry = get(w, y + i)
+        term = entry / factor if divide else factor * entry
+        put(w, out + i, get(w, x + i) + term)
 
 
 @stage
 def estimate_drift(
-    w, step, k="count", errors="k", before="k", moved="k", drifts="k", lag="row", dt="row"
+    w,
+    step,
+    k="count",
+    errors="k",
+    last_errors="k",
+    predicted_change="k",
+    drifts="k",
+    lag="row",
+    dt="row",
 ):
     """Estimate the rate of the error that the command does not explain, by a first-order filter.
 
-    `before` holds the error of the last step, `moved` the error rate that the command caused, and
-    `lag` is the time constant of the filter.
+    `last_errors` holds the error of the last step, and `predicted_change` the error rate that the
+    command causes. `lag` is the time constant of the filter.
     """
     share = get(w, dt) / (get(w, lag) + get(w, dt))
     for i in range(k):
         error, drift = get(w, errors + i), 0.0 * share
         if step > 0:
             drift = get(w, drifts + i)
-            change = (error - get(w, before + i)) / get(w, dt)
-            drift = drift + share * (change - get(w, moved + i) - drift)
-        put(w, before + i, error)
+            change = (error - get(w, last_errors + i)) / get(w, dt)
+            drift = drift + share * (change - get(w, predicted_change + i) - drift)
+        put(w, last_errors + i, error)
         put(w, drifts + i, drift)
 
 
@@ -325,12 +334,13 @@ def clear_rows(w, step, n="count", rows="n"):
 
 
 @stage
-def add_switched_velocity(w, step, n="count", qd="n", second="row", which="whole", to="each: row"):
-    """Add the velocities qd of scheme `which` to rows `to` if this scheme commands.
+def add_switched_velocity(w, step, n="count", qd="n", second="row", scheme="whole", to="each: row"):
+    """Add the velocities qd of a scheme to the rows `to` if this scheme commands.
 
-    The row `second` is 1 if the second scheme commands, else 0.
+    `scheme` is 0 for the first scheme and 1 for the second. The row `second` is 1 if the second
+    scheme commands, else 0.
     """
-    turn = get(w, second) == 1.0 * which
+    turn = get(w, second) == 1.0 * scheme
     for i in range(n):
         put(w, to[1 + i], get(w, to[1 + i]) + where(turn, get(w, qd + i), 0.0))
 

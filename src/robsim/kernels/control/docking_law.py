@@ -10,23 +10,22 @@ from robsim.kernels.machine.array_views import matrix, vector
 from robsim.kernels.machine.lanes import WIDTH, get, put
 from robsim.kernels.machine.stages import stage
 
-LEAST_DISTANCE = (
-    1e-9  # metres; at a smaller distance the goal's bearing is rounding: turn on the spot
-)
+# metres; at a smaller distance the bearing of the goal is rounding error: turn on the spot
+LEAST_DISTANCE = 1e-9
 
 
 @stage
-def compute_planar_pose(w, step, error="6", T_b_c="3, 4", T_c_b="3, 4", room="30", x="3"):
+def compute_planar_pose(w, step, error="6", T_b_c="3, 4", T_c_b="3, 4", scratch="30", x="3"):
     """Compute the base's x, y and heading in goal axes from the camera's error (c*t_c, theta u)."""
-    T, turned, twist = room, room + 12, room + 24
+    T, base_error, twist = scratch, scratch + 12, scratch + 24
     for i in range(3):
         put(w, twist + i, 0.0)
         put(w, twist + 3 + i, get(w, error + 3 + i))
     exp_se3(vector(w, twist, 6), matrix(w, T, 3, 4))
     for i in range(3):
         put(w, T + 4 * i + 3, get(w, error + i))
-    compose_lanes(w, T, T_c_b, turned)
-    compose_lanes(w, T_b_c, turned, T)
+    compose_lanes(w, T, T_c_b, base_error)
+    compose_lanes(w, T_b_c, base_error, T)
     put(w, x, get(w, T + 3))
     put(w, x + 1, get(w, T + 7))
     for b in range(WIDTH):
@@ -34,14 +33,14 @@ def compute_planar_pose(w, step, error="6", T_b_c="3, 4", T_c_b="3, 4", room="30
 
 
 @stage
-def dock_unicycle(w, step, place="3", rate="row", numbers="2", qd="2"):
+def dock_unicycle(w, step, pose="3", rate="row", numbers="2", qd="2"):
     """Compute v and omega of the unicycle (Aicardi et al. 1995).
 
-    `place` is x, y and heading in goal axes, `rate` the gain, and the numbers are the gain of the
+    `pose` is x, y and heading in goal axes, `rate` the gain, and the numbers are the gain of the
     turn and the weight h.
     """
     for b in range(WIDTH):
-        at = place * WIDTH + b
+        at = pose * WIDTH + b
         x, y, heading = w[at], w[at + WIDTH], w[at + 2 * WIDTH]
         gain, turn, h = w[rate * WIDTH + b], w[numbers * WIDTH + b], w[(numbers + 1) * WIDTH + b]
         rho = math.sqrt(x * x + y * y)

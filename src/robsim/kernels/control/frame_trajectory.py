@@ -21,17 +21,17 @@ PATH_SCRATCH = 46  # scratch rows of these stages
 
 
 @kernel
-def _rotation_between(w, A, B, room, out, fixed):
+def _rotation_between(w, A, B, scratch, out, fixed):
     """Compute the rotation vector from A to B, in axes of A or in `fixed` axes."""
-    back, turned = matrix(w, room, 3, 4), matrix(w, room + 12, 3, 4)
-    quaternion, turn = vector(w, room + 24, 4), vector(w, out, 3)
+    inverse, relative = matrix(w, scratch, 3, 4), matrix(w, scratch + 12, 3, 4)
+    quaternion, turn = vector(w, scratch + 24, 4), vector(w, out, 3)
     if fixed:
         rotation_in_base_axes(
-            matrix(w, A, 3, 4), matrix(w, B, 3, 4), back, turned, quaternion, turn
+            matrix(w, A, 3, 4), matrix(w, B, 3, 4), inverse, relative, quaternion, turn
         )
     else:
         rotation_in_start_axes(
-            matrix(w, A, 3, 4), matrix(w, B, 3, 4), back, turned, quaternion, turn
+            matrix(w, A, 3, 4), matrix(w, B, 3, 4), inverse, relative, quaternion, turn
         )
 
 
@@ -43,32 +43,32 @@ def _vector_length(w, v):
 
 
 @stage
-def plan_straight_motion(w, step, start="3, 4", goal="3, 4", room="46", way="8"):
+def plan_straight_motion(w, step, start="3, 4", goal="3, 4", scratch="46", displacement="8"):
     """Compute the translation and the rotation of a straight motion at step 0.
 
-    The eight rows `way` are the translation, the rotation vector in axes of the start, and the
-    lengths of both.
+    The eight rows `displacement` are the translation, the rotation vector in axes of the start, and
+    the lengths of both.
     """
     if step > 0:
         return
     for i in range(3):
-        put(w, way + i, get(w, goal + 4 * i + 3) - get(w, start + 4 * i + 3))
-    _rotation_between(w, start, goal, room, way + 3, False)
-    put(w, way + 6, _vector_length(w, way))
-    put(w, way + 7, _vector_length(w, way + 3))
+        put(w, displacement + i, get(w, goal + 4 * i + 3) - get(w, start + 4 * i + 3))
+    _rotation_between(w, start, goal, scratch, displacement + 3, False)
+    put(w, displacement + 6, _vector_length(w, displacement))
+    put(w, displacement + 7, _vector_length(w, displacement + 3))
 
 
 @kernel
-def _write_later_pose(w, step, dt, seconds, ramps, start, way, goal, room, out):
-    """Write the pose of a straight motion at the time of a step to rows `out` + 12."""
+def _write_later_pose(w, step, dt, seconds, ramps, start, displacement, goal, scratch, out):
+    """Write the pose of a straight motion at a step to the 12 rows from `out` + 12 on."""
     for i in range(2):
         for b in range(WIDTH):
             t, ramp = step * w[dt * WIDTH + b], w[(ramps + i) * WIDTH + b]
-            w[(room + i) * WIDTH + b], _, _ = motion_share(t, w[seconds * WIDTH + b], ramp)
-    T, end, there = matrix(w, start, 3, 4), matrix(w, goal, 3, 4), matrix(w, out + 12, 3, 4)
-    twist, turned = vector(w, room + 2, 6), matrix(w, room + 8, 3, 4)
-    motion = vector(w, way, 3), vector(w, way + 3, 3), vector(w, room, 2)
-    interpolate_pose(T, *motion, end, twist, turned, there)
+            w[(scratch + i) * WIDTH + b], _, _ = motion_share(t, w[seconds * WIDTH + b], ramp)
+    T, end, later_pose = matrix(w, start, 3, 4), matrix(w, goal, 3, 4), matrix(w, out + 12, 3, 4)
+    twist, motion_pose = vector(w, scratch + 2, 6), matrix(w, scratch + 8, 3, 4)
+    motion = vector(w, displacement, 3), vector(w, displacement + 3, 3), vector(w, scratch, 2)
+    interpolate_pose(T, *motion, end, twist, motion_pose, later_pose)
 
 
 @stage
@@ -79,69 +79,78 @@ def sample_straight_motion(
     seconds="row",
     ramps="2",
     start="3, 4",
-    way="8",
+    displacement="8",
     goal="3, 4",
-    room="46",
-    here="2, 3, 4",
+    scratch="46",
+    poses="2, 3, 4",
 ):
-    """Compute the two poses `here` of a straight motion, now and one period later."""
-    arguments = dt, seconds, ramps, start, way, goal, room, here
+    """Compute two poses of a straight motion, now and one period later."""
+    arguments = dt, seconds, ramps, start, displacement, goal, scratch, poses
     if step == 0:
         _write_later_pose(w, 0, *arguments)
     for i in range(12):
-        put(w, here + i, get(w, here + 12 + i))
+        put(w, poses + i, get(w, poses + 12 + i))
     _write_later_pose(w, step + 1, *arguments)
 
 
 @stage
-def compute_path_error(w, step, T="3, 4", end="3, 4", room="46", s="6", L="3, 6"):
+def compute_path_error(w, step, T="3, 4", end="3, 4", scratch="46", s="6", L="3, 6"):
     """Compute s, the position and the rotation vector from the end pose, and L of the rotation.
 
     In fixed axes d(theta u)/dt = L(-theta u) omega.
     """
     for i in range(3):
         put(w, s + i, get(w, T + 4 * i + 3))
-    _rotation_between(w, end, T, room, s + 3, True)
+    _rotation_between(w, end, T, scratch, s + 3, True)
     for i in range(3):
-        put(w, room + i, -get(w, s + 3 + i))
-    theta_u_interaction(vector(w, room, 3), matrix(w, L, 3, 6))
+        put(w, scratch + i, -get(w, s + 3 + i))
+    theta_u_interaction(vector(w, scratch, 3), matrix(w, L, 3, 6))
 
 
 @kernel
-def _reduce_deviation(w, T, here, ahead, left, room, wanted):
-    """Compute `wanted`, the pose `ahead` displaced by the share `left` of T's deviation."""
-    off, back, more = room + 28, room, room + 34
-    _rotation_between(w, here, T, room, off + 3, True)
+def _reduce_deviation(w, T, poses, ahead, left, scratch, target):
+    """Compute `target`, the pose `ahead` displaced by the share `left` of the deviation of T."""
+    deviation, correction, corrected = scratch + 28, scratch, scratch + 34
+    _rotation_between(w, poses, T, scratch, deviation + 3, True)
     for i in range(3):
-        put(w, off + i, 0.0)
-        put(w, off + 3 + i, left * get(w, off + 3 + i))
-    exp_se3(vector(w, off, 6), matrix(w, back, 3, 4))
-    compose_lanes(w, back, ahead, more)
+        put(w, deviation + i, 0.0)
+        put(w, deviation + 3 + i, left * get(w, deviation + 3 + i))
+    exp_se3(vector(w, deviation, 6), matrix(w, correction, 3, 4))
+    compose_lanes(w, correction, ahead, corrected)
     for i in range(3):
-        away = get(w, T + 4 * i + 3) - get(w, here + 4 * i + 3)
-        put(w, more + 4 * i + 3, get(w, ahead + 4 * i + 3) + left * away)
+        offset = get(w, T + 4 * i + 3) - get(w, poses + 4 * i + 3)
+        put(w, corrected + 4 * i + 3, get(w, ahead + 4 * i + 3) + left * offset)
     for i in range(12):
-        put(w, wanted + i, where(left > 0.0, get(w, more + i), get(w, ahead + i)))
+        put(w, target + i, where(left > 0.0, get(w, corrected + i), get(w, ahead + i)))
 
 
 @stage
 def compute_path_twist(
-    w, step, T="3, 4", here="2, 3, 4", gain="row", duration="row", room="46", wanted="3, 4", V="6"
+    w,
+    step,
+    T="3, 4",
+    poses="2, 3, 4",
+    gain="row",
+    duration="row",
+    scratch="46",
+    target="3, 4",
+    V="6",
 ):
     """Compute the twist V = (v, omega), in world axes, that moves a frame along its path.
 
-    One period later the share 1 - gain dt of the deviation of T from its path is left.
+    After one period the share 1 - gain dt of the deviation of T from its path remains, or zero if
+    this share is negative.
     """
-    ahead, dt = here + 12, get(w, duration)
+    ahead, dt = poses + 12, get(w, duration)
     rate = get(w, gain)
     left = 1.0 - where(rate < 1.0 / dt, rate, 1.0 / dt) * dt
     if any_lane(left > 0.0):
-        _reduce_deviation(w, T, here, ahead, left, room, wanted)
+        _reduce_deviation(w, T, poses, ahead, left, scratch, target)
     else:
         for i in range(12):
-            put(w, wanted + i, get(w, ahead + i))
-    _rotation_between(w, T, wanted, room, V + 3, True)
+            put(w, target + i, get(w, ahead + i))
+    _rotation_between(w, T, target, scratch, V + 3, True)
     for i in range(3):
-        put(w, V + i, get(w, wanted + 4 * i + 3) - get(w, T + 4 * i + 3))
+        put(w, V + i, get(w, target + 4 * i + 3) - get(w, T + 4 * i + 3))
     for i in range(6):
         put(w, V + i, get(w, V + i) / dt)

@@ -62,14 +62,14 @@ def weight_border_distance(w, step, N="count", pixels="N, 2", camera="22", width
 
 
 @stage
-def fade_weights(w, step, N="count", there="N", seconds="row", dt="row", ramp="N", out="N"):
+def fade_weights(w, step, N="count", present="N", seconds="row", dt="row", ramp="N", out="N"):
     """Compute weights of marks that fade in and out within `seconds`.
 
     At step 0 the present marks have weight 1. The rows `ramp` keep their values between steps.
     """
     change = get(w, dt) / get(w, seconds)
     for n in range(N):
-        here = get(w, there + n)
+        here = get(w, present + n)
         now = get(w, ramp + n) if step > 0 else here
         now = now + where(here > 0.0, change, -change)
         now = where(now > 0.0, now, 0.0)
@@ -95,13 +95,13 @@ def compute_smallest_weights(w, step, k="count", weights="k", numbers="each: eac
 
 
 @stage
-def require_enough_marks(w, step, k="count", out="k", needed="whole", weights="each: row"):
-    """Compute k weights, 1 if at least `needed` marks have a positive weight, else 0."""
+def require_enough_marks(w, step, k="count", out="k", least_count="whole", weights="each: row"):
+    """Compute k weights, 1 if at least `least_count` marks have a positive weight, else 0."""
     count = 0.0 * get(w, weights[1])
     for n in range(weights[0]):
         count = count + where(get(w, weights[1 + n]) > 0.0, 1.0, 0.0)
     for i in range(k):
-        put(w, out + i, where(count >= 1.0 * needed, 1.0, 0.0))
+        put(w, out + i, where(count >= 1.0 * least_count, 1.0, 0.0))
 
 
 @stage
@@ -120,23 +120,24 @@ def detect_too_few_marks(
     A="k, n",
     J="6, n or none",
     weights="k",
-    least="row",
+    full_rank="row",
     rcond="row",
     marks="whole",
     status="row",
     zeros="k + 6",
-    room="size",
+    scratch="size",
     images="each: N=count; weights=N",
-    slides="whole",
+    translations="whole",
     size="count",
 ):
     """Compute the status OUT_OF_IMAGE if too few marks remain for a command, else IN_IMAGE.
 
     The status is OUT_OF_IMAGE if fewer than `marks` marks have a positive weight. If a feature
     component is unused, the status is also OUT_OF_IMAGE if the rank of A = L J is below both the
-    number in the row least and the rank of J. See `solve_block` for J and slides.
+    number in the row `full_rank` and the rank of J. See `solve_block` for J, and `solve_task` for
+    `translations`.
     """
-    rcond, metres = get(w, rcond), J if J >= 0 else -1 - slides
+    rcond, metres = get(w, rcond), J if J >= 0 else -1 - translations
     unused = 0.0 * rcond
     for i in range(k):
         unused = where(get(w, weights + i) > 0.0, unused, 1.0)
@@ -144,15 +145,15 @@ def detect_too_few_marks(
     for i in range(images[0]):
         for m in range(images[1 + 2 * i]):
             count = count + where(get(w, images[2 + 2 * i] + m) > 0.0, 1.0, 0.0)
-    lost = count < 1.0 * marks
+    too_few = count < 1.0 * marks
     if any_lane(unused > 0.0):
-        rank = solve_block(w, A, k, n, zeros, -1, rcond, room, metres, room + n)
-        needed = get(w, least)
+        rank = solve_block(w, A, k, n, zeros, -1, rcond, scratch, metres, scratch + n)
+        least_rank = get(w, full_rank)
         if J >= 0:
-            of_J = solve_block(w, J, 6, n, zeros, -1, rcond, room, metres, room + n)
-            needed = where(of_J < needed, of_J, needed)
-        lost = lost | ((unused > 0.0) & (rank < needed))
-    put(w, status, where(lost, 1.0 * OUT_OF_IMAGE, 1.0 * IN_IMAGE))
+            rank_of_J = solve_block(w, J, 6, n, zeros, -1, rcond, scratch, metres, scratch + n)
+            least_rank = where(rank_of_J < least_rank, rank_of_J, least_rank)
+        too_few = too_few | ((unused > 0.0) & (rank < least_rank))
+    put(w, status, where(too_few, 1.0 * OUT_OF_IMAGE, 1.0 * IN_IMAGE))
 
 
 @stage

@@ -26,10 +26,11 @@ def sigmoid_switch(x, low, high):
 
 @kernel
 def blend_large_projector(A, e, low, high, P):
-    """Replace the projector P by w (I - A'e e'A/(e'A A'e)) + (1 - w) P, w = switch(||e||).
+    """Replace the projector P by w (I - A'e e'A/(e'A A'e)) + (1 - w) P, with a weight w of ||e||.
 
-    On entry P[n, n, b] is the projector onto the null space of A[k, n, b]. e has shape [k, b]. If
-    A'e is zero up to rounding, w is 0.
+    The weight is w = `sigmoid_switch(||e||, low, high)`. If A'e is zero up to
+    rounding, w is 0. On entry P[n, n, b] is the projector onto the null space of A[k, n, b]. e has
+    the shape [k, b].
     """
     n, runs = A.shape[1], A.shape[2]
     u, square, most, norm = np.zeros((n, runs)), np.zeros(runs), np.zeros(runs), np.zeros(runs)
@@ -62,7 +63,7 @@ def apply_large_projector(w, step, A="k, n", k="count", n="count", error="k", bo
 
 @stage
 def compute_limit_avoidance(
-    w, step, n="count", gain="row", lowest="n", highest="n", wish="n", q="each: row or none"
+    w, step, n="count", gain="row", lowest="n", highest="n", motion="n", q="each: row or none"
 ):
     """Compute the secondary motion gain (clip(q, lowest, highest) - q).
 
@@ -73,26 +74,26 @@ def compute_limit_avoidance(
         x = get(w, q[1 + i]) if q[1 + i] >= 0 else 0.0 * gain
         within = where(x < get(w, low + i), get(w, low + i), x)
         within = where(within > get(w, high + i), get(w, high + i), within)
-        put(w, wish + i, gain * (within - x))
+        put(w, motion + i, gain * (within - x))
 
 
 @stage
-def add_projected_motion(w, step, n="count", P="n, n", wish="n", qd="n", out="n"):
+def add_projected_motion(w, step, n="count", P="n, n", motion="n", qd="n", out="n"):
     """Add a secondary motion, projected by P into the null space, to the command qd."""
     for i in range(n):
         total = 0.0 * get(w, P)
         for j in range(n):
-            total = total + get(w, P + n * i + j) * get(w, wish + j)
+            total = total + get(w, P + n * i + j) * get(w, motion + j)
         put(w, out + i, get(w, qd + i) + total)
 
 
 @stage
-def smooth_start_command(w, step, n="count", mu="row", dt="row", first="n", qd="n", out="n"):
-    """Compute out = qd - exp(-mu t) qd(0). The rows `first` store qd(0)."""
+def smooth_start_command(w, step, n="count", mu="row", dt="row", initial="n", qd="n", out="n"):
+    """Compute out = qd - exp(-mu t) qd(0). The rows `initial` store qd(0)."""
     for i in range(WIDTH):
         left = math.exp(-w[mu * WIDTH + i] * (step * w[dt * WIDTH + i]))
         for j in range(n):
             at = j * WIDTH + i
             if step == 0:
-                w[first * WIDTH + at] = w[qd * WIDTH + at]
-            w[out * WIDTH + at] = w[qd * WIDTH + at] - left * w[first * WIDTH + at]
+                w[initial * WIDTH + at] = w[qd * WIDTH + at]
+            w[out * WIDTH + at] = w[qd * WIDTH + at] - left * w[initial * WIDTH + at]

@@ -162,13 +162,13 @@ def _solve_least_squares(w, inverse, m, rest, M, height, betas, x):
 @part
 def _squared_condition_bound(w, A, size, inverse, m, rcond):
     """Return (rcond ||A|| ||R^-1||)^2 in Frobenius norms; NaN if A is not finite."""
-    direct, back = 0.0 * rcond, 0.0 * rcond
+    norm, inverse_norm = 0.0 * rcond, 0.0 * rcond
     for i in range(size):
-        direct = direct + get(w, A + i) * get(w, A + i)
+        norm = norm + get(w, A + i) * get(w, A + i)
     for j in range(m):
         for i in range(j + 1):
-            back = back + get(w, inverse + j * m + i) * get(w, inverse + j * m + i)
-    return rcond * rcond * direct * back
+            inverse_norm = inverse_norm + get(w, inverse + j * m + i) * get(w, inverse + j * m + i)
+    return rcond * rcond * norm * inverse_norm
 
 
 @part

@@ -33,12 +33,12 @@ def detect_near_border(w, step, numbers="3", out="row", images="each: pixels=N, 
 
 
 @stage
-def latch_switch(w, step, stays="whole", holds="row", second="row"):
+def latch_switch(w, step, latch="whole", condition="row", second="row"):
     """Compute `second`, 1 if the second scheme commands, else 0.
 
-    It commands while the condition `holds`, and permanently after the first time if `stays`.
+    It commands while the condition `condition`, and permanently after the first time if `latch`.
     """
-    now = get(w, holds) > 0.0
-    if stays and step > 0:
+    now = get(w, condition) > 0.0
+    if latch and step > 0:
         now = now | (get(w, second) > 0.0)
     put(w, second, where(now, 1.0, 0.0))

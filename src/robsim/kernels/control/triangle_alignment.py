@@ -55,8 +55,8 @@ def transform_triangle(w, step, T="3, 4", points="3, 3", out="3, 3"):
     for i in range(0, 9, 3):
         x, y, z = _load_point(w, points + i)
         for r in range(3):
-            turned = get(w, T + 4 * r) * x + get(w, T + 4 * r + 1) * y + get(w, T + 4 * r + 2) * z
-            put(w, out + i + r, turned + get(w, T + 4 * r + 3))
+            rotated = get(w, T + 4 * r) * x + get(w, T + 4 * r + 1) * y + get(w, T + 4 * r + 2) * z
+            put(w, out + i + r, rotated + get(w, T + 4 * r + 3))
 
 
 @stage

@@ -62,11 +62,11 @@ def predict_depth(state, P, V, dt, state_out, P_out):
 
     The state is exact. The covariance is propagated by the Jacobian, plus the process noise.
     """
-    back, T = np.empty(V.shape), np.empty((3, 4, V.shape[1]))
+    inverse_twist, T = np.empty(V.shape), np.empty((3, 4, V.shape[1]))
     for c in range(6):
         for b in range(V.shape[1]):
-            back[c, b] = -V[c, b] * dt
-    se3.exp_se3(back, T)
+            inverse_twist[c, b] = -V[c, b] * dt
+    se3.exp_se3(inverse_twist, T)
     for n in range(state.shape[0]):
         for b in range(state.shape[2]):
             new, f, g, h = move_mark(state[n, 0, b], state[n, 1, b], state[n, 2, b], T, b)
@@ -91,10 +91,10 @@ def _correct_coordinate(r, measured, variance, n, b, state, P):
     """Correct state and covariance of a mark by coordinate r of its measured point, in place."""
     a0, a1, a2 = P[n, 0, r, b], P[n, 1, r, b], P[n, 2, r, b]
     s = P[n, r, r, b] + variance
-    k0, k1, k2, off = a0 / s, a1 / s, a2 / s, measured - state[n, r, b]
-    state[n, 0, b] += k0 * off
-    state[n, 1, b] += k1 * off
-    state[n, 2, b] = _clip_inverse_depth(state[n, 2, b] + k2 * off)
+    k0, k1, k2, innovation = a0 / s, a1 / s, a2 / s, measured - state[n, r, b]
+    state[n, 0, b] += k0 * innovation
+    state[n, 1, b] += k1 * innovation
+    state[n, 2, b] = _clip_inverse_depth(state[n, 2, b] + k2 * innovation)
     xy, xw, yw = P[n, 0, 1, b] - k0 * a1, P[n, 0, 2, b] - k0 * a2, P[n, 1, 2, b] - k1 * a2
     P[n, 0, 0, b] -= k0 * a0
     P[n, 1, 1, b] -= k1 * a1
@@ -130,7 +130,7 @@ def filter_depths(
     numbers="4",
     estimate="N, 3",
     covariance="N, 3, 3",
-    room="12*N",
+    scratch="12*N",
     depth="N",
 ):
     """Filter the depths of N marks by the camera's twist and the measured points.
@@ -140,15 +140,15 @@ def filter_depths(
     """
     numbers, dt = vector(w, numbers, 4), w[dt * WIDTH]
     x, state = matrix(w, points, N, 2), matrix(w, estimate, N, 3)
-    P, new = tensor(w, covariance, N, 3, 3), matrix(w, room, N, 3)
+    P, new = tensor(w, covariance, N, 3, 3), matrix(w, scratch, N, 3)
     if step == 0:
         initialise_depth_filter(x, numbers, state, P)
     else:
-        predict_depth(state, P, vector(w, twist, 6), dt, new, tensor(w, room + 3 * N, N, 3, 3))
+        predict_depth(state, P, vector(w, twist, 6), dt, new, tensor(w, scratch + 3 * N, N, 3, 3))
         for i in range(3 * N):
-            put(w, estimate + i, get(w, room + i))
+            put(w, estimate + i, get(w, scratch + i))
         for i in range(9 * N):
-            put(w, covariance + i, get(w, room + 3 * N + i))
+            put(w, covariance + i, get(w, scratch + 3 * N + i))
         correct_depth(state, P, x, numbers[2:])
     for n in range(N):
         put(w, depth + n, 1.0 / get(w, estimate + 3 * n + 2))

@@ -18,7 +18,7 @@ NORMAL_SCALE = (
     1.482602218505602  # 1 / Phi^-1(3/4): standard deviation / median deviation, if Gaussian
 )
 NO_DISTANCE = 1e300  # distance of an unmeasured mark
-LEAST_WEIGHT = 1e-3  # least weight: an error of 100 px has the effect of 0.1 px
+LEAST_WEIGHT = 1e-3  # of an outlier: its error of 100 px has the effect of 0.1 px
 
 
 @part
@@ -80,20 +80,20 @@ def _median_of_lowest(w, first, n, count):
 
 
 @kernel
-def put_robust_weights(w, kind, N, distances, least, out):
+def put_robust_weights(w, kind, N, distances, least_scale, out):
     """Compute the weights of N marks from the distances to their expected points.
 
-    The scale is 1.4826 times the median distance, and at least the row `least`. The lower bound
-    prevents small weights if all marks fit well. An unmeasured mark has the distance NaN. It does
-    not enter the median, and its weight is 0.
+    The scale is 1.4826 times the median distance, and at least the row `least_scale`. This lower
+    bound prevents small weights if all marks fit well. An unmeasured mark has the distance NaN. It
+    does not enter the median, and its weight is 0.
     """
-    count = 0.0 * get(w, least)
+    count = 0.0 * get(w, least_scale)
     for n in range(N):
         r = get(w, distances + n)
         count = count + where(r < NO_DISTANCE, 1.0, 0.0)
         put(w, out + n, where(r < NO_DISTANCE, r, NO_DISTANCE))
-    scale, least_scale = NORMAL_SCALE * _median_of_lowest(w, out, N, count), get(w, least)
-    scale = where(scale > least_scale, scale, least_scale)
+    scale, bound = NORMAL_SCALE * _median_of_lowest(w, out, N, count), get(w, least_scale)
+    scale = where(scale > bound, scale, bound)
     for n in range(N):
         put(w, out + n, _robust_weight(kind, get(w, distances + n) / scale))
 
@@ -114,22 +114,22 @@ def weight_by_distance(
     N="count",
     pixels="N, 2",
     goal="N, 2",
-    there="N",
-    least="row",
+    present="N",
+    least_scale="row",
     weights="N",
-    room="3*N",
+    scratch="3*N",
 ):
     """Compute weights of N marks from the distances between their pixels and the goal pixels.
 
-    `there` is 1 for measured marks, and `least` the least scale. The weight of an outlier is LEAST,
-    not 0, so the outlier remains among the marks in use.
+    `present` is 1 for measured marks, and `least_scale` is the lower bound of the scale. The weight
+    of an outlier is LEAST_WEIGHT, not 0, so the outlier remains among the marks in use.
     """
     for n in range(N):
-        here = where(get(w, there + n) > 0.0, 0.0, np.nan)
+        here = where(get(w, present + n) > 0.0, 0.0, np.nan)
         for i in range(2 * n, 2 * n + 2):
-            put(w, room + i, (get(w, pixels + i) - get(w, goal + i)) + here)
-    put_distances(w, N, room, room + 2 * N)
-    put_robust_weights(w, kind, N, room + 2 * N, least, weights)
+            put(w, scratch + i, (get(w, pixels + i) - get(w, goal + i)) + here)
+    put_distances(w, N, scratch, scratch + 2 * N)
+    put_robust_weights(w, kind, N, scratch + 2 * N, least_scale, weights)
     for n in range(N):
         weight = get(w, weights + n)
         put(w, weights + n, where(weight > LEAST_WEIGHT, weight, LEAST_WEIGHT))

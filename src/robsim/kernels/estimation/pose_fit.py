@@ -43,8 +43,8 @@ def reproject_marks(w, marks, N, T, x, weights, image):
             t = T + 4 * r
             X = get(w, t) * px + get(w, t + 1) * py + get(w, t + 2) * pz + get(w, t + 3)
             put(w, now + 2 * n + r, X * near)
-            away = weight * (X * near - get(w, x + 2 * n + r))
-            put(w, error + 2 * n + r, where(counts, away, 0.0))
+            residual = weight * (X * near - get(w, x + 2 * n + r))
+            put(w, error + 2 * n + r, where(counts, residual, 0.0))
 
 
 @part
@@ -142,7 +142,7 @@ def fit_pose_stage(
     guess="3, 4",
     T="3, 4",
     weights="N",
-    room="size",
+    scratch="size",
     size="count",
 ):
     """Fit the pose T = T_c_o to the normalised image points x of N marks, from a guess.
@@ -160,36 +160,39 @@ def fit_pose_stage(
     guess. The fit needs three marks that are not collinear. The result is NaN if a mark of nonzero
     weight is not measured, or is behind the camera at the guess.
     """
-    here, there, L, bend = room, room + 5 * N, room + 10 * N, room + 22 * N
-    back = bend + 14 * N + 42
-    step, updated, scratch = back + 6, back + 18, back + 36
+    image_rows, next_image, L, bend = scratch, scratch + 5 * N, scratch + 10 * N, scratch + 22 * N
+    update = bend + 14 * N + 42
+    step, updated, svd_rows = update + 6, update + 18, update + 36
     for i in range(12):
         put(w, T + i, get(w, guess + i))
     share = where(get(w, guess) > 0.0, 1.0, 1.0)
     moving, slow, rcond = share > 0.0, share < 0.0, RCOND * share
-    reproject_marks(w, marks, N, T, x, weights, here)
+    reproject_marks(w, marks, N, T, x, weights, image_rows)
     for _ in range(MOST_UPDATES):
-        _weighted_interaction(w, N, here, here + 2 * N, weights, L)
-        image = here, here + 2 * N, here + 3 * N
-        lost = newton_update(w, N, image, weights, L, slow, moving, back, bend)
-        if any_lane(lost):
-            _truncate_update(w, L, N, here + 3 * N, rcond, lost, back, updated + 12, scratch)
-        motion = _largest_image_motion(w, L, back, 2 * N)
-        _cayley_exp(w, back, share, step)
+        _weighted_interaction(w, N, image_rows, image_rows + 2 * N, weights, L)
+        image = image_rows, image_rows + 2 * N, image_rows + 3 * N
+        singular = newton_update(w, N, image, weights, L, slow, moving, update, bend)
+        if any_lane(singular):
+            _truncate_update(
+                w, L, N, image_rows + 3 * N, rcond, singular, update, updated + 12, svd_rows
+            )
+        motion = _largest_image_motion(w, L, update, 2 * N)
+        _cayley_exp(w, update, share, step)
         compose_lanes(w, step, T, updated)
-        reproject_marks(w, marks, N, updated, x, weights, there)
-        square, gain = _compare_squares(w, here + 3 * N, there + 3 * N, 2 * N)
-        worse = ~(gain >= -ROUNDING * square)
-        goes = moving & (motion > LEAST_IMAGE_MOTION)  # an update within rounding is not accepted
-        halved = goes & worse
-        accepted = moving & ~halved & (goes | ~(motion >= 0.0))  # a NaN is accepted, too
+        reproject_marks(w, marks, N, updated, x, weights, next_image)
+        square, gain = _compare_squares(w, image_rows + 3 * N, next_image + 3 * N, 2 * N)
+        increases = ~(gain >= -ROUNDING * square)
+        # an update within rounding is not accepted
+        proceeds = moving & (motion > LEAST_IMAGE_MOTION)
+        halved = proceeds & increases
+        accepted = moving & ~halved & (proceeds | ~(motion >= 0.0))  # a NaN is accepted, too
         slow = slow | (gain < SLOW_DECREASE * square)
         _replace_rows(w, accepted, updated, T, 12)
-        _replace_rows(w, accepted, there, here, 5 * N)
-        twice = where(share < 0.5, 2.0 * share, 1.0)
-        share = where(halved, 0.5 * share, where(accepted, twice, share))
-        moving = goes
-        if not any_lane(goes):
+        _replace_rows(w, accepted, next_image, image_rows, 5 * N)
+        doubled = where(share < 0.5, 2.0 * share, 1.0)
+        share = where(halved, 0.5 * share, where(accepted, doubled, share))
+        moving = proceeds
+        if not any_lane(proceeds):
             return
 
 
@@ -203,7 +206,7 @@ def fit_pose(marks: Any, x: Any, guess: Any, T: Any, weights: Any = None) -> Non
     first, points, start, factors = (program.rows(*shape) for shape in shapes)
     pose, room = program.rows(3, 4), program.rows(count_pose_fit_rows(N))
     program.add(
-        fit_pose_stage, marks=first, x=points, guess=start, T=pose, weights=factors, room=room
+        fit_pose_stage, marks=first, x=points, guess=start, T=pose, weights=factors, scratch=room
     )
     each = np.ones((N, runs)) if weights is None else weights
     arrays = np.concatenate([rows.reshape(-1, runs) for rows in (marks, x, guess, each)])

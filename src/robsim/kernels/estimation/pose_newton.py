@@ -120,30 +120,30 @@ def _descent_direction(w, L, error, rows, u):
 
 
 @part
-def pose_hessian(w, N, now, inverse, error, weights, L, room):
-    """Compute the lower half of the second derivatives H (6, 6) in room, after its 12 N rows."""
-    H = room + 12 * N
-    _curvature_rows(w, N, now, inverse, error, L, room)
-    _lower_gram(w, room, 2 * N, H)
+def pose_hessian(w, N, now, inverse, error, weights, L, scratch):
+    """Compute the lower half of the second derivatives H (6, 6) in scratch, after 12 N rows."""
+    H = scratch + 12 * N
+    _curvature_rows(w, N, now, inverse, error, L, scratch)
+    _lower_gram(w, scratch, 2 * N, H)
     _add_curvature_terms(w, N, now, inverse, error, weights, H)
 
 
 @part
-def newton_update(w, N, image, weights, L, slow, moving, u, room):
+def newton_update(w, N, image, weights, L, slow, moving, u, scratch):
     """Compute the update u of moving runs from N marks. Return the mask of runs with singular L' L.
 
     A slow run with a convex f receives Newton's update, any other run the Gauss-Newton update. The
-    image has points, inverse depths and errors. The errors and L are weighted. `room` has 14 N + 42
-    rows.
+    image has points, inverse depths and errors. The errors and L are weighted. `scratch` has
+    14 N + 42 rows.
     """
     now, inverse, error = image
-    H, solution, slow_error = room + 12 * N, room + 12 * N + 36, room + 12 * N + 42
+    H, solution, slow_error = scratch + 12 * N, scratch + 12 * N + 36, scratch + 12 * N + 42
     for i in range(2 * N):
         put(w, slow_error + i, where(slow, get(w, error + i), 0.0))
     flat = moving
     for attempt in range(2):  # a loop compiles the common code once
         if attempt == 0:
-            pose_hessian(w, N, now, inverse, slow_error, weights, L, room)
+            pose_hessian(w, N, now, inverse, slow_error, weights, L, scratch)
         else:
             _lower_gram(w, L, 2 * N, H)
         unsound = _factorise_ldl(w, H)

@@ -43,9 +43,9 @@ def fit_robust_pose_stage(
     x="N, 2",
     T="3, 4",
     weights="N",
-    room="size",
+    scratch="size",
     kind="whole",
-    least="row",
+    least_scale="row",
     size="count",
 ):
     """Refit a pose T to the image points x of N marks by an M-estimator.
@@ -55,14 +55,14 @@ def fit_robust_pose_stage(
     ten fits, or if T does not change; T and the weights are then consistent. The result is the
     local minimum near the initial T.
     """
-    distances, roots, before = room + 5 * N, room + 6 * N, room + 7 * N
+    distances, roots, before = scratch + 5 * N, scratch + 6 * N, scratch + 7 * N
     _has_changed(w, T, before)
     for _ in range(MOST_FITS):
         for n in range(N):
             put(w, roots + n, 1.0)
-        reproject_marks(w, marks, N, T, x, roots, room)
-        put_distances(w, N, room + 3 * N, distances)
-        put_robust_weights(w, kind, N, distances, least, weights)
+        reproject_marks(w, marks, N, T, x, roots, scratch)
+        put_distances(w, N, scratch + 3 * N, distances)
+        put_robust_weights(w, kind, N, distances, least_scale, weights)
         for n in range(N):
             put(w, roots + n, sqrt(get(w, weights + n)))
         _linked_fit(w, (N, marks, x, T, T, roots, before + 12))
@@ -70,7 +70,7 @@ def fit_robust_pose_stage(
             return
 
 
-def fit_robust_pose(marks: Any, x: Any, T: Any, kind: int, least: float) -> Any:
+def fit_robust_pose(marks: Any, x: Any, T: Any, kind: int, least_scale: float) -> Any:
     """Refit the poses T[3, 4, b] to images x[n, 2, b] of marks[n, 3, b], in place.
 
     Return the weights [n, b] of the squared distances.
@@ -79,8 +79,8 @@ def fit_robust_pose(marks: Any, x: Any, T: Any, kind: int, least: float) -> Any:
     first, points = program.rows(N, 3), program.rows(N, 2)
     pose, weights = program.rows(3, 4), program.rows(N)
     rows = {"marks": first, "x": points, "T": pose, "weights": weights, "kind": kind}
-    room, scale = program.rows(count_robust_fit_rows(N)), program.constant(least)
-    program.add(fit_robust_pose_stage, **rows, room=room, least=scale)
+    room, scale = program.rows(count_robust_fit_rows(N)), program.constant(least_scale)
+    program.add(fit_robust_pose_stage, **rows, scratch=room, least_scale=scale)
     arrays = np.concatenate([each.reshape(-1, runs) for each in (marks, x, T)])
     results = ProgramFunction(program, first, pose, 12 + N)(arrays)
     T[:] = results[:12].reshape(T.shape)

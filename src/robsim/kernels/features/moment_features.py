@@ -78,8 +78,8 @@ def resolve_half_turn(goal, head_goal, mu, alpha):
 
     Let h be the vector of `head_vector`, and h* this vector at the goal. If two images differ by a
     rotation, h = h*, or h = -h* if the axis points in the opposite direction. A tilt of the camera
-    changes h, so the angle has a vote of weight NEAR: alpha is kept if
-    h.h* / max(|h|, |h*|)^2 + NEAR cos(alpha - goal) >= 0. Both terms change their signs with
+    changes h, so the angle has a vote of weight ANGLE_VOTE: alpha is kept if
+    h.h* / max(|h|, |h*|)^2 + ANGLE_VOTE cos(alpha - goal) >= 0. Both terms change their signs with
     alpha + pi, so the result does not jump at a quarter turn.
     """
     h = np.empty((2, alpha.shape[0]))
@@ -220,8 +220,8 @@ def decoupled_stage(
     mu="o",
     R="m, 6",
     goal="5",
-    turned="whole",
-    headed="whole",
+    has_angle="whole",
+    has_heading="whole",
     s="6",
     L="6, 6",
     o="count",
@@ -229,14 +229,14 @@ def decoupled_stage(
 ):
     """Compute s and L of the decoupled moments.
 
-    The five rows of the goal are size, depth, angle and the vector of `head_vector`. `turned` is
-    nonzero if the goal has an angle, and `headed` if it has this vector.
+    The five rows of the goal are size, depth, angle and the vector of `head_vector`. `has_angle` is
+    nonzero if the goal has an angle, and `has_heading` if it has this vector.
     """
     of_marks, centre, mu = of_marks != 0, vector(w, centre, 2), vector(w, mu, ORDER_3)
     goal, s = vector(w, goal, 5), vector(w, s, 6)
     decoupled_moments(of_marks, goal[0], goal[1], centre, mu, s)
-    if turned:
+    if has_angle:
         within_quarter_turn(goal[2], s[5])
-    if headed:
+    if has_heading:
         resolve_half_turn(goal[2], goal[3:], mu, s[5])
     decoupled_moment_rates(of_marks, centre, mu, matrix(w, R, ORDER_3, 6), s, matrix(w, L, 6, 6))

@@ -64,21 +64,21 @@ def flag_lost_pose(w, step, N="count", points="N, 2", T="3, 4", lost="row"):
     size = absolute(get(w, points))
     for i in range(1, 2 * N):
         size = size + absolute(get(w, points + i))
-    gone = (size < np.inf) & ~(absolute(get(w, T)) < np.inf)
-    put(w, lost, where(gone, 1.0, get(w, lost)))
+    is_lost = (size < np.inf) & ~(absolute(get(w, T)) < np.inf)
+    put(w, lost, where(is_lost, 1.0, get(w, lost)))
 
 
 @stage
-def goal_camera_pose_stage(w, step, T_c_o="3, 4", T_o_goal="3, 4", room="3, 4", T="3, 4"):
+def goal_camera_pose_stage(w, step, T_c_o="3, 4", T_o_goal="3, 4", scratch="3, 4", T="3, 4"):
     """Compute T, the pose of the camera in the goal camera, from T_c_o and the goal's T_o_goal."""
-    compose_lanes(w, T_c_o, T_o_goal, room)
-    inverse_pose(matrix(w, room, 3, 4), matrix(w, T, 3, 4))
+    compose_lanes(w, T_c_o, T_o_goal, scratch)
+    inverse_pose(matrix(w, scratch, 3, 4), matrix(w, T, 3, 4))
 
 
 @stage
-def theta_u_stage(w, step, T="3, 4", room="4", s="3", L="3, 6"):
+def theta_u_stage(w, step, T="3, 4", scratch="4", s="3", L="3, 6"):
     """Compute s and L of the rotation vector of a pose T."""
-    quaternion, s = vector(w, room, 4), vector(w, s, 3)
+    quaternion, s = vector(w, scratch, 4), vector(w, s, 3)
     rotation_to_quaternion(matrix(w, T, 3, 4), quaternion)
     rotation_vector(quaternion, s)
     theta_u_interaction(s, matrix(w, L, 3, 6))

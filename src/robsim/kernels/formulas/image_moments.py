@@ -1,8 +1,9 @@
 """Image moments of a planar region or of a set of marks, and their rates by the camera's twist.
 
-The moments are stored as centre[2, b] = (xg, yg) and centred moments mu[k, b] with k = at(i, j) in
-ascending order: mu00, mu10, mu01, mu20, mu11, mu02, mu30, ... mu00 is the area of a region or the
-number of marks. mu10 and mu01 are zero, and their rows of the rates hold the rates of the centre.
+The moments are stored as centre[2, b] = (xg, yg) and centred moments mu[k, b] with
+k = `moment_index(i, j)`, in ascending order: mu00, mu10, mu01, mu20, mu11, mu02, mu30, ... mu00 is
+the area of a region or the number of marks. mu10 and mu01 are zero, and their rows of the rates
+hold the rates of the centre.
 """
 
 import math
@@ -35,7 +36,7 @@ def moment_powers(k):
 
 @kernel
 def _monomials(u, terms):
-    """Compute terms[at(i, j), b] = terms[0, b] u^i v^j, for u[2, b] = (u, v)."""
+    """Compute terms[k, b] = terms[0, b] u^i v^j with k = `moment_index(i, j)`, u[2, b] = (u, v)."""
     for k in range(1, terms.shape[0]):
         i, j = moment_powers(k)
         axis, lower = (0, moment_index(i - 1, j)) if i > 0 else (1, moment_index(i, j - 1))

@@ -1,9 +1,9 @@
 """Moves of bodies by velocities, the common input of Jacobians for all kinds of joints.
 
 A velocity of a tree moves one or several bodies. Each move is a translation along an axis of the
-body's frame, or a rotation about it, times a ratio. Ratio 0 is 1. The other ratios are derivatives
-of dependent coordinates, curvatures of rails, wheel ratios of vehicles, and twists of user-defined
-joints.
+body's frame, or a rotation about it, times a ratio. The ratio with index 0 is the
+constant 1. The other ratios are derivatives of dependent coordinates, curvatures of rails, wheel
+ratios of vehicles, and twists of user-defined joints.
 """
 
 from typing import Any, NamedTuple

@@ -26,16 +26,16 @@ class CurveTable(NamedTuple):
 
 
 @kernel
-def curve_point(curves, which, s):
+def curve_point(curves, curve, s):
     """Return x, y, cos and sin of the direction, and curvature of a curve at arc length s.
 
     A piece of constant curvature k and length l from direction f0 has the chord sinc(k l/2) l in
     the direction f0 + k l/2. A catenary at arc length u from its lowest point has
     x = a asinh(u/a), y = sqrt(a^2 + u^2), tan f = u/a, k = a/(a^2 + u^2).
     """
-    inside = min(max(s, 0.0), curves.length[which])
-    i = curves.first[which]
-    while i + 1 < curves.first[which + 1] and curves.pieces[i + 1, 0] <= inside:
+    inside = min(max(s, 0.0), curves.length[curve])
+    i = curves.first[curve]
+    while i + 1 < curves.first[curve + 1] and curves.pieces[i + 1, 0] <= inside:
         i += 1
     x, y, direction, k = curves.pieces[i, 1:5]
     a, u = curves.pieces[i, 5:7]
@@ -59,27 +59,27 @@ def curve_point(curves, which, s):
 
 
 @kernel
-def wheel_contact(curves, which, s, radius):
+def wheel_contact(curves, curve, s, radius):
     """Return centre (x, y), cos, sin and |d centre/ds| of a wheel that touches a curve at s."""
-    x, y, c, d, k = curve_point(curves, which, s)
+    x, y, c, d, k = curve_point(curves, curve, s)
     return x - radius * d, y + radius * c, c, d, 1.0 - radius * k
 
 
 @kernel
-def _second_contact(curves, which, s, x, y, length, radius):
+def _second_contact(curves, curve, s, x, y, length, radius):
     """Return the arc length of the second wheel. The first wheel is at s with its centre at (x, y).
 
     It solves |P2 - P1| = length by Newton steps inside a bracket.
     """
     low, high = s, s + length
     while high > low:  # the straight continuation leads away; far out high == low by rounding
-        far = wheel_contact(curves, which, high, radius)
+        far = wheel_contact(curves, curve, high, radius)
         if math.hypot(far[0] - x, far[1] - y) >= length:
             break
         low, high = high, high + 0.5 * length
     at = min(s + length, high)
     for _ in range(64):
-        X, Y, c, d, rate = wheel_contact(curves, which, at, radius)
+        X, Y, c, d, rate = wheel_contact(curves, curve, at, radius)
         distance = math.hypot(X - x, Y - y)
         gap = distance - length
         if gap > 0.0:
@@ -97,7 +97,7 @@ def _second_contact(curves, which, s, x, y, length, radius):
 
 
 @kernel
-def _third_contact(curves, which, near, far, radius, x, y, ux, uy, at):
+def _third_contact(curves, curve, near, far, radius, x, y, ux, uy, at):
     """Return the arc length of a wheel with its centre at the distance `at` along a chord.
 
     The chord starts at (x, y) in the direction (ux, uy).
@@ -105,7 +105,7 @@ def _third_contact(curves, which, near, far, radius, x, y, ux, uy, at):
     low, high = near, far
     s = near + (far - near) * 0.5
     for _ in range(64):
-        X, Y, c, d, rate = wheel_contact(curves, which, s, radius)
+        X, Y, c, d, rate = wheel_contact(curves, curve, s, radius)
         gap = (X - x) * ux + (Y - y) * uy - at
         if gap > 0.0:
             high = s
@@ -121,12 +121,12 @@ def _third_contact(curves, which, near, far, radius, x, y, ux, uy, at):
 
 
 @kernel
-def chord_quantity(curves, which, s, length, radius, at, gives):
+def chord_quantity(curves, curve, s, length, radius, at, quantity):
     """Return a quantity of the chord from the wheel at s, and its derivative by s.
 
-    `gives` is ANGLE, the angle of the chord from the tangent at s, or a quantity of a third wheel
-    with its centre at the distance `at` along the chord: its arc length ARC, the HEIGHT of its
-    centre above the chord, or TILT, the angle of its tangent from the chord.
+    `quantity` selects ANGLE, the angle of the chord from the tangent at s, or a quantity of a third
+    wheel with its centre at the distance `at` along the chord: its arc length ARC, the HEIGHT of
+    its centre above the chord, or TILT, the angle of its tangent from the chord.
 
     P1 and P2 are the wheel centres, P' = (1 - radius k) t, u = (P2 - P1)/length, n its left normal.
     From |P2 - P1| = length: s2' = u.P1'/u.P2'. The chord turns at psi' = n.(P2' s2' - P1')/length,
@@ -134,25 +134,25 @@ def chord_quantity(curves, which, s, length, radius, at, gives):
     s3' = (u.P1' - h psi')/(u.P3'), h' = n.(P3' s3' - P1') - at psi'. The tangent there turns
     relative to the chord at k3 s3' - psi'. (Own derivation, checked against central differences.)
     """
-    x, y, c, d, rate = wheel_contact(curves, which, s, radius)
-    far = _second_contact(curves, which, s, x, y, length, radius)
-    X, Y, C, D, RATE = wheel_contact(curves, which, far, radius)
+    x, y, c, d, rate = wheel_contact(curves, curve, s, radius)
+    far = _second_contact(curves, curve, s, x, y, length, radius)
+    X, Y, C, D, RATE = wheel_contact(curves, curve, far, radius)
     ux, uy = (X - x) / length, (Y - y) / length
     slope = rate * (ux * c + uy * d) / (RATE * (ux * C + uy * D))
     turn = (ux * (RATE * D * slope - rate * d) - uy * (RATE * C * slope - rate * c)) / length
-    if gives == ANGLE:
-        k = curve_point(curves, which, s)[4]
+    if quantity == ANGLE:
+        k = curve_point(curves, curve, s)[4]
         return math.atan2(c * uy - d * ux, c * ux + d * uy), turn - k
     touch, height = far, 0.0
     if at < length:
-        touch = _third_contact(curves, which, s, far, radius, x, y, ux, uy, at)
-        X, Y, C, D, RATE = wheel_contact(curves, which, touch, radius)
+        touch = _third_contact(curves, curve, s, far, radius, x, y, ux, uy, at)
+        X, Y, C, D, RATE = wheel_contact(curves, curve, touch, radius)
         height = ux * (Y - y) - uy * (X - x)
         slope = (rate * (ux * c + uy * d) - height * turn) / (RATE * (ux * C + uy * D))
-    if gives == ARC:
+    if quantity == ARC:
         return touch, slope
-    if gives == TILT:
-        k = curve_point(curves, which, touch)[4]
+    if quantity == TILT:
+        k = curve_point(curves, curve, touch)[4]
         return math.atan2(ux * D - uy * C, ux * C + uy * D), k * slope - turn
     climb = ux * (RATE * D * slope - rate * d) - uy * (RATE * C * slope - rate * c)
     return height, climb - at * turn

@@ -29,7 +29,7 @@ def rotation_in_base_axes(A, B, back, turned, quaternion, turn):
 
 
 @kernel
-def interpolate_pose(T, way, turn, share, end, twist, step, out):
+def interpolate_pose(T, translation, turn, share, end, twist, step, out):
     """Compute the pose out[3, 4, b] on the straight motion from T to end.
 
     share[2, b] are the shares of the translation way[3, b] and of the rotation vector turn[3, b] in
@@ -43,7 +43,7 @@ def interpolate_pose(T, way, turn, share, end, twist, step, out):
     for b in range(T.shape[2]):
         done = share[0, b] == 1.0 and share[1, b] == 1.0
         for i in range(3):
-            out[i, 3, b] = T[i, 3, b] + share[0, b] * way[i, b]
+            out[i, 3, b] = T[i, 3, b] + share[0, b] * translation[i, b]
             if done:
                 for c in range(4):
                     out[i, c, b] = end[i, c, b]

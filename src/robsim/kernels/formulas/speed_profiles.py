@@ -50,17 +50,17 @@ def motion_share(t, seconds, ramp):
 
 
 @kernel
-def shortest_time(way, speed, acceleration):
+def shortest_time(distance, speed, acceleration):
     """Return the shortest duration of a motion within its limits, and the share for acceleration.
 
     If the speed limit is reached, d >= v^2/a, the duration is d/v + v/a. Otherwise the speed
     profile is a triangle and the duration is 2 sqrt(d/a) (Siciliano et al. 2009, section 4.2.1).
     """
-    if way * acceleration > speed * speed:
+    if distance * acceleration > speed * speed:
         climb = speed / acceleration
-        seconds = way / speed + climb
+        seconds = distance / speed + climb
         return seconds, climb / seconds
-    return 2.0 * math.sqrt(way / acceleration), 0.5
+    return 2.0 * math.sqrt(distance / acceleration), 0.5
 
 
 @kernel
@@ -71,7 +71,7 @@ def compute_motion_shares(t, seconds, ramp, out):
 
 
 @kernel
-def compute_shortest_times(way, speed, acceleration, seconds, ramp):
+def compute_shortest_times(distance, speed, acceleration, seconds, ramp):
     """Compute seconds[i] and ramp[i] of the shortest motions of n axes, see `shortest_time`."""
-    for i in range(way.size):
-        seconds[i], ramp[i] = shortest_time(way[i], speed[i], acceleration[i])
+    for i in range(distance.size):
+        seconds[i], ramp[i] = shortest_time(distance[i], speed[i], acceleration[i])

@@ -35,9 +35,9 @@ def turn_steering_angle(row, velocity, wheelbase, limit, rate, dt, q, v):
     for b in range(q.shape[1]):
         speed, turn_rate, angle = v[velocity, b], v[velocity + 1, b], q[row, b]
         if speed != 0.0:
-            wanted = math.atan(wheelbase * turn_rate / speed)
-            wanted = min(max(wanted, -limit), limit)
-            angle += min(max(wanted - angle, -step), step)
+            target = math.atan(wheelbase * turn_rate / speed)
+            target = min(max(target, -limit), limit)
+            angle += min(max(target - angle, -step), step)
         q[row, b] = angle
 
 

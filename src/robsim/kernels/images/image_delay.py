@@ -12,17 +12,24 @@ from robsim.kernels.machine.stages import stage
 
 @stage
 def store_image(
-    w, step, n="count", then="n", between="n", share="row", ring="length, n", length="count"
+    w,
+    step,
+    n="count",
+    start_image="n",
+    later_image="n",
+    share="row",
+    ring="length, n",
+    length="count",
 ):
     """Store the image of the period that ends now in the ring buffer.
 
-    If share = 0, the image was taken at the start of the period (rows `then`). Otherwise it was
-    taken after this share of the period (rows `between`).
+    With share = 0 the stored image is `start_image`, taken at the start of the period. Otherwise it
+    is `later_image`, taken after this share of the period.
     """
     entry = ring + n * ((step - 1) % length)
     began = get(w, share) == 0.0
     for i in range(n):
-        put(w, entry + i, where(began, get(w, then + i), get(w, between + i)))
+        put(w, entry + i, where(began, get(w, start_image + i), get(w, later_image + i)))
 
 
 @stage
@@ -31,8 +38,8 @@ def recall_image(
     step,
     every="whole",
     n="count",
-    now="n",
-    first="n",
+    current_image="n",
+    first_image="n",
     ring="length, n",
     length="count",
     delays="row",
@@ -47,10 +54,10 @@ def recall_image(
     count = n
     if step == 0:
         for i in range(count):
-            put(w, first + i, get(w, now + i))
+            put(w, first_image + i, get(w, current_image + i))
     for b in range(WIDTH):
         delay = int(w[delays * WIDTH + b])
-        source = now if delay == 0 else first
+        source = current_image if delay == 0 else first_image
         if 0 < delay <= step:
             source = ring + count * ((step - delay) % length)
         for i in range(count):
@@ -68,15 +75,16 @@ def receive_image(
     hidden="N",
     lost="row",
     delay="row",
-    taken="N, 2",
-    taken_depth="N",
-    hides="N",
+    used_pixels="N, 2",
+    used_depth="N",
+    used_hidden="N",
     age="row",
 ):
     """Update the image in use, except for hidden marks. A lost image updates no mark.
 
-    `age` is the age of the image in periods. Afterwards `hidden` and `lost` are zero, and the
-    stages of the next step set them.
+    `pixels`, `depth` and `hidden` are the new image. The image in use is `used_pixels`,
+    `used_depth` and `used_hidden`, and `age` is its age in periods. Afterwards `hidden` and `lost`
+    are zero, and the stages of the next step set them.
     """
     if step % every:
         put(w, age, get(w, age) + 1.0)
@@ -88,12 +96,16 @@ def receive_image(
     is_lost = get(w, lost) > threshold
     put(w, lost, 0.0)
     for n in range(N):
-        hides_now = get(w, hidden + n)
-        gone = is_lost | (hides_now > threshold)
+        is_hidden = get(w, hidden + n)
+        is_missing = is_lost | (is_hidden > threshold)
         for i in range(2):
             at = 2 * n + i
-            put(w, taken + at, where(gone, get(w, taken + at), get(w, pixels + at)))
-        put(w, taken_depth + n, where(gone, get(w, taken_depth + n), get(w, depth + n)))
-        put(w, hides + n, where(is_lost, get(w, hides + n), hides_now))
+            put(
+                w,
+                used_pixels + at,
+                where(is_missing, get(w, used_pixels + at), get(w, pixels + at)),
+            )
+        put(w, used_depth + n, where(is_missing, get(w, used_depth + n), get(w, depth + n)))
+        put(w, used_hidden + n, where(is_lost, get(w, used_hidden + n), is_hidden))
         put(w, hidden + n, 0.0)
     put(w, age, where(is_lost, get(w, age) + 1.0, get(w, delay)))

@@ -21,17 +21,17 @@ def hide_marks(w, step, dt="row", latency="row", start="row", end="row", marks="
 
 @stage
 def blank_missing_marks(
-    w, step, N="count", pixels="N, 2", depth="N", status="N", seen="N, 2", seen_depth="N"
+    w, step, N="count", pixels="N, 2", depth="N", status="N", visible_pixels="N, 2", depth_out="N"
 ):
-    """Copy an image with pixels that are NaN for marks outside the image.
+    """Copy the pixels and depths of marks, with NaN pixels for marks outside the image.
 
     A mark is in the image if its status is IN_IMAGE. The depths are copied for all marks.
     """
     for n in range(N):
         here = get(w, status + n) == 1.0 * IN_IMAGE
         for i in range(2):
-            put(w, seen + 2 * n + i, where(here, get(w, pixels + 2 * n + i), np.nan))
-        put(w, seen_depth + n, get(w, depth + n))
+            put(w, visible_pixels + 2 * n + i, where(here, get(w, pixels + 2 * n + i), np.nan))
+        put(w, depth_out + n, get(w, depth + n))
 
 
 @stage
@@ -41,13 +41,13 @@ def flag_lost_numbers(w, step, k="count", lost="k", numbers="each: each: row"):
     If all feature components depend on hidden marks, the result is 0 for all. `numbers` holds, for
     each feature component, the rows that are 1 for hidden marks.
     """
-    at, all_gone = 1, 0.0 * get(w, lost) + 1.0
+    at, all_hidden = 1, 0.0 * get(w, lost) + 1.0
     for i in range(k):
-        gone = 0.0 * all_gone
+        is_hidden = 0.0 * all_hidden
         for j in range(numbers[at]):
-            gone = where(get(w, numbers[at + 1 + j]) > 0.0, 1.0, gone)
-        put(w, lost + i, gone)
-        all_gone = where(gone > 0.0, all_gone, 0.0)
+            is_hidden = where(get(w, numbers[at + 1 + j]) > 0.0, 1.0, is_hidden)
+        put(w, lost + i, is_hidden)
+        all_hidden = where(is_hidden > 0.0, all_hidden, 0.0)
         at += 1 + numbers[at]
     for i in range(k):
-        put(w, lost + i, where(all_gone > 0.0, 0.0, get(w, lost + i)))
+        put(w, lost + i, where(all_hidden > 0.0, 0.0, get(w, lost + i)))

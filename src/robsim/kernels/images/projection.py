@@ -31,9 +31,9 @@ WORST_STATUS, CONTINUED_STATUS, EACH_STATUS = (
 
 
 @part
-def _lens_coefficients(w, eye):
+def _lens_coefficients(w, camera):
     """Return the eight lens coefficients of a camera."""
-    at = eye + LENS
+    at = camera + LENS
     return (
         get(w, at), get(w, at + 1), get(w, at + 2), get(w, at + 3),
         get(w, at + 4), get(w, at + 5), get(w, at + 6), get(w, at + 7),
@@ -56,11 +56,11 @@ def _axis_component(w, T, c, x, y, z):
 
 
 @kernel
-def _mark_status(w, eye, X, Y, Z, u, v):
+def _mark_status(w, camera, X, Y, Z, u, v):
     """Return the status of a mark: IN_IMAGE, OUT_OF_IMAGE or BEHIND_CAMERA."""
-    b = eye + BORDER
+    b = camera + BORDER
     inside = (u >= get(w, b)) & (u < get(w, b + 1)) & (v >= get(w, b + 2)) & (v < get(w, b + 3))
-    radius = get(w, eye + RADIUS) * Z
+    radius = get(w, camera + RADIUS) * Z
     inside = inside & (radius * radius >= X * X + Y * Y)
     return where(Z > LEAST_DEPTH, where(inside, 1.0 * IN_IMAGE, OUT_OF_IMAGE), BEHIND_CAMERA)
 
@@ -74,21 +74,21 @@ def project_to_pixels(
     T_w_c="3, 4",
     T_w_o="3, 4",
     camera="22",
-    bends="whole",
+    has_distortion="whole",
     pixels="N, 2",
     depth="N",
     status="S",
-    which="whole",
+    mode="whole",
     S="count",
 ):
     """Compute the pixels, depths and status of N marks. Pixels behind the camera are NaN.
 
-    `bends` is nonzero for a lens with distortion. `which` selects the status: FIRST for the worst
-    status of the marks, MORE for the worst status including the current value, EACH for one status
-    of each mark.
+    `has_distortion` is nonzero for a lens with distortion. `mode` selects the status:
+    WORST_STATUS is the worst status of the marks, CONTINUED_STATUS is the worst status of these
+    marks and of earlier calls, and EACH_STATUS is one status for each mark.
     """
-    C, O, eye = T_w_c, T_w_o, camera
-    worst = get(w, status) if which == CONTINUED_STATUS else 0.0 * get(w, eye)
+    C, O = T_w_c, T_w_o
+    worst = get(w, status) if mode == CONTINUED_STATUS else 0.0 * get(w, camera)
     for n in range(N):
         m = marks + 3 * n
         x, y = _camera_to_mark(w, O, C, m, 0), _camera_to_mark(w, O, C, m, 1)
@@ -100,18 +100,18 @@ def project_to_pixels(
         )
         behind, inverse = where(Z > LEAST_DEPTH, 0.0 * Z, np.nan), 1.0 / Z
         x, y = X * inverse + behind, Y * inverse + behind
-        if bends:
-            x, y = distort(x, y, _lens_coefficients(w, eye))
-        u, v = _pixel_from_camera(w, eye, x, y)
+        if has_distortion:
+            x, y = distort(x, y, _lens_coefficients(w, camera))
+        u, v = _pixel_from_camera(w, camera, x, y)
         put(w, pixels + 2 * n, u)
         put(w, pixels + 2 * n + 1, v)
         put(w, depth + n, Z)
-        now = _mark_status(w, eye, X, Y, Z, u, v)
-        if which == EACH_STATUS:
+        now = _mark_status(w, camera, X, Y, Z, u, v)
+        if mode == EACH_STATUS:
             put(w, status + n, now)
             continue
         worst = where(now > worst, now, worst)
-    if which != EACH_STATUS:
+    if mode != EACH_STATUS:
         put(w, status, worst)
 
 
@@ -125,11 +125,11 @@ def _pixel_from_camera(w, K, x, y):
 
 @stage
 def normalise_mark_pixels(
-    w, step, camera="22", N="count", pixels="N, 2", points="N, 2", bends="whole"
+    w, step, camera="22", N="count", pixels="N, 2", points="N, 2", has_distortion="whole"
 ):
     """Compute normalised image points of pixels.
 
-    The point is NaN if a distorted pixel has no point within the valid radius of the lens.
+    A distorted pixel without a point within the valid radius of the lens gives NaN.
     """
     K = camera
     for n in range(N):
@@ -137,16 +137,20 @@ def normalise_mark_pixels(
         x = (get(w, pixels + 2 * n) - get(w, K + 2) - get(w, K + 1) * y) / get(w, K)
         put(w, points + 2 * n, x)
         put(w, points + 2 * n + 1, y)
-    if bends:
+    if has_distortion:
         for n in range(N):
             for i in range(WIDTH):
                 _undistort_lane(w, K, points + 2 * n, i)
 
 
 @part
-def _undistort_lane(w, eye, point, i):
+def _undistort_lane(w, camera, point, i):
     """Replace the distorted point of one lane by the undistorted point, or by NaN."""
-    at, lens, radius = point * WIDTH + i, (eye + LENS) * WIDTH + i, w[(eye + RADIUS) * WIDTH + i]
+    at, lens, radius = (
+        point * WIDTH + i,
+        (camera + LENS) * WIDTH + i,
+        w[(camera + RADIUS) * WIDTH + i],
+    )
     k = (
         w[lens], w[lens + WIDTH], w[lens + 2 * WIDTH], w[lens + 3 * WIDTH],
         w[lens + 4 * WIDTH], w[lens + 5 * WIDTH], w[lens + 6 * WIDTH], w[lens + 7 * WIDTH],

@@ -65,12 +65,12 @@ def _cross_vectors(a, b):
 
 
 @kernel
-def _multiply_lane_matrix(w, A, apart, v, i):
-    """Return A v. The rows of A have the stride `apart`."""
+def _multiply_lane_matrix(w, A, stride, v, i):
+    """Return A v. The rows of A have the stride `stride`."""
     a, b, c = (
         _lane_vector(w, A, i),
-        _lane_vector(w, A + apart, i),
-        _lane_vector(w, A + 2 * apart, i),
+        _lane_vector(w, A + stride, i),
+        _lane_vector(w, A + 2 * stride, i),
     )
     return _dot_vectors(a, v), _dot_vectors(b, v), _dot_vectors(c, v)
 
@@ -97,17 +97,17 @@ def _clip_cosine(x):
 
 
 @kernel
-def _base_angle(C, aside, spare, shoulder):
-    """Return the angle q1 that moves the plane of the arm, at distance `aside` from axis 1, to C.
+def _base_angle(C, offset, fallback, shoulder):
+    """Return the angle q1 that moves the plane of the arm, at distance `offset` from axis 1, to C.
 
-    If C is on axis 1, every plane through the axis contains C, and q1 moves the direction `spare`
-    into the plane. If `spare` is zero or parallel to axis 1, q1 is 0 or half a turn.
+    If C is on axis 1, every plane through the axis contains C. Then q1 moves the direction
+    `fallback` into the plane. If `fallback` is zero or parallel to axis 1, q1 is 0 or half a turn.
     """
-    away, lean, turn = math.hypot(C[0], C[1]), 0.0, 0.0
-    if away > GEOMETRY_TOLERANCE or abs(aside) > GEOMETRY_TOLERANCE:
-        lean, turn = math.asin(_clip_cosine(aside / away)), math.atan2(C[1], C[0])
-    elif math.hypot(spare[0], spare[1]) > GEOMETRY_TOLERANCE:
-        turn = math.atan2(spare[1], spare[0])
+    radius, lean, turn = math.hypot(C[0], C[1]), 0.0, 0.0
+    if radius > GEOMETRY_TOLERANCE or abs(offset) > GEOMETRY_TOLERANCE:
+        lean, turn = math.asin(_clip_cosine(offset / radius)), math.atan2(C[1], C[0])
+    elif math.hypot(fallback[0], fallback[1]) > GEOMETRY_TOLERANCE:
+        turn = math.atan2(fallback[1], fallback[0])
     return turn - (math.pi - lean if shoulder else lean)
 
 
@@ -121,10 +121,10 @@ def _two_bar_angles(along, u, w, elbow):
 
 
 @kernel
-def _solve_base(w, axes, goal, shoulder, spare, i):
+def _solve_base(w, axes, goal, shoulder, fallback, i):
     """Return q1, the complex vector from axis 2 to c, and the directions of the last two axes.
 
-    The last three are in axes that joint 1 carries. If c is on axis 1 and `spare` is 1, the last
+    The last three are in axes that joint 1 carries. If c is on axis 1 and `fallback` is 1, the last
     axis determines q1.
     """
     c, origin = (
@@ -139,7 +139,7 @@ def _solve_base(w, axes, goal, shoulder, spare, i):
     last = _multiply_lane_matrix(w, axes + BASE, 3, last, i)
     before = _multiply_lane_matrix(w, goal, 4, _lane_vector(w, axes + TOOL + 6, i), i)
     before = _multiply_lane_matrix(w, axes + BASE, 3, before, i)
-    free = last[0] * spare, last[1] * spare, last[2] * spare
+    free = last[0] * fallback, last[1] * fallback, last[2] * fallback
     q1 = _base_angle(C, w[(axes + ASIDE) * WIDTH + i], free, shoulder)
     along = _to_plane(_rotate_about(Z, -q1, C)) - _planar_bar(w, axes, 0, i)
     return q1, along, _rotate_about(Z, -q1, last), _rotate_about(Z, -q1, before)

@@ -37,24 +37,26 @@ def choose_action(w, step, qd="n", n="count"):
 
     A search ends if it is stationary, stuck, too long, or at the goal.
     """
-    at, square, mark = get(w, ITERATION), get(w, SQUARE), get(w, REFERENCE)
+    iteration, square, reference = get(w, ITERATION), get(w, SQUARE), get(w, REFERENCE)
     last, best = get(w, SEARCH) > get(w, RESTARTS), get(w, BEST)
-    looks = (at == PERIOD * floor(at / PERIOD)) & ~last
-    stuck = looks & (at > 0.0) & (square > FALL * mark)
-    put(w, REFERENCE, where(looks, square, mark))
-    put(w, ITERATION, at + 1.0)
+    is_check = (iteration == PERIOD * floor(iteration / PERIOD)) & ~last
+    stuck = is_check & (iteration > 0.0) & (square > FALL * reference)
+    put(w, REFERENCE, where(is_check, square, reference))
+    put(w, ITERATION, iteration + 1.0)
     most = get(w, MOST_ITERATIONS)
-    over = stuck | (get(w, STILL) > 0.0) | (at >= where(last, LAST_SEARCH_FACTOR * most, most))
-    runs, there = get(w, RUN) >= 0.0, get(w, ERROR) < get(w, TOLERANCE)
-    books = runs & (over | there | last) & (square < best)
-    put(w, STORES_RESULT, where(books, 1.0, 0.0))
-    put(w, BEST, where(books, square, best))
-    goes = runs & ~over & ~there
-    turn = where(goes, 1.0 * STEP, where(last | there, 1.0 * DONE, 1.0 * OVER))
-    turn = where(goes & last & (square > get(w, BEST)), 1.0 * BACK, turn)
-    put(w, ACTION, where(runs, turn, 1.0 * IDLE))
+    ends = (
+        stuck | (get(w, STILL) > 0.0) | (iteration >= where(last, LAST_SEARCH_FACTOR * most, most))
+    )
+    runs, at_goal = get(w, RUN) >= 0.0, get(w, ERROR) < get(w, TOLERANCE)
+    stores = runs & (ends | at_goal | last) & (square < best)
+    put(w, STORES_RESULT, where(stores, 1.0, 0.0))
+    put(w, BEST, where(stores, square, best))
+    continues = runs & ~ends & ~at_goal
+    action = where(continues, 1.0 * STEP, where(last | at_goal, 1.0 * DONE, 1.0 * OVER))
+    action = where(continues & last & (square > get(w, BEST)), 1.0 * BACK, action)
+    put(w, ACTION, where(runs, action, 1.0 * IDLE))
     for row in range(qd, qd + n):
-        put(w, row, where(turn == STEP, get(w, row), 0.0))
+        put(w, row, where(action == STEP, get(w, row), 0.0))
 
 
 @stage
@@ -64,12 +66,12 @@ def adapt_damping(w, step):
     See K. Madsen, H. B. Nielsen and O. Tingleff, Methods for non-linear least squares problems,
     2004, section 3.2.
     """
-    turn, boost, hoped = get(w, ACTION), get(w, BOOST), get(w, PREDICTED_GAIN)
-    goes = (get(w, SEARCH) > get(w, RESTARTS)) & ((turn == STEP) | (turn == BACK))
-    mark, began = get(w, REFERENCE), get(w, ITERATION) <= 1.0
-    fell, less = mark - get(w, SQUARE), boost / 3.0
-    lighter = where(fell > 0.75 * hoped, where(less > 1.0, less, 1.0), boost)
-    other = where(fell < 0.25 * hoped, 4.0 * boost, lighter)
-    put(w, BOOST, where(goes & ~began, other, boost))
-    put(w, REFERENCE, where(goes, get(w, BEST), mark))
-    put(w, PREDICTED_GAIN, where(goes, get(w, GAIN), hoped))
+    action, boost, predicted = get(w, ACTION), get(w, BOOST), get(w, PREDICTED_GAIN)
+    adapts = (get(w, SEARCH) > get(w, RESTARTS)) & ((action == STEP) | (action == BACK))
+    reference, is_first = get(w, REFERENCE), get(w, ITERATION) <= 1.0
+    actual, smaller = reference - get(w, SQUARE), boost / 3.0
+    decreased = where(actual > 0.75 * predicted, where(smaller > 1.0, smaller, 1.0), boost)
+    adapted = where(actual < 0.25 * predicted, 4.0 * boost, decreased)
+    put(w, BOOST, where(adapts & ~is_first, adapted, boost))
+    put(w, REFERENCE, where(adapts, get(w, BEST), reference))
+    put(w, PREDICTED_GAIN, where(adapts, get(w, GAIN), predicted))

@@ -111,13 +111,13 @@ def _nearest_start(block, b, search):
 
     The squared distance of rotations is |R - R_goal|^2/2 = 2 - 2 cos.
     """
-    begun, nearest, chosen = block[START_DISTANCE * WIDTH + b], np.inf, 0
+    last_distance, nearest, chosen = block[START_DISTANCE * WIDTH + b], np.inf, 0
     for k in range(search.q.shape[1]):
         square = 0.0
         for i in range(12):
-            away = block[(GOAL + i) * WIDTH + b] - search.poses[k, i]
-            square += search.share[i] * away * away
-        if begun < square < nearest:
+            difference = block[(GOAL + i) * WIDTH + b] - search.poses[k, i]
+            square += search.share[i] * difference * difference
+        if last_distance < square < nearest:
             nearest, chosen = square, k
     block[START_DISTANCE * WIDTH + b] = nearest
     return chosen

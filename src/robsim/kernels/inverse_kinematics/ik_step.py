@@ -22,16 +22,16 @@ TURN = 2.0 * math.pi
 
 
 @stage
-def compute_rotation_error(w, step, goal="3, 4", T="3, 4", room="16", vector_of="3"):
+def compute_rotation_error(w, step, goal="3, 4", T="3, 4", scratch="16", out="3"):
     """Compute the rotation vector of R_goal R' in base axes."""
-    between, quaternion = room, vector(w, room + 12, 4)
+    between, quaternion = scratch, vector(w, scratch + 12, 4)
     for r in range(0, 12, 4):
         for c in range(3):
             a, b = goal + r, T + 4 * c
             total = get(w, a) * get(w, b) + get(w, a + 1) * get(w, b + 1)
             put(w, between + r + c, total + get(w, a + 2) * get(w, b + 2))
     rotation_to_quaternion(matrix(w, between, 3, 4), quaternion)
-    rotation_vector(quaternion, vector(w, vector_of, 3))
+    rotation_vector(quaternion, vector(w, out, 3))
 
 
 @part
@@ -42,7 +42,7 @@ def _rotation_axis(w, T, c, i):
 
 
 @stage
-def compute_axis_error(w, step, goal="3, 4", T="3, 4", vector_of="3"):
+def compute_axis_error(w, step, goal="3, 4", T="3, 4", out="3"):
     """Compute the shortest rotation vector from the z axis of T to the z axis of the goal.
 
     The vector is in base axes.
@@ -56,7 +56,7 @@ def compute_axis_error(w, step, goal="3, 4", T="3, 4", vector_of="3"):
         if sine == 0.0:  # the axes are parallel or opposite: rotate about x
             x, y, z = _rotation_axis(w, T, 0, i)
             sine = 1.0
-        at, scale = vector_of * WIDTH + i, angle / sine
+        at, scale = out * WIDTH + i, angle / sine
         w[at], w[at + WIDTH], w[at + 2 * WIDTH] = scale * x, scale * y, scale * z
 
 
@@ -102,8 +102,9 @@ def compute_residual(
     """
     for r in range(3):
         put(w, e + r, get(w, goal + 4 * r + 3) - get(w, T + 4 * r + 3))
-    far, turned = _weighted_length(w, e, weights), _weighted_length(w, e + 3, weights + 3)
-    put(w, error, where(turned > far, turned, far))  # if the rotation is NaN, `far` is NaN, too
+    distance, angle = _weighted_length(w, e, weights), _weighted_length(w, e + 3, weights + 3)
+    # if the rotation is NaN, so is the distance
+    put(w, error, where(angle > distance, angle, distance))
     square = 0.0 * get(w, weights)
     for r in range(6):
         x = get(w, e + r) * get(w, weights + r)
@@ -119,50 +120,58 @@ def hold_limited_joints(
     step,
     n="count",
     J="6, n",
-    downhill="n",
-    stopped="row",
+    descent="n",
+    held_count="row",
     joints="each: column=whole; x=row; limits=2",
 ):
     """Exclude joints from the step that are at a limit and would move outwards.
 
-    `downhill` is J'e, and `stopped` the number of excluded joints. Their columns of J and numbers
-    of J'e become zero.
+    `descent` is J'e, and `held_count` the number of excluded joints. Their columns of J and their
+    entries of J'e become zero.
     """
-    held = 0.0 * get(w, J)
+    count = 0.0 * get(w, J)
     for i in range(joints[0]):
         j, x, limits = joints[1 + 3 * i], get(w, joints[2 + 3 * i]), joints[3 + 3 * i]
-        slope = get(w, downhill + j)
+        slope = get(w, descent + j)
         below = (x <= get(w, limits)) & (slope < 0.0)
         stops = below | ((x >= get(w, limits + 1)) & (slope > 0.0))
-        held = held + where(stops, 1.0, 0.0)
-        put(w, downhill + j, where(stops, 0.0, slope))
+        count = count + where(stops, 1.0, 0.0)
+        put(w, descent + j, where(stops, 0.0, slope))
         for r in range(J + j, J + j + 6 * n, n):
             put(w, r, where(stops, 0.0, get(w, r)))
-    put(w, stopped, held)
+    put(w, held_count, count)
 
 
 @stage
 def detect_stationary(
-    w, step, n="count", J="6, n", downhill="n", qd="n", squared="row", gained="row", still="row"
+    w,
+    step,
+    n="count",
+    J="6, n",
+    descent="n",
+    qd="n",
+    squared="row",
+    predicted_decrease="row",
+    stationary="row",
 ):
-    """Compute `still`, 1 if the step gains little and e is normal to all columns of J, else 0.
+    """Compute `stationary`: 1 if e'e falls little and e is normal to all columns of J, else 0.
 
-    `downhill` is J'e, qd the step, `squared` e'e, and `gained` a lower bound of the decrease of e'e
-    that the linear model predicts.
+    `descent` is J'e, qd the step, and `squared` e'e. `predicted_decrease` is a lower bound of the
+    decrease of e'e that the linear model predicts.
     """
     square = get(w, squared)
     zero = 0.0 * get(w, J)
     gain, cosine = zero, zero  # `cosine` is the squared cosine times e'e
     for j in range(n):
-        slope, column = get(w, downhill + j), zero
+        slope, column = get(w, descent + j), zero
         for r in range(J + j, J + j + 6 * n, n):
             column = column + get(w, r) * get(w, r)
         gain = gain + slope * get(w, qd + j)
         share = slope * slope / where(column > 0.0, column, 1.0)
         cosine = where((column > 0.0) & (share > cosine), share, cosine)
     few = STILL * square
-    put(w, gained, gain)
-    put(w, still, where((gain <= few) & (cosine <= STILL * few), 1.0, 0.0))
+    put(w, predicted_decrease, gain)
+    put(w, stationary, where((gain <= few) & (cosine <= STILL * few), 1.0, 0.0))
 
 
 @stage
@@ -177,6 +186,6 @@ def confine_coordinates(w, step, joints="each: x=row; limits=2; turns=whole"):
         x, low, high = get(w, row), get(w, limits), get(w, limits + 1)
         inside = where(x < low, low, where(x > high, high, x))
         if joints[3 + 3 * i]:
-            turned = x + TURN * floor((high - x) / TURN)
-            inside = where((low <= turned) & (turned <= high), turned, inside)
+            shifted = x + TURN * floor((high - x) / TURN)
+            inside = where((low <= shifted) & (shifted <= high), shifted, inside)
         put(w, row, where((low <= x) & (x <= high), x, inside))

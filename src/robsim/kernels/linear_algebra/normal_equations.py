@@ -66,22 +66,22 @@ def damped_step(
     k="count",
     n="count",
     y="k",
-    downhill="n",
+    descent="n",
     damping="row",
     x="n",
-    room="size",
+    scratch="size",
     size="count",
 ):
-    """Compute x = argmin ||A x - y||^2 + damping ||x||^2, with `downhill` = A' y.
+    """Compute x = argmin ||A x - y||^2 + damping ||x||^2, with `descent` = A' y.
 
     The smaller system of (A'A + damping I)^-1 A' y = A' (A A' + damping I)^-1 y is solved.
     """
     m = min(k, n)
-    H, z = room, room + m * m
+    H, z = scratch, scratch + m * m
     _damped_gram(w, A, k, n, get(w, damping), H)
     _factorise_cholesky(w, H, m)
     for i in range(m):
-        put(w, z + i, get(w, (y if k < n else downhill) + i))
+        put(w, z + i, get(w, (y if k < n else descent) + i))
     _solve_cholesky(w, H, m, z)
     for i in range(n):
         total = get(w, z + (0 if k < n else i))

@@ -5,7 +5,7 @@ computes R^-1 explicitly, and ||R|| ||R^-1|| (Frobenius) is an upper bound of th
 If the bound of a run exceeds 1/rcond, the run uses its singular values, and singular values below
 rcond * largest count as zero. Wide systems (more unknowns than equations) receive the least-norm
 solution by the QR factorisation of A'. The columns of V are not normalised: Q = V D^-1/2. For four
-points in a camera with six degrees of freedom the same code is `unroll_kernel`.
+image points and six joint velocities `unroll_kernel` generates straight-line code from the kernel.
 """
 
 import numpy as np
@@ -95,7 +95,7 @@ def _condition_bound(block, R, inverse, n):
     The factors are multiplied in an order that avoids overflow: r * (r * share) is at most the
     square of a length, but r * r might overflow.
     """
-    direct, back = 0.0 * get(block, R), 0.0 * get(block, R)
+    norm, inverse_norm = 0.0 * get(block, R), 0.0 * get(block, R)
     for j in range(n):
         square, share = get(block, R + j * n + j), get(block, inverse + j * n + j)
         row, col = square, share  # the squares on the diagonals, as square * share = 1
@@ -105,8 +105,8 @@ def _condition_bound(block, R, inverse, n):
         for i in range(j):
             s = get(block, inverse + j * n + i)
             col = col + s * (s * square)
-        direct, back = direct + row, back + col
-    return sqrt(direct) * sqrt(back)
+        norm, inverse_norm = norm + row, inverse_norm + col
+    return sqrt(norm) * sqrt(inverse_norm)
 
 
 @part
@@ -154,8 +154,8 @@ def _factorise_and_solve(numbers, block):
     wide, m, p = k < n, min(k, n), max(k, n)
     rows = padded_height(p + m if damping >= 0 else p)
     V = numbers[6]
-    wanted = V + m * rows
-    R = wanted + rows
+    right_side = V + m * rows
+    R = right_side + rows
     along, inverse = R + m * m, R + m * m + m
     for j in range(m):
         _load_padded_column(
@@ -163,22 +163,22 @@ def _factorise_and_solve(numbers, block):
         )
         if damping >= 0:
             put(block, V + j * rows + p + j, get(block, damping))
-    _load_padded_column(block, wanted, rows, y, 1, k)
+    _load_padded_column(block, right_side, rows, y, 1, k)
     _gram_schmidt(block, V, rows, m, m if wide else m + 1, R, inverse)
     invert_triangle(block, R, m, inverse)
     put(block, numbers[7], _condition_bound(block, R, inverse, m))
     if wide:
-        _solve_wide(block, V, rows, m, inverse, wanted, x, p)
+        _solve_wide(block, V, rows, m, inverse, right_side, x, p)
     else:
         # V'y was computed column by column, which keeps Gram-Schmidt stable
         apply_inverse(block, inverse, m, along, x)
 
 
 @part
-def _load_padded_column(block, at, rows, first, apart, count):
-    """Copy `count` rows at a stride `apart` to a column, and fill the column with zeros."""
+def _load_padded_column(block, at, rows, first, stride, count):
+    """Copy `count` rows at a stride `stride` to a column, and fill the column with zeros."""
     for i in range(count):
-        put(block, at + i, get(block, first + i * apart))
+        put(block, at + i, get(block, first + i * stride))
     for i in range(count, rows):
         put(block, at + i, 0.0)
 
@@ -219,21 +219,21 @@ def _truncate_doubtful(block, A, k, n, y, rcond, doubtful, x, full, J, scratch):
     The rank is the larger rank of two units of length, as a bad unit may make a matrix nearly
     singular (see `robsim.kernels.linear_algebra.svd.truncate`). x is NaN if A is not finite.
     """
-    other = scratch + truncated_rows(k, n)
-    rank = solve_truncated(block, A, k, n, y, rcond, other, -1, scratch)
+    solution = scratch + truncated_rows(k, n)
+    rank = solve_truncated(block, A, k, n, y, rcond, solution, -1, scratch)
     deficient = doubtful & (rank < full)
     if J != -1 and any_lane(deficient & ~(choose_length_unit(block, A, k, n, J) == 1.0)):
-        another = other + n
-        more = solve_truncated(block, A, k, n, y, rcond, another, J, scratch)
+        scaled_solution = solution + n
+        scaled_rank = solve_truncated(block, A, k, n, y, rcond, scaled_solution, J, scratch)
         for i in range(n):
-            one, two = get(block, other + i), get(block, another + i)
-            put(block, other + i, where(more > rank, two, one))
-        rank = where(more > rank, more, rank)
+            entry, scaled_entry = get(block, solution + i), get(block, scaled_solution + i)
+            put(block, solution + i, where(scaled_rank > rank, scaled_entry, entry))
+        rank = where(scaled_rank > rank, scaled_rank, rank)
     total = 0.0 * get(block, A)
     for i in range(1, k * n):
         total = total + 0.0 * get(block, A + i)
     for i in range(n):
-        put(block, x + i, where(doubtful, get(block, other + i) + total, get(block, x + i)))
+        put(block, x + i, where(doubtful, get(block, solution + i) + total, get(block, x + i)))
     return where(doubtful & (total == 0.0), rank, full)
 
 

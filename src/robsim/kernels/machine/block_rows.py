@@ -74,7 +74,7 @@ class BlockRows(int):
 def block_rows_at(
     first: int, shape: tuple[int, ...], new: Callable[..., BlockRows] = int.__new__
 ) -> BlockRows:
-    """Return `Rows(first, shape)` in half the time of the class call."""
+    """Return `BlockRows(first, shape)` in half the time of a call of the class."""
     self = new(BlockRows, first)
     self.shape = shape
     return self

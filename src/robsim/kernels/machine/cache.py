@@ -104,7 +104,7 @@ class KernelCache:
         try:
             cache_files.save_code(cache_files.CACHE, self.name, key, (symbols, data._reduce()))
         except OSError as error:
-            stderr_messages.report_unkept_kernels(
+            stderr_messages.report_uncached_kernels(
                 f"{cache_files.CACHE} cannot be written ({error.strerror or error})"
             )
         finally:
@@ -116,7 +116,7 @@ class KernelCache:
 
 
 def _describe_value(value: Any) -> str:
-    """Return a text for the value of a free variable. It contains a kernel's name, no address."""
+    """Return a text for the value of a free variable. It names a kernel without its address."""
     own = getattr(value, "_cache", None)
     return f"{own.name} {own.sources} {own.free}" if isinstance(own, KernelCache) else repr(value)
 
@@ -149,7 +149,7 @@ def clear_old_files(folder: Path) -> None:
 
 
 def _delete_if_old(each: "os.DirEntry[str]", now: float) -> None:
-    """Delete a cache file that is older than files of its suffix are kept."""
+    """Delete a cache file if its age exceeds the limit of its suffix."""
     limits = {".nbc": MONTH, ".tmp": LONGEST_WRITE, ".lock": LONGEST_WRITE}
     limit = limits.get(Path(each.name).suffix, math.inf)
     with suppress(OSError):

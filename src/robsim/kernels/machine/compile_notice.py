@@ -74,14 +74,14 @@ def _kernel_name(occurrence: event.Event) -> str:
 
 
 def _report_cache_folder() -> None:
-    """Write the line that names the cache folder, or the reason why kernels are not kept."""
+    """Write the line that names the cache folder, or the reason why kernels are not cached."""
     why = f" ({why})" if (why := prebuilt.explain_mismatch()) else ""
     if cache_files.is_cache_writable():
         stderr_messages.write_stderr(
             f"robsim: compiling kernels, once: they are kept in {cache_files.CACHE}{why}\n"
         )
     else:
-        stderr_messages.report_unkept_kernels(f"{cache_files.CACHE} cannot be written{why}")
+        stderr_messages.report_uncached_kernels(f"{cache_files.CACHE} cannot be written{why}")
 
 
 def _rewrite_line(text: str) -> None:

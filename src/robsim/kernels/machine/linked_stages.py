@@ -1,6 +1,6 @@
 """Calls of stages from other kernels by a symbol.
 
-A kernel that calls another kernel contains its code, and LLVM optimises this code again in every
+Numba copies the code of a callee into its caller, and LLVM optimises this code again in every
 caller. Long code with many callers, such as least squares, is therefore compiled once as a stage.
 """
 

@@ -153,7 +153,7 @@ class Program:
         First row and initial values that are equal in all runs.
     given : list of (int, ndarray of shape (rows, runs))
         First row and initial values of each run.
-    wholes : list of Rows
+    wholes : list of BlockRows
         Rows of whole numbers that stages use as indices of memory.
     kept : list
         Arrays that must stay alive, as `calls` contains their addresses.
@@ -308,7 +308,10 @@ class ProgramFunction:
 
     def __init__(self, program: Program, first: int, output: int, count: int) -> None:
         self.program, self.count = program, count
-        self.first, self.output = int(first), int(output)  # kernels accept int faster than Rows
+        self.first, self.output = (
+            int(first),
+            int(output),
+        )  # kernels accept int faster than BlockRows
         self._prepared = program.prepared()
 
     def __reduce__(self) -> Any:

@@ -105,11 +105,11 @@ class DeclaredFields:
     def __init__(self, texts: dict[str, str]) -> None:
         self.kinds = {name: _parse_declaration(text) for name, text in texts.items()}
         computed = {count for kind in self.kinds.values() for count in kind.count_axes}
-        self.given = [
+        self.argument_names = [
             name for name, text in texts.items() if text != "count" or name not in computed
         ]
-        named: tuple[Any, ...] = (BlockRows, Address, is_whole)
-        self.namespace = {each.__name__: each for each in named}
+        functions: tuple[Any, ...] = (BlockRows, Address, is_whole)
+        self.namespace = {each.__name__: each for each in functions}
         self.namespace |= {f"_{name}": kind for name, kind in self.kinds.items()}
 
     def count_lines(self) -> list[str]:
@@ -119,7 +119,7 @@ class DeclaredFields:
             for count, (axis, times) in kind.count_axes.items():
                 divided = f" // {times}" if times > 1 else ""
                 lines.setdefault(count, f"{count} = {name}.shape[{axis}]{divided}")
-        return [line for count, line in lines.items() if count not in self.given]
+        return [line for count, line in lines.items() if count not in self.argument_names]
 
     def compile_function(self, name: str, code: list[str], **more: Any) -> Any:
         """Return the function `name` of generated code that can refer to the declarations."""
@@ -147,7 +147,7 @@ class RecordList(DeclaredFields):
         """Return a description of the expected list."""
         if self.is_single:
             return f"a list, each {self.kinds['entry'].expected(counts)}"
-        each = [f"{name} {self.kinds[name].expected(counts)}" for name in self.given]
+        each = [f"{name} {self.kinds[name].expected(counts)}" for name in self.argument_names]
         return f"a list of tuples ({'; '.join(each)})"
 
     def test(self, name: str) -> str:
@@ -161,8 +161,8 @@ class RecordList(DeclaredFields):
     @cached_property
     def encode(self) -> Callable[[Any], list[int] | None]:
         """A function that returns the length and the packed entries, or None for a misfit."""
-        entry = "entry" if self.is_single else f"({', '.join(self.given)},)"
-        tests = " and ".join(self.kinds[name].test(name) for name in self.given)
+        entry = "entry" if self.is_single else f"({', '.join(self.argument_names)},)"
+        tests = " and ".join(self.kinds[name].test(name) for name in self.argument_names)
         values = ", ".join(kind.value(name) for name, kind in self.kinds.items())
         code = ["def encode(value):", " found_ = [len(value)]", f" for {entry} in value:"]
         code += [
@@ -203,9 +203,11 @@ class StageSignature(DeclaredFields):
 
         It raises WrongRows if the arguments do not fit.
         """
-        absent = {n: "None" if self.kinds[n].may_be_absent else "missing" for n in self.given}
+        absent = {
+            n: "None" if self.kinds[n].may_be_absent else "missing" for n in self.argument_names
+        }
         heads = [*(f"{name}={default}" for name, default in absent.items()), "**others_"]
-        tests = [self.kinds[n].test(n) for n in self.given if n not in self.lists]
+        tests = [self.kinds[n].test(n) for n in self.argument_names if n not in self.lists]
         values = ("0" if n in self.lists else k.value(n) for n, k in self.kinds.items())
         code = [f"def pack({', '.join(heads)}):", " try:"]
         code += [f"  {line}" for line in self.count_lines()]
@@ -215,7 +217,7 @@ class StageSignature(DeclaredFields):
             code += [f"   packed_[{list(self.kinds).index(name)}] = len(packed_)"]
             code += [f"   packed_ += _{name}.encode({name})"]
         code += ["   return packed_", " except unfit:", "  pass"]
-        rows = [*(f"{name!r}: {name}" for name in self.given), "**others_"]
+        rows = [*(f"{name!r}: {name}" for name in self.argument_names), "**others_"]
         code += [f" refuse({{{', '.join(rows)}}})"]
         more = {"unfit": _UNFIT, "missing": _MISSING, "refuse": self._refuse}
         return self.compile_function("pack", code, **more)  # type: ignore[no-any-return]
@@ -232,11 +234,11 @@ class StageSignature(DeclaredFields):
     def _refuse(self, rows: dict[str, Any]) -> NoReturn:
         """Raise WrongRows for the first argument that does not fit the signature."""
         passed = {name: value for name, value in rows.items() if value is not _MISSING}
-        needed = {name for name in self.given if not self.kinds[name].may_be_absent}
-        if not needed <= passed.keys() <= set(self.given):
+        needed = {name for name in self.argument_names if not self.kinds[name].may_be_absent}
+        if not needed <= passed.keys() <= set(self.argument_names):
             got = ", ".join(name for name, value in passed.items() if value is not None)
-            takes = f"takes {', '.join(self.given) or 'nothing'}"
-            raise WrongRows(f"stage '{self.name}' {takes}; it was given {got or 'nothing'}")
+            takes = f"takes {', '.join(self.argument_names) or 'nothing'}"
+            raise WrongRows(f"stage '{self.name}' {takes}; got {got or 'nothing'}")
         counts = {
             name: passed[name] for name in passed if isinstance(self.kinds[name], WholeNumber)
         }

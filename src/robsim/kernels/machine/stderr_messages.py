@@ -3,7 +3,7 @@
 import os
 import sys
 
-_has_reported = False  # whether `report_unkept_kernels` has written its line
+_has_reported = False  # whether `report_uncached_kernels` has written its line
 
 
 def is_quiet() -> bool:
@@ -18,8 +18,8 @@ def write_stderr(text: str) -> None:
         sys.stderr.flush()
 
 
-def report_unkept_kernels(why: str) -> None:
-    """Report once in a process that its kernels are not kept, unless messages are suppressed."""
+def report_uncached_kernels(why: str) -> None:
+    """Report once in a process that its kernels are not cached, unless messages are suppressed."""
     global _has_reported  # noqa: PLW0603
     if not _has_reported and not is_quiet():
         _has_reported = True

@@ -102,7 +102,7 @@ def accumulate_path_length(w, step, T="3, 4", before="3", length="row"):
 
 
 @part
-def _store_divergence_bounds(w, norm, tolerance, hold, depth, N, watch):
+def _store_divergence_bounds(w, norm, tolerance, hold, depth, N, bounds):
     """Store the bounds of the error and of the depth that mark divergence.
 
     The bound of the error is at least DIVERGENCE^2 tolerances. A run with `hold` may start at its
@@ -110,8 +110,8 @@ def _store_divergence_bounds(w, norm, tolerance, hold, depth, N, watch):
     """
     least = DIVERGENCE * tolerance
     scale = where(norm > least, norm, least)
-    put(w, watch, DIVERGENCE * where(hold, np.inf, scale))
-    put(w, watch + 1, DIVERGENCE * _largest_row_magnitude(w, depth, N, 0.0 * norm))
+    put(w, bounds, DIVERGENCE * where(hold, np.inf, scale))
+    put(w, bounds + 1, DIVERGENCE * _largest_row_magnitude(w, depth, N, 0.0 * norm))
 
 
 @stage
@@ -130,40 +130,42 @@ def judge_outcome(
     norm="row",
     tolerance="row",
     hold="row",
-    watch="2",
-    still="row",
+    bounds="2",
+    still_periods="row",
     steps="whole",
     outcome="row",
 ):
     """Compute the outcome of each run.
 
     The limits are nq lowest and nq highest coordinates. With `hold` a converged or stalled run
-    continues until the last step. `still` counts the periods without motion, and the two rows
-    `watch` hold the bounds of divergence.
+    continues until the last step. `still_periods` counts the periods without motion. The two rows
+    `bounds` hold the error and the depth beyond which a run diverges.
     """
     size, norm, tolerance, hold = get(w, size), get(w, norm), get(w, tolerance), get(w, hold) > 0.0
     zero = 0.0 * tolerance
     if step == 0:
-        _store_divergence_bounds(w, norm, tolerance, hold, depth, N, watch)
-    over, ends = step == steps, ~hold
-    if over:
-        ends = hold | ~hold
-    now = zero + (TIME_LIMIT if over else RUNNING)
-    now = where((get(w, still) >= STALL_PERIODS) & ends, 1.0 * LOCAL_MINIMUM, now)
-    now = where(~(_largest_row_magnitude(w, qd, n, zero) < np.inf), 1.0 * NOT_FINITE, now)
-    away = (norm > get(w, watch)) | (_largest_row_magnitude(w, depth, N, zero) > get(w, watch + 1))
-    now = where(away, 1.0 * DIVERGED, now)
-    now = where((size < tolerance) & ends, 1.0 * CONVERGED, now)
-    now = where(~(size < np.inf), 1.0 * NOT_FINITE, now)
-    now = where(get(w, status) == 1.0 * perspective.OUT_OF_IMAGE, 1.0 * OUT_OF_IMAGE, now)
-    now = where(get(w, status) == 1.0 * perspective.BEHIND_CAMERA, 1.0 * BEHIND_CAMERA, now)
+        _store_divergence_bounds(w, norm, tolerance, hold, depth, N, bounds)
+    is_last, may_end = step == steps, ~hold
+    if is_last:
+        may_end = hold | ~hold
+    code = zero + (TIME_LIMIT if is_last else RUNNING)
+    code = where((get(w, still_periods) >= STALL_PERIODS) & may_end, 1.0 * LOCAL_MINIMUM, code)
+    code = where(~(_largest_row_magnitude(w, qd, n, zero) < np.inf), 1.0 * NOT_FINITE, code)
+    diverged = (norm > get(w, bounds)) | (
+        _largest_row_magnitude(w, depth, N, zero) > get(w, bounds + 1)
+    )
+    code = where(diverged, 1.0 * DIVERGED, code)
+    code = where((size < tolerance) & may_end, 1.0 * CONVERGED, code)
+    code = where(~(size < np.inf), 1.0 * NOT_FINITE, code)
+    code = where(get(w, status) == 1.0 * perspective.OUT_OF_IMAGE, 1.0 * OUT_OF_IMAGE, code)
+    code = where(get(w, status) == 1.0 * perspective.BEHIND_CAMERA, 1.0 * BEHIND_CAMERA, code)
     for i in range(nq):
         x = get(w, q + i)
-        now = where(
-            (x < get(w, limits + i)) | (x > get(w, limits + nq + i)), 1.0 * JOINT_LIMIT, now
+        code = where(
+            (x < get(w, limits + i)) | (x > get(w, limits + nq + i)), 1.0 * JOINT_LIMIT, code
         )
-    now = where(~(_largest_row_magnitude(w, q, nq, zero) < np.inf), 1.0 * NOT_FINITE, now)
-    put(w, outcome, now)
+    code = where(~(_largest_row_magnitude(w, q, nq, zero) < np.inf), 1.0 * NOT_FINITE, code)
+    put(w, outcome, code)
 
 
 @stage
@@ -175,14 +177,14 @@ def classify_stall(
     n="count",
     scale="k",
     rcond="row",
-    full="row",
+    full_rank="row",
     outcome="row",
-    scratch="room",
-    room="count",
+    scratch="size",
+    size="count",
 ):
     """Replace the outcome LOCAL_MINIMUM by SINGULAR if the scaled A = L J has lost rank.
 
-    `full` is the largest rank that A can have.
+    `full_rank` is the largest rank that A can have.
     """
     stalled = get(w, outcome) == 1.0 * LOCAL_MINIMUM
     if any_lane(stalled):
@@ -193,8 +195,8 @@ def classify_stall(
             for j in range(n):
                 put(w, scaled + n * i + j, get(w, A + n * i + j) * get(w, scale + i))
         rank = solve_truncated(w, scaled, k, n, y, get(w, rcond), y + k, -1, y + k + n)
-        lost = stalled & (rank < get(w, full))
-        put(w, outcome, where(lost, 1.0 * SINGULAR, get(w, outcome)))
+        singular = stalled & (rank < get(w, full_rank))
+        put(w, outcome, where(singular, 1.0 * SINGULAR, get(w, outcome)))
 
 
 @stage
@@ -215,7 +217,7 @@ def defer_convergence(
     steps="whole",
     rates="each: row",
 ):
-    """Continue a converged run if it only passes its goal, or moved after its image was taken.
+    """Continue a converged run if it only passes through its goal or moved after its image.
 
     A run converges only if its error was below the tolerance in every period since the image was
     taken (`age` periods), and if the difference between the joint velocities `rates` and the

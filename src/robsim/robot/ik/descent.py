@@ -82,14 +82,10 @@ class IKDescent:
         (T,) = self.bodies.frames([self.tree.find(self.arm.link)])
         e, damping, weights = program.rows(6), program.rows(), program.constant(self.weight)
         if self.pointing:
-            program.add(ik_step.compute_axis_error, goal=goal, T=T, vector_of=e[3:])
+            program.add(ik_step.compute_axis_error, goal=goal, T=T, out=e[3:])
         else:
             program.add(
-                ik_step.compute_rotation_error,
-                goal=goal,
-                T=T,
-                room=program.rows(16),
-                vector_of=e[3:],
+                ik_step.compute_rotation_error, goal=goal, T=T, scratch=program.rows(16), out=e[3:]
             )
         program.add(
             ik_step.compute_residual,
@@ -118,29 +114,29 @@ class IKDescent:
             program.rows(normal_equations.count_damped_step_rows(6, n)),
         )
         program.add(multiply_transpose, A=J, y=e, x=downhill)
-        arguments, state = {"J": J, "downhill": downhill}, self.state
+        arguments, state = {"J": J, "descent": downhill}, self.state
         program.add(
             ik_step.hold_limited_joints,
             **arguments,
-            stopped=state[turns.HELD],
+            held_count=state[turns.HELD],
             joints=self._list_limited_joints(),
         )
         program.add(
             normal_equations.damped_step,
             A=J,
             y=e,
-            downhill=downhill,
+            descent=downhill,
             damping=damping,
             x=self.step,
-            room=room,
+            scratch=room,
         )
         program.add(
             ik_step.detect_stationary,
             **arguments,
             qd=self.step,
             squared=state[turns.SQUARE],
-            gained=state[turns.GAIN],
-            still=state[turns.STILL],
+            predicted_decrease=state[turns.GAIN],
+            stationary=state[turns.STILL],
         )
         program.add(turns.choose_action, qd=self.step)
         program.add(turns.adapt_damping)

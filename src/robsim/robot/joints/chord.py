@@ -97,7 +97,7 @@ class Chord(Coupling):
         """Add the stage that computes the coordinate on the curve number `which`."""
         what = CHORD_QUANTITIES.index(self.gives)
         tree.program.add(
-            forward_kinematics.evaluate_chord, **tree.curves, **rows, which=which, what=what
+            forward_kinematics.evaluate_chord, **tree.curves, **rows, curve=which, quantity=what
         )
 
     def check(self, name: str, curve: Curve) -> None:

@@ -37,7 +37,7 @@ class Rail(JointKind):
         If the rail follows another coordinate, the curvature is per unit of that coordinate.
         """
         for parent, place, s, T, body in bodies:
-            numbers = {"which": body.curve, "parent": parent, "place": place, "s": s, "T": T}
+            numbers = {"curve": body.curve, "parent": parent, "place": place, "s": s, "T": T}
             bend = rows.ratio[body.bend]
             rows.program.add(
                 forward_kinematics.place_on_rail, **rows.curves, **numbers, curvature=bend

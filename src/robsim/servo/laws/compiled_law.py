@@ -119,7 +119,7 @@ def scale_by_gain(of: LawRows, unit: BlockRows) -> CommandAtGain:
 
 def add_joint_velocities(of: LawRows, V: BlockRows, length: BlockRows) -> BlockRows:
     """Add the stages of J^+ V (eq. 19), with v in units of `length`; return the rows (n,)."""
-    program, options = of.program, {"length": length, "how": 0}
+    program, options = of.program, {"length": length, "mode": 0}
     program.add(control_law.scale_length_unit, A=V.column, **options, B=V.column)
     J = program.result(control_law.scale_length_unit, "B", 6, of.n, A=of.J, **options)
     _, damping, rcond = of.inverse.numbers

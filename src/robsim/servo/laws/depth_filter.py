@@ -94,5 +94,5 @@ class DepthFilter(DeclaredValue):
             numbers=program.each(numbers),
             estimate=program.rows(N, 3),
             covariance=program.rows(N, 3, 3),
-            room=program.rows(12 * N),
+            scratch=program.rows(12 * N),
         )

@@ -129,7 +129,9 @@ CAMERA_TWIST = 3
 
 def describe_metric_columns(J: BlockRows | int) -> dict[str, Any]:
     """Return the arguments of stages for columns per metre: a Jacobian (6, n), or a count."""
-    return {"J": J, "slides": 0} if isinstance(J, BlockRows) else {"J": None, "slides": J}
+    return (
+        {"J": J, "translations": 0} if isinstance(J, BlockRows) else {"J": None, "translations": J}
+    )
 
 
 def add_solve(

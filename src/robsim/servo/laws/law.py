@@ -153,9 +153,9 @@ class CameraLaw(CompiledLaw, DeclaredValue):
     def stages(self, of: LawRows) -> CommandAtGain:
         """Add the stages of J^+ L^+ e; return a function that adds the command for a gain."""
         program, unit = of.program, of.program.number(self.length)
-        L = program.result(control_law.scale_length_unit, "B", of.k, 6, A=of.L, length=unit, how=1)
+        L = program.result(control_law.scale_length_unit, "B", of.k, 6, A=of.L, length=unit, mode=1)
         V = add_inverse(program, L, of.error, of.inverse, CAMERA_TWIST)
-        program.add(control_law.scale_length_unit, A=V.column, length=unit, how=2, B=V.column)
+        program.add(control_law.scale_length_unit, A=V.column, length=unit, mode=2, B=V.column)
         return scale_by_gain(of, add_joint_velocities(of, V, unit))
 
 

@@ -64,7 +64,7 @@ class SafetyStages:
         coordinates, (low, high) = self._bound_joints()
         program.add(
             command_limits.limit_command,
-            wished=law_command,
+            law_command=law_command,
             scaled=self._scale_to_speed(law_command),
             last=self.last,
             command=command,
@@ -97,13 +97,13 @@ class SafetyStages:
         stops = watchdog is not None and watchdog.then == "stop"
         program.add(
             command_limits.hold_command,
-            wished=law_command,
+            law_command=law_command,
             dt=inputs.dt,
             age=program.constant(0.0) if inputs.age is None else inputs.age,
             released=program.constant(1.0) if inputs.released is None else inputs.released,
             settings=program.constant([after, float(stops), self.safety.ramp or 0.0]),
             latched=program.rows(),
-            passed=self.growth_time,
+            time_since_hold=self.growth_time,
             share=self.scale,
             reason=self.reasons,
             status=program.constant(float(IN_IMAGE)) if status is None else status,
@@ -139,7 +139,7 @@ class SafetyStages:
             command=command,
             brake=brake,
             duration=self.inputs.dt,
-            most=self.accelerations,
+            accelerations=self.accelerations,
             velocities=qd,
             seconds=seconds,
         )
@@ -159,7 +159,7 @@ class SafetyStages:
             brake=brake,
             reason=self.reasons,
             box=program.constant([fence.low, fence.high]),
-            now=self._add_pose(fence.frame, self.inputs.q),
+            current_pose=self._add_pose(fence.frame, self.inputs.q),
             places=len(BRAKE_FRACTIONS),
             poses=poses,
         )

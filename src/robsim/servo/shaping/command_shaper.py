@@ -92,9 +92,9 @@ class CommandShaper:
         if self.secondary is not None:
             motion = self._add_secondary(self.secondary, inputs, n)
             P = self._add_projector(program, error, A)
-            qd = program.result(kernels.add_projected_motion, "out", n, P=P, wish=motion, qd=qd)
+            qd = program.result(kernels.add_projected_motion, "out", n, P=P, motion=motion, qd=qd)
         if self.smooth_start is not None:
-            arguments = {"mu": program.number(self.smooth_start), "first": program.rows(n)}
+            arguments = {"mu": program.number(self.smooth_start), "initial": program.rows(n)}
             qd = program.result(
                 kernels.smooth_start_command, "out", n, **arguments, dt=inputs.dt, qd=qd
             )
@@ -117,7 +117,7 @@ class CommandShaper:
             low, high = (program.constant(each) for each in secondary.bounds(self.limits))
             return program.result(
                 kernels.compute_limit_avoidance,
-                "wish",
+                "motion",
                 n,
                 gain=program.number(secondary.gain),
                 lowest=low,

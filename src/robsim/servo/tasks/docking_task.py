@@ -97,7 +97,7 @@ class DockingLaw(CompiledLaw):
     def stages(self, of: LawRows) -> CommandAtGain:
         """Add the stage of the pose of the unicycle; return a function that adds the command."""
         numbers = of.program.constant([self.turn, self.h])
-        arguments = {"place": self._add_planar_pose(of.program, of.error), "numbers": numbers}
+        arguments = {"pose": self._add_planar_pose(of.program, of.error), "numbers": numbers}
         return lambda gain: of.program.result(
             kernels.dock_unicycle, "qd", 2, rate=gain, **arguments
         )
@@ -105,7 +105,7 @@ class DockingLaw(CompiledLaw):
     def _add_planar_pose(self, program: Program, error: BlockRows) -> BlockRows:
         """Add the stage of `planar`; return its rows (3,)."""
         T_b_c, back = (program.constant(T.matrix[:3]) for T in (self.T_b_c, self.T_b_c.inv()))
-        arguments = {"error": error, "T_b_c": T_b_c, "T_c_b": back, "room": program.rows(30)}
+        arguments = {"error": error, "T_b_c": T_b_c, "T_c_b": back, "scratch": program.rows(30)}
         return program.result(kernels.compute_planar_pose, "x", 3, **arguments)
 
     def planar(self, error: Array) -> Array:

@@ -41,7 +41,7 @@ class JointFollower(TrajectoryFollower):
             axis_trajectory.track_axes,
             "qd",
             n,
-            here=reference.here,
+            positions=reference.here,
             gain=self.gain_row(inputs),
             duration=inputs.dt,
             axes=[(axis, q[axis]) for axis in self.order.tolist()],
@@ -77,9 +77,15 @@ class JointFollower(TrajectoryFollower):
         distances = program.result(control_law.subtract_goal, "error", n, s=goal, s_goal=start)
         limits = None if self.task.limits is None else np.stack(self.task.limits.of(n))
         times = add_timing(program, distances, self.task.duration, limits)
-        arguments = {"start": start, "ways": distances, "goal": goal}
+        arguments = {"start": start, "displacements": distances, "goal": goal}
         rows = program.result(
-            axis_trajectory.sample_axis_trajectory, "here", 2, n, dt=inputs.dt, **times, **arguments
+            axis_trajectory.sample_axis_trajectory,
+            "positions",
+            2,
+            n,
+            dt=inputs.dt,
+            **times,
+            **arguments,
         )
         return ReferenceRows(rows, times["seconds"])
 

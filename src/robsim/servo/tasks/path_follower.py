@@ -44,7 +44,7 @@ class PathFollower(TrajectoryFollower):
         (T,) = placed.frames([tree.find(self.frame)])
         J, end = self._add_jacobian(placed, T, self.columns), program.constant(self.end)
         whole, L, room = program.rows(6), program.rows(3, 6), program.scratch(kernels.PATH_SCRATCH)
-        program.add(kernels.compute_path_error, T=T, end=end, room=room, s=whole, L=L)
+        program.add(kernels.compute_path_error, T=T, end=end, scratch=room, s=whole, L=L)
         s, goal = whole[:k], program.constant(np.ravel(self.s_goal))
         error = program.result(control_law.subtract_goal, "error", k, s=s, s_goal=goal)
         A = self._add_task_jacobian(program, J, L)
@@ -87,11 +87,11 @@ class PathFollower(TrajectoryFollower):
             "V",
             6,
             T=T,
-            here=reference.here.reshape(2, 3, 4),
+            poses=reference.here.reshape(2, 3, 4),
             gain=self.gain_row(inputs),
             duration=inputs.dt,
-            room=program.scratch(kernels.PATH_SCRATCH),
-            wanted=program.rows(3, 4),
+            scratch=program.scratch(kernels.PATH_SCRATCH),
+            target=program.rows(3, 4),
         )
         if not scene.motions:
             return V
@@ -127,14 +127,14 @@ class PathFollower(TrajectoryFollower):
                 axis_trajectory.store_start, "to", 12, rows=position_goal
             ).reshape(3, 4)
         line = program.result(
-            kernels.plan_straight_motion, "way", 8, start=start, goal=goal, room=room
+            kernels.plan_straight_motion, "displacement", 8, start=start, goal=goal, scratch=room
         )
         pace = self.line_pace
         limits = None if pace.duration is not None else np.reshape(pace.limits, (2, 2))
         times = add_timing(program, line[6:], pace.duration, limits)
-        ends = {"start": start, "way": line, "goal": goal, "room": room}
+        ends = {"start": start, "displacement": line, "goal": goal, "scratch": room}
         rows = program.result(
-            kernels.sample_straight_motion, "here", 2, 3, 4, dt=inputs.dt, **times, **ends
+            kernels.sample_straight_motion, "poses", 2, 3, 4, dt=inputs.dt, **times, **ends
         )
         return ReferenceRows(rows, times["seconds"])
 

@@ -132,11 +132,13 @@ class SwitchController(SeparateJointsController):
         """Add the stages of both schemes; joints of the inactive scheme stand still."""
         each, program = self._add_parts(inputs), inputs.program
         holds = self._add_condition(inputs, each)
-        second = program.result(kernels.latch_switch, "second", stays=self.latch, holds=holds)
+        second = program.result(kernels.latch_switch, "second", latch=self.latch, condition=holds)
         qd = program.result(control_law.clear_rows, "rows", self.columns.size)
         for i, (part, one) in enumerate(zip(self.parts, each, strict=True)):
             to = [qd[column] for column in self._find_positions(part)]
-            program.add(control_law.add_switched_velocity, qd=one.qd, second=second, which=i, to=to)
+            program.add(
+                control_law.add_switched_velocity, qd=one.qd, second=second, scheme=i, to=to
+            )
         status = _select_status(program, each, second)
         return replace(self._merge_outputs(inputs, each, qd), status=status)
 
@@ -168,7 +170,7 @@ def _select_status(
                 control_law.add_switched_velocity,
                 qd=one.status.flat,
                 second=second,
-                which=i,
+                scheme=i,
                 to=[status],
             )
     return status

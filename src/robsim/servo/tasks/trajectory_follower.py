@@ -102,7 +102,7 @@ def add_trajectory(
         times = np.arange(int(duration / inputs.seconds) + 3) * inputs.seconds
         table = np.ascontiguousarray(at(times))
         inputs.program.add(
-            axis_trajectory.look_up_trajectory, table=inputs.program.address(table), here=rows
+            axis_trajectory.look_up_trajectory, table=inputs.program.address(table), positions=rows
         )
     else:
 
@@ -127,7 +127,10 @@ def add_timing(
         return {"seconds": program.constant(duration), "ramps": ramps}
     times = {"seconds": program.rows(), "ramps": program.rows(distances.size)}
     program.add(
-        axis_trajectory.plan_shortest_time, ways=distances, limits=program.constant(limits), **times
+        axis_trajectory.plan_shortest_time,
+        displacements=distances,
+        limits=program.constant(limits),
+        **times,
     )
     return times
 

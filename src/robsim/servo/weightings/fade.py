@@ -58,5 +58,5 @@ class Fade(MarkWeighting, DeclaredValue):
         times = {"seconds": program.number(self.time), "dt": of.inputs.dt}
         ramp = program.rows(of.N)
         return program.result(
-            kernels.fade_weights, "out", of.N, there=of.present, **times, ramp=ramp
+            kernels.fade_weights, "out", of.N, present=of.present, **times, ramp=ramp
         )

@@ -39,11 +39,11 @@ class _RobustWeighting(MarkWeighting):
         """Add the stage of the weights of the marks of a pair; return their rows."""
         program, N = of.inputs.program, of.N
         goal = program.numbers(of.goal, 2)
-        image = {"pixels": of.view.pixels, "goal": goal, "there": of.present}
-        options = {"kind": self.kernel, "least": program.number(self.noise)}
+        image = {"pixels": of.view.pixels, "goal": goal, "present": of.present}
+        options = {"kind": self.kernel, "least_scale": program.number(self.noise)}
         room = program.scratch(3 * N)
         return program.result(
-            kernels.weight_by_distance, "weights", N, **image, **options, room=room
+            kernels.weight_by_distance, "weights", N, **image, **options, scratch=room
         )
 
 
