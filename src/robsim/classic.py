@@ -170,7 +170,7 @@ def init_cam(
 
 
 def move_block(blk_i: Block, R: ArrayLike, t: ArrayLike) -> Block:
-    """Return a copy of a block with every point p moved to R p + t.
+    """Return a copy of a block, displaced by the rigid motion p -> R p + t of its vertices.
 
     Parameters
     ----------
@@ -200,7 +200,7 @@ def move_block(blk_i: Block, R: ArrayLike, t: ArrayLike) -> Block:
 
 
 def move_circ(circ_i: Wheel, R: ArrayLike, t: ArrayLike) -> Wheel:
-    """Return a copy of a wheel with every point p moved to R p + t.
+    """Return a copy of a wheel, displaced by the rigid motion p -> R p + t of its vertices.
 
     Parameters
     ----------
@@ -230,7 +230,7 @@ def move_circ(circ_i: Wheel, R: ArrayLike, t: ArrayLike) -> Wheel:
 
 
 def move_cam(cam_i: C, R: ArrayLike, t: ArrayLike) -> C:
-    """Return a copy of a camera with every point p moved to R p + t.
+    """Return a copy of a camera, displaced by the rigid motion p -> R p + t of its vertices.
 
     Parameters
     ----------

@@ -67,7 +67,7 @@ def _convert_to_floats(value: ArrayLike, what: str, shape: tuple[int | str, ...]
 
 
 def _check_shape(array: Array, what: str, shape: tuple[int | str, ...]) -> None:
-    """Raise InputError unless the last axes have `shape`; a word stands for any size."""
+    """Raise InputError unless the last axes have `shape`; a name such as "n" fits any size."""
     tail = array.shape[array.ndim - len(shape) :] if array.ndim >= len(shape) else None
     if tail is None or any(
         isinstance(n, int) and n != size for n, size in zip(shape, tail, strict=True)

@@ -135,7 +135,7 @@ class CalibrationViews(Value):
         return JointChain(self.scene, self.eye.on, self.thing.on)
 
     def poses(self) -> Array:
-        """Return the poses T_m_f (V, 4, 4) of the target's frame in the camera's frame."""
+        """Return the pose of each view, (V, 4, 4): of the target's frame in the camera's frame."""
         return self.chain.poses(self.q)
 
 

@@ -251,7 +251,7 @@ def broadcast_limits(bounds: Any, count: int) -> Array:
 
 
 def check_deferred_numbers(later: Sequence[tuple[PerJoint, Any, Context]], axes: Axes) -> None:
-    """Report numbers that do not fit the joints of a task, after these are known."""
+    """Read numbers for each joint once the joints of the task are known; report a wrong count."""
     for spec, raw, c in later:
         with c.problems.at(*c.path):
             spec.read_each(raw, c.knowing(commanded=lambda: axes))

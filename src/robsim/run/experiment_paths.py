@@ -81,7 +81,7 @@ def get_believed_scene(experiment: Any) -> Scene:
 
 
 def find_path_owner(experiment: Any, name: str) -> Any:
-    """Return the object that contains the path of a name: a scene, or the experiment."""
+    """Return the object with the attribute that a dotted name sets: a scene, or the experiment."""
     top = name.partition(".")[0]
     if top == BELIEF:
         return get_believed_scene(experiment)

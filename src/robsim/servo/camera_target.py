@@ -127,7 +127,7 @@ class CameraTarget:
 
     @property
     def frames(self) -> list[tuple[int, Array]]:
-        """Bodies that carry camera and target, each with the constant pose of the frame on it."""
+        """Bodies of camera and target, each with the pose of camera or target on its body."""
         find = self.scene.tree.find
         return [find(self.eye.name), find(self.target.name)]
 

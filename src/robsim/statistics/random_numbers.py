@@ -1,7 +1,7 @@
 """Counter-based random numbers (Philox), determined by a seed, a name and a row.
 
-Rows can be computed in any order and in any parts. Streams below 16 belong to the sensor noise of
-runs.
+Rows can be computed in any order and in any parts. Each name has a number, its stream; streams 0 to
+15 are reserved for the sensor noise of runs.
 """
 
 from __future__ import annotations

@@ -83,7 +83,7 @@ class Session:
         return build_live_html()
 
     def download(self, name: str) -> tuple[str, bytes] | None:
-        """Return media type and content of a file of the experiment, or None.
+        """Return media type and content of a file of the experiment; None for an unknown name.
 
         Raise UnavailableDownload if this experiment does not have the file.
         """

@@ -133,8 +133,8 @@ def report_visibility(analysis: RunAnalysis) -> Finding | None:
     worst = float(np.nanmax(conditions)) if np.isfinite(conditions).any() else np.nan
     sentence = (
         f"Marks left the image or came into it: {marks[0]} of {every} were in it at the start, "
-        f"{marks.min()} at least and {marks[-1]} at the end; the largest condition number of L J "
-        f"of the counted marks was {format_number(worst)}."
+        f"never fewer than {marks.min()}, and {marks[-1]} at the end; the largest condition number "
+        f"of L J, for the marks in the image, was {format_number(worst)}."
     )
     return Finding("visibility", sentence, {"least_marks": float(marks.min()), "condition": worst})
 

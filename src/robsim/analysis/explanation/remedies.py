@@ -247,8 +247,8 @@ def propose_robust_weighting(analysis: RunAnalysis) -> Iterator[Finding]:
     after = _mean_goal_distance(trial.loop, q)
     if trial.outcome is analysis.outcome and after < NEAR_SHARE * before:
         sentence = (
-            f"{how} the same run ends {format_length(after)} off its goal instead of "
-            f"{format_length(before)} (means over its second half)."
+            f"{how} the mean distance to the goal in the second half of the run is "
+            f"{format_length(after)} instead of {format_length(before)}."
         )
         yield Finding("weighting", sentence, {"off_m": after, "was_off_m": before})
 

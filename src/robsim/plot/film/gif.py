@@ -24,19 +24,19 @@ _END = b";"
 
 
 def encode_gif(
-    frames: Iterable[Frame], count: int, some: Sequence[Frame], fps: float, pause: float
+    frames: Iterable[Frame], count: int, palette_frames: Sequence[Frame], fps: float, pause: float
 ) -> bytes:
     """Return a GIF of `count` frames that repeats forever.
 
-    The last frame stays for `pause` additional seconds. The palette is computed from the frames
-    `some`. Times in a GIF are hundredths of a second; each frame begins at the hundredth nearest to
-    its time.
+    The last frame stays for `pause` additional seconds. The palette is computed from a sample
+    of the frames. Times in a GIF are hundredths of a second; each frame begins at the hundredth
+    nearest to its time.
 
     Source: CompuServe, Graphics Interchange Format, version 89a, 1990.
     """
-    colors, last, before = _GifPalette(some), count - 1, None
+    colors, last, before = _GifPalette(palette_frames), count - 1, None
     file = BytesIO()
-    file.write(_encode_gif_header(colors, some[0].shape))
+    file.write(_encode_gif_header(colors, palette_frames[0].shape))
     for k, now in enumerate(frames):
         end = (k + 1) / fps + (pause if k == last else 0.0)
         file.write(_encode_control_block(round(100 * end) - round(100 * k / fps)))
@@ -52,10 +52,12 @@ class _GifPalette:
     Quantisation would mix the colours of paper, ground, faces and goals with the edges of letters.
     """
 
-    def __init__(self, some: Sequence[Frame]) -> None:
+    def __init__(self, palette_frames: Sequence[Frame]) -> None:
         ours = np.array([to_rgb(name) for name in RESERVED]) * 255
-        exact = np.concatenate([ours.round().astype(np.uint8), _find_frequent_colors(some)])
-        pixels = Image.fromarray(np.concatenate(some)).convert("RGB")
+        exact = np.concatenate(
+            [ours.round().astype(np.uint8), _find_frequent_colors(palette_frames)]
+        )
+        pixels = Image.fromarray(np.concatenate(palette_frames)).convert("RGB")
         mixed = pixels.quantize(COLORS - len(exact), dither=Image.Dither.NONE).getpalette() or []
         self.table = bytes([*exact.ravel().tolist(), *mixed][: 3 * COLORS]).ljust(768, b"\0")
         image = Image.new("P", (1, 1))
@@ -86,9 +88,9 @@ def _compute_cell_colors() -> Frame:
 _CELL_COLORS = _compute_cell_colors()
 
 
-def _find_frequent_colors(some: Sequence[Frame]) -> Frame:
+def _find_frequent_colors(palette_frames: Sequence[Frame]) -> Frame:
     """Return the most frequent colours (N, 3) of frames, the most frequent first."""
-    red, green, blue, _ = np.concatenate(some).reshape(-1, 4).T.astype(np.int32)
+    red, green, blue, _ = np.concatenate(palette_frames).reshape(-1, 4).T.astype(np.int32)
     colors, counts = np.unique((red << 16) | (green << 8) | blue, return_counts=True)
     often = colors[np.argsort(-counts, kind="stable")[:EXACT]]
     return np.stack([often >> 16, often >> 8 & 255, often & 255], axis=-1).astype(np.uint8)

@@ -20,7 +20,7 @@ COORDINATE_UNITS = "rad", "m", "1"
 
 
 class JointParts(NamedTuple):
-    """Independent coordinates and velocities of a joint, with the attributes of `JointKind`.
+    """Independent coordinates and velocities of a joint, by attribute names of `JointKind`.
 
     A coupled joint has neither. A rolling wheel has a coordinate without a velocity.
     """

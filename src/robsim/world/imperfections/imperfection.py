@@ -18,7 +18,7 @@ P = TypeVar("P", bound="Imperfection")
 
 
 class RunFacts(NamedTuple):
-    """The facts of a run that an imperfection needs to state its effect.
+    """Data of a run with which an imperfection describes its effect in a message.
 
     Attributes
     ----------
