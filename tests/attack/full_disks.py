@@ -20,7 +20,7 @@ BEFORE = b"what was here before"
 TARGETS = {  # the names that are written, and the code or the arguments that write them
     "run": (("out/run.nc",), "rs.save_run(rs.open_run('given.nc'), 'out/run.nc')"),
     "twice": (("out/run.nc",), "try: rs.save_run(rs.open_run('given.nc'), 'out/run.nc')\n"
-              "except rs.FileError: rs.save_run(rs.open_run('given.nc'), 'out/run.nc')"),
+              "except rs.errors.FileError: rs.save_run(rs.open_run('given.nc'), 'out/run.nc')"),
     "urdf": (("out/arm.urdf",), "rs.robots.rhino_xr4().to_urdf('out/arm.urdf')"),
     "mjcf": (("out/arm.xml",), "rs.robots.rhino_xr4().to_mjcf('out/arm.xml')"),
     "figure": (("out/arm.png",), ["robots", "planar_2r", "-o", "out/arm.png", "--force"]),

@@ -66,7 +66,7 @@ def tell(share):
         told.append(print("ready", flush=True))
 try:
     rs.save_run(experiment.run(tell), "out/run.nc")
-except rs.Interrupted as stop:
+except rs.errors.Interrupted as stop:
     rs.save_run(stop.run, "out/run.nc")
 """
 COMMANDS = {

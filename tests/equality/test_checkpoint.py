@@ -142,11 +142,11 @@ import os, signal, sys
 import robsim as rs
 from robsim.run import checkpoint
 checkpoint.INTERVAL, checkpoint.SHARE = 0.0, 1.0
-save = checkpoint.Keeper.save
+save = checkpoint.CheckpointFile.save
 def killed(self):
     save(self)
     os.kill(os.getpid(), signal.SIGKILL)
-checkpoint.Keeper.save = killed
+checkpoint.CheckpointFile.save = killed
 rs.load_scenario("long.toml").run(checkpoint="point")
 """
 

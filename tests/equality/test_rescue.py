@@ -31,7 +31,7 @@ def test_a_pose_that_needs_no_python_is_found_by_stages_alone(monkeypatch):
 
     near = experiment(0.1)
     slow = recorded(near, fast=False)
-    monkeypatch.setattr("robsim.features.feature_rows.without_guess", refuse)
+    monkeypatch.setattr("robsim.features.feature_rows.refit_lost_poses", refuse)
     np.testing.assert_array_equal(recorded(near), slow)
 
 

@@ -27,7 +27,7 @@ class Late:
     def command(self, state):
         if state.time > 0.5:
             raise ZeroDivisionError("deep inside")
-        return rs.JointLaw().command(state)
+        return rs.laws.JointLaw().command(state)
 
 task = rs.IBVS(law=Late())
 number = 3

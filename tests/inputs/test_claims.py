@@ -31,8 +31,8 @@ def process(code, *arguments, **settings):
 HOLD = """
     import sys
     from pathlib import Path
-    from robsim.base.folder_lock import claimed
-    with claimed(Path(".")):
+    from robsim.base.folder_lock import lock_folder
+    with lock_folder(Path(".")):
         print("claimed", flush=True)
         sys.stdin.readline()
 """
@@ -88,10 +88,10 @@ def test_only_one_of_four_commands_writes_the_same_folder(here):
         import sys
         from pathlib import Path
         from robsim.base.atomic_files import write_whole
-        from robsim.cli.output_files import results_folder
+        from robsim.cli.output_files import claim_results_folder
         print(flush=True)
         sys.stdin.readline()
-        with results_folder(Path("out"), "", False, ["a"]) as folder:
+        with claim_results_folder(Path("out"), "", False, ["a"]) as folder:
             write_whole(folder / "a", "x")
             print("wrote", flush=True)
             sys.stdin.readline()
@@ -116,7 +116,7 @@ FULL = """
                   lambda run, path: rs.robots.rhino_xr4().to_mjcf(path)):
         try:
             write(run, "out")
-        except rs.FileError as error:
+        except rs.errors.FileError as error:
             print(error)
 """
 

@@ -410,7 +410,7 @@ def test_a_change_that_cannot_be_made_is_told(robsim):
 
 
 def test_a_record_beyond_the_memory_is_refused_and_leaves_nothing(robsim, monkeypatch):
-    monkeypatch.setattr("robsim.engine.recorder.room", lambda: 4e9)
+    monkeypatch.setattr("robsim.engine.recorder.get_free_memory", lambda: 4e9)
     changes = ("--set", "run.duration=9000 s", "--set", "run.dt=1 ms", "--set", "run.record=all")
     robsim("run", "lift.toml", *changes).told("lift.toml", "9000001 recorded instants", "4.0 GB")
     robsim("run", "lift.toml", *changes, "-o", "a/b").told("4.0 GB are free", "record=")
@@ -543,14 +543,14 @@ def interrupt(*_):
 
 
 def test_ctrl_c_before_anything_was_simulated_is_a_word_and_status_130(robsim, monkeypatch):
-    monkeypatch.setattr("robsim.cli.run_command.load", interrupt)
+    monkeypatch.setattr("robsim.cli.run_command.load_with_changes", interrupt)
     done = robsim("run", "lift.toml")
     assert (done.status, done.out, done.err.strip()) == (130, "", "stopped")
     assert files() == ["lift.toml"]
 
 
 def test_ctrl_c_while_figures_are_drawn_keeps_the_run(robsim, monkeypatch):
-    monkeypatch.setattr("robsim.cli.run_command.draw", interrupt)
+    monkeypatch.setattr("robsim.cli.run_command.write_run_figures", interrupt)
     done = robsim("run", "lift.toml", "-o", "out")
     assert done.status == 130 and "stopped" in done.err
     same(rs.open_run("out/run.nc"), rs.load_scenario("lift.toml").run())

@@ -532,7 +532,7 @@ def test_what_is_no_run_is_not_opened(tmp_path):
 
 def test_more_than_the_memory_allows_is_refused_with_what_fits_before_anything_runs(monkeypatch):
     told = []
-    monkeypatch.setattr("robsim.engine.recorder.room", lambda: 4e9)
+    monkeypatch.setattr("robsim.engine.recorder.get_free_memory", lambda: 4e9)
     starts = np.tile(START.q, (1000, 1))
     words = (
         r"1000 runs with 250001 recorded instants need about (\d+)\.\d GB, and 4\.0 GB are free: "
@@ -545,7 +545,7 @@ def test_more_than_the_memory_allows_is_refused_with_what_fits_before_anything_r
     assert need / 4.0 <= n <= need / 4.0 + 2
     with pytest.raises(rs.errors.InputError, match="GB are free"):
         simulate(starts, duration=10_000.0, record=n - 1)
-    monkeypatch.setattr("robsim.engine.recorder.room", lambda: 1e6)
+    monkeypatch.setattr("robsim.engine.recorder.get_free_memory", lambda: 1e6)
     with pytest.raises(rs.errors.InputError, match=r"0\.0 GB are free: simulate fewer runs$"):
         simulate(np.tile(START.q, (100_000, 1)), record="summary")
 
@@ -553,12 +553,12 @@ def test_more_than_the_memory_allows_is_refused_with_what_fits_before_anything_r
 PEAK = r"""
 import re
 import numpy as np, robsim as rs
-from robsim.engine import record
-asked, needed = [], record._needed
-def noted(*given):
-    asked.append(needed(*given))
+from robsim.engine import recorder
+asked, estimate = [], recorder._estimate_record_bytes
+def noted(*arguments):
+    asked.append(estimate(*arguments))
     return asked[-1]
-record._needed = noted
+recorder._estimate_record_bytes = noted
 case = rs.load_scenario(rs.examples.path("stereo_in_hand")).with_(hold=True)
 def peak():  # since this process began, unlike ru_maxrss, which is that of its parent, too
     return 1024 * int(re.search(r"VmHWM:\s+(\d+)", open("/proc/self/status").read())[1])

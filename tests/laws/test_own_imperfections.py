@@ -17,7 +17,7 @@ from typing import Annotated, ClassVar
 
 import numpy as np
 
-from robsim.declare import Number, Stacked, register
+from robsim.declare import Number, PerRun, register
 from robsim.kernels.formulas import random
 from robsim.kernels.machine.lanes import WIDTH
 from robsim.kernels.machine.array_views import unsigned_row
@@ -48,7 +48,7 @@ class Shake(ImageEffect):
     """An image that shakes as a whole."""
 
     title: ClassVar[str] = "shaking images"
-    amplitude: Annotated[float, Number(least=0, unit="px"), Stacked(()), "In pixels."] = 1.0
+    amplitude: Annotated[float, Number(least=0, unit="px"), PerRun(()), "In pixels."] = 1.0
 
     def add_stages(self, image):
         given = {"every": image.every, "pixels": image.own_pixels()}
@@ -64,7 +64,7 @@ DEAD_ZONE = '''
 from dataclasses import dataclass
 from typing import Annotated, ClassVar
 
-from robsim.declare import Number, Stacked, register
+from robsim.declare import Number, PerRun, register
 from robsim.kernels.machine.lanes import absolute, get, put, where
 from robsim.kernels.machine.stages import stage
 from robsim.world.imperfections.joint_effect import JointEffect
@@ -84,7 +84,7 @@ class DeadZone(JointEffect):
     """Joints that stand still where they are commanded to move slowly."""
 
     title: ClassVar[str] = "the dead zone of the joints"
-    below: Annotated[float, Number(least=0), Stacked(()), "Speed in rad/s or m/s."] = 0.01
+    below: Annotated[float, Number(least=0), PerRun(()), "Speed in rad/s or m/s."] = 0.01
 
     def add_stages(self, joints):
         rows = [joints.wanted[i] for i in joints.columns]

@@ -190,7 +190,7 @@ def test_each_run_may_have_a_latency_of_its_own(task):
 
 
 def test_too_many_images_on_their_way_are_refused_before_anything_runs(monkeypatch):
-    monkeypatch.setattr("robsim.engine.image_stream.room", lambda: 4e9)
+    monkeypatch.setattr("robsim.engine.image_stream.get_free_memory", lambda: 4e9)
     with pytest.raises(
         rs.errors.InputError, match=r"latency: 9000000 delayed images .* 6.9 GB, and 4.0 GB are"
     ):
