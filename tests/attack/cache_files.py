@@ -1,4 +1,4 @@
-"""Damaged files of compiled kernels, places where none can be written, and full disks."""
+"""Damaged files of compiled kernels, folders that cannot be written, and full disks."""
 
 import json
 import os
@@ -19,7 +19,7 @@ from robsim.kernels.machine import cache_files
 
 NAME = "cache_files"
 CASES = 1
-PATIENCE = 120.0  # seconds: what is damaged is compiled anew
+PATIENCE = 120.0  # seconds: damaged kernels are compiled anew
 
 SIMULATE = """
 import json
@@ -56,7 +56,7 @@ def simulated(folder, limit=None):
 @cache
 def expected():
     """The files that the simulation needs, {name: content}, and its bits."""
-    simulated(cache_files.CACHE.parent)  # compiles what is missing
+    simulated(cache_files.CACHE.parent)  # compiles the missing kernels
     names, bits = simulated(cache_files.CACHE.parent)
     paths = {name: cache_files.CACHE / name for name in names}
     return {n: path.read_bytes() for n, path in paths.items() if path.exists()}, bits
@@ -118,7 +118,7 @@ def swapped(rng, place, folder, names):
 
 
 def pickled(rng, place, folder, names):
-    """The digest is right, but what is in it is no kernel."""
+    """The digest is right, but the content is no kernel."""
     for name in some(rng, names):
         key, _ = unpack_container(BytesIO((folder / name).read_bytes()))
         wrong = [None, ([], ()), (["robsim.none"], ()), ([], (1, 2, 3)), "text", b"\0"]

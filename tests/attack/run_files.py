@@ -1,4 +1,4 @@
-"""Run files that were cut, changed, forged or made to harm; what opens must serve everywhere."""
+"""Run files that were cut, changed, forged or made to harm; a file that opens must be usable."""
 
 import json
 import os
@@ -49,7 +49,7 @@ def case(seed):
 
 
 def said(random, way):
-    """The explicit word, where HDF5 reads what was made with it, and now and then elsewhere."""
+    """The explicit option, always for files that HDF5 made, and now and then for others."""
     if not hasattr(rs, "ReplayWarning"):  # of before the word
         return {}
     return {"unsealed": True} if way is of_hdf5 or random.random() < 0.05 else {}
@@ -179,7 +179,7 @@ ODD = (None, -1, 0, 1, 2, 3, 1 << 40, 10**30, 0.5, -1e308, float("nan"), True, "
 
 
 def edited(random, whole, content, index):
-    """An index in which some values anywhere are others, gone, or twice there."""
+    """An index with some values changed, removed or repeated."""
     changed = json.loads(json.dumps(index))
     for _ in range(random.integers(1, 3)):
         places = list(walked(changed))
@@ -211,7 +211,7 @@ def nested(random, whole, content, index):
 
 
 def of_hdf5(random, whole, content, index):
-    """HDF5 that reaches beyond the file, or asks for more than it has."""
+    """HDF5 that reaches beyond the file, or claims more than it contains."""
     Path("bad.nc").write_bytes(content)
     with h5py.File("bad.nc", "a") as file:
         name = ("q", "s", "outcome", "end_time", "q0")[random.integers(5)]

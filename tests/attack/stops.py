@@ -81,7 +81,7 @@ FILES = {"compare": "comparison.nc"}
 
 
 def case(seed):
-    """Send one to four signals to a command or a script; then take up what it left."""
+    """Send one to four signals to a command or a script; then continue from the files it left."""
     rng = np.random.default_rng(seed)
     what = str(rng.choice([*["run", "mission"] * 3, "compare", "explain", "demo", "script"]))
     before = Path.cwd()
@@ -147,7 +147,7 @@ def whole(what):
 
 
 def stopped(rng, command, what):
-    """Start a command and send signals; return its status, and what it said."""
+    """Start a command and send signals; return its status and its output."""
     child = subprocess.Popen(
         [sys.executable, *command], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
     )

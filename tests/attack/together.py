@@ -47,7 +47,7 @@ def together(command, count, folder):
 
 
 def alone(folder, ended, force):
-    """One wrote after the other, or was told that it cannot; without --force only one did."""
+    """The second process wrote after the first or was refused; without --force only one wrote."""
     codes = [code for *_, code in ended]
     if any(code not in (0, 2) for code in codes) or 0 not in codes:
         raise Wrong(f"status {codes}: {[err for _, err, _ in ended]!s:.300}")
