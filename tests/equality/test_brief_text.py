@@ -1,4 +1,4 @@
-"""`to_toml` is as short as a person writes, and says the same experiment to the last bit."""
+"""`to_toml` is as short as a handwritten file, and gives the same experiment to the last bit."""
 
 import os
 from dataclasses import replace
@@ -319,7 +319,7 @@ def test_the_folder_is_that_of_the_process_by_default():
 
 
 def test_a_camera_of_normalised_coordinates_has_a_text_and_is_changed():
-    """Its focal lengths are below a pixel, which a text says by K alone."""
+    """Its focal lengths are below a pixel, which a text can express by K alone."""
     lens = rs.Camera([[0.5, 0, 0], [0, 0.5, 0], [0, 0, 1]])
     eye = rs.MountedCamera("eye", lens, on="free_camera.body")
     dot = rs.Object("dot", marks=[[0, 0, 1], [0.1, 0, 1], [0, 0.1, 1.1], [0.1, 0.2, 1]])

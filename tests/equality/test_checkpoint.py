@@ -75,7 +75,7 @@ def _often(monkeypatch, tmp_path):
 
 
 def stopped(experiment, at, monkeypatch, **how):
-    """Stop an experiment when a number of bursts has been taken; return what there is then."""
+    """Stop an experiment after a number of bursts; return the run so far."""
     from robsim.engine.loop import Loop
 
     taken, take = [], Loop._take
@@ -241,7 +241,7 @@ def test_a_forged_checkpoint_is_refused_whatever_its_checksum(monkeypatch, chang
 
 
 def test_numbers_of_a_forged_checkpoint_reach_no_memory_of_others(monkeypatch):
-    """All numbers of the runs are odd; the rows where they are stored stay their own."""
+    """All numbers of the runs are odd; the rows of their storage stay their own."""
     batch = cases()["batch"]
     stopped(batch, 3, monkeypatch)
     for odd in (-1e18, 1e18, np.nan, 7.0, 5e-324):

@@ -24,8 +24,8 @@ EACH = [
 BAD = (0.0, -1.0, 1.0, -1e-9, 1e-12, 0.5, 7.0, 1e10, -1e10, math.nan, math.inf)
 ROUNDED = "start.", "task.goal."  # the quaternion of a pose is known to rounding
 LARGER = "eye_in_hand", "wrong_calibration"
-AGREED = "puma560.links"  # of which this belief says some numbers as they are in truth
-DERIVED = "follows.length"  # of which a file without `at` derives that, too
+AGREED = "puma560.links"  # this belief repeats some of the true numbers
+DERIVED = "follows.length"  # a file without `at` derives this number, too
 
 
 def controls(experiment):
@@ -36,7 +36,7 @@ def controls(experiment):
 
 
 def in_file(name, changes):
-    """The experiment of the file with these changes; None where it refuses them."""
+    """The experiment of the file with these changes, or None if it refuses them."""
     try:
         return rs.load_scenario(examples.path(name), changes)
     except rs.RobSimError:
@@ -44,7 +44,7 @@ def in_file(name, changes):
 
 
 def by_path(experiment, changes):
-    """The experiment with these changes by their paths alone; None where they are refused."""
+    """The experiment with these changes by their paths alone, or None if they are refused."""
     try:
         return replace_numbers(experiment, changes)
     except Exception:  # noqa: BLE001 - all of them lead to the way of a file
@@ -52,7 +52,7 @@ def by_path(experiment, changes):
 
 
 def others(control):
-    """Values near that of a control, of which some are valid."""
+    """Values near the value of a control; some of them are valid."""
     if control.form == "whole":
         return [control.value + 1]
     value = np.asarray(control.value, dtype=float)

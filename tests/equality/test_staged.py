@@ -1,4 +1,4 @@
-"""What is built in runs as compiled stages, with the bits of the same thing asked in Python."""
+"""Built-in kinds run as compiled stages, with the bits of the same kind evaluated in Python."""
 
 import numpy as np
 import pytest
@@ -75,7 +75,7 @@ def test_laws_of_their_own_tasks_are_compiled(name):
 
 
 class Asked:
-    """A law of a user's, which asks one that is built in."""
+    """A user's law that calls a built-in one."""
 
     in_camera = True
 
@@ -109,7 +109,7 @@ def test_the_partitioned_law_commands_what_its_stages_do(scene, of):
 
 
 class When:
-    """A condition of a user's, which asks one that is built in."""
+    """A user's condition that calls a built-in one."""
 
     def __init__(self, condition):
         self.condition = condition

@@ -149,7 +149,7 @@ def any_law(rng, ordered):
 
 
 def any_weighting(rng, made):
-    """Where no filter, no rule and no estimate is in the way."""
+    """If no filter, rule or estimate prevents it."""
     learnt = learns(made.get("interaction"))
     estimated = made.get("feed_forward") not in (None, "known")
     if learnt or estimated or isinstance(made.get("depth"), rs.laws.DepthFilter):
@@ -159,7 +159,7 @@ def any_weighting(rng, made):
 
 
 def any_goal(rng, made):
-    """Also numbers, where nothing is asked of an image at the goal."""
+    """Also numbers, if the task needs no image at the goal."""
     named = isinstance(made["interaction"], str) and made["interaction"] in ("desired", "mean")
     if named or made["depth"] == "goal":
         return {}
@@ -384,7 +384,7 @@ def test_a_shared_belief_is_said_once():
     assert again(scene, one) == one
 
 
-# what a file cannot hold
+# tasks that a file cannot hold
 
 
 class Mine:
@@ -481,7 +481,7 @@ def test_a_motion_by_a_function_has_no_text():
 
 
 def holding():
-    """Two cameras that stand still watch what an arm holds; another camera on a head."""
+    """Two fixed cameras watch the object that an arm holds; another camera is on a head."""
     arm, head = rs.robots.rhino_xr4(), rs.robots.pan_tilt().at(rs.Pose.at(0, 0.5, 0))
     T = rs.Pose(arm.fk(arm.home))
     part = rs.Object("part", marks=MARKS / 5, on=f"rhino_xr4.{arm.tip}")

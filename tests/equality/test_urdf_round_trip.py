@@ -1,4 +1,4 @@
-"""Robot -> URDF -> robot: names, poses, limits, inertia and shapes; and what cannot be written."""
+"""Robot -> URDF -> robot: names, poses, limits, inertia and shapes; and refused robots."""
 
 import dataclasses
 from pathlib import Path
@@ -31,7 +31,7 @@ def again(robot, folder):
 
 
 def some_coordinates(robot, rng, runs=5):
-    """Within limits where there are any, quaternions of length 1."""
+    """Within the limits, if there are any, and with quaternions of length 1."""
     q = rng.normal(size=(runs, robot.nq))
     low, high = np.maximum(robot.limits.T, [[-9.0], [-np.inf]])
     free = ~np.isfinite(robot.limits).all(axis=1)
@@ -66,7 +66,7 @@ def alike(robot, back, rng):
 
 
 def same_follows(one, other, robot):
-    """But for what follows one that follows: in the file it follows what that does."""
+    """A follower of a follower is written as a follower of the first joint."""
     if one is not None and one.of not in robot.coordinate_names:
         assert other.of in robot.coordinate_names
     else:
@@ -80,7 +80,7 @@ def same_inertia(one, other):
 
 
 def same_shapes(shapes, others):
-    """Of those that URDF knows, or that stand for others; but for the points of circles."""
+    """Compare the solids that URDF supports, or their substitutes, except the points of circles."""
     known = (rs.Block, rs.Wheel, rs.shapes.Ball, rs.shapes.Mesh)
     written = [each for shape in shapes for each in split_into_solids(shape, known)]
     for one, other in zip(written, others, strict=True):
@@ -105,7 +105,7 @@ def test_most_of_the_library_can_be_written():
 
 
 def test_a_tip_that_the_links_do_not_suggest_comes_back(tmp_path):
-    """Other programs leave the element out; where it says nothing new, it is not written."""
+    """Other programs leave the element out; an element without new data is not written."""
     arm = robots.panda()
     assert "robsim" not in written(arm, tmp_path)
     held = dataclasses.replace(arm, tip=arm.links[4].name)

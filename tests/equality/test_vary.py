@@ -1,4 +1,4 @@
-"""Numbers that differ from run to run: the bits of each run are those of its own experiment."""
+"""Numbers that differ from run to run: each run equals its own experiment, bit for bit."""
 
 import numpy as np
 import pytest
@@ -78,7 +78,7 @@ def everything(experiment, rng, links):
 
 
 def check_same(experiment):
-    """Check that the runs of a varied experiment are those of its single runs, bit for bit."""
+    """Check that the runs of a varied experiment equal the single runs, bit for bit."""
     runs = experiment.run()
     for i in range(RUNS):
         own = experiment.of_run(i).run()
@@ -280,7 +280,7 @@ def test_each_joint_has_a_number_of_its_own_in_each_run(name):
 
 
 FILTER = {"task.depth": rs.laws.DepthFilter(1.0)}
-ACTING = {  # of laws, weightings and shaping, with what has them act
+ACTING = {  # fields of laws, weightings and shaping, with the changes that make them act
     "task.law.length": ([0.05, 0.3, 1.0], {"task.law": "camera"}),
     "task.weighting.0.noise": ([1.0, 300.0, 1000.0], {"task.weighting": rs.weights.Tukey()}),
     "task.weighting.0.width": ([20.0, 200.0, 390.0], {"task.weighting": rs.weights.Border()}),
