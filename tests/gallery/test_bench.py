@@ -1,4 +1,4 @@
-"""Suites of starts: their facts, who succeeds on them, and how that is counted and told."""
+"""Suites of starts: their facts, who succeeds on them, and how successes are counted."""
 
 import functools
 import io
@@ -142,7 +142,7 @@ def test_who_succeeds_on_cns_150():
 
 
 def test_the_size_of_the_world_changes_nothing_for_image_based_schemes():
-    """L, depths and speeds grow together, and an image does not tell the size."""
+    """L, depths and speeds grow together, and an image does not determine the size."""
     rows = found("cns_150").data
     for name in ("IBVS, L current", "IBVS, L desired", "IBVS, L mean", "2 1/2 D"):
         own = rows[rows["scheme"] == name]
@@ -282,7 +282,7 @@ def test_rows_are_those_of_the_runs():
 
 @dataclass(frozen=True, eq=False)
 class Alone(rs.IBVS):
-    """Cannot be bound for all runs at once, as RobSim does not know its law."""
+    """Cannot be bound for all runs at once, as RobSim has no access to its law."""
 
     def bound_law(self, regulated):
         return self.law

@@ -19,7 +19,7 @@ def study():
 def test_half_of_the_starts_are_trapped_under_the_current_matrix(study):
     rows = study.counts("task.interaction").rows
     trapped = rows["L current"][2]["LOCAL_MINIMUM"]
-    assert trapped.low < 0.478 < trapped.high  # that of all 4000
+    assert trapped.low < 0.478 < trapped.high  # the share of all 4000
     assert "LOCAL_MINIMUM" not in rows["L mean"][2] and "LOCAL_MINIMUM" not in rows["L desired"][2]
     assert rows["L mean"][2]["CONVERGED"].value > 0.997
     assert rows["L desired"][2]["OUT_OF_IMAGE"].value == pytest.approx(0.406, abs=0.05)

@@ -1,4 +1,4 @@
-"""What a pixel of noise leaves of a loop: e <- (1 - g) e - g L^+ n, with g = gain dt.
+"""The error that a pixel of noise leaves: e <- (1 - g) e - g L^+ n, with g = gain dt.
 
 Statistics of N runs with their own noise; a variance of N normal numbers has the standard error
 sqrt(2/N) of itself, and each is asserted within 4.5 of these.
@@ -60,4 +60,4 @@ def test_the_pose_trembles_as_its_information_says(gain_dt):
     white = np.linalg.solve(np.linalg.cholesky(covariance), away.T)
     np.testing.assert_allclose(np.cov(white), np.eye(6), atol=4.5 * np.sqrt(2 / N) + 0.02)
     sideways, along = 1000 * end[:, [0, 2]].std(axis=0)
-    assert 6 < sideways / along < 9  # 7.4: the image hardly tells a step from a turn
+    assert 6 < sideways / along < 9  # 7.4: the image hardly distinguishes a step from a turn
