@@ -1,4 +1,4 @@
-"""What there is no advice on is one clear error."""
+"""An experiment without advice gives one clear error."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""`robsim bench` and `rs.bench`: what they write, and what they refuse."""
+"""`robsim bench` and `rs.bench`: the files that they write, and the input that they refuse."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -125,7 +125,7 @@ def test_ctrl_c_keeps_what_was_simulated(robsim, monkeypatch):
 
 
 def test_a_class_of_ones_own_meets_the_same_errors():
-    """Of camera, depths and images, although no text knows the class."""
+    """A note of camera, depths and images, although no text can name the class."""
 
     class Mine(rs.PBVS):
         pass

@@ -1,4 +1,4 @@
-"""What cannot be calibrated is told in a line, before anything is estimated."""
+"""Impossible calibrations are refused by a message of one line, before anything is estimated."""
 
 import re
 import sys

@@ -1,4 +1,4 @@
-"""What is wrong with views from which a camera is calibrated: an error, or a warning of the fit."""
+"""Faults in the views of a calibration: an error, or a warning of the fit."""
 
 import re
 from dataclasses import replace
@@ -151,7 +151,7 @@ def test_views_that_are_mixed_up_are_the_worst(views):
 
 
 def test_noise_that_is_given_is_no_misfit(bench, views):
-    """5 pixels of noise are too much unless it is said that they are noise."""
+    """5 pixels of noise are too much unless they are declared as noise."""
     loud = rs.calibration.simulate_views(bench.at("sensing.noise", 5.0), views.q)
     assert rs.calibrate(loud, ALSO, noise=5.0).misfit == ""
     assert rs.calibrate(views, ALSO).misfit == ""

@@ -1,4 +1,4 @@
-"""What is wrong with files and messages of cameras: one clear line each."""
+"""Faults in files and messages of cameras: one clear line each."""
 
 import re
 

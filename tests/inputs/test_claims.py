@@ -1,4 +1,4 @@
-"""Folders and files of results: one process at a time writes, and what is there stays whole."""
+"""Folders and files of results: one process at a time writes, and old files stay complete."""
 
 import os
 import subprocess

@@ -79,7 +79,7 @@ sensing = { noise = 1.0 }
 
 @dataclass
 class Done:
-    """What a command left behind."""
+    """The names of the files that a command left behind."""
 
     status: int
     out: str
@@ -572,7 +572,7 @@ def test_ctrl_c_in_the_middle_of_a_run_saves_what_was_simulated_and_says_so(here
     child = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=theirs, text=True)
     os.close(theirs)
     try:
-        seen = read_until(ours, rb"[1-9]\d*%", seconds=200)  # the bar says that there is progress
+        seen = read_until(ours, rb"[1-9]\d*%", seconds=200)  # the bar shows progress
         child.send_signal(signal.SIGINT)
         seen += read_until(ours, None, seconds=100)
         out, _ = child.communicate(timeout=100)
@@ -588,19 +588,19 @@ def test_ctrl_c_in_the_middle_of_a_run_saves_what_was_simulated_and_says_so(here
     assert rs.Outcome(int(run.outcome)) == rs.Outcome.RUNNING and float(run.end_time) > 0
     done = np.isfinite(run.q.values).all(axis=1)
     count = int(done.sum())
-    assert 1 < count == run.sizes["time"]  # cut to what was simulated
+    assert 1 < count == run.sizes["time"]  # cut to the simulated part
     assert rs.load_scenario("endless-run/scenario.toml").to_toml()
 
 
 def read_until(terminal, pattern, seconds):
-    """What comes out of a terminal until the pattern does, or to its end."""
+    """The output of a terminal until the pattern matches, or to its end."""
     seen, end = b"", time.monotonic() + seconds
     while time.monotonic() < end:
         if not select.select([terminal], [], [], 1.0)[0]:
             continue
         try:
             part = os.read(terminal, 4096)
-        except OSError:  # Linux says so when the other side is closed
+        except OSError:  # Linux raises this when the other side is closed
             return seen
         seen += part
         if not part or (pattern and re.search(pattern, seen)):

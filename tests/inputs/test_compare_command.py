@@ -1,4 +1,4 @@
-"""`robsim compare`: schemes from files and from values, what it writes and what it refuses."""
+"""`robsim compare`: schemes from files and from values, its files and its refusals."""
 
 from pathlib import Path
 

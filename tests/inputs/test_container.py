@@ -1,4 +1,4 @@
-"""Containers: what is packed comes back, and no header claims more than the numbers hold."""
+"""Containers: packed values come back, and no header claims more than the numbers hold."""
 
 import hashlib
 import json

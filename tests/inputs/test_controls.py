@@ -1,4 +1,4 @@
-"""The values that a person may change by hand, as their declarations say them."""
+"""The values that a person may change by hand, as their declarations describe them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What every declaration promises: wrong values are refused by name, defaults survive a file."""
+"""The promises of every declaration: wrong values are refused by name, defaults survive a file."""
 
 import dataclasses
 import math
@@ -57,7 +57,7 @@ LIMITS = {"speed": "1 rad/s", "acceleration": "1 rad/s^2"}
 AVOIDED = {"kind": "avoid_limits"}
 WAY = {"start": {}, "end": {"position": "1, 0, 0 m"}, "duration": "2 s"}
 
-# where a kind of a family stands, and what stands around it
+# the place of a kind of a family in a text, and the keys around it
 PLACES = {
     "ending": (("endings", 0), {}),
     "trajectory": (("task", "trajectory"), {"kind": "follow_joints", "joints": ["upper", "fore"]}),
@@ -137,7 +137,7 @@ NEEDED = {
     "within": {"radius": "1 m"},
     "switch": {**PLACES["condition"][1], "when": {"kind": "error_below", "value": 0.1}},
 }
-# {class: (where it stands, what must be given of it, what stands beside it)}
+# {class: (its place, the keys that it requires, the keys around it)}
 OTHERS = {
     ExperimentTable: ((), {}, {}),
     RobotTable: (("robots", 0), {}, {}),
@@ -163,7 +163,7 @@ OTHERS = {
 
 
 def kinds():
-    """(class, where it stands, its table, what stands beside it) of all declared classes."""
+    """(class, place, table, keys around it) of all declared classes."""
     for noun, family in families().items():
         own = {name: kind for name, kind in family.kinds.items() if _ours(kind)}
         for name, kind in own.items():
@@ -242,7 +242,7 @@ def wrong_values(kind):
 
 
 def wrongly_told(tables, key, wrong):
-    """What is wrong with the refusal of a value, if anything."""
+    """The fault of the refusal of a value, or None."""
     shown = f"{key} = {wrong!r:.60}"
     try:
         read(tables)
@@ -250,7 +250,7 @@ def wrongly_told(tables, key, wrong):
         message = str(error)
         good = (line.startswith(f"{SOURCE}: ") and key in line for line in message.split("\n"))
         return [] if all(good) else [f"{shown}: {message}"]
-    except Exception as error:  # noqa: BLE001 - that there is none is what is tested
+    except Exception as error:  # noqa: BLE001 - the test looks for any error
         return [f"{shown}: {error!r}"]
     return [f"{shown} is taken"]
 
@@ -275,7 +275,7 @@ def found_in(value, kind, depth=0):
 @every_kind
 def test_a_number_out_of_bounds_is_refused_in_python_too(kind, name, path, table, around):
     if get_text_form(kind) is not kind:
-        return  # its fields are those of a text
+        return  # its fields belong to a text
     made = found_in(read(whole(kind, name, path, table, around)[0]), kind)
     for each in fields_of(kind):
         for wrong in numbers_beyond(each.spec) if made is not None else ():

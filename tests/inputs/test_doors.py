@@ -1,4 +1,4 @@
-"""What public values and calls refuse, before any of it reaches compiled code."""
+"""Public values and calls refuse wrong input before any of it reaches compiled code."""
 
 import numpy as np
 import pytest
@@ -235,7 +235,7 @@ def test_a_tolerance_above_the_image_is_refused(features, least, below):
 
 
 class Takes:
-    """A user's object that looks whether it could write to what it is given."""
+    """A user's object that checks whether it can write to its arguments."""
 
     unit, tolerance, writeable = "1", 1e-5, ()
 

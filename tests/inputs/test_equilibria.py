@@ -15,7 +15,7 @@ NAN = float("nan")
 
 @dataclass(frozen=True)
 class Habit:
-    """A law of a user that keeps what it commanded."""
+    """A law of a user that keeps its commands."""
 
     def command(self, state):
         qd = -state.error @ np.linalg.pinv(state.task_jacobian[0]).T

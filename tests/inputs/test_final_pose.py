@@ -1,4 +1,4 @@
-"""What `robsim run` and `explain` say of where a run ended in space."""
+"""The report of `robsim run` and `explain` on the pose at which a run ended."""
 
 import pytest
 

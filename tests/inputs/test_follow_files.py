@@ -1,4 +1,4 @@
-"""Scenario files of tasks that follow trajectories: what each key means, and what is refused."""
+"""Scenario files of tasks that follow trajectories: the meaning of each key, and refusals."""
 
 import numpy as np
 import pytest

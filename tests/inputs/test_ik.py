@@ -1,4 +1,4 @@
-"""What inverse kinematics refuses, and in which words."""
+"""The refusals of inverse kinematics, and their messages."""
 
 import numpy as np
 import pytest

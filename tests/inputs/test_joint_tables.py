@@ -1,4 +1,4 @@
-"""The keys of joints in a file: each mistake is one line that says where it is and what fits."""
+"""The keys of joints in a file: each mistake gives one line with its place and a valid value."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""What logs are refused, each with one line that says where."""
+"""Refused logs, each with one line that names the place."""
 
 import builtins
 

@@ -1,4 +1,4 @@
-"""Scenario files of missions: what is refused, and in which words; and the commands."""
+"""Scenario files of missions: refusals and their messages; and the commands."""
 
 from pathlib import Path
 

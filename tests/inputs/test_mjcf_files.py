@@ -1,4 +1,4 @@
-"""MJCF files: what they say, and what cannot be written. See tests/peers for MuJoCo's reading."""
+"""MJCF files: their content, and robots that cannot be written. See tests/peers for MuJoCo."""
 
 import xml.etree.ElementTree as ET
 

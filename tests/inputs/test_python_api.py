@@ -87,7 +87,7 @@ class Law:
         return rs.laws.JointLaw().command(state)
 
 
-# ---- what is refused: (name, call, exception, what its message says) ----
+# ---- refusals: (name, call, exception, part of the message) ----
 
 SIMULATE = {
     "dt": [
@@ -754,7 +754,7 @@ def blind(low, high):
 
 
 def planar():
-    """A planar arm whose camera looks up; stretched, both joints move it sideways only."""
+    """A planar arm with a camera that looks up; stretched, both joints move it sideways only."""
     arm = rs.Robot.from_dh([[0, 0, 1, 0], [0, 0, 1, 0]], name="arm")
     eye = rs.MountedCamera("eye", rs.Camera(K), on="arm.link2")
     reach = arm.fk([0.3, -0.6])[:3, 3]
@@ -872,7 +872,7 @@ def test_every_outcome_has_a_sentence_for_the_user():
         assert message.startswith(f"{words}: ") and len(message) > len(words) + 20
 
 
-# ---- the order where several outcomes hold at one instant ----
+# ---- the order of several outcomes at one instant ----
 
 
 class Jump:
@@ -889,7 +889,7 @@ class Jump:
 
 
 def unsteady():
-    """A feature that is not finite as soon as anything has moved; twice it is asked at the goal."""
+    """A feature that is not finite once anything has moved; it is measured twice at the goal."""
 
     class Mine(Plain):
         calls = 0
@@ -976,7 +976,7 @@ def test_a_stall_comes_before_the_time_limit():
 
 @pytest.fixture(autouse=True)
 def listening():
-    """Ctrl-C is heard even where the shell that started us had it ignored."""
+    """Ctrl-C is heard even if the shell that started us had it ignored."""
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
     yield
     signal.signal(signal.SIGINT, before)
@@ -1008,7 +1008,7 @@ def test_ctrl_c_keeps_what_was_simulated_so_far(task, threads, tmp_path):
     run = error.run
     assert (run.outcome == Outcome.RUNNING).all()
     steps = run.sizes["time"]
-    assert steps < 100_001  # cut to what was simulated
+    assert steps < 100_001  # cut to the simulated part
     for i in range(3):
         done = np.isfinite(run.q.values[i]).all(axis=1)
         count = int(done.sum())
@@ -1044,7 +1044,7 @@ def test_ctrl_c_reaches_a_run_without_a_progress_function():
         raise KeyboardInterrupt
 
     before = signal.signal(signal.SIGALRM, stop)
-    simulate()  # what is imported and compiled is there before the clock runs
+    simulate()  # imports and compiles everything before the clock runs
     signal.setitimer(signal.ITIMER_REAL, 0.5)
     try:
         with pytest.raises(rs.errors.Interrupted) as error:
@@ -1056,7 +1056,7 @@ def test_ctrl_c_reaches_a_run_without_a_progress_function():
 
 
 class Interrupting:
-    """A law during whose third step Ctrl-C comes some times."""
+    """A law that receives Ctrl-C some times during its third step."""
 
     def __init__(self, times=1):
         self.steps, self.times, self.thread = 0, times, None
@@ -1142,7 +1142,7 @@ def test_it_is_an_input_error_and_no_other(case):
         WRONG[case]()
 
 
-# ---- views, copies and what is left of them ----
+# ---- views, copies and their remaining content ----
 
 
 def test_a_law_cannot_write_into_the_loop():

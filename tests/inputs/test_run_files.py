@@ -1,4 +1,4 @@
-"""Run files: what a seal keeps, what is refused, and what is read of others by an explicit word."""
+"""Run files: content under a seal, refusals, and foreign files read by an explicit option."""
 
 import hashlib
 import json
@@ -39,7 +39,7 @@ def parts(path):
 
 
 def sealed(content, index):
-    """A file with a right checksum, whatever its index says."""
+    """A file with a right checksum, whatever its index claims."""
     text = index if isinstance(index, bytes) else json.dumps(index).encode()
     whole = content + text + len(text).to_bytes(8, "little")
     return whole + hashlib.sha256(whole).digest() + MAGIC
@@ -49,7 +49,7 @@ def entry(index, name):
     return next(each for each in index["variables"] if each["name"] == name)
 
 
-# ---- what is kept ----
+# ---- kept content ----
 
 
 def test_values_types_and_attributes_are_kept_as_they_are(run, tmp_path):
@@ -113,7 +113,7 @@ def test_what_could_not_be_opened_is_not_saved(run, odd, tmp_path):
     assert not list(tmp_path.iterdir())
 
 
-# ---- what was changed ----
+# ---- changed files ----
 
 
 @pytest.mark.parametrize("name", ["q", "outcome", "end_time"])
@@ -287,7 +287,7 @@ def test_what_hdf5_cannot_read_is_told(path):
         rs.open_run(path, unsealed=True)
 
 
-# ---- what a replay finds ----
+# ---- results of a replay ----
 
 
 def test_a_replay_of_an_edited_run_tells_the_first_difference(run):

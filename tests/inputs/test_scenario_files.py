@@ -1,4 +1,4 @@
-"""Scenario files: what each key means, and that whatever is wrong is one clear FileError."""
+"""Scenario files: the meaning of each key, and one clear FileError for every fault."""
 
 import math
 import time
@@ -167,7 +167,7 @@ def refusal(text=RHINO, old="", new="", **changes):
     return str(caught.value)
 
 
-# what the keys mean
+# the meaning of the keys
 
 
 def read_again(scenario):
@@ -474,7 +474,7 @@ def test_a_byte_order_mark_and_windows_line_ends_are_read(tmp_path):
     assert load_scenario(path).task.gain == 1.5
 
 
-# what is believed
+# beliefs
 
 
 def believed(changes, base=RHINO):
@@ -657,7 +657,7 @@ def test_a_change_that_cannot_be_made_names_the_nearest(change, parts):
     assert all(part in message for part in parts), message
 
 
-# what is wrong in a file
+# faults in a file
 
 WRONG = [
     # the top of the file
@@ -692,7 +692,7 @@ WRONG = [
     ("[run]", "[sensing]\nnoise = -1\n[run]", ["sensing.noise", "0", "-1"]),
     ('dt = "40 ms"', "record = 0", ["run.record", "0", '"summary"']),
     ('dt = "40 ms"', 'record = "some"', ["run.record", "'some'", '"all"']),
-    # what is wrong with images and joints
+    # faults of images and joints
     ("[run]", '[sensing]\nnoise = "1 px"\n[run]', ["sensing.noise", "number", "'1 px'"]),
     ("[run]", "[sensing]\nnose = 1\n[run]", ["sensing.nose", "did you mean 'noise'"]),
     ("[run]", "[sensing]\nlatency = 0.04\n[run]", ["sensing.latency", "unit of time", "0.04"]),
@@ -795,7 +795,7 @@ WRONG = [
     ('name = "cube"', "", ["objects[0].name", "missing"]),
     ('name = "cube"', 'name = "eye"', ["two things", "'eye'"]),
     ('name = "cube"', 'name = "world"', ["two things", "'world'"]),
-    # what does not go together
+    # contradictory keys
     ("focal = [800, 810]", "", ["cameras.eye", "focal is missing", "K = [[fx"]),
     (
         "focal = [800, 810]",
@@ -1063,7 +1063,7 @@ WRONG_TASKS = [
     ('kind = "ibvs"\nfeed_forward = "estimated"\nlag = "3 m"', ["task.lag", "3 m", "unit of time"]),
     ('kind = "ibvs"\ngoal = { s = [] }', ["task.goal.s", "a list of one or more"]),
     ('kind = "ibvs"\ngoal = { s = [1], q = [] }', ["task.goal", "q and s: give one"]),
-    # what is done to the command
+    # shaping of the command
     ('kind = "ibvs"\njoints = []', ["task.joints", "at least 1 item"]),
     ('kind = "ibvs"\nsecondary = {}', ["task.secondary.kind", "missing", "'posture'"]),
     (POSTURE % '["1 deg"]', ["task.secondary.q", "1 coordinates, expected 5", "upper_arm"]),
@@ -1228,7 +1228,7 @@ def test_a_long_file_is_refused_in_time():
     assert time.perf_counter() - start < 20
 
 
-# what a run would find
+# faults that a run would find
 
 
 def test_a_goal_out_of_sight_keeps_its_kind_and_names_the_file():
@@ -1333,7 +1333,7 @@ QUIET = settings(deadline=None, suppress_health_check=[HealthCheck.too_slow])
 
 
 def tried_with(**strategies):
-    """A property is tried with 60 examples by default and with 250 where all tests run."""
+    """A property is tried with 60 examples by default and with 250 if all tests run."""
 
     def decorate(holds):
         @pytest.mark.parametrize("count", [60, pytest.param(250, marks=pytest.mark.full)])

@@ -25,7 +25,7 @@ LONG = rs.load_scenario(examples.path("visp_tutorial")).with_(
 
 @pytest.fixture(autouse=True)
 def _as_in_a_fresh_process():
-    """Python's own handlers, even where the shell that started us had one ignored."""
+    """Python's own handlers, even if the shell that started us had one ignored."""
     for number in SIGNALS:
         own = signal.default_int_handler if number == signal.SIGINT else signal.SIG_DFL
         signal.signal(number, own)
@@ -121,7 +121,7 @@ def test_a_summary_that_is_stopped_between_its_parts_has_those_that_were_done(mo
 
 
 class Clock:
-    """A clock on which a step takes some time."""
+    """A clock that advances with each step."""
 
     def __init__(self, seconds):
         self.now, self.seconds = 0.0, seconds

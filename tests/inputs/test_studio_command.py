@@ -1,4 +1,4 @@
-"""The command that serves a studio: what it says, whom it lets in, and how it ends."""
+"""The command that serves a studio: its output, the visitors it admits, and how it ends."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Folders that are to hold a study, and what the studio says of those that do not."""
+"""Folders that should hold a study, and the message of the studio if they do not."""
 
 import json
 

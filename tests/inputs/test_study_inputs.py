@@ -1,4 +1,4 @@
-"""What is no study: one clear error each, before anything runs."""
+"""Invalid studies: one clear error each, before anything runs."""
 
 import json
 import re
@@ -177,7 +177,7 @@ def test_a_damaged_part_is_named(tmp_path):
     for data in (b"", whole[: len(whole) // 2], whole[:50] + b"\0" * 50 + whole[100:]):
         part.write_bytes(data)
         try:
-            assert rs.open_study(tmp_path).table is not None  # where no checked byte was hit
+            assert rs.open_study(tmp_path).table is not None  # if no checked byte was hit
         except rs.errors.FileError as error:
             assert str(part) in str(error)
     part.rename(part.with_name("rows-0000000000000-0000000000004.parquet"))

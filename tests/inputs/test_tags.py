@@ -1,4 +1,4 @@
-"""Wrong tags, boards and targets are refused; what needs no other program is as it should be."""
+"""Wrong tags, boards and targets are refused; parts that need no other program are correct."""
 
 import re
 import sys

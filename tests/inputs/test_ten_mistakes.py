@@ -1,4 +1,4 @@
-"""Ten mistakes of ten kinds: each is told in one line, with its key and what would be valid."""
+"""Ten mistakes of ten kinds: each is reported in one line, with its key and a valid value."""
 
 import pytest
 
@@ -125,7 +125,7 @@ TOLD = [
 
 
 def test_ten_mistakes_in_one_file_are_ten_messages():
-    """Nothing is told of the frame of the camera, for its robot is not known."""
+    """No error mentions the frame of the camera, for its robot is invalid."""
     lines = refusal(TEN).split("\n")
     assert len(lines) == len(TOLD) == 10
     for line, told in zip(lines, TOLD, strict=True):

@@ -1,4 +1,4 @@
-"""Tools in scenario files: what `Robot.with_tool` does, and what it refuses."""
+"""Tools in scenario files: the effects of `Robot.with_tool`, and its refusals."""
 
 import numpy as np
 import pytest

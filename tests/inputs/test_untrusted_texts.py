@@ -1,4 +1,4 @@
-"""Texts that nobody checked: where a refusal says that it is, and how soon it comes."""
+"""Texts that nobody checked: the key that a refusal names, and its time."""
 
 import io
 import sys
@@ -86,7 +86,7 @@ SPEED = 'rates = ["1 m/s", "0 m/s", "0 m/s", "0 rad/s", "0 rad/s", "0 rad/s"]'
     ],
 )
 def test_a_refusal_names_its_key(said, key):
-    """Also where the parts of an experiment are checked, or brought together."""
+    """Also when the parts of an experiment are checked, or brought together."""
     assert refused(**said).startswith(f"<text>: {key}")
 
 
@@ -148,7 +148,7 @@ def test_the_features_of_all_tasks_are_counted():
 
 
 def test_only_so_many_robots_are_looked_up():
-    """100 000 models took 20 s, and then one line said that there are too many."""
+    """100 000 models took 20 s, and then one line reported that there are too many."""
     many = ", ".join(['{ model = "none" }'] * 65)
     told = refused(old='{ model = "free_camera" }', new=many)
     assert told.startswith("<text>: robots: must have at most 64 items, not 65")
@@ -172,7 +172,7 @@ def test_of_many_problems_ten_are_kept():
 )
 @pytest.mark.parametrize("stream", ["stdout", "stderr"])
 def test_a_title_is_shown_by_any_terminal(monkeypatch, encoding, shown, stream):
-    """What its encoding lacks is escaped, and so are controls, which could write anywhere."""
+    """Escapes all characters outside its encoding, and controls, which could write anywhere."""
     written = io.BytesIO()
     monkeypatch.setattr(sys, stream, io.TextIOWrapper(written, encoding, errors="strict"))
     print_text("Ω \x1b[31m café", err=stream == "stderr")

@@ -1,4 +1,4 @@
-"""URDF files: what is refused, and with which words; what is read otherwise; what comes out."""
+"""URDF files: refusals and their messages; elements that are read with a warning; the result."""
 
 import time
 import warnings
@@ -78,7 +78,7 @@ def refused(read, *change, text=ARM):
     return str(caught.value)
 
 
-# what is refused
+# refusals
 
 CORPUS_SAYS = {
     "01_billion_laughs": "a DOCTYPE is not allowed, nor are the entities that it could define",
@@ -274,7 +274,7 @@ def test_endless_numbers_are_refused_at_once(read, digits):
     assert time.perf_counter() - start < 1.0
 
 
-# what is read otherwise than it is written, and told
+# elements that are read otherwise than written, with a warning
 
 
 @pytest.mark.parametrize(
@@ -401,7 +401,7 @@ def test_a_link_called_world_gets_another_name(read):
 
 
 def tree(*links):
-    """A file of links: (name, what it hangs from, the type of the joint)."""
+    """A file of links: (name, parent, type of the joint)."""
     limit = '<limit lower="-1" upper="1" effort="1" velocity="1"/>'
     joints = "".join(
         f'<joint name="j_{name}" type="{kind}"><parent link="{parent}"/><child link="{name}"/>'
@@ -658,7 +658,7 @@ def test_any_number_gives_a_robot_or_a_file_error(tmp_path_factory, name, value)
 
 
 def fingers(multiplier, count, limit=1):
-    """Return fingers of which each mimics the one before it."""
+    """Return fingers that each mimic the one before."""
     text = '<robot name="hand"><link name="palm"/>'
     for i in range(count):
         mimic = f'<mimic joint="j{i - 1}" multiplier="{multiplier}" offset="1"/>' if i else ""

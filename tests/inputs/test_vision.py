@@ -1,4 +1,4 @@
-"""What those are told who ask for poses, points or planes with something that is not usable."""
+"""The errors of poses, points and planes that are estimated from unusable input."""
 
 import numpy as np
 import pytest
@@ -120,7 +120,7 @@ def test_a_homography_that_is_not_known_has_no_motions():
 
 @pytest.mark.parametrize("size", [1e-49, 1e-9, 1e9, 1e150, 1e300])
 def test_numbers_without_sense_are_no_errors_of_ours(size):
-    """Whatever the size of what is given: an answer, or none, or an InputError."""
+    """Whatever the size of the input: an answer, or none, or an InputError."""
     assert rs.vision.estimate_pose(size * SQUARE / 0.1, PIXELS, CAMERA).rms.shape == ()
     assert rs.vision.estimate_pose(SQUARE, size * PIXELS, CAMERA).rms.shape == ()
     assert rs.vision.estimate_homography(PIXELS, size * PIXELS).shape == (3, 3)

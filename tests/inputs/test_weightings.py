@@ -1,4 +1,4 @@
-"""Weightings that contradict what is servoed on are refused, in one line, before anything runs."""
+"""Weightings that contradict the features are refused, in one line, before anything runs."""
 
 import numpy as np
 import pytest
